@@ -1,0 +1,44 @@
+# Each target makes the environment it needs: Python 3.11+, make and a package index are enough.
+PYTHON ?= python3
+BIN := .venv/bin
+WORKERS ?= 2
+
+.PHONY: run test test-all bench docs lock clean
+
+run: .venv/run
+	$(BIN)/nectosome reproduce --out out
+
+test: .venv/dev
+	$(BIN)/ruff check src tests benchmarks examples
+	$(BIN)/ruff format --check src tests benchmarks examples
+	$(BIN)/basedpyright
+	$(BIN)/lint-imports
+	$(BIN)/pytest -n $(WORKERS) -m "not slow"
+
+test-all: .venv/dev
+	$(BIN)/pytest -n $(WORKERS)
+
+bench: .venv/dev
+	$(BIN)/python -m benchmarks
+
+docs: .venv/dev
+	$(BIN)/python docs/generate.py
+	$(BIN)/mkdocs build --strict
+
+.venv/run: requirements/run.lock pyproject.toml
+	test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install -q --require-hashes -r requirements/run.lock
+	$(BIN)/python -m pip install -q --no-deps -e .
+	touch $@
+
+.venv/dev: requirements/dev.lock .venv/run
+	$(BIN)/python -m pip install -q --require-hashes -r requirements/dev.lock
+	touch $@
+
+# Maintainers: pins what pyproject.toml allows (needs uv).
+lock:
+	uv pip compile -q --universal --generate-hashes --no-header pyproject.toml --python-version 3.11 -o requirements/run.lock
+	uv pip compile -q --universal --generate-hashes --no-header pyproject.toml --python-version 3.11 --extra dev -c requirements/run.lock -o requirements/dev.lock
+
+clean:
+	rm -rf .venv out site

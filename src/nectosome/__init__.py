@@ -1,0 +1,1 @@
+"""nectosome: from a drawing to a tuned underwater soft robot."""
