@@ -1,0 +1,28 @@
+"""Contracts of the house, signals, water, and SE(3) maths; switches JAX to float64."""
+
+from . import runtime as _runtime  # noqa: F401  first: sets up JAX
+from .se3 import safe_norm
+from .signal import Constant, Rate, Recording, Signal, Sine, Steps
+from .solution import Solution, Status
+from .system import JointLoad, Load, Mechanical, State, Strips, System
+from .water import UniformCurrent, Water
+
+__all__ = [
+    "Constant",
+    "JointLoad",
+    "Load",
+    "Mechanical",
+    "Rate",
+    "Recording",
+    "Signal",
+    "Sine",
+    "Solution",
+    "State",
+    "Status",
+    "Steps",
+    "Strips",
+    "System",
+    "UniformCurrent",
+    "Water",
+    "safe_norm",
+]

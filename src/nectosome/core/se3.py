@@ -1,0 +1,201 @@
+r"""Rigid motions: SO(3), SE(3), their exponentials and tangents (Selig 2005; Murray, Li, Sastry 1994).
+
+A pose is a pair (R, p): R [3, 3] turns the body's axes into the outer frame's, p [3] is the body's origin in it.
+A twist is (angular, linear) = (w, v) [6]; in the body frame unless "spatial" is said, which is the twist of the body
+point that passes the outer origin. Everything broadcasts over leading axes.
+"""
+
+from collections.abc import Callable
+from math import factorial
+
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, Float
+
+Vector = Float[Array, "*batch 3"]
+Twist = Float[Array, "*batch 6"]
+Rotation = Float[Array, "*batch 3 3"]
+
+
+# skew(w) = w . _SKEW: as a product with constants it stays small when traced
+_SKEW = np.zeros((3, 3, 3))
+for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+    _SKEW[_i, _k, _j], _SKEW[_i, _j, _k] = 1.0, -1.0
+
+
+def dot(R: Array, x: Array) -> Array:
+    """R x as a broadcast sum (a batched product of small matrices is slow as a library call)."""
+    return jnp.sum(R * x[..., None, :], axis=-1)
+
+
+def dot_t(R: Array, x: Array) -> Array:
+    """R^T x as a broadcast sum."""
+    return jnp.sum(R * x[..., :, None], axis=-2)
+
+
+def matmul3(A: Array, B: Array) -> Array:
+    """A B of small matrices as a broadcast sum."""
+    return jnp.sum(A[..., :, :, None] * B[..., None, :, :], axis=-2)
+
+
+def skew(w: Array) -> Array:
+    """Matrix [w] with [w] x = w x x (vector product)."""
+    return jnp.tensordot(w, _SKEW, axes=1)
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Vector product along the last axis: a_yzx b_zxy - a_zxy b_yzx."""
+    aa, bb = jnp.concatenate([a, a], axis=-1), jnp.concatenate([b, b], axis=-1)
+    return _part(aa, 1, 4) * _part(bb, 2, 5) - _part(aa, 2, 5) * _part(bb, 1, 4)
+
+
+def _part(x: Array, start: int, stop: int) -> Array:
+    """x[..., start:stop], which traces faster."""
+    return lax.slice_in_dim(x, start, stop, axis=-1)
+
+
+def compose(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Pose a followed by pose b, the latter given in a's frame."""
+    return matmul3(a[0], b[0]), a[1] + dot(a[0], b[1])
+
+
+_TERMS = 10
+
+
+def _table(*terms: Callable[[int], float]) -> np.ndarray:
+    """Taylor coefficients in s = theta^2, [terms, functions], highest power first."""
+    return np.array([[term(k) for term in terms] for k in reversed(range(_TERMS))])
+
+
+_EXP = _table(
+    lambda k: (-1.0) ** k / factorial(2 * k + 1),
+    lambda k: (-1.0) ** k / factorial(2 * k + 2),
+    lambda k: (-1.0) ** k / factorial(2 * k + 3),
+)
+_TANGENT = _table(
+    lambda k: (-1.0) ** (k + 1) * (k - 1) / factorial(2 * k + 2),
+    lambda k: (-1.0) ** (k + 1) * (k - 1) / factorial(2 * k + 3),
+    lambda k: (-1.0) ** k * (k + 1) / factorial(2 * k + 4),
+    lambda k: (-1.0) ** k * (k + 1) / factorial(2 * k + 5),
+)
+
+
+def _even(theta: Array, table: np.ndarray, closed: Callable[[Array], list[Array]]) -> Array:
+    """Even functions of the length of theta [..., functions]: series below 1 rad, closed form above.
+
+    As functions of theta^2 they and their derivatives are smooth at 0.
+    """
+    s = jnp.sum(theta * theta, axis=-1, keepdims=True)
+    small = s < 1.0
+    series = jnp.zeros_like(s)
+    for row in table:
+        series = series * s + row
+    t = jnp.sqrt(jnp.where(small, 1.0, s))
+    return jnp.where(small, series, jnp.concatenate(closed(t), axis=-1))
+
+
+def _exp_closed(t: Array) -> list[Array]:
+    sin, cos = jnp.sin(t), jnp.cos(t)
+    return [sin / t, (1 - cos) / t**2, (t - sin) / t**3]
+
+
+def _tangent_closed(t: Array) -> list[Array]:
+    sin, cos = jnp.sin(t), jnp.cos(t)
+    return [
+        (4 - t * sin - 4 * cos) / (2 * t**2),
+        (4 * t - 5 * sin + t * cos) / (2 * t**3),
+        (2 - t * sin - 2 * cos) / (2 * t**4),
+        (2 * t - 3 * sin + t * cos) / (2 * t**5),
+    ]
+
+
+def exp_so3(theta: Vector) -> Rotation:
+    r"""Rotation by the vector theta [rad]: I + (sin t/t) [theta] + ((1 - cos t)/t^2) [theta]^2 (Rodrigues)."""
+    return exp_se3(jnp.concatenate([theta, jnp.zeros_like(theta)], axis=-1))[0]
+
+
+def exp_se3(twist: Twist) -> tuple[Array, Array]:
+    r"""Pose reached by moving along a constant body twist for unit time.
+
+    $$ R = 1 + a[\theta] + b[\theta]^2, \quad p = (1 + b[\theta] + c[\theta]^2)\,\rho $$ with twist = (theta, rho),
+    a = sin t/t, b = (1 - cos t)/t^2, c = (t - sin t)/t^3.
+    """
+    theta, rho = twist[..., :3], twist[..., 3:]
+    a, b, c = (x[..., None] for x in jnp.moveaxis(_even(theta, _EXP, _exp_closed), -1, 0))
+    K = skew(theta)
+    once = dot(K, rho)
+    p = rho + b * once + c * dot(K, once)
+    return jnp.eye(3) + a[..., None] * K + b[..., None] * matmul3(K, K), p
+
+
+def bracket(x: Twist, y: Twist) -> Twist:
+    """Lie bracket ad_x y. The barrier keeps XLA from computing nested brackets over and over."""
+    wx, vx, wy, vy = _part(x, 0, 3), _part(x, 3, 6), _part(y, 0, 3), _part(y, 3, 6)
+    return lax.optimization_barrier(jnp.concatenate([cross(wx, wy), cross(wx, vy) + cross(vx, wy)], axis=-1))
+
+
+def tangent(twist: Twist, x: Twist) -> Twist:
+    r"""Tangent of the exponential applied to x: $T x = \sum_k ad^k x/(k+1)!$, so that $\dot g g^{-1} = T\,\dot\Omega$.
+
+    Closed form of degree four in ad (Selig 2005, sec. 4.3), series below 1 rad.
+    """
+    c = jnp.moveaxis(_even(twist[..., :3], _TANGENT, _tangent_closed), -1, 0)
+    total, power = x, x
+    for k in range(4):
+        power = bracket(twist, power)
+        total = total + c[k][..., None] * power
+    return total
+
+
+def to_spatial(R: Array, p: Array, twist: Array) -> Array:
+    """Adjoint of a pose: body twist (axis -1) to spatial twist, (R w, R v + p x R w)."""
+    w, v = dot(R, _part(twist, 0, 3)), dot(R, _part(twist, 3, 6))
+    return jnp.concatenate([w, v + cross(p, w)], axis=-1)
+
+
+def to_body(R: Array, p: Array, twist: Array) -> Array:
+    """Inverse adjoint: spatial twist (axis -1) to body twist, (R^T w, R^T (v + w x p))."""
+    w, v = _part(twist, 0, 3), _part(twist, 3, 6)
+    return jnp.concatenate([dot_t(R, w), dot_t(R, v - cross(p, w))], axis=-1)
+
+
+def coadjoint(twist: Twist, momentum: Twist) -> Twist:
+    """Gyroscopic wrench -ad^T_V P = (w x m + v x f, w x f) of a body with momentum P = (m, f), body frame."""
+    w, v, m, f = _part(twist, 0, 3), _part(twist, 3, 6), _part(momentum, 0, 3), _part(momentum, 3, 6)
+    return jnp.concatenate([cross(w, m) + cross(v, f), cross(w, f)], axis=-1)
+
+
+def rotation_from_quaternion(quaternion: Float[Array, "*batch 4"]) -> Rotation:
+    """Rotation of a quaternion (scalar first) of any length but zero."""
+    w, u = quaternion[..., :1], quaternion[..., 1:]
+    n = 1 / jnp.sum(quaternion**2, axis=-1)[..., None, None]
+    K = skew(u)
+    return jnp.eye(3) + 2 * n * (w[..., None] * K + matmul3(K, K))
+
+
+def rotation_from_rpy(angles: Vector) -> Rotation:
+    """Rz(yaw) Ry(pitch) Rx(roll) from (roll, pitch, yaw) [rad]."""
+    e = jnp.eye(3)
+    roll, pitch, yaw = (exp_so3(e[i] * angles[..., i, None]) for i in range(3))
+    return matmul3(yaw, matmul3(pitch, roll))
+
+
+def quaternion_from_rpy(angles: Float[Array, "3"]) -> Float[Array, "4"]:
+    """Unit quaternion (scalar first) of Rz(yaw) Ry(pitch) Rx(roll)."""
+    (cr, cp, cy), (sr, sp, sy) = jnp.cos(angles / 2), jnp.sin(angles / 2)
+    return jnp.stack(
+        [
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        ]
+    )
+
+
+def safe_norm(x: Array) -> Array:
+    """Euclidean length along the last axis with derivative 0 at 0."""
+    s = jnp.sum(x * x, axis=-1)
+    zero = s == 0
+    return jnp.where(zero, 0.0, jnp.sqrt(jnp.where(zero, 1.0, s)))

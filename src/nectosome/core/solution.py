@@ -1,0 +1,44 @@
+"""What a solver hands back: a value, a status with a name, and how it went."""
+
+from enum import IntEnum
+from typing import Any
+
+import equinox as eqx
+from jaxtyping import Array, Float, Int
+
+
+class Status(IntEnum):
+    """Why a solver stopped."""
+
+    SOLVED = 0
+    EVENT = 1
+    STEP_LIMIT = 2
+    STEP_TOO_SMALL = 3
+    NOT_FINITE = 4
+    NO_EQUILIBRIUM = 5
+    CANCELLED = 6
+
+    @property
+    def reason(self) -> str:
+        """The status in words."""
+        return _REASONS[self]
+
+
+_REASONS = {
+    Status.SOLVED: "solved",
+    Status.EVENT: "stopped at the event",
+    Status.STEP_LIMIT: "gave up: more time steps than allowed",
+    Status.STEP_TOO_SMALL: "gave up: the time step had to become too small",
+    Status.NOT_FINITE: "gave up: the state is no longer finite",
+    Status.NO_EQUILIBRIUM: "no equilibrium found at the full load",
+    Status.CANCELLED: "cancelled",
+}
+
+
+class Solution(eqx.Module):
+    """Value, status, statistics and residual of a solve; a pytree that passes through jit, vmap and grad."""
+
+    value: Any
+    status: Int[Array, "*batch"]  # a Status
+    stats: dict[str, Array]
+    residual: Float[Array, "*batch"]  # what is left of the equations, in the solver's own scale

@@ -1,0 +1,103 @@
+"""Contracts: what evolves in time (System, Mechanical) and what acts on a body (Load)."""
+
+from abc import abstractmethod
+from typing import Any, ClassVar
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from .water import Water
+
+
+class State(eqx.Module):
+    """State of a mechanical system: coordinates, velocities, states of loads and actuators."""
+
+    q: Float[Array, "*batch nq"]
+    v: Float[Array, "*batch nv"]
+    z: Any = ()
+
+
+class System(eqx.Module):
+    """Everything that evolves: a frozen pytree whose numbers are traced and whose structure is static."""
+
+    @abstractmethod
+    def initial(self) -> Any:
+        """State to start from."""
+
+    @abstractmethod
+    def rates(self, t: Float[Array, ""], x: Any, u: Any = None) -> Any:
+        """Time derivative of the state, same structure as the state."""
+
+
+class Mechanical(System):
+    r"""A system $M(q) \dot v + h(t, q, v) = 0$, $\dot q = N(q) v$, with load states $\dot z = f(t, q, v, z)$."""
+
+    @abstractmethod
+    def residual(self, t: Float[Array, ""], x: State, a: Float[Array, "nv"], u: Any = None) -> Float[Array, "nv"]:
+        """Unbalanced generalised force M a + h [N or N m]: implicit integration, statics, inverse dynamics."""
+
+    @abstractmethod
+    def mass_bias(
+        self, t: Float[Array, ""], x: State, u: Any = None
+    ) -> tuple[Float[Array, "nv nv"], Float[Array, "nv"]]:
+        """Mass matrix M and bias h: explicit integration."""
+
+    @abstractmethod
+    def state_rates(self, t: Float[Array, ""], x: State, u: Any = None) -> Any:
+        """Rate of the load states z."""
+
+    @abstractmethod
+    def advance(self, q: Float[Array, "nq"], v: Float[Array, "nv"], step: Float[Array, ""]) -> Float[Array, "nq"]:
+        """Solve q1 = q + step N(q1) v: an implicit stage, and with step 1 a retraction along v."""
+
+
+class Strips(eqx.Module):
+    """Stations of one part as a load sees them, in each station's own frame (x along the body)."""
+
+    rotation: Float[Array, "n 3 3"]  # station frame to world frame
+    position: Float[Array, "n 3"]  # [m], world frame
+    angular_velocity: Float[Array, "n 3"]  # [rad/s]
+    velocity: Float[Array, "n 3"]  # relative to the water [m/s]
+    weight: Float[Array, "n"]  # length the station stands for [m]; 0 at frames and marks
+    half_width: Float[Array, "n 2"]  # half axes of the section along y and z [m]
+    volume: Float[Array, "n"]  # displaced water [m3]
+    inertia: Float[Array, "n 6 6"]  # of the body's own matter [kg m2, kg m, kg]
+
+    @property
+    def radius(self) -> Float[Array, "n"]:
+        """Mean half axis of the section [m]."""
+        return 0.5 * (self.half_width[:, 0] + self.half_width[:, 1])
+
+
+class Load(eqx.Module):
+    """What acts on the stations of one part; `tests/loads/test_contract.py` holds every load to what it declares.
+
+    A `dissipative` load never puts energy into a body in still water.
+    """
+
+    dissipative: ClassVar[bool] = False
+    inertial: ClassVar[bool] = False  # nothing but added mass, whose force is that of the water carried along
+
+    def initial(self) -> Any:
+        """Initial state z of the load; () when it has none."""
+        return ()
+
+    def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"] | None:
+        """Added mass at each station; asked once, in the rest shape, so it may use sections but no motion."""
+        return None
+
+    @abstractmethod
+    def force(
+        self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
+    ) -> tuple[Float[Array, "n 6"] | None, Any]:
+        """Wrench (moment [N m], force [N]) on each station in its own frame, or None; and the rate of z."""
+
+
+class JointLoad(eqx.Module):
+    """What acts between a body and its parent along the joint that connects them."""
+
+    dissipative: ClassVar[bool] = False
+
+    @abstractmethod
+    def force(self, displacement: Float[Array, "nv"], v: Float[Array, "nv"]) -> Float[Array, "nv"]:
+        """Generalised force [N m or N] at a displacement [rad or m] and velocity of the joint."""

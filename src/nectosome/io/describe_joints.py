@@ -1,0 +1,152 @@
+"""Joints: how a part moves against what it sits on."""
+
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from nectosome.io.describe_base import ZERO, AngularVelocity, Axis, Described, Position, Rotation, Velocity, wrong
+from nectosome.io.describe_signals import AngleSignal, ForceSignal, LengthSignal, TorqueSignal
+from nectosome.io.fields import (
+    Angle,
+    AngularDamping,
+    AngularSpeed,
+    AngularStiffness,
+    Coordinate,
+    Damping,
+    Speed,
+    Stiffness,
+)
+
+
+class FixedJoint(Described):
+    """No motion."""
+
+    kind: Literal["fixed"]
+
+
+class RevoluteJoint(Described):
+    """A hinge about `axis`: spring and damper, and either a prescribed `motion`, a `torque`, or neither.
+
+    `position` [rad] and `velocity` [rad/s] are those at the start; the spring is at ease at `rest` [rad].
+    """
+
+    kind: Literal["revolute"]
+    axis: Axis
+    position: Angle = 0.0
+    velocity: AngularSpeed = 0.0
+    stiffness: AngularStiffness = 0.0
+    damping: AngularDamping = 0.0
+    rest: Angle = 0.0
+    motion: AngleSignal | None = None
+    torque: TorqueSignal | None = None
+
+    @model_validator(mode="after")
+    def _one_drive(self) -> Self:
+        _check_drive(self.motion, "torque", self.torque, self.position, self.velocity)
+        return self
+
+
+class PrismaticJoint(Described):
+    """A slide along `axis`: spring and damper, and either a prescribed `motion`, a `force`, or neither.
+
+    `position` [m] and `velocity` [m/s] are those at the start; the spring is at ease at `rest` [m].
+    """
+
+    kind: Literal["prismatic"]
+    axis: Axis
+    position: Coordinate = 0.0
+    velocity: Speed = 0.0
+    stiffness: Stiffness = 0.0
+    damping: Damping = 0.0
+    rest: Coordinate = 0.0
+    motion: LengthSignal | None = None
+    force: ForceSignal | None = None
+
+    @model_validator(mode="after")
+    def _one_drive(self) -> Self:
+        _check_drive(self.motion, "force", self.force, self.position, self.velocity)
+        return self
+
+
+def _check_drive(motion: object, drive_name: str, drive: object, position: float, velocity: float) -> None:
+    if motion is None:
+        return
+    if drive is not None:
+        raise wrong(drive_name, f"a joint with a motion cannot have a {drive_name} as well. Leave one of them out.")
+    for name, value in (("position", position), ("velocity", velocity)):
+        if value != 0:
+            raise wrong(name, f"the motion already says where the joint starts. Leave the {name} out.")
+
+
+class PlanarStart(Described):
+    """Where a planar joint starts: `angle` [rad] about the axis, `position` [m], and their rates.
+
+    All vectors lie in the plane. The velocity is in the moving part's own frame.
+    """
+
+    position: Position = ZERO
+    angle: Angle = 0.0
+    velocity: Velocity = ZERO
+    angular_speed: AngularSpeed = 0.0
+
+
+class PlanarJoint(Described):
+    """Moves in the plane normal to `axis`: two translations and the rotation about the axis."""
+
+    kind: Literal["planar"]
+    axis: Axis
+    start: PlanarStart = PlanarStart()
+
+    @model_validator(mode="after")
+    def _start_in_plane(self) -> Self:
+        size = math.hypot(*self.axis)
+        for name, vector in (("position", self.start.position), ("velocity", self.start.velocity)):
+            out_of_plane = sum(a / size * b for a, b in zip(self.axis, vector, strict=True))
+            if abs(out_of_plane) > 1e-9 * math.hypot(*vector):
+                raise wrong(f"start.{name}", f"the {name} leaves the plane normal to the axis. Leave that part out.")
+        return self
+
+
+class SphericalStart(Described):
+    """Where a spherical joint starts: `orientation` (roll, pitch, yaw) [rad], `angular_velocity` [rad/s].
+
+    The angular velocity is in the moving part's own frame.
+    """
+
+    orientation: Rotation = ZERO
+    angular_velocity: AngularVelocity = ZERO
+
+
+class SphericalJoint(Described):
+    """Turns freely in all three directions, with the same `stiffness` and `damping` in each."""
+
+    kind: Literal["spherical"]
+    stiffness: AngularStiffness = 0.0
+    damping: AngularDamping = 0.0
+    start: SphericalStart = SphericalStart()
+
+
+class FreeStart(Described):
+    """Where a free part starts: `position` [m], `orientation` (roll, pitch, yaw) [rad], and their rates.
+
+    Both velocities are in the moving part's own frame.
+    """
+
+    position: Position = ZERO
+    orientation: Rotation = ZERO
+    velocity: Velocity = ZERO
+    angular_velocity: AngularVelocity = ZERO
+
+
+class FreeJoint(Described):
+    """Moves and turns freely."""
+
+    kind: Literal["free"]
+    start: FreeStart = FreeStart()
+
+
+Joint = Annotated[
+    FixedJoint | RevoluteJoint | PrismaticJoint | PlanarJoint | SphericalJoint | FreeJoint,
+    Field(discriminator="kind"),
+]

@@ -1,0 +1,213 @@
+"""The parts of a robot: rigid bodies and soft rods."""
+
+from itertools import pairwise
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from nectosome.io.describe_base import ZERO, Described, Name, OneOrMany, Position, Rotation, unfit, wrong
+from nectosome.io.describe_joints import FixedJoint, Joint
+from nectosome.io.describe_loads import Load
+from nectosome.io.describe_place import Place
+from nectosome.io.fields import (
+    Bend,
+    Curvature,
+    Density,
+    Inertia,
+    Length,
+    Mass,
+    Number,
+    Poisson,
+    Pressure,
+    Viscosity,
+    Volume,
+)
+
+StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
+STRAIN_NAMES: tuple[StrainName, ...] = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")
+Order = Annotated[int, Field(strict=True, ge=0, le=20)]
+Mark = Annotated[float, Field(strict=True, gt=0, lt=1)]
+
+
+class Part(Described):
+    """What rigid bodies and rods share: where they sit, how they move against it, what acts on them.
+
+    A part sits `on` another one ("body" or an earlier limb), `at` its tip, its root or one of its marks, moved by
+    `offset` [m] and turned by `rotation` (roll, pitch, yaw) [rad]; the joint comes after that. For the body of the
+    robot, `offset` and `rotation` are its place in the world.
+    """
+
+    on: Name = "body"
+    at: Place = "tip"
+    offset: Position = ZERO
+    rotation: Rotation = ZERO
+    joint: Joint = FixedJoint(kind="fixed")
+    loads: dict[Name, Load] = Field(default_factory=dict)
+
+
+_SHAPE_FIELDS = {
+    "cylinder": ("length", "radius"),
+    "box": ("length", "width", "height"),
+    "spheroid": ("length", "radius"),
+    "point": (),
+}
+_ON_SHAPES = {
+    "drag": ("cylinder",),
+    "added_mass": ("cylinder",),
+    "cylinder_added_mass": ("cylinder",),
+    "spheroid_added_mass": ("spheroid",),
+    "distributed_force": ("cylinder", "box", "spheroid"),
+}
+_NOT_ON_RODS = ("lumped_drag", "given_added_mass", "cylinder_added_mass", "spheroid_added_mass")
+
+
+class Rigid(Part):
+    """A rigid body, along its own x axis from 0 to `length`; exactly one of `mass` and `density` is given.
+
+    Cylinder: `length`, `radius`, and `bend` [rad], the angle by which its axis turns about y, evenly over its length.
+    Box: `length`, `width` (y), `height` (z). Spheroid: `length` (its full axis), `radius` (its equator). Point: none.
+    `inertia` [kg m2] are the principal moments about the centre of mass, which lies at `centre_of_mass` [m] from the
+    centre of the shape; `volume` [m3] is what it displaces. Both follow from the shape where they are left out (a
+    point has none). Loads per length act at `strips` points along the axis.
+    """
+
+    kind: Literal["rigid"]
+    shape: Literal["cylinder", "box", "spheroid", "point"]
+    length: Length | None = None
+    radius: Length | None = None
+    width: Length | None = None
+    height: Length | None = None
+    bend: Bend = 0.0
+    mass: Mass | None = None
+    density: Density | None = None
+    inertia: tuple[Inertia, Inertia, Inertia] | None = None
+    centre_of_mass: Position = ZERO
+    volume: Volume | None = None
+    strips: Annotated[int, Field(strict=True, ge=1, le=200)] = 5
+
+    @model_validator(mode="after")
+    def _shape_is_whole(self) -> Self:
+        needed = _SHAPE_FIELDS[self.shape]
+        for name in ("length", "radius", "width", "height"):
+            given = getattr(self, name) is not None
+            if name in needed and not given:
+                raise wrong(name, f"is missing. A {self.shape} needs {_list(needed)}.")
+            if given and name not in needed:
+                has = f"needs only {_list(needed)}" if needed else "has no size"
+                raise wrong(name, f"a {self.shape} has no {name}, it {has}. Leave it out.")
+        if self.bend != 0 and self.shape != "cylinder":
+            raise wrong("bend", f"a {self.shape} has no bend, only a cylinder has one. Leave it out.")
+        return self
+
+    @model_validator(mode="after")
+    def _mass_is_known_once(self) -> Self:
+        if self.mass is None and self.density is None:
+            also = "" if self.shape == "point" else " or a density"
+            raise wrong("mass", f"is missing. Give a mass{also}.")
+        if self.density is not None:
+            if self.mass is not None:
+                raise wrong("density", "the mass is given already. Leave one of the two out.")
+            if self.shape == "point":
+                raise wrong("density", "a point has no size, so a density gives it no mass. Give its mass instead.")
+        if self.inertia is not None and 2 * max(self.inertia) > sum(self.inertia) * (1 + 1e-9):
+            raise wrong("inertia", "no body has these moments: none may be larger than the sum of the other two.")
+        return self
+
+    @model_validator(mode="after")
+    def _loads_fit(self) -> Self:
+        for name, load in self.loads.items():
+            shapes = _ON_SHAPES.get(load.kind)
+            if shapes is not None and self.shape not in shapes:
+                why = f"{load.kind} acts on {_list(shapes, 'or')}, not on a {self.shape}."
+                raise wrong(f"loads.{name}.kind", why)
+            if load.kind == "force" and not isinstance(load.at, str):
+                raise wrong(f"loads.{name}.at", "only a rod has marks. Write tip or root.")
+        return self
+
+
+_SECTION_FIELDS = {
+    "circle": ("radius", "tip_radius"),
+    "ellipse": ("width", "height", "tip_width", "tip_height"),
+    "rectangle": ("width", "height", "tip_width", "tip_height"),
+}
+
+
+class RestStrains(Described):
+    """The strains at which a rod is free of stress, as coefficients of Legendre polynomials along it.
+
+    Torsion and bending [rad/m]; extension and shear [1]. A single number is the same all along the rod.
+    """
+
+    torsion: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
+    bending_y: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
+    bending_z: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
+    extension: Annotated[tuple[Number, ...], OneOrMany()] = ()
+    shear_y: Annotated[tuple[Number, ...], OneOrMany()] = ()
+    shear_z: Annotated[tuple[Number, ...], OneOrMany()] = ()
+
+
+def _in_canonical_order(strains: dict[StrainName, int]) -> dict[StrainName, int]:
+    if not strains:
+        raise unfit(f"a rod needs at least one of {_list(STRAIN_NAMES)}.")
+    return {name: strains[name] for name in STRAIN_NAMES if name in strains}
+
+
+def _increasing(marks: tuple[float, ...]) -> tuple[float, ...]:
+    if any(b <= a for a, b in pairwise(marks)):
+        raise unfit("the marks must increase along the rod.")
+    return marks
+
+
+class Rod(Part):
+    """A soft rod along its own x axis, from 0 to `length`, that may taper evenly from its root to its tip.
+
+    Circle: `radius`, `tip_radius`. Ellipse and rectangle: `width` (y) and `height` (z), full sizes, `tip_width` and
+    `tip_height`. What is left out at the tip is as at the root. `strains` gives the polynomial order of each strain
+    that is free; the others are held. `damping` [Pa s] is that of a Kelvin-Voigt material. `points` Gauss points
+    carry mass and loads. `marks` are fractions of the length where limbs and forces may sit.
+    """
+
+    kind: Literal["rod"]
+    section: Literal["circle", "ellipse", "rectangle"]
+    length: Length
+    radius: Length | None = None
+    tip_radius: Length | None = None
+    width: Length | None = None
+    height: Length | None = None
+    tip_width: Length | None = None
+    tip_height: Length | None = None
+    young: Pressure
+    poisson: Poisson = 0.5
+    density: Density
+    damping: Viscosity = 0.0
+    strains: Annotated[dict[StrainName, Order], AfterValidator(_in_canonical_order)]
+    rest: RestStrains = RestStrains()
+    points: Annotated[int, Field(strict=True, ge=2, le=200)] = 10
+    marks: Annotated[tuple[Mark, ...], AfterValidator(_increasing)] = ()
+
+    @model_validator(mode="after")
+    def _section_is_whole(self) -> Self:
+        has = _SECTION_FIELDS[self.section]
+        for name in ("radius", "tip_radius", "width", "height", "tip_width", "tip_height"):
+            given = getattr(self, name) is not None
+            if name in has and not given and not name.startswith("tip_"):
+                raise wrong(name, f"is missing. A rod of section {self.section} needs {_list(has[: len(has) // 2])}.")
+            if given and name not in has:
+                raise wrong(name, f"a rod of section {self.section} has no {name}, only {_list(has)}. Leave it out.")
+        return self
+
+    @model_validator(mode="after")
+    def _loads_fit(self) -> Self:
+        for name, load in self.loads.items():
+            if load.kind in _NOT_ON_RODS:
+                raise wrong(f"loads.{name}.kind", f"{load.kind} acts on rigid parts, not on a rod.")
+            if load.kind == "force" and not isinstance(load.at, str) and load.at not in self.marks:
+                raise wrong(f"loads.{name}.at", f"the rod has no mark at {load.at}. Add it to its marks.")
+        return self
+
+
+Limb = Annotated[Rigid | Rod, Field(discriminator="kind")]
+
+
+def _list(names: tuple[str, ...], last: str = "and") -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}"

@@ -1,0 +1,98 @@
+"""Prescribed signals: what a joint is made to do over time, in the unit of what it drives."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from nectosome.io.describe_base import Described
+from nectosome.io.fields import Angle, AngularSpeed, Coordinate, Force, Frequency, Speed, Torque
+
+
+class ConstantAngle(Described):
+    """The angle `value` [rad], held."""
+
+    kind: Literal["constant"]
+    value: Angle
+
+
+class RateAngle(Described):
+    """The angle `start + rate t` [rad; rad/s]."""
+
+    kind: Literal["rate"]
+    rate: AngularSpeed
+    start: Angle = 0.0
+
+
+class SineAngle(Described):
+    """The angle `offset + amplitude sin(2 pi frequency t + phase)` [rad; Hz]."""
+
+    kind: Literal["sine"]
+    amplitude: Angle
+    frequency: Frequency
+    phase: Angle = 0.0
+    offset: Angle = 0.0
+
+
+class ConstantLength(Described):
+    """The displacement `value` [m], held."""
+
+    kind: Literal["constant"]
+    value: Coordinate
+
+
+class RateLength(Described):
+    """The displacement `start + rate t` [m; m/s]."""
+
+    kind: Literal["rate"]
+    rate: Speed
+    start: Coordinate = 0.0
+
+
+class SineLength(Described):
+    """The displacement `offset + amplitude sin(2 pi frequency t + phase)` [m; Hz; rad]."""
+
+    kind: Literal["sine"]
+    amplitude: Coordinate
+    frequency: Frequency
+    phase: Angle = 0.0
+    offset: Coordinate = 0.0
+
+
+class ConstantTorque(Described):
+    """The torque `value` [N m], held."""
+
+    kind: Literal["constant"]
+    value: Torque
+
+
+class SineTorque(Described):
+    """The torque `offset + amplitude sin(2 pi frequency t + phase)` [N m; Hz; rad]."""
+
+    kind: Literal["sine"]
+    amplitude: Torque
+    frequency: Frequency
+    phase: Angle = 0.0
+    offset: Torque = 0.0
+
+
+class ConstantForce(Described):
+    """The force `value` [N], held."""
+
+    kind: Literal["constant"]
+    value: Force
+
+
+class SineForce(Described):
+    """The force `offset + amplitude sin(2 pi frequency t + phase)` [N; Hz; rad]."""
+
+    kind: Literal["sine"]
+    amplitude: Force
+    frequency: Frequency
+    phase: Angle = 0.0
+    offset: Force = 0.0
+
+
+AngleSignal = Annotated[ConstantAngle | RateAngle | SineAngle, Field(discriminator="kind")]
+LengthSignal = Annotated[ConstantLength | RateLength | SineLength, Field(discriminator="kind")]
+TorqueSignal = Annotated[ConstantTorque | SineTorque, Field(discriminator="kind")]
+ForceSignal = Annotated[ConstantForce | SineForce, Field(discriminator="kind")]

@@ -1,0 +1,70 @@
+"""The description of a robot: its parts, the water around it, and short names for its quantities."""
+
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from nectosome.io.describe_base import AliasName, Described, Name, OneOrMany, Velocity, wrong
+from nectosome.io.describe_parts import Limb, Rod
+from nectosome.io.errors import did_you_mean
+from nectosome.io.fields import Coordinate, Density, Gravity
+from nectosome.io.structure import quantities
+
+
+class WaterDescription(Described):
+    """The water: `density` [kg/m3], and what is around it.
+
+    `gravity` [m/s2] acts along -z; `surface` [m] is the height of the free surface, without one the water has no end;
+    `current` [m/s] is its velocity in the world, without one it is still.
+    """
+
+    density: Density = 1000.0
+    gravity: Gravity = 9.80665
+    surface: Coordinate | None = None
+    current: Velocity | None = None
+
+
+class RobotDescription(Described):
+    """A robot in water. The numbers are SI floats; each has a path such as `limbs.filament.young`.
+
+    `body` is the part all others hang on; `limbs` sit on the body or on a limb before them; `aliases` are short
+    names for one path or for several that are set together.
+    """
+
+    name: Annotated[str, Field(min_length=1, max_length=100)]
+    about: str = ""
+    water: WaterDescription = WaterDescription()
+    body: Limb
+    limbs: dict[Name, Limb] = Field(default_factory=dict)
+    aliases: dict[AliasName, Annotated[tuple[str, ...], Field(min_length=1), OneOrMany()]] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _limbs_sit_on_parts(self) -> Self:
+        for name in ("on", "at"):
+            if name in self.body.model_fields_set:
+                raise wrong(f"body.{name}", "the body is what all else hangs on, it sits on nothing. Leave it out.")
+        before = {"body": self.body}
+        for name, limb in self.limbs.items():
+            here = f"limbs.{name}"
+            if name == "body":
+                raise wrong(here, "a limb cannot be called body. Choose another name.")
+            if limb.on not in before:
+                later = " It comes later in the file: move it up." if limb.on in self.limbs and limb.on != name else ""
+                why = f'there is no part "{limb.on}" before this one.{later or did_you_mean(limb.on, before)}'
+                raise wrong(f"{here}.on", why)
+            parent = before[limb.on]
+            if not isinstance(limb.at, str) and not (isinstance(parent, Rod) and limb.at in parent.marks):
+                raise wrong(f"{here}.at", f"{limb.on} has no mark at {limb.at}. Write tip or root, or add the mark.")
+            before[name] = limb
+        return self
+
+    @model_validator(mode="after")
+    def _aliases_lead_somewhere(self) -> Self:
+        known = quantities(self)
+        for name, paths in self.aliases.items():
+            for path in paths:
+                if path not in known:
+                    raise wrong(f"aliases.{name}", f'"{path}" is no quantity of this robot.{did_you_mean(path, known)}')
+            if len({known[path].dimension for path in paths}) > 1:
+                raise wrong(f"aliases.{name}", "these paths are quantities of different kinds.")
+        return self

@@ -1,0 +1,44 @@
+"""The kinds of quantity a robot has: the SI unit of each, and the units in which people like to read it."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A kind of quantity: its `name` for people, its SI `unit`, an `example`, and other units for display."""
+
+    name: str
+    unit: str
+    example: str
+    display: tuple[str, ...] = ()
+
+    def with_article(self) -> str:
+        """Return the name with its article: `a length`, `an angle`."""
+        return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
+
+
+DIMENSIONS = {
+    "number": Dimension("number", "", '"0.5"'),
+    "length": Dimension("length", "m", '"85 mm" or "0.085 m"', ("mm", "um", "km")),
+    "area": Dimension("area", "m2", '"0.0125 m2" or "125 cm2"', ("cm2", "mm2")),
+    "volume": Dimension("volume", "m3", '"0.4 L" or "4e-4 m3"', ("L", "mL")),
+    "mass": Dimension("mass", "kg", '"0.427 kg" or "427 g"', ("g",)),
+    "density": Dimension("density", "kg/m3", '"1062 kg/m3" or "1.062 g/cm3"'),
+    "inertia": Dimension("moment of inertia", "kg m2", '"1.2e-4 kg m2"', ("g mm2",)),
+    "pressure": Dimension("pressure", "Pa", '"7.4 MPa" or "7.4e6 Pa"', ("kPa", "MPa", "GPa")),
+    "viscosity": Dimension("viscosity", "Pa s", '"3000 Pa s" or "3 kPa s"'),
+    "angle": Dimension("angle", "rad", '"45 deg" or "0.785 rad"', ("deg",)),
+    "curvature": Dimension("curvature", "rad/m", '"2.5 rad/m" or "2.5 1/m"'),
+    "time": Dimension("time", "s", '"0.5 s" or "500 ms"', ("ms",)),
+    "frequency": Dimension("frequency", "Hz", '"2.3 Hz" or "2.3 1/s"', ("kHz", "mHz")),
+    "angular_speed": Dimension("angular speed", "rad/s", '"14.4 rad/s" or "137 rpm"', ("deg/s", "rpm")),
+    "speed": Dimension("speed", "m/s", '"0.2 m/s" or "20 cm/s"', ("mm/s",)),
+    "acceleration": Dimension("acceleration", "m/s2", '"9.81 m/s2"'),
+    "force": Dimension("force", "N", '"1.5 N" or "1500 mN"', ("mN", "kN")),
+    "torque": Dimension("torque", "N m", '"0.5 N m" or "500 mN m"', ("mN m",)),
+    "line_force": Dimension("force per length", "N/m", '"2.5 N/m"', ("mN/m",)),
+    "angular_stiffness": Dimension("angular stiffness", "N m/rad", '"0.5 N m/rad"', ("mN m/rad",)),
+    "angular_damping": Dimension("angular damping", "N m s/rad", '"0.01 N m s/rad"', ("mN m s/rad",)),
+    "stiffness": Dimension("stiffness", "N/m", '"200 N/m"', ("kN/m",)),
+    "damping": Dimension("damping", "N s/m", '"3 N s/m"'),
+}

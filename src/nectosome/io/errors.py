@@ -1,0 +1,43 @@
+"""What a user is told when an input is wrong: one sentence that names the place, the value and the way out."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class InputError(Exception):
+    """A mistake in what the user gave: a file, a setting, a path. The command line answers with exit code 2.
+
+    `file` [name], `line` [counted from 1] and `field` [dotted path] say where, as far as it is known; they are put
+    before the message: `robot.yaml, line 14, limbs.filament.young: "7.4 MP" has no unit called MP.`
+    """
+
+    def __init__(self, message: str, *, file: str | None = None, line: int | None = None, field: str | None = None):
+        self.message, self.file, self.line, self.field = message, file, line, field
+        where = [file or "", f"line {line}" if line is not None else "", field or ""]
+        prefix = ", ".join(part for part in where if part)
+        super().__init__(f"{prefix}: {message}" if prefix else message)
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Return ` Did you mean "..."?` for the nearest of the `known` names, or the list of them if none is near."""
+    names = list(known)
+    near = get_close_matches(name, names, n=1, cutoff=0.6)
+    if near:
+        return f' Did you mean "{near[0]}"?'
+    if 0 < len(names) <= 12:
+        return f" Known: {', '.join(names)}."
+    return ""
+
+
+def shorten(value: object, limit: int = 60) -> str:
+    """Return `value` as one line of at most `limit` characters, for use in a message."""
+    if isinstance(value, dict):
+        text = "{" + ", ".join(map(str, value)) + "}"
+    elif value is None:
+        text = "null"
+    elif isinstance(value, bool):
+        text = str(value).lower()
+    else:
+        text = str(value)
+    text = "".join(c if c.isprintable() else " " for c in text)
+    return text if len(text) <= limit else text[: limit - 3] + "..."

@@ -1,0 +1,108 @@
+"""Walking a description, or the raw data of one: what belongs at a key, and which places hold quantities."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from nectosome.io.fields import Quantity
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A place in a description: the type that belongs there, and what is attached to it."""
+
+    hint: Any
+    metadata: tuple[Any, ...] = ()
+
+    @property
+    def quantity(self) -> Quantity | None:
+        """The quantity that belongs here, if it is one."""
+        return next((m for m in self.metadata if isinstance(m, Quantity)), None)
+
+    def model(self, data: Any) -> type[BaseModel] | None:
+        """Return the model that belongs here; of several kinds, the one that `data` says it is."""
+        if isinstance(self.hint, type) and issubclass(self.hint, BaseModel):
+            return self.hint
+        if isinstance(data, BaseModel):
+            return type(data)
+        kind = data.get("kind") if isinstance(data, dict) else None
+        return self.kinds().get(kind) if isinstance(kind, str) else None
+
+    def kinds(self) -> dict[str, type[BaseModel]]:
+        """Return the models of a choice by kind, empty where there is no such choice."""
+        if get_origin(self.hint) not in (Union, UnionType):
+            return {}
+        models = [m for m in get_args(self.hint) if isinstance(m, type) and issubclass(m, BaseModel)]
+        return {get_args(model.model_fields["kind"].annotation)[0]: model for model in models}
+
+    def child(self, key: str | int, data: Any) -> "Slot | None":
+        """Return the place under `key`, where `data` stands here; None if there is none."""
+        model = self.model(data)
+        if model is not None:
+            field = model.model_fields.get(str(key))
+            return None if field is None else slot(field.annotation, tuple(field.metadata))
+        origin, args = get_origin(self.hint), get_args(self.hint)
+        if origin is dict:
+            return slot(args[1])
+        if origin is tuple and str(key).isdigit():
+            index = 0 if args[-1] is Ellipsis else int(key)
+            return slot(args[index]) if index < len(args) else None
+        return None
+
+    def names(self, data: Any) -> list[str]:
+        """Return the names that may stand here: fields of a model, or keys where only some are allowed."""
+        model = self.model(data)
+        if model is not None:
+            return list(model.model_fields)
+        if get_origin(self.hint) is dict and get_origin(get_args(self.hint)[0]) is Literal:
+            return list(get_args(get_args(self.hint)[0]))
+        return []
+
+
+def slot(annotation: Any, metadata: tuple[Any, ...] = ()) -> Slot:
+    """Return the place of a type: `Annotated` and `| None` are taken off."""
+    if get_origin(annotation) is Annotated:
+        bare, *more = get_args(annotation)
+        for mark in more:
+            metadata += tuple(mark.metadata) if isinstance(mark, FieldInfo) else (mark,)
+        return slot(bare, metadata)
+    if get_origin(annotation) in (Union, UnionType):
+        members = [a for a in get_args(annotation) if a is not NoneType]
+        if len(members) == 1:
+            return slot(members[0], metadata)
+    return Slot(annotation, metadata)
+
+
+def items(value: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the keys and the values directly under a model, a dict or a tuple; nothing under a leaf."""
+    if isinstance(value, BaseModel):
+        yield from ((name, getattr(value, name)) for name in type(value).model_fields)
+    elif isinstance(value, dict):
+        yield from value.items()
+    elif isinstance(value, tuple | list):
+        yield from ((str(i), item) for i, item in enumerate(value))
+
+
+def leaves(description: BaseModel) -> Iterator[tuple[str, Slot]]:
+    """Yield the path and the slot of every single value in `description`, quantity or not."""
+    yield from _leaves(description, slot(type(description)), "")
+
+
+def _leaves(value: Any, here: Slot, path: str) -> Iterator[tuple[str, Slot]]:
+    if not isinstance(value, BaseModel | dict | tuple):
+        if value is not None:
+            yield path, here
+        return
+    for key, item in items(value):
+        below = here.child(key, value)
+        if below is not None:
+            yield from _leaves(item, below, f"{path}.{key}" if path else key)
+
+
+def quantities(description: BaseModel) -> dict[str, Quantity]:
+    """Return every quantity that has a value in `description`, by its path."""
+    return {path: here.quantity for path, here in leaves(description) if here.quantity is not None}

@@ -1,0 +1,72 @@
+"""Plain data to a description; the first mistake that pydantic finds is told with its file, line and field."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pydantic import ValidationError
+
+from nectosome.io.description import RobotDescription
+from nectosome.io.errors import InputError, shorten
+from nectosome.io.fields import FROM_FILE
+from nectosome.io.sentences import Spot, sentence
+from nectosome.io.structure import slot
+from nectosome.io.yaml_text import Key
+
+
+def validate(data: Any, *, file: str | None = None, lines: Mapping[Key, int] | None = None) -> RobotDescription:
+    """Return the description in plain `data`; InputError names file, line and field of the first mistake."""
+    if not isinstance(data, dict):
+        what = "is empty" if data is None else "has no named fields"
+        raise InputError(f"this {what}. A robot has at least a name and a body.", file=file)
+    found: list[Any] = []
+    description = None
+    try:
+        description = RobotDescription.model_validate(data, context=FROM_FILE)
+    except ValidationError as error:
+        found = error.errors(include_url=False)
+    unknown = next((mistake for mistake in found if mistake["type"] == "extra_forbidden"), None)
+    empty = None if unknown else next(_empty(Spot((), slot(RobotDescription), data, None, None)), None)
+    if description is not None and empty is None:
+        return description
+    mistake: Any = {"type": "empty", "loc": empty.path} if empty else unknown or found[0]
+    spot = empty or _locate(mistake["loc"], data)
+    path = spot.path
+    inner = mistake.get("ctx", {}).get("field")
+    if inner is not None:
+        path += tuple(inner.split("."))
+    elif spot.in_row and mistake["type"] in ("missing", "too_long"):
+        path = path[:-1]
+    field = shorten(".".join(map(str, path)), 120) or None
+    raise InputError(sentence(mistake, spot), file=file, line=_line(path, lines or {}), field=field)
+
+
+def _locate(loc: tuple[int | str, ...], data: Any) -> Spot:
+    """Follow pydantic's location through the data, past the marks it adds: kinds of a choice and `[key]`."""
+    spot = Spot((), slot(RobotDescription), data, None, None)
+    after_choice = False
+    for step in loc:
+        if step == "[key]":
+            continue
+        if after_choice and isinstance(spot.value, dict) and spot.value.get("kind") == step:
+            after_choice = False
+            continue
+        spot = spot.down(step)
+        after_choice = spot.slot is not None and bool(spot.slot.kinds())
+    return spot
+
+
+def _empty(spot: Spot) -> Iterator[Spot]:
+    """Yield the spots at which a field has a name and no value."""
+    if spot.value is None:
+        yield spot
+    if isinstance(spot.value, dict):
+        for key in spot.value:
+            yield from _empty(spot.down(key))
+    elif isinstance(spot.value, list):
+        for index in range(len(spot.value)):
+            yield from _empty(spot.down(index))
+
+
+def _line(path: Key, lines: Mapping[Key, int]) -> int | None:
+    """Return the line of `path`, or of the nearest group around it."""
+    return next((lines[path[:n]] for n in range(len(path), -1, -1) if path[:n] in lines), None)

@@ -1,0 +1,118 @@
+"""YAML to plain data that remembers its lines, and back. Nothing but text, numbers, lists and groups is let in."""
+
+import io
+from typing import Any
+
+from nectosome.io.errors import InputError, shorten
+
+MAX_DEPTH = 30
+MAX_VALUES = 20_000
+
+Key = tuple[str | int, ...]
+
+
+def read_yaml(text: str, source: str) -> tuple[Any, dict[Key, int]]:
+    """Return the data in `text` and the line [from 1] at which each value or key stands, by its path.
+
+    Anchors may repeat a value. Raises InputError for what is not YAML, keys that occur twice, foreign tags, and
+    files nested too deeply or unfolding too far.
+    """
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+    try:
+        yaml = YAML(typ="safe", pure=True)
+        node = yaml.compose(text)
+        return (None, {}) if node is None else _Reader(source, yaml.constructor).read(node)
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        why = " ".join(str(error.problem or error.context or "it breaks off").split())
+        line = mark.line + 1 if mark is not None else None
+        raise InputError(f"this is not YAML: {shorten(why, 120)}.", file=source, line=line) from None
+    except RecursionError:
+        raise InputError("nested too deeply for a robot file.", file=source) from None
+    except (YAMLError, ValueError) as error:
+        why = shorten(str(error).splitlines()[0] if str(error) else "it cannot be read", 120)
+        raise InputError(f"this is not YAML: {why}.", file=source) from None
+
+
+def write_yaml(data: Any) -> str:
+    """Return plain `data` as YAML text: groups over several lines, lists on one line."""
+    from ruamel.yaml import YAML
+
+    yaml = YAML()
+    yaml.width = 10_000  # one value, one line
+    stream = io.StringIO()
+    yaml.dump(_styled(data), stream)
+    return stream.getvalue()
+
+
+def _styled(data: Any) -> Any:
+    from ruamel.yaml.comments import CommentedSeq
+    from ruamel.yaml.scalarstring import DoubleQuotedScalarString
+
+    if isinstance(data, dict):
+        return {key: _styled(value) for key, value in data.items()}
+    if isinstance(data, list):
+        row = CommentedSeq(_styled(item) for item in data)
+        row.fa.set_flow_style()
+        return row
+    if isinstance(data, str) and not data.isprintable():
+        return DoubleQuotedScalarString(data)  # other quotes would fold unusual line ends
+    return data
+
+
+class _Reader:
+    """Turns the nodes of one file into data."""
+
+    def __init__(self, source: str, constructor: Any):
+        self.source, self.constructor = source, constructor
+        self.lines: dict[Key, int] = {}
+        self.count = 0
+
+    def read(self, node: Any) -> tuple[Any, dict[Key, int]]:
+        return self.value(node, ()), self.lines
+
+    def value(self, node: Any, path: Key) -> Any:
+        self.lines.setdefault(path, node.start_mark.line + 1)
+        self.count += 1
+        if len(path) > MAX_DEPTH or self.count > MAX_VALUES:
+            what = "nested too deeply" if len(path) > MAX_DEPTH else "too large"
+            raise self.error(f"{what} for a robot file.", node)
+        kind = str(node.tag).rpartition(":")[2]
+        if node.id == "mapping":
+            return self.mapping(node, path)
+        if node.id == "sequence":
+            return [self.value(item, (*path, i)) for i, item in enumerate(node.value)]
+        if kind == "int":
+            return self.whole(node)
+        if kind == "float":
+            return self.constructor.construct_yaml_float(node)
+        if kind == "bool":
+            return self.constructor.construct_yaml_bool(node)
+        if kind == "null":
+            return None
+        if kind in ("str", "timestamp", "value", "merge"):
+            return str(node.value)
+        raise self.error(f'the tag "{shorten(node.tag)}" is not used in robot files. Leave it out.', node)
+
+    def whole(self, node: Any) -> int:
+        if len(node.value) > 4000:
+            raise self.error("this number has too many digits.", node)
+        return self.constructor.construct_yaml_int(node)
+
+    def mapping(self, node: Any, path: Key) -> dict[str, Any]:
+        result: dict[str, Any] = {}
+        for key_node, value_node in node.value:
+            if key_node.id != "scalar":
+                raise self.error("a name is expected before the colon.", key_node)
+            key = str(key_node.value)
+            if key in result:
+                first = self.lines[(*path, key)]
+                raise self.error(f'"{shorten(key)}" occurs twice here, first in line {first}.', key_node)
+            self.lines[(*path, key)] = key_node.start_mark.line + 1
+            result[key] = self.value(value_node, (*path, key))
+        return result
+
+    def error(self, message: str, node: Any) -> InputError:
+        return InputError(message, file=self.source, line=node.start_mark.line + 1)

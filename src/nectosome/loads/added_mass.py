@@ -1,0 +1,109 @@
+r"""Added mass: the water a body carries along. It enters the mass matrix and the gyroscopic terms, once."""
+
+from typing import Any
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import Load, Strips, Water
+
+
+class AddedMass(Load):
+    """Base of all added masses: no force of its own, energy-conserving."""
+
+    inertial = True
+
+    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[None, Any]:
+        """None: the equations of motion take `inertia`."""
+        return None, z
+
+
+def _at_centre(matrix: Array, strips: Strips) -> Array:
+    return jnp.pad(matrix[None], ((0, strips.weight.shape[0] - 1), (0, 0), (0, 0)))
+
+
+class StripAddedMass(AddedMass):
+    r"""Per length $\rho\pi\,diag(C_t r_y r_z,\ C_n r_z^2,\ C_n r_y^2)$ on translation; slender bodies: C_n = 1."""
+
+    normal: Float[Array, ""]  # C_n [-]
+    tangential: Float[Array, ""]  # C_t [-]
+
+    def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
+        """Added mass of each station [kg]."""
+        ry, rz = strips.half_width[:, 0], strips.half_width[:, 1]
+        zero = jnp.zeros_like(ry)
+        line = jnp.stack(
+            [zero, zero, zero, self.tangential * ry * rz, self.normal * rz**2, self.normal * ry**2], axis=-1
+        )
+        return (water.density * jnp.pi * strips.weight[:, None] * line)[..., None] * jnp.eye(6)
+
+
+class GivenAddedMass(AddedMass):
+    """Added mass and added inertia of a rigid body about its centre, axis by axis."""
+
+    mass: Float[Array, "3"]  # [kg]
+    rotational: Float[Array, "3"]  # [kg m2]
+
+    def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
+        """diag(rotational, mass) at the centre."""
+        return _at_centre(jnp.diag(jnp.concatenate([self.rotational, self.mass])), strips)
+
+
+class SpheroidAddedMass(AddedMass):
+    """A spheroid in unbounded potential flow (Lamb 1932, art. 114-115, 373); half axes a along x, b across."""
+
+    half_length: Float[Array, ""]  # a [m]
+    radius: Float[Array, ""]  # b [m]
+
+    def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
+        """k1, k2 of the displaced mass on translation, k' of its inertia on turning across."""
+        k1, k2, k3 = lamb_coefficients(self.half_length / self.radius)
+        mass = water.density * 4 / 3 * jnp.pi * self.half_length * self.radius**2
+        across = k3 * mass / 5 * (self.half_length**2 + self.radius**2)
+        zero = jnp.zeros_like(mass)
+        return _at_centre(jnp.diag(jnp.stack([zero, across, across, k1 * mass, k2 * mass, k2 * mass])), strips)
+
+
+def lamb_coefficients(ratio: Float[Array, ""]) -> tuple[Array, Array, Array]:
+    r"""Lamb's k1 (along), k2 (across), k' (turning) of a spheroid with half axes a = ratio * b.
+
+    With $e^2 = 1 - 1/ratio^2$, $\alpha = 2(1-e^2)/e^3 (artanh\, e - e)$, $\beta = 1/e^2 - (1-e^2)/e^3\, artanh\, e$:
+    $k_1 = \alpha/(2-\alpha)$, $k_2 = \beta/(2-\beta)$,
+    $k' = e^4 (\beta-\alpha) / ((2-e^2)(2e^2 - (2-e^2)(\beta-\alpha)))$; continued to oblate ones (ratio below 1) and to
+    the sphere, where they are 1/2, 1/2, 0.
+    """
+    s = 1 - 1 / ratio**2  # e^2, negative for oblate
+    small = jnp.abs(s) < 0.04
+    x = jnp.where(small, 0.5, s)
+    root = jnp.sqrt(jnp.abs(x))
+    prolate = jnp.arctanh(jnp.where(x > 0, root, 0.5)) / root
+    oblate = jnp.arctan(root) / root
+    closed = (jnp.where(x > 0, prolate, oblate) - 1) / x  # (artanh e - e) / e^3
+    series = jnp.zeros_like(s)
+    for k in reversed(range(14)):
+        series = series * s + 1 / (2 * k + 3)
+    g = jnp.where(small, series, closed)
+    alpha = 2 * (1 - s) * g
+    beta = 1 - (1 - s) * g
+    difference = beta - alpha
+    # k' tends to 0/0 at the sphere; difference = s d with smooth d
+    ratio_series = jnp.zeros_like(s)
+    for k in reversed(range(13)):
+        ratio_series = ratio_series * s + 6 / ((2 * k + 3) * (2 * k + 5))
+    d = jnp.where(small, ratio_series, jnp.where(small, 1.0, difference / x))
+    return alpha / (2 - alpha), beta / (2 - beta), s**2 * d / ((2 - s) * (2 - (2 - s) * d))
+
+
+class CylinderAddedMass(AddedMass):
+    r"""A rigid round cylinder across its axis: $C \rho\pi r^2 L$, on turning $C \rho\pi r^2 L^3/12$; strip theory."""
+
+    length: Float[Array, ""]  # [m]
+    radius: Float[Array, ""]  # [m]
+    coefficient: Float[Array, ""]  # C [-]
+
+    def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
+        """diag(0, I, I, 0, m, m) at the centre."""
+        mass = self.coefficient * water.density * jnp.pi * self.radius**2 * self.length
+        turning = mass * self.length**2 / 12
+        zero = jnp.zeros_like(mass)
+        return _at_centre(jnp.diag(jnp.stack([zero, turning, turning, zero, mass, mass])), strips)

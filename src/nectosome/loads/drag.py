@@ -1,0 +1,60 @@
+"""Quadratic drag and lift: strip by strip along a slender body (Morison), and lumped on a rigid one."""
+
+from typing import Any
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import Load, Strips, Water, safe_norm
+
+from .buoyancy import wetted
+
+
+class StripDrag(Load):
+    r"""Drag and lift per length of a slender body (Armanini et al. 2022, eq. 12).
+
+    In the section's frame, x along the body, with the velocity v relative to the water and half widths r_y, r_z:
+
+    $$ f = -\rho |v| \begin{bmatrix} \tfrac{\pi}{2} r C_t v_x \\ r_z C_n v_y - r C_l v_z \\ r C_l v_y + r_y C_n v_z
+    \end{bmatrix}, \quad r = \tfrac12 (r_y + r_z) $$
+
+    Lift does no work; drag takes energy out, whatever the motion. What stands out of the water feels nothing.
+    """
+
+    normal: Float[Array, ""]  # C_n [-]
+    tangential: Float[Array, ""]  # C_t [-]
+    lift: Float[Array, ""]  # C_l [-]
+    dissipative = True
+
+    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
+        """Wrench on each station [N m, N]."""
+        vx, vy, vz = jnp.moveaxis(strips.velocity, -1, 0)
+        ry, rz = strips.half_width[:, 0], strips.half_width[:, 1]
+        r = strips.radius
+        f = jnp.stack(
+            [
+                0.5 * jnp.pi * r * self.tangential * vx,
+                rz * self.normal * vy - r * self.lift * vz,
+                r * self.lift * vy + ry * self.normal * vz,
+            ],
+            axis=-1,
+        )
+        f = -(water.density * wetted(strips, water) * strips.weight * safe_norm(strips.velocity))[:, None] * f
+        return jnp.concatenate([jnp.zeros_like(f), f], axis=-1), z
+
+
+class LumpedDrag(Load):
+    r"""Drag on a rigid body's centre, axis by axis: $F_i = -\tfrac12 \rho A_i |v_i| v_i$, $M_i = -c_i |w_i| w_i$."""
+
+    area: Float[Array, "3"]  # drag areas C_d A along local x, y, z [m2]
+    rotational: Float[Array, "3"]  # [kg m2]
+    dissipative = True
+
+    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
+        """Wrench on the centre; nothing on other stations."""
+        v, w = strips.velocity[0], strips.angular_velocity[0]
+        wet = wetted(strips, water)[0]
+        moment = -wet * self.rotational * jnp.abs(w) * w
+        force = -0.5 * water.density * wet * self.area * jnp.abs(v) * v
+        wrench = jnp.concatenate([moment, force])[None]
+        return jnp.pad(wrench, ((0, strips.weight.shape[0] - 1), (0, 0))), z

@@ -1,0 +1,42 @@
+"""Given forces: at a point or along a rod, dead (fixed in the world) or following the body."""
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import Load, Strips, Water
+from nectosome.core.se3 import cross, dot_t
+
+
+class PointForce(Load):
+    """A force [N] and a moment [N m] on one station, in the world's axes or, follower, in the station's."""
+
+    moment: Float[Array, "3"]
+    vector: Float[Array, "3"]
+    arm: Float[Array, "3"]  # from the station to where the force acts, station frame [m]
+    station: int = eqx.field(static=True)
+    follower: bool = eqx.field(static=True)
+
+    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
+        """Wrench on the station."""
+        parts = [self.moment, self.vector]
+        if not self.follower:
+            parts = [dot_t(strips.rotation[self.station], x) for x in parts]
+        moment, f = parts
+        wrench = jnp.concatenate([moment + cross(self.arm, f), f])
+        return jnp.zeros((strips.weight.shape[0], 6)).at[self.station].set(wrench), z
+
+
+class LineForce(Load):
+    """A force per length [N/m] along a body, in the world's axes or, follower, in the sections'."""
+
+    vector: Float[Array, "3"]
+    follower: bool = eqx.field(static=True)
+
+    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
+        """Force on each station."""
+        f = self.vector if self.follower else dot_t(strips.rotation, self.vector)
+        f = strips.weight[:, None] * f
+        return jnp.concatenate([jnp.zeros_like(f), f], axis=-1), z

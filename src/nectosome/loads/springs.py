@@ -1,0 +1,32 @@
+"""Springs and dampers on joints."""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import JointLoad
+
+
+class Spring(JointLoad):
+    """tau = -k (x - rest) on every axis of the joint; x a turn [rad], a way [m] or a rotation vector [rad]."""
+
+    stiffness: Float[Array, ""]  # [N m/rad or N/m]
+    rest: Float[Array, ""]  # [rad or m]
+
+    def force(self, displacement: Float[Array, "nv"], v: Float[Array, "nv"]) -> Float[Array, "nv"]:
+        """Restoring force."""
+        return -self.stiffness * (displacement - self.rest)
+
+    def energy(self, displacement: Float[Array, "nv"]) -> Float[Array, ""]:
+        """Energy stored [J]."""
+        return 0.5 * self.stiffness * jnp.sum((displacement - self.rest) ** 2)
+
+
+class Damper(JointLoad):
+    """tau = -c v on every axis of the joint."""
+
+    damping: Float[Array, ""]  # [N m s/rad or N s/m]
+    dissipative = True
+
+    def force(self, displacement: Float[Array, "nv"], v: Float[Array, "nv"]) -> Float[Array, "nv"]:
+        """Resisting force."""
+        return -self.damping * v

@@ -1,0 +1,32 @@
+"""Joints, rigid links, soft rods, and the tree they form: kinematics and equations of motion."""
+
+from .diagnose import Diagnosis, diagnose, load_names
+from .joints import Fixed, Free, Joint, Planar, Prismatic, Revolute, Spherical
+from .links import Link
+from .robot import Attached, Forces, Robot, make_robot
+from .rods import STRAINS, Rod, make_rod
+from .tree import Part, Shape, Tree
+
+__all__ = [
+    "STRAINS",
+    "Attached",
+    "Diagnosis",
+    "Fixed",
+    "Forces",
+    "Free",
+    "Joint",
+    "Link",
+    "Part",
+    "Planar",
+    "Prismatic",
+    "Revolute",
+    "Robot",
+    "Rod",
+    "Shape",
+    "Spherical",
+    "Tree",
+    "diagnose",
+    "load_names",
+    "make_robot",
+    "make_rod",
+]

@@ -1,0 +1,106 @@
+"""What a robot does at one instant, load by load: forces, powers, energies, reactions, and whether they balance."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import Load, State
+from nectosome.core.se3 import dot, dot_t
+
+from .robot import Robot, times
+from .rods import Rod
+
+ADDED_MASS, VISCOUS, DRIVE = "added_mass", "viscous", "drive"
+
+
+class Diagnosis(NamedTuple):
+    """Forces and powers at one instant; loads of one name are summed over parts for powers."""
+
+    a: Float[Array, "nv"]
+    position: Float[Array, "n 3"]  # stations, world frame [m]
+    rotation: Float[Array, "n 3 3"]
+    velocity: Float[Array, "parts 3"]  # of each part's first station, world frame [m/s]
+    load_force: Float[Array, "loads parts 3"]  # world frame [N]
+    load_power: Float[Array, "loads"]  # [W], positive into the robot
+    line_force: Float[Array, "loads n 3"]  # station frame [N/m], NaN where a station is no strip
+    reaction: Float[Array, "prescribed"]  # what the drives of prescribed joints give [N m, N]
+    reaction_power: Float[Array, "prescribed"]  # [W]
+    energy: Float[Array, "3"]  # kinetic of the body, kinetic of the water it carries, elastic [J]
+    energy_rate: Float[Array, ""]  # d/dt of their sum [W]
+
+
+def load_names(robot: Robot) -> tuple[str, ...]:
+    """Names of all loads, in order, then of what the mechanism itself adds."""
+    own = dict.fromkeys(a.name for a in robot.loads if not (isinstance(a.load, Load) and a.load.inertial))
+    return (*own, ADDED_MASS, VISCOUS, DRIVE)
+
+
+def energies(robot: Robot, t: Array, q: Array, v: Array) -> Float[Array, "3"]:
+    """Kinetic energy of the body, of the water it carries (relative to the current), elastic energy of the rods [J]."""
+    tree = robot.tree
+    q, v, _ = tree.complete(t, q, v)
+    shape = tree.shape(q, v)
+    twist = tree.twists(shape, v)
+    relative, _ = robot.relative(t, shape, twist, twist)
+    elastic = jnp.zeros(())
+    for part, place in zip(tree.parts, tree.layout, strict=True):
+        if isinstance(part.body, Rod):
+            x = q[place.q][part.joint.nq :]
+            elastic += 0.5 * x @ part.body.stiffness @ x
+    return jnp.stack(
+        [
+            0.5 * jnp.sum(twist * times(robot.inertia, twist)),
+            0.5 * jnp.sum(relative * times(robot.added, relative)),
+            elastic,
+        ]
+    )
+
+
+def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
+    """Forces, powers and energies of the motion through x at time t."""
+    tree, names = robot.tree, load_names(robot)
+    rate = robot.rates(t, x)
+    acting = robot.forces(t, x, rate.v)
+    shape, twist = acting.shape, acting.twist
+    n, parts = shape.position.shape[0], len(tree.parts)
+    _, v, _ = tree.complete(t, x.q, x.v)
+    weight = jnp.concatenate([part.body.weight for part in tree.parts])
+    belongs = jnp.concatenate([jnp.full(part.body.weight.shape[0], i) for i, part in enumerate(tree.parts)])
+
+    wrench = jnp.zeros((len(names), n, 6)).at[names.index(ADDED_MASS)].set(acting.fluid)
+    power = jnp.zeros(len(names))
+    for attached, w, f in zip(robot.loads, acting.wrenches, acting.joint_forces, strict=True):
+        place = tree.layout[attached.part]
+        if w is not None:
+            wrench = wrench.at[names.index(attached.name), place.stations].add(w)
+            power = power.at[names.index(attached.name)].add(jnp.sum(w * twist[place.stations]))
+        if f is not None:
+            power = power.at[names.index(attached.name)].add(f @ v[place.v][: f.shape[0]])
+    # the water's kinetic energy is counted above; a current also drags the carried water along
+    c = dot_t(shape.rotation, robot.water.flow(t, shape.position)[0])
+    power = power.at[names.index(ADDED_MASS)].set(jnp.sum(acting.fluid[:, 3:] * c))
+    power = power.at[names.index(VISCOUS)].set(-acting.viscous @ v)
+    power = power.at[names.index(DRIVE)].set(acting.drive @ v)
+
+    world = dot(shape.rotation, wrench[:, :, 3:])
+    by_part = jax.vmap(lambda f: jax.ops.segment_sum(f, belongs, parts))(world)
+    line = wrench[:, :, 3:] / jnp.where(weight > 0, weight, jnp.nan)[:, None]
+    first = jnp.array([place.stations.start for place in tree.layout])
+    reaction = acting.residual[tree.prescribed_v]
+    one = jnp.ones(())
+    energy, energy_rate = jax.jvp(lambda t, q, v: energies(robot, t, q, v), (t, x.q, x.v), (one, rate.q, rate.v))
+    return Diagnosis(
+        a=rate.v,
+        position=shape.position,
+        rotation=shape.rotation,
+        velocity=dot(shape.rotation[first], twist[first, 3:]),
+        load_force=by_part,
+        load_power=power,
+        line_force=line,
+        reaction=reaction,
+        reaction_power=reaction * v[tree.prescribed_v],
+        energy=energy,
+        energy_rate=jnp.sum(energy_rate),
+    )

@@ -1,0 +1,218 @@
+r"""Joints: how a body moves relative to the one that carries it.
+
+Each gives the pose of the child in the parent's joint frame, the motion subspace S and the velocity-product twist
+$\dot S v$, both in the child's frame, so that the relative body twist is S v. Coordinates q and velocities v differ
+only where a rotation in space is a quaternion (scalar first, any length but zero).
+"""
+
+from abc import abstractmethod
+from typing import ClassVar, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core.se3 import (
+    cross,
+    dot,
+    dot_t,
+    exp_so3,
+    quaternion_from_rpy,
+    rotation_from_quaternion,
+    safe_norm,
+    skew,
+)
+
+
+class Motion(NamedTuple):
+    """Relative motion of a joint."""
+
+    rotation: Float[Array, "3 3"]
+    position: Float[Array, "3"]
+    subspace: Float[Array, "nv 6"]  # unit twists, child frame
+    bias: Float[Array, "6"]  # dS/dt v, child frame; 0 for most joints
+
+
+class Joint(eqx.Module):
+    """A joint with `nq` coordinates and `nv` velocities."""
+
+    nq: ClassVar[int]
+    nv: ClassVar[int]
+    names: ClassVar[tuple[str, ...]]  # of the velocities
+
+    @abstractmethod
+    def motion(self, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> Motion:
+        """Pose, subspace and velocity-product twist."""
+
+    def advance(self, q: Float[Array, "nq"], v: Float[Array, "nv"], step: Float[Array, ""]) -> Float[Array, "nq"]:
+        """Solve q1 = q + step N(q1) v."""
+        return q + step * v
+
+    def displacement(self, q: Float[Array, "nq"]) -> Float[Array, "nv"]:
+        """What a spring feels: the coordinates, or the rotation vector [rad]."""
+        return q
+
+    @abstractmethod
+    def start(self) -> tuple[Float[Array, "nq"], Float[Array, "nv"]]:
+        """Coordinates and velocities to start from."""
+
+
+class Fixed(Joint):
+    """No motion."""
+
+    nq = nv = 0
+    names = ()
+
+    def motion(self, q: Float[Array, "0"], v: Float[Array, "0"]) -> Motion:
+        """Identity."""
+        return Motion(jnp.eye(3), jnp.zeros(3), jnp.zeros((0, 6)), jnp.zeros(6))
+
+    def start(self) -> tuple[Float[Array, "0"], Float[Array, "0"]]:
+        """Nothing to start."""
+        return jnp.zeros(0), jnp.zeros(0)
+
+
+class Revolute(Joint):
+    """Rotation by q [rad] about the unit vector `axis`."""
+
+    axis: Float[Array, "3"]
+    position: Float[Array, "1"]  # at the start [rad]
+    velocity: Float[Array, "1"]  # at the start [rad/s]
+    nq = nv = 1
+    names = ("angle",)
+
+    def motion(self, q: Float[Array, "1"], v: Float[Array, "1"]) -> Motion:
+        """R = exp(q [axis]), S = (axis, 0)."""
+        S = jnp.concatenate([self.axis, jnp.zeros(3)])[None]
+        return Motion(exp_so3(self.axis * q), jnp.zeros(3), S, jnp.zeros(6))
+
+    def start(self) -> tuple[Float[Array, "1"], Float[Array, "1"]]:
+        """Start angle and speed."""
+        return self.position, self.velocity
+
+
+class Prismatic(Joint):
+    """Translation by q [m] along the unit vector `axis`."""
+
+    axis: Float[Array, "3"]
+    position: Float[Array, "1"]  # at the start [m]
+    velocity: Float[Array, "1"]  # at the start [m/s]
+    nq = nv = 1
+    names = ("position",)
+
+    def motion(self, q: Float[Array, "1"], v: Float[Array, "1"]) -> Motion:
+        """p = q axis, S = (0, axis)."""
+        S = jnp.concatenate([jnp.zeros(3), self.axis])[None]
+        return Motion(jnp.eye(3), self.axis * q, S, jnp.zeros(6))
+
+    def start(self) -> tuple[Float[Array, "1"], Float[Array, "1"]]:
+        """Start position and speed."""
+        return self.position, self.velocity
+
+
+class Planar(Joint):
+    """Motion in the plane through the origin normal to `axis`: q = (along e1 [m], along e2 [m], angle [rad]).
+
+    e1, e2 span the plane in the parent's frame, e1 x e2 = axis; v = dq/dt.
+    """
+
+    frame: Float[Array, "3 3"]  # columns e1, e2, axis
+    position: Float[Array, "3"]
+    velocity: Float[Array, "3"]
+    nq = nv = 3
+    names = ("x", "y", "angle")
+
+    def motion(self, q: Float[Array, "3"], v: Float[Array, "3"]) -> Motion:
+        """R = exp(angle [axis]), S = ((0, axis), (R^T e1, 0), (R^T e2, 0))."""
+        e1, e2, n = self.frame.T
+        R = exp_so3(n * q[2])
+        b1, b2 = dot_t(R, e1), dot_t(R, e2)
+        o = jnp.zeros(3)
+        S = jnp.stack([jnp.concatenate([o, b1]), jnp.concatenate([o, b2]), jnp.concatenate([n, o])])
+        bias = jnp.concatenate([o, -v[2] * cross(n, b1 * v[0] + b2 * v[1])])
+        return Motion(R, e1 * q[0] + e2 * q[1], S, bias)
+
+    def start(self) -> tuple[Float[Array, "3"], Float[Array, "3"]]:
+        """Start coordinates and their rates."""
+        return self.position, self.velocity
+
+
+def _advance_quaternion(quaternion: Array, w: Array, step: Array) -> Array:
+    """Solve Q1 = Q + step/2 Q1 w in closed form: Q1 = (Q + step/2 Q w) / (1 + |step w|^2/4)."""
+    half = 0.5 * step * w
+    s, u = quaternion[0], quaternion[1:]
+    product = jnp.concatenate([-jnp.sum(u * half)[None], s * half + cross(u, half)])
+    return (quaternion + product) / (1 + jnp.sum(half * half))
+
+
+def _rotation_vector(quaternion: Array) -> Array:
+    """Rotation vector [rad] of length at most pi."""
+    quaternion = jnp.where(quaternion[0] < 0, -quaternion, quaternion)
+    n = safe_norm(quaternion[1:])
+    angle = 2 * jnp.arctan2(n, quaternion[0])
+    return quaternion[1:] * jnp.where(n > 0, angle / jnp.where(n > 0, n, 1.0), 2 / quaternion[0])
+
+
+class Spherical(Joint):
+    """Free rotation; q a quaternion, v the angular velocity in the child's frame [rad/s]."""
+
+    orientation: Float[Array, "3"]  # roll, pitch, yaw at the start [rad]
+    angular_velocity: Float[Array, "3"]  # at the start [rad/s]
+    nq, nv = 4, 3
+    names = ("wx", "wy", "wz")
+
+    def motion(self, q: Float[Array, "4"], v: Float[Array, "3"]) -> Motion:
+        """S = (I, 0)."""
+        return Motion(rotation_from_quaternion(q), jnp.zeros(3), jnp.eye(6)[:3], jnp.zeros(6))
+
+    def advance(self, q: Float[Array, "4"], v: Float[Array, "3"], step: Float[Array, ""]) -> Float[Array, "4"]:
+        """Implicit step of dQ/dt = Q w / 2."""
+        return _advance_quaternion(q, v, step)
+
+    def displacement(self, q: Float[Array, "4"]) -> Float[Array, "3"]:
+        """Rotation vector [rad]."""
+        return _rotation_vector(q)
+
+    def start(self) -> tuple[Float[Array, "4"], Float[Array, "3"]]:
+        """Start orientation and angular velocity."""
+        return quaternion_from_rpy(self.orientation), self.angular_velocity
+
+
+class Free(Joint):
+    """All six motions; q = (position [m] in the parent's frame, quaternion), v = body twist (angular, linear)."""
+
+    position: Float[Array, "3"]
+    orientation: Float[Array, "3"]  # roll, pitch, yaw at the start [rad]
+    angular_velocity: Float[Array, "3"]  # at the start, child frame [rad/s]
+    velocity: Float[Array, "3"]  # at the start, child frame [m/s]
+    nq, nv = 7, 6
+    names = ("wx", "wy", "wz", "vx", "vy", "vz")
+
+    def motion(self, q: Float[Array, "7"], v: Float[Array, "6"]) -> Motion:
+        """S = I."""
+        return Motion(rotation_from_quaternion(q[3:]), q[:3], jnp.eye(6), jnp.zeros(6))
+
+    def advance(self, q: Float[Array, "7"], v: Float[Array, "6"], step: Float[Array, ""]) -> Float[Array, "7"]:
+        """Implicit step of dQ/dt = Q w / 2, dp/dt = R v."""
+        turned = _advance_quaternion(q[3:], v[:3], step)
+        return jnp.concatenate([q[:3] + step * dot(rotation_from_quaternion(turned), v[3:]), turned])
+
+    def displacement(self, q: Float[Array, "7"]) -> Float[Array, "6"]:
+        """Rotation vector [rad] and position [m]."""
+        return jnp.concatenate([_rotation_vector(q[3:]), q[:3]])
+
+    def start(self) -> tuple[Float[Array, "7"], Float[Array, "6"]]:
+        """Start pose and twist."""
+        quaternion = quaternion_from_rpy(self.orientation)
+        return (
+            jnp.concatenate([self.position, quaternion]),
+            jnp.concatenate([self.angular_velocity, self.velocity]),
+        )
+
+
+def plane_frame(axis: Float[Array, "3"]) -> Float[Array, "3 3"]:
+    """Columns e1, e2, axis, right-handed; for axis = z these are x, y, z."""
+    helper = jnp.where(jnp.abs(axis[0]) < 0.9, jnp.array([1.0, 0.0, 0.0]), jnp.array([0.0, 1.0, 0.0]))
+    e1 = helper - axis * jnp.sum(helper * axis)
+    e1 = e1 / jnp.sqrt(jnp.sum(e1 * e1))
+    return jnp.stack([e1, dot(skew(axis), e1), axis], axis=-1)

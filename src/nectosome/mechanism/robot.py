@@ -1,0 +1,217 @@
+r"""A robot: a tree of parts, the loads on them, and the water; its equations of motion.
+
+With the body twists $V = J v$ of all stations, the equations are
+
+$$ \sum J^T \left( \mathcal M (J \dot v + \dot J v) - ad^T_V \mathcal M V - w \right) + K q + D v - \tau = 0 $$
+
+where $\mathcal M$ holds the body's own inertia and the added mass (the latter with the velocity relative to the water)
+and w the wrenches of the loads (Boyer et al. 2021, eq. 44; Armanini et al. 2022).
+"""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import JointLoad, Load, Mechanical, State, Strips, Water
+from nectosome.core.se3 import coadjoint, cross, dot_t
+
+from .rods import Rod
+from .tree import Shape, Tree
+
+
+class Attached(eqx.Module):
+    """A load and the part whose stations, or whose joint, it acts on."""
+
+    name: str = eqx.field(static=True)
+    part: int = eqx.field(static=True)
+    load: Load | JointLoad
+
+
+class Forces(NamedTuple):
+    """All that acts at one instant; sums to the residual."""
+
+    shape: Shape
+    twist: Float[Array, "n 6"]  # of the stations, body frame
+    wrenches: tuple[Array | None, ...]  # of each load on its part's stations, station frame
+    joint_forces: tuple[Array | None, ...]  # of each load on its part's joint
+    fluid: Float[Array, "n 6"]  # inertia force of the added mass, the wrench the water gives, station frame
+    inertia: Float[Array, "n 6"]  # rate of momentum of the body's own matter
+    elastic: Float[Array, "nv"]  # K q of the rods
+    viscous: Float[Array, "nv"]  # D v of the rods
+    drive: Float[Array, "nv"]  # of driven joints
+    residual: Float[Array, "nv"]  # what is missing: zero at free coordinates, the reaction at prescribed ones
+
+
+class Robot(Mechanical):
+    """A tree of parts in water. `make_robot` fills what depends on the design only."""
+
+    tree: Tree
+    loads: tuple[Attached, ...]
+    water: Water
+    inertia: Float[Array, "n 6 6"]  # of the body's own matter, at each station
+    added: Float[Array, "n 6 6"]  # added mass
+
+    @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """Names of the unknown velocities."""
+        names = self.tree.coordinate_names
+        return tuple(names[i] for i in self.tree.free_v)
+
+    @property
+    def prescribed_names(self) -> tuple[str, ...]:
+        """Names of the prescribed velocities."""
+        names = self.tree.coordinate_names
+        return tuple(names[i] for i in self.tree.prescribed_v)
+
+    def initial(self) -> State:
+        """Joints where they start, rods unstressed and at rest."""
+        q, v = self.tree.start()
+        return State(q, v, tuple(a.load.initial() if isinstance(a.load, Load) else () for a in self.loads))
+
+    def advance(self, q: Array, v: Array, step: Array) -> Array:
+        """Solve q1 = q + step N(q1) v."""
+        return self.tree.advance(q, v, step)
+
+    def strips(self, part: int, t: Array, shape: Shape, twist: Array) -> Strips:
+        """Stations of one part as a load sees them."""
+        here, body = self.tree.layout[part].stations, self.tree.parts[part].body
+        R, p, twist = shape.rotation[here], shape.position[here], twist[here]
+        velocity = twist[:, 3:]
+        if self.water.current is not None:
+            velocity = velocity - dot_t(R, self.water.flow(t, p)[0])
+        return Strips(
+            rotation=R,
+            position=p,
+            angular_velocity=twist[:, :3],
+            velocity=velocity,
+            weight=body.weight,
+            half_width=body.half_width,
+            volume=body.volume,
+            inertia=self.inertia[here],
+        )
+
+    def forces(self, t: Array, x: State, a: Float[Array, "nv"], u: Array | None = None) -> Forces:
+        """Everything that acts at time t with accelerations a of the unknown coordinates.
+
+        u [n] adds to the generalised forces of all unknown coordinates.
+        """
+        tree = self.tree
+        q, v, prescribed = tree.complete(t, x.q, x.v)
+        full_a = prescribed.at[tree.free_v].add(a)
+        shape = tree.shape(q, v)
+        twist, pull = jax.vjp(lambda v: tree.twists(shape, v), v)
+        rate = tree.twist_rates(shape, q, v, full_a)
+
+        momentum = times(self.inertia, twist)
+        inertia = times(self.inertia, rate) + coadjoint(twist, momentum)
+        relative, relative_rate = self.relative(t, shape, twist, rate)
+        momentum = times(self.added, relative)
+        fluid = -times(self.added, relative_rate) - coadjoint(relative, momentum)
+
+        wrench = fluid - inertia
+        joint = jnp.zeros(v.shape)
+        wrenches, joint_forces = [], []
+        for attached, z in zip(self.loads, x.z, strict=True):
+            place = tree.layout[attached.part]
+            if isinstance(attached.load, Load):
+                w, _ = attached.load.force(t, self.strips(attached.part, t, shape, twist), z, self.water)
+                wrench = wrench if w is None else wrench.at[place.stations].add(w)
+                wrenches.append(w)
+                joint_forces.append(None)
+            else:
+                kind = tree.parts[attached.part].joint
+                f = attached.load.force(kind.displacement(q[place.q][: kind.nq]), v[place.v][: kind.nv])
+                joint = joint.at[place.v.start : place.v.start + kind.nv].add(f)
+                wrenches.append(None)
+                joint_forces.append(f)
+
+        elastic, viscous, drive = (jnp.zeros(v.shape) for _ in range(3))
+        for part, place in zip(tree.parts, tree.layout, strict=True):
+            start = place.v.start + part.joint.nv
+            if isinstance(part.body, Rod):
+                elastic = elastic.at[start : place.v.stop].set(part.body.stiffness @ q[place.q][part.joint.nq :])
+                viscous = viscous.at[start : place.v.stop].set(part.body.damping @ v[start : place.v.stop])
+            if part.drive is not None:
+                drive = drive.at[place.v.start : start].set(part.drive(t)[0])
+        if u is not None:
+            drive = drive.at[tree.free_v].add(u)
+        residual = elastic + viscous - joint - drive - pull(wrench)[0]
+        return Forces(
+            shape, twist, tuple(wrenches), tuple(joint_forces), fluid, inertia, elastic, viscous, drive, residual
+        )
+
+    def relative(self, t: Array, shape: Shape, twist: Array, rate: Array) -> tuple[Array, Array]:
+        """Twist relative to the water and its rate in the station's frame, after Morison: the water brings Dc/Dt."""
+        if self.water.current is None:
+            return twist, rate
+        c, dc = self.water.flow(t, shape.position)
+        c, dc = dot_t(shape.rotation, c), dot_t(shape.rotation, dc)
+        zero = jnp.zeros_like(c)
+        turning = cross(twist[:, :3], c)
+        return (
+            twist - jnp.concatenate([zero, c], axis=-1),
+            rate - jnp.concatenate([zero, dc - turning], axis=-1),
+        )
+
+    def residual(self, t: Array, x: State, a: Float[Array, "nv"], u: Array | None = None) -> Float[Array, "nv"]:
+        """M a + h [N or N m] of the unknown coordinates."""
+        return self.forces(t, x, a, u).residual[self.tree.free_v]
+
+    def mass_bias(self, t: Array, x: State, u: Array | None = None) -> tuple[Array, Array]:
+        """Mass matrix (added mass included) and bias of the unknown coordinates."""
+        acting = self.forces(t, x, jnp.zeros_like(x.v), u)
+        free = self.tree.free_v
+        directions = jnp.eye(self.tree.layout[-1].v.stop)[free]
+        J = jax.vmap(lambda v: self.tree.twists(acting.shape, v))(directions)
+        M = jnp.einsum("vni,wni->vw", J, times(self.inertia + self.added, J))
+        return M, acting.residual[free]
+
+    def state_rates(self, t: Array, x: State, u: Any = None) -> Any:
+        """Rates of the load states."""
+        if not jax.tree.leaves(x.z):
+            return x.z
+        q, v, _ = self.tree.complete(t, x.q, x.v)
+        shape = self.tree.shape(q, v)
+        twist = self.tree.twists(shape, v)
+        rates = []
+        for attached, z in zip(self.loads, x.z, strict=True):
+            if isinstance(attached.load, Load):
+                z = attached.load.force(t, self.strips(attached.part, t, shape, twist), z, self.water)[1]
+            rates.append(z)
+        return tuple(rates)
+
+    def rates(self, t: Array, x: State, u: Array | None = None) -> State:
+        """Time derivative of the state (explicit integration)."""
+        M, h = self.mass_bias(t, x, u)
+        a = -jax.scipy.linalg.cho_solve(jax.scipy.linalg.cho_factor(M), h) if h.size else h
+        _, dq = jax.jvp(lambda s: self.advance(x.q, x.v, s), (jnp.zeros(()),), (jnp.ones(()),))
+        return State(dq, a, self.state_rates(t, x, u))
+
+    def weight(self) -> Float[Array, "parts"]:
+        """Mass of each part [kg]."""
+        return jnp.stack([jnp.sum(self.inertia[place.stations, 3, 3]) for place in self.tree.layout])
+
+
+def times(matrix: Array, x: Array) -> Array:
+    """Product of small matrices with vectors as a broadcast sum."""
+    return jnp.sum(matrix * x[..., None, :], axis=-1)
+
+
+def make_robot(tree: Tree, loads: tuple[Attached, ...], water: Water) -> Robot:
+    """Robot with the inertia of bodies and of the water they carry along gathered at its stations."""
+    inertia = jnp.concatenate([part.body.inertia for part in tree.parts])
+    bare = Robot(tree, loads, water, inertia, jnp.zeros_like(inertia))
+    x = bare.initial()
+    q, v, _ = tree.complete(jnp.zeros(()), x.q, x.v)
+    shape = tree.shape(q, v)
+    rest = jnp.zeros_like(inertia[:, 0])
+    added = jnp.zeros_like(inertia)
+    for attached in loads:
+        if isinstance(attached.load, Load):
+            mass = attached.load.inertia(bare.strips(attached.part, jnp.zeros(()), shape, rest), water)
+            if mass is not None:
+                added = added.at[tree.layout[attached.part].stations].add(mass)
+    return Robot(tree, loads, water, inertia, added)

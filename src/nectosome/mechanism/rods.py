@@ -1,0 +1,227 @@
+r"""Soft rods by the Geometric Variable Strain approach (Renda et al. 2020; Boyer et al. 2021).
+
+The strain of a Cosserat rod, $g' = g\,\hat\xi$, is a sum of Legendre polynomials per strain mode,
+$\xi(X) = \Phi(X)\,q + \xi^*(X)$; poses follow by the fourth-order Magnus expansion over intervals that end at the Gauss
+points. Strain order: torsion, bending about y, bending about z, extension, shear along y, shear along z; the angular
+coordinates are in rad (curvature times length), the linear ones are strains.
+"""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core.se3 import bracket, exp_se3, matmul3, tangent
+
+from .sections import Sections
+
+STRAINS = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")
+
+
+class Grid(NamedTuple):
+    """Where a rod is sampled, as fractions of its length; static."""
+
+    nodes: np.ndarray  # [n] 0, Gauss points and marks in order, 1
+    weights: np.ndarray  # [n] Gauss weights that sum to 1; 0 at the ends and at marks
+    widths: np.ndarray  # [n - 1] of the intervals between nodes
+    collocation: np.ndarray  # [n - 1, 2] two Gauss points in each interval
+
+
+def grid(points: int, marks: tuple[float, ...]) -> Grid:
+    """Nodes of a rod with `points` Gauss points and extra nodes at `marks`."""
+    s, w = np.polynomial.legendre.leggauss(points)
+    extra = [0.0, *marks, 1.0]
+    nodes = np.concatenate([0.5 * (s + 1), extra])
+    weights = np.concatenate([0.5 * w, np.zeros(len(extra))])
+    order = np.argsort(nodes, kind="stable")
+    nodes, weights = nodes[order], weights[order]
+    widths = np.diff(nodes)
+    middle = 0.5 * (nodes[1:] + nodes[:-1])
+    collocation = middle[:, None] + widths[:, None] * np.array([-0.5, 0.5]) / np.sqrt(3)
+    return Grid(nodes, weights, widths, collocation)
+
+
+def legendre(order: int, s: np.ndarray) -> np.ndarray:
+    """Legendre polynomials P_0..P_order at fractions s of the length [..., order + 1]."""
+    return np.polynomial.legendre.legvander(2 * s - 1, order)
+
+
+def basis(orders: dict[str, int], s: np.ndarray) -> np.ndarray:
+    """Strain basis [..., 6, nq] at fractions s; column order: strain by strain, degree by degree."""
+    blocks = []
+    for row, name in enumerate(STRAINS):
+        if name in orders:
+            P = legendre(orders[name], s)
+            block = np.zeros((*s.shape, 6, P.shape[-1]))
+            block[..., row, :] = P
+            blocks.append(block)
+    return np.concatenate(blocks, axis=-1)
+
+
+class Rod(eqx.Module):
+    """A soft rod; stations at its nodes, root frame first, tip last."""
+
+    names: tuple[str, ...] = eqx.field(static=True)  # of the coordinates
+    nodes: tuple[float, ...] = eqx.field(static=True)  # fractions of the length
+    marks: tuple[float, ...] = eqx.field(static=True)
+    widths: Float[Array, "k"]  # of the intervals, fractions
+    basis: Float[Array, "2 k 6 nq"]  # of the strain times length, at the collocation points
+    rest: Float[Array, "2 k 6"]  # stress-free strain times length
+    length: Float[Array, ""]  # [m]
+    weight: Float[Array, "n"]  # [m]
+    half_width: Float[Array, "n 2"]
+    volume: Float[Array, "n"]  # displaced [m3]
+    inertia: Float[Array, "n 6 6"]
+    stiffness: Float[Array, "nq nq"]  # generalised, int Phi^T diag(GJx, EJy, EJz, EA, GA, GA) Phi dX
+    damping: Float[Array, "nq nq"]
+
+    @property
+    def nq(self) -> int:
+        """Number of strain coordinates."""
+        return len(self.names)
+
+    @property
+    def x(self) -> Float[Array, "n"]:
+        """Place of the nodes along the rod [m]."""
+        return self.length * jnp.asarray(self.nodes)
+
+
+class RodShape(NamedTuple):
+    """A rod's shape relative to its root frame."""
+
+    rotation: Float[Array, "n 3 3"]
+    position: Float[Array, "n 3"]
+    strains: Float[Array, "2 k 6"]  # strain times length at the two collocation points of each interval
+    step: Float[Array, "k 6"]  # Magnus vector of each interval
+
+
+def rod_shape(rod: Rod, q: Float[Array, "nq"]) -> RodShape:
+    r"""Poses of all nodes.
+
+    Over an interval of width h, with the strains $\xi_1, \xi_2$ at its two collocation points,
+    $\Omega = \tfrac h2 (\xi_1 + \xi_2) + \tfrac{\sqrt 3}{12} h^2 [\xi_1, \xi_2]$ and $g_{k+1} = g_k \exp\Omega$.
+    """
+    strains = rod.rest + _combine(rod.basis, q)
+    h = rod.widths[:, None]
+    step = 0.5 * h * (strains[0] + strains[1]) + _MAGNUS * h**2 * bracket(strains[0], strains[1])
+
+    def forward(pose: tuple[Array, Array], step: tuple[Array, Array]):
+        R, p = pose
+        new = (matmul3(R, step[0]), p + jnp.sum(R * step[1], axis=-1))
+        return new, new
+
+    root = (jnp.eye(3), jnp.zeros(3))
+    _, (R, p) = jax.lax.scan(forward, root, exp_se3(step))
+    return RodShape(jnp.concatenate([root[0][None], R]), jnp.concatenate([root[1][None], p]), strains, step)
+
+
+def rod_added(rod: Rod, strains: Array, step: Array, v: Float[Array, "nq"]) -> Float[Array, "k 6"]:
+    r"""Twist that each interval adds, in the frame of its first node: $T(\Omega) \dot\Omega$; linear in v."""
+    h = rod.widths[:, None]
+    rate = _combine(rod.basis, v)
+    turning = bracket(strains[0], rate[1]) - bracket(strains[1], rate[0])
+    return tangent(step, 0.5 * h * (rate[0] + rate[1]) + _MAGNUS * h**2 * turning)
+
+
+def rod_added_rate(
+    rod: Rod, q: Float[Array, "nq"], v: Float[Array, "nq"], a: Float[Array, "nq"]
+) -> Float[Array, "k 6"]:
+    """Rate of `rod_added` along the motion (q, v, a)."""
+    h = rod.widths[:, None]
+
+    def added(q: Array, v: Array) -> Array:
+        strains = rod.rest + _combine(rod.basis, q)
+        step = 0.5 * h * (strains[0] + strains[1]) + _MAGNUS * h**2 * bracket(strains[0], strains[1])
+        return rod_added(rod, strains, step, v)
+
+    return jax.jvp(added, (q, v), (v, a))[1]
+
+
+_MAGNUS = np.sqrt(3) / 12
+
+
+def _combine(basis: Float[Array, "2 k 6 nq"], q: Float[Array, "nq"]) -> Float[Array, "2 k 6"]:
+    """Sum of the basis with the coordinates q."""
+    return basis @ q
+
+
+def make_rod(
+    length: Array,
+    sections: Sections,
+    young: Array,
+    poisson: Array,
+    density: Array,
+    viscosity: Array,
+    orders: dict[str, int],
+    rest: dict[str, Array],
+    points: int,
+    marks: tuple[float, ...],
+) -> Rod:
+    r"""Rod from its primary quantities.
+
+    `sections` at the places that `section_places` names. Stiffness diag(G J_x, E J_y, E J_z, E A, k G A, k G A) with
+    G = E / (2 (1 + nu)) and Cowper's shear factor k = 6 (1 + nu)/(7 + 6 nu); Kelvin-Voigt damping puts the viscosity
+    eta [Pa s] for G and 3 eta for E (Armanini et al. 2022). `rest` holds Legendre coefficients of the stress-free
+    curvatures [1/m] and strains [1].
+    """
+    g = grid(points, marks)
+    n = g.nodes.size
+    scale = jnp.concatenate([jnp.ones(3), jnp.ones(3) * length])
+    collocation_basis = jnp.asarray(basis(orders, g.collocation.T)) * scale[:, None]
+    unstrained = jnp.zeros((2, n - 1, 6)).at[..., 3].set(length)
+    for row, name in enumerate(STRAINS):
+        if name in rest:
+            P = jnp.asarray(legendre(rest[name].size - 1, g.collocation.T))
+            unstrained = unstrained.at[..., row].add(length * (P @ rest[name]))
+
+    at_nodes = jax.tree.map(lambda x: x[:n], sections)
+    along = jax.tree.map(lambda x: x[n:], sections)
+    s, w = _stiffness_rule(orders, points)
+    shear = young / (2 * (1 + poisson))
+    k = 6 * (1 + poisson) / (7 + 6 * poisson)
+    moduli = jnp.stack([shear, young, young, young, k * shear, k * shear])
+    viscosities = jnp.stack([viscosity, 3 * viscosity, 3 * viscosity, 3 * viscosity, k * viscosity, k * viscosity])
+    geometry = jnp.stack(
+        [along.torsion_constant, along.second_moment_y, along.second_moment_z, along.area, along.area, along.area],
+        axis=-1,
+    )
+    # strain = basis / length for the angular rows (coordinates in rad), basis for the linear ones
+    B = jnp.asarray(basis(orders, s)) * jnp.concatenate([jnp.ones(3) / length, jnp.ones(3)])[:, None]
+    weighted = length * jnp.asarray(w)[:, None] * geometry
+    stiffness = jnp.einsum("xri,xr,xrj->ij", B, weighted * moduli, B)
+    damping = jnp.einsum("xri,xr,xrj->ij", B, weighted * viscosities, B)
+
+    weight = length * jnp.asarray(g.weights)
+    moments = jnp.stack([at_nodes.polar_moment, at_nodes.second_moment_y, at_nodes.second_moment_z], axis=-1)
+    line = jnp.concatenate([moments, jnp.repeat(at_nodes.area[:, None], 3, axis=1)], axis=-1)
+    inertia = (density * weight[:, None] * line)[..., None] * jnp.eye(6)
+    names = tuple(f"{name}.{i}" for name in STRAINS if name in orders for i in range(orders[name] + 1))
+    return Rod(
+        names=names,
+        nodes=tuple(g.nodes.tolist()),
+        marks=marks,
+        widths=jnp.asarray(g.widths),
+        basis=collocation_basis,
+        rest=unstrained,
+        length=length,
+        weight=weight,
+        half_width=at_nodes.half_width,
+        volume=weight * at_nodes.area,
+        inertia=inertia,
+        stiffness=stiffness,
+        damping=damping,
+    )
+
+
+def _stiffness_rule(orders: dict[str, int], points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss rule on [0, 1] exact for two basis polynomials times a section's r^4, tapered linearly."""
+    s, w = np.polynomial.legendre.leggauss(max(points, max(orders.values()) + 3))
+    return 0.5 * (s + 1), 0.5 * w
+
+
+def section_places(orders: dict[str, int], points: int, marks: tuple[float, ...]) -> np.ndarray:
+    """Fractions of the length at which `make_rod` wants the sections: the nodes, then the stiffness rule's points."""
+    return np.concatenate([grid(points, marks).nodes, _stiffness_rule(orders, points)[0]])

@@ -1,0 +1,43 @@
+"""Cross-sections of rods and links: areas and second moments from their half axes along local y and z."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+
+class Sections(eqx.Module):
+    """Sections at n places. y and z are the principal axes; all in SI units."""
+
+    half_width: Float[Array, "n 2"]  # along y, z [m]
+    area: Float[Array, "n"]  # [m2]
+    second_moment_y: Float[Array, "n"]  # about y, of z^2 [m4]
+    second_moment_z: Float[Array, "n"]  # about z, of y^2 [m4]
+    torsion_constant: Float[Array, "n"]  # [m4]
+
+    @property
+    def polar_moment(self) -> Float[Array, "n"]:
+        """J_y + J_z [m4], what resists spinning about x."""
+        return self.second_moment_y + self.second_moment_z
+
+
+def ellipse(half_y: Float[Array, "n"], half_z: Float[Array, "n"]) -> Sections:
+    """Ellipse (a circle when the half axes are equal): J_y = pi a b^3/4, torsion pi a^3 b^3/(a^2 + b^2)."""
+    return Sections(
+        half_width=jnp.stack([half_y, half_z], axis=-1),
+        area=jnp.pi * half_y * half_z,
+        second_moment_y=jnp.pi / 4 * half_y * half_z**3,
+        second_moment_z=jnp.pi / 4 * half_z * half_y**3,
+        torsion_constant=jnp.pi * (half_y * half_z) ** 3 / (half_y**2 + half_z**2),
+    )
+
+
+def rectangle(half_y: Float[Array, "n"], half_z: Float[Array, "n"]) -> Sections:
+    """Rectangle 2a x 2b; torsion a b^3 (16/3 - 3.36 b/a (1 - b^4/(12 a^4))), a >= b (Roark, table 10.7)."""
+    a, b = jnp.maximum(half_y, half_z), jnp.minimum(half_y, half_z)
+    return Sections(
+        half_width=jnp.stack([half_y, half_z], axis=-1),
+        area=4 * half_y * half_z,
+        second_moment_y=4 / 3 * half_y * half_z**3,
+        second_moment_z=4 / 3 * half_z * half_y**3,
+        torsion_constant=a * b**3 * (16 / 3 - 3.36 * b / a * (1 - b**4 / (12 * a**4))),
+    )

@@ -1,0 +1,285 @@
+"""The tree of parts that joints connect: poses, twists and their rates of all stations."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import Signal
+from nectosome.core.se3 import bracket, compose, dot, matmul3, to_body, to_spatial
+
+from .joints import Joint, Motion
+from .links import Link
+from .rods import Rod, rod_added, rod_added_rate, rod_shape
+
+
+class Part(eqx.Module):
+    """A body, the joint it hangs on, and where that joint sits on the parent."""
+
+    name: str = eqx.field(static=True)
+    parent: int = eqx.field(static=True)  # index of an earlier part; -1: the world
+    node: int = eqx.field(static=True)  # -1: the parent's tip; 0: its root; else a node of a parent rod
+    rotation: Float[Array, "3 3"]  # joint frame in the frame of that place
+    position: Float[Array, "3"]  # [m]
+    joint: Joint
+    body: Link | Rod
+    prescribed: Signal | None = None  # the joint's coordinates as a function of time
+    drive: Signal | None = None  # generalised force of a driven joint [N m, N]
+
+
+class Shape(NamedTuple):
+    """Poses of all stations, and the frames in which joints and rod intervals add to the motion."""
+
+    rotation: Float[Array, "n 3 3"]  # station frame to world frame
+    position: Float[Array, "n 3"]  # [m], world frame
+    joints: tuple[Motion, ...]
+    rods: tuple[tuple[Array, Array] | None, ...]  # strains and steps of each part that is a rod
+    frame_rotation: Float[Array, "k 3 3"]  # of each segment
+    frame_position: Float[Array, "k 3"]
+
+
+class Layout(NamedTuple):
+    """Where a part's numbers sit in the flat arrays; static."""
+
+    q: slice  # joint coordinates, then rod coordinates
+    v: slice
+    stations: slice
+    segments: slice  # increments of motion: the joint, then a rod's intervals
+
+
+class Tree(eqx.Module):
+    """Parts in an order where parents come first."""
+
+    parts: tuple[Part, ...]
+
+    @property
+    def layout(self) -> tuple[Layout, ...]:
+        """One layout a part."""
+        out, q, v, n, k = [], 0, 0, 0, 0
+        for part in self.parts:
+            dq, dv = part.joint.nq + part.body.nq, part.joint.nv + part.body.nq
+            dn = part.body.weight.shape[0]
+            dk = 1 + (dn - 1 if isinstance(part.body, Rod) else 0)
+            out.append(Layout(slice(q, q + dq), slice(v, v + dv), slice(n, n + dn), slice(k, k + dk)))
+            q, v, n, k = q + dq, v + dv, n + dn, k + dk
+        return tuple(out)
+
+    def part(self, name: str) -> int:
+        """Index of a part."""
+        return [part.name for part in self.parts].index(name)
+
+    @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """Names of all velocities, prescribed ones included, such as `filament.bending_y.2`."""
+        names = []
+        for part in self.parts:
+            names += [f"{part.name}.{name}" for name in part.joint.names]
+            names += [f"{part.name}.{name}" for name in (part.body.names if isinstance(part.body, Rod) else ())]
+        return tuple(names)
+
+    def _select(self, what: str, prescribed: bool) -> np.ndarray:
+        index = []
+        for part, place in zip(self.parts, self.layout, strict=True):
+            here = getattr(place, what)
+            n = getattr(part.joint, "n" + what)
+            joint = list(range(here.start, here.start + n))
+            rest = list(range(here.start + n, here.stop))
+            if part.prescribed is None:
+                index += [] if prescribed else joint + rest
+            else:
+                index += joint if prescribed else rest
+        return np.array(index, dtype=int)
+
+    @property
+    def free_q(self) -> np.ndarray:
+        """Indices of the unknown coordinates."""
+        return self._select("q", False)
+
+    @property
+    def free_v(self) -> np.ndarray:
+        """Indices of the unknown velocities."""
+        return self._select("v", False)
+
+    @property
+    def prescribed_v(self) -> np.ndarray:
+        """Indices of the prescribed velocities."""
+        return self._select("v", True)
+
+    def complete(self, t: Array, q: Array, v: Array) -> tuple[Array, Array, Array]:
+        """Coordinates, velocities and accelerations of all joints: prescribed ones from their signals, a = 0 else."""
+        full_q, full_v, full_a = [], [], []
+        iq = iv = 0
+        for part in self.parts:
+            nq = nv = part.body.nq
+            if part.prescribed is not None:
+                u, du, ddu = (jnp.broadcast_to(x, (part.joint.nv,)) for x in part.prescribed(t))
+                full_q.append(u)
+                full_v.append(du)
+                full_a.append(ddu)
+            else:
+                nq, nv = nq + part.joint.nq, nv + part.joint.nv
+            full_q.append(q[iq : iq + nq])
+            full_v.append(v[iv : iv + nv])
+            full_a.append(jnp.zeros(nv))
+            iq, iv = iq + nq, iv + nv
+        return jnp.concatenate(full_q), jnp.concatenate(full_v), jnp.concatenate(full_a)
+
+    def advance(self, q: Array, v: Array, step: Array) -> Array:
+        """Solve q1 = q + step N(q1) v for the unknown coordinates."""
+        out, iq, iv = [], 0, 0
+        for part in self.parts:
+            if part.prescribed is None and part.joint.nv:
+                nq, nv = part.joint.nq, part.joint.nv
+                out.append(part.joint.advance(q[iq : iq + nq], v[iv : iv + nv], step))
+                iq, iv = iq + nq, iv + nv
+            if isinstance(part.body, Rod):
+                n = part.body.nq
+                out.append(q[iq : iq + n] + step * v[iv : iv + n])
+                iq, iv = iq + n, iv + n
+        return jnp.concatenate([jnp.zeros(0), *out])
+
+    def start(self) -> tuple[Array, Array]:
+        """Unknown coordinates and velocities to start from: joints as they say, rods at rest and unstressed."""
+        qs, vs = [], []
+        for part in self.parts:
+            if part.prescribed is None:
+                q, v = part.joint.start()
+                qs.append(q)
+                vs.append(v)
+            if isinstance(part.body, Rod):
+                n = part.body.nq
+                qs.append(jnp.zeros(n))
+                vs.append(jnp.zeros(n))
+        return jnp.concatenate([jnp.zeros(0), *qs]), jnp.concatenate([jnp.zeros(0), *vs])
+
+    def _over_rods(self, f: Callable, *args: dict[int, Any]) -> dict[int, Any]:
+        """f(rod, *its arguments) for all rods; those of one structure go through one vectorised call."""
+        groups: dict[object, list[int]] = {}
+        for i in args[0]:
+            groups.setdefault(jax.tree.structure(self.parts[i].body), []).append(i)
+        out = {}
+        for members in groups.values():
+            each = [(self.parts[i].body, *(arg[i] for arg in args)) for i in members]
+            if len(members) == 1:
+                out[members[0]] = f(*each[0])
+                continue
+            together = jax.vmap(f)(*jax.tree.map(lambda *x: jnp.stack(x), *each))
+            for k, i in enumerate(members):
+                out[i] = jax.tree.map(lambda x, k=k: x[k], together)
+        return out
+
+    def _of_rods(self, x: Array, what: str) -> dict[int, Array]:
+        """Rod coordinates (what = "q") or velocities ("v") of each part that is a rod."""
+        return {
+            i: x[getattr(place, what)][getattr(part.joint, "n" + what) :]
+            for i, (part, place) in enumerate(zip(self.parts, self.layout, strict=True))
+            if isinstance(part.body, Rod)
+        }
+
+    def shape(self, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> Shape:
+        """Poses of all stations from the completed coordinates (v only for the bias of joints)."""
+        rods = self._over_rods(rod_shape, self._of_rods(q, "q"))
+        R, p, frame_R, frame_p, joints = [], [], [], [], []
+        places: list[tuple[Array, Array, Array, Array]] = []
+        for i, (part, place) in enumerate(zip(self.parts, self.layout, strict=True)):
+            base = (jnp.eye(3), jnp.zeros(3))
+            if part.parent >= 0:
+                Rn, pn, Rt, pt = places[part.parent]
+                base = (Rt, pt) if part.node < 0 else (Rn[part.node], pn[part.node])
+            joint = part.joint.motion(q[place.q][: part.joint.nq], v[place.v][: part.joint.nv])
+            carrier = compose(base, (part.rotation, part.position))
+            R0, p0 = compose(carrier, (joint.rotation, joint.position))
+            if isinstance(part.body, Rod):
+                Rn, pn = matmul3(R0, rods[i].rotation), p0 + dot(R0, rods[i].position)
+                places.append((Rn, pn, Rn[-1], pn[-1]))
+                frame_R += [R0[None], Rn[:-1]]
+                frame_p += [p0[None], pn[:-1]]
+            else:
+                Rn, pn = matmul3(R0, part.body.rotation), p0 + dot(R0, part.body.position)
+                places.append(
+                    (R0[None], p0[None], *compose((R0, p0), (part.body.tip_rotation, part.body.tip_position)))
+                )
+                frame_R.append(R0[None])
+                frame_p.append(p0[None])
+            R.append(Rn)
+            p.append(pn)
+            joints.append(joint)
+        inner = tuple((rods[i].strains, rods[i].step) if i in rods else None for i in range(len(self.parts)))
+        R, p, frame_R, frame_p = (jnp.concatenate(x) for x in (R, p, frame_R, frame_p))
+        return Shape(R, p, tuple(joints), inner, frame_R, frame_p)
+
+    def _gather(self, joints: list[Array], rods: dict[int, Array]) -> Array:
+        """Twists of all segments, joints [6] and rod intervals [k, 6], in order."""
+        out = []
+        for i, joint in enumerate(joints):
+            out.append(joint[None])
+            if i in rods:
+                out.append(rods[i])
+        return jnp.concatenate(out)
+
+    def _added(self, shape: Shape, v: Array) -> Float[Array, "k 6"]:
+        """Spatial twist that each segment adds; linear in v."""
+        joints = [
+            jnp.sum(joint.subspace * v[place.v][: part.joint.nv, None], axis=0)
+            for part, place, joint in zip(self.parts, self.layout, shape.joints, strict=True)
+        ]
+        vs = self._of_rods(v, "v")
+        inner = {i: rod for i, rod in enumerate(shape.rods) if rod is not None}
+        strains, steps = ({i: rod[k] for i, rod in inner.items()} for k in (0, 1))
+        rods = self._over_rods(rod_added, strains, steps, vs) if vs else {}
+        return to_spatial(shape.frame_rotation, shape.frame_position, self._gather(joints, rods))
+
+    def twists(self, shape: Shape, v: Float[Array, "nv"]) -> Float[Array, "n 6"]:
+        r"""Body twists of all stations; linear in v.
+
+        In the world frame the twist of a station is the sum of what the segments before it add, $V = \sum_k S_k v$: a
+        product with the constant matrix of who comes before whom.
+        """
+        _, before_station = self._ancestors()
+        return to_body(shape.rotation, shape.position, before_station @ self._added(shape, v))
+
+    def twist_rates(
+        self, shape: Shape, q: Float[Array, "nq"], v: Float[Array, "nv"], a: Float[Array, "nv"]
+    ) -> Float[Array, "n 6"]:
+        r"""Rates of the body twists along the motion (q, v, a).
+
+        $\dot V = \sum_k ad_{V_{k-1}} S_k v + Ad_{g_k} \dot s_k$ in the world frame, with s_k what segment k
+        adds in its own frame; the same vector, seen from the body, is the rate of the body twist.
+        """
+        joints = [
+            joint.bias + jnp.sum(joint.subspace * a[place.v][: part.joint.nv, None], axis=0)
+            for part, place, joint in zip(self.parts, self.layout, shape.joints, strict=True)
+        ]
+        vs = self._of_rods(v, "v")
+        rods = self._over_rods(rod_added_rate, self._of_rods(q, "q"), vs, self._of_rods(a, "v")) if vs else {}
+        local = to_spatial(shape.frame_rotation, shape.frame_position, self._gather(joints, rods))
+        before_segment, before_station = self._ancestors()
+        added = self._added(shape, v)
+        total = local + bracket(before_segment @ added, added)
+        return to_body(shape.rotation, shape.position, before_station @ total)
+
+    def _ancestors(self) -> tuple[Array, Array]:
+        """Which segments come before each segment [k, k], and before or at each station [n, k]."""
+        layout = self.layout
+        n, k = layout[-1].stations.stop, layout[-1].segments.stop
+        to_segment, to_station = np.zeros((k, k)), np.zeros((n, k))
+        for part, place in zip(self.parts, layout, strict=True):
+            inherited = np.zeros(k)
+            if part.parent >= 0:
+                parent = layout[part.parent]
+                rows = to_station[parent.stations]
+                # the tip of a link moves with any of its stations
+                inherited = rows[part.node] if isinstance(self.parts[part.parent].body, Rod) else rows[0]
+            for j, segment in enumerate(range(place.segments.start, place.segments.stop)):
+                to_segment[segment] = inherited
+                inherited = inherited.copy()
+                inherited[segment] = 1
+                if isinstance(part.body, Rod):
+                    to_station[place.stations.start + j] = inherited
+            if not isinstance(part.body, Rod):
+                to_station[place.stations] = inherited
+        return jnp.asarray(to_segment), jnp.asarray(to_station)

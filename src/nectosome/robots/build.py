@@ -1,0 +1,317 @@
+"""From a description to a robot: masses, inertias and stiffnesses follow from the primary quantities, traced.
+
+Every number of the description may be a JAX tracer; only names, kinds and counts are looked at while tracing.
+"""
+
+from collections.abc import Callable
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import Array, Float
+
+from nectosome import loads as ld
+from nectosome.core import Constant, Rate, Signal, Sine, UniformCurrent, Water
+from nectosome.core.se3 import dot_t, rotation_from_rpy
+from nectosome.io import RobotDescription, get_value, numeric_paths, resolve, with_values
+from nectosome.io import describe_joints as dj
+from nectosome.io import describe_loads as dl
+from nectosome.io import describe_parts as dp
+from nectosome.mechanism import (
+    Attached,
+    Fixed,
+    Free,
+    Joint,
+    Link,
+    Part,
+    Planar,
+    Prismatic,
+    Revolute,
+    Robot,
+    Rod,
+    Spherical,
+    Tree,
+    make_robot,
+    make_rod,
+)
+from nectosome.mechanism import links as lk
+from nectosome.mechanism.joints import plane_frame
+from nectosome.mechanism.rods import section_places
+from nectosome.mechanism.sections import Sections, ellipse, rectangle
+
+
+def build(description: RobotDescription) -> Robot:
+    """Robot of a description; differentiable with respect to every number in it.
+
+    Compiled once for each structure: numbers that are zero are part of it, all others are traced.
+    """
+    values = {path: get_value(description, path) for path in numeric_paths(description)}
+    if any(isinstance(value, Tracer) for value in values.values()):
+        return _assemble(description)
+    traced = [path for path, value in values.items() if value != 0]
+    blueprint = _Blueprint(description, tuple(traced))
+    return _assemble_compiled(blueprint, jnp.array([float(values[path]) for path in traced]))
+
+
+class _Blueprint:
+    """A description to be filled with other numbers at `paths`; equal where all the rest is."""
+
+    def __init__(self, description: RobotDescription, paths: tuple[str, ...]):
+        self.description, self.paths = description, paths
+        bare = with_values(description, dict.fromkeys(paths, 1.0))
+        self.key = bare.model_dump_json(exclude={"name", "about", "aliases"})
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Blueprint) and self.key == other.key
+
+
+@eqx.filter_jit
+def _assemble_compiled(blueprint: _Blueprint, values: Float[Array, "n"]) -> Robot:
+    return _assemble(with_values(blueprint.description, {p: values[k] for k, p in enumerate(blueprint.paths)}))
+
+
+def _assemble(d: RobotDescription) -> Robot:
+    weighs = not (isinstance(d.water.gravity, float) and d.water.gravity == 0.0)
+    current = None if d.water.current is None else UniformCurrent(_vector(d.water.current))
+    surface = None if d.water.surface is None else _number(d.water.surface)
+    water = Water(_number(d.water.density), _number(d.water.gravity), surface, current)
+
+    limbs: dict[str, dp.Rigid | dp.Rod] = {"body": d.body, **d.limbs}
+    order = list(limbs)
+    parts: list[Part] = []
+    attached: list[Attached] = []
+    for i, (name, limb) in enumerate(limbs.items()):
+        parent = -1 if i == 0 else order.index(limb.on)
+        body = _rod(limb) if isinstance(limb, dp.Rod) else _link(limb, _needs_strips(limb, weighs, surface))
+        joint, prescribed, drive = _joint(limb.joint)
+        parts.append(
+            Part(
+                name=name,
+                parent=parent,
+                node=-1 if parent < 0 else _node(parts[parent].body, limb.at),
+                rotation=rotation_from_rpy(_vector(limb.rotation)),
+                position=_vector(limb.offset),
+                joint=joint,
+                body=body,
+                prescribed=prescribed,
+                drive=drive,
+            )
+        )
+        attached += [Attached(key, i, _load(load, limb, body)) for key, load in limb.loads.items()]
+        attached += _joint_loads(limb.joint, i)
+        if weighs:
+            attached += [Attached("weight", i, ld.Weight()), Attached("buoyancy", i, ld.Buoyancy())]
+    return make_robot(Tree(tuple(parts)), tuple(attached), water)
+
+
+def bind(
+    description: RobotDescription,
+    paths: tuple[str, ...],
+    log: tuple[str, ...] = (),
+    tie: dict[str, str] | None = None,
+) -> tuple[Float[Array, "n"], Callable[[Float[Array, "n"]], Robot]]:
+    """Vector theta0 of the quantities at `paths` (or aliases), and build(theta) -> Robot.
+
+    Those named in `log` enter theta as their natural logarithm; `tie` maps further paths to one of `paths`, whose
+    value they then share. Raises InputError for unknown names, and for a logarithm of what is not positive.
+    """
+    groups = [list(resolve(description, path)) for path in paths]
+    for other, leader in (tie or {}).items():
+        groups[paths.index(leader)] += resolve(description, other)
+    start = np.array([get_value(description, group[0]) for group in groups], dtype=float)
+    logarithmic = np.array([path in log for path in paths])
+    theta0 = np.where(logarithmic, np.log(np.where(logarithmic, start, 1.0)), start)
+
+    def from_vector(theta: Float[Array, "n"]) -> Robot:
+        values = jnp.where(logarithmic, jnp.exp(jnp.where(logarithmic, theta, 0.0)), theta)
+        return build(with_values(description, {path: values[k] for k, group in enumerate(groups) for path in group}))
+
+    return jnp.asarray(theta0), from_vector
+
+
+def _number(x) -> Float[Array, ""]:
+    return jnp.asarray(x, dtype=float)
+
+
+def _vector(xs) -> Float[Array, "n"]:
+    return jnp.stack([_number(x) for x in xs])
+
+
+def _unit(xs) -> Float[Array, "3"]:
+    axis = _vector(xs)
+    return axis / jnp.sqrt(jnp.sum(axis * axis))
+
+
+def _signal(s) -> Signal:
+    one = {name: _number(getattr(s, name)) for name in type(s).model_fields if name != "kind"}
+    return {"constant": Constant, "rate": Rate, "sine": Sine}[s.kind](**one)
+
+
+def _joint(j: dj.Joint) -> tuple[Joint, Signal | None, Signal | None]:
+    """Joint, its prescribed motion, its drive."""
+    if isinstance(j, dj.RevoluteJoint | dj.PrismaticJoint):
+        kind, force = (Revolute, j.torque) if isinstance(j, dj.RevoluteJoint) else (Prismatic, j.force)
+        joint = kind(_unit(j.axis), _number(j.position)[None], _number(j.velocity)[None])
+        return joint, None if j.motion is None else _signal(j.motion), None if force is None else _signal(force)
+    if isinstance(j, dj.PlanarJoint):
+        frame = plane_frame(_unit(j.axis))
+        turned = Planar(frame, jnp.zeros(3).at[2].set(_number(j.start.angle)), jnp.zeros(3)).motion
+        R = turned(jnp.zeros(3).at[2].set(_number(j.start.angle)), jnp.zeros(3)).rotation
+        in_plane = dot_t(frame, _vector(j.start.position))
+        rates = dot_t(frame, R @ _vector(j.start.velocity))
+        position = in_plane.at[2].set(_number(j.start.angle))
+        return Planar(frame, position, rates.at[2].set(_number(j.start.angular_speed))), None, None
+    if isinstance(j, dj.SphericalJoint):
+        return Spherical(_vector(j.start.orientation), _vector(j.start.angular_velocity)), None, None
+    if isinstance(j, dj.FreeJoint):
+        s = j.start
+        return Free(*(_vector(x) for x in (s.position, s.orientation, s.angular_velocity, s.velocity))), None, None
+    return Fixed(), None, None
+
+
+def _joint_loads(j: dj.Joint, part: int) -> list[Attached]:
+    """Spring and damper of a joint; left out where they are plainly zero."""
+    out = []
+    if not isinstance(j, dj.RevoluteJoint | dj.PrismaticJoint | dj.SphericalJoint):
+        return out
+    if not _is_zero(j.stiffness):
+        out.append(Attached("spring", part, ld.Spring(_number(j.stiffness), _number(getattr(j, "rest", 0.0)))))
+    if not _is_zero(j.damping):
+        out.append(Attached("damper", part, ld.Damper(_number(j.damping))))
+    return out
+
+
+def _is_zero(x) -> bool:
+    return isinstance(x, float | int) and x == 0
+
+
+def _node(parent: Link | Rod, at: str | float) -> int:
+    if at == "tip":
+        return -1
+    if at == "root":
+        return 0
+    return parent.nodes.index(at) if isinstance(parent, Rod) else 0
+
+
+def _needs_strips(limb: dp.Rigid, weighs: bool, surface: Array | None) -> bool:
+    """Whether a rigid part is sampled along its axis: for loads per length, and to stand partly out of the water."""
+    per_length = any(
+        isinstance(x, dl.DragLoad | dl.AddedMassLoad | dl.DistributedForceLoad) for x in limb.loads.values()
+    )
+    return limb.shape != "point" and (per_length or (weighs and surface is not None))
+
+
+def _link(limb: dp.Rigid, stripped: bool) -> Link:
+    """Rigid part: inertia about its shape's centre, strips along its axis."""
+    n = limb.strips if stripped else 0
+    s, w = np.polynomial.legendre.leggauss(max(n, 1))
+    fractions = np.concatenate([[0.5], 0.5 * (s + 1)[:n]])
+    share = np.concatenate([[0.0], 0.5 * w[:n]])
+    length = _number(0.0 if limb.shape == "point" else limb.length)
+    R, p = lk.axis_poses(length, _number(limb.bend), fractions)
+    tip_R, tip_p = lk.axis_poses(length, _number(limb.bend), np.array([1.0]))
+    sections, shape_volume = _link_sections(limb, fractions)
+    volume = shape_volume if limb.volume is None else _number(limb.volume)
+    mass = _number(limb.mass) if limb.mass is not None else _number(limb.density) * shape_volume
+    along = jnp.asarray(share) * sections.area
+    split = volume * along / jnp.sum(along) if n else volume * jnp.ones(1)
+    inertia = jnp.zeros((n + 1, 6, 6)).at[0].set(_link_inertia(limb, mass, length, sections, (R[0], p[0])))
+    return Link(R, p, length * share, length * fractions, sections.half_width, split, inertia, tip_R[0], tip_p[0])
+
+
+def _link_sections(limb: dp.Rigid, fractions: np.ndarray) -> tuple[Sections, Float[Array, ""]]:
+    """Sections at fractions of the length, and the volume of the shape [m3]."""
+    one = jnp.ones(fractions.size)
+    if limb.shape == "box":
+        s = rectangle(0.5 * _number(limb.width) * one, 0.5 * _number(limb.height) * one)
+        return s, s.area[0] * _number(limb.length)
+    if limb.shape == "spheroid":
+        r = _number(limb.radius) * jnp.sqrt(jnp.asarray(4 * fractions * (1 - fractions)))
+        return ellipse(r, r), 2 / 3 * jnp.pi * _number(limb.radius) ** 2 * _number(limb.length)
+    if limb.shape == "cylinder":
+        s = ellipse(_number(limb.radius) * one, _number(limb.radius) * one)
+        return s, s.area[0] * _number(limb.length)
+    return ellipse(1e-9 * one, 1e-9 * one), jnp.zeros(())
+
+
+def _link_inertia(limb: dp.Rigid, mass: Array, length: Array, sections: Sections, centre) -> Float[Array, "6 6"]:
+    """Inertia about the centre of the shape; what the description gives comes before what the shape says."""
+    half_y, half_z = sections.half_width[0]
+    com = _vector(limb.centre_of_mass)
+    if limb.inertia is not None:
+        moments = _vector(limb.inertia)
+    elif limb.shape == "cylinder" and not _is_zero(limb.bend):
+        own = lk.bent_inertia(mass, length, _number(limb.bend), sections, centre)
+        c = own[3:, :3] / mass
+        shift = jnp.stack([c[1, 2], c[2, 0], c[0, 1]])
+        return lk.spatial_inertia(mass, own[:3, :3] + mass * c @ c, shift + com)
+    elif limb.shape == "cylinder":
+        moments = lk.cylinder_moments(mass, length, half_y, half_z)
+    elif limb.shape == "box":
+        moments = lk.box_moments(mass, length, 2 * half_y, 2 * half_z)
+    elif limb.shape == "spheroid":
+        moments = lk.spheroid_moments(mass, 0.5 * length, half_y)
+    else:
+        moments = jnp.zeros(3)
+    return lk.spatial_inertia(mass, jnp.diag(moments), com)
+
+
+def _rod(limb: dp.Rod) -> Rod:
+    """Soft rod with its sections tapered evenly from root to tip."""
+    s = jnp.asarray(section_places({**limb.strains}, limb.points, limb.marks))
+
+    def tapered(root, tip) -> Array:
+        root, tip = _number(root), _number(root if tip is None else tip)
+        return root + (tip - root) * s
+
+    if limb.section == "circle":
+        r = tapered(limb.radius, limb.tip_radius)
+        sections = ellipse(r, r)
+    else:
+        shape = ellipse if limb.section == "ellipse" else rectangle
+        half = tapered(limb.width, limb.tip_width), tapered(limb.height, limb.tip_height)
+        sections = shape(0.5 * half[0], 0.5 * half[1])
+    rest = {
+        name: _vector(getattr(limb.rest, name)) for name in type(limb.rest).model_fields if getattr(limb.rest, name)
+    }
+    return make_rod(
+        length=_number(limb.length),
+        sections=sections,
+        young=_number(limb.young),
+        poisson=_number(limb.poisson),
+        density=_number(limb.density),
+        viscosity=_number(limb.damping),
+        orders={**limb.strains},
+        rest=rest,
+        points=limb.points,
+        marks=limb.marks,
+    )
+
+
+def _load(load: dl.Load, limb: dp.Rigid | dp.Rod, body: Link | Rod):
+    """Load of a description."""
+    if isinstance(load, dl.DragLoad):
+        return ld.StripDrag(_number(load.normal), _number(load.tangential), _number(load.lift))
+    if isinstance(load, dl.AddedMassLoad):
+        return ld.StripAddedMass(_number(load.normal), _number(load.tangential))
+    if isinstance(load, dl.LumpedDragLoad):
+        return ld.LumpedDrag(_vector(load.drag_area), _vector(load.rotational))
+    if isinstance(load, dl.GivenAddedMassLoad):
+        return ld.GivenAddedMass(_vector(load.mass), _vector(load.inertia))
+    if isinstance(load, dl.SpheroidAddedMassLoad):
+        return ld.SpheroidAddedMass(0.5 * _number(limb.length), _number(limb.radius))
+    if isinstance(load, dl.CylinderAddedMassLoad):
+        return ld.CylinderAddedMass(_number(limb.length), _number(limb.radius), _number(load.coefficient))
+    if isinstance(load, dl.DistributedForceLoad):
+        return ld.LineForce(_vector(load.force), load.frame == "body")
+    station, arm = 0, jnp.zeros(3)
+    if isinstance(body, Rod):
+        station = body.weight.shape[0] - 1 if load.at == "tip" else _node(body, load.at)
+    else:
+        place = body.tip_position if load.at == "tip" else jnp.zeros(3)
+        arm = dot_t(body.rotation[0], place - body.position[0])
+    return ld.PointForce(_vector(load.moment), _vector(load.force), arm, station, load.frame == "body")

@@ -1,0 +1,6 @@
+"""Solvers: simulate."""
+
+from .dataset import Run, Trajectory
+from .simulate import simulate
+
+__all__ = ["Run", "Trajectory", "simulate"]

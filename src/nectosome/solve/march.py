@@ -1,0 +1,142 @@
+"""Adaptive marching through time: step size control, saved states, a terminal event; works under jit and vmap.
+
+A march can stop after any saved time and go on from there, so that long runs report progress and can be cancelled.
+"""
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax.flatten_util import ravel_pytree
+from jaxtyping import Array, Bool, Float, Int
+
+from nectosome.core import Mechanical, State, Status
+
+from .stages import explicit_step, implicit_step, newton_memory, rms
+from .tableaus import ESDIRK4, TSIT5
+
+Method = Literal["implicit", "explicit"]
+Guard = Callable[[Array, State], Array]
+
+_SAFETY, _SHRINK, _GROW = 0.9, 0.2, 4.0
+
+
+class March(eqx.Module):
+    """Where an integration stands: the last accepted step from (t0, x0) to (t, x), and what comes next."""
+
+    t0: Float[Array, ""]
+    x0: State
+    rate0: State
+    t: Float[Array, ""]
+    x: State
+    rate: State
+    h: Float[Array, ""]  # size of the next step [s]
+    memory: Any
+    held: Bool[Array, ""]  # the last attempt was rejected
+    status: Int[Array, ""]  # of the march so far; SOLVED while it runs
+    end: Float[Array, ""]  # when the event happened or the march gave up [s]; inf while it runs
+    steps: Int[Array, ""]
+    rejected: Int[Array, ""]
+
+
+class Settings(eqx.Module):
+    """How to integrate."""
+
+    method: Method = eqx.field(static=True)
+    rtol: Float[Array, ""]
+    atol: Float[Array, ""]
+    max_steps: Int[Array, ""]
+
+
+def begin(system: Mechanical, t: Array, x: State, settings: Settings, h: Array) -> March:
+    """March that starts at (t, x) with a first step of size h."""
+    rate = system.rates(t, x)
+    n = x.v.shape[0] + ravel_pytree(x.z)[0].shape[0]
+    memory = newton_memory(n) if settings.method == "implicit" else None
+    zero = jnp.zeros((), int)
+    status = jnp.where(_finite(rate), int(Status.SOLVED), int(Status.NOT_FINITE))
+    end = jnp.where(_finite(rate), jnp.inf, t)
+    return March(t, x, rate, t, x, rate, h, memory, jnp.asarray(False), status, end, zero, zero)
+
+
+def march(
+    system: Mechanical, state: March, times: Float[Array, "n"], settings: Settings, guard: Guard | None = None
+) -> tuple[March, State]:
+    """Go on until the last of `times`; also the states at all of them (NaN where the march had ended before).
+
+    The march ends early with status EVENT where guard(t, x) changes sign, located on the step's cubic to 1e-12 of it.
+    """
+    step = implicit_step if settings.method == "implicit" else explicit_step
+    order = (ESDIRK4 if settings.method == "implicit" else TSIT5).order
+
+    def attempt(m: March) -> March:
+        allowed = jax.tree.map(lambda x: settings.atol + settings.rtol * jnp.abs(x), m.x)
+        s = step(system, m.t, m.h, m.x, m.rate, m.memory, allowed)
+        allowed = jax.tree.map(
+            lambda a, b: settings.atol + settings.rtol * jnp.maximum(jnp.abs(a), jnp.abs(b)), m.x, s.x
+        )
+        error = rms(ravel_pytree(jax.tree.map(jnp.divide, s.error, allowed))[0])
+        error = jnp.where(jnp.isfinite(error) & s.converged, error, jnp.inf)
+        accepted = error <= 1.0
+        factor = jnp.clip(_SAFETY * jnp.maximum(error, 1e-12) ** (-1 / order), _SHRINK, _GROW)
+        # an unchanged step keeps the Jacobian
+        factor = jnp.where((factor > 1.0) & (factor < 1.2), 1.0, factor)
+        factor = jnp.where(accepted, factor, jnp.minimum(factor, 0.9))
+        factor = jnp.where(s.converged, factor, 0.5)
+        # after a rejection do not grow at once
+        factor = jnp.where(m.held, jnp.minimum(factor, 1.0), factor)
+        kept = eqx.tree_at(lambda m: (m.h, m.memory, m.held), m, (m.h * factor, s.memory, ~accepted))
+        moved = (m.t, m.x, m.rate, m.t + m.h, s.x, s.rate)
+        new = eqx.tree_at(lambda m: (m.t0, m.x0, m.rate0, m.t, m.x, m.rate), kept, moved)
+        m = jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, kept)
+        steps, rejected = m.steps + 1, m.rejected + ~accepted
+        tiny = m.h < 1e-13 * jnp.maximum(1.0, jnp.abs(m.t))
+        status = jnp.where(steps >= settings.max_steps, int(Status.STEP_LIMIT), m.status)
+        status = jnp.where(tiny, int(Status.STEP_TOO_SMALL), status)
+        end = jnp.where(status != int(Status.SOLVED), m.t, jnp.inf)
+        if guard is not None:
+            happened, when = _crossing(m, guard)
+            happened &= accepted
+            status = jnp.where(happened, int(Status.EVENT), status)
+            end = jnp.where(happened, when, end)
+        return eqx.tree_at(lambda m: (m.status, m.end, m.steps, m.rejected), m, (status, end, steps, rejected))
+
+    def reach(m: March, time: Array) -> tuple[March, State]:
+        going = lambda m: (m.t < time) & (m.status == int(Status.SOLVED))  # noqa: E731
+        m = jax.lax.while_loop(going, attempt, m)
+        x = interpolate(m, time)
+        reached = time <= jnp.minimum(m.t, m.end)
+        return m, jax.tree.map(lambda x: jnp.where(reached, x, jnp.nan), x)
+
+    return jax.lax.scan(reach, state, times)
+
+
+def interpolate(m: March, time: Array) -> State:
+    """State at a time within the last step, by the cubic through its ends' values and rates."""
+    h = m.t - m.t0
+    s = jnp.where(h > 0, (time - m.t0) / jnp.where(h > 0, h, 1.0), 1.0)
+    a, b = (1 + 2 * s) * (1 - s) ** 2, s * (1 - s) ** 2
+    c, d = s**2 * (3 - 2 * s), s**2 * (s - 1)
+    return jax.tree.map(lambda x0, k0, x1, k1: a * x0 + b * h * k0 + c * x1 + d * h * k1, m.x0, m.rate0, m.x, m.rate)
+
+
+def _crossing(m: March, guard: Guard) -> tuple[Array, Array]:
+    """Whether the guard changed sign over the last step, and when, by bisection."""
+    first, last = guard(m.t0, m.x0), guard(m.t, m.x)
+    happened = (m.t > m.t0) & (jnp.sign(first) != jnp.sign(last)) & (first != 0)
+
+    def halve(_, ends):
+        low, high = ends
+        middle = 0.5 * (low + high)
+        before = jnp.sign(guard(middle, interpolate(m, middle))) == jnp.sign(first)
+        return jnp.where(before, middle, low), jnp.where(before, high, middle)
+
+    low, high = jax.lax.fori_loop(0, 40, halve, (m.t0, m.t))
+    return happened, 0.5 * (low + high)
+
+
+def _finite(tree: Any) -> Array:
+    flat, _ = ravel_pytree(tree)
+    return jnp.all(jnp.isfinite(flat))

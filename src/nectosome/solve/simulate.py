@@ -1,0 +1,97 @@
+"""Simulation of a robot through time: the public face, with progress and cancelling."""
+
+import math
+from collections.abc import Callable
+from typing import Literal
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from nectosome.core import Mechanical, State, Status
+
+from .dataset import Run, Trajectory
+from .march import Guard, March, Method, Settings, begin, interpolate, march
+
+_CHUNKS = 20
+
+
+@eqx.filter_jit
+def _begin(system: Mechanical, t: Array, x: State, settings: Settings, h: Array) -> March:
+    return begin(system, t, x, settings, h)
+
+
+@eqx.filter_jit
+def _march(system: Mechanical, m: March, times: Array, settings: Settings, guard: Guard | None):
+    return march(system, m, times, settings, guard)
+
+
+def simulate(
+    system: Mechanical,
+    time: float,
+    *,
+    samples: int = 201,
+    method: Literal["auto", "implicit", "explicit"] = "auto",
+    rtol: float = 1e-5,
+    atol: float = 1e-8,
+    initial: State | None = None,
+    until: Guard | None = None,
+    progress: Callable[[float], bool | None] | None = None,
+    max_steps: int = 200_000,
+) -> Run:
+    """Integrate from t = 0 to `time` [s] and keep `samples` evenly spaced states.
+
+    method: "implicit" for soft bodies, "explicit" for systems without stiff springs; "auto" takes the implicit one.
+    until(t, x): the run stops where it changes sign; status EVENT, and the moment is the last time kept.
+    progress(share): called about twenty times with the share done; the run is cancelled where it returns False.
+    Returns a Run, a Solution whose value is a Trajectory up to where the run came; its status says why it ended there.
+    Raises ValueError for a time, sample count or tolerance that makes no sense.
+    """
+    _check(time, samples, rtol, atol)
+    kind: Method = "implicit" if method == "auto" else method
+    settings = Settings(kind, jnp.asarray(rtol), jnp.asarray(atol), jnp.asarray(max_steps))
+    x = system.initial() if initial is None else initial
+    times = np.linspace(0.0, time, samples)
+    m = _begin(system, jnp.zeros(()), x, settings, jnp.asarray(min(1e-3, 0.1 * times[1])))
+    states, status = [jax.tree.map(lambda x: x[None], x)], Status.SOLVED
+    for chunk in np.split(times[1:], _pieces(samples - 1)):
+        m, xs = _march(system, m, jnp.asarray(chunk), settings, until)
+        states.append(xs)
+        status = Status(int(m.status))
+        if status != Status.SOLVED:
+            break
+        if progress is not None and progress(chunk[-1] / time) is False:
+            status = Status.CANCELLED
+            break
+    return _solution(system, m, times, states, status)
+
+
+def _solution(system: Mechanical, m: March, times: np.ndarray, states: list[State], status: Status) -> Run:
+    state = jax.tree.map(lambda *x: jnp.concatenate(x), *states)
+    kept = int(np.sum(times[: state.v.shape[0]] <= min(float(m.end), float(m.t))))
+    state = jax.tree.map(lambda x: x[:kept], state)
+    times = times[:kept]
+    if status == Status.EVENT:
+        last = interpolate(m, m.end)
+        state = jax.tree.map(lambda x, y: jnp.concatenate([x, y[None]]), state, last)
+        times = np.append(times, float(m.end))
+    stats = {"steps": m.steps, "rejected": m.rejected}
+    if m.memory is not None:
+        stats["jacobians"] = m.memory.refreshes
+    return Run(Trajectory(system, jnp.asarray(times), state), jnp.asarray(int(status)), stats, jnp.zeros(()))
+
+
+def _pieces(intervals: int) -> int:
+    """How many equal chunks to run in: the largest divisor of the number of intervals up to twenty."""
+    return max(k for k in range(1, min(_CHUNKS, intervals) + 1) if intervals % k == 0)
+
+
+def _check(time: float, samples: int, rtol: float, atol: float) -> None:
+    if not (math.isfinite(time) and time > 0):
+        raise ValueError(f"simulate: time is {time} s; it must be a positive number of seconds.")
+    if samples < 2:
+        raise ValueError(f"simulate: samples is {samples}; at least 2 are needed, the start and the end.")
+    if not (0 < rtol < 1 and 0 < atol < 1):
+        raise ValueError(f"simulate: tolerances are rtol {rtol}, atol {atol}; they must lie between 0 and 1.")

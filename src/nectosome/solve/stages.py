@@ -1,0 +1,159 @@
+r"""One time step of a mechanical system, implicit or explicit.
+
+Implicit: the stiffly accurate, L-stable ESDIRK 4(3) of Kennedy and Carpenter (2003, ARK4(3)6L[2]SA). A stage solves
+for the accelerations alone, since velocities and coordinates follow from them,
+$v_i = \bar v_i + c\,a_i$, $q_i = \bar q_i + c\,N(q_i) v_i$ with $c = \gamma h$: a system of half the size of the
+first-order form. Its exact Jacobian $M + c\,C + c^2 K$ is kept from step to step while Newton's method converges well.
+
+Explicit: the Runge-Kutta 5(4) of Tsitouras (2011).
+"""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax.flatten_util import ravel_pytree
+from jaxtyping import Array, Bool, Float, Int
+
+from nectosome.core import Mechanical, State
+
+from .tableaus import ESDIRK4, GAMMA, TSIT5
+
+
+class Step(NamedTuple):
+    """Outcome of an attempted step."""
+
+    x: State
+    rate: State  # dx/dt at the end
+    error: State  # estimate of the local error
+    memory: Any  # what the method takes along to the next step
+    converged: Bool[Array, ""]
+    iterations: Int[Array, ""]
+
+
+class Newton(NamedTuple):
+    """Factorised Jacobian of the last refresh and whether it still serves."""
+
+    factor: Any
+    c: Float[Array, ""]
+    stale: Bool[Array, ""]
+    refreshes: Int[Array, ""]
+
+
+_MOST_ITERATIONS = 12
+_SLOW = 0.3  # contraction of Newton's correction above which the Jacobian is computed afresh
+_NEWTON_SHARE = 0.02  # of the error tolerance that Newton may leave
+
+
+class _Iterate(NamedTuple):
+    """Newton's iteration within a stage."""
+
+    w: Array
+    factor: Any
+    size: Array  # of the last correction, in allowed errors
+    rate: Array  # of it to the one before
+    remaining: Array  # estimate of what is left
+    k: Array
+    refreshes: Array
+
+
+def coordinate_rates(system: Mechanical, q: Array, v: Array) -> Array:
+    """dq/dt = N(q) v."""
+    return jax.jvp(lambda s: system.advance(q, v, s), (jnp.zeros(()),), (jnp.ones(()),))[1]
+
+
+def newton_memory(n: int) -> Newton:
+    """Memory of the first implicit step."""
+    factor = (jnp.eye(n), jnp.arange(n, dtype=jnp.int32))
+    return Newton(factor, jnp.zeros(()), jnp.asarray(True), jnp.zeros((), int))
+
+
+def implicit_step(
+    system: Mechanical, t: Array, h: Array, x: State, rate: State, memory: Newton, allowed: State
+) -> Step:
+    """Attempt a step of size h from x; `rate` is dx/dt at x, `allowed` the error allowed in each number."""
+    w0, unravel = ravel_pytree((rate.v, rate.z))
+    n = x.v.shape[0]
+    c = GAMMA * h
+    A = jnp.asarray(ESDIRK4.A)
+    first = coordinate_rates(system, x.q, x.v)
+
+    def reach(base: State, w: Array) -> State:
+        a, dz = unravel(w)
+        v = base.v + c * a
+        return State(system.advance(base.q, v, c), v, jax.tree.map(lambda z, d: z + c * d, base.z, dz))
+
+    def unbalanced(ti: Array, base: State, w: Array) -> Array:
+        xi = reach(base, w)
+        r = system.residual(ti, xi, w[:n])
+        if w.shape[0] > n:
+            wanted, _ = ravel_pytree(system.state_rates(ti, xi))
+            r = jnp.concatenate([r, w[n:] - wanted])
+        return r
+
+    tolerance, _ = ravel_pytree((allowed.v, allowed.z))
+
+    def stage(carry, i: Array):
+        K, w, factor, must, good, most, count = carry
+        ti = t + jnp.asarray(ESDIRK4.c)[i] * h
+        row = jnp.where(jnp.arange(6) < i, A[i], 0.0)
+        base = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), x, K)
+
+        def correct(it: _Iterate) -> _Iterate:
+            refresh = jnp.where(it.k == 0, must, (it.k > 1) & (it.rate > _SLOW))
+            factor = jax.lax.cond(
+                refresh,
+                lambda w: jax.scipy.linalg.lu_factor(jax.jacfwd(lambda w: unbalanced(ti, base, w))(w)),
+                lambda w: it.factor,
+                it.w,
+            )
+            dw = -jax.scipy.linalg.lu_solve(factor, unbalanced(ti, base, it.w))
+            size = rms(c * dw / tolerance)
+            rate = jnp.where(it.k == 0, 1.0, size / jnp.maximum(it.size, 1e-300))
+            remaining = size * jnp.minimum(rate / jnp.maximum(1 - rate, 1e-3), 1.0)
+            return _Iterate(it.w + dw, factor, size, rate, remaining, it.k + 1, it.refreshes + refresh)
+
+        def going(it: _Iterate) -> Array:
+            return (it.k < _MOST_ITERATIONS) & ((it.k == 0) | (it.remaining > _NEWTON_SHARE)) & (it.size < 1e12)
+
+        infinite = jnp.asarray(jnp.inf)
+        start = _Iterate(w, factor, jnp.zeros(()), jnp.ones(()), infinite, jnp.zeros((), int), jnp.zeros((), int))
+        it = jax.lax.while_loop(going, correct, start)
+        a, dz = unravel(it.w)
+        xi = reach(base, it.w)
+        Ki = State(coordinate_rates(system, xi.q, xi.v), a, dz)
+        K = jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki)
+        good &= it.remaining <= _NEWTON_SHARE
+        after = (K, it.w, it.factor, jnp.asarray(False), good, jnp.maximum(most, it.k), count + it.refreshes)
+        return after, xi
+
+    K = jax.tree.map(lambda k: jnp.zeros((6, *k.shape)).at[0].set(k), State(first, rate.v, rate.z))
+    must = memory.stale | (jnp.abs(c - memory.c) > 0.2 * memory.c)
+    none = jnp.zeros((), int)
+    start = (K, w0, memory.factor, must, jnp.asarray(True), none, none)
+    (K, _, factor, _, converged, most, count), stages = jax.lax.scan(stage, start, jnp.arange(1, 6))
+    last = jax.tree.map(lambda s: s[-1], stages)
+    error = jax.tree.map(lambda k: h * jnp.tensordot(jnp.asarray(ESDIRK4.error), k, axes=1), K)
+    memory = Newton(factor, jnp.where(count > 0, c, memory.c), ~converged, memory.refreshes + count)
+    return Step(last, jax.tree.map(lambda k: k[-1], K), error, memory, converged, most)
+
+
+def explicit_step(system: Mechanical, t: Array, h: Array, x: State, rate: State, memory: None, allowed: State) -> Step:
+    """Attempt a step of size h from x; `rate` is dx/dt at x."""
+
+    def stage(K: State, i: Array):
+        row = jnp.where(jnp.arange(7) < i, jnp.asarray(TSIT5.A)[i], 0.0)
+        xi = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), x, K)
+        Ki = system.rates(t + jnp.asarray(TSIT5.c)[i] * h, xi)
+        return jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki), xi
+
+    K = jax.tree.map(lambda k: jnp.zeros((7, *k.shape)).at[0].set(k), rate)
+    K, stages = jax.lax.scan(stage, K, jnp.arange(1, 7))
+    error = jax.tree.map(lambda k: h * jnp.tensordot(jnp.asarray(TSIT5.error), k, axes=1), K)
+    end, rate = jax.tree.map(lambda s: s[-1], (stages, K))
+    return Step(end, rate, error, None, jnp.asarray(True), jnp.zeros((), int))
+
+
+def rms(x: Array) -> Array:
+    """Root mean square; 0 of nothing."""
+    return jnp.sqrt(jnp.sum(x * x) / max(x.size, 1))
