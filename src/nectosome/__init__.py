@@ -1,1 +1,54 @@
-"""nectosome: from a drawing to a tuned underwater soft robot."""
+"""nectosome: from a drawing to a tuned underwater soft robot.
+
+    import nectosome as ns
+
+    robot = ns.describe("flagellum")                        # or the path of a robot file
+    robot = ns.apply_settings(robot, ["omega=14.4rad/s"])   # any quantity, by its path or alias, with its unit
+    run = ns.simulate(ns.build(robot), 2.5)                 # 2.5 s from rest
+    data = run.to_dataset(robot)                            # an xarray.Dataset in SI units
+
+Names are loaded when they are first used, so that importing the package is quick.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .io import InputError, apply_settings, load_dataset, load_robot, save_dataset
+    from .robots import bind, build, describe, flagella, names
+    from .solve import simulate, static
+    from .view import show_run
+
+_ROOMS = {
+    "io": ("InputError", "apply_settings", "load_dataset", "load_robot", "save_dataset"),
+    "robots": ("bind", "build", "describe", "flagella", "names"),
+    "solve": ("simulate", "static"),
+    "view": ("show_run",),
+}
+_HOME = {name: room for room, inside in _ROOMS.items() for name in inside}
+
+__all__ = [
+    "InputError",
+    "apply_settings",
+    "bind",
+    "build",
+    "describe",
+    "flagella",
+    "load_dataset",
+    "load_robot",
+    "names",
+    "save_dataset",
+    "show_run",
+    "simulate",
+    "static",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    raise AttributeError(f"nectosome has no {name}")
+
+
+def __dir__() -> list[str]:
+    return __all__

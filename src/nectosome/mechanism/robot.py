@@ -37,6 +37,7 @@ class Forces(NamedTuple):
     twist: Float[Array, "n 6"]  # of the stations, body frame
     wrenches: tuple[Array | None, ...]  # of each load on its part's stations, station frame
     joint_forces: tuple[Array | None, ...]  # of each load on its part's joint
+    joint: Float[Array, "nv"]  # their sum, by velocity
     fluid: Float[Array, "n 6"]  # inertia force of the added mass, the wrench the water gives, station frame
     inertia: Float[Array, "n 6"]  # rate of momentum of the body's own matter
     elastic: Float[Array, "nv"]  # K q of the rods
@@ -140,7 +141,7 @@ class Robot(Mechanical):
             drive = drive.at[tree.free_v].add(u)
         residual = elastic + viscous - joint - drive - pull(wrench)[0]
         return Forces(
-            shape, twist, tuple(wrenches), tuple(joint_forces), fluid, inertia, elastic, viscous, drive, residual
+            shape, twist, tuple(wrenches), tuple(joint_forces), joint, fluid, inertia, elastic, viscous, drive, residual
         )
 
     def relative(self, t: Array, shape: Shape, twist: Array, rate: Array) -> tuple[Array, Array]:

@@ -1,25 +1,28 @@
-"""The robots that ship as files, and `build`, which turns a description into a robot."""
+"""The robots that ship, and `build`, which turns a description into a robot."""
 
 from pathlib import Path
 
 from nectosome.io import InputError, RobotDescription, did_you_mean, load_robot
 
 from .build import bind, build
+from .flagella import flagella
+from .shipped import file_names, file_of, flagella_count
 
-__all__ = ["bind", "build", "describe", "names"]
-
-_FOLDER = Path(__file__).parent
+__all__ = ["bind", "build", "describe", "flagella", "names"]
 
 
 def names() -> list[str]:
-    """Names of the robots that ship."""
-    return sorted(path.stem for path in _FOLDER.glob("*.yaml"))
+    """Names of the robots that ship; flagella4 stands for any number of flagella."""
+    return sorted([*file_names(), "flagella4"])
 
 
 def describe(robot: str) -> RobotDescription:
     """Description of a robot that ships, by name, or of a robot file, by path. Raises InputError."""
-    if robot in names():
-        return load_robot(_FOLDER / f"{robot}.yaml")
+    if robot in file_names():
+        return load_robot(file_of(robot))
+    count = flagella_count(robot)
+    if count is not None:
+        return flagella(count)
     path = Path(robot)
     if path.suffix in (".yaml", ".yml") or path.exists():
         return load_robot(path)

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
+from nectosome.core.remember import remembered
 from nectosome.io import RobotDescription, dump_robot, provenance
 from nectosome.mechanism import Diagnosis, Robot, diagnose, load_names
 
@@ -33,7 +34,6 @@ class Run(Solution):
         return dataset(self, description, settings or {})
 
 
-@eqx.filter_jit
 def _diagnose_all(robot: Robot, time: Array, state: State) -> Diagnosis:
     return jax.lax.map(lambda tx: diagnose(robot, *tx), (time, state))
 
@@ -47,7 +47,9 @@ def dataset(run: Run, description: RobotDescription | None, settings: dict[str, 
     import xarray as xr
 
     robot, trajectory = run.value.system, run.value
-    d = jax.tree.map(np.asarray, _diagnose_all(robot, trajectory.time, trajectory.state))
+    d = jax.tree.map(
+        np.asarray, remembered(_diagnose_all, Diagnosis(*Diagnosis._fields), robot, trajectory.time, trajectory.state)
+    )
     tree = robot.tree
     free = tree.free_v
     powers = np.concatenate([d.load_power, d.reaction_power], axis=1)

@@ -53,12 +53,19 @@ class Settings(eqx.Module):
 def begin(system: Mechanical, t: Array, x: State, settings: Settings, h: Array) -> March:
     """March that starts at (t, x) with a first step of size h."""
     rate = system.rates(t, x)
+    fine = _finite(rate)
+    status = jnp.where(fine, int(Status.SOLVED), int(Status.NOT_FINITE))
+    m = blank(x, settings)
+    values = (t, t, rate, rate, h, status, jnp.where(fine, jnp.inf, t))
+    return eqx.tree_at(lambda m: (m.t0, m.t, m.rate0, m.rate, m.h, m.status, m.end), m, values)
+
+
+def blank(x: State, settings: Settings) -> March:
+    """March at rest in x at t = 0: what `begin` fills."""
     n = x.v.shape[0] + ravel_pytree(x.z)[0].shape[0]
     memory = newton_memory(n) if settings.method == "implicit" else None
-    zero = jnp.zeros((), int)
-    status = jnp.where(_finite(rate), int(Status.SOLVED), int(Status.NOT_FINITE))
-    end = jnp.where(_finite(rate), jnp.inf, t)
-    return March(t, x, rate, t, x, rate, h, memory, jnp.asarray(False), status, end, zero, zero)
+    o, none = jnp.zeros(()), jnp.zeros((), int)
+    return March(o, x, x, o, x, x, o, memory, jnp.asarray(False), none, o, none, none)
 
 
 def march(

@@ -11,20 +11,16 @@ import numpy as np
 from jaxtyping import Array
 
 from nectosome.core import Mechanical, State, Status
+from nectosome.core.remember import remembered
 
 from .dataset import Run, Trajectory
-from .march import Guard, March, Method, Settings, begin, interpolate, march
+from .march import Guard, March, Method, Settings, begin, blank, interpolate, march
 
 _CHUNKS = 20
 
 
 @eqx.filter_jit
-def _begin(system: Mechanical, t: Array, x: State, settings: Settings, h: Array) -> March:
-    return begin(system, t, x, settings, h)
-
-
-@eqx.filter_jit
-def _march(system: Mechanical, m: March, times: Array, settings: Settings, guard: Guard | None):
+def _march_until(system: Mechanical, m: March, times: Array, settings: Settings, guard: Guard) -> tuple[March, State]:
     return march(system, m, times, settings, guard)
 
 
@@ -34,8 +30,8 @@ def simulate(
     *,
     samples: int = 201,
     method: Literal["auto", "implicit", "explicit"] = "auto",
-    rtol: float = 1e-5,
-    atol: float = 1e-8,
+    rtol: float = 1e-4,
+    atol: float = 1e-6,
     initial: State | None = None,
     until: Guard | None = None,
     progress: Callable[[float], bool | None] | None = None,
@@ -54,15 +50,19 @@ def simulate(
     settings = Settings(kind, jnp.asarray(rtol), jnp.asarray(atol), jnp.asarray(max_steps))
     x = system.initial() if initial is None else initial
     times = np.linspace(0.0, time, samples)
-    m = _begin(system, jnp.zeros(()), x, settings, jnp.asarray(min(1e-3, 0.1 * times[1])))
+    first = jnp.asarray(min(1e-3, 0.1 * times[1]))
+    m = remembered(begin, blank(x, settings), system, jnp.zeros(()), x, settings, first)
     states, status = [jax.tree.map(lambda x: x[None], x)], Status.SOLVED
     for chunk in np.split(times[1:], _pieces(samples - 1)):
-        m, xs = _march(system, m, jnp.asarray(chunk), settings, until)
+        if until is None:
+            m, xs = remembered(march, (m, m.x), system, m, jnp.asarray(chunk), settings)
+        else:
+            m, xs = _march_until(system, m, jnp.asarray(chunk), settings, until)
         states.append(xs)
         status = Status(int(m.status))
         if status != Status.SOLVED:
             break
-        if progress is not None and progress(chunk[-1] / time) is False:
+        if progress is not None and progress(float(chunk[-1]) / time) is False:
             status = Status.CANCELLED
             break
     return _solution(system, m, times, states, status)
