@@ -1,0 +1,1 @@
+"""Armanini et al., "Model-based design optimization of underwater flagellate propellers"."""

@@ -1,0 +1,59 @@
+"""What a study hands over, and how a computed number is scored against a printed one."""
+
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Kind = Literal["prediction", "calibration", "synthetic"]
+Progress = Callable[[str, float], None]  # what is being done, share of the study that is done
+
+
+@dataclass(frozen=True)
+class Study:
+    """Outcome of a study: scorecard rows, the runs behind them, and how long it took."""
+
+    name: str
+    title: str
+    about: str
+    rows: list[dict[str, Any]]
+    runs: dict[str, "xr.Dataset"]
+    seconds: float
+
+
+def printed(study: str) -> dict[str, dict[str, Any]]:
+    """What a paper prints, by row id, from the `printed.toml` beside its study."""
+    text = files("nectosome.papers").joinpath(study, "printed.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+def score(row: str, entry: dict[str, Any], ours: float, kind: Kind = "prediction") -> dict[str, Any]:
+    """Scorecard row of a computed number.
+
+    The verdict is `match` within the entry's tolerance [percent], `differs` outside. Where the paper prints only a
+    direction (sign 1 or -1) it is that which must agree; where it prints nothing the row is `not reproducible`.
+    """
+    reference = entry.get("printed")
+    error = None if reference is None else 100 * (ours - reference) / abs(reference)
+    if error is not None:
+        verdict = "match" if abs(error) <= entry["tolerance"] else "differs"
+    elif "direction" in entry:
+        verdict = "match" if ours * entry["direction"] > 0 else "differs"
+    else:
+        verdict = "not reproducible"
+    return {
+        "id": row,
+        "quantity": entry["quantity"],
+        "unit": entry["unit"],
+        "printed": reference,
+        "ours": float(ours),
+        "error": error,
+        "tolerance": entry.get("tolerance"),
+        "verdict": verdict,
+        "kind": kind,
+        "note": entry.get("note", ""),
+    }
