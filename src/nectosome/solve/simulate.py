@@ -1,7 +1,7 @@
 """Simulation of a robot through time: the public face, with progress and cancelling."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Literal
 
 import equinox as eqx
@@ -28,7 +28,7 @@ def simulate(
     system: Mechanical,
     time: float,
     *,
-    samples: int = 201,
+    samples: int | Sequence[float] = 201,
     method: Literal["auto", "implicit", "explicit"] = "auto",
     rtol: float = 1e-4,
     atol: float = 1e-6,
@@ -37,23 +37,25 @@ def simulate(
     progress: Callable[[float], bool | None] | None = None,
     max_steps: int = 200_000,
 ) -> Run:
-    """Integrate from t = 0 to `time` [s] and keep `samples` evenly spaced states.
+    """Integrate from t = 0 to `time` [s] and keep the states at `samples`.
 
+    samples: how many evenly spaced times, or the times themselves, increasing from 0 to `time`; the state at a time
+    within a step is that of the step's cubic, as accurate as the steps.
     method: "implicit" for soft bodies, "explicit" for systems without stiff springs; "auto" takes the implicit one.
     until(t, x): the run stops where it changes sign; status EVENT, and the moment is the last time kept.
     progress(share): called about twenty times with the share done; the run is cancelled where it returns False.
     Returns a Run, a Solution whose value is a Trajectory up to where the run came; its status says why it ended there.
     Raises ValueError for a time, sample count or tolerance that makes no sense.
     """
-    _check(time, samples, rtol, atol)
+    times = np.linspace(0.0, time, samples) if isinstance(samples, int) else np.asarray(samples, dtype=float)
+    _check(time, times, rtol, atol)
     kind: Method = "implicit" if method == "auto" else method
     settings = Settings(kind, jnp.asarray(rtol), jnp.asarray(atol), jnp.asarray(max_steps))
     x = system.initial() if initial is None else initial
-    times = np.linspace(0.0, time, samples)
     first = jnp.asarray(min(1e-3, 0.1 * times[1]))
     m = remembered(begin, blank(x, settings), system, jnp.zeros(()), x, settings, first)
     states, status = [jax.tree.map(lambda x: x[None], x)], Status.SOLVED
-    for chunk in np.split(times[1:], _pieces(samples - 1)):
+    for chunk in np.split(times[1:], _pieces(times.size - 1)):
         if until is None:
             m, xs = remembered(march, (m, m.x), system, m, jnp.asarray(chunk), settings)
         else:
@@ -88,10 +90,14 @@ def _pieces(intervals: int) -> int:
     return max(k for k in range(1, min(_CHUNKS, intervals) + 1) if intervals % k == 0)
 
 
-def _check(time: float, samples: int, rtol: float, atol: float) -> None:
+def _check(time: float, times: np.ndarray, rtol: float, atol: float) -> None:
     if not (math.isfinite(time) and time > 0):
         raise ValueError(f"simulate: time is {time} s; it must be a positive number of seconds.")
-    if samples < 2:
-        raise ValueError(f"simulate: samples is {samples}; at least 2 are needed, the start and the end.")
+    if times.ndim != 1 or times.size < 2:
+        raise ValueError(
+            f"simulate: samples asks for {times.size} times; at least 2 are needed, the start and the end."
+        )
+    if times[0] != 0 or times[-1] != time or not np.all(np.diff(times) > 0):
+        raise ValueError(f"simulate: the times in samples must increase from 0 to {time} s.")
     if not (0 < rtol < 1 and 0 < atol < 1):
         raise ValueError(f"simulate: tolerances are rtol {rtol}, atol {atol}; they must lie between 0 and 1.")
