@@ -1,0 +1,53 @@
+"""Pages that need nothing but themselves: HTML with the plotting library inside."""
+
+from collections.abc import Iterable
+from html import escape
+from pathlib import Path
+
+from nectosome.io import write_atomic
+
+from .style import Panel
+
+_CSS = """
+body { font: 15px/1.5 system-ui, sans-serif; color: #222; margin: 0 auto; max-width: 1240px; padding: 0 24px 64px; }
+h1 { margin: 28px 0 4px; } h2 { margin: 44px 0 8px; border-bottom: 2px solid #0072B2; } h3 { margin: 28px 0 4px; }
+.small, figcaption { color: #555; font-size: 13.5px; } figcaption { max-width: 110ch; } figure { margin: 0 0 12px; }
+.wide { overflow-x: auto; } table { border-collapse: collapse; font-size: 13.5px; width: 100%; }
+th, td { text-align: left; padding: 5px 9px; border-bottom: 1px solid #dfe3e7; vertical-align: top; }
+th { background: #f1f4f6; white-space: nowrap; } .number { text-align: right; white-space: nowrap; }
+td.note { min-width: 15em; } td.quantity { min-width: 10em; } code { font-size: 12.5px; }
+.verdict { white-space: nowrap; font-weight: 600; } .match { color: #0072B2; } .better { color: #00714f; }
+.differs { color: #b34700; } .no { color: #666; } nav a { margin-right: 1.2em; }
+"""
+_CONFIG = {"displaylogo": False, "responsive": True, "plotlyServerURL": ""}
+
+
+def write_page(path: str | Path, title: str, parts: Iterable[str]) -> None:
+    """Write a page of HTML `parts` that works offline, whole or not at all. Raises InputError where it cannot."""
+    from plotly.offline import get_plotlyjs
+
+    head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{escape(title)}</title>'
+    text = [
+        f'<!doctype html>\n<html lang="en">\n<head>{head}\n<style>{_CSS}</style>',
+        f"<script>{get_plotlyjs()}</script>\n</head>\n<body>",
+        *parts,
+        "</body>\n</html>\n",
+    ]
+    write_atomic(path, "\n".join(text).encode())
+
+
+def panel_html(panel: Panel, key: str) -> str:
+    """Heading, figure and caption of a panel; `key` is its id, unique on the page."""
+    import plotly.io as pio
+
+    height = f"{panel.figure['layout']['height']}px"
+    plot = pio.to_html(
+        panel.figure,
+        config=_CONFIG,
+        auto_play=False,
+        include_plotlyjs=False,
+        full_html=False,
+        default_height=height,
+        div_id=key,
+    )
+    return f"<figure><h3>{escape(panel.title)}</h3>\n{plot}\n<figcaption>{escape(panel.caption)}</figcaption></figure>"

@@ -1,0 +1,59 @@
+"""The scorecard as a table: what was printed, what was computed here, and how they compare."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+Row = Mapping[str, Any]
+
+_VERDICTS = {"match": ("✓", "match"), "better": ("▲", "better"), "differs": ("✗", "differs")}
+_HEADS = ("id", "quantity", "printed", "ours", "error", "tolerance", "verdict", "kind", "note")
+_NONE = "-"
+_NUMBERS = ("printed", "ours", "error", "tolerance")
+
+
+def number(value: float | None, unit: str = "") -> str:
+    """Number with four digits and its unit; a dash where there is none."""
+    if value is None or value != value:
+        return _NONE
+    if value != 0 and not 1e-3 <= abs(value) < 1e6:
+        digits = f"{value:.3e}".replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
+    else:
+        digits = f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
+    return f"{digits} {unit}" if unit not in ("", "1", "-") else digits
+
+
+def percent(value: float | None) -> str:
+    """Percentage with two digits that count."""
+    if value is None or value != value:
+        return _NONE
+    return f"{value:.2f} %" if abs(value) >= 0.1 or value == 0 else f"{value:.1g} %"
+
+
+def table(rows: Sequence[Row]) -> str:
+    """HTML table of scorecard rows."""
+    heads = "".join(f'<th class="{"number" if h in _NUMBERS else ""}">{h}</th>' for h in _HEADS)
+    body = "\n".join(_row(row) for row in rows)
+    return f'<div class="wide"><table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
+
+
+def summary(rows: Sequence[Row]) -> str:
+    """How many rows there are of each verdict, in a sentence."""
+    counts = Counter(row["verdict"] for row in rows)
+    parts = ", ".join(f"{n} {verdict}" for verdict, n in counts.most_common())
+    return f"{len(rows)} {'row' if len(rows) == 1 else 'rows'}: {parts}." if rows else "No rows."
+
+
+def _row(row: Row) -> str:
+    symbol, style = _VERDICTS.get(row["verdict"], (_NONE, "no"))
+    unit = row["unit"] or ""
+    return (
+        f"<tr><td><code>{escape(row['id'])}</code></td>"
+        f'<td class="quantity">{escape(row["quantity"])}</td>'
+        f'<td class="number">{escape(number(row["printed"], unit))}</td>'
+        f'<td class="number">{escape(number(row["ours"], unit))}</td>'
+        f'<td class="number">{percent(row["error"])}</td><td class="number">{percent(row["tolerance"])}</td>'
+        f'<td class="verdict {style}">{symbol} {escape(row["verdict"])}</td><td>{escape(row["kind"])}</td>'
+        f'<td class="note">{escape(row["note"] or "")}</td></tr>'
+    )

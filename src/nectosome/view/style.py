@@ -1,0 +1,109 @@
+"""How figures look: colours that colour-blind readers can tell apart, axes, labels at the ends of lines."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+
+# Okabe and Ito's palette, from the darkest on white to the lightest
+BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
+BLACK, GREY = "#222222", "#7a7f87"
+CYCLE = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)
+
+_SOURCES = {
+    "drag": VERMILLION,
+    "added_mass": GREEN,
+    "hull_drag": ORANGE,
+    "viscous": PURPLE,
+    "weight": GREY,
+    "buoyancy": SKY,
+    "drive": BLUE,
+}
+_GAP = 15  # pixels between labels
+
+
+class Panel(NamedTuple):
+    """A figure on a page: what it is called, what there is to see, and the figure itself."""
+
+    title: str
+    caption: str
+    figure: "go.Figure"
+
+
+class End(NamedTuple):
+    """The label at the end of a line: the value it belongs to, its text and colour."""
+
+    value: float
+    text: str
+    colour: str
+
+
+def source_colour(name: str) -> str:
+    """Colour of a load, or of a drive; the same in all figures."""
+    return _SOURCES.get(name) or CYCLE[sum(map(ord, name)) % len(CYCLE)]
+
+
+def readable(name: str) -> str:
+    """Name of a load or coordinate as people write it."""
+    return name.replace("_", " ")
+
+
+def dress(fig: "go.Figure", height: int, labels: int = 0) -> "go.Figure":
+    """Give a figure the common look: `height` [px] in all, and `labels` [px] on the right for the ends of lines."""
+    fig.update_layout(
+        template="none",
+        height=height,
+        margin={"l": 76, "r": max(labels, 20), "t": 34, "b": 60},
+        font={"family": "system-ui, sans-serif", "size": 13, "color": BLACK},
+        hovermode="x unified",
+        showlegend=False,
+        legend={"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "traceorder": "normal"},
+    )
+    fig.update_annotations(font_size=13)
+    line = {"showgrid": True, "gridcolor": "#e6e8eb", "zeroline": True, "zerolinecolor": "#b9bec5", "ticks": "outside"}
+    fig.update_xaxes(linecolor=BLACK, title_standoff=8, **line)
+    fig.update_yaxes(linecolor=BLACK, **line)
+    return fig
+
+
+def span(values: Sequence[float], room: float = 0.08) -> tuple[float, float]:
+    """Smallest and largest of the finite values, and `room` of their distance beyond each."""
+    import numpy as np
+
+    finite = np.asarray(values, dtype=float)
+    finite = finite[np.isfinite(finite)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+    more = room * (high - low) or 0.05 * abs(high) or 1.0
+    return low - more, high + more
+
+
+def label_ends(
+    fig: "go.Figure", ends: Sequence[End], across: tuple[float, float], pixels: float, axis: str = ""
+) -> None:
+    """Write labels right of an axis that shows the values `across` over `pixels`, moved apart where they would touch.
+
+    `axis` is the number of the subplot's axes in plotly's names ("" for the first).
+    """
+    per_value = pixels / (across[1] - across[0])
+    ordered = sorted(ends, key=lambda end: end.value)
+    places: list[float] = []
+    for end in ordered:
+        y = (end.value - across[0]) * per_value
+        places.append(max(y, places[-1] + _GAP) if places else y)
+    if places:  # half of what the pile grew upwards is taken back
+        grown = places[-1] - (ordered[-1].value - across[0]) * per_value
+        places = [place - 0.5 * grown for place in places]
+    for end, place in zip(ordered, places, strict=True):
+        fig.add_annotation(
+            text=end.text,
+            x=1,
+            xref=f"x{axis} domain",
+            xanchor="left",
+            xshift=6,
+            y=place / pixels,
+            yref=f"y{axis} domain",
+            yanchor="middle",
+            showarrow=False,
+            font={"color": end.colour, "size": 12},
+        )

@@ -1,0 +1,136 @@
+"""The skin of a robot as rings around its parts, from the stations of a run; no plotting here."""
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from nectosome.io import InputError, RobotDescription, Rod, parse_robot
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+AROUND = 12  # points on a ring
+_FINER = 3  # rings per interval between a rod's stations
+
+
+def tubes(run: "xr.Dataset", times: Float[np.ndarray, "t"]) -> dict[str, Float[np.ndarray, "t rings around 3"]]:
+    """Rings [m, world frame] around every part that has a size, at `times` [s], by part.
+
+    Between saved times they follow cubics. Rods are drawn through their stations, rigid parts from end to end; boxes
+    and spheroids as such if the run carries its robot.
+    """
+    saved = run["time"].values
+    first = max(int(np.searchsorted(saved, times[0])) - 2, 0)
+    last = int(np.searchsorted(saved, times[-1])) + 3
+    near = run.isel(time=slice(first, last))
+    robot = description(run)
+    found: dict[str, np.ndarray] = {}
+    for part in run["part"].values:
+        rings = part_rings(near, str(part), _shape(robot, str(part)))
+        if rings is not None:
+            found[str(part)] = _between(near["time"].values, rings, times)
+    return found
+
+
+def triangles(rings: int, around: int) -> Int[np.ndarray, "n 3"]:
+    """Corners of the triangles of a closed tube, whose vertices are counted ring by ring.
+
+    The first and the last ring close the ends; the walls run between the others.
+    """
+    ring, k = np.meshgrid(np.arange(1, rings - 2), np.arange(around), indexing="ij")
+    a, b = ring * around + k, ring * around + (k + 1) % around
+    walls = np.concatenate([np.stack([a, b, b + around], -1), np.stack([a, b + around, a + around], -1)])
+    fan = np.stack([np.zeros(around - 2, int), np.arange(1, around - 1), np.arange(2, around)], axis=-1)
+    return np.concatenate([walls.reshape(-1, 3), fan[:, ::-1], fan + (rings - 1) * around])
+
+
+def part_rings(run: "xr.Dataset", part: str, shape: str = "cylinder") -> Float[np.ndarray, "t rings around 3"] | None:
+    """Rings of one part [m, world frame] at all saved times, both end rings doubled; None for a part without size."""
+    own = np.flatnonzero(run["station_part"].values == part)
+    x = run["station_x"].values[own]
+    position, rotation = run["position"].values[:, own], run["rotation"].values[:, own]
+    half = run["half_width"].values[own]
+    if not np.any(half > 0) or (len(own) == 1 and x[0] == 0):
+        return None
+    if x[0] == 0:  # a rod's first station is its root; that of a rigid part its centre
+        x, position, rotation, half = _finer(x, position, rotation, half)
+    elif shape == "spheroid":
+        x, position, rotation, half = _spheroid(x[0], position[:, :1], rotation[:, :1], half[:1])
+    else:
+        x, position, rotation, half = _to_the_ends(x, position, rotation, half)
+    across = half[:, None, :] * _outline(shape)  # [rings, around, 2]
+    rings = position[:, :, None, :] + np.einsum("tnij,nkj->tnki", rotation[..., 1:], across)
+    return np.concatenate([rings[:, :1], rings, rings[:, -1:]], axis=1)
+
+
+def description(run: "xr.Dataset") -> RobotDescription | None:
+    """Return the robot that a run carries, or None where it carries none."""
+    try:
+        return parse_robot(run.attrs.get("robot", ""))
+    except InputError:
+        return None
+
+
+def _shape(robot: RobotDescription | None, part: str) -> str:
+    if robot is None:
+        return "cylinder"
+    limb = robot.body if part == "body" else robot.limbs.get(part)
+    if limb is None:
+        return "cylinder"
+    return limb.section if isinstance(limb, Rod) else limb.shape
+
+
+def _outline(shape: str) -> Float[np.ndarray, "around 2"]:
+    """Section of half widths 1: a circle, or a square whose corners are among the points."""
+    angle = np.pi / 4 + 2 * np.pi * np.arange(AROUND) / AROUND
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    return circle / np.max(np.abs(circle), axis=-1, keepdims=True) if shape in ("box", "rectangle") else circle
+
+
+def hermite(x: np.ndarray, y: np.ndarray, slope: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Cubics through the values y [n, ...] at increasing x, with the slopes dy/dx, evaluated at `at` [m]."""
+    k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
+    more = (slice(None), *[None] * (y.ndim - 1))
+    h, u = (x[k + 1] - x[k])[more], ((at - x[k]) / (x[k + 1] - x[k]))[more]
+    value = (1 + 2 * u) * (1 - u) ** 2 * y[k] + u**2 * (3 - 2 * u) * y[k + 1]
+    return value + h * u * (1 - u) * ((1 - u) * slope[k] - u * slope[k + 1])
+
+
+def _between(saved: np.ndarray, rings: np.ndarray, times: np.ndarray) -> np.ndarray:
+    if len(saved) < 2:
+        return np.repeat(rings, len(times), axis=0)
+    return hermite(saved, rings, np.gradient(rings, saved, axis=0), times)
+
+
+def _finer(x: np.ndarray, position: np.ndarray, rotation: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Stations of a rod and more between them, along cubics tangent to it."""
+    parts = [np.linspace(a, b, _FINER, endpoint=False) for a, b in pairwise(x)]
+    at = np.concatenate([*parts, x[-1:]])
+    place, slope = np.moveaxis(position, 1, 0), np.moveaxis(rotation[..., 0], 1, 0)
+    turned = np.moveaxis(rotation, 1, 0)
+    new = hermite(x, turned, np.gradient(turned, x, axis=0), at)
+    U, _, V = np.linalg.svd(new)  # the rotation nearest to what the cubics give
+    widths = np.stack([np.interp(at, x, half[:, i]) for i in range(2)], axis=-1)
+    return at, np.moveaxis(hermite(x, place, slope, at), 0, 1), np.moveaxis(U @ V, 0, 1), widths
+
+
+def _to_the_ends(x: np.ndarray, position: np.ndarray, rotation: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Strips of a rigid part (its centre, if it has none) and its two ends, straight on from the nearest strip."""
+    length = 2 * x[0]
+    if len(x) > 1:
+        x, position, rotation, half = x[1:], position[:, 1:], rotation[:, 1:], half[1:]
+    root = position[:, :1] - x[0] * rotation[:, :1, :, 0]
+    tip = position[:, -1:] + (length - x[-1]) * rotation[:, -1:, :, 0]
+    ends = np.arange(-1, len(x) + 1).clip(0, len(x) - 1)
+    x = np.concatenate([[0.0], x, [length]])
+    return x, np.concatenate([root, position, tip], axis=1), rotation[:, ends], half[ends]
+
+
+def _spheroid(middle: float, position: np.ndarray, rotation: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Sections of a spheroid, from pole to pole."""
+    angle = np.linspace(0, np.pi, 13)
+    x = middle * (1 - np.cos(angle))
+    place = position + (x - middle)[:, None] * rotation[..., 0]
+    return x, place, np.repeat(rotation, len(x), axis=1), half * np.sin(angle)[:, None]
