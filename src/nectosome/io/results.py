@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 
 def save_dataset(dataset: "xarray.Dataset", path: str | Path) -> None:
     """Write a dataset as netCDF, whole or not at all. Raises InputError where it cannot be written."""
-    write_atomic(path, lambda file: dataset.to_netcdf(file, engine="h5netcdf"))
+    # made in memory: HDF5 does not survive a disk that fills up under it
+    write_atomic(path, bytes(dataset.to_netcdf(engine="h5netcdf")))
 
 
 def load_dataset(path: str | Path) -> "xarray.Dataset":

@@ -1,6 +1,6 @@
 """The robots that ship, and `build`, which turns a description into a robot."""
 
-from pathlib import Path
+import os
 
 from nectosome.io import InputError, RobotDescription, did_you_mean, load_robot
 
@@ -23,9 +23,8 @@ def describe(robot: str) -> RobotDescription:
     count = flagella_count(robot)
     if count is not None:
         return flagella(count)
-    path = Path(robot)
-    if path.suffix in (".yaml", ".yml") or path.exists():
-        return load_robot(path)
+    if robot.endswith((".yaml", ".yml")) or os.path.exists(robot):  # noqa: PTH110  Path.exists raises on long names
+        return load_robot(robot)
     raise InputError(
         f'there is no robot called "{robot}", nor a file of that name.{did_you_mean(robot, names())} '
         f"Robots that ship: {', '.join(names())}."

@@ -48,7 +48,8 @@ def dataset(run: Run, description: RobotDescription | None, settings: dict[str, 
 
     robot, trajectory = run.value.system, run.value
     d = jax.tree.map(
-        np.asarray, remembered(_diagnose_all, Diagnosis(*Diagnosis._fields), robot, trajectory.time, trajectory.state)
+        np.asarray,
+        remembered(_diagnose_all, Diagnosis._make(Diagnosis._fields), robot, trajectory.time, trajectory.state),
     )
     tree = robot.tree
     free = tree.free_v

@@ -55,7 +55,7 @@ def simulate(
     first = jnp.asarray(min(1e-3, 0.1 * times[1]))
     m = remembered(begin, blank(x, settings), system, jnp.zeros(()), x, settings, first)
     states, status = [jax.tree.map(lambda x: x[None], x)], Status.SOLVED
-    for chunk in np.split(times[1:], _pieces(times.size - 1)):
+    for chunk in _chunks(times[1:]):
         if until is None:
             m, xs = remembered(march, (m, m.x), system, m, jnp.asarray(chunk), settings)
         else:
@@ -71,7 +71,7 @@ def simulate(
 
 
 def _solution(system: Mechanical, m: March, times: np.ndarray, states: list[State], status: Status) -> Run:
-    state = jax.tree.map(lambda *x: jnp.concatenate(x), *states)
+    state = jax.tree.map(lambda *x: jnp.concatenate(x)[: times.size], *states)
     kept = int(np.sum(times[: state.v.shape[0]] <= min(float(m.end), float(m.t))))
     state = jax.tree.map(lambda x: x[:kept], state)
     times = times[:kept]
@@ -85,9 +85,11 @@ def _solution(system: Mechanical, m: March, times: np.ndarray, states: list[Stat
     return Run(Trajectory(system, jnp.asarray(times), state), jnp.asarray(int(status)), stats, jnp.zeros(()))
 
 
-def _pieces(intervals: int) -> int:
-    """How many equal chunks to run in: the largest divisor of the number of intervals up to twenty."""
-    return max(k for k in range(1, min(_CHUNKS, intervals) + 1) if intervals % k == 0)
+def _chunks(times: np.ndarray) -> np.ndarray:
+    """Times in about twenty equal rows; the last is filled up with the last time, where a march stands still."""
+    width = -(-times.size // _CHUNKS)
+    rows = -(-times.size // width)
+    return np.append(times, np.full(rows * width - times.size, times[-1])).reshape(rows, width)
 
 
 def _check(time: float, times: np.ndarray, rtol: float, atol: float) -> None:

@@ -1,0 +1,63 @@
+"""The commands together, and what becomes of mistakes: one sentence and exit code 2."""
+
+import warnings
+from collections.abc import Sequence
+from importlib.metadata import version
+
+from cyclopts import App, CycloptsError, Parameter
+from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
+
+from nectosome.cli.check import check, schema
+from nectosome.cli.output import tell
+from nectosome.cli.reproduce import reproduce
+from nectosome.cli.show import show
+from nectosome.cli.simulate import simulate
+from nectosome.io import InputError
+
+app = App(
+    name="nectosome",
+    help="From a drawing to a tuned underwater soft robot.",
+    version=lambda: f"nectosome {version('nectosome')}",
+    default_parameter=Parameter(negative=(), json_list=False),
+    exit_on_error=False,
+    print_error=False,
+    suppress_keyboard_interrupt=False,
+    result_action="return_value",
+)
+for command in (reproduce, simulate, show, check, schema):
+    app.command(command)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command (that of the shell by default) and return its exit code.
+
+    0: done. 1: the computation did not come to its end. 2: a mistake in what was given, told in one sentence on
+    stderr. 130: cancelled.
+    """
+    warnings.filterwarnings("ignore", message="Error (reading|writing) persistent compilation cache")
+    try:
+        code = app(argv)
+    except CycloptsError as error:
+        tell(_sentence(error))
+        return 2
+    except InputError as error:
+        tell(str(error))
+        return 2
+    except KeyboardInterrupt:
+        tell("cancelled.")
+        return 130
+    return code if isinstance(code, int) else 0
+
+
+def _sentence(error: CycloptsError) -> str:
+    """Say what is wrong with the options, without the names of Python's things."""
+    error.verbose = False
+    where = " ".join(error.command_chain or ())
+    if isinstance(error, MissingArgumentError) and error.argument is not None:
+        name = error.keyword or error.argument.name
+        what = f"{name} needs a value." if name.startswith("-") else f"{name} is missing."
+    elif isinstance(error, UnusedCliTokensError):
+        what = f'"{" ".join(error.unused_tokens or ())}" is one too many.'
+    else:
+        what = str(error)
+    return f"{where}: {what} See nectosome {where} --help." if where else f"{what} See nectosome --help."

@@ -1,0 +1,33 @@
+"""`nectosome check` and `nectosome schema`: robot files while they are written."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from nectosome.cli.output import write
+from nectosome.cli.parts import weigh
+from nectosome.io import json_schema, load_robot
+
+
+def check(file: Annotated[Path, Parameter(help="A robot file.")], /) -> None:
+    """Check a robot file and say what it describes, or what is wrong with it."""
+    description = load_robot(file)
+
+    from nectosome.robots import build
+
+    parts = weigh(build(description), str(file))
+    freedoms = sum(len(part.freedoms) for part in parts)
+    mass = sum(part.mass for part in parts)
+    write(f"{file}: ok, {count(len(parts), 'part')}, {count(freedoms, 'degree')} of freedom, {mass:.4g} kg", wrap=False)
+
+
+def schema() -> None:
+    """Print the JSON Schema of robot files, for editors."""
+    write(json.dumps(json_schema(), indent=2), wrap=False)
+
+
+def count(n: int, thing: str) -> str:
+    """Return `1 part`, `2 parts`."""
+    return f"{n} {thing}{'' if n == 1 else 's'}"

@@ -1,0 +1,119 @@
+"""`nectosome reproduce`: the published robots, computed anew and held against the printed numbers."""
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+from rich.table import Table
+from rich.text import Text
+
+from nectosome.cli.output import check_folder, check_target, tell, write
+from nectosome.cli.progress import progress_bar
+from nectosome.io import InputError, did_you_mean, save_dataset, write_atomic
+
+if TYPE_CHECKING:
+    from nectosome.papers import Study
+
+_FIELDS = ("id", "quantity", "unit", "printed", "ours", "error", "tolerance", "verdict", "kind", "note")
+_STYLES = {"match": "green", "better": "green", "differs": "yellow", "not reproducible": "dim"}
+
+
+def reproduce(
+    *studies: Annotated[str, Parameter(help="Names of studies; all of them by default.")],
+    quick: Annotated[bool, Parameter(help="A shorter version that still fills every row.")] = False,
+    out: Annotated[Path, Parameter(help="Folder for report.html, scorecard.json and the runs.")] = Path("out"),
+    scorecard: Annotated[Path | None, Parameter("--json", help="Write the scorecard to this file too (.json).")] = None,
+) -> int:
+    """Run the studies of the published robots and print how they compare with the papers."""
+    from nectosome.papers import STUDIES
+    from nectosome.view import write_report
+
+    for name in studies:
+        if name not in STUDIES:
+            raise InputError(f'there is no study called "{name}".{did_you_mean(name, STUDIES)}')
+    if scorecard is not None:
+        check_target(scorecard, "--json", ".json")
+    _make_folder(out)
+
+    done: list[Study] = []
+    for name, run in STUDIES.items():
+        if studies and name not in studies:
+            continue
+        with progress_bar(name) as update:
+            study = run(quick, update)
+        _save_runs(study, out)
+        done.append(study)
+
+    rows = [_row(row) for study in done for row in study.rows]
+    text = json.dumps({"rows": rows}, indent=2, allow_nan=False).encode() + b"\n"
+    for path in (out / "scorecard.json", scorecard):
+        if path is not None:
+            write_atomic(path, text)
+
+    write_report(done, out / "report.html")
+    write(_table(rows), _notes(rows), _times(done), f"report: {out / 'report.html'}")
+    missing = [row["id"] for row in rows if row["ours"] is None and row["verdict"] != "not reproducible"]
+    if missing:
+        tell(f"not computed: {', '.join(missing)}.")
+    return 1 if missing else 0
+
+
+def _make_folder(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot make the folder {out}: {getattr(error, 'strerror', error)}.", field="--out") from None
+    check_folder(out, "--out")
+
+
+def _save_runs(study: "Study", out: Path) -> None:
+    folder = out / study.name
+    if study.runs:
+        _make_folder(folder)
+    for name, dataset in study.runs.items():
+        save_dataset(dataset, folder / f"{name}.nc")
+
+
+def _row(row: dict[str, Any]) -> dict[str, Any]:
+    """Return a row ready for JSON: plain numbers, and nothing where a number is not finite."""
+    return {field: _plain(row[field]) for field in _FIELDS}
+
+
+def _plain(value: Any) -> Any:
+    value = value.item() if hasattr(value, "item") else value
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _table(rows: list[dict[str, Any]]) -> Table:
+    table = Table(header_style="bold", title="Scorecard")
+    for name in ("id", "quantity", "unit", "printed", "ours", "error %", "within %", "verdict", "kind"):
+        table.add_column(name, justify="right" if name in ("printed", "ours", "error %", "within %") else "left")
+    for row in rows:
+        verdict = Text(row["verdict"], _STYLES.get(row["verdict"], ""))
+        numbers = [_number(row[name]) for name in ("printed", "ours", "error", "tolerance")]
+        table.add_row(row["id"], row["quantity"], row["unit"], *numbers, verdict, row["kind"])
+    return table
+
+
+def _notes(rows: list[dict[str, Any]]) -> Text:
+    """Return the notes of the rows that do not simply match."""
+    notes = [f"{row['id']}: {row['note']}" for row in rows if row["note"] and row["verdict"] != "match"]
+    return Text("\n".join(notes))
+
+
+def _times(studies: "list[Study]") -> Table:
+    total = sum(study.seconds for study in studies)
+    table = Table(box=None, header_style="bold")
+    for name in ("study", "time", "share"):
+        table.add_column(name, justify="left" if name == "study" else "right")
+    for study in studies:
+        share = 100 * study.seconds / total if total else 0.0
+        table.add_row(study.name, f"{study.seconds:.1f} s", f"{share:.0f} %")
+    table.add_row("all", f"{total:.1f} s", "")
+    return table
+
+
+def _number(value: Any) -> str:
+    return "" if value is None else f"{value:.4g}" if isinstance(value, int | float) else str(value)

@@ -1,0 +1,58 @@
+"""`nectosome show`: what a robot is made of, or what a run came to."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from nectosome.cli.output import check_target, write
+from nectosome.cli.parts import weigh
+from nectosome.cli.summary import check_run, origin, summary
+from nectosome.cli.tree import robot_tree
+from nectosome.io import InputError, load_dataset
+
+_HDF5 = b"\x89HDF"
+
+
+def show(
+    what: Annotated[str, Parameter(help="Name of a robot that ships, a robot file, or a saved run (.nc).")],
+    /,
+    *,
+    save: Annotated[Path | None, Parameter(help="Write a page with plots of the run (.html).")] = None,
+) -> None:
+    """Show the parts of a robot, or the summary of a saved run."""
+    if _is_run(what):
+        _show_run(what, save)
+        return
+    if save is not None:
+        raise InputError(
+            f"only a run can be drawn. Write nectosome simulate {what} --save run.nc first.", field="--save"
+        )
+
+    from nectosome import robots
+
+    description = robots.describe(what)
+    write(robot_tree(description, weigh(robots.build(description), what)))
+
+
+def _is_run(what: str) -> bool:
+    if what.endswith(".nc"):
+        return True
+    try:
+        with Path(what).open("rb") as file:
+            return file.read(4) == _HDF5
+    except (OSError, ValueError):
+        return False
+
+
+def _show_run(path: str, save: Path | None) -> None:
+    if save is not None:
+        check_target(save, "--save", ".html")
+
+    dataset = load_dataset(path)
+    check_run(dataset, path)
+    if save is not None:
+        from nectosome.view import show_run
+
+        show_run(dataset, save)
+    write(summary(dataset), origin(dataset))

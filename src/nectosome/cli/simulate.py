@@ -1,0 +1,119 @@
+"""`nectosome simulate`: a robot through time."""
+
+import os
+import re
+import threading
+import time as clock
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.parts import weigh
+from nectosome.cli.progress import progress_bar
+from nectosome.cli.summary import summary
+from nectosome.io import InputError, apply_settings, parse_quantity, save_dataset
+
+_MOST_SAMPLES = 100_000
+
+
+def simulate(
+    robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")],
+    /,
+    *,
+    settings: Annotated[
+        list[str] | None, Parameter("--set", help="PATH=VALUE, such as omega=14.4rad/s; may be repeated.")
+    ] = None,
+    time: Annotated[str, Parameter(help="How long, with its unit.", allow_leading_hyphen=True)] = "2.5s",
+    save: Annotated[Path | None, Parameter(help="Write the run to this netCDF file (.nc).")] = None,
+    method: Annotated[
+        Literal["auto", "implicit", "explicit"],
+        Parameter(help="Implicit for soft bodies, explicit for systems without stiff springs."),
+    ] = "auto",
+    samples: Annotated[
+        str, Parameter(help="How many moments are kept, evenly spaced.", allow_leading_hyphen=True)
+    ] = "201",
+    rtol: Annotated[str, Parameter(help="Relative tolerance of a time step.", allow_leading_hyphen=True)] = "1e-5",
+) -> int:
+    """Simulate a robot in water and print a summary."""
+    seconds = _quantity(time, "time", "--time")
+    if seconds <= 0:
+        raise InputError(f'"{time}" is out of range: it must be more than 0 s.', field="--time")
+    moments = _moments(samples)
+    tolerance = _quantity(rtol, "number", "--rtol")
+    if not 0 < tolerance < 1:
+        raise InputError(f'"{rtol}" is out of range: it must be more than 0 and less than 1.', field="--rtol")
+    if save is not None:
+        check_target(save, "--save", ".nc")
+
+    from nectosome import robots
+
+    description = apply_settings(robots.describe(robot), settings or ())
+
+    from nectosome.core import Status
+    from nectosome.solve import simulate as integrate
+
+    asked = {"robot": robot, "set": settings or [], "time": seconds}
+    asked |= {"method": method, "samples": moments, "rtol": tolerance}
+    start = clock.perf_counter()
+    with progress_bar(description.name) as update:
+
+        def compute(going_on: Callable[[], bool]) -> Any:
+            def progress(share: float) -> bool:
+                update("", share)
+                return going_on()
+
+            built = robots.build(description)
+            weigh(built, robot)
+            run = integrate(built, seconds, samples=moments, method=method, rtol=tolerance, progress=progress)
+            wanted = save is not None or int(run.status) != Status.CANCELLED
+            return run, run.to_dataset(description, asked) if wanted else None
+
+        run, dataset = _cancellable(compute)
+    status = Status(int(run.status))
+    if dataset is not None:
+        dataset.attrs["seconds"] = round(clock.perf_counter() - start, 3)
+        if save is not None:
+            save_dataset(dataset, save)
+        if status != Status.CANCELLED:
+            write(summary(dataset))
+    came_to = f"at {float(run.value.time[-1]):.4g} s of {seconds:.4g} s."
+    if status == Status.CANCELLED:
+        tell(f"cancelled {came_to}" + (f" The part done is in {save}." if save is not None else ""))
+        return 130
+    if status not in (Status.SOLVED, Status.EVENT):
+        tell(f"{description.name}: {status.reason}, {came_to}")
+        return 1
+    return 0
+
+
+def _quantity(text: str, dimension: str, option: str) -> float:
+    try:
+        return parse_quantity(text, dimension)
+    except ValueError as error:
+        raise InputError(str(error), field=option) from None
+
+
+def _moments(text: str) -> int:
+    number = int(text) if re.fullmatch(r"-?\d{1,9}", text) else 0
+    if not 2 <= number <= _MOST_SAMPLES:
+        raise InputError(f'"{text}" must be a whole number from 2 to {_MOST_SAMPLES}.', field="--samples")
+    return number
+
+
+def _cancellable(compute: Callable[[Callable[[], bool]], Any]) -> Any:
+    """Return compute(going_on); the first Ctrl-C makes going_on() False, the second ends the program at once."""
+    stop = threading.Event()
+    with ThreadPoolExecutor(1) as pool:  # a thread, since compiled code does not listen to Ctrl-C
+        future = pool.submit(compute, lambda: not stop.is_set())
+        while True:
+            try:
+                return future.result()
+            except KeyboardInterrupt:
+                if stop.is_set():
+                    os._exit(130)
+                stop.set()
+                tell("stopping at the next moment; Ctrl-C again stops at once.")

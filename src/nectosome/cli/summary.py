@@ -1,0 +1,134 @@
+"""A run in a few lines: where the body came, what the joints need, where the power goes, and whether it balances."""
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from nectosome.io import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+_NEEDED = {
+    "position": ("time", "station", "axis"),
+    "velocity": ("time", "part", "axis"),
+    "load_power": ("time", "load"),
+    "reaction": ("time", "prescribed"),
+    "reaction_power": ("time", "prescribed"),
+    "energy": ("time", "form"),
+    "power_balance": ("time",),
+}
+_ATTRIBUTES = ("title", "robot", "status", "status_reason", "provenance")
+
+
+def check_run(dataset: "xr.Dataset", source: str) -> None:
+    """Raise InputError where a results file is not that of a simulation; `source` names it."""
+    for name, dims in _NEEDED.items():
+        if name not in dataset or dataset[name].dims != dims or dataset[name].dtype.kind != "f":
+            raise InputError(f"this is not a simulation: it has no {name} over {', '.join(dims)}.", file=source)
+    for name in ("time", "part", "load", "prescribed", "form"):
+        if name not in dataset.coords:
+            raise InputError(f"this is not a simulation: its {name} has no names or values.", file=source)
+    if not dataset.sizes["time"] or not dataset.sizes["part"]:
+        raise InputError("this simulation is empty.", file=source)
+    for name in _ATTRIBUTES:
+        if not isinstance(dataset.attrs.get(name), str):
+            raise InputError(f"this is not a simulation: its {name} is missing.", file=source)
+    try:
+        known = isinstance(json.loads(dataset.attrs["provenance"]), dict)
+    except ValueError:
+        known = False
+    if not known:
+        raise InputError("this is not a simulation: its provenance cannot be read.", file=source)
+
+
+def summary(dataset: "xr.Dataset") -> Group:
+    """Return body, joints, powers, energies and status; `mean` is over the last tenth of the run."""
+    import numpy as np
+
+    time = np.asarray(dataset["time"], dtype=float)
+    tenth = time >= time[-1] - 0.1 * (time[-1] - time[0])
+
+    def mean(name: str) -> "np.ndarray":
+        return np.asarray(dataset[name])[tenth].mean(axis=0)
+
+    attributes = dataset.attrs
+    title = Text(f"{attributes['title']}, {time[-1]:.4g} s", "bold")
+    tables = [_body(dataset, mean("velocity")[0])]
+    if dataset.sizes["prescribed"]:
+        tables.append(_joints(dataset, mean("reaction")))
+    tables += [_powers(dataset, mean("load_power"), mean("reaction_power")), _energies(dataset, mean("energy"))]
+    balance = float(np.max(np.asarray(dataset["power_balance"])))
+    steps = f"{attributes.get('steps', '?')} steps, {attributes.get('rejected', '?')} rejected"
+    seconds = f", {attributes['seconds']:.1f} s to compute" if "seconds" in attributes else ""
+    end = Text(
+        f"power balance: off by {balance:.1e} at worst\n"
+        f"status: {attributes['status']}, {attributes['status_reason']}; {steps}{seconds}"
+    )
+    spaced = [thing for table in tables for thing in (table, Text())]
+    return Group(title, Text(), *spaced, end)
+
+
+def origin(dataset: "xr.Dataset") -> Table:
+    """Return where a run comes from: the settings it was made with, versions and time."""
+    known: dict[str, Any] = json.loads(dataset.attrs["provenance"])
+    table = _table("made with", "")
+    for key, value in known.items():
+        shown = ", ".join(f"{k} {_plain(v)}" for k, v in value.items()) if isinstance(value, dict) else _plain(value)
+        table.add_row(key, shown)
+    return table
+
+
+def _plain(value: Any) -> str:
+    return f"({', '.join(map(str, value))})" if isinstance(value, list) else str(value)
+
+
+def _table(*columns: str) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="bold", title_justify="left")
+    for i, name in enumerate(columns):
+        table.add_column(name, justify="right" if i and name not in ("", "unit") else "left", no_wrap=bool(name))
+    return table
+
+
+def _body(dataset: "xr.Dataset", mean: "np.ndarray") -> Table:
+    import numpy as np
+
+    velocity, position = (np.asarray(dataset[name])[-1, 0] for name in ("velocity", "position"))
+    table = _table(str(dataset["part"].values[0]), "x", "y", "z", "size", "unit")
+    rows = (("velocity at the end", velocity, "m/s"), ("mean velocity", mean, "m/s"), ("position", position, "m"))
+    for name, vector, unit in rows:
+        size = _number(float(np.linalg.norm(vector))) if unit == "m/s" else ""
+        table.add_row(name, *(_number(x) for x in vector), size, unit)
+    return table
+
+
+def _joints(dataset: "xr.Dataset", reaction: "np.ndarray") -> Table:
+    table = _table("driven joint", "mean reaction", "unit")
+    for name, force in zip(dataset["prescribed"].values, reaction, strict=True):
+        table.add_row(str(name), _number(force), "N m" if str(name).endswith(".angle") else "N")
+    return table
+
+
+def _powers(dataset: "xr.Dataset", loads: "np.ndarray", joints: "np.ndarray") -> Table:
+    table = _table("power into the robot", "mean", "unit")
+    named = [*zip(dataset["prescribed"].values, joints, strict=True), *zip(dataset["load"].values, loads, strict=True)]
+    for name, watts in named:
+        if watts != 0:
+            table.add_row(str(name).replace("_", " "), _number(watts), "W")
+    table.add_row("sum", _number(loads.sum() + joints.sum()), "W")
+    return table
+
+
+def _energies(dataset: "xr.Dataset", energies: "np.ndarray") -> Table:
+    table = _table("energy", "mean", "unit")
+    for name, joules in zip(dataset["form"].values, energies, strict=True):
+        table.add_row(str(name), _number(joules), "J")
+    return table
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}"

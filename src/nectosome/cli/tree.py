@@ -1,0 +1,85 @@
+"""A robot as a tree of its parts, for reading."""
+
+import re
+from collections import Counter
+from typing import Any
+
+from rich.text import Text
+from rich.tree import Tree
+
+from nectosome.cli.check import count
+from nectosome.cli.parts import Weighed
+from nectosome.io import RobotDescription, get_value
+from nectosome.io.paths import numeric_paths
+from nectosome.io.plain import to_plain
+from nectosome.io.units import format_quantity
+
+_PLACED = ("at", "offset", "rotation")
+
+
+def robot_tree(description: RobotDescription, parts: list[Weighed]) -> Tree:
+    """Return the parts on one another, each with its sizes, masses, joint and loads."""
+    weighed = {part.name: part for part in parts}
+    plain = to_plain(description)
+    mass, displaced = (sum(getattr(part, name) for part in weighed.values()) for name in ("mass", "displaced"))
+    freedoms = sum(len(part.freedoms) for part in weighed.values())
+    size = f"{count(len(weighed), 'part')}, {count(freedoms, 'degree')} of freedom"
+    tree = Tree(_line(description.name, f"{size}, {mass:.4g} kg, displaces {displaced:.4g} kg"))
+    if description.about:
+        tree.add(Text(description.about, "dim"))
+    water = description.water
+    known = {"density": format_quantity(water.density, "density")}
+    known |= {"gravity": format_quantity(water.gravity, "acceleration"), **to_plain(water)}
+    tree.add(_line("water", _flat(known)))
+    branches: dict[str, Tree] = {}
+    for name, part in {"body": plain["body"], **plain.get("limbs", {})}.items():
+        parent = tree if name == "body" else branches[part.get("on", "body")]
+        branches[name] = _add_part(parent, part, weighed[name])
+    if description.aliases:
+        quantities = numeric_paths(description)
+        names = tree.add(_line("aliases", ""))
+        for alias, paths in description.aliases.items():
+            value = format_quantity(get_value(description, alias), quantities[paths[0]].dimension)
+            names.add(_line(f"{alias} = {_short(value)}", ", ".join(paths)))
+    return tree
+
+
+def _add_part(parent: Tree, part: dict[str, Any], weighed: Weighed) -> Tree:
+    placed = {key: part[key] for key in _PLACED if key in part}
+    sizes = {key: value for key, value in part.items() if key not in (*_PLACED, "on", "kind", "joint", "loads")}
+    shape = sizes.pop("shape", sizes.pop("section", ""))
+    branch = parent.add(_line(weighed.name, f"{part['kind']} {shape}, {_flat(sizes)}".removesuffix(", ")))
+    branch.add(_line("mass", f"{weighed.mass:.4g} kg, displaces {weighed.displaced:.4g} kg"))
+    if placed:
+        branch.add(_line("sits", _flat(placed)))
+    branch.add(_line("joint", _flat(part.get("joint", {"kind": "fixed"}))))
+    if weighed.freedoms:
+        kinds = Counter(name.partition(".")[0] for name in weighed.freedoms)
+        names = ", ".join(f"{n} {kind}" if n > 1 else kind for kind, n in kinds.items())
+        branch.add(_line("moves", f"{count(len(weighed.freedoms), 'degree')} of freedom: {names}"))
+    for name, load in part.get("loads", {}).items():
+        branch.add(_line(name, _flat(load)))
+    return branch
+
+
+def _line(name: str, text: str) -> Text:
+    return Text.assemble((name, "bold"), "  " if text else "", text)
+
+
+def _flat(value: Any) -> str:
+    """Return plain data on one line, its kind first."""
+    if isinstance(value, dict):
+        kind = str(value.get("kind", "")).replace("_", " ")
+        rest = [f"{key.replace('_', ' ')} {_flat(item)}" for key, item in value.items() if key != "kind"]
+        return ", ".join([kind, *rest] if kind else rest)
+    if isinstance(value, list):
+        return f"({', '.join(_flat(item) for item in value)})"
+    return _short(str(value))
+
+
+def _short(text: str) -> str:
+    """Return a number and its unit with at most six digits."""
+    number, space, unit = text.partition(" ")
+    if re.fullmatch(r"[-+]?[\d.]+(e[-+]?\d+)?", number):
+        number = f"{float(number):.6g}"
+    return f"{number}{space}{unit}"

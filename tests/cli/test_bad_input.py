@@ -1,0 +1,253 @@
+"""Hundreds of wrong inputs, generated: each ends with exit code 2 and one sentence, and leaves no file behind."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import nectosome.robots as nectosome_robots
+from nectosome.io import load_robot, numeric_paths
+from nectosome.robots.shipped import file_of
+
+BALL = Path(__file__).with_name("ball.yaml").read_text()
+FLAGELLUM = load_robot(file_of("flagellum"))
+COMMANDS = ("reproduce", "simulate", "show", "check", "schema")
+
+
+def wrong_values() -> list[tuple[str, ...]]:
+    """Every quantity of the flagellum, set to what is no number, not finite, of another kind or out of range."""
+    cases = []
+    for path, quantity in numeric_paths(FLAGELLUM).items():
+        unit = quantity.unit
+        other = "3 kg" if quantity.dimension != "mass" else "3 mm"
+        values = ["nan", f"inf {unit}", f"1e999 {unit}", "banana", "3 parsec", other, f"3 {unit} {unit}/", "[1, 2]"]
+        values += ["3"] if unit else []
+        values += [f"-1 {unit}"] if quantity.minimum == 0 else []
+        values += [f"0 {unit}"] if quantity.exclusive else []
+        values += [f"{quantity.maximum + 1} {unit}"] if quantity.maximum is not None else []
+        cases += [("simulate", "flagellum", "--set", f"{path}={value}") for value in values]
+        cases.append(("simulate", "flagellum", "--set", f"{path}x=1 {unit}"))
+    for alias in FLAGELLUM.aliases:
+        cases += [("simulate", "flagellum", "--set", f"{alias}={value}") for value in ("nan", "3", "banana", "-1 cd")]
+    settings = ("E", "E=", "=3MPa", "=", "", " ", "E 3MPa", "body=3", "limbs=", "limbs.filament.strains.torsion=-1")
+    settings += ("limbs.filament.strains.torsion=1.5", "limbs.filament.points=1", "limbs.hook.on=nobody", "name=")
+    settings += ("limbs.filament.strains.torsion={}", "limbs.shaft.joint={kind: glue}", "body.kind=[", "e=3MPa")
+    cases += [("simulate", "flagellum", "--set", setting) for setting in settings]
+    return cases
+
+
+def wrong_options() -> list[tuple[str, ...]]:
+    """Options that are missing, unknown, twice, out of range or of the wrong kind."""
+    cases: list[tuple[str, ...]] = [("simulat",), ("--verbose",), ("-x",), ("nonsense", "flagellum"), ("",)]
+    for command in COMMANDS:
+        robot = ("flagellum",) if command in ("simulate", "show", "check") else ()
+        cases += [(command, *robot, option) for option in ("--nonsense", "-q", "--tiem=3s", "--nonsense=3", "--no-set")]
+        if robot:
+            cases += [(command,), (command, *robot, "more"), (command, *robot, "two", "more")]
+    cases += [("schema", "more"), ("show", "flagellum", "--save"), ("show", "flagellum", "--save", "page.html")]
+    times = (
+        "",
+        " ",
+        "3",
+        "0s",
+        "-1s",
+        "nan",
+        "nan s",
+        "inf s",
+        "1e999 s",
+        "3 m",
+        "3 parsec",
+        "three seconds",
+        "s",
+        "3 s s",
+    )
+    cases += [("simulate", "flagellum", "--time", time) for time in times]
+    samples = ("", "0", "1", "-5", "1.5", "1e3", "nan", "many", "100001", "9" * 30, "0x10", "[3]", "3 s")
+    cases += [("simulate", "flagellum", "--samples", number) for number in samples]
+    tolerances = ("", "0", "1", "-1e-3", "nan", "inf", "1e999", "small", "1e-3 m", "[1e-3]", "1e-400", "2")
+    cases += [("simulate", "flagellum", "--rtol", number) for number in tolerances]
+    cases += [
+        ("simulate", "flagellum", "--method", method) for method in ("", "euler", "Auto ", "3", "implicit,explicit")
+    ]
+    for option in ("--time", "--samples", "--rtol", "--method", "--set", "--save"):
+        cases.append(("simulate", "flagellum", option))
+    cases += [("simulate", "flagellum", "--time", "1s", "--time", "2s"), ("simulate", "flagellum", "--time=")]
+    targets = (
+        "",
+        ".",
+        "/",
+        "folder.nc",
+        "nowhere/run.nc",
+        "ball.yaml/run.nc",
+        "run",
+        "run.html",
+        "ball.yaml",
+        "a" * 300,
+    )
+    targets += ("a" * 253 + ".nc", "/dev/full", "/dev/null", "/proc/run.nc", "bad\0name.nc", "pipe.nc")
+    cases += [("simulate", "ball.yaml", "--save", target) for target in targets]
+    pages = ("", ".", "folder.html", "nowhere/page.html", "page.nc", "ball.yaml", "page", "/proc/page.html")
+    cases += [("show", "run.nc", "--save", page) for page in pages]
+    cases += [("reproduce", name) for name in ("nonsense", "", "--all", "FLAGELLUM", "flagellum,flagellum")]
+    cases += [("reproduce", "flagellum", name) for name in ("nonsense", "--out", "--json", "--quik", "--quick=maybe")]
+    cases += [
+        ("reproduce", "--out", folder) for folder in ("ball.yaml", "ball.yaml/out", "/proc/out", "bad\0name", "a" * 300)
+    ]
+    cases += [("reproduce", "--json", file) for file in ("folder.json", "nowhere/a.json", "a.txt", "", "/proc/a.json")]
+    return cases
+
+
+def wrong_robots() -> list[tuple[str, ...]]:
+    """Robots and files that are not there or damaged, given to every command that reads one."""
+    robots = [
+        "flagelum",
+        "",
+        ".",
+        "/",
+        "folder",
+        "nowhere.yaml",
+        "nowhere/ball.yaml",
+        "bad\nname",
+        "bad\0name",
+    ]
+    robots += ["flagella0", *(f"damaged/{name}" for name in damaged_files())]
+    cases = [(command, robot) for robot in robots for command in ("simulate", "show", "check")]
+    return [*cases, ("simulate", "run.nc"), ("check", "run.nc")]
+
+
+def wrong_runs() -> list[tuple[str, ...]]:
+    """Results files that are damaged or foreign."""
+    names = (
+        "cut10.nc",
+        "cut1000.nc",
+        "cuthalf.nc",
+        "cutlast.nc",
+        "zeros.nc",
+        "head.nc",
+        "text.nc",
+        "empty.nc",
+        "nowhere.nc",
+    )
+    foreign = ("foreign.nc", "nodata.nc", "noattributes.nc", "badprovenance.nc", "notime.nc", "strings.nc", "folder.nc")
+    return [("show", name) for name in (*names, *foreign)]
+
+
+def damaged_files() -> dict[str, bytes]:
+    """Robot files with something wrong in them, by name."""
+    ball = BALL.encode()
+    files = {f"cut{n}.yaml": ball[:-n] for n in (2, 10, 20, 40, 60, 80, 100, 150, 200)}
+    files |= {
+        "empty.yaml": b"",
+        "binary.yaml": bytes(range(256)),
+        "zeros.yaml": b"\0" * 100,
+        "latin.yaml": ball + b"# \xe9",
+    }
+    files |= {"list.yaml": b"- 1\n- 2\n", "number.yaml": b"3\n", "foreign.yaml": b"services:\n  web: {image: nginx}\n"}
+    files |= {"tag.yaml": b"!!python/object/apply:os.system ['true']\n", "huge.yaml": ball + b"#" * 1_100_000}
+    files |= {"twice.yaml": ball + b"name: ball\n", "tabs.yaml": b"name:\tball\n\tbody: 3\n", "word.yaml": b"ball\n"}
+    changes = {
+        "radius: 20 mm": (
+            "-20 mm",
+            "0 mm",
+            "nan",
+            "inf mm",
+            "20",
+            "20 kg",
+            "twenty mm",
+            "[20 mm]",
+            "1e200 m",
+            "1e-200 m",
+            "",
+        ),
+        "density: 1200 kg/m3": ("-1200 kg/m3", "0 kg/m3", ".nan", "1200", "1200 mm", "{a: 1}", "1e400 kg/m3", "true"),
+        "kind: rigid": ("soft", "", "[rigid]", "3"),
+        "shape: spheroid": ("cube", "point", "box", ""),
+        "axis: z": ("q", "[0, 0, 0]", "[1, 2]", "3", "[nan, 0, 1]"),
+    }
+    for line, values in changes.items():
+        key = line.partition(":")[0]
+        for i, value in enumerate(values):
+            files[f"{key}{i}.yaml"] = BALL.replace(line, f"{key}: {value}").encode()
+    return files
+
+
+CASES = [*wrong_values(), *wrong_options(), *wrong_robots(), *wrong_runs()]
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory, ball_run):
+    """A folder with a good robot, a good run, and everything damaged."""
+    folder = tmp_path_factory.mktemp("bench")
+    (folder / "ball.yaml").write_text(BALL)
+    for name in ("folder", "damaged", "folder.nc", "folder.html", "folder.json"):
+        (folder / name).mkdir()
+    os.mkfifo(folder / "pipe.nc")
+    for name, content in damaged_files().items():
+        (folder / "damaged" / name).write_bytes(content)
+    run = ball_run.read_bytes()
+    cuts = {"cut10": run[:10], "cut1000": run[:1000], "cuthalf": run[: len(run) // 2], "cutlast": run[:-100]}
+    cuts |= {"zeros": bytes(len(run)), "head": bytes(64) + run[64:], "text": BALL.encode(), "empty": b""}
+    for name, content in {**cuts, "run": run}.items():
+        (folder / f"{name}.nc").write_bytes(content)
+    good = xr.load_dataset(ball_run, engine="h5netcdf")
+    foreign = {
+        "foreign": xr.Dataset({"temperature": ("depth", np.arange(5.0))}),
+        "nodata": good.drop_vars("load_power"),
+        "noattributes": good.drop_attrs(),
+        "badprovenance": good.assign_attrs(provenance="{"),
+        "notime": good.isel(time=slice(0, 0)),
+        "strings": good.assign(energy=good["energy"].astype(str)),
+    }
+    for name, dataset in foreign.items():
+        dataset.to_netcdf(folder / f"{name}.nc", engine="h5netcdf")
+    return folder
+
+
+def contents(folder: Path) -> list[tuple[str, int]]:
+    return sorted((str(file), file.stat().st_mtime_ns) for file in folder.rglob("*"))
+
+
+def faults(code: int, err: str) -> list[str]:
+    """What is not as it should be in the answer to wrong input."""
+    words = ("Traceback", "Error:", "ValidationError", "CoercionError", "object at 0x", "pydantic", "cyclopts")
+    found = [f"says {word}" for word in words if word in err]
+    found += [f"exit code {code}"] if code != 2 else []
+    return found + (["not one line"] if len(err.splitlines()) != 1 or not err.strip() else [])
+
+
+def test_there_are_hundreds_of_cases():
+    assert len(set(CASES)) > 700
+
+
+@pytest.mark.parametrize("part", range(8))
+def test_wrong_input_is_answered_with_one_sentence_and_exit_code_2(nectosome, bench, monkeypatch, part):
+    monkeypatch.chdir(bench)
+    describe = nectosome_robots.describe
+    monkeypatch.setattr(nectosome_robots, "describe", lambda name: FLAGELLUM if name == "flagellum" else describe(name))
+    before = contents(bench)
+    wrong = []
+    for argv in CASES[part::8]:
+        answer = nectosome(*argv)
+        found = faults(answer.code, answer.err) + (["prints to stdout"] if answer.out else [])
+        wrong += [(argv, found, answer.err)] if found else []
+    assert wrong == []
+    assert contents(bench) == before
+
+
+def test_a_name_too_long_for_a_file_is_told_as_any_other(nectosome):
+    answer = nectosome("simulate", "x" * 5000)
+    assert faults(answer.code, answer.err) == []
+
+
+def test_the_installed_command_answers_the_same(tmp_path):
+    """The entry point, in a process of its own."""
+    command = Path(sys.executable).with_name("nectosome")
+    argv = ("simulate", "flagellum", "--set", "E=7.4MP", "--save", "run.nc")
+    done = subprocess.run([command, *argv], capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert faults(done.returncode, done.stderr) == []
+    assert done.stderr.startswith('E: "7.4MP" has no unit called MP.')
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,190 @@
+"""What the commands print and write when all goes well, and when a run is cut short."""
+
+import errno
+import functools
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nectosome import solve
+from nectosome.io import load_dataset
+
+WEIGHT = 4 / 3 * np.pi * 0.02**3 * 1200 * 9.80665  # of the ball [N]
+SPEED = np.sqrt(WEIGHT / 6 / (0.5 * 1000 * 1.2e-3))  # where drag carries what buoyancy leaves of it [m/s]
+
+
+def rows(page: str) -> dict[str, list[str]]:
+    """The columns of each row of a page, by the row's name."""
+    return {line.split("  ")[0]: line.split() for line in page.splitlines() if line}
+
+
+def test_a_ball_sinks_at_the_speed_where_drag_carries_its_weight(nectosome, ball_run):
+    """V = sqrt((rho_s - rho_w) g 4/3 pi r^3 / (rho_w/2 CdA)) = 0.33097 m/s; the weight gives m g V."""
+    answer = nectosome("show", str(ball_run))
+    assert (answer.code, answer.err) == (0, "")
+    page = rows(answer.out)
+    assert float(page["velocity at the end"][-3]) == pytest.approx(-SPEED, rel=1e-3)
+    assert float(page["mean velocity"][-2]) == pytest.approx(SPEED, rel=1e-3)
+    assert float(page["weight"][1]) == pytest.approx(WEIGHT * SPEED, rel=1e-3)
+    assert float(page["drag"][1]) == pytest.approx(-WEIGHT / 6 * SPEED, rel=1e-3)
+    assert float(page["position"][-2]) < -0.5
+    assert "SOLVED, solved" in answer.out
+
+
+def test_a_saved_run_shows_what_was_printed_and_where_it_comes_from(nectosome, ball):
+    argv = (
+        "--time",
+        "2s",
+        "--samples",
+        "21",
+        "--save",
+        "run.nc",
+        "--set",
+        "body.density=1100 kg/m3",
+        "--set",
+        "name=cork",
+    )
+    done = nectosome("simulate", str(ball), *argv)
+    assert (done.code, done.err) == (0, "")
+    shown = nectosome("show", "run.nc")
+    assert (shown.code, shown.err) == (0, "")
+    assert shown.out.startswith(done.out)
+    assert "cork: simulation, 2 s" in done.out
+    assert "body.density=1100 kg/m3" in shown.out
+    dataset = load_dataset("run.nc")
+    assert dataset.sizes["time"] == 21
+    settings = json.loads(dataset.attrs["provenance"])["settings"]
+    assert settings["time"] == 2.0
+    assert settings["method"] == "auto"
+
+
+def test_the_reaction_of_a_driven_joint_is_told_in_its_unit(nectosome, ball_run, tmp_path):
+    dataset = load_dataset(ball_run)
+    n = dataset.sizes["time"]
+    dataset = dataset.drop_vars(["prescribed", "reaction", "reaction_power"])
+    dataset = dataset.assign_coords(prescribed=["arm.angle", "slide.position"])
+    for name in ("reaction", "reaction_power"):
+        dataset[name] = (("time", "prescribed"), np.tile([2.5, 4.0], (n, 1)))
+    dataset.to_netcdf(tmp_path / "driven.nc", engine="h5netcdf")
+    page = rows(nectosome("show", "driven.nc").out)
+    assert page["slide.position"] == ["slide.position", "4", "W"]  # the later row, of powers
+    assert "2.5  N m" in nectosome("show", "driven.nc").out
+
+
+def test_a_run_that_gives_up_says_why(nectosome, ball, monkeypatch):
+    monkeypatch.setattr(solve, "simulate", functools.partial(solve.simulate, max_steps=2))
+    answer = nectosome("simulate", str(ball), "--time", "2s", "--samples", "21", "--save", "run.nc")
+    assert answer.code == 1
+    assert answer.err.startswith("ball: gave up: more time steps than allowed, at ")
+    assert "STEP_LIMIT" in answer.out
+    assert load_dataset("run.nc").attrs["status"] == "STEP_LIMIT"
+
+
+@pytest.mark.parametrize("save", [True, False])
+def test_ctrl_c_keeps_the_part_done(nectosome, ball, monkeypatch, save):
+    real = solve.simulate
+
+    def interrupted(*args, progress, **options):
+        def press(share: float) -> bool:
+            if share > 0.4:
+                os.kill(os.getpid(), signal.SIGINT)
+                deadline = time.monotonic() + 10
+                while progress(share) and time.monotonic() < deadline:
+                    time.sleep(0.01)
+            return progress(share)
+
+        return real(*args, progress=press, **options)
+
+    monkeypatch.setattr(solve, "simulate", interrupted)
+    option = ("--save", "run.nc") if save else ()
+    answer = nectosome("simulate", str(ball), "--time", "2s", "--samples", "21", *option)
+    assert answer.code == 130
+    stopping, cancelled = answer.err.splitlines()
+    assert stopping == "stopping at the next moment; Ctrl-C again stops at once."
+    assert cancelled.startswith("cancelled at 0.9 s of 2 s.")
+    assert Path("run.nc").exists() == save
+    if save:
+        assert load_dataset("run.nc")["time"].values[-1] == pytest.approx(0.9)
+        assert "CANCELLED" in nectosome("show", "run.nc").out
+
+
+def test_a_disk_that_fills_up_leaves_no_half_a_file(nectosome, ball, monkeypatch, tmp_path):
+    def full(fd: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    answer = nectosome("simulate", str(ball), "--time", "2s", "--samples", "21", "--save", "run.nc")
+    assert (answer.code, answer.err) == (2, "cannot write run.nc: No space left on device.\n")
+    assert list(tmp_path.iterdir()) == [ball]
+
+
+def test_a_disk_that_is_full_while_the_run_is_written_leaves_no_half_a_file(ball_run, tmp_path):
+    code = (
+        "import resource, sys; from nectosome.io import load_dataset, save_dataset, InputError\n"
+        "run = load_dataset(sys.argv[1])\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))\n"
+        "try: save_dataset(run, 'run.nc')\n"
+        "except InputError as error: print(error)"
+    )
+    argv = [sys.executable, "-c", code, str(ball_run)]
+    done = subprocess.run(argv, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "cannot write run.nc: File too large.\n", "")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_output_that_cannot_be_written_is_an_error():
+    argv = [Path(sys.executable).with_name("nectosome"), "schema"]
+    with open("/dev/full", "w") as full:  # noqa: PTH123
+        done = subprocess.run(argv, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (2, "cannot write the output: No space left on device.\n")
+
+
+def test_show_draws_the_parts_of_a_robot(nectosome):
+    answer = nectosome("show", "flagellum")
+    assert (answer.code, answer.err) == (0, "")
+    for text in (
+        "4 parts, 13 degrees of freedom, 0.7135 kg",
+        "revolute, axis x",
+        "omega = 14.4 rad/s",
+        "young 7.4 MPa",
+    ):
+        assert text in answer.out
+    assert "4 torsion, 4 bending_y, 4 bending_z" in answer.out
+
+
+def test_show_hands_a_run_to_the_view(nectosome, ball_run, monkeypatch):
+    drawn = []
+    view = type(sys)("nectosome.view")
+    view.show_run = lambda dataset, path: drawn.append((dataset.attrs["title"], str(path)))
+    monkeypatch.setitem(sys.modules, "nectosome.view", view)
+    assert nectosome("show", str(ball_run), "--save", "page.html").code == 0
+    assert drawn == [("ball: simulation", "page.html")]
+
+
+def test_check_says_what_a_file_describes(nectosome, ball):
+    answer = nectosome("check", "ball.yaml")
+    assert (answer.code, answer.out, answer.err) == (0, "ball.yaml: ok, 1 part, 1 degree of freedom, 0.04021 kg\n", "")
+
+
+def test_schema_is_json(nectosome):
+    assert "body" in json.loads(nectosome("schema").out)["properties"]
+
+
+@pytest.mark.parametrize("argv", [("--help",), ("--version",), ("simulate", "--help"), ("reproduce", "-h"), ()])
+def test_help_and_version(nectosome, argv):
+    answer = nectosome(*argv)
+    assert (answer.code, answer.err) == (0, "")
+    assert "nectosome" in answer.out
+
+
+def test_nothing_heavy_is_imported_before_it_is_needed():
+    code = "import sys, nectosome.cli; print({'jax', 'xarray', 'plotly', 'pint', 'h5py'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "set()\n"

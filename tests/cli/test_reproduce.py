@@ -1,0 +1,108 @@
+"""`nectosome reproduce` with studies made up for the test."""
+
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from nectosome.io import load_dataset
+
+
+@dataclass(frozen=True)
+class Study:
+    name: str
+    title: str
+    about: str
+    rows: list[dict[str, Any]]
+    runs: dict[str, xr.Dataset]
+    seconds: float
+
+
+def row(name: str, **values: Any) -> dict[str, Any]:
+    usual = {"quantity": "speed", "unit": "m/s", "printed": 0.5, "ours": 0.51, "error": 2.0, "tolerance": 5.0}
+    return {"id": name, **usual, "verdict": "match", "kind": "prediction", "note": "", **values}
+
+
+@pytest.fixture
+def studies(monkeypatch) -> dict[str, Callable[..., Study]]:
+    """Two studies in place of the real ones; the report is the list of their names."""
+
+    def worm(quick: bool, progress: Callable[[str, float], None]) -> Study:
+        progress("crawling", 0.5)
+        rows = [row("worm.speed"), row("worm.force", verdict="differs", note="the paper leaves friction out")]
+        run = xr.Dataset({"x": ("time", np.arange(3.0))})
+        return Study("worm", "Worm", "", rows, {"quick" if quick else "long": run}, 3.0)
+
+    def eel(quick: bool, progress: Callable[[str, float], None]) -> Study:
+        missing = row("eel.cost", verdict="not reproducible", printed=None, ours=float("nan"), error=None)
+        return Study("eel", "Eel", "", [row("eel.speed", ours=np.float64(0.5)), missing], {}, 1.0)
+
+    papers, view = type(sys)("nectosome.papers"), type(sys)("nectosome.view")
+    papers.STUDIES = {"worm": worm, "eel": eel}
+    view.write_report = lambda done, path: Path(path).write_text(", ".join(study.title for study in done))
+    monkeypatch.setitem(sys.modules, "nectosome.papers", papers)
+    monkeypatch.setitem(sys.modules, "nectosome.view", view)
+    return papers.STUDIES
+
+
+def test_all_studies_are_run_and_written(nectosome, studies):
+    answer = nectosome("reproduce", "--json", "card.json")
+    assert (answer.code, answer.err) == (0, "")
+    card = json.loads(Path("out/scorecard.json").read_text())
+    assert [r["id"] for r in card["rows"]] == ["worm.speed", "worm.force", "eel.speed", "eel.cost"]
+    assert list(card["rows"][0]) == list(row(""))
+    assert card["rows"][3]["ours"] is None
+    assert Path("card.json").read_bytes() == Path("out/scorecard.json").read_bytes()
+    assert Path("out/report.html").read_text() == "Worm, Eel"
+    assert load_dataset("out/worm/long.nc")["x"].values.tolist() == [0, 1, 2]
+    assert "worm.force: the paper leaves friction out" in answer.out
+    shares = {line.split()[0]: line.split()[-2] for line in answer.out.splitlines() if line.rstrip().endswith("%")}
+    assert shares == {"worm": "75", "eel": "25"}
+
+
+def test_studies_are_chosen_by_name_and_kept_in_order(nectosome, studies):
+    assert nectosome("reproduce", "eel", "worm", "--quick", "--out", "there/it/is").code == 0
+    card = json.loads(Path("there/it/is/scorecard.json").read_text())
+    assert card["rows"][0]["id"] == "worm.speed"
+    assert Path("there/it/is/worm/quick.nc").exists()
+    assert nectosome("reproduce", "eel").code == 0
+    assert len(json.loads(Path("out/scorecard.json").read_text())["rows"]) == 2
+
+
+def test_an_unknown_study_is_refused(nectosome, studies, tmp_path):
+    answer = nectosome("reproduce", "worn")
+    assert (answer.code, answer.err) == (2, 'there is no study called "worn". Did you mean "worm"?\n')
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_row_that_was_not_computed_fails(nectosome, studies):
+    rows = [row("snail.speed", ours=None, verdict="differs"), row("snail.force")]
+    studies["snail"] = lambda quick, progress: Study("snail", "Snail", "", rows, {}, 0.0)
+    answer = nectosome("reproduce", "snail")
+    assert (answer.code, answer.err) == (1, "not computed: snail.speed.\n")
+    assert Path("out/scorecard.json").exists()
+
+
+def test_ctrl_c_is_no_crash(nectosome, studies):
+    def stopped(quick, progress):
+        raise KeyboardInterrupt
+
+    studies["worm"] = stopped
+    answer = nectosome("reproduce")
+    assert (answer.code, answer.err) == (130, "cancelled.\n")
+    assert not Path("out/scorecard.json").exists()
+
+
+def test_a_bug_is_not_hidden(nectosome, studies):
+    def broken(quick, progress):
+        raise ZeroDivisionError
+
+    studies["eel"] = broken
+    with pytest.raises(ZeroDivisionError):
+        nectosome("reproduce", "eel")
