@@ -29,7 +29,7 @@ def made_up_run(speed=0.5, **attributes):
             "rotation": (("time", "station", "row", "axis"), rotation),
             "velocity": (("time", "part", "axis"), np.broadcast_to([-speed, 0, 0], (t, 2, 3))),
             "load_force": (("time", "load", "part", "axis"), force),
-            "load_power": (("time", "load"), np.full((t, 1), -1.44)),
+            "load_power": (("time", "load", "part"), np.full((t, 1, 2), -0.72)),
             "line_force": (("time", "load", "station", "axis"), np.broadcast_to(line, (t, 1, n, 3))),
             "reaction": (("time", "prescribed"), np.full((t, 1), 0.1)),
             "reaction_power": (("time", "prescribed"), np.full((t, 1), 0.1 * OMEGA)),

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _NEEDED = {
     "position": ("time", "station", "axis"),
     "velocity": ("time", "part", "axis"),
-    "load_power": ("time", "load"),
+    "load_power": ("time", "load", "part"),
     "reaction": ("time", "prescribed"),
     "reaction_power": ("time", "prescribed"),
     "energy": ("time", "form"),
@@ -61,7 +61,10 @@ def summary(dataset: "xr.Dataset") -> Group:
     tables = [_body(dataset, mean("velocity")[0])]
     if dataset.sizes["prescribed"]:
         tables.append(_joints(dataset, mean("reaction")))
-    tables += [_powers(dataset, mean("load_power"), mean("reaction_power")), _energies(dataset, mean("energy"))]
+    tables += [
+        _powers(dataset, mean("load_power").sum(axis=1), mean("reaction_power")),
+        _energies(dataset, mean("energy")),
+    ]
     balance = float(np.max(np.asarray(dataset["power_balance"])))
     steps = f"{attributes.get('steps', '?')} steps, {attributes.get('rejected', '?')} rejected"
     seconds = f", {attributes['seconds']:.1f} s to compute" if "seconds" in attributes else ""

@@ -16,14 +16,14 @@ ADDED_MASS, VISCOUS, DRIVE = "added_mass", "viscous", "drive"
 
 
 class Diagnosis(NamedTuple):
-    """Forces and powers at one instant; loads of one name are summed over parts for powers."""
+    """Forces and powers at one instant; loads of one name on one part are summed."""
 
     a: Float[Array, "nv"]
     position: Float[Array, "n 3"]  # stations, world frame [m]
     rotation: Float[Array, "n 3 3"]
     velocity: Float[Array, "parts 3"]  # of each part's first station, world frame [m/s]
     load_force: Float[Array, "loads parts 3"]  # world frame [N]
-    load_power: Float[Array, "loads"]  # [W], positive into the robot
+    load_power: Float[Array, "loads parts"]  # [W], positive into the robot
     line_force: Float[Array, "loads n 3"]  # station frame [N/m], NaN where a station is no strip
     reaction: Float[Array, "prescribed"]  # what the drives of prescribed joints give [N m, N]
     reaction_power: Float[Array, "prescribed"]  # [W]
@@ -70,22 +70,28 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
     belongs = jnp.concatenate([jnp.full(part.body.weight.shape[0], i) for i, part in enumerate(tree.parts)])
 
     wrench = jnp.zeros((len(names), n, 6)).at[names.index(ADDED_MASS)].set(acting.fluid)
-    power = jnp.zeros(len(names))
+    joint_power = jnp.zeros((len(names), parts))
     for attached, w, f in zip(robot.loads, acting.wrenches, acting.joint_forces, strict=True):
         place = tree.layout[attached.part]
         if w is not None:
             wrench = wrench.at[names.index(attached.name), place.stations].add(w)
-            power = power.at[names.index(attached.name)].add(jnp.sum(w * twist[place.stations]))
         if f is not None:
-            power = power.at[names.index(attached.name)].add(f @ v[place.v][: f.shape[0]])
-    # the water's kinetic energy is counted above; a current also drags the carried water along
+            watts = f @ v[place.v][: f.shape[0]]
+            joint_power = joint_power.at[names.index(attached.name), attached.part].add(watts)
+    for i, place in enumerate(tree.layout):
+        joint_power = joint_power.at[names.index(VISCOUS), i].set(-acting.viscous[place.v] @ v[place.v])
+        joint_power = joint_power.at[names.index(DRIVE), i].set(acting.drive[place.v] @ v[place.v])
+
+    def by_part(x: Array) -> Array:
+        return jax.vmap(lambda y: jax.ops.segment_sum(y, belongs, parts))(x)
+
+    power = jnp.sum(wrench * twist, axis=-1)
+    # the carried water's kinetic energy counts as energy; only a current gives power through it
     c = dot_t(shape.rotation, robot.water.flow(t, shape.position)[0])
-    power = power.at[names.index(ADDED_MASS)].set(jnp.sum(acting.fluid[:, 3:] * c))
-    power = power.at[names.index(VISCOUS)].set(-acting.viscous @ v)
-    power = power.at[names.index(DRIVE)].set(acting.drive @ v)
+    power = power.at[names.index(ADDED_MASS)].set(jnp.sum(acting.fluid[:, 3:] * c, axis=-1))
+    power = by_part(power) + joint_power
 
     world = dot(shape.rotation, wrench[:, :, 3:])
-    by_part = jax.vmap(lambda f: jax.ops.segment_sum(f, belongs, parts))(world)
     line = wrench[:, :, 3:] / jnp.where(weight > 0, weight, jnp.nan)[:, None]
     first = jnp.array([place.stations.start for place in tree.layout])
     reaction = acting.residual[tree.prescribed_v]
@@ -96,7 +102,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
         position=shape.position,
         rotation=shape.rotation,
         velocity=dot(shape.rotation[first], twist[first, 3:]),
-        load_force=by_part,
+        load_force=by_part(world),
         load_power=power,
         line_force=line,
         reaction=reaction,

@@ -10,8 +10,8 @@ from .shipped import file_of
 _ABOUT = (
     "{count} flagella of the old design (300 mm, 45 deg, composite of 7.9 MPa) around the end of one canister that is "
     "free in all six directions; every other one turns and lifts the other way, and all start bent outward. "
-    "Assumptions, printed nowhere: the canister (200 mm x 180 mm, neutrally buoyant), its drag and added mass, the ring "
-    "of 70 mm, and no contact between flagella."
+    "Assumptions, printed nowhere: the canister (200 mm x 180 mm, neutrally buoyant), its drag and added mass, the "
+    "ring of 70 mm, and no contact between flagella."
 )
 _RING = 0.070  # m
 _LENGTH, _RADIUS = 0.200, 0.090  # m

@@ -53,7 +53,7 @@ def dataset(run: Run, description: RobotDescription | None, settings: dict[str, 
     )
     tree = robot.tree
     free = tree.free_v
-    powers = np.concatenate([d.load_power, d.reaction_power], axis=1)
+    powers = np.concatenate([d.load_power.sum(axis=2), d.reaction_power], axis=1)
     scale = max(float(np.max(np.sum(np.abs(powers), axis=1))), np.finfo(float).tiny)
     balance = np.abs(d.energy_rate - np.sum(powers, axis=1)) / scale
     q = _coordinates(robot, trajectory.state.q)
@@ -65,7 +65,7 @@ def dataset(run: Run, description: RobotDescription | None, settings: dict[str, 
         "rotation": (("time", "station", "row", "axis"), d.rotation, "1"),
         "velocity": (("time", "part", "axis"), d.velocity, "m/s"),
         "load_force": (("time", "load", "part", "axis"), d.load_force, "N"),
-        "load_power": (("time", "load"), d.load_power, "W"),
+        "load_power": (("time", "load", "part"), d.load_power, "W"),
         "line_force": (("time", "load", "station", "axis"), d.line_force, "N/m"),
         "reaction": (("time", "prescribed"), d.reaction, "N m or N"),
         "reaction_power": (("time", "prescribed"), d.reaction_power, "W"),

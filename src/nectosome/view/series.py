@@ -46,7 +46,7 @@ def steady_speed(run: "xr.Dataset") -> float:
 def powers(run: "xr.Dataset") -> dict[str, Float[np.ndarray, "t"]]:
     """Power into the robot [W] of each prescribed drive and of each load that does any work, by name."""
     drives = {str(name): run["reaction_power"].values[:, i] for i, name in enumerate(run["prescribed"].values)}
-    loads = {str(name): run["load_power"].values[:, i] for i, name in enumerate(run["load"].values)}
+    loads = {str(name): run["load_power"].values[:, i].sum(axis=1) for i, name in enumerate(run["load"].values)}
     largest = max((np.nanmax(np.abs(p), initial=0.0) for p in (*drives.values(), *loads.values())), default=0.0)
     return drives | {name: p for name, p in loads.items() if np.nanmax(np.abs(p)) > 1e-9 * largest}
 
