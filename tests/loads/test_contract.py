@@ -1,0 +1,325 @@
+"""What every load promises, held against every load there is; a new load without an example here fails."""
+
+import importlib
+import pkgutil
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jax.flatten_util import ravel_pytree
+from jaxtyping import Array, Float
+
+import nectosome.loads as ld
+from nectosome.core import JointLoad, Load, Strips, Water
+from nectosome.core.se3 import exp_so3
+
+NUMBER, LENGTH, AREA, MASS, INERTIA = (0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (2, 1, 0)
+SPEED, ACCELERATION, RATE, DENSITY = (1, 0, -1), (1, 0, -2), (0, 0, -1), (-3, 1, 0)
+FORCE, MOMENT, LINE_FORCE = (1, 1, -2), (2, 1, -2), (0, 1, -2)
+
+
+class Example(NamedTuple):
+    """A load to try, the dimension (powers of length, mass, time) of its parameters, and what it is fixed to."""
+
+    load: Load | JointLoad
+    dimensions: dict[str, tuple[int, int, int]] = {}  # noqa: RUF012
+    vertical: bool = False  # singles out the direction of gravity
+    turns: tuple[str, ...] = ()  # vectors given in the world's axes
+    joint: str = "revolute"
+
+
+def _force(follower: bool) -> ld.PointForce:
+    moment, vector, arm = jnp.array([0.1, -0.2, 0.3]), jnp.array([1.0, 2.0, -0.5]), jnp.array([0.05, -0.02, 0.03])
+    return ld.PointForce(moment, vector, arm, 2, follower)
+
+
+_POINT = {"moment": MOMENT, "vector": FORCE, "arm": LENGTH}
+_DEAD_VECTOR, _THREE = jnp.array([0.5, -1.0, 2.0]), jnp.array([0.02, 0.03, 0.05])
+_n = jnp.asarray
+EXAMPLES = [
+    Example(
+        ld.StripDrag(_n(1.1), _n(0.2), _n(-0.1)),
+        {"normal": NUMBER, "tangential": NUMBER, "lift": NUMBER},
+    ),
+    Example(ld.LumpedDrag(_THREE, 0.1 * _THREE), {"area": AREA, "rotational": INERTIA}),
+    Example(ld.StripAddedMass(_n(0.9), _n(0.1)), {"normal": NUMBER, "tangential": NUMBER}),
+    Example(ld.GivenAddedMass(_THREE, 0.1 * _THREE), {"mass": MASS, "rotational": INERTIA}),
+    Example(ld.SpheroidAddedMass(_n(0.1), _n(0.03)), {"half_length": LENGTH, "radius": LENGTH}),
+    Example(
+        ld.CylinderAddedMass(_n(0.2), _n(0.03), _n(0.9)), {"length": LENGTH, "radius": LENGTH, "coefficient": NUMBER}
+    ),
+    Example(ld.Weight(), vertical=True),
+    Example(ld.Buoyancy(), vertical=True),
+    Example(_force(follower=False), _POINT, turns=("moment", "vector")),
+    Example(_force(follower=True), _POINT),
+    Example(ld.LineForce(_DEAD_VECTOR, False), {"vector": LINE_FORCE}, turns=("vector",)),
+    Example(ld.LineForce(_DEAD_VECTOR, True), {"vector": LINE_FORCE}),
+    Example(ld.Spring(_n(3.0), _n(0.2)), {"stiffness": MOMENT, "rest": NUMBER}),
+    Example(ld.Spring(_n(3.0), _n(0.2)), {"stiffness": LINE_FORCE, "rest": LENGTH}, joint="prismatic"),
+    Example(ld.Damper(_n(0.7)), {"damping": (2, 1, -1)}),
+    Example(ld.Damper(_n(0.7)), {"damping": (0, 1, -1)}, joint="prismatic"),
+]
+
+
+def close(found, expected, rel: float = 1e-12, abs: float = 0.0):
+    np.testing.assert_allclose(found, expected, rtol=rel, atol=abs)
+
+
+def _name(example: Example) -> str:
+    load = example.load
+    if isinstance(load, JointLoad):
+        return f"{type(load).__name__}-{example.joint}"
+    return type(load).__name__ + ("-follower" if getattr(load, "follower", False) else "")
+
+
+ON_BODIES = [e for e in EXAMPLES if isinstance(e.load, Load)]
+ON_JOINTS = [e for e in EXAMPLES if isinstance(e.load, JointLoad)]
+DISSIPATIVE = [e for e in EXAMPLES if e.load.dissipative]
+every = pytest.mark.parametrize
+STATIONS = 4
+
+
+def test_every_load_has_an_example():
+    for module in pkgutil.walk_packages(ld.__path__, "nectosome.loads."):
+        importlib.import_module(module.name)
+    there = {c for base in (Load, JointLoad) for c in _leaves(base) if c.__module__.startswith("nectosome.loads")}
+    assert {c.__name__ for c in there} == {type(e.load).__name__ for e in EXAMPLES}
+
+
+def _leaves(kind: type) -> set[type]:
+    below = kind.__subclasses__()
+    return set().union(*map(_leaves, below)) if below else {kind}
+
+
+@every("example", EXAMPLES, ids=_name)
+def test_every_parameter_is_named_with_its_dimension(example: Example):
+    arrays = {name for name, x in vars(example.load).items() if eqx.is_inexact_array(x)}
+    assert arrays == set(example.dimensions)
+
+
+# --- the scene a load on a body sees -------------------------------------------------------------------------------
+
+
+class Stream(eqx.Module):
+    """A current that changes with time and place: c = velocity cos(rate t) + gradient (x - origin)."""
+
+    velocity: Float[Array, "3"]
+    gradient: Float[Array, "3 3"]
+    rate: Float[Array, ""]
+    origin: Float[Array, "3"]
+
+    def __call__(self, t: Array, x: Array) -> Array:
+        return self.velocity * jnp.cos(self.rate * t) + self.gradient @ (x - self.origin)
+
+
+def strips(seed: int) -> Strips:
+    """Random stations near the surface z = 0.1, their length and sections of a few centimetres."""
+    r = np.random.default_rng(seed)
+    n = STATIONS
+    root = r.normal(size=(n, 6, 6))
+    return Strips(
+        rotation=exp_so3(jnp.asarray(r.normal(size=(n, 3)))),
+        position=jnp.asarray(r.normal(size=(n, 3)) * [1.0, 1.0, 0.01] + [0.0, 0.0, 0.1]),
+        angular_velocity=jnp.asarray(r.normal(size=(n, 3))),
+        velocity=jnp.asarray(r.normal(size=(n, 3))),
+        weight=jnp.asarray(r.uniform(0.05, 0.1, n)),
+        half_width=jnp.asarray(r.uniform(0.02, 0.04, (n, 2))),
+        volume=jnp.asarray(r.uniform(1e-4, 1e-3, n)),
+        inertia=jnp.asarray(root @ root.transpose(0, 2, 1)),
+    )
+
+
+def water(place: str) -> Water:
+    r = np.random.default_rng(7)
+    stream = Stream(*(jnp.asarray(x) for x in (r.normal(size=3), r.normal(size=(3, 3)), 2.0, r.normal(size=3))))
+    surface = jnp.asarray(0.1) if "surface" in place else None
+    return Water(jnp.asarray(1025.0), jnp.asarray(9.81), surface, stream if "current" in place else None)
+
+
+@eqx.filter_jit
+def wrench(load: Load, s: Strips, w: Water, t: float | Array = 0.3) -> Float[Array, "n 6"]:
+    f, _ = load.force(jnp.asarray(t), s, load.initial(), w)
+    return jnp.zeros((s.weight.shape[0], 6)) if f is None else f
+
+
+@eqx.filter_jit
+def added(load: Load, s: Strips, w: Water) -> Float[Array, "n 6 6"]:
+    m = load.inertia(s, w)
+    return jnp.zeros((s.weight.shape[0], 6, 6)) if m is None else m
+
+
+def at_rest(s: Strips) -> Strips:
+    return eqx.tree_at(lambda s: (s.velocity, s.angular_velocity), s, (jnp.zeros((STATIONS, 3)),) * 2)
+
+
+PLACES = ("deep", "surface, current")
+
+# --- the promises --------------------------------------------------------------------------------------------------
+
+
+@every("place", ("deep", "surface"))
+@every("example", [e for e in DISSIPATIVE if e in ON_BODIES], ids=_name)
+def test_a_dissipative_load_takes_energy_out_whatever_the_motion(example: Example, place: str):
+    many = jax.tree.map(lambda *x: jnp.stack(x), *(strips(seed) for seed in range(200)))
+    f = jax.vmap(lambda s: wrench(example.load, s, water(place)))(many)
+    power = jnp.sum(f * jnp.concatenate([many.angular_velocity, many.velocity], axis=-1), axis=(1, 2))
+    assert jnp.all(power <= 0)
+    assert jnp.min(power) < 0
+
+
+@every("example", [e for e in DISSIPATIVE if e in ON_JOINTS], ids=_name)
+def test_a_dissipative_joint_load_takes_energy_out(example: Example):
+    x, v = np.random.default_rng(0).normal(size=(2, 200, 3))
+    power = jnp.sum(jax.vmap(example.load.force)(x, v) * v, axis=-1)
+    assert jnp.all(power <= 0)
+    assert jnp.min(power) < 0
+
+
+@every("place", PLACES)
+@every("example", ON_BODIES, ids=_name)
+def test_turning_and_shifting_body_and_world_together_changes_nothing(example: Example, place: str):
+    upright = example.vertical or "surface" in place
+    Q = exp_so3(jnp.array([0.0, 0.0, 1.1]) if upright else jnp.array([0.4, -0.7, 1.1]))
+    shift = jnp.array([3.0, -2.0, 0.0 if upright else 1.5])
+    s, w, load = strips(1), water(place), example.load
+    moved = eqx.tree_at(lambda s: (s.rotation, s.position), s, (Q @ s.rotation, s.position @ Q.T + shift))
+    if w.current is not None:
+        c = w.current
+        turned = Stream(Q @ c.velocity, Q @ c.gradient @ Q.T, c.rate, Q @ c.origin + shift)
+        w = eqx.tree_at(lambda w: w.current, w, turned)
+    for name in example.turns:
+        load = eqx.tree_at(lambda x, name=name: getattr(x, name), load, Q @ getattr(load, name))
+    before = wrench(example.load, s, water(place))
+    close(wrench(load, moved, w), before, rel=1e-9, abs=1e-11 * float(1 + jnp.max(jnp.abs(before))))
+    close(added(load, moved, w), added(example.load, s, water(place)), rel=1e-12)
+
+
+_STRIPS_DIMENSIONS = {
+    "rotation": NUMBER,
+    "position": LENGTH,
+    "angular_velocity": RATE,
+    "velocity": SPEED,
+    "weight": LENGTH,
+    "half_width": LENGTH,
+    "volume": (3, 0, 0),
+}
+_WATER_DIMENSIONS = {"density": DENSITY, "gravity": ACCELERATION, "surface": LENGTH}
+_STREAM_DIMENSIONS = {"velocity": SPEED, "gradient": RATE, "rate": RATE, "origin": LENGTH}
+_UNITS = np.array([3.0, 0.2, 7.0])  # the same thing in units of length, mass and time that are so much smaller
+
+
+def _in_other_units(x, dimensions: dict[str, tuple[int, int, int]]):
+    for name, powers in dimensions.items():
+        value = getattr(x, name)
+        if value is not None:
+            x = eqx.tree_at(lambda x, name=name: getattr(x, name), x, value * np.prod(_UNITS**powers))
+    return x
+
+
+def _matrix_units() -> np.ndarray:
+    length, mass, _ = _UNITS
+    return mass * np.block(
+        [[np.full((3, 3), length**2), np.full((3, 3), length)], [np.full((3, 3), length), np.ones((3, 3))]]
+    )
+
+
+@every("place", PLACES)
+@every("example", ON_BODIES, ids=_name)
+def test_the_formula_holds_in_any_units(example: Example, place: str):
+    s, w = strips(2), water(place)
+    scaled = _in_other_units(s, _STRIPS_DIMENSIONS)
+    scaled = eqx.tree_at(lambda s: s.inertia, scaled, s.inertia * _matrix_units())
+    other = _in_other_units(w, _WATER_DIMENSIONS)
+    if w.current is not None:
+        other = eqx.tree_at(lambda w: w.current, other, _in_other_units(w.current, _STREAM_DIMENSIONS))
+    load = _in_other_units(example.load, example.dimensions)
+    units = np.concatenate([np.full(3, np.prod(_UNITS**MOMENT)), np.full(3, np.prod(_UNITS**FORCE))])
+    expected = wrench(example.load, s, w) * units
+    close(wrench(load, scaled, other, 0.3 * _UNITS[2]), expected, rel=1e-9, abs=1e-10)
+    close(added(load, scaled, other), added(example.load, s, w) * _matrix_units(), rel=1e-12)
+
+
+@every("example", ON_JOINTS, ids=_name)
+def test_the_formula_of_a_joint_load_holds_in_any_units(example: Example):
+    displacement = NUMBER if example.joint == "revolute" else LENGTH
+    x, v = jnp.array([0.4]), jnp.array([-1.3])
+    unit = np.prod(_UNITS**displacement)
+    load = _in_other_units(example.load, example.dimensions)
+    expected = example.load.force(x, v) * np.prod(_UNITS ** (MOMENT if example.joint == "revolute" else FORCE))
+    close(load.force(x * unit, v * unit / _UNITS[2]), expected, rel=1e-12)
+
+
+def _everything(load: Load, s: Strips, w: Water) -> Array:
+    return jnp.concatenate([wrench(load, s, w).ravel(), added(load, s, w).ravel()])
+
+
+def _slopes(of, x: Array) -> tuple[Array, Array, Array]:
+    """Forward, reverse and central-difference Jacobians."""
+    step = 1e-6 * jnp.maximum(jnp.abs(x), 1e-3)
+    ends = [jax.vmap(of)(x + sign * jnp.diag(step)) for sign in (1, -1)]
+    return jax.jacfwd(of)(x), jax.jacrev(of)(x), (ends[0] - ends[1]).T / (2 * step)
+
+
+@every("place", PLACES)
+@every("example", ON_BODIES, ids=_name)
+def test_gradients_are_those_of_finite_differences(example: Example, place: str):
+    numbers, rest = eqx.partition((example.load, strips(3), water(place)), eqx.is_inexact_array)
+    x, unravel = ravel_pytree(numbers)
+    forward, reverse, differences = jax.jit(
+        lambda x: _slopes(lambda x: _everything(*eqx.combine(unravel(x), rest)), x)
+    )(x)
+    close(reverse, forward, rel=1e-9, abs=1e-9)
+    scale = 1 + jnp.max(jnp.abs(forward))
+    close(forward, differences, rel=1e-6, abs=1e-7 * float(scale))
+
+
+@every("example", ON_JOINTS, ids=_name)
+def test_gradients_of_joint_loads_are_those_of_finite_differences(example: Example):
+    x, unravel = ravel_pytree((example.load, jnp.array([0.4]), jnp.array([-1.3])))
+    forward, reverse, differences = _slopes(lambda x: unravel(x)[0].force(*unravel(x)[1:]), x)
+    close(reverse, forward)
+    close(forward, differences, rel=1e-7, abs=1e-7)
+
+
+@every("place", PLACES)
+@every("example", ON_BODIES, ids=_name)
+def test_gradients_are_finite_at_rest(example: Example, place: str):
+    numbers, rest = eqx.partition((example.load, at_rest(strips(3)), water(place)), eqx.is_inexact_array)
+    for slopes in (jax.jacfwd, jax.jacrev):
+        found = eqx.filter_jit(slopes(lambda x: _everything(*eqx.combine(x, rest))))(numbers)
+        assert all(jnp.all(jnp.isfinite(leaf)) for leaf in jax.tree.leaves(found))
+
+
+@every("place", ("deep", "surface"))
+@every("example", [e for e in ON_BODIES if e.load.dissipative or e.load.inertial], ids=_name)
+def test_still_water_does_nothing_to_a_body_at_rest(example: Example, place: str):
+    assert not jnp.any(wrench(example.load, at_rest(strips(4)), water(place)))
+
+
+@every("example", ON_BODIES, ids=_name)
+def test_added_mass_is_symmetric_and_never_negative(example: Example):
+    for seed in range(5):
+        m = added(example.load, strips(seed), water("deep"))
+        close(m, jnp.swapaxes(m, 1, 2))
+        assert jnp.all(jnp.linalg.eigvalsh(m) >= -1e-15)
+        assert bool(jnp.any(m)) == example.load.inertial
+
+
+@every("example", [e for e in ON_BODIES if e.load.inertial], ids=_name)
+def test_added_mass_alone_exerts_no_force_of_its_own(example: Example):
+    assert not jnp.any(wrench(example.load, strips(5), water("deep")))
+
+
+def test_lift_does_no_work():
+    lift, s = ld.StripDrag(_n(0.0), _n(0.0), _n(-0.7)), strips(6)
+    f = wrench(lift, s, water("deep"))[:, 3:]
+    assert jnp.all(jnp.linalg.norm(f, axis=-1) > 0.1)
+    close(jnp.sum(f * s.velocity, axis=-1), np.zeros(STATIONS), abs=1e-13)
+
+
+def test_a_spring_gives_back_what_it_took():
+    spring, x = ld.Spring(_n(3.0), _n(0.2)), jnp.array([0.4, -0.3, 1.0])
+    close(spring.force(x, jnp.zeros(3)), -jax.grad(spring.energy)(x))

@@ -1,0 +1,63 @@
+"""Drag and lift of a strip, against the formula of Armanini et al. (2022, eq. 12) written out by hand."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from nectosome.core import Strips, Water
+from nectosome.loads import LumpedDrag, StripDrag
+
+RHO = 1000.0
+
+
+def strip(velocity, half_width=(0.01, 0.01), spin=(0.0, 0.0, 0.0)) -> Strips:
+    return Strips(
+        rotation=jnp.eye(3)[None],
+        position=jnp.zeros((1, 3)),
+        angular_velocity=jnp.array([spin]),
+        velocity=jnp.array([velocity]),
+        weight=jnp.array([0.2]),
+        half_width=jnp.array([half_width]),
+        volume=jnp.array([1e-4]),
+        inertia=jnp.eye(6)[None],
+    )
+
+
+def force(load, strips: Strips) -> np.ndarray:
+    water = Water(jnp.asarray(RHO), jnp.asarray(9.81))
+    return np.asarray(load.force(jnp.zeros(()), strips, (), water)[0][0])
+
+
+def test_a_round_strip_feels_the_published_force():
+    """f = -rho r |v| [pi/2 C_t v_x; C_n v_y - C_l v_z; C_l v_y + C_n v_z], per length."""
+    drag = StripDrag(jnp.asarray(1.1), jnp.asarray(0.3), jnp.asarray(-0.1))
+    vx, vy, vz = v = (0.3, -0.4, 1.2)
+    line = [0.5 * np.pi * 0.3 * vx, 1.1 * vy + 0.1 * vz, -0.1 * vy + 1.1 * vz]
+    expected = -RHO * 0.01 * 1.3 * 0.2 * np.array(line)
+    assert force(drag, strip(v)) == pytest.approx(np.concatenate([np.zeros(3), expected]))
+
+
+def test_broadside_it_is_half_rho_cd_diameter_v_squared():
+    drag = StripDrag(jnp.asarray(1.1), jnp.asarray(0.0), jnp.asarray(0.0))
+    assert force(drag, strip((0.0, 0.0, -2.0)))[5] == pytest.approx(0.5 * RHO * 1.1 * 0.02 * 0.2 * 2.0**2)
+
+
+@pytest.mark.parametrize(("v", "axis", "shown"), [((0, 1.0, 0), 4, 0.03), ((0, 0, 1.0), 5, 0.01)])
+def test_a_flat_strip_feels_the_width_it_shows(v, axis: int, shown: float):
+    """Moving along y it shows its half width along z, and the other way round."""
+    drag = StripDrag(jnp.asarray(2.0), jnp.asarray(0.0), jnp.asarray(0.0))
+    assert force(drag, strip(v, half_width=(0.01, 0.03)))[axis] == pytest.approx(-RHO * shown * 2.0 * 0.2)
+
+
+def test_negative_lift_turns_sideways_motion_against_a_rotation_about_x():
+    """With C_l < 0 a strip that moves along +y is pushed along +z."""
+    lift = StripDrag(jnp.asarray(0.0), jnp.asarray(0.0), jnp.asarray(-0.1))
+    f = force(lift, strip((0.0, 1.0, 0.0)))
+    assert f[5] == pytest.approx(RHO * 0.01 * 0.1 * 0.2)
+    assert f[3:5] == pytest.approx(np.zeros(2))
+
+
+def test_lumped_drag_acts_axis_by_axis():
+    drag = LumpedDrag(jnp.array([0.01, 0.02, 0.03]), jnp.array([0.1, 0.2, 0.3]))
+    f = force(drag, strip((1.0, -2.0, 0.5), spin=(0.0, 3.0, -1.0)))
+    assert f == pytest.approx([0, -0.2 * 9, 0.3, -0.5 * RHO * 0.01, 0.5 * RHO * 0.02 * 4, -0.5 * RHO * 0.03 * 0.25])
