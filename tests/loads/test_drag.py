@@ -16,6 +16,7 @@ def strip(velocity, half_width=(0.01, 0.01), spin=(0.0, 0.0, 0.0)) -> Strips:
         position=jnp.zeros((1, 3)),
         angular_velocity=jnp.array([spin]),
         velocity=jnp.array([velocity]),
+        x=jnp.array([0.1]),
         weight=jnp.array([0.2]),
         half_width=jnp.array([half_width]),
         volume=jnp.array([1e-4]),

@@ -58,6 +58,7 @@ class Strips(eqx.Module):
     position: Float[Array, "n 3"]  # [m], world frame
     angular_velocity: Float[Array, "n 3"]  # [rad/s]
     velocity: Float[Array, "n 3"]  # relative to the water [m/s]
+    x: Float[Array, "n"]  # place along the part [m]
     weight: Float[Array, "n"]  # length the station stands for [m]; 0 at frames and marks
     half_width: Float[Array, "n 2"]  # half axes of the section along y and z [m]
     volume: Float[Array, "n"]  # displaced water [m3]
@@ -83,7 +84,9 @@ class Load(eqx.Module):
         return ()
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"] | None:
-        """Added mass at each station; asked once, in the rest shape, so it may use sections but no motion."""
+        """Added mass at each station; asked once, so it may use sections but no motion: a body keeps all of it
+        also where it stands out of the water.
+        """
         return None
 
     @abstractmethod

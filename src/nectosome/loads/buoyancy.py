@@ -10,22 +10,45 @@ from nectosome.core.se3 import dot_t
 
 
 def wetted(strips: Strips, water: Water) -> Float[Array, "n"]:
-    r"""Share of each station's section under water, 1 in deep water.
+    r"""Share of each station's volume under water, 1 in deep water.
 
-    The part of a disc below a level at height d (in half heights) above its centre,
-    $\tfrac12 + (d\sqrt{1-d^2} + \arcsin d)/\pi$; the half height H of a tilted strip is
-    $\sqrt{(r_y R_{zy})^2 + (r_z R_{zz})^2} + \tfrac12 w |R_{zx}|$. Exact for a level round rod and for a sum of
-    upright strips.
+    A disc whose centre lies d half heights under the surface is wet to $F(d) = \tfrac12 + (d\sqrt{1-d^2} + \arcsin
+    d)/\pi$; a strip, which reaches from one place of the axis to another, to the mean of F between its ends. The half
+    height of a tilted section is $\sqrt{(r_y R_{zy})^2 + (r_z R_{zz})^2}$. Exact for level and for upright bodies.
     """
     if water.surface is None:
         return jnp.ones_like(strips.weight)
     up = strips.rotation[:, 2, :]
     across = (strips.half_width[:, 0] * up[:, 1]) ** 2 + (strips.half_width[:, 1] * up[:, 2]) ** 2
-    half_height = jnp.sqrt(across + 1e-300) + 0.5 * strips.weight * jnp.abs(up[:, 0])
-    d = (water.surface - strips.position[:, 2]) / half_height
+    half_height = jnp.sqrt(across + _THIN**2)
+    # strips tile the part from its root on; the station lies somewhere within its strip
+    end = jnp.cumsum(strips.weight)
+    ends = jnp.stack([end - strips.weight, end]) - strips.x
+    centre = jnp.where(strips.weight > 0, ends, 0.0) * up[:, 0] + strips.position[:, 2]
+    d = (water.surface - centre) / half_height
+    span = d[1] - d[0]
+    level = jnp.abs(span) < 1e-4
+    mean = (_wet_integral(d[1]) - _wet_integral(d[0])) / jnp.where(level, 1.0, span)
+    return jnp.where(level, _wet_disc(0.5 * (d[0] + d[1])), mean)
+
+
+_THIN = 1e-9  # m, so that the section of an upright body has a height
+
+
+def _wet_disc(d: Float[Array, "n"]) -> Float[Array, "n"]:
+    """Share F(d) of a disc under a level d half heights above its centre."""
     inside = jnp.abs(d) < 1
     e = jnp.where(inside, d, 0.0)
     return jnp.where(inside, 0.5 + (e * jnp.sqrt(1 - e * e) + jnp.arcsin(e)) / jnp.pi, jnp.where(d > 0, 1.0, 0.0))
+
+
+def _wet_integral(d: Float[Array, "n"]) -> Float[Array, "n"]:
+    """Integral of F from -infinity to d."""
+    inside = jnp.abs(d) < 1
+    e = jnp.where(inside, d, 0.0)
+    root = jnp.sqrt(1 - e * e)
+    within = 0.5 * e + (e * jnp.arcsin(e) + root - root**3 / 3) / jnp.pi
+    return jnp.where(inside, within, jnp.where(d > 0, d, 0.0))
 
 
 def _downward(strips: Strips) -> Float[Array, "n 3"]:

@@ -88,6 +88,7 @@ class Robot(Mechanical):
             position=p,
             angular_velocity=twist[:, :3],
             velocity=velocity,
+            x=body.x,
             weight=body.weight,
             half_width=body.half_width,
             volume=body.volume,

@@ -104,7 +104,9 @@ def _assemble(d: RobotDescription) -> Robot:
         attached += [Attached(key, i, _load(load, limb, body)) for key, load in limb.loads.items()]
         attached += _joint_loads(limb.joint, i)
         if weighs:
-            attached += [Attached("weight", i, ld.Weight()), Attached("buoyancy", i, ld.Buoyancy())]
+            attached.append(Attached("weight", i, ld.Weight()))
+        if weighs or current is not None:
+            attached.append(Attached("buoyancy", i, ld.Buoyancy()))
     return make_robot(Tree(tuple(parts)), tuple(attached), water)
 
 
