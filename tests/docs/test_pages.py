@@ -1,0 +1,44 @@
+"""The pages made from the code: formulas, and the tables of robot files."""
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+from xml.etree import ElementTree
+
+import pytest
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def load(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"docs_{name}", DOCS / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize(
+    ("latex", "mathml"),
+    [
+        (r"\tfrac{h}{2}", "<mfrac><mrow><mi>h</mi></mrow><mrow><mn>2</mn></mrow></mfrac>"),
+        (r"\dot v_1", '<msub><mover><mi>v</mi><mo stretchy="false">.</mo></mover><mn>1</mn></msub>'),
+        ("x^2_i", "<msubsup><mi>x</mi><mi>i</mi><mn>2</mn></msubsup>"),
+    ],
+)
+def test_a_formula_becomes_mathml(latex: str, mathml: str):
+    row = load("formulas").mathml(latex)[0]
+    assert "".join(ElementTree.tostring(part, encoding="unicode") for part in row) == mathml
+
+
+def test_a_formula_with_an_unknown_command_is_refused():
+    with pytest.raises(ValueError, match="nonsense is not known"):
+        load("formulas").mathml(r"\nonsense")
+
+
+def test_the_tables_hold_every_field_of_a_rod_with_unit_and_range():
+    page = load("generate").robot_fields()
+    assert "| `young` | pressure | Pa | more than 0 Pa | **needed** |" in page
+    assert "| `poisson` | number |  | from 0 to 0.5 | `0.5` |" in page
+    assert "### Cylinder added mass load" in page
