@@ -1,5 +1,6 @@
 """The commands together, and what becomes of mistakes: one sentence and exit code 2."""
 
+import gc
 import warnings
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -34,6 +35,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     0: done. 1: the computation did not come to its end. 2: a mistake in what was given, told in one sentence on
     stderr. 130: cancelled.
     """
+    gc.set_threshold(50_000, 20, 20)  # importing and tracing make many objects that stay
     warnings.filterwarnings("ignore", message="Error (reading|writing) persistent compilation cache")
     try:
         code = app(argv)

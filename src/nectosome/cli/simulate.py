@@ -36,7 +36,7 @@ def simulate(
     samples: Annotated[
         str, Parameter(help="How many moments are kept, evenly spaced.", allow_leading_hyphen=True)
     ] = "201",
-    rtol: Annotated[str, Parameter(help="Relative tolerance of a time step.", allow_leading_hyphen=True)] = "1e-5",
+    rtol: Annotated[str, Parameter(help="Relative tolerance of a time step.", allow_leading_hyphen=True)] = "1e-4",
 ) -> int:
     """Simulate a robot in water and print a summary."""
     seconds = _quantity(time, "time", "--time")
@@ -54,6 +54,7 @@ def simulate(
     description = apply_settings(robots.describe(robot), settings or ())
 
     from nectosome.core import Status
+    from nectosome.solve import prepare_dataset
     from nectosome.solve import simulate as integrate
 
     asked = {"robot": robot, "set": settings or [], "time": seconds}
@@ -68,6 +69,7 @@ def simulate(
 
             built = robots.build(description)
             weigh(built, robot)
+            prepare_dataset(built, moments)
             run = integrate(built, seconds, samples=moments, method=method, rtol=tolerance, progress=progress)
             wanted = save is not None or int(run.status) != Status.CANCELLED
             return run, run.to_dataset(description, asked) if wanted else None

@@ -7,48 +7,84 @@ classes in them; whatever changes makes it be traced anew.
 
 import hashlib
 import os
+import pickle
 import sys
 import tempfile
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 from jax import export
 
-_programs: dict[str, Callable[..., list[jax.Array]]] = {}
+_programs: dict[Any, Future["_Program"]] = {}
+_workers = ThreadPoolExecutor(3)
+_compiled = cache(eqx.filter_jit)
 
 
-def remembered(f: Callable[..., Any], out: Any, *args: Any) -> Any:
-    """f(*args), compiled; `out` is any pytree of the structure that f returns.
+class _Program(NamedTuple):
+    """A compiled function of a flat list of arrays, and the structure that its results form."""
 
-    f must be a function of a module and depend on nothing but its arguments, whose leaves are arrays. Without a cache
-    folder (`NECTOSOME_CACHE=`) it is traced as usual.
+    run: Callable[..., list[jax.Array]]
+    structure: Any
+
+
+def remembered(f: Callable[..., Any], *args: Any) -> Any:
+    """f(*args), compiled.
+
+    f must be a function of a module and depend on nothing but its arguments. Where some of their leaves are no numbers
+    (a plain function for a current), or there is no cache folder (`NECTOSOME_CACHE=`), it is traced as usual.
     """
+    program = _prepared(f, args)
+    if program is None:
+        return _compiled(f)(*args)
+    run, structure = program.result()
+    return jax.tree.unflatten(structure, run(*(jnp.asarray(leaf) for leaf in jax.tree.leaves(args))))
+
+
+def prepare(f: Callable[..., Any], *args: Any) -> None:
+    """Get f ready for arguments of these shapes, beside what goes on; `remembered` then has it at once."""
+    _prepared(f, args)
+
+
+def _prepared(f: Callable[..., Any], args: tuple[Any, ...]) -> Future[_Program] | None:
     leaves, structure = jax.tree.flatten(args)
-    shapes = [(leaf.shape, str(leaf.dtype)) for leaf in leaves]
-    text = f"{f.__module__}.{f.__qualname__} {structure} {shapes} {jax.default_backend()}"
-    if text not in _programs:
-        _programs[text] = _program(f, structure, leaves, _file(text, args))
-    return jax.tree.unflatten(jax.tree.structure(out), _programs[text](*leaves))
+    if not all(map(eqx.is_array_like, leaves)):
+        return None
+    leaves = [jnp.asarray(leaf) for leaf in leaves]
+    shapes = [jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for leaf in leaves]
+    key = (f, structure, tuple((leaf.shape, leaf.dtype) for leaf in leaves))
+    if key not in _programs:
+        text = f"{f.__module__}.{f.__qualname__} {structure} {shapes} {jax.default_backend()}"
+        _programs[key] = _workers.submit(_program, f, structure, shapes, _file(text, args))
+    return _programs[key]
 
 
-def _program(
-    f: Callable[..., Any], structure: Any, leaves: list[jax.Array], file: Path | None
-) -> Callable[..., list[jax.Array]]:
+def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeStruct], file: Path | None) -> _Program:
+    result = None
+
     def flat(*leaves: jax.Array) -> list[jax.Array]:
-        return jax.tree.leaves(f(*jax.tree.unflatten(structure, leaves)))
+        nonlocal result
+        out = f(*jax.tree.unflatten(structure, leaves))
+        result = jax.tree.map(lambda _: 0, out)
+        return jax.tree.leaves(out)
 
-    if file is None:
-        return jax.jit(flat)
-    try:
-        exported = export.deserialize(bytearray(file.read_bytes()))
-    except (OSError, ValueError):  # not there yet, or cut off by a kill: trace it
-        exported = export.export(jax.jit(flat))(*leaves)
-        _store(file, exported.serialize())
-    return jax.jit(exported.call)
+    traced = jax.jit(flat)
+    if file is not None:
+        try:
+            result, data = pickle.loads(file.read_bytes())
+            exported = export.deserialize(data)
+        except (OSError, ValueError, EOFError, pickle.UnpicklingError):  # not there yet, or cut off by a kill: trace it
+            exported = export.export(traced)(*shapes)
+            _store(file, pickle.dumps((result, exported.serialize())))
+        traced = jax.jit(exported.call)
+    run = traced.lower(*shapes).compile()
+    return _Program(run, jax.tree.structure(result))
 
 
 def _file(text: str, args: Any) -> Path | None:
@@ -66,7 +102,7 @@ def _file(text: str, args: Any) -> Path | None:
 
 
 _PACKAGE = Path(__file__).parents[1]
-_ROOMS = ("core", "mechanism", "loads", "solve")
+_ROOMS = ("io", "core", "mechanism", "loads", "solve", "robots")
 
 
 def _classes(x: Any) -> set[type]:
@@ -78,13 +114,14 @@ def _classes(x: Any) -> set[type]:
 
 
 def _source(kind: type) -> Path | None:
-    """File that defines a class; None where there is none, as in a notebook."""
+    """File that defines a class; None where there is none, as in a notebook, or where it is not all that does."""
     module = sys.modules.get(kind.__module__)
     file = getattr(module, "__file__", None)
-    return Path(file) if file and kind.__module__ != "__main__" else None
+    whole = kind.__module__ != "__main__" and "<locals>" not in kind.__qualname__
+    return Path(file) if file and whole else None
 
 
-def _store(file: Path, data: bytes | bytearray) -> None:
+def _store(file: Path, data: bytes) -> None:
     """Write beside and rename; a cache that cannot be written is no reason to stop."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)

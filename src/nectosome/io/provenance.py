@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-PACKAGES = ("jax", "jaxlib", "equinox", "diffrax", "numpy", "pydantic", "xarray", "h5netcdf")
+PACKAGES = ("jax", "jaxlib", "equinox", "numpy", "pydantic", "xarray", "h5netcdf")
 
 
 def provenance(settings: Mapping[str, Any]) -> dict[str, Any]:

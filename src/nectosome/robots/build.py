@@ -13,6 +13,7 @@ from jaxtyping import Array, Float
 
 from nectosome import loads as ld
 from nectosome.core import Constant, Rate, Signal, Sine, UniformCurrent, Water
+from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot_t, rotation_from_rpy
 from nectosome.io import RobotDescription, get_value, numeric_paths, resolve, with_values
 from nectosome.io import describe_joints as dj
@@ -49,9 +50,9 @@ def build(description: RobotDescription) -> Robot:
     values = {path: get_value(description, path) for path in numeric_paths(description)}
     if any(isinstance(value, Tracer) for value in values.values()):
         return _assemble(description)
-    traced = [path for path, value in values.items() if value != 0]
-    blueprint = _Blueprint(description, tuple(traced))
-    return _assemble_compiled(blueprint, jnp.array([float(values[path]) for path in traced]))
+    traced = tuple(path for path, value in values.items() if value != 0)
+    plan = _Plan(_Blueprint(description, traced))
+    return remembered(_fill, plan, jnp.array([float(values[path]) for path in traced]))
 
 
 class _Blueprint:
@@ -68,9 +69,16 @@ class _Blueprint:
     def __eq__(self, other: object) -> bool:
         return isinstance(other, _Blueprint) and self.key == other.key
 
+    def __repr__(self) -> str:
+        return self.key
 
-@eqx.filter_jit
-def _assemble_compiled(blueprint: _Blueprint, values: Float[Array, "n"]) -> Robot:
+
+class _Plan(eqx.Module):
+    blueprint: _Blueprint = eqx.field(static=True)
+
+
+def _fill(plan: _Plan, values: Float[Array, "n"]) -> Robot:
+    blueprint = plan.blueprint
     return _assemble(with_values(blueprint.description, {p: values[k] for k, p in enumerate(blueprint.paths)}))
 
 

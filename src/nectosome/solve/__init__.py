@@ -1,7 +1,7 @@
 """Solvers: simulate through time, static equilibrium."""
 
-from .dataset import Run, Trajectory
+from .dataset import Run, Trajectory, prepare_dataset
 from .simulate import simulate
 from .static import static
 
-__all__ = ["Run", "Trajectory", "simulate", "static"]
+__all__ = ["Run", "Trajectory", "prepare_dataset", "simulate", "static"]

@@ -1,6 +1,8 @@
 """Results as labelled data: what users, files and plots see."""
 
 import json
+from importlib import import_module
+from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
@@ -10,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
-from nectosome.core.remember import remembered
+from nectosome.core.remember import prepare, remembered
 from nectosome.io import RobotDescription, dump_robot, provenance
 from nectosome.mechanism import Diagnosis, Robot, diagnose, load_names
 
@@ -38,6 +40,13 @@ def _diagnose_all(robot: Robot, time: Array, state: State) -> Diagnosis:
     return jax.lax.map(lambda tx: diagnose(robot, *tx), (time, state))
 
 
+def prepare_dataset(robot: Robot, samples: int) -> None:
+    """Get `dataset` ready for runs of that many samples, beside what goes on."""
+    many = jax.tree.map(lambda x: jnp.broadcast_to(x, (samples, *x.shape)), robot.initial())
+    prepare(_diagnose_all, robot, jnp.zeros(samples), many)
+    Thread(target=import_module, args=("xarray",), daemon=True).start()
+
+
 def dataset(run: Run, description: RobotDescription | None, settings: dict[str, Any]) -> "xr.Dataset":
     """Motion, forces by load and part, powers, energies and reactions of a robot's run, in SI units.
 
@@ -49,7 +58,7 @@ def dataset(run: Run, description: RobotDescription | None, settings: dict[str, 
     robot, trajectory = run.value.system, run.value
     d = jax.tree.map(
         np.asarray,
-        remembered(_diagnose_all, Diagnosis._make(Diagnosis._fields), robot, trajectory.time, trajectory.state),
+        remembered(_diagnose_all, robot, trajectory.time, trajectory.state),
     )
     tree = robot.tree
     free = tree.free_v

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array
 
 from nectosome.core import Mechanical, State, Status
-from nectosome.core.remember import remembered
+from nectosome.core.remember import prepare, remembered
 
 from .dataset import Run, Trajectory
 from .march import Guard, March, Method, Settings, begin, blank, interpolate, march
@@ -39,11 +39,12 @@ def simulate(
 ) -> Run:
     """Integrate from t = 0 to `time` [s] and keep the states at `samples`.
 
-    samples: how many evenly spaced times, or the times themselves, increasing from 0 to `time`; the state at a time
-    within a step is that of the step's cubic, as accurate as the steps.
-    method: "implicit" for soft bodies, "explicit" for systems without stiff springs; "auto" takes the implicit one.
-    until(t, x): the run stops where it changes sign; status EVENT, and the moment is the last time kept.
-    progress(share): called about twenty times with the share done; the run is cancelled where it returns False.
+    - samples: how many evenly spaced times, or the times themselves, increasing from 0 to `time`; the state at a time
+      within a step is that of the step's cubic, as accurate as the steps.
+    - method: "implicit" for soft bodies, "explicit" for systems without stiff springs; "auto" takes the implicit one.
+    - until(t, x): the run stops where it changes sign; status EVENT, and the moment is the last time kept.
+    - progress(share): called about twenty times with the share done; the run is cancelled where it returns False.
+
     Returns a Run, a Solution whose value is a Trajectory up to where the run came; its status says why it ended there.
     Raises ValueError for a time, sample count or tolerance that makes no sense.
     """
@@ -53,11 +54,15 @@ def simulate(
     settings = Settings(kind, jnp.asarray(rtol), jnp.asarray(atol), jnp.asarray(max_steps))
     x = system.initial() if initial is None else initial
     first = jnp.asarray(min(1e-3, 0.1 * times[1]))
-    m = remembered(begin, blank(x, settings), system, jnp.zeros(()), x, settings, first)
+    chunks = _chunks(times[1:])
+    empty = blank(x, settings)
+    if until is None:
+        prepare(march, system, empty, chunks[0], settings)
+    m = remembered(begin, system, jnp.zeros(()), x, settings, first)
     states, status = [jax.tree.map(lambda x: x[None], x)], Status.SOLVED
-    for chunk in _chunks(times[1:]):
+    for chunk in chunks:
         if until is None:
-            m, xs = remembered(march, (m, m.x), system, m, jnp.asarray(chunk), settings)
+            m, xs = remembered(march, system, m, chunk, settings)
         else:
             m, xs = _march_until(system, m, jnp.asarray(chunk), settings, until)
         states.append(xs)

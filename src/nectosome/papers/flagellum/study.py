@@ -32,6 +32,7 @@ _QUANTITIES = {
 }
 _OLD = {"length": 0.300, "tip_radius": 2e-3, "bend": 45.0, "rate": 14.4}
 _FIG3 = {"length": 0.300, "tip_radius": 1e-3, "bend": 70.0, "rate": 15.0, "young": 8.5e6}
+_FREE_RTOL = 1e-3  # of the robot with four flagella, an example that no row depends on
 _SETTLE = 5.0  # s: the slowest mode decays at 1.9 1/s or faster
 
 
@@ -55,8 +56,9 @@ def run(quick: bool, progress: Progress) -> Study:
     runs = {}
     for i, (key, (label, description, duration)) in enumerate(jobs.items()):
         progress(label, i / len(jobs))
-        solution = simulate(build(description), duration, rtol=rtol, atol=rtol * 1e-2)
-        run = solution.to_dataset(description, {"time": duration, "rtol": rtol})
+        tolerance = _FREE_RTOL if key == "flagella4" else rtol
+        solution = simulate(build(description), duration, rtol=tolerance, atol=tolerance * 1e-2)
+        run = solution.to_dataset(description, {"time": duration, "rtol": tolerance})
         run.attrs["label"] = label
         runs[key] = run
     for k in range(1, 6):

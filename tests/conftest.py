@@ -1,0 +1,89 @@
+"""Every shape in a public signature is checked while the tests run; robots that several rooms share are built once."""
+
+from hypothesis import settings
+from jaxtyping import install_import_hook
+
+# `io` checks its own input; the rooms that hold arrays are checked by their annotations
+install_import_hook(
+    [f"nectosome.{room}" for room in ("core", "mechanism", "loads", "solve", "robots")], "beartype.beartype"
+)
+
+settings.register_profile("nectosome", deadline=None, max_examples=30, derandomize=True)
+settings.load_profile("nectosome")
+
+import jax  # noqa: E402
+import jax.numpy as jnp  # noqa: E402
+import numpy as np  # noqa: E402
+import pytest  # noqa: E402
+
+from nectosome.core import State  # noqa: E402
+from nectosome.io import RobotDescription, parse_robot  # noqa: E402
+from nectosome.robots import build, describe  # noqa: E402
+
+PENDULUM = """
+name: pendulum
+water: {gravity: 9.81 m/s2}
+body:
+  kind: rigid
+  shape: box
+  length: 1 m
+  width: 20 mm
+  height: 100 mm
+  mass: 1 kg
+  volume: 0 m3
+  joint: {kind: revolute, axis: y}
+"""
+
+DRIFTER = """
+name: drifter
+about: a soft rod, free in vacuum, that bends, twists and tumbles
+water: {gravity: 0 m/s2}
+body:
+  kind: rod
+  section: ellipse
+  width: 20 mm
+  height: 14 mm
+  tip_width: 10 mm
+  length: 0.5 m
+  young: 50 kPa
+  density: 1000 kg/m3
+  strains: {torsion: 0, bending_y: 1, bending_z: 0}
+  points: 5
+  joint:
+    kind: free
+    start: {angular_velocity: [2 rad/s, 1 rad/s, 4 rad/s], velocity: [0.1 m/s, -0.2 m/s, 0.3 m/s]}
+"""
+
+
+@pytest.fixture(scope="session")
+def pendulum() -> RobotDescription:
+    return parse_robot(PENDULUM)
+
+
+@pytest.fixture(scope="session")
+def drifter():
+    return build(parse_robot(DRIFTER))
+
+
+@pytest.fixture(scope="session")
+def propeller() -> RobotDescription:
+    """The flagellum with few coordinates, in a current."""
+    d = describe("flagellum")
+    coarse = {"strains": {"torsion": 0, "bending_y": 1, "bending_z": 1}, "points": 5}
+    filament = d.limbs["filament"].model_copy(update=coarse)
+    water = d.water.model_copy(update={"current": (0.05, 0.02, -0.03)})
+    return d.model_copy(update={"water": water, "limbs": {**d.limbs, "filament": filament}})
+
+
+@pytest.fixture(scope="session")
+def some_state():
+    """A random state of a robot, and accelerations; rotations of any size."""
+
+    def draw(robot, seed: int = 0, scale: float = 0.3) -> tuple[State, jax.Array]:
+        rng = np.random.default_rng(seed)
+        x = robot.initial()
+        q = jnp.asarray(x.q + scale * rng.normal(size=x.q.shape))
+        v, a = (jnp.asarray(rng.normal(size=x.v.shape)) for _ in range(2))
+        return State(q, v, x.z), a
+
+    return draw

@@ -1,0 +1,80 @@
+"""Signals tell their own derivatives; water tells the acceleration of its flow."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from nectosome.core import Constant, Rate, Recording, Sine, Solution, Status, Steps, UniformCurrent, Water
+
+number = jnp.asarray
+SMOOTH = {
+    "constant": Constant(number(0.7)),
+    "rate": Rate(number(-3.0), number(0.2)),
+    "sine": Sine(number(0.4), number(1.5), number(0.3), number(-0.1)),
+    "vector": Sine(jnp.array([0.4, 0.1]), jnp.array([1.5, 0.0]), jnp.array([0.3, 1.0]), jnp.zeros(2)),
+}
+RECORDING = Recording(jnp.array([0.0, 0.5, 0.6, 2.0]), jnp.array([1.0, 2.0, 0.0, 0.7]))
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+@pytest.mark.parametrize("t", [0.0, 0.37, 12.0])
+def test_derivatives_are_those_of_the_value(name, t):
+    @jax.jit
+    def compare(t):
+        signal = lambda t: SMOOTH[name](t)[0]  # noqa: E731
+        return SMOOTH[name](t), (signal(t), jax.jacfwd(signal)(t), jax.jacfwd(jax.jacfwd(signal))(t))
+
+    told, found = compare(number(t))
+    for a, b in zip(told, found, strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-12)
+
+
+def test_the_sine_is_that_of_its_formula():
+    assert float(SMOOTH["sine"](number(0.2))[0]) == pytest.approx(-0.1 + 0.4 * np.sin(2 * np.pi * 1.5 * 0.2 + 0.3))
+    assert float(SMOOTH["rate"](number(0.2))[0]) == pytest.approx(0.2 - 0.6)
+
+
+@pytest.mark.parametrize("t", [-1.0, 0.2, 0.55, 0.6, 1.9, 2.0, 3.0])
+def test_a_recording_is_joined_by_lines_and_held_outside(t):
+    u, du, ddu = RECORDING(number(t))
+    assert float(u) == pytest.approx(np.interp(t, RECORDING.times, RECORDING.values), abs=1e-15)
+    h = 1e-6
+    right = (RECORDING(number(t + h))[0] - u) / h
+    assert float(du) == pytest.approx(float(right), abs=1e-8)
+    assert float(ddu) == 0
+
+
+def test_steps_are_held_until_the_next():
+    steps = Steps(jnp.array([0.0, 1.0, 2.0]), jnp.array([3.0, 5.0, 4.0]))
+    for t, wanted in [(-1.0, 3.0), (0.0, 3.0), (0.999, 3.0), (1.0, 5.0), (1.5, 5.0), (2.0, 4.0), (9.0, 4.0)]:
+        u, du, ddu = steps(number(t))
+        assert (float(u), float(du), float(ddu)) == (wanted, 0, 0)
+
+
+def test_water_tells_the_acceleration_of_its_flow():
+    """c = (s t z, 0, w): Dc/Dt = (s z + w s t, 0, 0)."""
+    s, w, t = 0.3, 0.2, 1.7
+    current = lambda t, x: jnp.stack([s * t * x[2], 0 * t, w + 0 * t])  # noqa: E731
+    points = jnp.array([[0.0, 0.0, 0.5], [1.0, 2.0, -2.0]])
+    flow = jax.jit(lambda t, x: Water(number(1000.0), number(9.81), None, current).flow(t, x))
+    c, dc = flow(number(t), points)
+    np.testing.assert_allclose(c, [[s * t * 0.5, 0, w], [-s * t * 2, 0, w]], atol=1e-15)
+    np.testing.assert_allclose(dc, [[s * 0.5 + w * s * t, 0, 0], [-s * 2 + w * s * t, 0, 0]], atol=1e-15)
+
+
+def test_still_water_and_a_uniform_current():
+    x = jnp.zeros((2, 3))
+    still, uniform = (Water(number(1000.0), number(9.81), None, c) for c in (None, UniformCurrent(jnp.arange(3.0))))
+    np.testing.assert_array_equal(still.flow(number(0.0), x), np.zeros((2, 2, 3)))
+    c, dc = uniform.flow(number(0.0), x)
+    np.testing.assert_array_equal(c, [[0, 1, 2]] * 2)
+    np.testing.assert_array_equal(dc, np.zeros((2, 3)))
+
+
+def test_a_solution_passes_through_jit_and_vmap_and_every_status_has_words():
+    solve = jax.jit(jax.vmap(lambda x: Solution(x**2, jnp.where(x > 1, 1, 0), {"steps": x}, jnp.abs(x))))
+    solution = solve(jnp.array([0.5, 2.0]))
+    np.testing.assert_array_equal(solution.value, [0.25, 4])
+    assert [Status(int(s)).reason for s in solution.status] == ["solved", "stopped at the event"]
+    assert len({s.reason for s in Status}) == len(Status)

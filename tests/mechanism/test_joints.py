@@ -1,0 +1,90 @@
+"""Every joint: what it says of poses, twists and their rates is one motion; a step solves q1 = q + h N(q1) v."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from nectosome.core.se3 import exp_so3
+from nectosome.mechanism import Fixed, Free, Planar, Prismatic, Revolute, Spherical
+from nectosome.mechanism.joints import plane_frame
+
+AXIS = jnp.array([1.0, -2.0, 2.0]) / 3
+ONE, THREE = jnp.array([0.4]), jnp.array([0.3, -0.2, 0.5])
+JOINTS = [
+    Fixed(),
+    Revolute(AXIS, ONE, ONE),
+    Prismatic(AXIS, ONE, ONE),
+    Planar(plane_frame(AXIS), THREE, THREE),
+    Spherical(THREE, THREE),
+    Free(THREE, THREE, THREE, THREE),
+]
+each_joint = pytest.mark.parametrize("joint", JOINTS, ids=lambda j: type(j).__name__)
+
+
+def draw(joint, seed):
+    rng = np.random.default_rng(seed)
+    return jnp.asarray(joint.start()[0] + rng.normal(size=joint.nq)), jnp.asarray(rng.normal(size=joint.nv))
+
+
+def vee(W):
+    return jnp.stack([W[2, 1], W[0, 2], W[1, 0]])
+
+
+@each_joint
+def test_twist_and_bias_are_the_rates_of_the_pose(joint):
+    @jax.jit
+    def compare(q, v):
+        def pose(s):
+            m = joint.motion(joint.advance(q, v, s), v)
+            return m.rotation, m.position, jnp.sum(m.subspace * v[:, None], axis=0)
+
+        one = jnp.ones(())
+        (R, _, twist), (dR, dp, bias) = jax.jvp(pose, (0 * one,), (one,))
+        return R, twist, jnp.concatenate([vee(R.T @ dR), R.T @ dp]), bias, joint.motion(q, v).bias
+
+    for seed in range(3):
+        R, twist, rate, dtwist, bias = compare(*draw(joint, seed))
+        np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-14)
+        np.testing.assert_allclose(twist, rate, atol=1e-14)
+        np.testing.assert_allclose(bias, dtwist, atol=1e-14)
+
+
+@each_joint
+@pytest.mark.parametrize("step", [0.0, 1e-3, 0.7])
+def test_a_step_solves_its_implicit_equation(joint, step):
+    @jax.jit
+    def compare(q, v, h):
+        after = joint.advance(q, v, h)
+        _, rate = jax.jvp(lambda s: joint.advance(after, v, s), (jnp.zeros(()),), (jnp.ones(()),))
+        return after, q + h * rate
+
+    for seed in range(3):
+        after, wanted = compare(*draw(joint, seed), jnp.asarray(step))
+        np.testing.assert_allclose(after, wanted, atol=1e-14)
+
+
+@pytest.mark.parametrize("joint", JOINTS[-2:], ids=["Spherical", "Free"])
+def test_displacement_is_the_rotation_vector(joint):
+    displacement = jax.jit(lambda q: joint.displacement(q))
+    for angle in (0.0, 1e-9, 0.5, 3.0, np.pi - 1e-9, 4.0):
+        w = angle * np.asarray(AXIS)
+        quaternion = 1.7 * np.concatenate([[np.cos(angle / 2)], np.sin(angle / 2) * np.asarray(AXIS)])
+        q = np.concatenate([np.zeros(joint.nq - 4), quaternion])
+        found = displacement(q)[:3]
+        wanted = w if angle <= np.pi else (angle - 2 * np.pi) * np.asarray(AXIS)
+        np.testing.assert_allclose(found, wanted, atol=1e-14)
+
+
+@pytest.mark.parametrize("axis", [(0, 0, 1), (1, 0, 0), (-1, 0, 0), (0, 0.6, -0.8), (0.6, 0.8, 0)])
+def test_the_frame_of_a_plane_is_right_handed(axis):
+    frame = np.asarray(plane_frame(jnp.asarray(axis, float)))
+    np.testing.assert_allclose(frame.T @ frame, np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(frame[:, 2], axis, atol=1e-15)
+    assert np.linalg.det(frame) == pytest.approx(1)
+
+
+def test_a_hinge_turns_about_its_axis_by_the_right_hand():
+    R = Revolute(jnp.array([0.0, 0.0, 1.0]), ONE, ONE).motion(jnp.array([jnp.pi / 2]), ONE).rotation
+    np.testing.assert_allclose(R @ jnp.array([1.0, 0, 0]), [0, 1, 0], atol=1e-15)
+    np.testing.assert_allclose(R, exp_so3(jnp.array([0.0, 0.0, jnp.pi / 2])), atol=1e-15)

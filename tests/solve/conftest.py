@@ -1,0 +1,42 @@
+import equinox as eqx
+import jax.numpy as jnp
+import pytest
+
+from nectosome.core import State
+from nectosome.io import parse_robot
+from nectosome.robots import build
+
+# a mass point that slides, without any force
+SLIDER = """
+name: slider
+water: {gravity: 0 m/s2}
+body: {kind: rigid, shape: point, mass: 2 kg, joint: {kind: prismatic, axis: z}}
+"""
+FALLING = SLIDER.replace("0 m/s2", "9.81 m/s2")
+
+
+@pytest.fixture(scope="session")
+def swinging(pendulum):
+    """The pendulum, and its state at rest at an angle [rad] from hanging."""
+    robot = build(pendulum)
+
+    def at(angle: float) -> State:
+        return State(jnp.array([jnp.pi / 2 + angle]), jnp.zeros(1), robot.initial().z)
+
+    return robot, at
+
+
+@pytest.fixture(scope="session")
+def falling():
+    return build(parse_robot(FALLING))
+
+
+@pytest.fixture(scope="session")
+def slider():
+    """The slider with further loads on it."""
+    bare = build(parse_robot(SLIDER))
+
+    def loaded(*loads):
+        return eqx.tree_at(lambda r: r.loads, bare, loads)
+
+    return loaded
