@@ -46,6 +46,7 @@ def studies(monkeypatch) -> dict[str, Callable[..., Study]]:
     papers, view = type(sys)("nectosome.papers"), type(sys)("nectosome.view")
     papers.STUDIES = {"worm": worm, "eel": eel}
     view.write_report = lambda done, path: Path(path).write_text(", ".join(study.title for study in done))
+    view.write_figures = lambda done, folder: Path(folder, "figure.html").write_text("")
     monkeypatch.setitem(sys.modules, "nectosome.papers", papers)
     monkeypatch.setitem(sys.modules, "nectosome.view", view)
     return papers.STUDIES
@@ -60,6 +61,7 @@ def test_all_studies_are_run_and_written(nectosome, studies):
     assert card["rows"][3]["ours"] is None
     assert Path("card.json").read_bytes() == Path("out/scorecard.json").read_bytes()
     assert Path("out/report.html").read_text() == "Worm, Eel"
+    assert Path("out/figures/figure.html").exists()
     assert load_dataset("out/worm/long.nc")["x"].values.tolist() == [0, 1, 2]
     assert "worm.force: the paper leaves friction out" in answer.out
     shares = {line.split()[0]: line.split()[-2] for line in answer.out.splitlines() if line.rstrip().endswith("%")}

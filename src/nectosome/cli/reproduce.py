@@ -28,7 +28,7 @@ def reproduce(
 ) -> int:
     """Run the studies of the published robots and print how they compare with the papers."""
     from nectosome.papers import STUDIES
-    from nectosome.view import write_report
+    from nectosome.view import write_figures, write_report
 
     for name in studies:
         if name not in STUDIES:
@@ -53,6 +53,8 @@ def reproduce(
             write_atomic(path, text)
 
     write_report(done, out / "report.html")
+    _make_folder(out / "figures")
+    write_figures(done, out / "figures")
     write(_table(rows), _notes(rows), _times(done), f"report: {out / 'report.html'}")
     missing = [row["id"] for row in rows if row["ours"] is None and row["verdict"] != "not reproducible"]
     if missing:
@@ -88,19 +90,23 @@ def _plain(value: Any) -> Any:
 
 def _table(rows: list[dict[str, Any]]) -> Table:
     table = Table(header_style="bold", title="Scorecard")
-    for name in ("id", "quantity", "unit", "printed", "ours", "error %", "within %", "verdict", "kind"):
-        table.add_column(name, justify="right" if name in ("printed", "ours", "error %", "within %") else "left")
+    for name in ("id", "printed", "ours", "unit", "error %", "within %", "verdict"):
+        side = "right" if name in ("printed", "ours", "error %", "within %") else "left"
+        table.add_column(name, justify=side, no_wrap=name == "id")
     for row in rows:
         verdict = Text(row["verdict"], _STYLES.get(row["verdict"], ""))
         numbers = [_number(row[name]) for name in ("printed", "ours", "error", "tolerance")]
-        table.add_row(row["id"], row["quantity"], row["unit"], *numbers, verdict, row["kind"])
+        table.add_row(row["id"], *numbers[:2], row["unit"], *numbers[2:], verdict)
     return table
 
 
 def _notes(rows: list[dict[str, Any]]) -> Text:
     """Return the notes of the rows that do not simply match."""
-    notes = [f"{row['id']}: {row['note']}" for row in rows if row["note"] and row["verdict"] != "match"]
-    return Text("\n".join(notes))
+    noted: dict[str, list[str]] = {}
+    for row in rows:
+        if row["note"] and row["verdict"] != "match":
+            noted.setdefault(row["note"], []).append(row["id"])
+    return Text("\n".join(f"{', '.join(ids)}: {note}" for note, ids in noted.items()))
 
 
 def _times(studies: "list[Study]") -> Table:

@@ -15,21 +15,40 @@ h1 { margin: 28px 0 4px; } h2 { margin: 44px 0 8px; border-bottom: 2px solid #00
 .wide { overflow-x: auto; } table { border-collapse: collapse; font-size: 13.5px; width: 100%; }
 th, td { text-align: left; padding: 5px 9px; border-bottom: 1px solid #dfe3e7; vertical-align: top; }
 th { background: #f1f4f6; white-space: nowrap; } .number { text-align: right; white-space: nowrap; }
-td.note { min-width: 15em; } td.quantity { min-width: 10em; } code { font-size: 12.5px; }
+td.quantity { min-width: 22em; } code { font-size: 12.5px; }
 .verdict { white-space: nowrap; font-weight: 600; } .match { color: #0072B2; } .better { color: #00714f; }
 .differs { color: #b34700; } .no { color: #666; } nav a { margin-right: 1.2em; }
 """
 _CONFIG = {"displaylogo": False, "responsive": True, "plotlyServerURL": ""}
 
 
+_LIBRARY = "plotly.min.js"
+
+
 def write_page(path: str | Path, title: str, parts: Iterable[str]) -> None:
     """Write a page of HTML `parts` that works offline, whole or not at all. Raises InputError where it cannot."""
     from plotly.offline import get_plotlyjs
 
+    _write(path, title, f"<script>{get_plotlyjs()}</script>", parts)
+
+
+def write_library(folder: str | Path) -> None:
+    """Write the plotting library into a folder, for pages of single panels. Raises InputError where it cannot."""
+    from plotly.offline import get_plotlyjs
+
+    write_atomic(Path(folder) / _LIBRARY, get_plotlyjs().encode())
+
+
+def write_panel(path: str | Path, panel: Panel) -> None:
+    """Write a page of one panel that uses the library beside it. Raises InputError where it cannot."""
+    _write(path, panel.title, f'<script src="{_LIBRARY}"></script>', [panel_html(panel, "figure")])
+
+
+def _write(path: str | Path, title: str, script: str, parts: Iterable[str]) -> None:
     head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{escape(title)}</title>'
     text = [
         f'<!doctype html>\n<html lang="en">\n<head>{head}\n<style>{_CSS}</style>',
-        f"<script>{get_plotlyjs()}</script>\n</head>\n<body>",
+        f"{script}\n</head>\n<body>",
         *parts,
         "</body>\n</html>\n",
     ]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from nectosome.io import provenance
 
 from . import flagellum, robot3d, series
-from .page import panel_html, write_page
+from .page import panel_html, write_library, write_page, write_panel
 from .scorecard import summary, table
 from .style import Panel
 from .tubes import description
@@ -80,6 +80,17 @@ _LEGEND = (
 )
 
 
+def write_figures(studies: Sequence[Study], folder: str | Path) -> None:
+    """Write every figure of the studies as a page of its own into a folder that exists, with one plotting library.
+
+    Raises InputError where it cannot be written.
+    """
+    write_library(folder)
+    for study in studies:
+        for i, panel in enumerate(_panels(study)):
+            write_panel(Path(folder) / f"{study.name}-{i + 1}.html", panel)
+
+
 def show_run(run: "xr.Dataset", path: str | Path) -> None:
     """Write a page about any one run, with its robot in motion, velocity, powers and energies.
 
@@ -105,12 +116,14 @@ def _section(study: Study) -> Iterator[str]:
     for name, run in study.runs.items():
         if run.attrs.get("status", "SOLVED") != "SOLVED":
             yield f"<p><b>Run {escape(name)} did not succeed</b>: {escape(_ended(run))}.</p>"
-    if study.name in _PANELS:
-        panels = _PANELS[study.name](study.runs)
-    else:
-        panels = [series.speeds_panel(study.runs)] if study.runs else []
-    for i, panel in enumerate(panels):
+    for i, panel in enumerate(_panels(study)):
         yield panel_html(panel, f"{study.name}-{i + 1}")
+
+
+def _panels(study: Study) -> list[Panel]:
+    if study.name in _PANELS:
+        return _PANELS[study.name](study.runs)
+    return [series.speeds_panel(study.runs)] if study.runs else []
 
 
 def _ended(run: "xr.Dataset") -> str:

@@ -8,7 +8,7 @@ from typing import Any
 Row = Mapping[str, Any]
 
 _VERDICTS = {"match": ("✓", "match"), "better": ("▲", "better"), "differs": ("✗", "differs")}
-_HEADS = ("id", "quantity", "printed", "ours", "error", "tolerance", "verdict", "kind", "note")
+_HEADS = ("id", "quantity", "printed", "ours", "error", "tolerance", "verdict", "kind")
 _NONE = "-"
 _NUMBERS = ("printed", "ours", "error", "tolerance")
 
@@ -47,13 +47,13 @@ def summary(rows: Sequence[Row]) -> str:
 
 def _row(row: Row) -> str:
     symbol, style = _VERDICTS.get(row["verdict"], (_NONE, "no"))
-    unit = row["unit"] or ""
+    unit = {"percent": "%"}.get(row["unit"], row["unit"] or "")
+    note = f'<div class="small">{escape(row["note"])}</div>' if row["note"] else ""
     return (
         f"<tr><td><code>{escape(row['id'])}</code></td>"
-        f'<td class="quantity">{escape(row["quantity"])}</td>'
+        f'<td class="quantity">{escape(row["quantity"])}{note}</td>'
         f'<td class="number">{escape(number(row["printed"], unit))}</td>'
         f'<td class="number">{escape(number(row["ours"], unit))}</td>'
         f'<td class="number">{percent(row["error"])}</td><td class="number">{percent(row["tolerance"])}</td>'
-        f'<td class="verdict {style}">{symbol} {escape(row["verdict"])}</td><td>{escape(row["kind"])}</td>'
-        f'<td class="note">{escape(row["note"] or "")}</td></tr>'
+        f'<td class="verdict {style}">{symbol} {escape(row["verdict"])}</td><td>{escape(row["kind"])}</td></tr>'
     )
