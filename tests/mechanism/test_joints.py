@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from nectosome.core import Sine, Stack
 from nectosome.core.se3 import exp_so3
 from nectosome.mechanism import Fixed, Free, Planar, Prismatic, Revolute, Spherical
 from nectosome.mechanism.joints import plane_frame
@@ -88,3 +89,30 @@ def test_a_hinge_turns_about_its_axis_by_the_right_hand():
     R = Revolute(jnp.array([0.0, 0.0, 1.0]), ONE, ONE).motion(jnp.array([jnp.pi / 2]), ONE).rotation
     np.testing.assert_allclose(R @ jnp.array([1.0, 0, 0]), [0, 1, 0], atol=1e-15)
     np.testing.assert_allclose(R, exp_so3(jnp.array([0.0, 0.0, jnp.pi / 2])), atol=1e-15)
+
+
+@pytest.mark.parametrize("kind", ["spherical", "free"])
+def test_a_prescribed_turn_in_space_has_the_velocities_of_its_poses(kind):
+    """Roll, pitch, yaw (and x, y, z) as signals: twist and its rate against derivatives of the poses in time."""
+
+    r = np.random.default_rng(3)
+    zero = jnp.zeros(3)
+    joint = Spherical(zero, zero) if kind == "spherical" else Free(zero, zero, zero, zero)
+    signal = Stack(tuple(Sine(*map(jnp.asarray, r.uniform(0.2, 1.0, 4))) for _ in range(joint.nv)))
+
+    def pose(t):
+        motion = joint.motion(joint.prescribed(*signal(t))[0], jnp.zeros(joint.nv))
+        return motion.rotation, motion.position
+
+    def twist(t):
+        (R, _), (dR, dp) = jax.jvp(pose, (t,), (jnp.ones(()),))
+        W = R.T @ dR
+        return jnp.concatenate([jnp.stack([W[2, 1], W[0, 2], W[1, 0]]), R.T @ dp])[: joint.nv]
+
+    @jax.jit
+    def both(t):
+        return joint.prescribed(*signal(t))[1:], jax.jvp(twist, (t,), (jnp.ones(()),))
+
+    given, expected = both(jnp.asarray(0.37))
+    np.testing.assert_allclose(given[0], expected[0], atol=1e-13)
+    np.testing.assert_allclose(given[1], expected[1], atol=1e-12)

@@ -2,7 +2,7 @@
 
 from . import runtime as _runtime  # noqa: F401  first: sets up JAX
 from .se3 import safe_norm
-from .signal import Constant, Rate, Recording, Signal, Sine, Steps
+from .signal import Constant, Rate, Recording, Signal, Sine, Stack, Steps
 from .solution import Solution, Status
 from .system import JointLoad, Load, Mechanical, State, Strips, System
 from .water import UniformCurrent, Water
@@ -17,6 +17,7 @@ __all__ = [
     "Signal",
     "Sine",
     "Solution",
+    "Stack",
     "State",
     "Status",
     "Steps",

@@ -84,3 +84,14 @@ class Steps(Signal):
         k = jnp.clip(jnp.searchsorted(self.times, t, side="right") - 1, 0, self.times.size - 1)
         zero = jnp.zeros_like(self.values[0])
         return self.values[k], zero, zero
+
+
+class Stack(Signal):
+    """Several signals as one vector."""
+
+    signals: tuple[Signal, ...]
+
+    def __call__(self, t: Float[Array, ""]) -> Triple:
+        """Values and derivatives, one number a signal."""
+        value, rate, second = zip(*(signal(t) for signal in self.signals), strict=True)
+        return jnp.stack(value), jnp.stack(rate), jnp.stack(second)

@@ -6,6 +6,14 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from nectosome.io.describe_base import ZERO, AngularVelocity, Axis, Described, Position, Rotation, Velocity, wrong
+from nectosome.io.describe_drives import (
+    FreeDrive,
+    FreeMotion,
+    PlanarDrive,
+    PlanarMotion,
+    SphericalDrive,
+    SphericalMotion,
+)
 from nectosome.io.describe_signals import AngleSignal, ForceSignal, LengthSignal, TorqueSignal
 from nectosome.io.fields import (
     Angle,
@@ -97,6 +105,13 @@ class PlanarJoint(Described):
     kind: Literal["planar"]
     axis: Axis
     start: PlanarStart = PlanarStart()
+    motion: PlanarMotion | None = None
+    drive: PlanarDrive | None = None
+
+    @model_validator(mode="after")
+    def _one_drive(self) -> Self:
+        _check_either(self)
+        return self
 
     @model_validator(mode="after")
     def _start_in_plane(self) -> Self:
@@ -125,6 +140,13 @@ class SphericalJoint(Described):
     stiffness: AngularStiffness = 0.0
     damping: AngularDamping = 0.0
     start: SphericalStart = SphericalStart()
+    motion: SphericalMotion | None = None
+    drive: SphericalDrive | None = None
+
+    @model_validator(mode="after")
+    def _one_drive(self) -> Self:
+        _check_either(self)
+        return self
 
 
 class FreeStart(Described):
@@ -144,6 +166,22 @@ class FreeJoint(Described):
 
     kind: Literal["free"]
     start: FreeStart = FreeStart()
+    motion: FreeMotion | None = None
+    drive: FreeDrive | None = None
+
+    @model_validator(mode="after")
+    def _one_drive(self) -> Self:
+        _check_either(self)
+        return self
+
+
+def _check_either(joint: "PlanarJoint | SphericalJoint | FreeJoint") -> None:
+    if joint.motion is None:
+        return
+    if joint.drive is not None:
+        raise wrong("drive", "a joint with a motion cannot have a drive as well. Leave one of them out.")
+    if joint.start != type(joint.start)():
+        raise wrong("start", "the motion already says where the joint starts. Leave the start out.")
 
 
 Joint = Annotated[

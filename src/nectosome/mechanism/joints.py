@@ -9,6 +9,7 @@ from abc import abstractmethod
 from typing import ClassVar, NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -17,8 +18,10 @@ from nectosome.core.se3 import (
     dot,
     dot_t,
     exp_so3,
+    matmul3,
     quaternion_from_rpy,
     rotation_from_quaternion,
+    rotation_from_rpy,
     safe_norm,
     skew,
 )
@@ -51,6 +54,10 @@ class Joint(eqx.Module):
     def displacement(self, q: Float[Array, "nq"]) -> Float[Array, "nv"]:
         """What a spring feels: the coordinates, or the rotation vector [rad]."""
         return q
+
+    def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
+        """Coordinates, velocities and accelerations of a joint that is made to follow u [nv], by default itself."""
+        return u, du, ddu
 
     @abstractmethod
     def start(self) -> tuple[Float[Array, "nq"], Float[Array, "nv"]]:
@@ -153,6 +160,17 @@ def _rotation_vector(quaternion: Array) -> Array:
     return quaternion[1:] * jnp.where(n > 0, angle / jnp.where(n > 0, n, 1.0), 2 / quaternion[0])
 
 
+def _turning(angles: Array, rates: Array, seconds: Array) -> tuple[Array, Array]:
+    """Body angular velocity and its rate from roll, pitch, yaw and their derivatives."""
+
+    def velocity(angles: Array, rates: Array) -> Array:
+        R, dR = jax.jvp(rotation_from_rpy, (angles,), (rates,))
+        W = matmul3(R.T, dR)
+        return jnp.stack([W[2, 1], W[0, 2], W[1, 0]])
+
+    return jax.jvp(velocity, (angles, rates), (rates, seconds))
+
+
 class Spherical(Joint):
     """Free rotation; q a quaternion, v the angular velocity in the child's frame [rad/s]."""
 
@@ -172,6 +190,10 @@ class Spherical(Joint):
     def displacement(self, q: Float[Array, "4"]) -> Float[Array, "3"]:
         """Rotation vector [rad]."""
         return _rotation_vector(q)
+
+    def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
+        """From roll, pitch, yaw [rad]."""
+        return quaternion_from_rpy(u), *_turning(u, du, ddu)
 
     def start(self) -> tuple[Float[Array, "4"], Float[Array, "3"]]:
         """Start orientation and angular velocity."""
@@ -200,6 +222,14 @@ class Free(Joint):
     def displacement(self, q: Float[Array, "7"]) -> Float[Array, "6"]:
         """Rotation vector [rad] and position [m]."""
         return jnp.concatenate([_rotation_vector(q[3:]), q[:3]])
+
+    def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
+        """From x, y, z [m] and roll, pitch, yaw [rad] in the parent's frame."""
+        w, dw = _turning(u[3:], du[3:], ddu[3:])
+        R = rotation_from_rpy(u[3:])
+        v = dot_t(R, du[:3])
+        q = jnp.concatenate([u[:3], quaternion_from_rpy(u[3:])])
+        return q, jnp.concatenate([w, v]), jnp.concatenate([dw, dot_t(R, ddu[:3]) - cross(w, v)])
 
     def start(self) -> tuple[Float[Array, "7"], Float[Array, "6"]]:
         """Start pose and twist."""

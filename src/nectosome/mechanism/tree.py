@@ -116,10 +116,9 @@ class Tree(eqx.Module):
         for part in self.parts:
             nq = nv = part.body.nq
             if part.prescribed is not None:
-                u, du, ddu = (jnp.broadcast_to(x, (part.joint.nv,)) for x in part.prescribed(t))
-                full_q.append(u)
-                full_v.append(du)
-                full_a.append(ddu)
+                follow = (jnp.broadcast_to(x, (part.joint.nv,)) for x in part.prescribed(t))
+                for full, x in zip((full_q, full_v, full_a), part.joint.prescribed(*follow), strict=True):
+                    full.append(x)
             else:
                 nq, nv = nq + part.joint.nq, nv + part.joint.nv
             full_q.append(q[iq : iq + nq])

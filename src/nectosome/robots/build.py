@@ -12,7 +12,7 @@ from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from nectosome import loads as ld
-from nectosome.core import Constant, Rate, Signal, Sine, UniformCurrent, Water
+from nectosome.core import Constant, Rate, Signal, Sine, Stack, UniformCurrent, Water
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot_t, rotation_from_rpy
 from nectosome.io import RobotDescription, get_value, numeric_paths, resolve, with_values
@@ -174,13 +174,25 @@ def _joint(j: dj.Joint) -> tuple[Joint, Signal | None, Signal | None]:
         in_plane = dot_t(frame, _vector(j.start.position))
         rates = dot_t(frame, R @ _vector(j.start.velocity))
         position = in_plane.at[2].set(_number(j.start.angle))
-        return Planar(frame, position, rates.at[2].set(_number(j.start.angular_speed))), None, None
+        return Planar(frame, position, rates.at[2].set(_number(j.start.angular_speed))), *_signals(j)
     if isinstance(j, dj.SphericalJoint):
-        return Spherical(_vector(j.start.orientation), _vector(j.start.angular_velocity)), None, None
+        return Spherical(_vector(j.start.orientation), _vector(j.start.angular_velocity)), *_signals(j)
     if isinstance(j, dj.FreeJoint):
         s = j.start
-        return Free(*(_vector(x) for x in (s.position, s.orientation, s.angular_velocity, s.velocity))), None, None
+        return Free(*(_vector(x) for x in (s.position, s.orientation, s.angular_velocity, s.velocity))), *_signals(j)
     return Fixed(), None, None
+
+
+def _signals(j: dj.PlanarJoint | dj.SphericalJoint | dj.FreeJoint) -> tuple[Signal | None, Signal | None]:
+    """Motion and drive of a joint with several coordinates."""
+
+    def stacked(signals) -> Stack | None:
+        if signals is None:
+            return None
+        each = [getattr(signals, name) for name in type(signals).model_fields]
+        return Stack(tuple(Constant(jnp.zeros(())) if s is None else _signal(s) for s in each))
+
+    return stacked(j.motion), stacked(j.drive)
 
 
 def _joint_loads(j: dj.Joint, part: int) -> list[Attached]:

@@ -12,6 +12,7 @@ from nectosome.mechanism import Robot
 
 _MOST_ITERATIONS = 25
 _SMALLEST_STEP = 1e-4
+_STILL = 1e-12  # rad, m: a correction as small as this is none, also where all forces vanish
 
 
 class _Path(NamedTuple):
@@ -62,19 +63,20 @@ def _static(robot: Robot, x: State, first_step: Float[Array, ""], tolerance: Flo
             return jnp.max(jnp.abs(r)) / jnp.maximum(scale, 1e-30)
 
         def going(it):
-            _, rest, k = it
-            return (rest > tolerance) & (k < _MOST_ITERATIONS)
+            _, rest, size, k = it
+            return (rest > tolerance) & (size > _STILL) & (k < _MOST_ITERATIONS)
 
         def correct(it):
-            q, _, k = it
+            q, _, _, k = it
             dq = -jnp.linalg.solve(stiffness(q, load), balance(q, load)[0])
             # no more than half a radian (or strain, or metre) at once
             dq = dq * jnp.minimum(1.0, 0.5 / jnp.max(jnp.abs(dq)))
             q = robot.advance(q, dq, jnp.ones(()))
-            return q, left(q), k + 1
+            return q, left(q), jnp.max(jnp.abs(dq)), k + 1
 
-        q, rest, k = jax.lax.while_loop(going, correct, (q, left(q), jnp.zeros((), int)))
-        return q, rest <= tolerance, k
+        start = (q, left(q), jnp.asarray(jnp.inf), jnp.zeros((), int))
+        q, rest, size, k = jax.lax.while_loop(going, correct, start)
+        return q, (rest <= tolerance) | (size <= _STILL), k
 
     def going(path: _Path) -> Array:
         return (path.load < 1.0) & (path.step > _SMALLEST_STEP)

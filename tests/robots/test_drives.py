@@ -1,0 +1,60 @@
+"""Joints of several coordinates from a description: made to move, or driven."""
+
+import numpy as np
+import pytest
+
+from nectosome.io import InputError, parse_robot
+from nectosome.robots import build
+from nectosome.solve import simulate
+
+BALL = """
+name: ball
+water: {{gravity: 0 m/s2}}
+body:
+  kind: rigid
+  shape: spheroid
+  length: 0.2 m
+  radius: 0.1 m
+  mass: 2 kg
+  joint: {joint}
+"""
+
+
+def ball(joint: str):
+    return build(parse_robot(BALL.format(joint=joint)))
+
+
+def test_a_thruster_accelerates_a_free_body_along_its_own_axis():
+    """x = F t^2 / 2m along the axis that the body is turned to; torque free."""
+    robot = ball(
+        "{kind: free, start: {orientation: [0 deg, 0 deg, 90 deg]}, drive: {force_x: {kind: constant, value: 3 N}}}"
+    )
+    run = simulate(robot, 2.0, samples=2, rtol=1e-8, atol=1e-10)
+    assert np.asarray(run.value.state.q[-1, :3]) == pytest.approx([0.0, 3.0, 0.0], abs=1e-7)
+
+
+def test_a_base_that_is_made_to_move_tells_the_force_that_takes():
+    """Reaction of a free joint on x = A sin wt: -m A w^2 sin wt along x, nothing else."""
+    robot = ball("{kind: free, motion: {x: {kind: sine, amplitude: 0.1 m, frequency: 2 Hz}}}")
+    reaction = simulate(robot, 0.1, samples=11).to_dataset()["reaction"]
+    expected = -2 * 0.1 * (4 * np.pi) ** 2 * np.sin(4 * np.pi * reaction["time"].values)
+    assert reaction.sel(prescribed="body.vx").values == pytest.approx(expected, abs=1e-9)
+    assert np.abs(reaction.drop_sel(prescribed="body.vx").values).max() < 1e-12
+
+
+def test_a_planar_body_is_driven_about_its_axis():
+    """angle = T t^2 / 2 I, I = 2/5 m r^2, about the centre, 0.1 m ahead of the joint."""
+    robot = ball("{kind: planar, axis: z, drive: {angle: {kind: constant, value: 0.016 N m}}}")
+    run = simulate(robot, 1.0, samples=2, rtol=1e-8, atol=1e-10)
+    assert np.asarray(run.value.state.q[-1]) == pytest.approx([0.1 * (1 - np.cos(1)), -0.1 * np.sin(1), 1.0], abs=1e-7)
+
+
+def test_a_spherical_joint_follows_its_angles():
+    robot = ball("{kind: spherical, motion: {yaw: {kind: rate, rate: 90 deg/s}}}")
+    rotation = simulate(robot, 1.0, samples=2).to_dataset()["rotation"].values[-1, 0]
+    assert rotation == pytest.approx(np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]]), abs=1e-12)
+
+
+def test_a_joint_is_not_moved_and_driven_at_once():
+    with pytest.raises(InputError, match="cannot have a drive as well"):
+        parse_robot(BALL.format(joint="{kind: free, motion: {}, drive: {}}"))
