@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, State
-from nectosome.core.se3 import dot, dot_t
+from nectosome.core.se3 import cross, dot, dot_t
 
 from .robot import Robot, times
 from .rods import Rod
@@ -27,6 +27,8 @@ class Diagnosis(NamedTuple):
     line_force: Float[Array, "loads n 3"]  # station frame [N/m], NaN where a station is no strip
     reaction: Float[Array, "prescribed"]  # what the drives of prescribed joints give [N m, N]
     reaction_power: Float[Array, "prescribed"]  # [W]
+    momentum: Float[Array, "3"]  # of the body's own matter, world frame [kg m/s]
+    angular_momentum: Float[Array, "3"]  # the same about the world's origin [kg m2/s]
     energy: Float[Array, "3"]  # kinetic of the body, kinetic of the water it carries, elastic [J]
     energy_rate: Float[Array, ""]  # d/dt of their sum [W]
 
@@ -95,6 +97,9 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
     line = wrench[:, :, 3:] / jnp.where(weight > 0, weight, jnp.nan)[:, None]
     first = jnp.array([place.stations.start for place in tree.layout])
     reaction = acting.residual[tree.prescribed_v]
+    local = times(robot.inertia, twist)
+    linear = dot(shape.rotation, local[:, 3:])
+    angular = dot(shape.rotation, local[:, :3]) + cross(shape.position, linear)
     one = jnp.ones(())
     energy, energy_rate = jax.jvp(lambda t, q, v: energies(robot, t, q, v), (t, x.q, x.v), (one, rate.q, rate.v))
     return Diagnosis(
@@ -107,6 +112,8 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
         line_force=line,
         reaction=reaction,
         reaction_power=reaction * v[tree.prescribed_v],
+        momentum=jnp.sum(linear, axis=0),
+        angular_momentum=jnp.sum(angular, axis=0),
         energy=energy,
         energy_rate=jnp.sum(energy_rate),
     )
