@@ -1,7 +1,5 @@
 """`python -m nectosome`, the same as the command `nectosome`."""
 
-import sys
+from nectosome.cli import run
 
-from nectosome.cli import main
-
-sys.exit(main())
+run()

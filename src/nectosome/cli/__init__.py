@@ -1,5 +1,5 @@
 """The command line: thin, it parses, calls and prints."""
 
-from nectosome.cli.app import main
+from nectosome.cli.app import main, run
 
-__all__ = ["main"]
+__all__ = ["main", "run"]

@@ -1,6 +1,9 @@
 """The commands together, and what becomes of mistakes: one sentence and exit code 2."""
 
+import contextlib
 import gc
+import os
+import sys
 import warnings
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -49,6 +52,18 @@ def main(argv: Sequence[str] | None = None) -> int:
         tell("cancelled.")
         return 130
     return code if isinstance(code, int) else 0
+
+
+def run() -> None:
+    """Run the command of the shell and end the process at once: taking XLA down in order takes a third of a second.
+
+    All files are written and closed by then.
+    """
+    code = main()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(BrokenPipeError):
+            stream.flush()
+    os._exit(code)
 
 
 def _sentence(error: CycloptsError) -> str:

@@ -25,7 +25,4 @@ def describe(robot: str) -> RobotDescription:
         return flagella(count)
     if robot.endswith((".yaml", ".yml")) or os.path.exists(robot):  # noqa: PTH110  Path.exists raises on long names
         return load_robot(robot)
-    raise InputError(
-        f'there is no robot called "{robot}", nor a file of that name.{did_you_mean(robot, names())} '
-        f"Robots that ship: {', '.join(names())}."
-    )
+    raise InputError(f'there is no robot called "{robot}", nor a file of that name.{did_you_mean(robot, names())}')
