@@ -16,6 +16,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import JointLoad, Load, Mechanical, State, Strips, Water
+from nectosome.core.linear import inverse
 from nectosome.core.se3 import coadjoint, cross, dot_t
 
 from .rods import Rod
@@ -188,7 +189,7 @@ class Robot(Mechanical):
     def rates(self, t: Array, x: State, u: Array | None = None) -> State:
         """Time derivative of the state (explicit integration)."""
         M, h = self.mass_bias(t, x, u)
-        a = -jax.scipy.linalg.cho_solve(jax.scipy.linalg.cho_factor(M), h) if h.size else h
+        a = -inverse(M) @ h
         _, dq = jax.jvp(lambda s: self.advance(x.q, x.v, s), (jnp.zeros(()),), (jnp.ones(()),))
         return State(dq, a, self.state_rates(t, x, u))
 

@@ -16,6 +16,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Mechanical, State
+from nectosome.core.linear import inverse
 
 from .tableaus import ESDIRK4, GAMMA, TSIT5
 
@@ -32,9 +33,9 @@ class Step(NamedTuple):
 
 
 class Newton(NamedTuple):
-    """Factorised Jacobian of the last refresh and whether it still serves."""
+    """Inverse of the Jacobian of the last refresh, and whether it still serves."""
 
-    factor: Any
+    inverted: Float[Array, "n n"]
     c: Float[Array, ""]
     stale: Bool[Array, ""]
     refreshes: Int[Array, ""]
@@ -49,7 +50,7 @@ class _Iterate(NamedTuple):
     """Newton's iteration within a stage."""
 
     w: Array
-    factor: Any
+    inverted: Array
     size: Array  # of the last correction, in allowed errors
     rate: Array  # of it to the one before
     remaining: Array  # estimate of what is left
@@ -64,8 +65,7 @@ def coordinate_rates(system: Mechanical, q: Array, v: Array) -> Array:
 
 def newton_memory(n: int) -> Newton:
     """Memory of the first implicit step."""
-    factor = (jnp.eye(n), jnp.arange(n, dtype=jnp.int32))
-    return Newton(factor, jnp.zeros(()), jnp.asarray(True), jnp.zeros((), int))
+    return Newton(jnp.eye(n), jnp.zeros(()), jnp.asarray(True), jnp.zeros((), int))
 
 
 def implicit_step(
@@ -94,47 +94,47 @@ def implicit_step(
     tolerance, _ = ravel_pytree((allowed.v, allowed.z))
 
     def stage(carry, i: Array):
-        K, w, factor, must, good, most, count = carry
+        K, w, inverted, must, good, most, count = carry
         ti = t + jnp.asarray(ESDIRK4.c)[i] * h
         row = jnp.where(jnp.arange(6) < i, A[i], 0.0)
         base = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), x, K)
 
         def correct(it: _Iterate) -> _Iterate:
             refresh = jnp.where(it.k == 0, must, (it.k > 1) & (it.rate > _SLOW))
-            factor = jax.lax.cond(
+            inverted = jax.lax.cond(
                 refresh,
-                lambda w: jax.scipy.linalg.lu_factor(jax.jacfwd(lambda w: unbalanced(ti, base, w))(w)),
-                lambda w: it.factor,
+                lambda w: inverse(jax.jacfwd(lambda w: unbalanced(ti, base, w))(w)),
+                lambda w: it.inverted,
                 it.w,
             )
-            dw = -jax.scipy.linalg.lu_solve(factor, unbalanced(ti, base, it.w))
+            dw = -inverted @ unbalanced(ti, base, it.w)
             size = rms(c * dw / tolerance)
             rate = jnp.where(it.k == 0, 1.0, size / jnp.maximum(it.size, 1e-300))
             remaining = size * jnp.minimum(rate / jnp.maximum(1 - rate, 1e-3), 1.0)
-            return _Iterate(it.w + dw, factor, size, rate, remaining, it.k + 1, it.refreshes + refresh)
+            return _Iterate(it.w + dw, inverted, size, rate, remaining, it.k + 1, it.refreshes + refresh)
 
         def going(it: _Iterate) -> Array:
             return (it.k < _MOST_ITERATIONS) & ((it.k == 0) | (it.remaining > _NEWTON_SHARE)) & (it.size < 1e12)
 
         infinite = jnp.asarray(jnp.inf)
-        start = _Iterate(w, factor, jnp.zeros(()), jnp.ones(()), infinite, jnp.zeros((), int), jnp.zeros((), int))
+        start = _Iterate(w, inverted, jnp.zeros(()), jnp.ones(()), infinite, jnp.zeros((), int), jnp.zeros((), int))
         it = jax.lax.while_loop(going, correct, start)
         a, dz = unravel(it.w)
         xi = reach(base, it.w)
         Ki = State(coordinate_rates(system, xi.q, xi.v), a, dz)
         K = jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki)
         good &= it.remaining <= _NEWTON_SHARE
-        after = (K, it.w, it.factor, jnp.asarray(False), good, jnp.maximum(most, it.k), count + it.refreshes)
+        after = (K, it.w, it.inverted, jnp.asarray(False), good, jnp.maximum(most, it.k), count + it.refreshes)
         return after, xi
 
     K = jax.tree.map(lambda k: jnp.zeros((6, *k.shape)).at[0].set(k), State(first, rate.v, rate.z))
     must = memory.stale | (jnp.abs(c - memory.c) > 0.2 * memory.c)
     none = jnp.zeros((), int)
-    start = (K, w0, memory.factor, must, jnp.asarray(True), none, none)
-    (K, _, factor, _, converged, most, count), stages = jax.lax.scan(stage, start, jnp.arange(1, 6))
+    start = (K, w0, memory.inverted, must, jnp.asarray(True), none, none)
+    (K, _, inverted, _, converged, most, count), stages = jax.lax.scan(stage, start, jnp.arange(1, 6))
     last = jax.tree.map(lambda s: s[-1], stages)
     error = jax.tree.map(lambda k: h * jnp.tensordot(jnp.asarray(ESDIRK4.error), k, axes=1), K)
-    memory = Newton(factor, jnp.where(count > 0, c, memory.c), ~converged, memory.refreshes + count)
+    memory = Newton(inverted, jnp.where(count > 0, c, memory.c), ~converged, memory.refreshes + count)
     return Step(last, jax.tree.map(lambda k: k[-1], K), error, memory, converged, most)
 
 
