@@ -46,7 +46,10 @@ EXAMPLES = [
     ),
     Example(ld.LumpedDrag(_THREE, 0.1 * _THREE), {"area": AREA, "rotational": INERTIA}),
     Example(ld.StripAddedMass(_n(0.9), _n(0.1)), {"normal": NUMBER, "tangential": NUMBER}),
-    Example(ld.GivenAddedMass(_THREE, 0.1 * _THREE), {"mass": MASS, "rotational": INERTIA}),
+    Example(
+        ld.GivenAddedMass(jnp.diag(_THREE) + 0.01, 0.01 * jnp.outer(_THREE, _THREE), 0.1 * jnp.diag(_THREE)),
+        {"mass": MASS, "coupling": tuple(np.add(MASS, LENGTH)), "rotational": INERTIA},
+    ),
     Example(ld.SpheroidAddedMass(_n(0.1), _n(0.03)), {"half_length": LENGTH, "radius": LENGTH}),
     Example(
         ld.CylinderAddedMass(_n(0.2), _n(0.03), _n(0.9)), {"length": LENGTH, "radius": LENGTH, "coefficient": NUMBER}

@@ -58,3 +58,22 @@ def test_a_spherical_joint_follows_its_angles():
 def test_a_joint_is_not_moved_and_driven_at_once():
     with pytest.raises(InputError, match="cannot have a drive as well"):
         parse_robot(BALL.format(joint="{kind: free, motion: {}, drive: {}}"))
+
+
+MATRIX = np.diag([0.01, 0.02, 0.02, 0.3, 0.9, 0.9]) + 0.001 * np.ones((6, 6))
+
+
+def added(matrix) -> str:
+    rows = ", ".join(f"[{', '.join(map(repr, map(float, row)))}]" for row in matrix)
+    return BALL.format(joint="{kind: free}") + f"  loads:\n    water: {{kind: given_added_mass, matrix: [{rows}]}}\n"
+
+
+def test_a_given_matrix_is_the_added_mass():
+    robot = build(parse_robot(added(MATRIX)))
+    np.testing.assert_allclose(robot.added[0], MATRIX, atol=1e-15)
+
+
+@pytest.mark.parametrize(("wrong", "why"), [(np.triu(MATRIX), "symmetric"), (MATRIX - np.eye(6), "energy")])
+def test_a_matrix_that_is_no_added_mass_is_refused(wrong, why):
+    with pytest.raises(InputError, match=why):
+        parse_robot(added(wrong))

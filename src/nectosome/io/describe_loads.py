@@ -1,10 +1,10 @@
 """Loads: what the water, and anything else outside, does to a part."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from nectosome.io.describe_base import ZERO, Described
+from nectosome.io.describe_base import ZERO, Described, wrong
 from nectosome.io.describe_place import Place
 from nectosome.io.fields import (
     Area,
@@ -59,12 +59,40 @@ class CylinderAddedMassLoad(Described):
     coefficient: NonNegativeNumber = 1.0
 
 
+_Row = tuple[Number, Number, Number, Number, Number, Number]
+
+
 class GivenAddedMassLoad(Described):
-    """Added mass [kg] and added inertia [kg m2] of a rigid part, given along and about its own axes."""
+    """Added mass of a rigid part about the centre of its shape, along and about its own axes.
+
+    Either `mass` [kg] and `inertia` [kg m2] axis by axis, or the full `matrix`: six rows of six plain numbers in SI
+    units, rotation before translation, symmetric and without negative eigenvalues.
+    """
 
     kind: Literal["given_added_mass"]
-    mass: tuple[NonNegativeMass, NonNegativeMass, NonNegativeMass]
+    mass: tuple[NonNegativeMass, NonNegativeMass, NonNegativeMass] | None = None
     inertia: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] = ZERO
+    matrix: tuple[_Row, _Row, _Row, _Row, _Row, _Row] | None = None
+
+    @model_validator(mode="after")
+    def _is_an_inertia(self) -> Self:
+        if (self.mass is None) == (self.matrix is None):
+            raise wrong("mass", "give either a mass for each axis or the full matrix, one of the two.")
+        if self.matrix is None:
+            return self
+        if self.inertia != ZERO:
+            raise wrong("inertia", "the matrix says it already. Leave it out.")
+        import numpy as np
+
+        matrix = np.array(self.matrix)
+        slack = 1e-9 * max(np.abs(matrix).max(), 1e-300)
+        if np.abs(matrix - matrix.T).max() > slack:
+            raise wrong("matrix", "an added-mass matrix is symmetric, this one is not.")
+        if np.linalg.eigvalsh(matrix).min() < -slack:
+            raise wrong(
+                "matrix", "an added mass takes energy in every direction, this matrix gives some: it is not valid."
+            )
+        return self
 
 
 class ForceLoad(Described):

@@ -39,14 +39,19 @@ class StripAddedMass(AddedMass):
 
 
 class GivenAddedMass(AddedMass):
-    """Added mass and added inertia of a rigid body about its centre, axis by axis."""
+    r"""Added mass of a rigid body about its centre as a full 6x6 matrix, by blocks.
 
-    mass: Float[Array, "3"]  # [kg]
-    rotational: Float[Array, "3"]  # [kg m2]
+    $$ \begin{bmatrix} rotational & coupling \\ coupling^T & mass \end{bmatrix} $$ acts on (angular, linear) velocity.
+    """
+
+    mass: Float[Array, "3 3"]  # [kg]
+    coupling: Float[Array, "3 3"]  # [kg m]
+    rotational: Float[Array, "3 3"]  # [kg m2]
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
-        """diag(rotational, mass) at the centre."""
-        return _at_centre(jnp.diag(jnp.concatenate([self.rotational, self.mass])), strips)
+        """The matrix at the centre."""
+        top = jnp.concatenate([self.rotational, self.coupling], axis=1)
+        return _at_centre(jnp.concatenate([top, jnp.concatenate([self.coupling.T, self.mass], axis=1)]), strips)
 
 
 class SpheroidAddedMass(AddedMass):

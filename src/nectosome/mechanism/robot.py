@@ -168,7 +168,7 @@ class Robot(Mechanical):
         acting = self.forces(t, x, jnp.zeros_like(x.v), u)
         free = self.tree.free_v
         directions = jnp.eye(self.tree.layout[-1].v.stop)[free]
-        J = jax.vmap(lambda v: self.tree.twists(acting.shape, v))(directions)
+        J = self.tree.jacobian(acting.shape, directions)
         M = jnp.einsum("vni,wni->vw", J, times(self.inertia + self.added, J))
         return M, acting.residual[free]
 

@@ -241,6 +241,10 @@ class Tree(eqx.Module):
         _, before_station = self._ancestors()
         return to_body(shape.rotation, shape.position, before_station @ self._added(shape, v))
 
+    def jacobian(self, shape: Shape, directions: Float[Array, "m nv"]) -> Float[Array, "m n 6"]:
+        """Body twists of all stations for unit velocities: columns of the geometric Jacobian along `directions`."""
+        return jax.vmap(lambda v: self.twists(shape, v))(directions)
+
     def twist_rates(
         self, shape: Shape, q: Float[Array, "nq"], v: Float[Array, "nv"], a: Float[Array, "nv"]
     ) -> Float[Array, "n 6"]:

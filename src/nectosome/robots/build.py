@@ -323,7 +323,10 @@ def _load(load: dl.Load, limb: dp.Rigid | dp.Rod, body: Link | Rod):
     if isinstance(load, dl.LumpedDragLoad):
         return ld.LumpedDrag(_vector(load.drag_area), _vector(load.rotational))
     if isinstance(load, dl.GivenAddedMassLoad):
-        return ld.GivenAddedMass(_vector(load.mass), _vector(load.inertia))
+        if load.matrix is not None:
+            m = jnp.stack([_vector(row) for row in load.matrix])
+            return ld.GivenAddedMass(m[3:, 3:], m[:3, 3:], m[:3, :3])
+        return ld.GivenAddedMass(jnp.diag(_vector(load.mass)), jnp.zeros((3, 3)), jnp.diag(_vector(load.inertia)))
     if isinstance(load, dl.SpheroidAddedMassLoad):
         return ld.SpheroidAddedMass(0.5 * _number(limb.length), _number(limb.radius))
     if isinstance(load, dl.CylinderAddedMassLoad):
