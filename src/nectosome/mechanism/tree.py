@@ -81,13 +81,11 @@ class Tree(eqx.Module):
             names += [f"{part.name}.{name}" for name in (part.body.names if isinstance(part.body, Rod) else ())]
         return tuple(names)
 
-    def _select(self, what: str, prescribed: bool) -> np.ndarray:
+    def _select(self, prescribed: bool) -> np.ndarray:
         index = []
         for part, place in zip(self.parts, self.layout, strict=True):
-            here = getattr(place, what)
-            n = getattr(part.joint, "n" + what)
-            joint = list(range(here.start, here.start + n))
-            rest = list(range(here.start + n, here.stop))
+            joint = list(range(place.v.start, place.v.start + part.joint.nv))
+            rest = list(range(place.v.start + part.joint.nv, place.v.stop))
             if part.prescribed is None:
                 index += [] if prescribed else joint + rest
             else:
@@ -95,19 +93,14 @@ class Tree(eqx.Module):
         return np.array(index, dtype=int)
 
     @property
-    def free_q(self) -> np.ndarray:
-        """Indices of the unknown coordinates."""
-        return self._select("q", False)
-
-    @property
     def free_v(self) -> np.ndarray:
         """Indices of the unknown velocities."""
-        return self._select("v", False)
+        return self._select(False)
 
     @property
     def prescribed_v(self) -> np.ndarray:
         """Indices of the prescribed velocities."""
-        return self._select("v", True)
+        return self._select(True)
 
     def complete(self, t: Array, q: Array, v: Array) -> tuple[Array, Array, Array]:
         """Coordinates, velocities and accelerations of all joints: prescribed ones from their signals, a = 0 else."""

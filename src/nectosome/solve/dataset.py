@@ -61,7 +61,6 @@ def dataset(run: Run, description: RobotDescription | None, settings: dict[str, 
         remembered(_diagnose_all, robot, trajectory.time, trajectory.state),
     )
     tree = robot.tree
-    free = tree.free_v
     powers = np.concatenate([d.load_power.sum(axis=2), d.reaction_power], axis=1)
     scale = max(float(np.max(np.sum(np.abs(powers), axis=1))), np.finfo(float).tiny)
     balance = np.abs(d.energy_rate - np.sum(powers, axis=1)) / scale
@@ -86,11 +85,10 @@ def dataset(run: Run, description: RobotDescription | None, settings: dict[str, 
         "station_weight": (("station",), np.concatenate([p.body.weight for p in tree.parts]), "m"),
         "half_width": (("station", "across"), np.concatenate([p.body.half_width for p in tree.parts]), "m"),
     }
-    names = tree.coordinate_names
     coords = {
         "time": ("time", np.asarray(trajectory.time), {"units": "s"}),
-        "coordinate": [names[i] for i in free],
-        "prescribed": [names[i] for i in tree.prescribed_v],
+        "coordinate": list(robot.coordinate_names),
+        "prescribed": list(robot.prescribed_names),
         "part": [part.name for part in tree.parts],
         "load": list(load_names(robot)),
         "axis": ["x", "y", "z"],
