@@ -65,7 +65,7 @@ def test_of_the_end_of_a_run(bound):
 
     def end(theta):
         robot = from_theta(theta)
-        m = begin(robot, jnp.zeros(()), robot.initial(), settings, jnp.asarray(1e-4))
+        m = begin(jnp.zeros(()), robot.initial(), settings, jnp.asarray(1e-4))
         _, x = march(robot, m, jnp.array([0.03]), settings)
         return jnp.concatenate([x.q[0], x.v[0]])
 

@@ -29,7 +29,7 @@ def weigh(robot: "Robot", source: str) -> list[Weighed]:
     parts = []
     for part, place in zip(robot.tree.parts, robot.tree.layout, strict=True):
         mass = float(np.sum(inertia[place.stations, 3, 3]))
-        displaced = float(np.sum(part.body.volume)) * density
+        displaced = float(np.sum(np.asarray(part.body.volume))) * density
         if not (0 < mass < math.inf and displaced < math.inf):
             why = f"the mass of {part.name} comes to {mass:.3g} kg, what it displaces to {displaced:.3g} kg."
             raise InputError(f"{why} Look at its sizes and densities.", file=source)

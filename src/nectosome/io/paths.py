@@ -6,7 +6,7 @@ from typing import Any
 from nectosome.io.description import RobotDescription
 from nectosome.io.errors import InputError, did_you_mean, shorten
 from nectosome.io.fields import Quantity
-from nectosome.io.structure import items, quantities
+from nectosome.io.structure import items, quantities, quantity_at
 
 
 def numeric_paths(description: RobotDescription) -> dict[str, Quantity]:
@@ -18,9 +18,9 @@ def resolve(description: RobotDescription, name: str) -> list[str]:
     """Return the paths that an alias stands for, or the path itself. Raises InputError for an unknown name."""
     if name in description.aliases:
         return list(description.aliases[name])
-    known = quantities(description)
-    if name in known:
+    if quantity_at(description, name) is not None:
         return [name]
+    known = quantities(description)
     near = did_you_mean(name, [*description.aliases, *known])
     raise InputError(f'there is no quantity called "{shorten(name)}" in {description.name}.{near}')
 

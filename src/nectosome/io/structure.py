@@ -106,3 +106,15 @@ def _leaves(value: Any, here: Slot, path: str) -> Iterator[tuple[str, Slot]]:
 def quantities(description: BaseModel) -> dict[str, Quantity]:
     """Return every quantity that has a value in `description`, by its path."""
     return {path: here.quantity for path, here in leaves(description) if here.quantity is not None}
+
+
+def quantity_at(description: BaseModel, path: str) -> Quantity | None:
+    """Return the quantity at a path of `description`; None where there is no such path, or no value."""
+    here, value = slot(type(description)), description
+    for key in path.split("."):
+        below = here.child(key, value)
+        inner = dict(items(value))
+        if below is None or key not in inner:
+            return None
+        here, value = below, inner[key]
+    return None if value is None else here.quantity

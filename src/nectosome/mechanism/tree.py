@@ -144,8 +144,8 @@ class Tree(eqx.Module):
                 vs.append(v)
             if isinstance(part.body, Rod):
                 n = part.body.nq
-                qs.append(jnp.zeros(n))
-                vs.append(jnp.zeros(n))
+                qs.append(jnp.asarray(np.zeros(n)))
+                vs.append(jnp.asarray(np.zeros(n)))
         return jnp.concatenate([jnp.zeros(0), *qs]), jnp.concatenate([jnp.zeros(0), *vs])
 
     def _over_rods(self, f: Callable, *args: dict[int, Any]) -> dict[int, Any]:

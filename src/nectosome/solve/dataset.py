@@ -42,8 +42,8 @@ def _diagnose_all(robot: Robot, time: Array, state: State) -> Diagnosis:
 
 def prepare_dataset(robot: Robot, samples: int) -> None:
     """Get `dataset` ready for runs of that many samples, beside what goes on."""
-    many = jax.tree.map(lambda x: jnp.broadcast_to(x, (samples, *x.shape)), robot.initial())
-    prepare(_diagnose_all, robot, jnp.zeros(samples), many)
+    many = jax.tree.map(lambda x: np.broadcast_to(x, (samples, *x.shape)), robot.initial())
+    prepare(_diagnose_all, robot, np.zeros(samples), many)
     Thread(target=import_module, args=("xarray",), daemon=True).start()
 
 

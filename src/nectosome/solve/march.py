@@ -31,7 +31,7 @@ class March(eqx.Module):
     rate0: State
     t: Float[Array, ""]
     x: State
-    rate: State
+    rate: State  # dx/dt at x; known from the first attempt on
     h: Float[Array, ""]  # size of the next step [s]
     memory: Any
     held: Bool[Array, ""]  # the last attempt was rejected
@@ -50,22 +50,12 @@ class Settings(eqx.Module):
     max_steps: Int[Array, ""]
 
 
-def begin(system: Mechanical, t: Array, x: State, settings: Settings, h: Array) -> March:
-    """March that starts at (t, x) with a first step of size h."""
-    rate = system.rates(t, x)
-    fine = _finite(rate)
-    status = jnp.where(fine, int(Status.SOLVED), int(Status.NOT_FINITE))
-    m = blank(x, settings)
-    values = (t, t, rate, rate, h, status, jnp.where(fine, jnp.inf, t))
-    return eqx.tree_at(lambda m: (m.t0, m.t, m.rate0, m.rate, m.h, m.status, m.end), m, values)
-
-
-def blank(x: State, settings: Settings) -> March:
-    """March at rest in x at t = 0: what `begin` fills."""
-    n = x.v.shape[0] + ravel_pytree(x.z)[0].shape[0]
+def begin(t: Array, x: State, settings: Settings, h: Array) -> March:
+    """March that starts at (t, x) with a first step of size h; the first attempt finds the rate there."""
+    n = x.v.size + sum(leaf.size for leaf in jax.tree.leaves(x.z))
     memory = newton_memory(n) if settings.method == "implicit" else None
-    o, none = jnp.zeros(()), jnp.zeros((), int)
-    return March(o, x, x, o, x, x, o, memory, jnp.asarray(False), none, o, none, none)
+    held, solved, end, none = map(jnp.asarray, (False, int(Status.SOLVED), jnp.inf, 0))
+    return March(t, x, x, t, x, x, h, memory, held, solved, end, none, none)
 
 
 def march(
@@ -80,7 +70,7 @@ def march(
 
     def attempt(m: March) -> March:
         allowed = jax.tree.map(lambda x: settings.atol + settings.rtol * jnp.abs(x), m.x)
-        s = step(system, m.t, m.h, m.x, m.rate, m.memory, allowed)
+        s = step(system, m.t, m.h, m.x, m.rate, m.steps > 0, m.memory, allowed)
         allowed = jax.tree.map(
             lambda a, b: settings.atol + settings.rtol * jnp.maximum(jnp.abs(a), jnp.abs(b)), m.x, s.x
         )
@@ -94,14 +84,16 @@ def march(
         factor = jnp.where(s.converged, factor, 0.5)
         # after a rejection do not grow at once
         factor = jnp.where(m.held, jnp.minimum(factor, 1.0), factor)
-        kept = eqx.tree_at(lambda m: (m.h, m.memory, m.held), m, (m.h * factor, s.memory, ~accepted))
-        moved = (m.t, m.x, m.rate, m.t + m.h, s.x, s.rate)
+        values = (s.first, m.h * factor, s.memory, ~accepted)
+        kept = eqx.tree_at(lambda m: (m.rate, m.h, m.memory, m.held), m, values)
+        moved = (m.t, m.x, s.first, m.t + m.h, s.x, s.rate)
         new = eqx.tree_at(lambda m: (m.t0, m.x0, m.rate0, m.t, m.x, m.rate), kept, moved)
         m = jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, kept)
         steps, rejected = m.steps + 1, m.rejected + ~accepted
         tiny = m.h < 1e-13 * jnp.maximum(1.0, jnp.abs(m.t))
         status = jnp.where(steps >= settings.max_steps, int(Status.STEP_LIMIT), m.status)
         status = jnp.where(tiny, int(Status.STEP_TOO_SMALL), status)
+        status = jnp.where(_finite(s.first), status, int(Status.NOT_FINITE))
         end = jnp.where(status != int(Status.SOLVED), m.t, jnp.inf)
         if guard is not None:
             happened, when = _crossing(m, guard)

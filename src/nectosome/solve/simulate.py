@@ -11,10 +11,10 @@ import numpy as np
 from jaxtyping import Array
 
 from nectosome.core import Mechanical, State, Status
-from nectosome.core.remember import prepare, remembered
+from nectosome.core.remember import remembered
 
 from .dataset import Run, Trajectory
-from .march import Guard, March, Method, Settings, begin, blank, interpolate, march
+from .march import Guard, March, Method, Settings, begin, interpolate, march
 
 _CHUNKS = 20
 
@@ -51,14 +51,10 @@ def simulate(
     times = np.linspace(0.0, time, samples) if isinstance(samples, int) else np.asarray(samples, dtype=float)
     _check(time, times, rtol, atol)
     kind: Method = "implicit" if method == "auto" else method
-    settings = Settings(kind, jnp.asarray(rtol), jnp.asarray(atol), jnp.asarray(max_steps))
+    settings = Settings(kind, *map(jnp.asarray, (rtol, atol, max_steps)))
     x = system.initial() if initial is None else initial
-    first = jnp.asarray(min(1e-3, 0.1 * times[1]))
     chunks = _chunks(times[1:])
-    empty = blank(x, settings)
-    if until is None:
-        prepare(march, system, empty, chunks[0], settings)
-    m = remembered(begin, system, jnp.zeros(()), x, settings, first)
+    m = begin(jnp.asarray(0.0), x, settings, jnp.asarray(min(1e-3, 0.1 * times[1])))
     states, status = [jax.tree.map(lambda x: x[None], x)], Status.SOLVED
     for chunk in chunks:
         if until is None:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float, Int
 
@@ -25,6 +26,7 @@ class Step(NamedTuple):
     """Outcome of an attempted step."""
 
     x: State
+    first: State  # dx/dt at the start
     rate: State  # dx/dt at the end
     error: State  # estimate of the local error
     memory: Any  # what the method takes along to the next step
@@ -65,26 +67,27 @@ def coordinate_rates(system: Mechanical, q: Array, v: Array) -> Array:
 
 def newton_memory(n: int) -> Newton:
     """Memory of the first implicit step."""
-    return Newton(jnp.eye(n), jnp.zeros(()), jnp.asarray(True), jnp.zeros((), int))
+    return Newton(jnp.asarray(np.eye(n)), jnp.asarray(0.0), jnp.asarray(True), jnp.asarray(0))
 
 
 def implicit_step(
-    system: Mechanical, t: Array, h: Array, x: State, rate: State, memory: Newton, allowed: State
+    system: Mechanical, t: Array, h: Array, x: State, rate: State, known: Array, memory: Newton, allowed: State
 ) -> Step:
-    """Attempt a step of size h from x; `rate` is dx/dt at x, `allowed` the error allowed in each number."""
+    """Attempt a step of size h from x; `rate` is dx/dt at x if it is known, `allowed` the error allowed in each number.
+
+    An unknown rate is found by the first stage, which moves nothing (its c is 0): Newton's method needs one iteration.
+    """
     w0, unravel = ravel_pytree((rate.v, rate.z))
     n = x.v.shape[0]
-    c = GAMMA * h
     A = jnp.asarray(ESDIRK4.A)
-    first = coordinate_rates(system, x.q, x.v)
 
-    def reach(base: State, w: Array) -> State:
+    def reach(base: State, w: Array, c: Array) -> State:
         a, dz = unravel(w)
         v = base.v + c * a
         return State(system.advance(base.q, v, c), v, jax.tree.map(lambda z, d: z + c * d, base.z, dz))
 
-    def unbalanced(ti: Array, base: State, w: Array) -> Array:
-        xi = reach(base, w)
+    def unbalanced(ti: Array, base: State, w: Array, c: Array) -> Array:
+        xi = reach(base, w, c)
         r = system.residual(ti, xi, w[:n])
         if w.shape[0] > n:
             wanted, _ = ravel_pytree(system.state_rates(ti, xi))
@@ -94,7 +97,10 @@ def implicit_step(
     tolerance, _ = ravel_pytree((allowed.v, allowed.z))
 
     def stage(carry, i: Array):
-        K, w, inverted, must, good, most, count = carry
+        K, w, inverted, good, most, count = carry
+        wanted = (i > 0) | ~known
+        c = jnp.where(i > 0, GAMMA * h, 0.0)
+        must = (i == 0) | ((i == 1) & outdated)
         ti = t + jnp.asarray(ESDIRK4.c)[i] * h
         row = jnp.where(jnp.arange(6) < i, A[i], 0.0)
         base = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), x, K)
@@ -103,55 +109,60 @@ def implicit_step(
             refresh = jnp.where(it.k == 0, must, (it.k > 1) & (it.rate > _SLOW))
             inverted = jax.lax.cond(
                 refresh,
-                lambda w: inverse(jax.jacfwd(lambda w: unbalanced(ti, base, w))(w)),
+                lambda w: inverse(jax.jacfwd(lambda w: unbalanced(ti, base, w, c))(w)),
                 lambda w: it.inverted,
                 it.w,
             )
-            dw = -inverted @ unbalanced(ti, base, it.w)
+            dw = -inverted @ unbalanced(ti, base, it.w, c)
             size = rms(c * dw / tolerance)
             rate = jnp.where(it.k == 0, 1.0, size / jnp.maximum(it.size, 1e-300))
             remaining = size * jnp.minimum(rate / jnp.maximum(1 - rate, 1e-3), 1.0)
             return _Iterate(it.w + dw, inverted, size, rate, remaining, it.k + 1, it.refreshes + refresh)
 
         def going(it: _Iterate) -> Array:
-            return (it.k < _MOST_ITERATIONS) & ((it.k == 0) | (it.remaining > _NEWTON_SHARE)) & (it.size < 1e12)
+            going = (it.k < _MOST_ITERATIONS) & ((it.k == 0) | (it.remaining > _NEWTON_SHARE)) & (it.size < 1e12)
+            return wanted & going
 
         infinite = jnp.asarray(jnp.inf)
         start = _Iterate(w, inverted, jnp.zeros(()), jnp.ones(()), infinite, jnp.zeros((), int), jnp.zeros((), int))
         it = jax.lax.while_loop(going, correct, start)
         a, dz = unravel(it.w)
-        xi = reach(base, it.w)
+        xi = reach(base, it.w, c)
         Ki = State(coordinate_rates(system, xi.q, xi.v), a, dz)
         K = jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki)
-        good &= it.remaining <= _NEWTON_SHARE
-        after = (K, it.w, it.inverted, jnp.asarray(False), good, jnp.maximum(most, it.k), count + it.refreshes)
-        return after, xi
+        good &= ~wanted | (it.remaining <= _NEWTON_SHARE)
+        return (K, it.w, it.inverted, good, jnp.maximum(most, it.k), count + it.refreshes), xi
 
-    K = jax.tree.map(lambda k: jnp.zeros((6, *k.shape)).at[0].set(k), State(first, rate.v, rate.z))
-    must = memory.stale | (jnp.abs(c - memory.c) > 0.2 * memory.c)
+    K = jax.tree.map(lambda k: jnp.zeros((6, *k.shape)), State(x.q, rate.v, rate.z))
+    c = GAMMA * h
+    outdated = memory.stale | ~known | (jnp.abs(c - memory.c) > 0.2 * memory.c)
     none = jnp.zeros((), int)
-    start = (K, w0, memory.inverted, must, jnp.asarray(True), none, none)
-    (K, _, inverted, _, converged, most, count), stages = jax.lax.scan(stage, start, jnp.arange(1, 6))
+    start = (K, w0, jnp.asarray(memory.inverted), jnp.asarray(True), none, none)
+    (K, _, inverted, converged, most, count), stages = jax.lax.scan(stage, start, jnp.arange(6))
     last = jax.tree.map(lambda s: s[-1], stages)
     error = jax.tree.map(lambda k: h * jnp.tensordot(jnp.asarray(ESDIRK4.error), k, axes=1), K)
     memory = Newton(inverted, jnp.where(count > 0, c, memory.c), ~converged, memory.refreshes + count)
-    return Step(last, jax.tree.map(lambda k: k[-1], K), error, memory, converged, most)
+    first, end = (jax.tree.map(lambda k, i=i: k[i], K) for i in (0, -1))
+    return Step(last, first, end, error, memory, converged, most)
 
 
-def explicit_step(system: Mechanical, t: Array, h: Array, x: State, rate: State, memory: None, allowed: State) -> Step:
-    """Attempt a step of size h from x; `rate` is dx/dt at x."""
+def explicit_step(
+    system: Mechanical, t: Array, h: Array, x: State, rate: State, known: Array, memory: None, allowed: State
+) -> Step:
+    """Attempt a step of size h from x; `rate` is dx/dt at x if it is known."""
 
     def stage(K: State, i: Array):
         row = jnp.where(jnp.arange(7) < i, jnp.asarray(TSIT5.A)[i], 0.0)
         xi = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), x, K)
-        Ki = system.rates(t + jnp.asarray(TSIT5.c)[i] * h, xi)
+        ti = t + jnp.asarray(TSIT5.c)[i] * h
+        Ki = jax.lax.cond((i > 0) | ~known, lambda: system.rates(ti, xi), lambda: rate)
         return jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki), xi
 
-    K = jax.tree.map(lambda k: jnp.zeros((7, *k.shape)).at[0].set(k), rate)
-    K, stages = jax.lax.scan(stage, K, jnp.arange(1, 7))
+    K, stages = jax.lax.scan(stage, jax.tree.map(lambda k: jnp.zeros((7, *k.shape)), rate), jnp.arange(7))
     error = jax.tree.map(lambda k: h * jnp.tensordot(jnp.asarray(TSIT5.error), k, axes=1), K)
-    end, rate = jax.tree.map(lambda s: s[-1], (stages, K))
-    return Step(end, rate, error, None, jnp.asarray(True), jnp.zeros((), int))
+    last = jax.tree.map(lambda s: s[-1], stages)
+    first, end = (jax.tree.map(lambda k, i=i: k[i], K) for i in (0, -1))
+    return Step(last, first, end, error, None, jnp.asarray(True), jnp.zeros((), int))
 
 
 def rms(x: Array) -> Array:
