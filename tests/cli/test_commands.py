@@ -90,6 +90,7 @@ def test_a_run_that_gives_up_says_why(nectosome, ball, monkeypatch):
 @pytest.mark.parametrize("save", [True, False])
 def test_ctrl_c_keeps_the_part_done(nectosome, ball, monkeypatch, save):
     real = solve.simulate
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background starts deaf to it
 
     def interrupted(*args, progress, **options):
         def press(share: float) -> bool:
