@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.core.linear import inverse
+from nectosome.core.linear import generalised_inverse, inverse
 
 
 @pytest.mark.parametrize("n", [1, 2, 13, 54])
@@ -40,3 +40,16 @@ def test_its_derivative_is_minus_inverse_dA_inverse():
     A, dA = jnp.asarray(r.normal(size=(5, 5))), jnp.asarray(r.normal(size=(5, 5)))
     B, dB = jax.jvp(inverse, (A,), (dA,))
     np.testing.assert_allclose(dB, -B @ dA @ B, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize(("n", "rank"), [(1, 0), (4, 2), (13, 13), (13, 12), (13, 9)])
+def test_a_generalised_inverse_solves_what_can_be_solved(n, rank):
+    """A G A = A, also with rows of very different size; what is not determined stays 0; else it is numpy's inverse."""
+    rng = np.random.default_rng(n + rank)
+    A = rng.normal(size=(n, rank)) @ rng.normal(size=(rank, n))
+    A = A * 10.0 ** rng.uniform(-4, 4, size=(n, 1))
+    G = np.asarray(generalised_inverse(jnp.asarray(A)))
+    np.testing.assert_allclose(A @ G @ A, A, atol=1e-9 * max(np.max(np.abs(A)), 1e-300))
+    assert np.sum(np.any(G != 0, axis=1)) == rank
+    if rank == n:
+        np.testing.assert_allclose(G, np.linalg.inv(A), rtol=1e-8, atol=1e-12 * np.max(np.abs(G)))

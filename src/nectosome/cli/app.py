@@ -16,6 +16,7 @@ from nectosome.cli.output import tell
 from nectosome.cli.reproduce import reproduce
 from nectosome.cli.show import show
 from nectosome.cli.simulate import simulate
+from nectosome.cli.steady import steady
 from nectosome.io import InputError
 
 app = App(
@@ -28,7 +29,7 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for command in (reproduce, simulate, show, check, schema):
+for command in (reproduce, simulate, steady, show, check, schema):
     app.command(command)
 
 

@@ -57,7 +57,8 @@ def summary(dataset: "xr.Dataset") -> Group:
         return np.asarray(dataset[name])[tenth].mean(axis=0)
 
     attributes = dataset.attrs
-    title = Text(f"{attributes['title']}, {time[-1]:.4g} s", "bold")
+    length = f", {time[-1]:.4g} s" if time.size > 1 else ""
+    title = Text(f"{attributes['title']}{length}", "bold")
     tables = [_body(dataset, mean("velocity")[0])]
     if dataset.sizes["prescribed"]:
         tables.append(_joints(dataset, mean("reaction")))
@@ -66,14 +67,26 @@ def summary(dataset: "xr.Dataset") -> Group:
         _energies(dataset, mean("energy")),
     ]
     balance = float(np.max(np.asarray(dataset["power_balance"])))
-    steps = f"{attributes.get('steps', '?')} steps, {attributes.get('rejected', '?')} rejected"
-    seconds = f", {attributes['seconds']:.1f} s to compute" if "seconds" in attributes else ""
     end = Text(
         f"power balance: off by {balance:.1e} at worst\n"
-        f"status: {attributes['status']}, {attributes['status_reason']}; {steps}{seconds}"
+        f"status: {attributes['status']}, {attributes['status_reason']}{_effort(attributes)}"
     )
     spaced = [thing for table in tables for thing in (table, Text())]
     return Group(title, Text(), *spaced, end)
+
+
+def _effort(attributes: "dict[str, Any]") -> str:
+    """What it took, as far as it was noted."""
+    told = []
+    if "steps" in attributes:
+        told.append(f"{attributes['steps']} steps, {attributes.get('rejected', '?')} rejected")
+    if "growth" in attributes:
+        told.append(f"slowest disturbance grows at {attributes['growth']:.3g} 1/s")
+    if "jacobians" in attributes and "residuals" in attributes:
+        told.append(f"{attributes['residuals']} residuals, {attributes['jacobians']} Jacobians")
+    if "seconds" in attributes:
+        told.append(f"{attributes['seconds']:.1f} s to compute")
+    return "".join(f"; {part}" if i == 0 else f", {part}" for i, part in enumerate(told))
 
 
 def origin(dataset: "xr.Dataset") -> Table:

@@ -27,3 +27,35 @@ def inverse(A: Float[Array, "n n"]) -> Float[Array, "n n"]:
 
     start = jnp.concatenate([A * scale[:, None] * scale, jnp.eye(n)], axis=1)
     return lax.fori_loop(0, n, eliminate, start)[:, n:] * scale[:, None] * scale
+
+
+def generalised_inverse(A: Float[Array, "n n"]) -> Float[Array, "n n"]:
+    """G with A G A = A, also where A has no inverse: unknowns that A does not determine are left at 0.
+
+    Gauss-Jordan elimination with complete pivoting, rows and columns scaled by their largest entries first; pivots
+    below 1e-11 count as none.
+    """
+    n = A.shape[0]
+    if n == 0:
+        return A
+    rows = 1 / _or_one(jnp.max(jnp.abs(A), axis=1))
+    columns = 1 / _or_one(jnp.max(jnp.abs(A * rows[:, None]), axis=0))
+
+    def eliminate(_: Array, carry: tuple[Array, Array]) -> tuple[Array, Array]:
+        B, solved_by = carry  # solved_by[j]: the row that gives unknown j, n if none
+        spent = jnp.any(jnp.arange(n)[:, None] == solved_by, axis=1)
+        open_ = (~spent)[:, None] & (solved_by == n)
+        i, j = jnp.unravel_index(jnp.argmax(jnp.where(open_, jnp.abs(B[:, :n]), -1.0)), (n, n))
+        fits = open_[i, j] & (jnp.abs(B[i, j]) > 1e-11)
+        row = B[i] / jnp.where(fits, B[i, j], 1.0)
+        new = (B - B[:, j, None] * row).at[i].set(row)
+        return jnp.where(fits, new, B), jnp.where(fits, solved_by.at[j].set(i), solved_by)
+
+    start = jnp.concatenate([A * rows[:, None] * columns, jnp.eye(n)], axis=1)
+    B, solved_by = lax.fori_loop(0, n, eliminate, (start, jnp.full(n, n)))
+    G = jnp.concatenate([B[:, n:], jnp.zeros((1, n))])[solved_by]
+    return jnp.where(jnp.all(jnp.isfinite(A)), G * columns[:, None] * rows, jnp.nan)
+
+
+def _or_one(x: Array) -> Array:
+    return jnp.where(x > 0, x, 1.0)

@@ -17,6 +17,8 @@ class Status(IntEnum):
     NOT_FINITE = 4
     NO_EQUILIBRIUM = 5
     CANCELLED = 6
+    UNSTABLE = 7
+    UNSTEADY_DRIVES = 8
 
     @property
     def reason(self) -> str:
@@ -30,8 +32,10 @@ _REASONS = {
     Status.STEP_LIMIT: "gave up: more time steps than allowed",
     Status.STEP_TOO_SMALL: "gave up: the time step had to become too small",
     Status.NOT_FINITE: "gave up: the state is no longer finite",
-    Status.NO_EQUILIBRIUM: "no equilibrium found at the full load",
+    Status.NO_EQUILIBRIUM: "no equilibrium found",
     Status.CANCELLED: "cancelled",
+    Status.UNSTABLE: "an equilibrium, but unstable: the robot does not stay there",
+    Status.UNSTEADY_DRIVES: "drives or loads change with time, so that nothing stays as it is",
 }
 
 

@@ -3,7 +3,7 @@
 import json
 from importlib import import_module
 from threading import Thread
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -30,6 +30,8 @@ class Trajectory(eqx.Module):
 
 class Run(Solution):
     """Solution whose value is a Trajectory."""
+
+    title: ClassVar[str] = "simulation"
 
     def to_dataset(self, description: RobotDescription | None = None, settings: dict[str, Any] | None = None):
         """Dataset of the run (see `dataset`); `description` and `settings` go into its attributes."""
@@ -99,12 +101,12 @@ def dataset(run: Run, description: RobotDescription | None, settings: dict[str, 
     }
     status = Status(int(run.status))
     attributes = {
-        "title": f"{description.name}: simulation" if description else "simulation",
+        "title": f"{description.name}: {run.title}" if description else run.title,
         "robot": dump_robot(description) if description else "",
         "status": status.name,
         "status_reason": status.reason,
         "provenance": json.dumps(provenance(settings)),
-        **{key: int(value) for key, value in run.stats.items()},
+        **{key: np.asarray(value).item() for key, value in run.stats.items()},
     }
     return xr.Dataset(
         {name: (dims, np.asarray(values), {"units": unit}) for name, (dims, values, unit) in data.items()},

@@ -1,0 +1,60 @@
+"""`nectosome steady`: the motion that a robot with steady drives keeps."""
+
+import time as clock
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.parts import weigh
+from nectosome.cli.progress import progress_bar
+from nectosome.cli.summary import summary
+from nectosome.io import InputError, apply_settings, save_dataset
+
+_WATCHED = 10.0  # s of simulation that show what happens where nothing is steady
+
+
+def steady(
+    robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")],
+    /,
+    *,
+    settings: Annotated[
+        list[str] | None, Parameter("--set", help="PATH=VALUE, such as omega=14.4rad/s; may be repeated.")
+    ] = None,
+    save: Annotated[Path | None, Parameter(help="Write the steady motion to this netCDF file (.nc).")] = None,
+) -> int:
+    """Find the steady motion of a robot and say whether it lasts."""
+    if save is not None:
+        check_target(save, "--save", ".nc")
+
+    from nectosome import robots
+
+    description = apply_settings(robots.describe(robot), settings or ())
+
+    from nectosome.core import Status
+    from nectosome.solve import prepare_dataset
+    from nectosome.solve import steady as find
+
+    start = clock.perf_counter()
+    with progress_bar(description.name) as update:
+        built = robots.build(description)
+        weigh(built, robot)
+        prepare_dataset(built, 1)
+        try:
+            found = find(built)
+        except ValueError as error:
+            raise InputError(str(error), file=robot) from None
+        status = Status(int(found.status))
+        if status in (Status.SOLVED, Status.UNSTABLE):
+            dataset = found.to_dataset(description, {"robot": robot, "set": settings or []})
+            dataset.attrs["seconds"] = round(clock.perf_counter() - start, 3)
+            if save is not None:
+                save_dataset(dataset, save)
+            write(summary(dataset))
+        if status == Status.SOLVED:
+            return 0
+        update("no steady motion; simulating what happens instead", 0.0)
+        instead = found.instead(_WATCHED)
+    tell(f"{description.name}: {status.reason}. Simulated from rest for {_WATCHED:.0f} s, {instead}.")
+    return 1

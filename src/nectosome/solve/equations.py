@@ -1,0 +1,81 @@
+"""The equations of a steady motion: a residual, its Jacobian and its scale, for displacements and rates together."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax.flatten_util import ravel_pytree
+from jaxtyping import Array, Float
+
+from nectosome.core import State
+from nectosome.mechanism import Robot
+from nectosome.mechanism.robot import times
+
+from .symmetry import Symmetry
+
+
+class Point(NamedTuple):
+    """What is solved for: coordinates, rates along the symmetry (0 elsewhere), load states."""
+
+    q: Float[Array, "nq"]
+    rates: Float[Array, "nv"]
+    z: Any
+
+
+class Equations(eqx.Module):
+    """R(y) = 0 near any point, of the robot with sigma."""
+
+    robot: Robot
+    symmetry: Symmetry
+
+    def state(self, p: Point) -> State:
+        """State of the steady motion."""
+        return State(p.q, self.symmetry.velocities(self.robot, p.q, p.rates), p.z)
+
+    def near(self, p: Point, y: Float[Array, "m"]) -> Point:
+        """Point displaced by y."""
+        n = p.rates.shape[0]
+        z, unravel = ravel_pytree(p.z)
+        rates = p.rates + jnp.where(self.symmetry.rates(n), y[:n], 0.0)
+        return Point(self.symmetry.displace(self.robot, p.q, y[:n]), rates, unravel(z + y[n:]))
+
+    def residual(self, p: Point, sigma: Float[Array, ""]) -> tuple[Float[Array, "m"], Float[Array, "np"]]:
+        """Unbalanced forces of the unknowns and rates of the load states; and the reactions of prescribed joints."""
+        t, x, tree = jnp.zeros(()), self.state(p), self.robot.tree
+        acting = self.robot.forces(t, x, jnp.zeros_like(x.v))
+        r = acting.residual + jnp.expm1(sigma) * (acting.elastic - acting.joint)
+        unbalanced = jnp.concatenate([r[tree.free_v], ravel_pytree(self.robot.state_rates(t, x))[0]])
+        return unbalanced, acting.residual[tree.prescribed_v]
+
+    def jacobian(self, p: Point, sigma: Float[Array, ""]) -> tuple[Float[Array, "m m"], Float[Array, "np m"]]:
+        """Derivatives of both parts of the residual by the unknowns."""
+        m = p.rates.shape[0] + ravel_pytree(p.z)[0].shape[0]
+        return jax.jacfwd(lambda y: self.residual(self.near(p, y), sigma))(jnp.zeros(m))
+
+    def mass(self, p: Point) -> Float[Array, "n n"]:
+        """Mass matrix of the unknown velocities, added mass included."""
+        J = self._reach(p)
+        return jnp.einsum("vsi,wsi->vw", J, times(self.robot.inertia + self.robot.added, J))
+
+    def imbalance(self, p: Point) -> tuple[Float[Array, ""], Float[Array, "np"]]:
+        """Largest residual, each relative to the sum of absolute values of all that acts there; and the reactions."""
+        t, x = jnp.zeros(()), self.state(p)
+        acting = self.robot.forces(t, x, jnp.zeros_like(x.v))
+        free, layout = self.robot.tree.free_v, self.robot.tree.layout
+        wrench = jnp.abs(acting.fluid) + jnp.abs(acting.inertia)
+        for attached, w in zip(self.robot.loads, acting.wrenches, strict=True):
+            if w is not None:
+                wrench = wrench.at[layout[attached.part].stations].add(jnp.abs(w))
+        total = jnp.sum(jnp.abs(self._reach(p)) * wrench, axis=(1, 2))
+        total += sum(jnp.abs(f)[free] for f in (acting.elastic, acting.viscous, acting.joint, acting.drive))
+        share = jnp.abs(acting.residual[free]) / jnp.where(total > 0, total, 1.0)
+        moving, _ = ravel_pytree(self.robot.state_rates(t, x))
+        largest = jnp.max(jnp.concatenate([share, jnp.abs(moving)]))
+        return largest, acting.residual[self.robot.tree.prescribed_v]
+
+    def _reach(self, p: Point) -> Float[Array, "n stations 6"]:
+        """Geometric Jacobian of the unknown velocities."""
+        tree = self.robot.tree
+        q, v, _ = tree.complete(jnp.zeros(()), p.q, jnp.zeros_like(p.rates))
+        return tree.jacobian(tree.shape(q, v), jnp.eye(v.shape[0])[tree.free_v])

@@ -1,0 +1,51 @@
+"""What a run comes to: a steady motion, an oscillation, neither."""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from nectosome.core import Status
+
+from .dataset import Run
+
+_STILL = 1e-3  # of the largest velocity: what swings less has settled
+_ALIKE = 0.98  # correlation of a velocity with itself one period later
+
+
+class Settled(NamedTuple):
+    """How a run ends."""
+
+    kind: Literal["steady", "oscillating", "irregular", "lost"]
+    frequency: float  # [Hz], of an oscillation; NaN else
+
+    def __str__(self) -> str:
+        words = {
+            "steady": "it settles to a steady motion",
+            "oscillating": f"it keeps oscillating at {self.frequency:.3g} Hz (limit cycle)",
+            "irregular": "it keeps moving without a period",
+            "lost": "the run does not come to its end (divergence)",
+        }
+        return words[self.kind]
+
+
+def settled(run: Run) -> Settled:
+    """What the last half of a run is like, judged by its velocities, which must be sampled evenly."""
+    if int(run.status) != Status.SOLVED:
+        return Settled("lost", float("nan"))
+    v, time = np.asarray(run.value.state.v), np.asarray(run.value.time)
+    size = np.maximum(np.max(np.abs(v), axis=0), 1e-9)
+    if np.max(np.ptp(v[3 * time.size // 4 :], axis=0) / size) <= _STILL:
+        return Settled("steady", float("nan"))
+    v = v[time.size // 2 :]
+    widest = v[:, np.argmax(np.std(v, axis=0) / size)]
+    lags = np.arange(1, 2 * widest.size // 3)
+    alike = np.array([np.corrcoef(widest[:-k], widest[k:])[0, 1] for k in lags])
+    below = np.flatnonzero(alike < 0)
+    if not below.size:
+        return Settled("irregular", float("nan"))
+    best = below[0] + int(np.argmax(alike[below[0] :] >= _ALIKE))
+    if alike[best] < _ALIKE:
+        return Settled("irregular", float("nan"))
+    while best + 1 < alike.size and alike[best + 1] > alike[best]:
+        best += 1
+    return Settled("oscillating", 1 / (lags[best] * (time[1] - time[0])))

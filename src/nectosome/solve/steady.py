@@ -1,0 +1,72 @@
+"""Steady motion as a root: the shape and the speeds that a robot with steady drives keeps for ever."""
+
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from nectosome.core import Solution, State, Status
+from nectosome.core.remember import remembered
+from nectosome.mechanism import Robot
+
+from .dataset import Run, Trajectory
+from .equilibrium import equilibrium
+from .settle import Settled, settled
+from .simulate import simulate
+from .stability import modes
+from .symmetry import Symmetry, find_symmetry
+
+_NEUTRAL = 1e-7  # of the largest eigenvalue: a growth as small is rounding
+
+
+class Steady(Run):
+    """Steady motion: a Run of one moment. `stats["growth"]` [1/s] is the largest real part of its eigenvalues."""
+
+    eigenvalues: np.ndarray = eqx.field(kw_only=True)  # complex [1/s], the fastest growing first; empty if unsolved
+    title: ClassVar[str] = "steady motion"
+
+    @property
+    def state(self) -> State:
+        """State at t = 0."""
+        return jax.tree.map(lambda x: x[0], self.value.state)
+
+    def instead(self, time: float = 10.0) -> Settled:
+        """What the robot comes to from rest, by simulating so many seconds: where there is no steady motion to keep."""
+        return settled(simulate(self.value.system, time, samples=int(100 * time) + 1))
+
+
+def steady(robot: Robot, *, guess: State | None = None) -> Steady:
+    """Relative equilibrium of a robot: all that its equations depend on stays as it is, the rest goes on evenly.
+
+    It is looked for from `guess` (a state nearby, such as that of a similar robot), else from rest. Status SOLVED;
+    UNSTABLE where small disturbances grow (the equilibrium is handed over all the same); NO_EQUILIBRIUM where none was
+    found; UNSTEADY_DRIVES where drives or loads change with time. Scaled residual at most 1e-10, else it is not solved.
+    Raises ValueError where nothing is free to move. For derivatives, and under jit and vmap, see `equilibrium`.
+    """
+    symmetry = find_symmetry(robot)
+    x = robot.initial() if guess is None else guess
+    if not symmetry.steady:
+        return _result(robot, x, Status.UNSTEADY_DRIVES, {}, np.zeros(0), jnp.asarray(jnp.nan))
+    found: Solution = remembered(equilibrium_of, robot, symmetry, x, jnp.asarray(guess is not None))
+    state, status = found.value.state, Status(int(found.status))
+    eigenvalues = np.zeros(0, complex)
+    stats: dict[str, Any] = dict(found.stats)
+    if status == Status.SOLVED:
+        eigenvalues = modes(robot, symmetry, state)
+        stats["growth"] = eigenvalues[0].real if eigenvalues.size else 0.0
+        if stats["growth"] > _NEUTRAL * np.max(np.abs(eigenvalues), initial=0.0):
+            status = Status.UNSTABLE
+    return _result(robot, state, status, stats, eigenvalues, found.residual)
+
+
+def equilibrium_of(robot: Robot, symmetry: Symmetry, guess: State, warm: Any) -> Solution:
+    """Return `equilibrium`, as a plain function of a module."""
+    return equilibrium(robot, symmetry, guess, warm)
+
+
+def _result(robot: Robot, x: State, status: Status, stats: dict[str, Any], eigenvalues: np.ndarray, left) -> Steady:
+    trajectory = Trajectory(robot, jnp.zeros(1), jax.tree.map(lambda x: jnp.asarray(x)[None], x))
+    stats = {key: jnp.asarray(value) for key, value in stats.items()}
+    return Steady(trajectory, jnp.asarray(int(status)), stats, left, eigenvalues=eigenvalues)

@@ -1,0 +1,110 @@
+"""What the equations of a robot do not depend on: the directions along which a steady motion may go on for ever."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import State
+from nectosome.core.remember import remembered
+from nectosome.core.se3 import dot_t, matmul3
+from nectosome.mechanism import Free, Robot, Spherical
+
+_SAME = 1e-9  # relative difference of residuals that counts as none
+_SAMPLES = 3
+
+
+class Symmetry(eqx.Module):
+    """Directions of the unknown velocities along which the equations stay the same.
+
+    `drift`: velocities that may stay constant for ever. `spin`: the first three velocities are the angular ones of a
+    root that gravity lets turn about the vertical only. `steady`: drives and loads are the same at all times.
+    """
+
+    drift: tuple[int, ...] = eqx.field(static=True)
+    spin: bool = eqx.field(static=True)
+    steady: bool = eqx.field(static=True)
+
+    def rates(self, n: int) -> np.ndarray:
+        """Which of n unknowns are rates; the others are displacements."""
+        return np.isin(np.arange(n), [*self.drift, *([2] if self.spin else [])])
+
+    def velocities(self, robot: Robot, q: Float[Array, "nq"], rates: Float[Array, "nv"]) -> Float[Array, "nv"]:
+        """Velocities of the motion with those rates: along the drift, rates[2] [rad/s] about the vertical, 0 else."""
+        v = jnp.where(np.isin(np.arange(rates.shape[0]), self.drift), rates, 0.0)
+        return v.at[:3].set(_turned_back(robot, q, rates[2] * _UP)) if self.spin else v
+
+    def along(self, robot: Robot, x: State) -> Float[Array, "nv"]:
+        """Rates of a state: its velocities along the symmetry, 0 else."""
+        rates = jnp.where(self.rates(x.v.shape[0]), x.v, 0.0)
+        if not self.spin:
+            return rates
+        up = _turned_back(robot, x.q, jnp.asarray(_UP))
+        return rates.at[2].set(jnp.sum(up * x.v[:3]))
+
+    def displace(self, robot: Robot, q: Float[Array, "nq"], by: Float[Array, "nv"]) -> Float[Array, "nq"]:
+        """Coordinates displaced by those of `by` that are no rates; by[:2] of a spinning root tilts it [rad]."""
+        by = jnp.where(self.rates(by.shape[0]), 0.0, by)
+        if self.spin:
+            by = by.at[:3].set(_turned_back(robot, q, by[:3]))
+        return robot.advance(q, by, jnp.ones(()))
+
+
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+def find_symmetry(robot: Robot) -> Symmetry:
+    """Symmetry of a robot, found by moving it: states drawn at random must give the same residual in another place.
+
+    Raises ValueError where nothing is free to move.
+    """
+    if not robot.tree.free_v.size:
+        raise ValueError("nothing of this robot is free to move: it has no steady state to be found.")
+    coordinates, heading, time = (np.asarray(x) < _SAME for x in remembered(_changes, robot))
+    drift = set(np.flatnonzero(coordinates).tolist())
+    turning = {0, 1, 2} if _turns(robot) else set()
+    spin = bool(turning) and not turning <= drift and bool(heading)
+    if not turning <= drift:
+        drift -= turning
+    return Symmetry(tuple(sorted(drift)), spin, bool(time))
+
+
+def _turns(robot: Robot) -> bool:
+    root = robot.tree.parts[0]
+    return isinstance(root.joint, Free | Spherical) and root.prescribed is None
+
+
+def _turned_back(robot: Robot, q: Array, vector: Array) -> Array:
+    """Vector of the world in the root's own frame."""
+    root = robot.tree.parts[0]
+    turned = root.joint.motion(q[: root.joint.nq], jnp.zeros(root.joint.nv)).rotation
+    return dot_t(matmul3(root.rotation, turned), vector)
+
+
+def _changes(robot: Robot) -> tuple[Array, Array, Array]:
+    """How much the residual changes with each coordinate [nv], with the heading, and with time, relative to itself."""
+    rest, one = robot.initial(), jnp.ones(())
+    n = rest.v.shape[0]
+    draws = 0.3 * jax.random.normal(jax.random.key(1), (_SAMPLES, 3, n))
+
+    def residuals(draw: Array) -> Array:
+        """At a state as it is, with each coordinate moved, turned about the vertical, and later [n + 3, nv]."""
+        q, v, a = draw
+        q = robot.advance(rest.q, q, one)
+        turn = (
+            jnp.zeros(n).at[:3].set(_turned_back(robot, q, jnp.asarray(0.7 * _UP))) if _turns(robot) else jnp.zeros(n)
+        )
+        moves = jnp.concatenate([jnp.zeros((1, n)), 0.7 * jnp.eye(n), turn[None], jnp.zeros((1, n))])
+        times = jnp.zeros(n + 3).at[-1].set(0.37)
+
+        def one_place(place: tuple[Array, Array]) -> Array:
+            move, t = place
+            return robot.residual(t, State(robot.advance(q, move, one), rest.v + v, rest.z), a)
+
+        return jax.lax.map(one_place, (moves, times))
+
+    r = jax.lax.map(residuals, draws)
+    change = jnp.max(jnp.abs(r[:, 1:] - r[:, :1]), axis=2) / jnp.max(jnp.abs(r[:, :1]), axis=2)
+    change = jnp.max(change, axis=0)
+    return change[:n], change[n], change[n + 1]
