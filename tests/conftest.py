@@ -5,7 +5,7 @@ from jaxtyping import install_import_hook
 
 # `io` checks its own input; the rooms that hold arrays are checked by their annotations
 install_import_hook(
-    [f"nectosome.{room}" for room in ("core", "mechanism", "loads", "solve", "robots")], "beartype.beartype"
+    [f"nectosome.{room}" for room in ("core", "mechanism", "loads", "solve", "robots", "design")], "beartype.beartype"
 )
 
 settings.register_profile("nectosome", deadline=None, max_examples=30, derandomize=True)

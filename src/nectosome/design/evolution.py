@@ -1,0 +1,105 @@
+"""Evolution strategy with covariance matrix adaptation, constraints by an augmented Lagrangian (package cma)."""
+
+import math
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from .task import Evaluate, Evaluation, Outcome, Solver, require
+
+_REDRAWS = 10  # populations drawn before a generation without enough solutions is given up
+_BROKEN = 1e-3  # violation of a settled population that is no longer rounding
+
+
+@dataclass(frozen=True)
+class Evolution(Solver):
+    """CMA-ES (Hansen 2016) with an augmented Lagrangian (Dufosse and Hansen 2020); for rough objectives, no slopes.
+
+    A design without a solution is drawn again, so that the strategy only ever sees designs that have one.
+
+    - spread: first standard deviation, as a share of the box.
+    - population: designs a generation; 4 + 3 ln n unless given.
+    - tolerance: spread at which it ends, as a share of the box.
+    - evaluations: no generation is begun after so many.
+    """
+
+    spread: float = 0.2
+    population: int | None = None
+    tolerance: float = 1e-6
+    evaluations: int = 5000
+
+    def __post_init__(self):
+        require(0 < self.spread <= 1, f"Evolution: spread is {self.spread}; it must lie between 0 and 1.")
+        require(
+            self.population is None or self.population >= 4,
+            f"Evolution: population is {self.population}; at least 4 are needed.",
+        )
+        require(
+            0 < self.tolerance < self.spread,
+            f"Evolution: tolerance is {self.tolerance}; it must lie between 0 and spread.",
+        )
+        require(self.evaluations >= 1, f"Evolution: evaluations is {self.evaluations}; at least 1 is needed.")
+
+    def solve(self, evaluate: Evaluate, start: Float[np.ndarray, "n"], seed: int) -> Outcome:
+        """Minimise from `start`."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # cma's own, about options it is given on purpose
+            from cma import CMAEvolutionStrategy  # pyright: ignore[reportMissingImports]
+            from cma.constraints_handler import AugmentedLagrangian  # pyright: ignore[reportMissingImports]
+
+        width = evaluate.upper - evaluate.lower
+        rng = np.random.default_rng(seed)
+        options = {
+            "bounds": [[0.0] * start.size, [1.0] * start.size],
+            "randn": lambda *shape: rng.standard_normal(shape),  # its own numbers: cma's are those of the whole process
+            "seed": math.nan,
+            "tolx": self.tolerance,
+            "tolstagnation": 0,  # the fitness moves with the multipliers
+            "verbose": -9,
+        }
+        if self.population is not None:
+            options["popsize"] = self.population
+        strategy = CMAEvolutionStrategy((start - evaluate.lower) / width, self.spread, options)
+        multipliers = AugmentedLagrangian(start.size) if evaluate.constraints else None
+        if multipliers is not None:
+            multipliers.logging = 0  # else it writes files where the user stands
+        asked = 0
+        while asked < self.evaluations:
+            drawn: list[np.ndarray] = []
+            found: list[Evaluation] = []
+            tries = 0
+            while len(found) < strategy.popsize and tries < _REDRAWS * strategy.popsize:
+                for z in strategy.ask(strategy.popsize - len(found)):
+                    u = np.clip(evaluate.lower + np.clip(z, 0, 1) * width, evaluate.lower, evaluate.upper)
+                    e = evaluate(u)
+                    tries += 1
+                    if e.solved:
+                        drawn.append(z)
+                        found.append(e)
+            asked += tries
+            evaluate.close_iteration()
+            if len(found) < strategy.popsize:
+                return Outcome(False, "hardly a design around here has a solution")
+            strategy.tell(drawn, self._fitness(found, multipliers))
+            if reasons := strategy.stop():
+                broken = min(e.violation for e in found)
+                if broken > _BROKEN:
+                    return Outcome(False, f"the population has settled where constraints are broken by {broken:.2g}")
+                return Outcome(True, f"the population has settled ({', '.join(reasons)})")
+        return Outcome(False, f"{asked} evaluations made")
+
+    @staticmethod
+    def _fitness(found: list[Evaluation], multipliers: Any) -> list[float]:
+        """Objective plus augmented Lagrangian, whose coefficients follow the generation's best."""
+        if multipliers is None:
+            return [e.objective for e in found]
+        al = multipliers
+        if not al.is_initialized:
+            al.set_coefficients([e.objective for e in found], [e.constraints.tolist() for e in found])
+        fitness = [e.objective + float(sum(al(e.constraints.tolist()))) for e in found]
+        best = found[int(np.argmin(fitness))]
+        al.update(best.objective, best.constraints.tolist())
+        return fitness

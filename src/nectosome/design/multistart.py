@@ -1,0 +1,228 @@
+"""Minimise from many starts, in parallel, so that nothing is lost when the process is killed."""
+
+import threading
+from collections import Counter
+from collections.abc import Callable, Mapping
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nectosome.io.journal import Journal, read_journal
+
+from .folder import Folder
+from .record import Recorder, StoppedError, decode
+from .result import Result, Start
+from .task import Evaluation, Solver, Task
+from .workers import Workers, processors, stopped
+
+Progress = Callable[[int, Evaluation | None, int], bool | None]
+
+_PULSE = 0.5  # seconds between calls of progress
+
+
+def multistart(
+    task: Task,
+    solver: Solver,
+    starts: int,
+    seed: int = 0,
+    *,
+    folder: str | Path | None = None,
+    about: Mapping[str, Any] | None = None,
+    draws: int = 200,
+    executor: Executor | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Result:
+    """Minimise from `starts` designs, drawn evenly from the box until the task accepts one.
+
+    - seed: start k is the same whatever the number of starts and workers.
+    - folder: every evaluation is written there at once. The same call with the same folder goes on where it ended,
+      however it ended; with more starts it adds some.
+    - about: JSON data to keep in the folder's `design.json`, where `read_design` finds it.
+    - draws: a start is given up when so many designs were refused.
+    - executor: where starts run; spawned processes unless given, one a processor, or `workers` of them.
+    - progress(starts done, best so far, evaluations): called twice a second; the run is cancelled where it returns
+      False. Starts in processes of a foreign executor come to their end first.
+
+    Cancelled, the result holds the starts that are done; the folder, all evaluations. Raises ValueError for numbers
+    that make no sense, InputError for a folder that cannot be used, RuntimeError where a worker process died.
+    """
+    _check(starts, seed, draws, workers)
+    with Folder(folder, task, solver, starts, seed, draws, about) if folder is not None else nullcontext() as held:
+        jobs = [_Job(task, solver, seed, k, draws, held.journal(k) if held else None) for k in range(starts)]
+        done = {job.number: start for job in jobs if (start := job.recall()) is not None}
+        left = [job for job in jobs if job.number not in done]
+        cancelled = False
+        if left:
+            number = min(workers or processors(), len(left))
+            cancelled = _Run(left, done, progress).go(executor, number)
+    width = task.upper - task.lower
+    return Result(tuple(done[k] for k in sorted(done)), task.names, task.constraint_names, width, cancelled)
+
+
+@dataclass(frozen=True)
+class _Job:
+    """One start, as it is sent to a worker."""
+
+    task: Task
+    solver: Solver
+    seed: int
+    number: int
+    draws: int
+    journal: tuple[Path, str] | None  # path and key
+
+    def recall(self) -> Start | None:
+        """The start as its journal has it, None where it did not come to its end."""
+        if self.journal is None or not self.journal[0].exists():
+            return None
+        records, note = read_journal(*self.journal)
+        return self._start(records, note) if _ended(records) else None
+
+    def run(self, stop: Callable[[], bool]) -> Start | None:
+        """Run or go on with the start; None where it was stopped."""
+        if stop():
+            return None
+        with Journal(*self.journal) if self.journal else nullcontext() as journal:
+            if journal and _ended(journal.records):
+                return self._start(journal.records, journal.damage)
+            recorder = Recorder(self.task, _prepared(self.task), journal, stop)
+            try:
+                end = self._solve(recorder)
+            except StoppedError:
+                return None
+            if journal:
+                journal.append({"end": end})
+            return self._assemble(recorder.evaluations, end, journal.damage if journal else "")
+
+    def _solve(self, evaluate: Recorder) -> dict[str, Any]:
+        """Draw a start and solve from it; what is not in the evaluations, as JSON data."""
+        sequence = np.random.SeedSequence(self.seed, spawn_key=(self.number,))
+        rng = np.random.default_rng(sequence)
+        refused: Counter[str] = Counter()
+        accepted = None
+        while accepted is None and refused.total() < self.draws:
+            u = rng.uniform(self.task.lower, self.task.upper)
+            why = self.task.accepts(evaluate(u))
+            if why:
+                refused[why] += 1
+            else:
+                accepted = u
+        end = {"draws": len(evaluate.evaluations), "begun": accepted is not None, "rejected": dict(refused)}
+        if accepted is None:
+            common = refused.most_common(1)[0][0]
+            message = f"none of {self.draws} drawn designs was accepted, mostly because {common}"
+            return end | {"marks": [], "converged": False, "message": message}
+        seed = 1 + int(sequence.generate_state(1)[0]) % (2**31 - 1)
+        outcome = self.solver.solve(evaluate, accepted, seed)
+        return end | {"marks": evaluate.marks, "converged": outcome.converged, "message": outcome.message}
+
+    def _start(self, records: list[dict[str, Any]], note: str) -> Start:
+        return self._assemble([decode(record) for record in records[:-1]], records[-1]["end"], note)
+
+    def _assemble(self, evaluations: list[Evaluation], end: dict[str, Any], note: str) -> Start:
+        return Start(
+            number=self.number,
+            evaluations=tuple(evaluations),
+            draws=end["draws"],
+            begun=end["begun"],
+            rejected=end["rejected"],
+            marks=tuple(end["marks"]),
+            converged=end["converged"],
+            message=end["message"],
+            tolerance=self.task.tolerance,
+            note=note,
+        )
+
+
+def _ended(records: list[dict[str, Any]]) -> bool:
+    return bool(records) and "end" in records[-1]
+
+
+class _Run:
+    """Starts on their way through an executor."""
+
+    def __init__(self, jobs: list[_Job], done: dict[int, Start], progress: Progress | None):
+        self.jobs, self.done, self.progress = jobs, done, progress
+        self.cancelled = False
+
+    def go(self, executor: Executor | None, number: int) -> bool:
+        """Run all; say whether it was cancelled."""
+        if executor is not None:
+            self._through(executor, None)
+            return self.cancelled
+        with Workers(number) as workers:
+            self._through(workers.pool, workers)
+        return self.cancelled
+
+    def _through(self, executor: Executor, workers: Workers | None) -> None:
+        token = object()
+        futures: set[Future[Start | None]] = set()
+        try:
+            for job in self.jobs:
+                futures.add(executor.submit(_run_here, job, id(token)))
+            before = sum(len(start.evaluations) for start in self.done.values())
+            waiting = futures
+            while waiting and not self.cancelled:
+                finished, waiting = wait(waiting, timeout=_PULSE, return_when=FIRST_COMPLETED)
+                self._collect(finished)
+                made = sum(len(start.evaluations) for start in self.done.values())
+                evaluations = max(made, before + workers.computed) if workers else made
+                if self.progress is not None and self.progress(len(self.done), self._best(), evaluations) is False:
+                    self.cancelled = bool(waiting)
+                    break
+        except BrokenProcessPool:
+            raise RuntimeError(
+                "a worker process died, perhaps for want of memory. With a folder, the same call goes on from there."
+            ) from None
+        finally:
+            _STOPPED.add(id(token))
+            if workers:
+                workers.stop.set()
+            for future in futures:
+                future.cancel()
+            wait(futures)  # those in this process and in our workers stop at their next evaluation
+            _STOPPED.discard(id(token))
+        self._collect({future for future in futures if not future.cancelled()})
+
+    def _collect(self, futures: set[Future[Start | None]]) -> None:
+        for future in futures:
+            start = future.result()
+            if start is not None:
+                self.done[start.number] = start
+
+    def _best(self) -> Evaluation | None:
+        found = [start.best for start in self.done.values() if start.best is not None]
+        return min(found, key=lambda e: e.objective, default=None)
+
+
+_STOPPED: set[int] = set()  # runs of this process that were stopped
+_prepared_key: tuple[type, str] | None = None
+_prepared_evaluate: Callable[[np.ndarray, bool], Evaluation] | None = None
+_preparing = threading.Lock()
+
+
+def _run_here(job: _Job, run: int) -> Start | None:
+    return job.run(lambda: stopped() or run in _STOPPED)
+
+
+def _prepared(task: Task) -> Callable[[np.ndarray, bool], Evaluation]:
+    """The task's `evaluate`, made once in a process for as long as it works on the same task."""
+    global _prepared_key, _prepared_evaluate
+    with _preparing:
+        key = type(task), task.key()
+        if _prepared_evaluate is None or _prepared_key != key:
+            _prepared_key, _prepared_evaluate = key, task.prepare()
+        return _prepared_evaluate
+
+
+def _check(starts: int, seed: int, draws: int, workers: int | None) -> None:
+    for name, number, least in (("starts", starts, 1), ("seed", seed, 0), ("draws", draws, 1)):
+        if number < least:
+            raise ValueError(f"multistart: {name} is {number}; it must be at least {least}.")
+    if workers is not None and workers < 1:
+        raise ValueError(f"multistart: workers is {workers}; it must be at least 1.")

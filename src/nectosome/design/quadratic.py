@@ -1,0 +1,46 @@
+"""Small convex quadratic programs, as they arise in sequential quadratic programming."""
+
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import cholesky, solve_triangular
+from scipy.optimize import nnls
+
+_FAR = 1e-14  # squared residual of an inconsistent program: its solution would be 1e7 times farther than need be
+
+
+def minimise_quadratic(
+    B: Float[np.ndarray, "n n"],
+    c: Float[np.ndarray, "n"],
+    A: Float[np.ndarray, "k n"],
+    b: Float[np.ndarray, "k"],
+) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "k"]] | None:
+    r"""Minimise \( c^T d + d^T B d / 2 \) with \( A d \le b \), B positive definite.
+
+    As a least distance problem, solved by non-negative least squares (Lawson and Hanson 1974, chapter 23). Returns d
+    and the multipliers (>= 0) of the rows of A, or None where no d fits them.
+    """
+    L = cholesky(B, lower=True)
+    shift = solve_triangular(L, c, lower=True)
+    # with z = L^T d + shift: minimise |z| subject to G z >= h, rows of G of length one
+    G = -solve_triangular(L, A.T, lower=True).T
+    length = np.maximum(np.linalg.norm(G, axis=1), 1e-300)
+    h = (-b + G @ shift) / length
+    G = G / length[:, None]
+    far = h.max(initial=0.0)
+    if far <= 0:
+        return solve_triangular(L, -shift, lower=True, trans=1), np.zeros(b.size)
+    E = np.vstack([G.T, h / far])
+    target = np.zeros(c.size + 1)
+    target[-1] = 1.0
+    try:
+        y, _ = nnls(E, target)
+    except RuntimeError:  # it does not settle, which nearly parallel rows can cause
+        return None
+    rest = target - E @ y
+    if rest @ rest < _FAR:
+        return None
+    multipliers = far * y / rest[-1]
+    d = solve_triangular(L, G.T @ multipliers - shift, lower=True, trans=1)
+    if np.any(A @ d - b > 1e-8 * (1 + np.abs(b))):
+        return None
+    return d, multipliers / length

@@ -1,0 +1,76 @@
+"""Processes that run starts: spawned, deaf to Ctrl-C, and gone when the process that began them is gone."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from concurrent.futures import ProcessPoolExecutor
+from typing import Any
+
+_stop: Any = None  # in a worker: the event that says stop
+_count: Any = None  # in a worker: the shared number of evaluations computed
+
+
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+class Workers:
+    """A pool of spawned processes, with an event that stops them and a count of what they compute.
+
+    Their linear algebra has one thread each, unless the environment says otherwise: theirs are small matrices, and many
+    threads on few processors wait for each other.
+    """
+
+    def __init__(self, number: int):
+        context = multiprocessing.get_context("spawn")
+        self.stop = context.Event()
+        self._count = context.Value("q", 0)
+        self.pool = ProcessPoolExecutor(number, context, _begin, (self.stop, self._count))
+
+    def __enter__(self) -> "Workers":
+        # the libraries read it when they are loaded, which is before any code of ours
+        self._ours = [name for name in _THREADS if name not in os.environ]
+        os.environ.update(dict.fromkeys(self._ours, "1"))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for name in self._ours:
+            os.environ.pop(name, None)
+        self.pool.shutdown()
+
+    @property
+    def computed(self) -> int:
+        """Evaluations computed so far."""
+        return self._count.value
+
+
+def stopped() -> bool:
+    """Return whether this process is a worker that was told to stop."""
+    return _stop is not None and _stop.is_set()
+
+
+def count_one() -> None:
+    """Count an evaluation, where this process is a worker."""
+    if _count is not None:
+        with _count.get_lock():
+            _count.value += 1
+
+
+def processors() -> int:
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _begin(stop: Any, count: Any) -> None:
+    global _stop, _count
+    _stop, _count = stop, count
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all; the parent decides
+    threading.Thread(target=_follow_parent, daemon=True).start()
+
+
+def _follow_parent() -> None:
+    """End this process with its parent, which cannot say goodbye when it is killed."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
