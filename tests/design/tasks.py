@@ -118,7 +118,7 @@ class Known(Task):
         function, m = PROBLEMS[self.problem].function, len(self.constraint_names)
         centers = [(np.array(hole[:-1]), hole[-1]) for hole in self.holes]
 
-        def evaluate(u, slopes):
+        def evaluate(u, slopes, memory):
             if self.log:
                 with (Path(self.log) / str(os.getpid())).open("ab") as file:
                     file.write(b".")

@@ -94,8 +94,8 @@ def test_constraints_that_cannot_be_kept_are_told():
         def prepare(self):
             evaluate = super().prepare()
 
-            def harder(u, slopes):
-                e = evaluate(u, slopes)
+            def harder(u, slopes, memory):
+                e = evaluate(u, slopes, memory)
                 return replace(e, constraints=e.constraints + 5)
 
             return harder
@@ -143,8 +143,8 @@ def test_numbers_that_are_not_finite_are_no_solution():
         def prepare(self):
             evaluate = super().prepare()
 
-            def wild(u, slopes):
-                e = evaluate(u, slopes)
+            def wild(u, slopes, memory):
+                e = evaluate(u, slopes, memory)
                 if u[0] > 0.7:
                     return replace(e, objective=-np.inf)
                 return replace(e, slope=e.slope * np.nan) if slopes and u[1] < 0.3 else e
@@ -161,7 +161,7 @@ def test_numbers_that_are_not_finite_are_no_solution():
 def test_mistakes_in_a_task_are_raised():
     class Mistaken(Known):
         def prepare(self):
-            return lambda u, slopes: Evaluation(u, 1.0, np.zeros(2 if u[0] > 0.5 else 1))
+            return lambda u, slopes, memory: Evaluation(u, 1.0, np.zeros(2 if u[0] > 0.5 else 1))
 
     with pytest.raises(ValueError, match="gives no slopes where they were asked for"):
         run(_NoSlopes("disc", anywhere=True), Gradient())
@@ -174,7 +174,7 @@ def test_mistakes_in_a_task_are_raised():
 class _NoSlopes(Known):
     def prepare(self):
         evaluate = super().prepare()
-        return lambda u, slopes: evaluate(u, False)
+        return lambda u, slopes, memory: evaluate(u, False, memory)
 
 
 @pytest.mark.parametrize(

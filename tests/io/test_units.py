@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nectosome.io import format_quantity, parse_quantity
+from nectosome.io import format_quantity, parse_quantity, show_quantity
 from nectosome.io.dimensions import DIMENSIONS
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -139,3 +139,19 @@ def test_quantities_are_written_as_people_would(value, dimension, text):
 def test_every_example_in_a_message_is_right(dimension):
     for text in DIMENSIONS[dimension].example.split(" or "):
         parse_quantity(text.strip('"'), dimension)
+
+
+@pytest.mark.parametrize(
+    ("value", "dimension", "shown"),
+    [
+        (0.005826, "length", "5.826 mm"),
+        (0.6881, "length", "688.1 mm"),
+        (0.6623, "angle", "37.95 deg"),
+        (5.925e6, "pressure", "5.925 MPa"),
+        (22.0, "angular_speed", "22 rad/s"),
+        (0.0, "length", "0 m"),
+        (0.5, "number", "0.5"),
+    ],
+)
+def test_quantities_are_shown_in_units_that_people_read(value, dimension, shown):
+    assert show_quantity(value, dimension) == shown

@@ -12,6 +12,7 @@ from cyclopts import App, CycloptsError, Parameter
 from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
 
 from nectosome.cli.check import check, schema
+from nectosome.cli.design import design
 from nectosome.cli.output import tell
 from nectosome.cli.reproduce import reproduce
 from nectosome.cli.show import show
@@ -29,7 +30,7 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for command in (reproduce, simulate, steady, show, check, schema):
+for command in (reproduce, simulate, steady, design, show, check, schema):
     app.command(command)
 
 

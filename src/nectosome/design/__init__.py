@@ -1,31 +1,56 @@
-"""Design: constrained minimisation over a box, from many starts, that survives being killed."""
+"""Design: constrained optimisation of steady motions, from many starts, that survives being killed."""
 
+from .composite import ratio_of, young_of
+from .constraints import Constraint, Limit, MotorLine, read_constraint
 from .evolution import Evolution
+from .files import Problem, change, dump_design, load_problem, restore_design, shipped_problem
 from .folder import read_design
 from .gradient import Gradient
 from .multistart import multistart
 from .pareto import Front, front
 from .pattern import Pattern
+from .problem import SteadyDesign
+from .quantities import QUANTITIES
 from .result import Result, Start
 from .solvers import SOLVERS, describe_solver, make_solver
 from .task import Evaluate, Evaluation, Outcome, Solver, Task
+from .variables import Box, Variable, read_variable
+from .workers import Workers
 
 __all__ = [
+    "QUANTITIES",
     "SOLVERS",
+    "Box",
+    "Constraint",
     "Evaluate",
     "Evaluation",
     "Evolution",
     "Front",
     "Gradient",
+    "Limit",
+    "MotorLine",
     "Outcome",
     "Pattern",
+    "Problem",
     "Result",
     "Solver",
     "Start",
+    "SteadyDesign",
     "Task",
+    "Variable",
+    "Workers",
+    "change",
     "describe_solver",
+    "dump_design",
     "front",
+    "load_problem",
     "make_solver",
     "multistart",
+    "ratio_of",
+    "read_constraint",
     "read_design",
+    "read_variable",
+    "restore_design",
+    "shipped_problem",
+    "young_of",
 ]

@@ -16,7 +16,7 @@ _BROKEN = 1e-3  # violation of a settled population that is no longer rounding
 
 @dataclass(frozen=True)
 class Evolution(Solver):
-    """CMA-ES (Hansen 2016) with an augmented Lagrangian (Dufosse and Hansen 2020); for rough objectives, no slopes.
+    """CMA-ES (Hansen 2016) with an augmented Lagrangian (Atamna, Auger and Hansen 2017); for rough objectives.
 
     A design without a solution is drawn again, so that the strategy only ever sees designs that have one.
 
@@ -50,6 +50,11 @@ class Evolution(Solver):
             from cma import CMAEvolutionStrategy  # pyright: ignore[reportMissingImports]
             from cma.constraints_handler import AugmentedLagrangian  # pyright: ignore[reportMissingImports]
 
+        class Quiet(AugmentedLagrangian):
+            def _init_(self) -> None:
+                self.logging = 0  # else it makes a folder, and files in it, where the user stands
+                super()._init_()
+
         width = evaluate.upper - evaluate.lower
         rng = np.random.default_rng(seed)
         options = {
@@ -63,9 +68,7 @@ class Evolution(Solver):
         if self.population is not None:
             options["popsize"] = self.population
         strategy = CMAEvolutionStrategy((start - evaluate.lower) / width, self.spread, options)
-        multipliers = AugmentedLagrangian(start.size) if evaluate.constraints else None
-        if multipliers is not None:
-            multipliers.logging = 0  # else it writes files where the user stands
+        multipliers = Quiet(start.size) if evaluate.constraints else None
         asked = 0
         while asked < self.evaluations:
             drawn: list[np.ndarray] = []

@@ -15,7 +15,7 @@ import numpy as np
 from nectosome.io.journal import Journal, read_journal
 
 from .folder import Folder
-from .record import Recorder, StoppedError, decode
+from .record import Compute, Recorder, StoppedError, decode
 from .result import Result, Start
 from .task import Evaluation, Solver, Task
 from .workers import Workers, processors, stopped
@@ -202,7 +202,7 @@ class _Run:
 
 _STOPPED: set[int] = set()  # runs of this process that were stopped
 _prepared_key: tuple[type, str] | None = None
-_prepared_evaluate: Callable[[np.ndarray, bool], Evaluation] | None = None
+_prepared_evaluate: Compute | None = None
 _preparing = threading.Lock()
 
 
@@ -210,7 +210,7 @@ def _run_here(job: _Job, run: int) -> Start | None:
     return job.run(lambda: stopped() or run in _STOPPED)
 
 
-def _prepared(task: Task) -> Callable[[np.ndarray, bool], Evaluation]:
+def _prepared(task: Task) -> Compute:
     """The task's `evaluate`, made once in a process for as long as it works on the same task."""
     global _prepared_key, _prepared_evaluate
     with _preparing:

@@ -15,6 +15,8 @@ from nectosome.io.journal import Journal
 from .task import Evaluation, Task
 from .workers import count_one
 
+Compute = Callable[[Float[np.ndarray, "n"], bool, Float[np.ndarray, "k"] | None], Evaluation]
+
 
 class StoppedError(Exception):
     """The run was cancelled."""
@@ -30,7 +32,7 @@ class Recorder:
     def __init__(
         self,
         task: Task,
-        compute: Callable[[Float[np.ndarray, "n"], bool], Evaluation],
+        compute: Compute,
         journal: Journal | None,
         stop: Callable[[], bool],
     ):
@@ -73,7 +75,9 @@ class Recorder:
             raise StoppedError
         count_one()
         begin = time.perf_counter()
-        found = self._compute(u, slopes)
+        known = [e for e in self.evaluations if e.memory is not None]
+        near = min(known, key=lambda e: float(np.abs((e.u - u) / (self.upper - self.lower)).max()), default=None)
+        found = self._compute(u, slopes, None if near is None else near.memory)
         evaluation = replace(_sound(found, u, slopes, self.constraints), seconds=time.perf_counter() - begin)
         if self._journal:
             self._journal.append(encode(evaluation) | {"slopes": slopes})
@@ -109,6 +113,7 @@ def encode(evaluation: Evaluation) -> dict[str, Any]:
         "constraint_slopes": None if e.constraint_slopes is None else e.constraint_slopes.tolist(),
         "reason": e.reason,
         "outputs": {name: _plain(value) for name, value in e.outputs.items()},
+        "memory": None if e.memory is None else e.memory.tolist(),
         "seconds": e.seconds,
     }
 
@@ -117,7 +122,7 @@ def decode(record: dict[str, Any]) -> Evaluation:
     """Return the evaluation that `encode` made a record of."""
     u = np.array(record["u"], dtype=float)
     u.setflags(write=False)
-    slope, slopes = record["slope"], record["constraint_slopes"]
+    slope, slopes, memory = record["slope"], record["constraint_slopes"], record["memory"]
     return Evaluation(
         u=u,
         objective=float(record["objective"]),
@@ -126,6 +131,7 @@ def decode(record: dict[str, Any]) -> Evaluation:
         constraint_slopes=None if slopes is None else np.array(slopes, dtype=float).reshape(-1, u.size),
         reason=record["reason"],
         outputs={name: float(value) for name, value in record["outputs"].items()},
+        memory=None if memory is None else np.array(memory, dtype=float),
         seconds=record["seconds"],
     )
 

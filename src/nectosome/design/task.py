@@ -24,6 +24,7 @@ class Evaluation:
     constraint_slopes: Float[np.ndarray, "m n"] | None = None
     reason: str = ""
     outputs: Mapping[str, float] = field(default_factory=dict)  # what else is worth remembering, by name
+    memory: Float[np.ndarray, "k"] | None = None  # what helps to evaluate a design nearby
     seconds: float = 0.0  # it took, filled in by who records it
 
     @classmethod
@@ -75,10 +76,11 @@ class Task(ABC):
         """Return a text that is the same for the same task only, today and tomorrow."""
 
     @abstractmethod
-    def prepare(self) -> Callable[[Float[np.ndarray, "n"], bool], Evaluation]:
-        """Return evaluate(u, slopes); called once in each worker, where programs are compiled.
+    def prepare(self) -> Callable[[Float[np.ndarray, "n"], bool, Float[np.ndarray, "k"] | None], Evaluation]:
+        """Return evaluate(u, slopes, memory); called once in each worker, where programs are compiled.
 
-        `evaluate` always gives the same numbers for the same design; with `slopes` a solved evaluation has them.
+        `memory` is that of the nearest design that this start has solved, None at first. For the same arguments
+        `evaluate` always gives the same numbers; with `slopes` a solved evaluation has them.
         """
 
     def accepts(self, evaluation: Evaluation) -> str:

@@ -50,7 +50,7 @@ from nectosome.io.paths import get_value, numeric_paths, resolve, with_values
 from nectosome.io.provenance import provenance
 from nectosome.io.results import load_dataset, save_dataset
 from nectosome.io.settings import apply_settings, parse_setting
-from nectosome.io.units import format_quantity, parse_quantity
+from nectosome.io.units import format_quantity, parse_quantity, show_quantity
 
 __all__ = [
     "STRAIN_NAMES",
@@ -112,6 +112,7 @@ __all__ = [
     "resolve",
     "save_checkpoint",
     "save_dataset",
+    "show_quantity",
     "with_values",
     "write_atomic",
 ]

@@ -36,6 +36,7 @@ DIMENSIONS = {
     "acceleration": Dimension("acceleration", "m/s2", '"9.81 m/s2"'),
     "force": Dimension("force", "N", '"1.5 N" or "1500 mN"', ("mN", "kN")),
     "torque": Dimension("torque", "N m", '"0.5 N m" or "500 mN m"', ("mN m",)),
+    "power": Dimension("power", "W", '"5 W" or "500 mW"', ("mW", "kW")),
     "line_force": Dimension("force per length", "N/m", '"2.5 N/m"', ("mN/m",)),
     "angular_stiffness": Dimension("angular stiffness", "N m/rad", '"0.5 N m/rad"', ("mN m/rad",)),
     "angular_damping": Dimension("angular damping", "N m s/rad", '"0.01 N m s/rad"', ("mN m s/rad",)),

@@ -146,6 +146,20 @@ def format_quantity(value: float, dimension: str) -> str:
     return best
 
 
+def show_quantity(value: float, dimension: str) -> str:
+    """Write an SI `value` with four digits in a unit that people like to read it in, such as `5.83 mm`; not exact."""
+    kind = DIMENSIONS[dimension]
+    units = ("deg",) if dimension == "angle" else (kind.unit, *kind.display)
+    best = min(units, key=lambda unit: _digits_before(value / float(_scale(unit, kind))))
+    return f"{value / float(_scale(best, kind)):.4g} {best}".strip()
+
+
+def _digits_before(number: float) -> float:
+    """How far a number is from lying between 1 and 1000, in decades."""
+    decades = math.log10(abs(number)) if number else 0.0
+    return max(0.0, -decades, decades - 3)
+
+
 def _nearest(number: Fraction) -> float:
     """Return the float nearest to `number`, infinite where it is too large for one."""
     try:

@@ -4,11 +4,11 @@ import os
 
 from nectosome.io import InputError, RobotDescription, did_you_mean, load_robot
 
-from .build import bind, build
+from .build import Blueprint, bind, blueprint_of, build, fill
 from .flagella import flagella
 from .shipped import file_names, file_of, flagella_count
 
-__all__ = ["bind", "build", "describe", "flagella", "names"]
+__all__ = ["Blueprint", "bind", "blueprint_of", "build", "describe", "fill", "flagella", "names"]
 
 
 def names() -> list[str]:

@@ -50,12 +50,22 @@ def build(description: RobotDescription) -> Robot:
     values = {path: get_value(description, path) for path in numeric_paths(description)}
     if any(isinstance(value, Tracer) for value in values.values()):
         return _assemble(description)
-    traced = tuple(path for path, value in values.items() if value != 0)
-    plan = _Plan(_Blueprint(description, traced))
-    return remembered(_fill, plan, jnp.array([float(values[path]) for path in traced]))
+    blueprint, numbers = blueprint_of(description)
+    return remembered(fill, blueprint, numbers)
 
 
-class _Blueprint:
+class Blueprint(eqx.Module):
+    """A description without its numbers: what of a robot is structure, the same for all robots of one kind."""
+
+    plan: "_Plan" = eqx.field(static=True)
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Paths of the numbers that are to be filled in."""
+        return self.plan.paths
+
+
+class _Plan:
     """A description to be filled with other numbers at `paths`; equal where all the rest is."""
 
     def __init__(self, description: RobotDescription, paths: tuple[str, ...]):
@@ -67,19 +77,23 @@ class _Blueprint:
         return hash(self.key)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Blueprint) and self.key == other.key
+        return isinstance(other, _Plan) and self.key == other.key
 
     def __repr__(self) -> str:
         return self.key
 
 
-class _Plan(eqx.Module):
-    blueprint: _Blueprint = eqx.field(static=True)
+def blueprint_of(description: RobotDescription, also: tuple[str, ...] = ()) -> tuple[Blueprint, Float[Array, "n"]]:
+    """Blueprint of a description, and its numbers: those that are not zero, and those at the paths `also`."""
+    values = {path: get_value(description, path) for path in numeric_paths(description)}
+    paths = tuple(path for path, value in values.items() if value != 0 or path in also)
+    return Blueprint(_Plan(description, paths)), jnp.array([float(values[path]) for path in paths])
 
 
-def _fill(plan: _Plan, values: Float[Array, "n"]) -> Robot:
-    blueprint = plan.blueprint
-    return _assemble(with_values(blueprint.description, {p: values[k] for k, p in enumerate(blueprint.paths)}))
+def fill(blueprint: Blueprint, numbers: Float[Array, "n"]) -> Robot:
+    """Robot of a blueprint with these numbers, traced."""
+    plan = blueprint.plan
+    return _assemble(with_values(plan.description, {path: numbers[k] for k, path in enumerate(plan.paths)}))
 
 
 def _assemble(d: RobotDescription) -> Robot:

@@ -1,9 +1,10 @@
 r"""Relative equilibria: shapes and rates at which all velocities stay as they are.
 
-Newton's method starts from a guess if there is one. Else, or where that fails, the robot is first made stiff, then
-softened: elastic and joint forces are taken times $e^\sigma$ while $\sigma$ falls to 0 in adaptive steps with a secant
-predictor. In water, where forces grow with the square of the speed, this is the same as speeding the drives up from
-nothing. The stiff robot, and what is left where softening stalls, is solved by pseudo-transient steps
+From a guess, Newton's method solves $R(y) = \lambda R(y_0)$ with $\lambda = 0$, or where that fails with adaptive steps
+from 1 to 0. Where there is no guess, or it does not lead there, the robot is first made stiff, then softened: elastic
+and joint forces are taken times $e^\sigma$ while $\sigma$ falls to 0 in adaptive steps with a secant predictor. In
+water, where forces grow with the square of the speed, this is the same as speeding the drives up from nothing. The
+stiff robot, and what is left where softening stalls, is solved by pseudo-transient steps
 $(P/\tau + J)\,\Delta y = -R$ with a growing $\tau$ and P the inertia (Kelley and Keyes 1998).
 """
 
@@ -24,6 +25,7 @@ from .symmetry import Symmetry
 
 _STIFF = 9.0  # sigma of the stiff robot: 8000 times as stiff
 _STEP, _SMALLEST_STEP = 2.0, 0.02  # of sigma
+_SMALLEST_SHARE = 0.05  # of the guess's residual, as a step
 _SLOW = 0.15  # contraction of Newton's correction above which the Jacobian is computed afresh
 _FAR = 0.7  # rad, m, m/s: a correction as large leaves what the Jacobian knows
 _TURN = 0.5  # the largest correction that pseudo-transient steps take
@@ -31,7 +33,7 @@ _EXACT, _ROUGH = 1e-12, 1e-3  # error of the unknowns that ends Newton's method:
 _BALANCED = 1e-10  # largest scaled residual of a solution
 _CORRECTIONS, _TRANSIENTS = 16, 200
 _TAU = 0.05  # s, of the first pseudo-transient step
-_WARM, _STIFFEN, _SOFTEN, _TRANSIENT, _DONE = range(5)
+_NEAR, _STIFFEN, _SOFTEN, _TRANSIENT, _DONE = range(5)
 
 
 class Equilibrium(NamedTuple):
@@ -45,6 +47,7 @@ class _Newton(NamedTuple):
     """Newton's iteration at one sigma."""
 
     p: Point
+    first: Array  # residual it started from
     weighed: Array  # norm of the last residual
     inverted: Array
     size: Array  # of the last correction
@@ -61,15 +64,16 @@ class _Newton(NamedTuple):
 
 
 class _Search(NamedTuple):
-    """The search as a whole."""
+    """The search as a whole: on its way from a guess or a stiff robot, `left` of the way is still to go."""
 
     p: Point
-    before: Point  # at sigma_before, for the secant
-    sigma: Array
-    sigma_before: Array
+    before: Point  # with left_before, for the secant
+    left: Array  # share of the guess's residual, or sigma
+    left_before: Array
     step: Array
     phase: Array
     found: Array
+    origin: Array  # residual of the guess
     inverted: Array
     jacobians: Array
     residuals: Array
@@ -89,38 +93,63 @@ def equilibrium(robot: Robot, symmetry: Symmetry, guess: State, warm: Bool[Array
     cold = Point(rest.q, jnp.zeros_like(guess.v), rest.z)
 
     def advance(s: _Search) -> _Search:
-        soften, stiffen = s.phase == _SOFTEN, s.phase == _STIFFEN
-        target = jnp.where(stiffen, _STIFF, jnp.where(soften, jnp.maximum(s.sigma - s.step, 0.0), 0.0))
-        span = s.sigma_before - s.sigma
-        ahead = jnp.where(soften & (span > 0), (s.sigma - target) / jnp.where(span > 0, span, 1.0), 0.0)
+        near, stiffen, soften = s.phase == _NEAR, s.phase == _STIFFEN, s.phase == _SOFTEN
+        follows = near | soften
+        target = jnp.where(stiffen, _STIFF, jnp.where(follows, jnp.maximum(s.left - s.step, 0.0), 0.0))
+        span = s.left_before - s.left
+        ahead = jnp.where(follows & (span > 0), (s.left - target) / jnp.where(span > 0, span, 1.0), 0.0)
         guess = jax.tree.map(lambda a, b, c: jnp.where(stiffen, c, a + ahead * (a - b)), s.p, s.before, cold)
-        it = _newton(equations, guess, s.inverted, target, stiffen | (s.phase == _TRANSIENT))
-        fits = jnp.isfinite(it.size) & (it.size < _FAR) & (it.left <= _tolerance(target))
-        step = jnp.where(soften, s.step * jnp.where(fits, jnp.where(it.k <= 4, 2.0, 1.0), 0.5), s.step)
+        share, sigma = jnp.where(near, target, 0.0), jnp.where(near, 0.0, target)
+        it = _newton(
+            equations, guess, s.inverted, sigma, share * s.origin, target == 0, stiffen | (s.phase == _TRANSIENT)
+        )
+        fits = jnp.isfinite(it.size) & (it.size < _FAR) & (it.left <= _tolerance(target == 0))
+        step = s.step * jnp.where(fits, jnp.where(it.k <= 4, 2.0, 1.0), 0.5)
         phase = jnp.select(
-            [s.phase == _WARM, stiffen, soften & fits, soften],
+            [follows & fits, near, soften, stiffen],
             [
-                jnp.where(fits, _DONE, _STIFFEN),
-                jnp.where(fits, _SOFTEN, _TRANSIENT),
-                jnp.where(target == 0, _DONE, _SOFTEN),
+                jnp.where(target == 0, _DONE, s.phase),
+                jnp.where(step < _SMALLEST_SHARE, _STIFFEN, _NEAR),
                 jnp.where(step < _SMALLEST_STEP, _TRANSIENT, _SOFTEN),
+                jnp.where(fits, _SOFTEN, _TRANSIENT),
             ],
             _DONE,
         )
-        # the stiff robot is the first of the path and has none before it
+        # the stiff robot is the first of its path and has none before it
         moved = (it.p, jax.tree.map(lambda a, b: jnp.where(stiffen, b, a), s.p, it.p))
-        moved = (*moved, target, jnp.where(stiffen, target, s.sigma))
-        stayed = (s.p, s.before, s.sigma, s.sigma_before)
-        p, before, sigma, sigma_before = jax.tree.map(lambda a, b: jnp.where(fits, a, b), moved, stayed)
-        found = fits & (target == 0)
-        jacobians, residuals = s.jacobians + it.jacobians, s.residuals + it.k
-        return _Search(p, before, sigma, sigma_before, step, phase, found, it.inverted, jacobians, residuals)
+        moved = (*moved, target, jnp.where(stiffen, target, s.left))
+        stayed = (s.p, s.before, s.left, s.left_before)
+        p, before, left, left_before = jax.tree.map(lambda a, b: jnp.where(fits, a, b), moved, stayed)
+        return _Search(
+            p=p,
+            before=before,
+            left=left,
+            left_before=left_before,
+            step=jnp.where(follows, step, _STEP),
+            phase=phase,
+            found=fits & (target == 0),
+            origin=jnp.where(near & (s.left == 1) & (s.step == 1), it.first, s.origin),
+            inverted=it.inverted,
+            jacobians=s.jacobians + it.jacobians,
+            residuals=s.residuals + it.k,
+        )
 
     given = Point(guess.q, symmetry.along(robot, guess), guess.z)
-    sigma, none = jnp.asarray(_STIFF), jnp.zeros((), int)
-    blank = jnp.eye(guess.v.size + ravel_pytree(guess.z)[0].size)
-    phase, no = jnp.where(warm, _WARM, _STIFFEN), jnp.asarray(False)
-    start = _Search(given, given, sigma, sigma, jnp.asarray(_STEP), phase, no, blank, none, none)
+    one, none = jnp.ones(()), jnp.zeros((), int)
+    m = guess.v.size + ravel_pytree(guess.z)[0].size
+    start = _Search(
+        p=given,
+        before=given,
+        left=one,
+        left_before=one,
+        step=one,
+        phase=jnp.where(warm, _NEAR, _STIFFEN),
+        found=jnp.asarray(False),
+        origin=jnp.zeros(m),
+        inverted=jnp.eye(m),
+        jacobians=none,
+        residuals=none,
+    )
     s = jax.lax.while_loop(lambda s: s.phase != _DONE, advance, start)
     imbalance, reaction = equations.imbalance(s.p)
     status = jnp.where(s.found & (imbalance <= _BALANCED), int(Status.SOLVED), int(Status.NO_EQUILIBRIUM))
@@ -151,12 +180,17 @@ def _implicit(primals: tuple, tangents: tuple) -> tuple[Solution, Solution]:
     return solution, eqx.tree_at(lambda s: s.value, still, change, is_leaf=lambda x: x is None)
 
 
-def _tolerance(sigma: Array) -> Array:
-    return jnp.where(sigma == 0, _EXACT, _ROUGH)
+def _tolerance(last: Array) -> Array:
+    return jnp.where(last, _EXACT, _ROUGH)
 
 
-def _newton(equations: Equations, p: Point, inverted: Array, sigma: Array, transient: Array) -> _Newton:
-    """Newton's method with a Jacobian kept while it serves, or pseudo-transient steps, at one sigma."""
+def _newton(
+    equations: Equations, p: Point, inverted: Array, sigma: Array, goal: Array, last: Array, transient: Array
+) -> _Newton:
+    """Solve R(p) = goal at one sigma, exactly if it is the last on the way.
+
+    Newton's method with a Jacobian that is kept while it serves, or pseudo-transient steps.
+    """
     m, n = inverted.shape[0], p.rates.shape[0]
     weight = jax.lax.cond(
         transient, lambda p: jnp.ones(m).at[:n].set(jnp.diagonal(equations.mass(p))), lambda _: jnp.ones(m), p
@@ -165,12 +199,12 @@ def _newton(equations: Equations, p: Point, inverted: Array, sigma: Array, trans
 
     def going(it: _Newton) -> Array:
         lost = (it.size > _FAR) | ((it.rate > 1.5) & (it.k > 1))
-        left = (it.left > _tolerance(sigma)) | ((sigma == 0) & ~it.polished)
+        left = (it.left > _tolerance(last)) | (last & ~it.polished)
         return (it.k == 0) | ((it.k < most) & left & (transient | ~lost) & jnp.isfinite(it.size))
 
     def correct(it: _Newton) -> _Newton:
         refresh = transient | (it.k == 0) | (it.rate > _SLOW)
-        r, _ = equations.residual(it.p, sigma)
+        r = equations.residual(it.p, sigma)[0] - goal
         weighed = jnp.sqrt(jnp.sum(r**2 / weight))
         # the faster the residual falls, the longer the next step
         fall = jnp.where(it.k == 0, 0.5, it.weighed / jnp.maximum(weighed, 1e-300))
@@ -187,7 +221,8 @@ def _newton(equations: Equations, p: Point, inverted: Array, sigma: Array, trans
         # of a first correction nothing is known but that Newton's method is quadratic
         rate = jnp.where(it.k == 0, jnp.minimum(0.5 * size, 1.0), size / jnp.maximum(it.size, 1e-300))
         polished = (it.k > 0) & (it.left <= _EXACT)
-        return _Newton(p, weighed, inverted, size, rate, tau, polished, it.k + 1, it.jacobians + refresh)
+        first = jnp.where(it.k == 0, r, it.first)
+        return _Newton(p, first, weighed, inverted, size, rate, tau, polished, it.k + 1, it.jacobians + refresh)
 
     zero, none, no = jnp.zeros(()), jnp.zeros((), int), jnp.asarray(False)
-    return jax.lax.while_loop(going, correct, _Newton(p, zero, inverted, zero, zero, zero + _TAU, no, none, none))
+    return jax.lax.while_loop(going, correct, _Newton(p, goal, zero, inverted, zero, zero, zero + _TAU, no, none, none))

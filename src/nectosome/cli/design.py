@@ -1,0 +1,162 @@
+"""`nectosome design`: the numbers of a robot that make its steady motion as good as it gets."""
+
+import time as clock
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import numpy as np
+from cyclopts import Parameter
+from rich.table import Table
+
+from nectosome.cli.output import tell, write
+from nectosome.cli.progress import progress_bar
+from nectosome.io import InputError, dump_robot, save_dataset, show_quantity, write_atomic
+
+if TYPE_CHECKING:
+    from nectosome.design import Evaluation, Result, SteadyDesign
+
+
+def design(
+    robot: Annotated[str | None, Parameter(help="Name of a robot that ships, or a robot file.")] = None,
+    /,
+    *,
+    solver: Annotated[
+        Literal["gradient", "pattern", "evolution"], Parameter(help="How each start is improved.")
+    ] = "gradient",
+    starts: Annotated[str, Parameter(help="How many starts, drawn at random.", allow_leading_hyphen=True)] = "12",
+    seed: Annotated[str, Parameter(help="Of the random draws.", allow_leading_hyphen=True)] = "1",
+    objective: Annotated[str | None, Parameter(help="speed, efficiency, cost_of_transport, power, ...")] = None,
+    vary: Annotated[
+        list[str] | None, Parameter("--vary", help='"PATH=LOW .. HIGH [log]": may vary; may be repeated.')
+    ] = None,
+    fix: Annotated[list[str] | None, Parameter("--fix", help="PATH=VALUE: stays; may be repeated.")] = None,
+    constraint: Annotated[
+        list[str] | None, Parameter("--constraint", help='"torque <= 0.4 N m"; may be repeated.')
+    ] = None,
+    forward: Annotated[
+        str | None, Parameter(help="x, -x, ... -z: where speed counts.", allow_leading_hyphen=True)
+    ] = None,
+    problem: Annotated[
+        Path | None, Parameter(help="Problem file; ROBOT.design.yaml beside the robot by default.")
+    ] = None,
+    out: Annotated[Path | None, Parameter(help="Folder of the run; a run that was stopped there goes on.")] = None,
+    resume: Annotated[Path | None, Parameter(help="Go on with the run in this folder.")] = None,
+) -> int:
+    """Optimise the design of a robot from many starts; the run can be stopped at any time and goes on where it was."""
+    if (robot is None) == (resume is None):
+        raise InputError("name a robot, or the folder of a run with --resume.", field="design")
+    number, seeded = _whole(starts, "--starts", 1, 100_000), _whole(seed, "--seed", 0, 2**31 - 1)
+
+    from nectosome import design as room
+    from nectosome import robots
+
+    if resume is not None:
+        held = room.read_design(resume)
+        description, wanted = room.restore_design(held["about"], str(resume))
+        options = dict(held["solver"])
+        chosen, number, seeded, folder = (
+            room.make_solver(options.pop("name"), **options),
+            held["starts"],
+            held["seed"],
+            resume,
+        )
+    else:
+        assert robot is not None
+        base = robots.describe(robot)
+        description, wanted = room.change(
+            base,
+            _problem(robot, problem, vary),
+            tuple(fix or ()),
+            tuple(vary or ()),
+            tuple(constraint or ()),
+            objective,
+            forward,
+        )
+        chosen = room.make_solver(solver)
+        folder = out or Path("out") / f"design-{description.name}-{solver}-{seeded}"
+    task = wanted.task(description)
+    began = clock.perf_counter()
+    with progress_bar(f"{description.name}, {number} starts") as update:
+
+        def progress(done: int, best: "Evaluation | None", evaluations: int) -> bool:
+            value = "" if best is None else f"best {task.objective} {_shown(best, task)}, "
+            update(f"{value}{evaluations} evaluations", done / number)
+            return True
+
+        result = room.multistart(
+            task, chosen, number, seeded, folder=folder, about=room.dump_design(description, wanted), progress=progress
+        )
+    return _tell(task, result, folder, clock.perf_counter() - began)
+
+
+def _whole(text: str, option: str, least: int, most: int) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = least - 1
+    if not least <= number <= most:
+        raise InputError(f'"{text}" must be a whole number from {least} to {most}.', field=option)
+    return number
+
+
+def _problem(robot: str, file: Path | None, vary: list[str] | None):
+    from nectosome.design import Problem, load_problem, shipped_problem
+
+    beside = Path(robot).with_suffix(".design.yaml") if robot.endswith((".yaml", ".yml")) else None
+    if file is not None:
+        return load_problem(file)
+    if beside is not None and beside.is_file():
+        return load_problem(beside)
+    found = shipped_problem(robot)
+    if found is None and not vary:
+        raise InputError(
+            f'nothing is said about what may vary. Write --vary "PATH=LOW .. HIGH", or a problem file for {robot}.'
+        )
+    return found or Problem()
+
+
+def _shown(e: "Evaluation", task: "SteadyDesign") -> str:
+    from nectosome.design import QUANTITIES
+
+    return f"{e.outputs[task.objective]:.4g} {QUANTITIES[task.objective].unit}"
+
+
+def _tell(task: "SteadyDesign", result: "Result", folder: Path, seconds: float) -> int:
+    from nectosome.design import QUANTITIES
+
+    chosen = [start for start in result.best(5) if start.best is not None]
+    if result.starts:
+        save_dataset(result.to_dataset(), folder / "evaluations.nc")
+    if not chosen:
+        why = "; ".join(dict.fromkeys(start.message for start in result.starts)) or "nothing was evaluated"
+        tell(f"{task.description.name}: no design keeps all limits: {why}.")
+        return 1
+    table = Table(header_style="bold", title="best designs", title_justify="left")
+    told = list(dict.fromkeys((task.objective, "speed", "torque", "power")))
+    for name in (*task.names, *(f"{name} ({QUANTITIES[name].unit})" for name in told)):
+        table.add_column(name, justify="right")
+    for start in chosen:
+        assert start.best is not None
+        values = [
+            show_quantity(float(x), v.dimension)
+            for v, x in zip(task.variables, task.box.values(start.best.u), strict=True)
+        ]
+        table.add_row(*values, *(f"{start.best.outputs[name]:.4g}" for name in told))
+    best = chosen[0].best
+    assert best is not None
+    write_atomic(folder / "best.yaml", dump_robot(task.robot_at(best.u)).encode())
+    active = [name for name, g in zip(task.constraint_names, best.constraints, strict=True) if g > -1e-4]
+    counted = sum(len(start.evaluations) for start in result.starts)
+    refused = sum(sum(start.rejected.values()) for start in result.starts)
+    write(
+        table,
+        f"{len(result.starts)} starts, {refused} drawn designs refused, {counted} evaluations, {seconds:.1f} s; "
+        f"{100 * result.share():.0f} % of the starts within 1 % of the best",
+        f"at its limit: {', '.join(active) or 'nothing'}",
+        f"best design: {folder / 'best.yaml'}; all evaluations: {folder / 'evaluations.nc'}",
+        wrap=False,
+    )
+    unfinished = np.sum([not start.converged for start in result.starts])
+    if unfinished:
+        tell(f"{unfinished} of {len(result.starts)} starts ended before they converged; their best designs count.")
+    return 0

@@ -1,0 +1,124 @@
+"""Problem files: what may vary, what is wanted and what must be kept, in the words that a person writes."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from nectosome.io import InputError, RobotDescription, apply_settings, did_you_mean, dump_robot, parse_robot, resolve
+from nectosome.io.yaml_text import read_yaml
+
+from .constraints import read_constraint
+from .problem import SteadyDesign
+from .variables import read_variable
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A design problem in words; `variables` maps names to ranges such as `1.4 MPa .. 1681 MPa log`."""
+
+    variables: Mapping[str, str] = field(default_factory=dict)
+    objective: str = "speed"
+    constraints: tuple[str, ...] = ()
+    forward: str = "x"
+
+    def task(self, description: RobotDescription) -> SteadyDesign:
+        """Task for a robot. Raises InputError for what does not fit it."""
+        variables = tuple(read_variable(name, text, description) for name, text in self.variables.items())
+        constraints = tuple(read_constraint(text) for text in self.constraints)
+        return SteadyDesign(description, variables, self.objective, constraints, self.forward)
+
+
+def load_problem(path: str | Path) -> Problem:
+    """Read a problem file. Raises InputError that names file, line and field."""
+    source = str(path)
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot be read: {getattr(error, 'strerror', None) or error}.", file=source) from None
+    return _parse(text, source)
+
+
+def shipped_problem(robot: str) -> Problem | None:
+    """Problem that ships for a robot that ships, by name; None where there is none."""
+    known = {path.name for path in files("nectosome.design").joinpath("problems").iterdir()}
+    if f"{robot}.yaml" not in known:
+        return None
+    text = files("nectosome.design").joinpath("problems", f"{robot}.yaml").read_text(encoding="utf-8")
+    return _parse(text, f"{robot}.yaml")
+
+
+def change(
+    description: RobotDescription,
+    problem: Problem,
+    fixed: tuple[str, ...] = (),
+    vary: tuple[str, ...] = (),
+    constraints: tuple[str, ...] = (),
+    objective: str | None = None,
+    forward: str | None = None,
+) -> tuple[RobotDescription, Problem]:
+    """Robot and problem with changes: `PATH=VALUE` fixed, `PATH=RANGE` varied, constraints and objective replaced.
+
+    A constraint takes the place of those on the same quantity; what is fixed varies no more. Raises InputError.
+    """
+    description = apply_settings(description, fixed)
+    variables = dict(problem.variables)
+    for text in vary:
+        name, equals, span = text.partition("=")
+        if not equals:
+            raise InputError(f'"{text}" is no range of a quantity. Write PATH=LOW..HIGH with units.', field="vary")
+        variables = _without(variables, name.strip(), description) | {name.strip(): span.strip()}
+    for text in fixed:
+        variables = _without(variables, text.partition("=")[0].strip(), description)
+    new = [read_constraint(text) for text in constraints]
+    replaced = {c.uses[0] for c in new}
+    kept = [text for text in problem.constraints if read_constraint(text).uses[0] not in replaced]
+    return description, Problem(
+        variables, objective or problem.objective, (*kept, *map(str, new)), forward or problem.forward
+    )
+
+
+def dump_design(description: RobotDescription, problem: Problem) -> dict[str, Any]:
+    """Robot and problem as JSON data, for the folder of a run."""
+    return {"robot": dump_robot(description), "problem": asdict(problem)}
+
+
+def restore_design(about: Mapping[str, Any], source: str) -> tuple[RobotDescription, Problem]:
+    """Robot and problem that `dump_design` stored. Raises InputError where they are not there."""
+    try:
+        p = about["problem"]
+        problem = Problem(p["variables"], p["objective"], tuple(p["constraints"]), p["forward"])
+        return parse_robot(about["robot"]), problem
+    except (KeyError, TypeError) as error:
+        raise InputError(f"holds no robot and problem that can be read ({error}).", file=source) from None
+
+
+def _without(variables: Mapping[str, str], name: str, description: RobotDescription) -> dict[str, str]:
+    paths = set(resolve(description, name)) if _is_quantity(name, description) else set()
+    return {v: text for v, text in variables.items() if not paths & set(resolve(description, v))}
+
+
+def _is_quantity(name: str, description: RobotDescription) -> bool:
+    try:
+        resolve(description, name)
+    except InputError:
+        return False
+    return True
+
+
+def _parse(text: str, source: str) -> Problem:
+    data, _ = read_yaml(text, source)
+    if not isinstance(data, dict):
+        raise InputError("is no problem file: it has no named fields.", file=source)
+    known = ("about", "variables", "objective", "constraints", "forward")
+    for key in data:
+        if key not in known:
+            raise InputError(f"is not known here.{did_you_mean(str(key), known)}", file=source, field=str(key))
+    variables, constraints = data.get("variables", {}), data.get("constraints", [])
+    if not isinstance(variables, dict) or not variables:
+        raise InputError("needs at least one name with a range.", file=source, field="variables")
+    if not isinstance(constraints, list):
+        raise InputError("must be a list.", file=source, field="constraints")
+    words = (str(data.get("objective", "speed")), tuple(map(str, constraints)), str(data.get("forward", "x")))
+    return Problem({str(name): str(span) for name, span in variables.items()}, *words)

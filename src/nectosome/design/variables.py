@@ -1,0 +1,70 @@
+"""Design variables: a quantity of the robot by its path, and the range in which it may be chosen."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from nectosome.io import InputError, RobotDescription, format_quantity, get_value, numeric_paths, resolve
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A quantity between two values [SI], on a linear or a logarithmic scale."""
+
+    name: str  # path or alias
+    lower: float
+    upper: float
+    log: bool
+    dimension: str
+
+    def text(self) -> str:
+        """Range as it is written in a problem file."""
+        low, high = (format_quantity(x, self.dimension) for x in (self.lower, self.upper))
+        return f"{low} .. {high}{' log' if self.log else ''}"
+
+
+def read_variable(name: str, text: str, description: RobotDescription) -> Variable:
+    """Read a range such as `1.4 MPa .. 1681 MPa log`.
+
+    Raises InputError for an unknown name, a value that its field does not allow, an empty range, a logarithm of zero.
+    """
+    match = re.fullmatch(r"(.+?)\.\.(.+?)(\s+log)?\s*", str(text), re.DOTALL)
+    if match is None:
+        raise InputError(f'"{text}" is no range. Write two values, as in "300 mm .. 700 mm".', field=name)
+    quantities = numeric_paths(description)
+    paths = resolve(description, name)
+    try:
+        lower, upper = (quantities[paths[0]].read(end.strip(), units_required=True) for end in match.groups()[:2])
+        for path in paths[1:]:
+            for end in match.groups()[:2]:
+                quantities[path].read(end.strip(), units_required=True)
+    except ValueError as error:
+        raise InputError(str(error), field=name) from None
+    if not lower < upper:
+        raise InputError(f'"{text}" is empty: its lower end must be less than its upper end.', field=name)
+    log = match.group(3) is not None
+    if log and lower <= 0:
+        raise InputError(f'"{text}" has no logarithm: its lower end must be more than 0.', field=name)
+    return Variable(name, lower, upper, log, quantities[paths[0]].dimension)
+
+
+class Box:
+    """Variables together: from [0, 1]^n to their values and back."""
+
+    def __init__(self, variables: tuple[Variable, ...]):
+        self.log = np.array([v.log for v in variables])
+        ends = np.array([(v.lower, v.upper) for v in variables])
+        self.ends = np.where(self.log[:, None], np.log(np.where(self.log[:, None], ends, 1.0)), ends)
+
+    def values(self, u: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+        """SI values of a design."""
+        x = self.ends[:, 0] + np.asarray(u) * (self.ends[:, 1] - self.ends[:, 0])
+        return np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x)
+
+    def design(self, description: RobotDescription, variables: tuple[Variable, ...]) -> Float[np.ndarray, "n"]:
+        """Place of a robot in the box; outside of [0, 1] where the robot is outside of it."""
+        x = np.array([float(get_value(description, v.name)) for v in variables])
+        x = np.where(self.log, np.log(np.where(self.log, x, 1.0)), x)
+        return (x - self.ends[:, 0]) / (self.ends[:, 1] - self.ends[:, 0])
