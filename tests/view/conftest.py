@@ -80,5 +80,5 @@ def study():
         "flagella4": made_up_run(),
     }
     return SimpleNamespace(
-        name="flagellum", title="Flagellum", about="A <soft> one.", rows=rows, runs=runs, seconds=3.2
+        name="flagellum", title="Flagellum", about="A <soft> one.", rows=rows, runs=runs, seconds=3.2, data={}
     )

@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -15,7 +15,7 @@ Progress = Callable[[str, float], None]  # what is being done, share of the stud
 
 @dataclass(frozen=True)
 class Study:
-    """Outcome of a study: scorecard rows, the runs behind them, and how long it took."""
+    """Outcome of a study: scorecard rows, the runs behind them, how long it took, and what else there is to draw."""
 
     name: str
     title: str
@@ -23,6 +23,7 @@ class Study:
     rows: list[dict[str, Any]]
     runs: dict[str, "xr.Dataset"]
     seconds: float
+    data: dict[str, "xr.Dataset"] = field(default_factory=dict)  # by figure, see `view/design.py`
 
 
 def printed(study: str) -> dict[str, dict[str, Any]]:

@@ -12,6 +12,7 @@ from .robot3d import actor, stage
 from .style import BLUE, CYCLE, GREY, VERMILLION, End, Panel, dress, label_ends, readable, source_colour, span
 
 if TYPE_CHECKING:
+    import plotly.graph_objects as go
     import xarray as xr
 
 Runs = Mapping[str, "xr.Dataset"]
@@ -37,10 +38,6 @@ def panels(runs: Runs) -> list[Panel]:
 
 def shapes_panel(runs: Runs) -> Panel:
     """The five designs side by side over one revolution of the motor."""
-    actors = []
-    for i, name in enumerate(DESIGNS):
-        place = (_APART[0] * (i % 3), 0.0, -_APART[1] * (i // 3))
-        actors.append(actor(runs[name], _revolution(runs[name]), _label(runs, name), CYCLE[i], place))
     slow = _FRAMES * 0.05 / (series.last_turn(runs["row1"])[1] - series.last_turn(runs["row1"])[0])
     caption = (
         "Simulated shapes during the last revolution of the motor, to scale. The turning filament bends into a helix, "
@@ -48,7 +45,17 @@ def shapes_panel(runs: Runs) -> Panel:
         f"one design alone 0.2 m. Played about {slow:.1f} times slower than life; drag to turn, scroll to come closer, "
         "and pick one design in the menu to turn it alone."
     )
-    return Panel("The five designs, swimming", caption, stage(actors, _ANGLES, True, "motor angle "))
+    labels = {name: _label(runs, name) for name in DESIGNS}
+    return Panel("The five designs, swimming", caption, side_by_side(runs, labels))
+
+
+def side_by_side(runs: Runs, labels: Mapping[str, str], height: int = 520) -> "go.Figure":
+    """Scene of some runs with a label for each, in rows of three, at the same motor angles of their last revolution."""
+    actors = []
+    for i, (name, label) in enumerate(labels.items()):
+        place = (_APART[0] * (i % 3), 0.0, -_APART[1] * (i // 3))
+        actors.append(actor(runs[name], _revolution(runs[name]), label, CYCLE[i % len(CYCLE)], place))
+    return stage(actors, _ANGLES, True, "motor angle ", height)
 
 
 def four_panel(runs: Runs) -> Panel:

@@ -3,10 +3,14 @@
 from collections.abc import Iterable
 from html import escape
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from nectosome.io import write_atomic
 
 from .style import Panel
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
 
 _CSS = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; margin: 0 auto; max-width: 1240px; padding: 0 24px 64px; }
@@ -57,16 +61,19 @@ def _write(path: str | Path, title: str, script: str, parts: Iterable[str]) -> N
 
 def panel_html(panel: Panel, key: str) -> str:
     """Heading, figure and caption of a panel; `key` is its id, unique on the page."""
+    shown = f'<div id="{key}">{panel.figure}</div>' if isinstance(panel.figure, str) else _plot(panel.figure, key)
+    return f"<figure><h3>{escape(panel.title)}</h3>\n{shown}\n<figcaption>{escape(panel.caption)}</figcaption></figure>"
+
+
+def _plot(figure: "go.Figure", key: str) -> str:
     import plotly.io as pio
 
-    height = f"{panel.figure['layout']['height']}px"
-    plot = pio.to_html(
-        panel.figure,
+    return pio.to_html(
+        figure,
         config=_CONFIG,
         auto_play=False,
         include_plotlyjs=False,
         full_html=False,
-        default_height=height,
+        default_height=f"{figure['layout']['height']}px",
         div_id=key,
     )
-    return f"<figure><h3>{escape(panel.title)}</h3>\n{plot}\n<figcaption>{escape(panel.caption)}</figcaption></figure>"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from nectosome.io import provenance
 
-from . import flagellum, robot3d, series
+from . import design, flagellum, robot3d, series
 from .page import panel_html, write_library, write_page, write_panel
 from .scorecard import summary, table
 from .style import Panel
@@ -48,6 +48,11 @@ class Study(Protocol):
     @property
     def seconds(self) -> float:
         """How long it took [s]."""
+        ...
+
+    @property
+    def data(self) -> Mapping[str, "xr.Dataset"]:
+        """What else there is to draw, by figure."""
         ...
 
 
@@ -122,8 +127,10 @@ def _section(study: Study) -> Iterator[str]:
 
 def _panels(study: Study) -> list[Panel]:
     if study.name in _PANELS:
-        return _PANELS[study.name](study.runs)
-    return [series.speeds_panel(study.runs)] if study.runs else []
+        own = _PANELS[study.name](study.runs)
+    else:
+        own = [series.speeds_panel(study.runs)] if study.runs else []
+    return own + design.panels(study.data, study.runs)
 
 
 def _ended(run: "xr.Dataset") -> str:

@@ -1,7 +1,8 @@
 """How figures look: colours that colour-blind readers can tell apart, axes, labels at the ends of lines."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -24,11 +25,11 @@ _GAP = 15  # pixels between labels
 
 
 class Panel(NamedTuple):
-    """A figure on a page: what it is called, what there is to see, and the figure itself."""
+    """A figure on a page: what it is called, what there is to see, and the figure itself, or the HTML of a table."""
 
     title: str
     caption: str
-    figure: "go.Figure"
+    figure: "go.Figure | str"
 
 
 class End(NamedTuple):
@@ -47,6 +48,11 @@ def source_colour(name: str) -> str:
 def readable(name: str) -> str:
     """Name of a load or coordinate as people write it."""
     return name.replace("_", " ")
+
+
+def plain(text: Any) -> str:
+    """Text of a dataset for a figure, which would else take what looks like a tag for one."""
+    return escape(str(text), quote=False)
 
 
 def dress(fig: "go.Figure", height: int, labels: int = 0) -> "go.Figure":
@@ -76,6 +82,20 @@ def span(values: Sequence[float], room: float = 0.08) -> tuple[float, float]:
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     more = room * (high - low) or 0.05 * abs(high) or 1.0
     return low - more, high + more
+
+
+def log_ticks(values: Iterable[float]) -> dict[str, Any]:
+    """Ticks of a logarithmic axis that shows positive values: each with its full number, few enough to read."""
+    import numpy as np
+
+    finite = np.array(list(values), dtype=float)
+    finite = finite[np.isfinite(finite) & (finite > 0)]
+    if not finite.size:
+        return {}
+    low, high = np.log10(finite.min()), np.log10(finite.max())
+    steps = (1,) if high - low > 3.5 else (1, 2, 5) if high - low > 0.5 else (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 9)
+    ticks = [m * 10.0**k for k in range(int(np.floor(low)) - 1, int(np.ceil(high)) + 2) for m in steps]
+    return {"tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]}
 
 
 def label_ends(

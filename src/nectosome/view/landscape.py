@@ -1,0 +1,225 @@
+"""Figures of the ground that a search walks on: speed around designs, sensitivities, how the best stiffness moves."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+from .style import BLACK, BLUE, GREEN, VERMILLION, Panel, dress, log_ticks, plain
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+    import xarray as xr
+
+NAMES = {
+    "L": "length",
+    "tip_radius": "tip radius",
+    "alpha": "hook angle",
+    "omega": "motor speed",
+    "E": "Young's modulus",
+}
+_UNITS = {"alpha": (180 / np.pi, "deg"), "tip_radius": (1e3, "mm")}
+_FORWARD_BACKWARD = [  # backward to forward
+    (0.0, "#7a3300"),
+    (0.2, VERMILLION),
+    (0.4, "#f6c9a6"),
+    (0.5, "#ffffff"),
+    (0.6, "#a9d3ee"),
+    (0.8, BLUE),
+    (1.0, "#00304f"),
+]
+_UNSOLVED = "#b9bec5"
+_ABREAST = 3
+
+
+def map_panel(chart: "xr.Dataset") -> Panel:
+    """Speed of each design against motor speed and Young's modulus, with the torque limit."""
+    from plotly.subplots import make_subplots
+
+    names = [plain(name) for name in chart["design"].values]
+    rows, cols = -(-len(names) // _ABREAST), min(len(names), _ABREAST)
+    fig = make_subplots(
+        rows,
+        cols,
+        shared_xaxes=True,
+        shared_yaxes=True,
+        horizontal_spacing=0.03,
+        vertical_spacing=0.12 / rows,
+        subplot_titles=names,
+    )
+    speed = chart["speed"].transpose("design", "young", "omega").values
+    torque = chart["torque"].transpose("design", "young", "omega").values
+    omega, young = chart["omega"].values, 1e-6 * chart["young"].values
+    limit = chart.attrs.get("torque_limit")
+    for i, name in enumerate(names):
+        row, col = i // _ABREAST + 1, i % _ABREAST + 1
+        where = {"row": row, "col": col}
+        x, y = np.meshgrid(omega, young)
+        hover = "%{customdata[0]:.4g} rad/s, %{customdata[1]:.4g} MPa<br>%{z:.4f} m/s at %{customdata[2]:.3f} N m"
+        fig.add_heatmap(
+            x=_edges(omega),
+            y=np.exp(_edges(np.log(young))),
+            z=speed[i],
+            customdata=np.stack([x, y, torque[i]], axis=-1),
+            hovertemplate=hover,
+            name=name,
+            coloraxis="coloraxis",
+            **where,
+        )
+        if min(speed[i].shape) > 1:
+            _add_level(fig, omega, young, speed[i], 0.0, "dot", where)
+            if limit is not None:
+                _add_level(fig, omega, young, torque[i], limit, "solid", where)
+        if "here_omega" in chart and "here_young" in chart:
+            marker = {"symbol": "star", "size": 15, "color": "white", "line": {"color": BLACK, "width": 1.5}}
+            fig.add_scatter(
+                x=[float(chart["here_omega"].values[i])],
+                y=[1e-6 * float(chart["here_young"].values[i])],
+                mode="markers",
+                marker=marker,
+                cliponaxis=False,
+                name="the design's own motor speed and modulus",
+                showlegend=i == 0,
+                hovertemplate="%{x:.4g} rad/s, %{y:.4g} MPa",
+                **where,
+            )
+    _add_key(fig, "speed 0", "dot")
+    if limit is not None:
+        _add_key(fig, f"torque {limit:g} N m", "solid")
+    for col in range(1, cols + 1):
+        lowest = rows - (col > (len(names) - 1) % _ABREAST + 1)
+        fig.update_xaxes(title="motor speed (rad/s)", showticklabels=True, row=lowest, col=col)
+    fig.update_yaxes(type="log", **log_ticks(young))
+    fig.update_yaxes(title="Young's modulus (MPa)", col=1)
+    dress(fig, 130 + 300 * rows)
+    fig.update_layout(showlegend=True, hovermode="closest", margin_t=76, plot_bgcolor=_UNSOLVED)
+    fig.update_layout(legend_yref="container", legend_y=1.0, legend_yanchor="top")
+    fig.update_layout(coloraxis=_colours(speed))
+    fig.update_xaxes(showgrid=False, zeroline=False, range=_edges(omega)[[0, -1]].tolist())
+    fig.update_yaxes(showgrid=False, zeroline=False, range=(_edges(np.log10(young))[[0, -1]]).tolist())
+    caption = (
+        "Computed steady speed against motor speed and Young's modulus, all else as in the design: blue swims forward, "
+        "orange backward, and on the dotted line the thrust reverses. "
+    )
+    if limit is not None:
+        caption += "The solid line is where the motor's torque reaches its limit. "
+    if np.any(~np.isfinite(speed)):
+        caption += "Grey: no steady motion was found. "
+    return Panel("Forward and backward: motor speed and stiffness", caption.strip(), fig)
+
+
+def _colours(speed: Float[np.ndarray, "design young omega"]) -> dict[str, object]:
+    """Colours that are the same for all designs, white at zero."""
+    most = float(np.max(np.abs(speed[np.isfinite(speed)]), initial=0.0)) or 1.0
+    bar = {"title": {"text": "m/s", "side": "top"}, "thickness": 14, "outlinewidth": 0, "x": 1.01}
+    return {"colorscale": _FORWARD_BACKWARD, "cmin": -most, "cmax": most, "colorbar": bar}
+
+
+def _edges(centres: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
+    """Edges of the cells around points, half way between them."""
+    if len(centres) == 1:
+        return np.array([centres[0] - 0.5, centres[0] + 0.5])
+    between = 0.5 * (centres[1:] + centres[:-1])
+    return np.concatenate([[2 * centres[0] - between[0]], between, [2 * centres[-1] - between[-1]]])
+
+
+def _add_level(
+    fig: "go.Figure",
+    x: Float[np.ndarray, "nx"],
+    y: Float[np.ndarray, "ny"],
+    z: Float[np.ndarray, "ny nx"],
+    level: float,
+    dash: str,
+    where: dict[str, int],
+) -> None:
+    """Draw the line on which z has a level."""
+    contours = {"coloring": "none", "start": level, "end": level, "size": 1}
+    line = {"color": BLACK, "width": 2, "dash": dash}
+    fig.add_contour(
+        x=x, y=y, z=z, contours=contours, line=line, showscale=False, showlegend=False, hoverinfo="skip", **where
+    )
+
+
+def _add_key(fig: "go.Figure", text: str, dash: str) -> None:
+    line = {"color": BLACK, "width": 2, "dash": dash}
+    fig.add_scatter(x=[None], y=[None], mode="lines", line=line, name=text, row=1, col=1)
+
+
+def sensitivity_panel(sensitivity: "xr.Dataset") -> Panel:
+    """Change of speed and torque for one percent more of each variable, the strongest on top."""
+    from plotly.subplots import make_subplots
+
+    outputs = [str(name) for name in sensitivity["output"].values]
+    fig = make_subplots(
+        1, len(outputs), shared_yaxes=True, horizontal_spacing=0.06, subplot_titles=[plain(o) for o in outputs]
+    )
+    percent = sensitivity["percent"].transpose("variable", "output").values
+    order = np.argsort(np.nan_to_num(np.abs(percent[:, 0]), nan=-1.0), kind="stable")
+    names = [plain(NAMES.get(str(v), str(v).replace("_", " "))) for v in sensitivity["variable"].values[order]]
+    most = float(np.max(np.abs(percent[np.isfinite(percent)]), initial=0.0)) or 1.0
+    for k in range(len(outputs)):
+        change = percent[order, k]
+        fig.add_bar(
+            x=change,
+            y=names,
+            orientation="h",
+            marker_color=[BLUE if c > 0 else VERMILLION for c in change],
+            text=[f"{c:+.2f} %" if abs(c) >= 0.1 else f"{c:+.1g} %" if np.isfinite(c) else "" for c in change],
+            textposition="outside",
+            cliponaxis=False,
+            hovertemplate="%{y}: %{x:+.4f} %",
+            name=outputs[k],
+            row=1,
+            col=k + 1,
+        )
+    fig.update_xaxes(title="change (%)", range=(-1.5 * most, 1.5 * most))
+    dress(fig, 130 + 46 * len(names)).update_layout(hovermode="closest", margin_l=130, margin_t=60)
+    fig.update_yaxes(showgrid=False)
+    fig.update_xaxes(zerolinecolor=BLACK)
+    label = sensitivity.attrs.get("label")
+    caption = (
+        "Computed: percent by which an output of the steady motion changes for one percent more of a variable, from "
+        "derivatives at this design. Blue: more; orange: less."
+    )
+    return Panel(f"Sensitivity{f' of {label}' if label else ''}", caption, fig)
+
+
+def trend_panel(trend: "xr.Dataset") -> Panel:
+    """Best Young's modulus, and the speed with it, where the hook angle or the tip radius is given."""
+    from plotly.subplots import make_subplots
+
+    fixed = [str(name) for name in trend["fixed"].values]
+    fig = make_subplots(
+        2,
+        len(fixed),
+        shared_xaxes=True,
+        shared_yaxes=True,
+        row_heights=[0.62, 0.38],
+        horizontal_spacing=0.05,
+        vertical_spacing=0.06,
+    )
+    for col, name in enumerate(fixed, start=1):
+        own = trend.isel(fixed=col - 1).sortby("value")
+        scale, unit = _UNITS.get(name, (1.0, "SI"))
+        for row, (y, colour) in enumerate(((1e-6 * own["young"].values, BLUE), (own["speed"].values, GREEN)), start=1):
+            fig.add_scatter(
+                x=scale * own["value"].values,
+                y=y,
+                mode="lines+markers",
+                line_color=colour,
+                marker_size=8,
+                hovertemplate=f"%{{x:.4g}} {unit}: %{{y:.4g}} {'MPa' if row == 1 else 'm/s'}",
+                name=name,
+                row=row,
+                col=col,
+            )
+        fig.update_xaxes(title=f"{plain(NAMES.get(name, name))} ({unit})", row=2, col=col)
+    fig.update_yaxes(type="log", row=1, **log_ticks(1e-6 * trend["young"].values.ravel()))
+    fig.update_yaxes(title="best Young's modulus (MPa)", row=1, col=1)
+    fig.update_yaxes(title="speed (m/s)", row=2, col=1)
+    dress(fig, 480).update_layout(hovermode="closest")
+    caption = (
+        "Computed: Young's modulus of the best design (above) and its speed (below) where one variable is given and "
+        "all others are optimised; no point where the search found none."
+    )
+    return Panel("How the best stiffness moves", caption, fig)
