@@ -1,0 +1,228 @@
+"""The design optimisation (section III): many starts with three solvers, and what the best design is like."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+
+from nectosome.design import (
+    Evaluation,
+    Evolution,
+    Gradient,
+    Limit,
+    MotorLine,
+    Pattern,
+    Result,
+    Solver,
+    Start,
+    SteadyDesign,
+    Workers,
+    multistart,
+)
+from nectosome.design.record import Recorder
+from nectosome.io import RobotDescription, get_value
+
+SOLVERS: dict[str, Solver] = {
+    "gradient": Gradient(),
+    "pattern": Pattern(smallest_mesh=1e-4, evaluations=300),
+    "evolution": Evolution(evaluations=300),
+}
+MOTOR = MotorLine(0.89, 22.0)
+Tell = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Search:
+    """Results by (solver, seed), and the wall time of each [s]."""
+
+    task: SteadyDesign
+    results: dict[tuple[str, int], Result]
+    seconds: dict[tuple[str, int], float]
+    motor: Result  # within the motor's line, gradient, first seed
+    workers: int
+
+    def start(self, solver: str, seed: int | None = None) -> Start:
+        """Best start of a solver, with one seed or all."""
+        found = [s for (name, k), r in self.results.items() if name == solver and seed in (None, k) for s in r.best()]
+        return min(found, key=lambda start: best_of(start).objective)
+
+    def best(self) -> Evaluation:
+        """Best evaluation of all."""
+        return min((best_of(self.start(name)) for name in SOLVERS), key=lambda e: e.objective)
+
+
+def best_of(start: Start) -> Evaluation:
+    """Best evaluation of a start. Raises RuntimeError where there is none."""
+    if start.best is None:
+        raise RuntimeError("no start has found a design that keeps all limits")
+    return start.best
+
+
+def search(task: SteadyDesign, starts: int, seeds: tuple[int, ...], tell: Tell, workers: int = 2) -> Search:
+    """Run every solver from as many starts with each seed."""
+    results, seconds = {}, {}
+    rounds = [(name, seed) for name in SOLVERS for seed in seeds]
+    with Workers(workers) as pool:
+        for i, (name, seed) in enumerate(rounds):
+            began = time.perf_counter()
+
+            def progress(
+                done: int, best: Evaluation | None, _: int, i: int = i, name: str = name, seed: int = seed
+            ) -> None:
+                fastest = "" if best is None else f", best {best.outputs['speed']:.3f} m/s"
+                tell(
+                    f"{name}, seed {seed}: {done} of {starts} starts{fastest}", (i + done / starts) / (len(rounds) + 1)
+                )
+
+            results[name, seed] = multistart(task, SOLVERS[name], starts, seed, executor=pool.pool, progress=progress)
+            seconds[name, seed] = time.perf_counter() - began
+        tell("within the motor's line", len(rounds) / (len(rounds) + 1))
+        limited = replace(task, constraints=(MOTOR,))
+        motor = multistart(limited, Gradient(), max(6, starts // 3), seeds[0], executor=pool.pool)
+    return Search(task, results, seconds, motor, workers)
+
+
+def starts_table(search: Search, printed: dict[str, float]) -> xr.Dataset:
+    """Best of every start."""
+    solvers = list(dict.fromkeys(name for name, _ in search.results))
+    seeds = list(dict.fromkeys(seed for _, seed in search.results))
+    count = max(len(r.starts) for r in search.results.values())
+    table = {
+        k: np.full((len(solvers), len(seeds), count), np.nan)
+        for k in ("speed", "torque", "seconds", "evaluations", "rejected")
+    }
+    for (name, seed), result in search.results.items():
+        here = solvers.index(name), seeds.index(seed)
+        for start in result.starts:
+            k = (*here, start.number)
+            table["seconds"][k], table["evaluations"][k] = start.seconds, len(start.evaluations) - start.draws
+            table["rejected"][k] = sum(start.rejected.values())
+            if start.best is not None:
+                table["speed"][k], table["torque"][k] = start.best.outputs["speed"], start.best.outputs["torque"]
+    dims = ("solver", "seed", "start")
+    units = {"speed": "m/s", "torque": "N m", "seconds": "s", "evaluations": "1", "rejected": "1"}
+    return xr.Dataset(
+        {name: (dims, values, {"units": units[name]}) for name, values in table.items()},
+        coords={"solver": solvers, "seed": seeds},
+        attrs=printed,
+    )
+
+
+def history(search: Search, printed_speed: float) -> xr.Dataset:
+    """Best so far after each iteration of each solver's best start."""
+    chosen = {name: search.start(name) for name in SOLVERS}
+    most = max(len(start.marks) for start in chosen.values()) + 1
+    speed, evaluations = np.full((len(chosen), most), np.nan), np.full((len(chosen), most), np.nan)
+    for i, start in enumerate(chosen.values()):
+        for k in range(len(start.marks) + 1):
+            best = start.best_at(k)
+            speed[i, k] = np.nan if best is None else best.outputs["speed"]
+            evaluations[i, k] = start.marks[k - 1] - start.draws if k else 0
+    return xr.Dataset(
+        {
+            "speed": (("solver", "iteration"), speed, {"units": "m/s"}),
+            "evaluations": (("solver", "iteration"), evaluations),
+        },
+        coords={"solver": list(chosen), "iteration": np.arange(most)},
+        attrs={"printed_speed": printed_speed},
+    )
+
+
+def best_designs(search: Search, table2: list[tuple[RobotDescription, float, float]]) -> xr.Dataset:
+    """Our five best designs beside those of Table II, given with speed and torque; who passes the motor's line."""
+    task, rows = search.task, []
+    starts = [s for r in search.results.values() for s in r.best(5)]
+    apart: list[Evaluation] = []
+    for e in sorted((s.best for s in starts if s.best is not None), key=lambda e: e.objective):
+        if len(apart) < 5 and all(np.abs(e.u - o.u).max() >= 0.01 for o in apart):
+            apart.append(e)
+    for e in apart:
+        rows.append(("ours", *task.box.values(e.u), e.outputs["speed"], e.outputs["torque"]))
+    for description, speed, torque in table2:
+        rows.append(("Table II", *(float(get_value(description, v.name)) for v in task.variables), speed, torque))
+    names = ("source", *task.names, "speed", "torque")
+    columns = {name: ("rank", np.array([row[i] for row in rows])) for i, name in enumerate(names)}
+    excess = [MOTOR.excess({"torque": row[-1], "drive_rate": row[1 + task.names.index("omega")]}) for row in rows]
+    columns["above_motor_line"] = ("rank", np.array(excess))
+    return xr.Dataset(columns)
+
+
+def sensitivity(task: SteadyDesign, best: Evaluation, label: str) -> xr.Dataset:
+    """Percent change of speed and torque at a design for 1 percent more of each variable."""
+    evaluate = task.prepare()
+    e = evaluate(best.u, True, best.memory)
+    width = task.box.ends[:, 1] - task.box.ends[:, 0]
+    x = task.box.values(best.u)
+    along = np.where(task.box.log, 1.0, x) / width  # du for a relative change of x
+    limit = task.constraints[0]
+    if e.slope is None or e.constraint_slopes is None or not isinstance(limit, Limit):
+        raise RuntimeError(f"{label}: no slopes at the best design: {e.reason}")
+    speed = -e.slope * along / e.outputs["speed"]
+    torque = e.constraint_slopes[0] * limit.value * along / e.outputs["torque"]
+    return xr.Dataset(
+        {"percent": (("variable", "output"), np.stack([speed, torque], axis=1))},
+        coords={"variable": list(task.names), "output": ["speed", "torque"]},
+        attrs={"label": label},
+    )
+
+
+def stiffness_trend(task: SteadyDesign, best: Evaluation, points: int) -> xr.Dataset:
+    """Best Young's modulus and speed with hook angle or tip radius held, all else free; from the best design."""
+    spans = {"alpha": np.radians(np.linspace(15, 75, points)), "tip_radius": np.linspace(2e-3, 10e-3, points)}
+    value, young, speed = (np.full((2, points), np.nan) for _ in range(3))
+    for i, (name, values) in enumerate(spans.items()):
+        k = task.names.index(name)
+        for j, x in enumerate(values):
+            held = replace(task.variables[k], lower=float(x), upper=float(x))
+            there = replace(task, variables=(*task.variables[:k], held, *task.variables[k + 1 :]))
+            value[i, j] = x
+            found = _polished(there, best.u)
+            if found is not None:
+                young[i, j] = there.box.values(found.u)[task.names.index("E")]
+                speed[i, j] = found.outputs["speed"]
+    dims = ("fixed", "point")
+    return xr.Dataset(
+        {"value": (dims, value), "young": (dims, young, {"units": "Pa"}), "speed": (dims, speed, {"units": "m/s"})},
+        coords={"fixed": list(spans)},
+    )
+
+
+def _polished(task: SteadyDesign, u: np.ndarray) -> Evaluation | None:
+    """Best design that the gradient solver finds from u."""
+    recorder = Recorder(task, task.prepare(), None, lambda: False)
+    Gradient(evaluations=60).solve(recorder, u, 1)
+    return min((e for e in recorder.evaluations if e.feasible(task.tolerance)), key=lambda e: e.objective, default=None)
+
+
+def maps(task: SteadyDesign, designs: dict[str, np.ndarray], points: int, limit: float) -> xr.Dataset:
+    """Speed and torque over motor speed and Young's modulus, the rest as in each design u."""
+    evaluate = task.prepare()
+    k_rate, k_young = task.names.index("omega"), task.names.index("E")
+    grid = np.linspace(0, 1, points)
+    speed, torque = (np.full((len(designs), points, points), np.nan) for _ in range(2))
+    for i, u in enumerate(designs.values()):
+        for j, rate in enumerate(grid):
+            memory = None
+            for k in range(points - 1, -1, -1):  # from stiff to soft, each from the one before
+                at = u.copy()
+                at[k_rate], at[k_young] = rate, grid[k]
+                e = evaluate(at, False, memory)
+                if e.solved:
+                    memory = e.memory
+                    speed[i, j, k], torque[i, j, k] = e.outputs["speed"], e.outputs["torque"]
+    axes = np.array([task.box.values(np.full(len(task.names), x)) for x in grid])
+    here = np.array([task.box.values(u) for u in designs.values()])
+    dims = ("design", "omega", "young")
+    return xr.Dataset(
+        {"speed": (dims, speed, {"units": "m/s"}), "torque": (dims, torque, {"units": "N m"})},
+        coords={
+            "design": list(designs),
+            "omega": axes[:, k_rate],
+            "young": axes[:, k_young],
+            "here_omega": ("design", here[:, k_rate]),
+            "here_young": ("design", here[:, k_young]),
+        },
+        attrs={"torque_limit": limit},
+    )
