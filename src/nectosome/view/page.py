@@ -17,10 +17,10 @@ body { font: 15px/1.5 system-ui, sans-serif; color: #222; margin: 0 auto; max-wi
 h1 { margin: 28px 0 4px; } h2 { margin: 44px 0 8px; border-bottom: 2px solid #0072B2; } h3 { margin: 28px 0 4px; }
 .small, figcaption { color: #555; font-size: 13.5px; } figcaption { max-width: 110ch; } figure { margin: 0 0 12px; }
 .wide { overflow-x: auto; } table { border-collapse: collapse; font-size: 13.5px; width: 100%; }
-th, td { text-align: left; padding: 5px 9px; border-bottom: 1px solid #dfe3e7; vertical-align: top; }
+th, td { text-align: left; padding: 5px 7px; border-bottom: 1px solid #dfe3e7; vertical-align: top; }
 th { background: #f1f4f6; white-space: nowrap; } .number { text-align: right; white-space: nowrap; }
-td.quantity { min-width: 22em; } code { font-size: 12.5px; }
-.verdict { white-space: nowrap; font-weight: 600; } .match { color: #0072B2; } .better { color: #00714f; }
+td.quantity { min-width: 19em; } code { font-size: 12.5px; }
+.verdict { min-width: 6em; font-weight: 600; } .match { color: #0072B2; } .better { color: #00714f; }
 .differs { color: #b34700; } .no { color: #666; } nav a { margin-right: 1.2em; }
 """
 _CONFIG = {"displaylogo": False, "responsive": True, "plotlyServerURL": ""}

@@ -50,7 +50,7 @@ def _row(row: Row) -> str:
     unit = {"percent": "%"}.get(row["unit"], row["unit"] or "")
     note = f'<div class="small">{escape(row["note"])}</div>' if row["note"] else ""
     return (
-        f"<tr><td><code>{escape(row['id'])}</code></td>"
+        f"<tr><td><code>{escape(row['id']).replace('/', '/<wbr>')}</code></td>"
         f'<td class="quantity">{escape(row["quantity"])}{note}</td>'
         f'<td class="number">{escape(number(row["printed"], unit))}</td>'
         f'<td class="number">{escape(number(row["ours"], unit))}</td>'
