@@ -33,7 +33,7 @@ def test_without_data_there_are_no_panels():
 def test_each_dataset_gets_its_figure(name, study, tmp_path):
     study.data = {name: made_up.everything()[name]}
     write_figures([study], tmp_path)
-    assert len(list(tmp_path.glob("*.html"))) == 8  # seven of the runs
+    assert len(list(tmp_path.glob("*.html"))) == 7 + (2 if name == "map" else 1)  # seven of the runs
     assert (tmp_path / "flagellum-8.html").stat().st_size < 3e5
 
 
@@ -43,7 +43,7 @@ def test_the_report_draws_data_after_runs(study, tmp_path):
     write_report([study], tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     page = page[page.index("</script>\n</head>") :]
-    assert page.count("<figure>") == page.count("<figcaption>") == 7 + 2 + len(FIGURES)
+    assert page.count("<figure>") == page.count("<figcaption>") == 7 + 2 + len(FIGURES) + 1  # two maps
     heads = [page.index(f"<h3>{escape(p.title)}</h3>") for p in design.panels(study.data, study.runs)]
     assert heads == sorted(heads) and heads[0] > page.index("Four flagella on one canister")
     assert "Sensitivity of the optimum &lt;new&gt;" in page and "Table &lt;II&gt;" in page
@@ -59,8 +59,8 @@ def test_where_nothing_was_found_the_figure_is_empty(name, tmp_path, study):
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_attributes_may_be_absent(name):
-    (panel,) = design.panels({name: made_up.everything()[name].drop_attrs()}, {})
-    assert "nan" not in panel.caption
+    for panel in design.panels({name: made_up.everything()[name].drop_attrs()}, {}):
+        assert "nan" not in panel.caption
 
 
 def test_starts_are_sorted_and_failures_count():
@@ -203,3 +203,14 @@ def test_logarithmic_ticks_are_few():
     for high in (2, 30, 1200, 1e6):
         shown = [t for t in log_ticks([1, high])["tickvals"] if 1 <= t <= high]
         assert 2 <= len(shown) <= 10
+
+
+def test_the_torque_map_shows_torques_by_their_exponent():
+    chart = made_up.everything()["map"]
+    panel = landscape.torque_panel(chart)
+    torque = chart["torque"].transpose("design", "young", "omega").values
+    heat = [trace for trace in panel.figure.data if trace.type == "heatmap"]
+    for shown, wanted in zip(heat, torque, strict=True):
+        positive = wanted > 0
+        np.testing.assert_allclose(10.0 ** np.asarray(shown.z)[positive], wanted[positive])
+        assert np.all(np.isnan(np.asarray(shown.z, dtype=float)[~positive]))

@@ -44,18 +44,19 @@ _COLUMNS = (  # variable, heading, unit, units in 1 SI, decimals
 
 def panels(data: Data, runs: Data) -> list[Panel]:
     """Every figure whose data or runs are there."""
-    makers: dict[str, Callable[[xr.Dataset], Panel]] = {
-        "starts": search.starts_panel,
-        "history": search.history_panel,
-        "best": best_panel,
-        "map": landscape.map_panel,
-        "sensitivity": landscape.sensitivity_panel,
-        "trend": landscape.trend_panel,
-        "composite": prototype.composite_panel,
-        "static_test": prototype.static_test_panel,
-        "pool": prototype.pool_panel,
-    }
-    found = [make(data[name]) for name, make in makers.items() if name in data]
+    makers: list[tuple[str, Callable[[xr.Dataset], Panel]]] = [
+        ("starts", search.starts_panel),
+        ("history", search.history_panel),
+        ("best", best_panel),
+        ("map", landscape.map_panel),
+        ("map", landscape.torque_panel),
+        ("sensitivity", landscape.sensitivity_panel),
+        ("trend", landscape.trend_panel),
+        ("composite", prototype.composite_panel),
+        ("static_test", prototype.static_test_panel),
+        ("pool", prototype.pool_panel),
+    ]
+    found = [make(data[name]) for name, make in makers if name in data]
     if "optimum" in runs and any(name in runs for name in BESIDE[:2]):
         found.insert(0, optimum_panel(runs))
     if all(name in runs for name in ITERATIONS):
@@ -114,10 +115,15 @@ def best_panel(best: "xr.Dataset") -> Panel:
         f"<tbody>\n{lines}\n</tbody></table></div>"
     )
     printed = np.array(source) != "ours"
+    if "above_motor_line" in best:
+        above = best["above_motor_line"].values > 0
+        line = f"{int(above.sum())} of these {above.size} designs need more torque than their motor has on its line."
+    else:
+        line = ""
     caption = "Best designs found here, computed, and those printed in Table II of the paper."
     if np.any(np.isfinite(best["torque"].values[printed])):
         caption += " The paper prints no torque of a design; the torque beside its designs is computed here."
-    return Panel("Best designs", caption, text)
+    return Panel("Best designs", f"{caption} {line}".strip(), text)
 
 
 def _fixed(value: float, decimals: int) -> str:

@@ -1,5 +1,6 @@
 """Figures of the ground that a search walks on: speed around designs, sensitivities, how the best stiffness moves."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,6 +35,45 @@ _ABREAST = 3
 
 def map_panel(chart: "xr.Dataset") -> Panel:
     """Speed of each design against motor speed and Young's modulus, with the torque limit."""
+    fig = _charts(chart, chart["speed"].transpose("design", "young", "omega").values, _colours)
+    caption = (
+        "Computed steady speed against motor speed and Young's modulus, all else as in the design: blue swims forward, "
+        "orange backward, and on the dotted line the thrust reverses. "
+    )
+    return Panel("Forward and backward: motor speed and stiffness", caption + _lines_said(chart), fig)
+
+
+def torque_panel(chart: "xr.Dataset") -> Panel:
+    """Motor torque of each design against motor speed and Young's modulus, with its limit."""
+    torque = chart["torque"].transpose("design", "young", "omega").values
+    fig = _charts(chart, np.log10(np.where(torque > 0, torque, np.nan)), _torque_colours)
+    caption = "Computed motor torque of the same steady motions, on a logarithmic scale of colours. "
+    return Panel("What the motor must give", caption + _lines_said(chart), fig)
+
+
+def _lines_said(chart: "xr.Dataset") -> str:
+    """What the captions of both maps say about lines and empty cells."""
+    said = "The solid line is where the motor's torque reaches its limit. " if "torque_limit" in chart.attrs else ""
+    if np.any(~np.isfinite(chart["speed"].values)):
+        said += "Grey: no steady motion was found. "
+    return said.strip()
+
+
+def _torque_colours(exponents: Float[np.ndarray, "design young omega"]) -> dict[str, object]:
+    """Colour axis of torques given by their exponents of ten."""
+    seen = exponents[np.isfinite(exponents)]
+    low, high = (float(seen.min()), float(seen.max())) if seen.size else (-1.0, 0.0)
+    ticks = [t for t in (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0) if low <= np.log10(t) <= high]
+    bar = {"title": "N m", "tickvals": np.log10(ticks).tolist(), "ticktext": [f"{t:g}" for t in ticks], "len": 0.8}
+    return {"colorscale": "Cividis", "cmin": low, "cmax": high, "colorbar": bar}
+
+
+def _charts(
+    chart: "xr.Dataset",
+    shown: Float[np.ndarray, "design young omega"],
+    colours: Callable[[np.ndarray], dict[str, object]],
+) -> "go.Figure":
+    """Heat maps of `shown`, one a design, with the lines of no speed and of the torque limit."""
     from plotly.subplots import make_subplots
 
     names = [plain(name) for name in chart["design"].values]
@@ -55,12 +95,13 @@ def map_panel(chart: "xr.Dataset") -> Panel:
         row, col = i // _ABREAST + 1, i % _ABREAST + 1
         where = {"row": row, "col": col}
         x, y = np.meshgrid(omega, young)
-        hover = "%{customdata[0]:.4g} rad/s, %{customdata[1]:.4g} MPa<br>%{z:.4f} m/s at %{customdata[2]:.3f} N m"
+        hover = "%{customdata[0]:.4g} rad/s, %{customdata[1]:.4g} MPa<br>"
+        hover += "%{customdata[3]:.4f} m/s at %{customdata[2]:.3f} N m"
         fig.add_heatmap(
             x=_edges(omega),
             y=np.exp(_edges(np.log(young))),
-            z=speed[i],
-            customdata=np.stack([x, y, torque[i]], axis=-1),
+            z=shown[i],
+            customdata=np.stack([x, y, torque[i], speed[i]], axis=-1),
             hovertemplate=hover,
             name=name,
             coloraxis="coloraxis",
@@ -94,18 +135,10 @@ def map_panel(chart: "xr.Dataset") -> Panel:
     dress(fig, 130 + 300 * rows)
     fig.update_layout(showlegend=True, hovermode="closest", margin_t=76, plot_bgcolor=_UNSOLVED)
     fig.update_layout(legend_yref="container", legend_y=1.0, legend_yanchor="top")
-    fig.update_layout(coloraxis=_colours(speed))
+    fig.update_layout(coloraxis=colours(shown))
     fig.update_xaxes(showgrid=False, zeroline=False, range=_edges(omega)[[0, -1]].tolist())
     fig.update_yaxes(showgrid=False, zeroline=False, range=(_edges(np.log10(young))[[0, -1]]).tolist())
-    caption = (
-        "Computed steady speed against motor speed and Young's modulus, all else as in the design: blue swims forward, "
-        "orange backward, and on the dotted line the thrust reverses. "
-    )
-    if limit is not None:
-        caption += "The solid line is where the motor's torque reaches its limit. "
-    if np.any(~np.isfinite(speed)):
-        caption += "Grey: no steady motion was found. "
-    return Panel("Forward and backward: motor speed and stiffness", caption.strip(), fig)
+    return fig
 
 
 def _colours(speed: Float[np.ndarray, "design young omega"]) -> dict[str, object]:
