@@ -26,8 +26,8 @@ from nectosome.io import RobotDescription, get_value
 
 SOLVERS: dict[str, Solver] = {
     "gradient": Gradient(),
-    "pattern": Pattern(smallest_mesh=1e-4, evaluations=300),
-    "evolution": Evolution(evaluations=300),
+    "pattern": Pattern(smallest_mesh=1e-4, evaluations=200),
+    "evolution": Evolution(evaluations=200),
 }
 MOTOR = MotorLine(0.89, 22.0)
 Tell = Callable[[str, float], None]
