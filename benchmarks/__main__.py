@@ -17,7 +17,8 @@ def main(names: list[str]) -> None:
         sys.exit(f"There is no benchmark {unknown[0]}. There are: {', '.join(BENCHMARKS)}.")
     processor = platform.processor() or platform.machine()
     print(f"{processor}, {os.cpu_count()} cores, Python {platform.python_version()}, ", end="")
-    print(f"nectosome {version('nectosome')}, jax {version('jax')}, float64", flush=True)
+    print(f"nectosome {version('nectosome')}, jax {version('jax')}, float64")
+    print("times are processor times where it says one core, else wall times", flush=True)
     for name in names or BENCHMARKS:
         with tempfile.TemporaryDirectory() as cache:
             command = [sys.executable, "-m", f"benchmarks.{name}"]

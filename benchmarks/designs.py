@@ -17,7 +17,7 @@ from nectosome.mechanism import Robot
 from nectosome.robots import bind, build, describe
 from nectosome.solve import equilibrium, find_symmetry, simulate
 
-_PIECE, _LONGEST = 4.0, 60.0  # s, of the dynamics from rest
+_PIECE, _LONGEST = 4.0, 300.0  # s, of the dynamics from rest; next to a standstill the canister coasts for minutes
 _STEP = 2e-3  # of a variable, relative, and at most of its unit box
 
 

@@ -5,7 +5,6 @@ warm means from the solution of a design that lies 1 % of the box away in each v
 """
 
 import statistics
-import time
 from collections.abc import Callable
 
 import equinox as eqx
@@ -19,7 +18,7 @@ from nectosome.robots import build, describe
 from nectosome.solve import simulate
 
 from .designs import draw, swimmers
-from .timing import clock, once
+from .timing import clock, now, once
 
 _LOOPS, _REPEATS = 300, 7
 _DESIGNS, _BATCH = 50, 512
@@ -47,10 +46,10 @@ def main() -> None:
     for rtol in (1e-3, 1e-4, 1e-5):
         times, run = [], None
         for _ in range(6):
-            began = time.perf_counter()
+            began = now()
             run = simulate(robot, 2.5, rtol=rtol, atol=rtol * 1e-2)
             jax.block_until_ready(run.value.state.v)
-            times.append(time.perf_counter() - began)
+            times.append(now() - began)
         speed = -float(run.value.state.v[-1, 0])
         median = statistics.median(times[1:])
         print(f"  rtol {rtol:.0e}: {median:.2f} s, {int(run.stats['steps'])} steps, final speed {speed:.7f} m/s")
@@ -99,14 +98,14 @@ def _timed(robot: Robot, task: Callable[[Robot, jax.Array], jax.Array], w: jax.A
 
         return jax.lax.scan(body, w, None, length=_LOOPS)[0]
 
-    began = time.perf_counter()
+    began = now()
     compiled = eqx.filter_jit(loop).lower(robot, w).compile()
-    compile_s = time.perf_counter() - began
+    compile_s = now() - began
     times = []
     for _ in range(_REPEATS):
-        began = time.perf_counter()
+        began = now()
         jax.block_until_ready(compiled(robot, w))
-        times.append((time.perf_counter() - began) / _LOOPS)
+        times.append((now() - began) / _LOOPS)
     return compile_s, statistics.median(times)
 
 

@@ -1,11 +1,12 @@
 """The design search that the paper took hours for: 60 starts of the shipped problem by the gradient solver."""
 
+import time
+
 import numpy as np
 
 from nectosome.design import Gradient, multistart
 
 from .designs import task
-from .timing import once
 
 _STARTS, _WORKERS = 60, 2
 _AIM = 120.0  # s
@@ -16,7 +17,9 @@ def main() -> None:
     print(
         f"\ndesign search: fastest flagellum with torque at most 0.5 N m, {_STARTS} starts, seed 1, {_WORKERS} workers"
     )
-    wall, result = once(lambda: multistart(task(), Gradient(), _STARTS, seed=1, workers=_WORKERS))
+    began = time.perf_counter()
+    result = multistart(task(), Gradient(), _STARTS, seed=1, workers=_WORKERS)
+    wall = time.perf_counter() - began
     best = result.best()[0].best
     assert best is not None
     told = ", ".join(f"{n} {x:.4g}" for n, x in zip(result.names, task().box.values(best.u), strict=True))

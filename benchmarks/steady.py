@@ -1,7 +1,5 @@
 """The steady motion as a root, on one core: against time integration from rest, and on 200 random designs."""
 
-import time
-
 import numpy as np
 
 from nectosome.papers.study import printed
@@ -9,7 +7,7 @@ from nectosome.robots import bind, describe
 from nectosome.solve import simulate, steady
 
 from .designs import Kept, draw, keep, task
-from .timing import clock, once
+from .timing import clock, now, once
 
 _RTOL = 1e-4
 _DESIGNS, _EVERY = 200, 20
@@ -54,12 +52,12 @@ def _against_integration() -> None:
 
 def _on_random_designs() -> None:
     print(f"\n{_DESIGNS} random designs (seed 1, log E), each solved from rest; every {_EVERY}th against its dynamics")
-    began = time.perf_counter()
+    began = now()
     us = draw(_DESIGNS)
     compile_s, _ = once(lambda: keep(us[0], dynamics=True)[3])
     made = [keep(u, dynamics=k % _EVERY == 0) for k, u in enumerate(us)]
     found = [k for k in made if not k.reason]
-    print(f"  first design {compile_s:.0f} s with compilation, all {time.perf_counter() - began:.0f} s")
+    print(f"  first design {compile_s:.0f} s with compilation, all {now() - began:.0f} s")
     print(f"  solved: {len(found)} of {_DESIGNS}, largest scaled residual {max(k.residual for k in found):.1e}")
     for k in made:
         if k.reason:
