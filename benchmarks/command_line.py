@@ -28,3 +28,7 @@ def _run(words: list[str], cache: str) -> float:
     environment = {**os.environ, "NECTOSOME_CACHE": cache}
     subprocess.run([sys.executable, "-m", "nectosome", *words], env=environment, check=True, capture_output=True)
     return time.perf_counter() - began
+
+
+if __name__ == "__main__":
+    main()

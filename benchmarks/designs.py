@@ -1,0 +1,150 @@
+"""Random flagella within the bounds of the shipped design problem, and what the steady solve owes on each of them.
+
+Used by the benchmarks and by `tests/solve/test_steady_designs.py`.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from nectosome.core import Solution, State, Status
+from nectosome.design import SteadyDesign, shipped_problem
+from nectosome.mechanism import Robot
+from nectosome.robots import bind, build, describe
+from nectosome.solve import equilibrium, find_symmetry, simulate
+
+_PIECE, _LONGEST = 4.0, 300.0  # s, of the dynamics from rest; next to a standstill the canister coasts for minutes
+_STEP = 2e-3  # of a variable, relative, and at most of its unit box
+
+
+def task() -> SteadyDesign:
+    problem = shipped_problem("flagellum")
+    assert problem is not None
+    return problem.task(describe("flagellum"))
+
+
+def draw(count: int, seed: int = 1) -> np.ndarray:
+    """Designs in the unit box, Young's modulus on its logarithmic scale [count, 5]."""
+    return np.random.default_rng(seed).uniform(size=(count, 5))
+
+
+class Swimmers(NamedTuple):
+    """The robot as a function of u in the unit box, and functions of it compiled at their first call."""
+
+    robot: Callable[[jax.Array], Robot]
+    rest: State
+    outputs: Callable[..., tuple[jax.Array, Solution]]  # (u, guess, warm) -> speed [m/s] and torque [N m], solution
+    slopes: Callable[..., tuple[jax.Array, Solution]]  # of these two by u [2, 5]
+    many: Callable[..., tuple[jax.Array, Solution]]  # outputs of designs [n, 5]
+
+
+@cache
+def swimmers() -> Swimmers:
+    t = task()
+    names = tuple(v.name for v in t.variables)
+    _, from_theta = bind(t.description, names, log=tuple(v.name for v in t.variables if v.log))
+    ends = jnp.asarray(t.box.ends)
+    home = build(t.description)
+    symmetry = find_symmetry(home)
+
+    def robot(u: jax.Array) -> Robot:
+        return from_theta(ends[:, 0] + u * (ends[:, 1] - ends[:, 0]))
+
+    def outputs(u: jax.Array, guess: State, warm: jax.Array) -> tuple[jax.Array, Solution]:
+        found = equilibrium(robot(u), symmetry, guess, warm)
+        return jnp.concatenate([-found.value.state.v[:1], found.value.reaction]), found
+
+    return Swimmers(
+        jax.jit(robot),
+        home.initial(),
+        jax.jit(outputs),
+        jax.jit(jax.jacfwd(outputs, has_aux=True)),
+        jax.jit(jax.vmap(outputs, in_axes=(0, None, None))),
+    )
+
+
+class Kept(NamedTuple):
+    """How one design fared."""
+
+    u: np.ndarray
+    reason: str  # why it is unsolved; empty if it is solved
+    speed: float  # [m/s]
+    residual: float
+    slope_error: tuple[float, float]  # of the derivatives of speed and torque, relative to the gradient
+    settled_speed: float  # of the dynamics from rest [m/s]; NaN where they were not run
+    settled_time: float  # [s]
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the dynamics come to the same: 0.1 %, or 1e-5 m/s."""
+        return abs(self.settled_speed - self.speed) <= max(1e-3 * abs(self.speed), 1e-5)
+
+
+def keep(u: np.ndarray, dynamics: bool, slopes: bool = True) -> Kept:
+    """Solve one design from rest, and hold it against central differences and, if asked for, against its dynamics."""
+    s = swimmers()
+    at = jnp.asarray(u)
+    values, found = s.outputs(at, s.rest, jnp.asarray(False))
+    status = Status(int(found.status))
+    none = float("nan")
+    if status != Status.SOLVED:
+        return Kept(u, status.reason, none, float(found.residual), (none, none), none, none)
+    error = slope_error(u, found.value.state) if slopes else (none, none)
+    speed, time = settle(s.robot(at)) if dynamics else (none, none)
+    return Kept(u, "", float(values[0]), float(found.residual), error, speed, time)
+
+
+def slope_error(u: np.ndarray, state: State) -> tuple[float, float]:
+    """Errors of the derivatives of speed and torque against central differences of fourth order.
+
+    By each variable the differences are taken with three steps, and those count that the next step changes least: near
+    a standstill, where the speed goes with the root of the thrust, long steps are off; short ones have more rounding.
+    """
+    s = swimmers()
+    warm = jnp.asarray(True)
+    exact = np.asarray(s.slopes(jnp.asarray(u), state, warm)[0])
+    wanted = np.zeros_like(exact)
+    for k, h in enumerate(_steps(u)):
+        tries = np.array([_differences(u, k, h * share, state) for share in _SHARES])
+        change = np.abs(np.diff(tries, axis=0))
+        wanted[:, k] = np.take_along_axis(tries[1:], np.argmin(change, axis=0)[None], axis=0)[0]
+    error = np.linalg.norm(wanted - exact, axis=1) / np.linalg.norm(exact, axis=1)
+    return float(error[0]), float(error[1])
+
+
+_SHARES = (1.0, 0.2, 0.04)
+_WEIGHTS = {-2: 1, -1: -8, 1: 8, 2: -1}
+
+
+def _differences(u: np.ndarray, k: int, h: float, state: State) -> np.ndarray:
+    """Slopes of speed and torque by variable k."""
+    shifted = {m: jnp.asarray(u + m * h * np.eye(u.size)[k]) for m in _WEIGHTS}
+    outputs = swimmers().outputs
+    return sum(w * np.asarray(outputs(shifted[m], state, jnp.asarray(True))[0]) for m, w in _WEIGHTS.items()) / (12 * h)
+
+
+def _steps(u: np.ndarray) -> np.ndarray:
+    """Longest steps, of the unit box: so much of the variable's value, since solutions change most near its zero."""
+    ends = task().box.ends
+    width = ends[:, 1] - ends[:, 0]
+    value = np.where([v.log for v in task().variables], 1.0, ends[:, 0] + u * width)
+    return np.clip(_STEP * value / width, 1e-5, _STEP)
+
+
+def settle(robot: Robot) -> tuple[float, float]:
+    """Speed [m/s] that the dynamics come to from rest, and the time [s] by which the last 0.5 s are even."""
+    x, time = None, 0.0
+    while time < _LONGEST:
+        run = simulate(robot, _PIECE, samples=41, rtol=1e-6, atol=1e-8, initial=x)
+        if int(run.status) != Status.SOLVED:
+            break
+        time += _PIECE
+        speed = -np.asarray(run.value.state.v[:, 0])
+        if np.ptp(speed[-6:]) <= 1e-5 * abs(speed[-1]) + 1e-7:
+            return float(speed[-1]), time
+        x = jax.tree.map(lambda x: x[-1], run.value.state)
+    return float("nan"), time
