@@ -1,5 +1,6 @@
 """Hundreds of wrong inputs, generated: each ends with exit code 2 and one sentence, and leaves no file behind."""
 
+import json
 import os
 import subprocess
 import sys
@@ -15,7 +16,7 @@ from nectosome.robots.shipped import file_of
 
 BALL = Path(__file__).with_name("ball.yaml").read_text()
 FLAGELLUM = load_robot(file_of("flagellum"))
-COMMANDS = ("reproduce", "simulate", "show", "check", "schema")
+COMMANDS = ("reproduce", "simulate", "steady", "design", "show", "check", "schema")
 
 
 def wrong_values() -> list[tuple[str, ...]]:
@@ -44,7 +45,7 @@ def wrong_options() -> list[tuple[str, ...]]:
     """Options that are missing, unknown, twice, out of range or of the wrong kind."""
     cases: list[tuple[str, ...]] = [("simulat",), ("--verbose",), ("-x",), ("nonsense", "flagellum"), ("",)]
     for command in COMMANDS:
-        robot = ("flagellum",) if command in ("simulate", "show", "check") else ()
+        robot = ("flagellum",) if command in ("simulate", "steady", "design", "show", "check") else ()
         cases += [(command, *robot, option) for option in ("--nonsense", "-q", "--tiem=3s", "--nonsense=3", "--no-set")]
         if robot:
             cases += [(command,), (command, *robot, "more"), (command, *robot, "two", "more")]
@@ -89,7 +90,7 @@ def wrong_options() -> list[tuple[str, ...]]:
         "a" * 300,
     )
     targets += ("a" * 253 + ".nc", "/dev/full", "/dev/null", "/proc/run.nc", "bad\0name.nc", "pipe.nc")
-    cases += [("simulate", "ball.yaml", "--save", target) for target in targets]
+    cases += [(command, "ball.yaml", "--save", target) for command in ("simulate", "steady") for target in targets]
     pages = ("", ".", "folder.html", "nowhere/page.html", "page.nc", "ball.yaml", "page", "/proc/page.html")
     cases += [("show", "run.nc", "--save", page) for page in pages]
     cases += [("reproduce", name) for name in ("nonsense", "", "--all", "FLAGELLUM", "flagellum,flagellum")]
@@ -115,8 +116,101 @@ def wrong_robots() -> list[tuple[str, ...]]:
         "bad\0name",
     ]
     robots += ["flagella0", *(f"damaged/{name}" for name in damaged_files())]
-    cases = [(command, robot) for robot in robots for command in ("simulate", "show", "check")]
-    return [*cases, ("simulate", "run.nc"), ("check", "run.nc")]
+    cases = [(command, robot) for robot in robots for command in ("simulate", "steady", "design", "show", "check")]
+    return [*cases, *((command, "run.nc") for command in ("simulate", "steady", "design", "check"))]
+
+
+def wrong_designs() -> list[tuple[str, ...]]:
+    """Designs of what is not there, within what makes no sense, kept where nothing can be kept."""
+    ball = ("design", "ball.yaml", "--vary", "body.density=1100 kg/m3 .. 1300 kg/m3")
+    numbers = ("", "-1", "1.5", "nan", "inf", "1e3", "many", "9" * 5000, "0x10", "[3]", "3 s")
+    cases: list[tuple[str, ...]] = [(*ball, "--starts", number) for number in (*numbers, "0", "100001")]
+    cases += [(*ball, "--seed", number) for number in (*numbers, str(2**31))]
+    cases += [(*ball, "--solver", name) for name in ("", "front", "Gradient", "newton", "3")]
+    cases += [(*ball, "--objective", name) for name in ("sped", "speed=3", "-speed", "x" * 300)]
+    cases += [(*ball, "--forward", name) for name in ("q", "--x", "xy", "1", "[1, 0, 0]")]
+    ranges = (
+        "",
+        "=",
+        "L",
+        "body.density",
+        "body.density=",
+        "=1 m .. 2 m",
+        "body.density=1100 kg/m3",
+        "body=1 m .. 2 m",
+    )
+    ranges += ("body.density=1100 .. 1300", "body.density=1300 kg/m3 .. 1100 kg/m3", "body.density=1 kg .. 2 kg")
+    ranges += ("body.density=0 kg/m3 .. 9 kg/m3", "body.densty=1 kg/m3 .. 2 kg/m3", "body.length=0 m .. 1 m log")
+    ranges += (
+        "body.density=nan .. 3 kg/m3",
+        "body.density=..",
+        "body.density=1 kg/m3 .. 2 kg/m3 lg",
+        "body.density=\n..\n",
+    )
+    cases += [("design", "ball.yaml", "--vary", text) for text in ranges]
+    cases.append(("design", "ball.yaml"))
+    fixed = (
+        "",
+        "body.density",
+        "body.density=3",
+        "body.densty=3 kg/m3",
+        "body.density=1200 kg/m3",
+        "body.density=-1 kg/m3",
+    )
+    cases += [(*ball, "--fix", text) for text in (*fixed, "body.joint={kind: fixed}")]
+    limits = ("", "torque", "torqe <= 1 N m", "torque < 1 N m", "torque <= 1", "torque <= nan N m", "torque <= 1 kg")
+    limits += ("motor 1 N m", "motor 0 N m, 3 rad/s", "motor 1 N m, 3 s", "x" * 500, "torque <= 1 N m <= 2 N m")
+    cases += [(*ball, "--constraint", text) for text in limits]
+    problems = ("", ".", "folder", "nowhere.yaml", "run.nc", "ball.yaml", "bad\0name", "pipe.nc/x")
+    problems += ("problem_binary.yaml", "problem_empty.yaml", "problem_cut.yaml", "problem_foreign.yaml")
+    cases += [("design", "ball.yaml", "--problem", file) for file in problems]
+    cases += [
+        (*ball, "--out", folder) for folder in ("ball.yaml", "ball.yaml/out", "/proc/out", "bad\0name", "a" * 300)
+    ]
+    cases += [(*ball, "--out", folder) for folder in ("held", "other", "starts")]
+    folders = ("", "folder", "nowhere", "ball.yaml", "bad\0name", "damaged", "foreign", "cut", "other", "wrong", "deep")
+    cases += [("design", "--resume", folder) for folder in folders]
+    asked = (("--seed", "2"), ("--out", "new"), ("--objective", "speed"), ("--vary", "body.density=1 kg/m3 .. 2 kg/m3"))
+    cases += [("design", "--resume", "other", *more) for more in asked]
+    cases += [("design", "ball.yaml", "--resume", "other"), ("design",), ("design", "sinks.yaml")]
+    options = (
+        "solver",
+        "starts",
+        "seed",
+        "objective",
+        "vary",
+        "fix",
+        "constraint",
+        "forward",
+        "problem",
+        "out",
+        "resume",
+    )
+    return cases + [(*ball, f"--{option}") for option in options]
+
+
+def wrong_steady() -> list[tuple[str, ...]]:
+    """Settings and options of `steady`."""
+    settings = (
+        "",
+        "E",
+        "E=",
+        "E=3",
+        "E=3 kg",
+        "E=nan",
+        "omega=3 Pa",
+        "nobody=3 m",
+        "body=3",
+        "limbs.filament.points=1",
+    )
+    cases: list[tuple[str, ...]] = [("steady", "flagellum", "--set", setting) for setting in settings]
+    fixed = "body.joint={kind: fixed}"
+    return [
+        *cases,
+        ("steady", "ball.yaml", "--set", fixed),
+        ("steady", "flagellum", "--set"),
+        ("steady", "flagellum", "--save"),
+    ]
 
 
 def wrong_runs() -> list[tuple[str, ...]]:
@@ -175,7 +269,7 @@ def damaged_files() -> dict[str, bytes]:
     return files
 
 
-CASES = [*wrong_values(), *wrong_options(), *wrong_robots(), *wrong_runs()]
+CASES = [*wrong_values(), *wrong_options(), *wrong_robots(), *wrong_steady(), *wrong_designs(), *wrong_runs()]
 
 
 @pytest.fixture(scope="module")
@@ -188,6 +282,7 @@ def bench(tmp_path_factory, ball_run):
     os.mkfifo(folder / "pipe.nc")
     for name, content in damaged_files().items():
         (folder / "damaged" / name).write_bytes(content)
+    fill_design_folders(folder)
     run = ball_run.read_bytes()
     cuts = {"cut10": run[:10], "cut1000": run[:1000], "cuthalf": run[: len(run) // 2], "cutlast": run[:-100]}
     cuts |= {"zeros": bytes(len(run)), "head": bytes(64) + run[64:], "text": BALL.encode(), "empty": b""}
@@ -207,8 +302,48 @@ def bench(tmp_path_factory, ball_run):
     return folder
 
 
+def fill_design_folders(folder: Path) -> None:
+    """Problem files and folders of designs, damaged, foreign, and one that is in use."""
+    good = b"variables: {body.density: 1100 kg/m3 .. 1300 kg/m3}\nforward: -z\n"
+    files = {
+        "binary": bytes(range(256)),
+        "empty": b"",
+        "cut": good[:-20],
+        "foreign": b"services: {web: {image: nginx}}\n",
+    }
+    for name, content in files.items():
+        (folder / f"problem_{name}.yaml").write_bytes(content)
+    (folder / "sinks.yaml").write_text(BALL)
+    (folder / "sinks.design.yaml").write_text("variables: {body.densty: 1100 kg/m3 .. 1300 kg/m3}\n")
+    known = ("task", "names", "constraint_names", "lower", "upper", "tolerance", "seed", "draws", "starts")
+    other = dict.fromkeys(known, 1) | {"format": 1, "about": {}, "solver": {"name": "gradient"}}
+    text = json.dumps(other)
+    designs = {"cut": text[:30], "foreign": "{}", "other": text, "deep": "[" * 100_000}
+    designs["wrong"] = json.dumps(other | {"starts": "many", "solver": []})
+    for name, content in designs.items():
+        (folder / name).mkdir()
+        (folder / name / "design.json").write_text(content)
+    for name in ("other", "held", "starts"):
+        (folder / name).mkdir(exist_ok=True)
+        (folder / name / "lock").write_text("1")
+    (folder / "starts" / "start_0000.jsonl").write_text("{}")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def in_use(bench):
+    """Another process has the folder `held`."""
+    code = "import fcntl, sys; f = open(sys.argv[1], 'a+'); fcntl.flock(f, 2); print(flush=True); sys.stdin.read()"
+    argv = [sys.executable, "-c", code, str(bench / "held" / "lock")]
+    with subprocess.Popen(argv, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
+        assert other.stdout is not None
+        other.stdout.readline()
+        yield
+        other.kill()
+
+
 def contents(folder: Path) -> list[tuple[str, int]]:
-    return sorted((str(file), file.stat().st_mtime_ns) for file in folder.rglob("*"))
+    """Every file and when it was changed; a lock says only who has it."""
+    return sorted((str(file), file.stat().st_mtime_ns) for file in folder.rglob("*") if file.name != "lock")
 
 
 def faults(code: int, err: str) -> list[str]:
@@ -220,7 +355,7 @@ def faults(code: int, err: str) -> list[str]:
 
 
 def test_there_are_hundreds_of_cases():
-    assert len(set(CASES)) > 700
+    assert len(set(CASES)) > 900
 
 
 @pytest.mark.parametrize("part", range(8))

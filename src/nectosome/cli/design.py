@@ -4,13 +4,14 @@ import time as clock
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-import numpy as np
 from cyclopts import Parameter
 from rich.table import Table
 
 from nectosome.cli.output import tell, write
+from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
 from nectosome.io import InputError, dump_robot, save_dataset, show_quantity, write_atomic
+from nectosome.io.errors import shorten
 
 if TYPE_CHECKING:
     from nectosome.design import Evaluation, Result, SteadyDesign
@@ -21,10 +22,13 @@ def design(
     /,
     *,
     solver: Annotated[
-        Literal["gradient", "pattern", "evolution"], Parameter(help="How each start is improved.")
-    ] = "gradient",
-    starts: Annotated[str, Parameter(help="How many starts, drawn at random.", allow_leading_hyphen=True)] = "12",
-    seed: Annotated[str, Parameter(help="Of the random draws.", allow_leading_hyphen=True)] = "1",
+        Literal["gradient", "pattern", "evolution"] | None,
+        Parameter(help="How each start is improved; gradient by default."),
+    ] = None,
+    starts: Annotated[
+        str | None, Parameter(help="How many starts, drawn at random; 12 by default.", allow_leading_hyphen=True)
+    ] = None,
+    seed: Annotated[str | None, Parameter(help="Of the random draws; 1 by default.", allow_leading_hyphen=True)] = None,
     objective: Annotated[str | None, Parameter(help="speed, efficiency, cost_of_transport, power, ...")] = None,
     vary: Annotated[
         list[str] | None, Parameter("--vary", help='"PATH=LOW .. HIGH [log]": may vary; may be repeated.')
@@ -40,12 +44,18 @@ def design(
         Path | None, Parameter(help="Problem file; ROBOT.design.yaml beside the robot by default.")
     ] = None,
     out: Annotated[Path | None, Parameter(help="Folder of the run; a run that was stopped there goes on.")] = None,
-    resume: Annotated[Path | None, Parameter(help="Go on with the run in this folder.")] = None,
+    resume: Annotated[Path | None, Parameter(help="Go on with the run in this folder; --starts may add some.")] = None,
 ) -> int:
     """Optimise the design of a robot from many starts; the run can be stopped at any time and goes on where it was."""
     if (robot is None) == (resume is None):
         raise InputError("name a robot, or the folder of a run with --resume.", field="design")
-    number, seeded = _whole(starts, "--starts", 1, 100_000), _whole(seed, "--seed", 0, 2**31 - 1)
+    number = None if starts is None else _whole(starts, "--starts", 1, 100_000)
+    seeded = 1 if seed is None else _whole(seed, "--seed", 0, 2**31 - 1)
+    settled = (solver, seed, objective, vary, fix, constraint, forward, problem, out)
+    if resume is not None and any(option is not None for option in settled):
+        raise InputError(
+            "what the run in that folder was asked is settled; only --starts may go with it.", field="--resume"
+        )
 
     from nectosome import design as room
     from nectosome import robots
@@ -54,12 +64,8 @@ def design(
         held = room.read_design(resume)
         description, wanted = room.restore_design(held["about"], str(resume))
         options = dict(held["solver"])
-        chosen, number, seeded, folder = (
-            room.make_solver(options.pop("name"), **options),
-            held["starts"],
-            held["seed"],
-            resume,
-        )
+        chosen = room.make_solver(options.pop("name"), **options)
+        number, seeded, folder = number or held["starts"], held["seed"], resume
     else:
         assert robot is not None
         base = robots.describe(robot)
@@ -72,9 +78,11 @@ def design(
             objective,
             forward,
         )
-        chosen = room.make_solver(solver)
-        folder = out or Path("out") / f"design-{description.name}-{solver}-{seeded}"
+        chosen, number = room.make_solver(solver or "gradient"), number or 12
+        folder = out or Path("out") / f"design-{description.name}-{solver or 'gradient'}-{seeded}"
     task = wanted.task(description)
+    weigh(robots.build(description), robot or str(resume))
+    task.symmetry()
     began = clock.perf_counter()
     with progress_bar(f"{description.name}, {number} starts") as update:
 
@@ -83,9 +91,15 @@ def design(
             update(f"{value}{evaluations} evaluations", done / number)
             return True
 
-        result = room.multistart(
-            task, chosen, number, seeded, folder=folder, about=room.dump_design(description, wanted), progress=progress
-        )
+        about = room.dump_design(description, wanted)
+        try:
+            result = room.multistart(task, chosen, number, seeded, folder=folder, about=about, progress=progress)
+        except KeyboardInterrupt:
+            tell(f"cancelled. To go on: nectosome design --resume {folder}")
+            return 130
+        except RuntimeError as error:
+            tell(f"{description.name}: {error}")
+            return 1
     return _tell(task, result, folder, clock.perf_counter() - began)
 
 
@@ -95,7 +109,7 @@ def _whole(text: str, option: str, least: int, most: int) -> int:
     except ValueError:
         number = least - 1
     if not least <= number <= most:
-        raise InputError(f'"{text}" must be a whole number from {least} to {most}.', field=option)
+        raise InputError(f'"{shorten(text)}" must be a whole number from {least} to {most}.', field=option)
     return number
 
 
@@ -156,7 +170,7 @@ def _tell(task: "SteadyDesign", result: "Result", folder: Path, seconds: float) 
         f"best design: {folder / 'best.yaml'}; all evaluations: {folder / 'evaluations.nc'}",
         wrap=False,
     )
-    unfinished = np.sum([not start.converged for start in result.starts])
+    unfinished = sum(not start.converged for start in result.starts)
     if unfinished:
         tell(f"{unfinished} of {len(result.starts)} starts ended before they converged; their best designs count.")
     return 0

@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass
 
 from nectosome.io import InputError, did_you_mean, format_quantity, parse_quantity
+from nectosome.io.errors import shorten
 
 from .quantities import QUANTITIES
 
@@ -63,14 +64,18 @@ def read_constraint(text: str) -> Constraint:
                 for part, kind in zip(motor.groups(), ("torque", "angular_speed"), strict=True)
             )
             if stall <= 0 or no_load <= 0:
-                raise InputError(f'"{text}": stall torque and no-load speed must be more than 0.', field="constraint")
+                raise InputError(
+                    f'"{shorten(text)}": stall torque and no-load speed must be more than 0.', field="constraint"
+                )
             return MotorLine(stall, no_load)
         if limit is None:
-            raise InputError(f'"{text}" is no constraint. Write it as in "torque <= 0.5 N m".', field="constraint")
+            raise InputError(
+                f'"{shorten(text)}" is no constraint. Write it as in "torque <= 0.5 N m".', field="constraint"
+            )
         name, sense, value = limit.groups()
         if name not in QUANTITIES:
             near = did_you_mean(name, QUANTITIES)
-            raise InputError(f'"{name}" is no quantity of a steady motion.{near}', field="constraint")
+            raise InputError(f'"{shorten(name)}" is no quantity of a steady motion.{near}', field="constraint")
         return Limit(name, sense == "<=", parse_quantity(value.strip(), QUANTITIES[name].dimension))
     except ValueError as error:
         raise InputError(str(error), field="constraint") from None

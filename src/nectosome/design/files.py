@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from nectosome.io import InputError, RobotDescription, apply_settings, did_you_mean, dump_robot, parse_robot, resolve
-from nectosome.io.yaml_text import read_yaml
+from nectosome.io.errors import shorten
+from nectosome.io.yaml_text import Key, read_yaml
 
 from .constraints import read_constraint
 from .problem import SteadyDesign
@@ -67,7 +68,9 @@ def change(
     for text in vary:
         name, equals, span = text.partition("=")
         if not equals:
-            raise InputError(f'"{text}" is no range of a quantity. Write PATH=LOW..HIGH with units.', field="vary")
+            raise InputError(
+                f'"{shorten(text)}" is no range of a quantity. Write PATH=LOW..HIGH with units.', field="vary"
+            )
         variables = _without(variables, name.strip(), description) | {name.strip(): span.strip()}
     for text in fixed:
         variables = _without(variables, text.partition("=")[0].strip(), description)
@@ -87,11 +90,12 @@ def dump_design(description: RobotDescription, problem: Problem) -> dict[str, An
 def restore_design(about: Mapping[str, Any], source: str) -> tuple[RobotDescription, Problem]:
     """Robot and problem that `dump_design` stored. Raises InputError where they are not there."""
     try:
-        p = about["problem"]
-        problem = Problem(p["variables"], p["objective"], tuple(p["constraints"]), p["forward"])
-        return parse_robot(about["robot"]), problem
-    except (KeyError, TypeError) as error:
-        raise InputError(f"holds no robot and problem that can be read ({error}).", file=source) from None
+        robot, p = about["robot"], about["problem"]
+        variables = {str(name): str(span) for name, span in p["variables"].items()}
+        problem = Problem(variables, str(p["objective"]), tuple(map(str, p["constraints"])), str(p["forward"]))
+    except (KeyError, TypeError, AttributeError):
+        raise InputError("holds no robot and problem that can be read.", file=source) from None
+    return parse_robot(str(robot), f"{source}, its robot"), problem
 
 
 def _without(variables: Mapping[str, str], name: str, description: RobotDescription) -> dict[str, str]:
@@ -108,17 +112,22 @@ def _is_quantity(name: str, description: RobotDescription) -> bool:
 
 
 def _parse(text: str, source: str) -> Problem:
-    data, _ = read_yaml(text, source)
+    data, lines = read_yaml(text, source)
     if not isinstance(data, dict):
         raise InputError("is no problem file: it has no named fields.", file=source)
+
+    def wrong(key: object, message: str) -> InputError:
+        at: Key = (str(key),)
+        return InputError(message, file=source, line=lines.get(at), field=shorten(key))
+
     known = ("about", "variables", "objective", "constraints", "forward")
     for key in data:
         if key not in known:
-            raise InputError(f"is not known here.{did_you_mean(str(key), known)}", file=source, field=str(key))
+            raise wrong(key, f"is not known here.{did_you_mean(str(key), known)}")
     variables, constraints = data.get("variables", {}), data.get("constraints", [])
     if not isinstance(variables, dict) or not variables:
-        raise InputError("needs at least one name with a range.", file=source, field="variables")
+        raise wrong("variables", "needs at least one name with a range.")
     if not isinstance(constraints, list):
-        raise InputError("must be a list.", file=source, field="constraints")
+        raise wrong("constraints", "must be a list.")
     words = (str(data.get("objective", "speed")), tuple(map(str, constraints)), str(data.get("forward", "x")))
     return Problem({str(name): str(span) for name, span in variables.items()}, *words)

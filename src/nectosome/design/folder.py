@@ -61,7 +61,7 @@ class Folder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             self._lock = (self.path / "lock").open("a+")
-        except OSError as error:
+        except (OSError, ValueError) as error:
             raise InputError(f"cannot be used: {reason(error)}.", file=str(path)) from None
         try:
             if not lock(self._lock):
@@ -119,8 +119,11 @@ def read_design(folder: str | Path) -> dict[str, Any]:
         held = json.loads(file.read_bytes())
     except OSError as error:
         raise InputError(f"cannot be read: {reason(error)}.", file=str(file)) from None
-    except ValueError:
+    except (ValueError, RecursionError):
         raise InputError("cannot be read: it is damaged.", file=str(file)) from None
     if not isinstance(held, dict) or held.get("format") != FORMAT or not {*_SAID, "starts", "about"} <= held.keys():
         raise InputError("is of another version of nectosome. Take another folder.", file=str(file))
+    kinds: dict[str, type] = {"solver": dict, "about": dict, "starts": int, "seed": int}
+    if not all(isinstance(held[name], kind) for name, kind in kinds.items()) or "name" not in held["solver"]:
+        raise InputError("cannot be read: it is damaged.", file=str(file))
     return held

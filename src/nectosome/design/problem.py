@@ -42,7 +42,7 @@ class SteadyDesign(Task):
     - objective: a name of `QUANTITIES`, made high or low as it says.
     - forward: `x`, `-x`, ... `-z`: the direction of the world in which speed counts.
 
-    Raises InputError for an unknown objective, and where no drive of the robot is steady.
+    Raises InputError for an unknown objective or direction, no variable, or one that is named twice.
     """
 
     description: RobotDescription
@@ -91,21 +91,28 @@ class SteadyDesign(Task):
         refused = super().accepts(evaluation)
         return refused or ("swims backward" if evaluation.outputs["speed"] <= 0 else "")
 
-    def prepare(self) -> Compute:
-        """Return evaluate(u, slopes, memory); the memory is the state of a steady motion nearby."""
-        groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
-        blueprint, numbers = blueprint_of(self.description, tuple(path for group in groups for path in group))
-        robot = build(self.description)
-        symmetry = find_symmetry(robot)
+    def symmetry(self) -> Symmetry:
+        """Symmetry of the robot. Raises InputError where it has no steady motion, whatever its numbers."""
+        try:
+            symmetry = find_symmetry(build(self.description))
+        except ValueError as error:
+            raise InputError(str(error), field=self.description.name) from None
         if not symmetry.steady:
             raise InputError(f"{self.description.name} has no steady motion: {Status.UNSTEADY_DRIVES.reason}.")
+        return symmetry
+
+    def prepare(self) -> Compute:
+        """Return evaluate(u, slopes, memory); the memory is the state of a steady motion nearby."""
+        symmetry = self.symmetry()
+        groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
+        blueprint, numbers = blueprint_of(self.description, tuple(path for group in groups for path in group))
         used = dict.fromkeys([self.objective, *(name for c in self.constraints for name in c.uses), *_TOLD])
         where = tuple(tuple(blueprint.paths.index(path) for path in group) for group in groups)
         plan = _Plan(
             blueprint, symmetry, where, tuple(v.log for v in self.variables), tuple(used), FORWARD[self.forward]
         )
         ends = jnp.asarray(self.box.ends)
-        rest = robot.initial()
+        rest = build(self.description).initial()
         _, unravel = ravel_pytree(rest)
         sign = -1.0 if QUANTITIES[self.objective].best == "high" else 1.0
 

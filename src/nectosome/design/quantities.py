@@ -54,7 +54,7 @@ def _rates(s: Swim) -> Array:
 
 def _torque(s: Swim) -> Array:
     """What the drives give, in the sense in which they turn; of several the largest."""
-    return jnp.max(s.steady.reaction * jnp.where(_rates(s) < 0, -1.0, 1.0))
+    return _largest(s.steady.reaction * jnp.where(_rates(s) < 0, -1.0, 1.0))
 
 
 def _power(s: Swim) -> Array:
@@ -82,7 +82,12 @@ def _cost(s: Swim) -> Array:
 
 
 def _drive_rate(s: Swim) -> Array:
-    return jnp.max(jnp.abs(_rates(s)))
+    return _largest(jnp.abs(_rates(s)))
+
+
+def _largest(x: Array) -> Array:
+    """Largest of what may be nothing: a robot without drives has no torque and no rate."""
+    return jnp.max(x) if x.size else jnp.zeros(())
 
 
 QUANTITIES = {

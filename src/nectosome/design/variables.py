@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.io import InputError, RobotDescription, format_quantity, get_value, numeric_paths, resolve
+from nectosome.io.errors import shorten
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ def read_variable(name: str, text: str, description: RobotDescription) -> Variab
     """
     match = re.fullmatch(r"(.+?)\.\.(.+?)(\s+log)?\s*", str(text), re.DOTALL)
     if match is None:
-        raise InputError(f'"{text}" is no range. Write two values, as in "300 mm .. 700 mm".', field=name)
+        raise InputError(f'"{shorten(text)}" is no range. Write two values, as in "300 mm .. 700 mm".', field=name)
     quantities = numeric_paths(description)
     paths = resolve(description, name)
     try:
@@ -43,10 +44,10 @@ def read_variable(name: str, text: str, description: RobotDescription) -> Variab
     except ValueError as error:
         raise InputError(str(error), field=name) from None
     if not lower < upper:
-        raise InputError(f'"{text}" is empty: its lower end must be less than its upper end.', field=name)
+        raise InputError(f'"{shorten(text)}" is empty: its lower end must be less than its upper end.', field=name)
     log = match.group(3) is not None
     if log and lower <= 0:
-        raise InputError(f'"{text}" has no logarithm: its lower end must be more than 0.', field=name)
+        raise InputError(f'"{shorten(text)}" has no logarithm: its lower end must be more than 0.', field=name)
     return Variable(name, lower, upper, log, quantities[paths[0]].dimension)
 
 
@@ -55,13 +56,15 @@ class Box:
 
     def __init__(self, variables: tuple[Variable, ...]):
         self.log = np.array([v.log for v in variables])
-        ends = np.array([(v.lower, v.upper) for v in variables])
+        self.bounds = ends = np.array([(v.lower, v.upper) for v in variables])
         self.ends = np.where(self.log[:, None], np.log(np.where(self.log[:, None], ends, 1.0)), ends)
 
     def values(self, u: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
-        """SI values of a design."""
-        x = self.ends[:, 0] + np.asarray(u) * (self.ends[:, 1] - self.ends[:, 0])
-        return np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x)
+        """SI values of a design; those of a design in [0, 1]^n are never outside of their ranges by rounding."""
+        u = np.asarray(u)
+        x = self.ends[:, 0] + u * (self.ends[:, 1] - self.ends[:, 0])
+        x = np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x)
+        return np.where((u >= 0) & (u <= 1), np.clip(x, self.bounds[:, 0], self.bounds[:, 1]), x)
 
     def design(self, description: RobotDescription, variables: tuple[Variable, ...]) -> Float[np.ndarray, "n"]:
         """Place of a robot in the box; outside of [0, 1] where the robot is outside of it."""

@@ -172,7 +172,9 @@ def _implicit(primals: tuple, tangents: tuple) -> tuple[Solution, Solution]:
         equations = Equations(robot, symmetry)
         return equations.state(equations.near(p, y))
 
-    _, (dr, reaction) = eqx.filter_jvp(residual, (robot,), (tangents[0],))
+    values, changes = eqx.filter_jvp(residual, (robot,), (tangents[0],))
+    # None where nothing depends on the robot's numbers, such as the reactions of a robot without drives
+    dr, reaction = (jnp.zeros_like(f) if df is None else df for f, df in zip(values, changes, strict=True))
     dy = -generalised_inverse(J) @ dr
     _, dx = eqx.filter_jvp(state, (robot, jnp.zeros_like(dy)), (tangents[0], dy))
     still = jax.tree.map(lambda _: None, solution)
