@@ -109,6 +109,18 @@ def test_limits_that_no_design_keeps_are_told(nectosome, problem):
     assert not Path("run/best.yaml").exists()
 
 
+def test_a_robot_without_drives_or_limits_is_designed_too_and_has_no_efficiency(nectosome, ball):
+    """The heaviest ball sinks fastest: V = sqrt(2 * 0.3 * 1000 kg/m3 * 4/3 pi r^3 g / (rho A))."""
+    argv = ("design", "ball.yaml", "--vary", "body.density=1100 kg/m3 .. 1300 kg/m3", "--forward=-z", "--starts", "1")
+    done = nectosome(*argv, "--out", "free")
+    assert (done.code, done.err) == (0, "")
+    assert "at its limit: nothing" in done.out
+    assert best_of("free")[0] == pytest.approx(1300, rel=1e-6)
+    undefined = nectosome(*argv, "--out", "none", "--objective", "efficiency")
+    assert undefined.code == 1
+    assert undefined.err.endswith("mostly because the objective is not finite.\n")
+
+
 @pytest.mark.skipif(os.name != "posix", reason="processes are killed the POSIX way")
 @pytest.mark.parametrize("by", [signal.SIGKILL, signal.SIGINT])
 def test_a_design_that_is_stopped_goes_on_to_the_same_best(nectosome, whole, tmp_path, by):
