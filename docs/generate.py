@@ -17,6 +17,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
+from nectosome.design import QUANTITIES
 from nectosome.io import RobotDescription, load_dataset
 from nectosome.io.dimensions import DIMENSIONS
 from nectosome.io.plain import to_plain
@@ -25,7 +26,7 @@ from nectosome.io.structure import Slot, slot
 ROOT = Path(__file__).parents[1]
 OUT = ROOT / "out"
 GENERATED = ROOT / "docs" / "generated"
-COMMANDS = ("simulate", "show", "check", "schema", "reproduce")
+COMMANDS = ("simulate", "steady", "design", "show", "check", "schema", "reproduce")
 NOT_RUN = "Nothing has been computed here yet: `make run` fills this page.\n"
 
 
@@ -36,6 +37,7 @@ def main() -> None:
     pages = {
         "robot_fields": robot_fields(),
         "units": units(),
+        "quantities": quantities(),
         "commands": commands(),
         "validation": validation(),
         "scorecard": scorecard(rows) if rows else NOT_RUN,
@@ -163,6 +165,17 @@ def units() -> str:
     for kind in DIMENSIONS.values():
         example = kind.example.replace('"', "`")
         rows.append(f"| {kind.name} | {kind.unit or '1'} | {example} |")
+    return "\n".join(rows) + "\n"
+
+
+# --- design ---------------------------------------------------------------------------------------------------------
+
+
+def quantities() -> str:
+    """What a design may want or limit."""
+    rows = ["| quantity | what | unit | wanted |", "|---|---|---|---|"]
+    for q in QUANTITIES.values():
+        rows.append(f"| `{q.name}` | {q.about} | {q.unit} | {q.best} |")
     return "\n".join(rows) + "\n"
 
 

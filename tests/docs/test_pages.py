@@ -1,11 +1,15 @@
 """The pages made from the code: formulas, and the tables of robot files."""
 
 import importlib.util
+from dataclasses import fields
 from pathlib import Path
 from types import ModuleType
 from xml.etree import ElementTree
 
 import pytest
+
+from nectosome.cli.app import app
+from nectosome.design import QUANTITIES, Problem
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -35,6 +39,18 @@ def test_a_formula_becomes_mathml(latex: str, mathml: str):
 def test_a_formula_with_an_unknown_command_is_refused():
     with pytest.raises(ValueError, match="nonsense is not known"):
         load("formulas").mathml(r"\nonsense")
+
+
+def test_the_page_on_design_has_every_quantity_and_every_field_of_a_problem():
+    table = load("generate").quantities()
+    assert [name for name in QUANTITIES if f"| `{name}` |" not in table] == []
+    page = (DOCS / "design.md").read_text(encoding="utf-8")
+    assert "generated/quantities.md" in page
+    assert [f.name for f in fields(Problem) if f"| `{f.name}` |" not in page] == []
+
+
+def test_every_command_is_on_the_page_of_commands():
+    assert set(load("generate").COMMANDS) == {name for name in app if not name.startswith("-")}
 
 
 def test_the_tables_hold_every_field_of_a_rod_with_unit_and_range():

@@ -114,10 +114,13 @@ class Result:
             for start, offset in zip(self.starts, offsets, strict=False)
         ]
         by_evaluation = {
-            "u": (("evaluation", "variable"), np.array([e.u for e in every]).reshape(-1, n)),
+            "u": (("evaluation", "variable"), np.array([e.u for e in every]).reshape(len(every), n)),
             "objective": ("evaluation", np.array([e.objective for e in every])),
-            "constraints": (("evaluation", "constraint"), np.array([e.constraints for e in every]).reshape(-1, m)),
-            "outputs": (("evaluation", "output"), np.array(values, dtype=float).reshape(-1, len(outputs))),
+            "constraints": (
+                ("evaluation", "constraint"),
+                np.array([e.constraints for e in every]).reshape(len(every), m),
+            ),
+            "outputs": (("evaluation", "output"), np.array(values, dtype=float).reshape(len(every), len(outputs))),
             "reason": ("evaluation", np.array([e.reason for e in every], dtype=str)),
             "seconds": ("evaluation", np.array([e.seconds for e in every])),
             "iteration": ("evaluation", np.array([_iteration(start, i) for start, i, _ in pairs], dtype=int)),

@@ -1,0 +1,148 @@
+"""`steady` and `design` on a ball that slides down: good runs, runs that are stopped, and what is left of them."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nectosome.io import get_value, load_dataset, load_robot
+
+SPEED = np.sqrt(4 / 3 * np.pi * 0.02**3 * 200 * 9.80665 / (0.5 * 1000 * 1.2e-3))  # where drag carries the weight [m/s]
+AREA = "body.loads.drag.drag_area.2"
+PROBLEM = f"""
+about: the fastest ball
+variables:
+  body.density: 1100 kg/m3 .. 1300 kg/m3
+  {AREA}: 1e-3 m2 .. 4e-3 m2 log
+forward: -z
+constraints:
+  - speed <= 0.4 m/s
+"""
+RUN = ("design", "ball.yaml", "--starts", "2", "--out", "run")
+
+
+def rows(page: str) -> dict[str, list[str]]:
+    """The columns of each row of a page, by the row's name."""
+    return {line.split("  ")[0]: line.split() for line in page.splitlines() if line}
+
+
+@pytest.fixture
+def problem(ball) -> Path:
+    """The problem file beside the ball."""
+    file = ball.with_name("ball.design.yaml")
+    file.write_text(PROBLEM)
+    return file
+
+
+def test_steady_prints_the_speed_and_saves_what_show_shows(nectosome, ball):
+    done = nectosome("steady", "ball.yaml", "--save", "ball.nc")
+    assert (done.code, done.err) == (0, "")
+    page = rows(done.out)
+    assert float(page["velocity at the end"][-3]) == pytest.approx(-SPEED, rel=1e-3)
+    assert "ball: steady motion" in done.out
+    shown = nectosome("show", "ball.nc")
+    assert (shown.code, shown.err) == (0, "")
+    assert shown.out.startswith(done.out)
+    assert float(load_dataset("ball.nc")["velocity"].sel(axis="z").item()) == pytest.approx(-SPEED, rel=1e-9)
+
+
+def test_a_ball_that_meets_no_water_has_no_steady_motion_and_it_is_told_what_it_does(nectosome, ball):
+    done = nectosome("steady", "ball.yaml", "--set", f"{AREA}=0 m2", "--save", "ball.nc")
+    assert done.code == 1
+    assert re.fullmatch(r"ball: .*\. Simulated from rest for 10 s, it .*\.\n", done.err)
+    assert not Path("ball.nc").exists()
+
+
+@pytest.fixture
+def whole(nectosome, problem):
+    """A design that came to its end, in the folder `run`."""
+    done = nectosome(*RUN)
+    assert (done.code, done.err) == (0, "")
+    return done
+
+
+def best_of(folder: str) -> list[float]:
+    robot = load_robot(Path(folder) / "best.yaml")
+    return [float(get_value(robot, name)) for name in ("body.density", AREA)]
+
+
+def test_a_design_is_found_kept_and_not_computed_again(nectosome, whole, monkeypatch):
+    """The limit of 0.4 m/s binds; what is told, kept and handed to other commands is one design."""
+    assert "at its limit: speed <= 0.4 m/s" in whole.out
+    assert "best design: run/best.yaml; all evaluations: run/evaluations.nc" in whole.out
+    density, area = best_of("run")
+    weight = 4 / 3 * np.pi * 0.02**3 * (density - 1000) * 9.80665
+    assert np.sqrt(2 * weight / (1000 * area)) == pytest.approx(0.4, rel=1e-4)
+    data = load_dataset("run/evaluations.nc")
+    assert data["variable"].values.tolist() == ["body.density", AREA]
+    assert data.sizes["start"] == 2
+    assert nectosome("check", "run/best.yaml").code == 0
+    steady = nectosome("steady", "run/best.yaml")
+    assert float(rows(steady.out)["velocity at the end"][-3]) == pytest.approx(-0.4, rel=1e-3)
+
+    journals = {file: file.read_bytes() for file in Path("run").glob("*.jsonl")}
+    again, resumed = nectosome(*RUN), nectosome("design", "--resume", "run")
+    for answer in (again, resumed):
+        assert (answer.code, answer.err) == (0, "")
+        assert re.sub(r"[\d.]+ s;", "", answer.out) == re.sub(r"[\d.]+ s;", "", whole.out)
+    assert {file: file.read_bytes() for file in Path("run").glob("*.jsonl")} == journals
+
+    other = nectosome(*RUN, "--seed", "2")
+    assert (other.code, other.out) == (2, "")
+    assert "holds another seed" in other.err
+    settled = nectosome("design", "--resume", "run", "--seed", "2")
+    assert (settled.code, settled.err[:10]) == (2, "--resume: ")
+
+
+def test_limits_that_no_design_keeps_are_told(nectosome, problem):
+    done = nectosome("design", "ball.yaml", "--starts", "1", "--out", "run", "--constraint", "speed >= 9 m/s")
+    assert (done.code, done.out) == (1, "")
+    assert done.err.startswith("ball: no design keeps all limits: none of 200 drawn designs was accepted")
+    assert "speed >= 9 m/s is not kept" in done.err
+    assert not Path("run/best.yaml").exists()
+
+
+def test_a_robot_without_drives_or_limits_is_designed_too_and_has_no_efficiency(nectosome, ball):
+    """The heaviest ball sinks fastest: V = sqrt(2 * 0.3 * 1000 kg/m3 * 4/3 pi r^3 g / (rho A))."""
+    argv = ("design", "ball.yaml", "--vary", "body.density=1100 kg/m3 .. 1300 kg/m3", "--forward=-z", "--starts", "1")
+    done = nectosome(*argv, "--out", "free")
+    assert (done.code, done.err) == (0, "")
+    assert "at its limit: nothing" in done.out
+    assert best_of("free")[0] == pytest.approx(1300, rel=1e-6)
+    undefined = nectosome(*argv, "--out", "none", "--objective", "efficiency")
+    assert undefined.code == 1
+    assert undefined.err.endswith("mostly because the objective is not finite.\n")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="processes are killed the POSIX way")
+@pytest.mark.parametrize("by", [signal.SIGKILL, signal.SIGINT])
+def test_a_design_that_is_stopped_goes_on_to_the_same_best(nectosome, whole, tmp_path, by):
+    code = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # in the background it is deaf
+    code += "if __name__ == '__main__': from nectosome.cli.app import run; run()"
+    argv = [sys.executable, "-c", code, *RUN[:-1], "stopped"]
+    process = subprocess.Popen(argv, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    until = time.monotonic() + 120
+    journals = tmp_path / "stopped"
+    while process.poll() is None and time.monotonic() < until and not _written(journals):
+        time.sleep(0.005)
+    process.send_signal(by)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == (130 if by == signal.SIGINT else -signal.SIGKILL)
+    if by == signal.SIGINT:
+        assert err == "cancelled. To go on: nectosome design --resume stopped\n"
+    assert not (journals / "best.yaml").exists()
+    assert json.loads((journals / "design.json").read_text())["starts"] == 2
+    done = nectosome("design", "--resume", "stopped")
+    assert (done.code, done.err) == (0, "")
+    assert best_of("stopped") == best_of("run")
+
+
+def _written(folder: Path) -> bool:
+    return any(len(file.read_bytes().splitlines()) > 1 for file in folder.glob("*.jsonl"))
