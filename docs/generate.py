@@ -268,7 +268,8 @@ def readme_table(rows: list[dict[str, Any]]) -> Iterator[str]:
     for row in rows:
         quantity, printed, ours, verdict = row["quantity"], row["printed"], row["ours"], row["verdict"]
         if printed is not None and row["unit"] == "m/s":
-            yield f"| {quantity} | {printed:.3f} m/s | {ours:.4f} m/s | {row['error']:+.1f} % | {verdict} |"
+            error = "" if row["error"] is None else f"{row['error']:+.1f} %"
+            yield f"| {quantity} | {printed:.3f} m/s | {ours:.4f} m/s | {error} | {verdict} |"
         if printed is not None and row["unit"] == "percent":
             yield f"| {quantity} | {printed:+g} % | {ours:+#.3g} % | {ours - printed:+.2f} points | {verdict} |"
 
