@@ -56,7 +56,7 @@ def score(row: str, entry: dict[str, Any], ours: float, kind: Kind = "prediction
         "quantity": entry["quantity"],
         "unit": entry["unit"],
         "printed": reference,
-        "ours": float(ours),
+        "ours": float(ours) + 0.0,  # no minus zero
         "error": error,
         "tolerance": entry.get("tolerance"),
         "verdict": verdict,
