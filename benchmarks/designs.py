@@ -13,9 +13,10 @@ import numpy as np
 
 from nectosome.core import Solution, State, Status
 from nectosome.design import SteadyDesign, shipped_problem
+from nectosome.design.problem import judge, judge_with_slopes
 from nectosome.mechanism import Robot
-from nectosome.robots import bind, build, describe
-from nectosome.solve import equilibrium, find_symmetry, simulate
+from nectosome.robots import build, describe
+from nectosome.solve import simulate
 
 _PIECE, _LONGEST = 4.0, 300.0  # s, of the dynamics from rest; next to a standstill the canister coasts for minutes
 _STEP = 2e-3  # of a variable, relative, and at most of its unit box
@@ -35,7 +36,7 @@ def draw(count: int, seed: int = 1) -> np.ndarray:
 class Swimmers(NamedTuple):
     """The robot as a function of u in the unit box, and functions of it compiled at their first call."""
 
-    robot: Callable[[jax.Array], Robot]
+    robot: Callable[[np.ndarray], Robot]
     rest: State
     outputs: Callable[..., tuple[jax.Array, Solution]]  # (u, guess, warm) -> speed [m/s] and torque [N m], solution
     slopes: Callable[..., tuple[jax.Array, Solution]]  # of these two by u [2, 5]
@@ -45,24 +46,22 @@ class Swimmers(NamedTuple):
 @cache
 def swimmers() -> Swimmers:
     t = task()
-    names = tuple(v.name for v in t.variables)
-    _, from_theta = bind(t.description, names, log=tuple(v.name for v in t.variables if v.log))
-    ends = jnp.asarray(t.box.ends)
-    home = build(t.description)
-    symmetry = find_symmetry(home)
-
-    def robot(u: jax.Array) -> Robot:
-        return from_theta(ends[:, 0] + u * (ends[:, 1] - ends[:, 0]))
+    plan, numbers = t.plan()
+    assert plan.used[:2] == ("speed", "torque")
 
     def outputs(u: jax.Array, guess: State, warm: jax.Array) -> tuple[jax.Array, Solution]:
-        found = equilibrium(robot(u), symmetry, guess, warm)
-        return jnp.concatenate([-found.value.state.v[:1], found.value.reaction]), found
+        values, _, found = judge(plan, numbers, u, guess, warm)
+        return values[:2], found
+
+    def slopes(u: jax.Array, guess: State, warm: jax.Array) -> tuple[jax.Array, Solution]:
+        _, slopes, found = judge_with_slopes(plan, numbers, u, guess, warm)
+        return slopes[:2], found
 
     return Swimmers(
-        jax.jit(robot),
-        home.initial(),
+        lambda u: build(t.robot_at(u)),
+        build(t.description).initial(),
         jax.jit(outputs),
-        jax.jit(jax.jacfwd(outputs, has_aux=True)),
+        jax.jit(slopes),
         jax.jit(jax.vmap(outputs, in_axes=(0, None, None))),
     )
 
@@ -84,7 +83,7 @@ class Kept(NamedTuple):
         return abs(self.settled_speed - self.speed) <= max(1e-3 * abs(self.speed), 1e-5)
 
 
-def keep(u: np.ndarray, dynamics: bool, slopes: bool = True) -> Kept:
+def keep(u: np.ndarray, dynamics: bool) -> Kept:
     """Solve one design from rest, and hold it against central differences and, if asked for, against its dynamics."""
     s = swimmers()
     at = jnp.asarray(u)
@@ -93,8 +92,8 @@ def keep(u: np.ndarray, dynamics: bool, slopes: bool = True) -> Kept:
     none = float("nan")
     if status != Status.SOLVED:
         return Kept(u, status.reason, none, float(found.residual), (none, none), none, none)
-    error = slope_error(u, found.value.state) if slopes else (none, none)
-    speed, time = settle(s.robot(at)) if dynamics else (none, none)
+    error = slope_error(u, found.value.state)
+    speed, time = settle(s.robot(u)) if dynamics else (none, none)
     return Kept(u, "", float(values[0]), float(found.residual), error, speed, time)
 
 

@@ -167,7 +167,7 @@ def test_robots_without_a_steady_motion_are_refused():
 def test_a_motor_gives_less_torque_the_faster_it_turns():
     line = read_constraint("motor 0.89 N m, 22 rad/s")
     assert line == MotorLine(0.89, 22.0)
-    assert line.uses == ("torque", "drive_rate")
+    assert line.weights == {"torque": 1 / 0.89, "drive_rate": 1 / 22.0}
     for torque, rate, excess in ((0.89, 0.0, 0.0), (0.0, 22.0, 0.0), (0.445, 11.0, 0.0), (0.89, 11.0, 0.5)):
         assert line.excess({"torque": torque, "drive_rate": rate}) == pytest.approx(excess)
     assert read_constraint(str(line)) == line

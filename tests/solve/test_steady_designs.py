@@ -28,7 +28,7 @@ def test_every_design_is_solved_from_rest(roots):
 
 def test_the_dynamics_from_rest_come_to_the_same(roots):
     for u, (values, _) in list(zip(DESIGNS, roots, strict=True))[::20]:
-        speed, _ = settle(swimmers().robot(jnp.asarray(u)))
+        speed, _ = settle(swimmers().robot(u))
         assert float(values[0]) == pytest.approx(speed, rel=1e-3, abs=1e-5), u
 
 

@@ -1,7 +1,10 @@
 """Limits on a steady motion, and a motor's torque-speed line; written as people write them."""
 
 import re
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from nectosome.io import InputError, did_you_mean, format_quantity, parse_quantity
 from nectosome.io.errors import shorten
@@ -9,24 +12,47 @@ from nectosome.io.errors import shorten
 from .quantities import QUANTITIES
 
 
+class Constraint(ABC):
+    """A weighted sum of quantities that must not be more than 0, scaled to tell by which share it is passed."""
+
+    quantity: str  # that is limited
+
+    @property
+    @abstractmethod
+    def weights(self) -> dict[str, float]:
+        """Weight of each quantity that counts."""
+
+    @property
+    @abstractmethod
+    def offset(self) -> float:
+        """What is added to the sum."""
+
+    def excess(self, numbers: Mapping[str, Any]) -> Any:
+        """By how much the constraint is broken: at most 0 where it is kept."""
+        return self.offset + self.slope(numbers)
+
+    def slope(self, slopes: Mapping[str, Any]) -> Any:
+        """Slope of the excess from those of the quantities."""
+        return sum(weight * slopes[name] for name, weight in self.weights.items())
+
+
 @dataclass(frozen=True)
-class Limit:
-    """`quantity <= value` or `quantity >= value` [SI]."""
+class Limit(Constraint):
+    """`quantity <= value` or `quantity >= value` [SI], in units of the value."""
 
     quantity: str
     upper: bool
     value: float
 
     @property
-    def uses(self) -> tuple[str, ...]:
-        """Quantities that are needed."""
-        return (self.quantity,)
+    def weights(self) -> dict[str, float]:
+        """The quantity in units of its limit, negative where that is a lower one."""
+        return {self.quantity: (1.0 if self.upper else -1.0) / (abs(self.value) or 1.0)}
 
-    def excess(self, numbers):
-        """By how much the limit is passed, in units of itself: at most 0 where it is kept."""
-        scale = abs(self.value) or 1.0
-        over = (numbers[self.quantity] - self.value) / scale
-        return over if self.upper else -over
+    @property
+    def offset(self) -> float:
+        """Minus the limit, in the same units."""
+        return -self.weights[self.quantity] * self.value
 
     def __str__(self) -> str:
         value = format_quantity(self.value, QUANTITIES[self.quantity].dimension)
@@ -34,23 +60,26 @@ class Limit:
 
 
 @dataclass(frozen=True)
-class MotorLine:
-    r"""Torque of a motor at a drive rate: $\tau \le \tau_0 (1 - \omega / \omega_0)$."""
+class MotorLine(Constraint):
+    r"""Torque of a motor at a drive rate: $\tau \le \tau_0 (1 - \omega / \omega_0)$, in units of $\tau_0$."""
 
     stall: float  # [N m]
     no_load: float  # [rad/s]
-    uses = ("torque", "drive_rate")
+    quantity = "torque"
 
-    def excess(self, numbers):
-        """By how much the torque is above the line, in stall torques."""
-        return numbers["torque"] / self.stall - (1 - numbers["drive_rate"] / self.no_load)
+    @property
+    def weights(self) -> dict[str, float]:
+        """Torque and rate as shares of their largest."""
+        return {"torque": 1 / self.stall, "drive_rate": 1 / self.no_load}
+
+    @property
+    def offset(self) -> float:
+        """Minus 1: the sum of both shares on the line."""
+        return -1.0
 
     def __str__(self) -> str:
         stall, no_load = format_quantity(self.stall, "torque"), format_quantity(self.no_load, "angular_speed")
         return f"motor {stall}, {no_load}"
-
-
-Constraint = Limit | MotorLine
 
 
 def read_constraint(text: str) -> Constraint:

@@ -75,8 +75,8 @@ def change(
     for text in fixed:
         variables = _without(variables, text.partition("=")[0].strip(), description)
     new = [read_constraint(text) for text in constraints]
-    replaced = {c.uses[0] for c in new}
-    kept = [text for text in problem.constraints if read_constraint(text).uses[0] not in replaced]
+    replaced = {c.quantity for c in new}
+    kept = [text for text in problem.constraints if read_constraint(text).quantity not in replaced]
     return description, Problem(
         variables, objective or problem.objective, (*kept, *map(str, new)), forward or problem.forward
     )

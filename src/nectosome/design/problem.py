@@ -2,7 +2,7 @@
 
 import hashlib
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -32,6 +32,13 @@ FORWARD = {
     "z": (0.0, 0.0, 1.0),
     "-z": (0.0, 0.0, -1.0),
 }
+
+
+class Numbers(NamedTuple):
+    """What the programs of a design take besides the design itself."""
+
+    values: Float[Array, "k"]  # of the robot, in the order of its blueprint
+    ends: Float[Array, "n 2"]  # of the box, logarithms where a variable has them
 
 
 @dataclass(frozen=True)
@@ -101,17 +108,21 @@ class SteadyDesign(Task):
             raise InputError(f"{self.description.name} has no steady motion: {Status.UNSTEADY_DRIVES.reason}.")
         return symmetry
 
-    def prepare(self) -> Compute:
-        """Return evaluate(u, slopes, memory); the memory is the state of a steady motion nearby."""
+    def plan(self) -> tuple["Plan", Numbers]:
+        """What the programs of a design need: what they depend on besides numbers, and the numbers."""
         symmetry = self.symmetry()
         groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
         blueprint, numbers = blueprint_of(self.description, tuple(path for group in groups for path in group))
-        used = dict.fromkeys([self.objective, *(name for c in self.constraints for name in c.uses), *_TOLD])
+        used = dict.fromkeys([self.objective, *(name for c in self.constraints for name in c.weights), *_TOLD])
         where = tuple(tuple(blueprint.paths.index(path) for path in group) for group in groups)
-        plan = _Plan(
-            blueprint, symmetry, where, tuple(v.log for v in self.variables), tuple(used), FORWARD[self.forward]
+        log = tuple(v.log for v in self.variables)
+        return Plan(blueprint, symmetry, where, log, tuple(used), FORWARD[self.forward]), Numbers(
+            numbers, jnp.asarray(self.box.ends)
         )
-        ends = jnp.asarray(self.box.ends)
+
+    def prepare(self) -> Compute:
+        """Return evaluate(u, slopes, memory); the memory is the state of a steady motion nearby."""
+        plan, numbers = self.plan()
         rest = build(self.description).initial()
         _, unravel = ravel_pytree(rest)
         sign = -1.0 if QUANTITIES[self.objective].best == "high" else 1.0
@@ -120,7 +131,7 @@ class SteadyDesign(Task):
             guess, warm = (rest, False) if memory is None else (unravel(jnp.asarray(memory)), True)
             program = judge_with_slopes if slopes else judge
             found, steep, solution = remembered(
-                program, plan, numbers, ends, jnp.asarray(u, dtype=float), guess, jnp.asarray(warm)
+                program, plan, numbers, jnp.asarray(u, dtype=float), guess, jnp.asarray(warm)
             )
             status = Status(int(solution.status))
             if status != Status.SOLVED:
@@ -136,7 +147,7 @@ class SteadyDesign(Task):
             if not slopes:
                 return evaluation
             slope = dict(zip(plan.used, np.asarray(steep), strict=True))
-            rows = [_slope_of_excess(c, slope) for c in self.constraints]
+            rows = [c.slope(slope) for c in self.constraints]
             return replace(
                 evaluation,
                 slope=sign * slope[self.objective],
@@ -146,7 +157,7 @@ class SteadyDesign(Task):
         return evaluate
 
 
-class _Plan(eqx.Module):
+class Plan(eqx.Module):
     """What the programs below depend on besides numbers."""
 
     blueprint: Blueprint
@@ -160,40 +171,31 @@ class _Plan(eqx.Module):
 _Judged = tuple[Array, Array, Solution]
 
 
-def judge(plan: _Plan, numbers: Array, ends: Array, u: Array, guess: State, warm: Array) -> _Judged:
+def judge(plan: Plan, numbers: Numbers, u: Array, guess: State, warm: Array) -> _Judged:
     """Quantities [k] of the steady motion of a design u, no slopes [0], and the solution."""
-    found, solution = _quantities(plan, numbers, ends, u, guess, warm)
+    found, solution = _quantities(plan, numbers, u, guess, warm)
     return found, jnp.zeros(0), solution
 
 
-def judge_with_slopes(plan: _Plan, numbers: Array, ends: Array, u: Array, guess: State, warm: Array) -> _Judged:
+def judge_with_slopes(plan: Plan, numbers: Numbers, u: Array, guess: State, warm: Array) -> _Judged:
     """Quantities [k] of the steady motion of a design u, their slopes [k, n], and the solution."""
 
     def found(u: Array) -> tuple[Array, tuple[Array, Solution]]:
-        values, solution = _quantities(plan, numbers, ends, u, guess, warm)
+        values, solution = _quantities(plan, numbers, u, guess, warm)
         return values, (values, solution)
 
     slopes, (values, solution) = jax.jacfwd(found, has_aux=True)(u)
     return values, slopes, solution
 
 
-def _quantities(
-    plan: _Plan, numbers: Array, ends: Array, u: Array, guess: State, warm: Array
-) -> tuple[Array, Solution]:
+def _quantities(plan: Plan, numbers: Numbers, u: Array, guess: State, warm: Array) -> tuple[Array, Solution]:
+    values, ends = numbers
     x = ends[:, 0] + u * (ends[:, 1] - ends[:, 0])
     log = np.array(plan.log)
     x = jnp.where(log, jnp.exp(jnp.where(log, x, 0.0)), x)
     for k, group in enumerate(plan.where):
-        numbers = numbers.at[np.array(group)].set(x[k])
-    robot = fill(plan.blueprint, numbers)
+        values = values.at[np.array(group)].set(x[k])
+    robot = fill(plan.blueprint, values)
     solution = equilibrium(robot, plan.symmetry, guess, warm)
     swim = Swim(robot, solution.value, plan.forward)
     return jnp.stack([QUANTITIES[name].of(swim) for name in plan.used]), solution
-
-
-def _slope_of_excess(constraint: Constraint, slope: dict[str, Any]) -> np.ndarray:
-    """Slope of a constraint, which is affine in what it uses."""
-    zero = dict.fromkeys(constraint.uses, 0.0)
-    offset = constraint.excess(zero)
-    parts = [(constraint.excess({**zero, name: 1.0}) - offset) * slope[name] for name in constraint.uses]
-    return np.sum(parts, axis=0)

@@ -166,11 +166,16 @@ class Robot(Mechanical):
     def mass_bias(self, t: Array, x: State, u: Array | None = None) -> tuple[Array, Array]:
         """Mass matrix (added mass included) and bias of the unknown coordinates."""
         acting = self.forces(t, x, jnp.zeros_like(x.v), u)
-        free = self.tree.free_v
-        directions = jnp.eye(self.tree.layout[-1].v.stop)[free]
-        J = self.tree.jacobian(acting.shape, directions)
-        M = jnp.einsum("vni,wni->vw", J, times(self.inertia + self.added, J))
-        return M, acting.residual[free]
+        return self.mass(acting.shape), acting.residual[self.tree.free_v]
+
+    def mass(self, shape: Shape) -> Float[Array, "nv nv"]:
+        """Mass matrix (added mass included) of the unknown coordinates."""
+        J = self.columns(shape)
+        return jnp.einsum("vni,wni->vw", J, times(self.inertia + self.added, J))
+
+    def columns(self, shape: Shape) -> Float[Array, "nv n 6"]:
+        """Body twists of all stations for unit velocities of the unknown coordinates."""
+        return self.tree.jacobian(shape, jnp.eye(self.tree.layout[-1].v.stop)[self.tree.free_v])
 
     def state_rates(self, t: Array, x: State, u: Any = None) -> Any:
         """Rates of the load states."""

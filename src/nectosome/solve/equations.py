@@ -10,7 +10,6 @@ from jaxtyping import Array, Float
 
 from nectosome.core import State
 from nectosome.mechanism import Robot
-from nectosome.mechanism.robot import times
 
 from .symmetry import Symmetry
 
@@ -55,8 +54,9 @@ class Equations(eqx.Module):
 
     def mass(self, p: Point) -> Float[Array, "n n"]:
         """Mass matrix of the unknown velocities, added mass included."""
-        J = self._reach(p)
-        return jnp.einsum("vsi,wsi->vw", J, times(self.robot.inertia + self.robot.added, J))
+        tree = self.robot.tree
+        q, v, _ = tree.complete(jnp.zeros(()), p.q, jnp.zeros_like(p.rates))
+        return self.robot.mass(tree.shape(q, v))
 
     def imbalance(self, p: Point) -> tuple[Float[Array, ""], Float[Array, "np"]]:
         """Largest residual, each relative to the sum of absolute values of all that acts there; and the reactions."""
@@ -67,15 +67,9 @@ class Equations(eqx.Module):
         for attached, w in zip(self.robot.loads, acting.wrenches, strict=True):
             if w is not None:
                 wrench = wrench.at[layout[attached.part].stations].add(jnp.abs(w))
-        total = jnp.sum(jnp.abs(self._reach(p)) * wrench, axis=(1, 2))
+        total = jnp.sum(jnp.abs(self.robot.columns(acting.shape)) * wrench, axis=(1, 2))
         total += sum(jnp.abs(f)[free] for f in (acting.elastic, acting.viscous, acting.joint, acting.drive))
         share = jnp.abs(acting.residual[free]) / jnp.where(total > 0, total, 1.0)
         moving, _ = ravel_pytree(self.robot.state_rates(t, x))
         largest = jnp.max(jnp.concatenate([share, jnp.abs(moving)]))
         return largest, acting.residual[self.robot.tree.prescribed_v]
-
-    def _reach(self, p: Point) -> Float[Array, "n stations 6"]:
-        """Geometric Jacobian of the unknown velocities."""
-        tree = self.robot.tree
-        q, v, _ = tree.complete(jnp.zeros(()), p.q, jnp.zeros_like(p.rates))
-        return tree.jacobian(tree.shape(q, v), jnp.eye(v.shape[0])[tree.free_v])
