@@ -3,7 +3,6 @@
 import json
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +11,7 @@ import pytest
 import xarray as xr
 
 from nectosome.io import load_dataset
-
-
-@dataclass(frozen=True)
-class Study:
-    name: str
-    title: str
-    about: str
-    rows: list[dict[str, Any]]
-    runs: dict[str, xr.Dataset]
-    seconds: float
+from nectosome.papers.study import Study
 
 
 def row(name: str, **values: Any) -> dict[str, Any]:
@@ -37,7 +27,7 @@ def studies(monkeypatch) -> dict[str, Callable[..., Study]]:
         progress("crawling", 0.5)
         rows = [row("worm.speed"), row("worm.force", verdict="differs", note="the paper leaves friction out")]
         run = xr.Dataset({"x": ("time", np.arange(3.0))})
-        return Study("worm", "Worm", "", rows, {"quick" if quick else "long": run}, 3.0)
+        return Study("worm", "Worm", "", rows, {"quick" if quick else "long": run}, 3.0, {"map": run})
 
     def eel(quick: bool, progress: Callable[[str, float], None]) -> Study:
         missing = row("eel.cost", verdict="not reproducible", printed=None, ours=float("nan"), error=None)
@@ -63,6 +53,7 @@ def test_all_studies_are_run_and_written(nectosome, studies):
     assert Path("out/report.html").read_text() == "Worm, Eel"
     assert Path("out/figures/figure.html").exists()
     assert load_dataset("out/worm/long.nc")["x"].values.tolist() == [0, 1, 2]
+    assert load_dataset("out/worm/data/map.nc").equals(load_dataset("out/worm/long.nc"))
     assert "worm.force: the paper leaves friction out" in answer.out
     shares = {line.split()[0]: line.split()[-2] for line in answer.out.splitlines() if line.rstrip().endswith("%")}
     assert shares == {"worm": "75", "eel": "25"}

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from nectosome.io import apply_settings
-from nectosome.papers.flagellum.pool import NO_LOAD, STALL, on_motor_line, reaction_over_a_turn
+from nectosome.io import get_value
+from nectosome.papers.flagellum.pool import NO_LOAD, STALL, on_motor_line
+from nectosome.papers.flagellum.reaction import lateral_share, reaction_over_a_turn
+from nectosome.papers.flagellum.swims import Swimmer
 from nectosome.papers.study import printed, score
 from nectosome.robots import build, describe
-from nectosome.solve import steady
 
 ENTRY = {"quantity": "speed", "unit": "m/s", "printed": 2.0, "tolerance": 1.0}
 
@@ -20,6 +21,8 @@ ENTRY = {"quantity": "speed", "unit": "m/s", "printed": 2.0, "tolerance": 1.0}
         (ENTRY | {"better": "high"}, 2.1, "better"),
         (ENTRY | {"better": "high"}, 1.9, "differs"),
         (ENTRY | {"better": "low"}, 1.9, "better"),
+        (ENTRY | {"at_most": True}, 0.5, "match"),
+        (ENTRY | {"at_most": True}, 2.1, "differs"),
         (ENTRY | {"printed": 0.0, "within": 1e-9}, 1e-10, "match"),
         (ENTRY | {"printed": 0.0, "within": 1e-9}, -1e-8, "differs"),
         ({"quantity": "speed", "unit": "m/s", "direction": -1}, -0.1, "match"),
@@ -47,22 +50,21 @@ def test_every_entry_says_what_it_is_and_how_it_is_judged():
 
 
 def test_a_motor_on_its_line_gives_what_the_propeller_takes():
-    description = apply_settings(describe("flagellum"), ["omega=14.4rad/s"])
-    swim = on_motor_line(description)
-    assert swim.torque == pytest.approx(STALL * (1 - swim.rate / NO_LOAD), rel=1e-4)
-    slower = on_motor_line(description, 0.1)
-    assert slower.speed < 0.5 * swim.speed
+    description = describe("flagellum")
+    rate, swim = on_motor_line(description)
+    assert swim.torque == pytest.approx(STALL * (1 - rate / NO_LOAD), rel=1e-4)
+    assert on_motor_line(description, 0.1)[1].speed < 0.5 * swim.speed
 
 
 def test_over_a_turn_only_thrust_and_axial_torque_remain():
     """And they are what the hull's drag and the motor balance."""
-    robot = build(describe("flagellum"))
-    found = steady(robot)
-    wrench = reaction_over_a_turn(robot, found.state, ("shaft", "hook", "filament"))["wrench"]
-    mean = wrench.mean("angle").values
-    speed = -float(found.state.v[0])
-    hull = 500 * 0.012566370614359173 * speed**2
-    np.testing.assert_allclose(mean[[1, 2, 4, 5]], 0, atol=1e-12)
-    assert mean[3] == pytest.approx(-hull, rel=1e-9)
-    assert mean[0] == pytest.approx(-float(found.to_dataset()["reaction"][0, 0]), rel=1e-9)
-    assert np.max(np.abs(wrench.values[:, 4])) > 1  # at each moment there is a lateral force
+    description = describe("flagellum")
+    swim = Swimmer(description).swim()
+    rate = float(get_value(description, "omega"))
+    turn = reaction_over_a_turn(build(description), swim.state, rate, ("shaft", "hook", "filament"))
+    mean = turn["wrench"].mean("time").values
+    hull = 500 * float(get_value(description, "body.loads.hull_drag.drag_area.0")) * swim.speed**2
+    assert mean[3] == pytest.approx(-hull, rel=1e-6)
+    assert mean[0] == pytest.approx(-swim.torque, rel=1e-6)
+    assert lateral_share(turn) < 1e-6
+    assert np.max(np.abs(turn["wrench"].values[:, 4])) > 1  # at each moment there is a lateral force

@@ -71,11 +71,12 @@ def _make_folder(out: Path) -> None:
 
 
 def _save_runs(study: "Study", out: Path) -> None:
-    folder = out / study.name
-    if study.runs:
-        _make_folder(folder)
-    for name, dataset in study.runs.items():
-        save_dataset(dataset, folder / f"{name}.nc")
+    """Runs in a folder of the study, what else its figures show in `data` beside them."""
+    for folder, datasets in ((out / study.name, study.runs), (out / study.name / "data", study.data)):
+        if datasets:
+            _make_folder(folder)
+        for name, dataset in datasets.items():
+            save_dataset(dataset, folder / f"{name}.nc")
 
 
 def _row(row: dict[str, Any]) -> dict[str, Any]:

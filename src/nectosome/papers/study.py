@@ -35,9 +35,10 @@ def printed(study: str) -> dict[str, dict[str, Any]]:
 def score(row: str, entry: dict[str, Any], ours: float, kind: Kind = "prediction") -> dict[str, Any]:
     """Scorecard row of a computed number.
 
-    The verdict is `match` within the entry's tolerance [percent], or `within` [its unit] of a printed zero; `better`
-    outside of it on the side that the entry calls better; else `differs`. Where the paper prints only a direction
-    (sign 1 or -1) it is that which must agree; where it prints nothing the row is `not reproducible`.
+    The verdict is `match` within the entry's tolerance [percent], or `within` [its unit] of a printed zero, and
+    anywhere below a printed limit (`at_most`); `better` on the side that the entry calls better; else `differs`.
+    Where the paper prints only a direction (sign 1 or -1) it is that which must agree; where it prints nothing the row
+    is `not reproducible`.
     """
     reference = entry.get("printed")
     error = None
@@ -45,6 +46,7 @@ def score(row: str, entry: dict[str, Any], ours: float, kind: Kind = "prediction
         error = 100 * (ours - reference) / abs(reference)
     if reference is not None:
         near = abs(ours) <= entry["within"] if error is None else abs(error) <= entry["tolerance"]
+        near = near or (entry.get("at_most", False) and ours <= reference)
         ahead = {"high": ours > reference, "low": ours < reference}.get(entry.get("better", ""), False)
         verdict = "match" if near else "better" if ahead else "differs"
     elif "direction" in entry:

@@ -13,7 +13,7 @@ from scipy.stats import t as student
 
 from nectosome.core import Status
 from nectosome.io import RobotDescription, apply_settings, parse_robot
-from nectosome.mechanism import Robot
+from nectosome.mechanism import Robot, Rod
 from nectosome.robots import bind
 from nectosome.solve import static
 
@@ -76,8 +76,10 @@ def _markers(description: RobotDescription):
         solution = static(robot)
         q, v, _ = robot.tree.complete(jnp.zeros(()), solution.value.q, solution.value.v)
         rod = robot.tree.part("filament")
-        place, nodes = robot.tree.layout[rod], np.array(getattr(robot.tree.parts[rod].body, "nodes"))  # noqa: B009
-        at = [place.stations.start + int(np.flatnonzero(nodes == mark)[-1]) for mark in _MARKERS]
+        body, first = robot.tree.parts[rod].body, robot.tree.layout[rod].stations.start
+        if not isinstance(body, Rod):
+            raise TypeError("static test: the filament is no rod")
+        at = [first + int(np.flatnonzero(np.equal(body.nodes, mark))[-1]) for mark in _MARKERS]
         return robot.tree.shape(q, v).position[np.array(at)][:, np.array([0, 2])], solution.status
 
     def shapes(young: float) -> np.ndarray:

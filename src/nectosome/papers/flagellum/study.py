@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nectosome.core import Status
-from nectosome.design import ratio_of, shipped_problem, young_of
-from nectosome.io import RobotDescription, apply_settings, with_values
+from nectosome.design import ratio_of, young_of
+from nectosome.io import RobotDescription, apply_settings, get_value, with_values
 from nectosome.robots import build, describe, flagella
-from nectosome.solve import simulate, steady
+from nectosome.solve import simulate
 
 from ..study import Kind, Progress, Study, printed, score
 from . import optimum
-from .pool import on_motor_line, pool_swims, reaction_over_a_turn
+from .pool import on_motor_line, pool_swims
+from .reaction import lateral_share, reaction_over_a_turn
 from .static_test import stiffness_test
+from .swims import Swimmer, design_task
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,11 +99,8 @@ def _of_order(description: RobotDescription, order: int) -> RobotDescription:
 
 
 def _search(base: RobotDescription, quick: bool, tell: Progress) -> optimum.Search:
-    problem = shipped_problem("flagellum")
-    if problem is None:
-        raise RuntimeError("the design problem of the flagellum is not there")
     starts, seeds = (8, (1,)) if quick else (_STARTS, _SEEDS)
-    return optimum.search(problem.task(base), starts, seeds, tell)
+    return optimum.search(design_task(base), starts, seeds, tell)
 
 
 def _optimum_jobs(found: optimum.Search) -> dict[str, tuple[str, RobotDescription, float]]:
@@ -136,25 +134,14 @@ def _optimum_numbers(found: optimum.Search) -> dict[str, float]:
     finer = apply_settings(
         _of_order(found.task.robot_at(optimum.best_of(found.start("gradient")).u), 6), ["limbs.filament.points=20"]
     )
-    speed, torque = _steady_swim(finer)
-    motor = found.motor.best()[0]
+    fine = Swimmer(finer).swim()
+    straight = Swimmer(with_values(found.task.description, {"alpha": 0.0})).swim()
     return out | {
-        "flagellum/optimum/gradient/order6-speed": speed,
-        "flagellum/optimum/gradient/order6-torque": torque,
-        "flagellum/motor-line/speed": optimum.best_of(motor).outputs["speed"],
-        "flagellum/alpha0/speed": _steady_swim(
-            with_values(found.task.description, {"alpha": 0.0}), (Status.SOLVED, Status.UNSTABLE)
-        )[0],
+        "flagellum/optimum/gradient/order6-speed": fine.speed,
+        "flagellum/optimum/gradient/order6-torque": fine.torque,
+        "flagellum/motor-line/speed": optimum.best_of(found.motor.best()[0]).outputs["speed"],
+        "flagellum/alpha0/speed": straight.speed,
     }
-
-
-def _steady_swim(description: RobotDescription, accepted: tuple[Status, ...] = (Status.SOLVED,)) -> tuple[float, float]:
-    """Forward speed [m/s] and motor torque [N m] of the steady motion."""
-    solution = steady(build(description))
-    if int(solution.status) not in accepted:
-        raise RuntimeError(f"no steady swimming: {Status(int(solution.status)).reason}")
-    dataset = solution.to_dataset(description)
-    return -float(dataset["velocity"].sel(part="body", axis="x")[0]), float(dataset["reaction"][0, 0])
 
 
 def _search_data(
@@ -200,8 +187,9 @@ def _prototype(base: RobotDescription, book: dict[str, Any]) -> "tuple[dict[str,
     old, new = (_design(base, {**design, "young": 7.9e6}) for design in (_OLD, {}))
     speeds = {key: book[f"flagellum/pool/{key}/speed"]["printed"] for key in ("old", "new")}
     pool = pool_swims(old, new, {**speeds, "old_measured": 0.160, "new_measured": 0.311})
-    robot = build(base)
-    wrench = reaction_over_a_turn(robot, steady(robot).state, ("hook", "filament"))
+    turn = reaction_over_a_turn(
+        build(base), Swimmer(base).swim().state, float(get_value(base, "omega")), ("hook", "filament")
+    )
     numbers = {
         "flagellum/composite/beta-ej": ratio_of(target, core, shell, "EJ"),
         "flagellum/composite/beta-ejv": ratio_of(target, core, shell, "EJV"),
@@ -209,16 +197,10 @@ def _prototype(base: RobotDescription, book: dict[str, Any]) -> "tuple[dict[str,
         "flagellum/static-test/E": 1e-6 * test.young,
         "flagellum/pool/old/speed": float(pool["ours"][0]),
         "flagellum/pool/new/speed": float(pool["ours"][1]),
-        "flagellum/pool/reaction/lateral": _lateral_share(wrench),
-        "flagellum/motor-line/table2-speed": on_motor_line(base).speed,
+        "flagellum/pool/reaction/lateral": lateral_share(turn),
+        "flagellum/motor-line/table2-speed": on_motor_line(base)[1].speed,
     }
     return numbers, {"composite": composite, "static_test": test.shapes, "pool": pool}
-
-
-def _lateral_share(wrench: "xr.Dataset") -> float:
-    """Largest mean over a turn of the reactions across the axis, relative to the thrust and torque along it."""
-    mean = np.abs(wrench["wrench"].mean("angle").values)
-    return float(max(mean[1:3].max() / mean[0], mean[4:].max() / mean[3]))
 
 
 def _design(base: RobotDescription, design: dict[str, float]) -> RobotDescription:
