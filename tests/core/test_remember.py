@@ -1,5 +1,9 @@
 """Programs remembered from one call to the next are those of the arguments at hand."""
 
+import os
+import subprocess
+import sys
+
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
@@ -37,3 +41,29 @@ def test_a_new_shape_is_a_new_program():
 def test_a_plain_function_among_the_arguments_is_no_obstacle():
     x = jnp.arange(3.0)
     assert remembered(called, lambda x: 2 * x, x).tolist() == [0, 2, 4]
+
+
+TWICE = """
+import time
+import jax.numpy as jnp
+from nectosome.core.remember import remembered
+
+def slow(x):
+    print("traced", flush=True)
+    time.sleep(2)
+    return 2 * x
+
+print(remembered(slow, jnp.arange(3.0)).tolist())
+"""
+
+
+def test_of_two_processes_one_makes_the_program_and_the_other_finds_it(tmp_path):
+    (tmp_path / "twice.py").write_text(TWICE)
+    environment = {**os.environ, "NECTOSOME_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
+    environment.pop("JAX_COMPILATION_CACHE_DIR", None)
+    command = [sys.executable, "-c", "import nectosome.core.runtime, twice"]
+    both = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    said = [process.communicate(timeout=100)[0].split("\n") for process in both]
+    assert sum(lines.count("traced") for lines in said) == 1
+    assert all("[0.0, 2.0, 4.0]" in lines for lines in said)
+    assert [path.suffix for path in (tmp_path / "cache" / "traced").iterdir()] == [""]

@@ -64,7 +64,7 @@ def test_speed_and_limit_are_those_of_the_closed_form(task, evaluate):
         speed = sinking(*task.box.values(u))
         assert got.objective == pytest.approx(-speed, rel=1e-9)
         np.testing.assert_allclose(got.constraints, [speed / 1.1 - 1], atol=1e-9)
-        assert got.outputs == {"speed": pytest.approx(speed), "torque": 0.0, "power": 0.0}
+        assert got.outputs == {"speed": pytest.approx(speed), "torque": 0.0, "power": 0.0, "drive_rate": 0.0}
 
 
 def test_slopes_are_those_of_central_differences_and_warm_starts_change_nothing(evaluate):

@@ -10,8 +10,9 @@ import os
 import pickle
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -22,6 +23,9 @@ import jax
 import jax.numpy as jnp
 from jax import export
 
+from nectosome.io.lock import lock
+
+_LONGEST = 300.0  # s, to wait for another process that makes the same program
 _programs: dict[Any, Future["_Program"]] = {}
 _workers = ThreadPoolExecutor(3)
 _compiled = cache(eqx.filter_jit)
@@ -74,17 +78,34 @@ def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeS
         result = jax.tree.map(lambda _: 0, out)
         return jax.tree.leaves(out)
 
-    traced = jax.jit(flat)
-    if file is not None:
-        try:
-            result, data = pickle.loads(file.read_bytes())
-            exported = export.deserialize(data)
-        except (OSError, ValueError, EOFError, pickle.UnpicklingError):  # not there yet, or cut off by a kill: trace it
-            exported = export.export(traced)(*shapes)
-            _store(file, pickle.dumps((result, exported.serialize())))
-        traced = jax.jit(exported.call)
-    run = traced.lower(*shapes).compile()
+    traced, new = jax.jit(flat), None
+    with _alone(file):
+        if file is not None:
+            try:
+                result, data = pickle.loads(file.read_bytes())
+                exported = export.deserialize(data)
+            except (OSError, ValueError, EOFError, pickle.UnpicklingError):  # not there yet, or cut off by a kill
+                new = exported = export.export(traced)(*shapes)
+            traced = jax.jit(exported.call)
+        run = traced.lower(*shapes).compile()
+        if file is not None and new is not None:
+            _store(file, pickle.dumps((result, new.serialize())))
     return _Program(run, jax.tree.structure(result))
+
+
+@contextmanager
+def _alone(file: Path | None) -> Iterator[None]:
+    """Let one process at a time make a program that is not there yet; those that waited will find it."""
+    if file is None or file.exists():
+        yield
+        return
+    beside = file.with_suffix(".lock")
+    with ExitStack() as stack:
+        with suppress(OSError):
+            beside.parent.mkdir(parents=True, exist_ok=True)
+            lock(stack.enter_context(beside.open("w")), _LONGEST)
+            stack.callback(beside.unlink, missing_ok=True)
+        yield
 
 
 def _file(text: str, args: Any) -> Path | None:
@@ -124,7 +145,6 @@ def _source(kind: type) -> Path | None:
 def _store(file: Path, data: bytes) -> None:
     """Write beside and rename; a cache that cannot be written is no reason to stop."""
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
         handle, beside = tempfile.mkstemp(dir=file.parent)
         with os.fdopen(handle, "wb") as stream:
             stream.write(data)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -30,6 +31,7 @@ class Gradient(Solver):
     tolerance: float = 1e-6
     smallest_step: float = 1e-7
     evaluations: int = 200
+    slopes: ClassVar[bool] = True
 
     def __post_init__(self):
         for name in ("tolerance", "smallest_step"):

@@ -107,7 +107,7 @@ class _Job:
         accepted = None
         while accepted is None and refused.total() < self.draws:
             u = rng.uniform(self.task.lower, self.task.upper)
-            why = self.task.accepts(evaluate(u))
+            why = self.task.accepts(evaluate(u, self.solver.slopes))
             if why:
                 refused[why] += 1
             else:

@@ -23,7 +23,7 @@ from .record import Compute
 from .task import Evaluation, Task
 from .variables import Box, Variable
 
-_TOLD = ("speed", "torque", "power")  # remembered of every evaluation
+_TOLD = ("speed", "torque", "power", "drive_rate")  # remembered of every evaluation
 FORWARD = {
     "x": (1.0, 0.0, 0.0),
     "-x": (-1.0, 0.0, 0.0),
@@ -113,7 +113,8 @@ class SteadyDesign(Task):
         symmetry = self.symmetry()
         groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
         blueprint, numbers = blueprint_of(self.description, tuple(path for group in groups for path in group))
-        used = dict.fromkeys([self.objective, *(name for c in self.constraints for name in c.weights), *_TOLD])
+        wanted = {self.objective, *(name for c in self.constraints for name in c.weights), *_TOLD}
+        used = [name for name in QUANTITIES if name in wanted]  # in one order: what asks for the same is one program
         where = tuple(tuple(blueprint.paths.index(path) for path in group) for group in groups)
         log = tuple(v.log for v in self.variables)
         return Plan(blueprint, symmetry, where, log, tuple(used), FORWARD[self.forward]), Numbers(

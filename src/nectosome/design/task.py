@@ -124,6 +124,8 @@ class Solver(ABC):
     on by running the solver again on what was recorded.
     """
 
+    slopes: ClassVar[bool] = False  # whether it asks for slopes everywhere
+
     @abstractmethod
     def solve(self, evaluate: Evaluate, start: Float[np.ndarray, "n"], seed: int) -> Outcome:
         """Minimise from `start`; `seed` is from 1 to 2^31 - 1."""

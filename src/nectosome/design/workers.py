@@ -36,7 +36,7 @@ class Workers:
     def __exit__(self, *_: object) -> None:
         for name in self._ours:
             os.environ.pop(name, None)
-        self.pool.shutdown()
+        self.pool.shutdown(cancel_futures=True)
 
     @property
     def computed(self) -> int:

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +19,6 @@ from nectosome.design import (
     Solver,
     Start,
     SteadyDesign,
-    Workers,
     multistart,
 )
 from nectosome.design.record import Recorder
@@ -41,7 +41,6 @@ class Search:
     results: dict[tuple[str, int], Result]
     seconds: dict[tuple[str, int], float]
     motor: Result  # within the motor's line, gradient, first seed
-    workers: int
 
     def start(self, solver: str, seed: int | None = None) -> Start:
         """Best start of a solver, with one seed or all."""
@@ -60,28 +59,25 @@ def best_of(start: Start) -> Evaluation:
     return start.best
 
 
-def search(task: SteadyDesign, starts: int, seeds: tuple[int, ...], tell: Tell, workers: int = 2) -> Search:
+def search(task: SteadyDesign, starts: int, seeds: tuple[int, ...], tell: Tell, executor: Executor) -> Search:
     """Run every solver from as many starts with each seed."""
     results, seconds = {}, {}
     rounds = [(name, seed) for name in SOLVERS for seed in seeds]
-    with Workers(workers) as pool:
-        for i, (name, seed) in enumerate(rounds):
-            began = time.perf_counter()
+    for i, (name, seed) in enumerate(rounds):
+        began = time.perf_counter()
 
-            def progress(
-                done: int, best: Evaluation | None, _: int, i: int = i, name: str = name, seed: int = seed
-            ) -> None:
-                fastest = "" if best is None else f", best {best.outputs['speed']:.3f} m/s"
-                tell(
-                    f"{name}, seed {seed}: {done} of {starts} starts{fastest}", (i + done / starts) / (len(rounds) + 1)
-                )
+        def progress(
+            done: int, best: Evaluation | None, _: int, i: int = i, name: str = name, seed: int = seed
+        ) -> None:
+            fastest = "" if best is None else f", best {best.outputs['speed']:.3f} m/s"
+            tell(f"{name}, seed {seed}: {done} of {starts} starts{fastest}", (i + done / starts) / (len(rounds) + 1))
 
-            results[name, seed] = multistart(task, SOLVERS[name], starts, seed, executor=pool.pool, progress=progress)
-            seconds[name, seed] = time.perf_counter() - began
-        tell("within the motor's line", len(rounds) / (len(rounds) + 1))
-        limited = replace(task, constraints=(MOTOR,))
-        motor = multistart(limited, Gradient(), max(6, starts // 3), seeds[0], executor=pool.pool)
-    return Search(task, results, seconds, motor, workers)
+        results[name, seed] = multistart(task, SOLVERS[name], starts, seed, executor=executor, progress=progress)
+        seconds[name, seed] = time.perf_counter() - began
+    tell("within the motor's line", len(rounds) / (len(rounds) + 1))
+    limited = replace(task, constraints=(MOTOR,))
+    motor = multistart(limited, Gradient(), max(6, starts // 3), seeds[0], executor=executor)
+    return Search(task, results, seconds, motor)
 
 
 def starts_table(search: Search, printed: dict[str, float]) -> xr.Dataset:

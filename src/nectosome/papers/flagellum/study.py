@@ -2,12 +2,13 @@
 
 import math
 import time
+from concurrent.futures import Executor, as_completed
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nectosome.design import ratio_of, young_of
+from nectosome.design import Workers, ratio_of, young_of
 from nectosome.io import RobotDescription, apply_settings, get_value, with_values
 from nectosome.robots import build, describe, flagella
 from nectosome.solve import simulate
@@ -16,7 +17,7 @@ from ..study import Kind, Progress, Study, printed, score
 from . import optimum
 from .pool import on_motor_line, pool_swims
 from .reaction import lateral_share, reaction_over_a_turn
-from .static_test import stiffness_test
+from .static_test import Stiffness, stiffness_test
 from .swims import Swimmer, design_task
 
 if TYPE_CHECKING:
@@ -41,7 +42,11 @@ _OLD = {"length": 0.300, "tip_radius": 2e-3, "bend": 45.0, "rate": 14.4}
 _FIG3 = {"length": 0.300, "tip_radius": 1e-3, "bend": 70.0, "rate": 15.0, "young": 8.5e6}
 _FREE_RTOL = 1e-3  # of the robot with four flagella, an example that no row depends on
 _STARTS, _SEEDS = 60, (1, 2, 3)
+_WORKERS = 2  # processes
 _SETTLE = 5.0  # s: the slowest mode decays at 1.9 1/s or faster
+
+
+_Job = tuple[str, RobotDescription, float]  # label, robot, duration [s]
 
 
 def run(quick: bool, progress: Progress) -> Study:
@@ -51,24 +56,21 @@ def run(quick: bool, progress: Progress) -> Study:
     rtol = 1e-4 if quick else 1e-5
     base = describe("flagellum")
 
-    found = _search(base, quick, lambda what, share: progress(what, 0.6 * share))
-    numbers = _optimum_numbers(found)
-    jobs = _jobs(base, book) | _optimum_jobs(found)
-    runs = {}
-    for i, (key, (label, description, duration)) in enumerate(jobs.items()):
-        progress(label, 0.6 + 0.3 * i / len(jobs))
-        tolerance = _FREE_RTOL if key == "flagella4" else rtol
-        solution = simulate(build(description), duration, rtol=tolerance, atol=tolerance * 1e-2)
-        run = solution.to_dataset(description, {"time": duration, "rtol": tolerance})
-        run.attrs["label"] = label
-        runs[key] = run
+    with Workers(_WORKERS) as workers:
+        found = _search(base, quick, lambda what, share: progress(what, 0.6 * share), workers.pool)
+        weights, fine = workers.pool.submit(stiffness_test), workers.pool.submit(_speed_and_torque, _finer(found))
+        runs = _integrate(_jobs(base, book) | _optimum_jobs(found), rtol, progress, workers.pool)
+        test, (fine_speed, fine_torque) = weights.result(), fine.result()
     for k in range(1, 6):
         runs[f"row{k}"].attrs["printed_speed"] = book[f"flagellum/table2/row{k}/speed"]["printed"]
 
-    progress("composite, weights test, pool", 0.9)
+    progress("maps, sensitivities, pool", 0.9)
     data = _search_data(found, runs, book, quick)
-    numbers |= _numbers(runs) | {"flagellum/optimum/gradient/dynamics-speed": steady_speed(runs["optimum"])}
-    more, more_data = _prototype(base, book)
+    numbers = _optimum_numbers(found) | _numbers(runs)
+    numbers["flagellum/optimum/gradient/dynamics-speed"] = steady_speed(runs["optimum"])
+    numbers["flagellum/optimum/gradient/order6-speed"] = fine_speed
+    numbers["flagellum/optimum/gradient/order6-torque"] = fine_torque
+    more, more_data = _prototype(base, book, test)
     kinds: dict[str, Kind] = {"flagellum/static-test/E": "synthetic", "flagellum/pool/old/speed": "calibration"}
     numbers, data = numbers | more, data | more_data
     progress("scorecard", 1.0)
@@ -79,9 +81,28 @@ def run(quick: bool, progress: Progress) -> Study:
     return Study(NAME, TITLE, ABOUT, rows, runs, time.perf_counter() - began, data)
 
 
-def _jobs(base: RobotDescription, book: dict[str, Any]) -> dict[str, tuple[str, RobotDescription, float]]:
-    """Runs from rest of what the paper prints: label, robot, duration [s]."""
-    jobs: dict[str, tuple[str, RobotDescription, float]] = {}
+def _integrate(jobs: "dict[str, _Job]", rtol: float, progress: Progress, executor: Executor) -> "dict[str, xr.Dataset]":
+    """All runs from rest, by key; those that take long first."""
+    waiting = {}
+    for key in sorted(jobs, key=lambda key: key != "flagella4"):
+        waiting[executor.submit(_run_from_rest, *jobs[key], _FREE_RTOL if key == "flagella4" else rtol)] = key
+    runs = {}
+    for future in as_completed(waiting):
+        runs[waiting[future]] = future.result()
+        progress(f"from rest: {len(runs)} of {len(jobs)} runs", 0.6 + 0.3 * len(runs) / len(jobs))
+    return {key: runs[key] for key in jobs}
+
+
+def _run_from_rest(label: str, description: RobotDescription, duration: float, rtol: float) -> "xr.Dataset":
+    solution = simulate(build(description), duration, rtol=rtol, atol=rtol * 1e-2)
+    run = solution.to_dataset(description, {"time": duration, "rtol": rtol})
+    run.attrs["label"] = label
+    return run
+
+
+def _jobs(base: RobotDescription, book: dict[str, Any]) -> dict[str, _Job]:
+    """Runs from rest of what the paper prints."""
+    jobs: dict[str, _Job] = {}
     for k in range(1, 6):
         entry = book[f"flagellum/table2/row{k}/speed"]
         jobs[f"row{k}"] = (f"Table II, row {k}", _design(base, entry["design"]), _SETTLE)
@@ -98,12 +119,12 @@ def _of_order(description: RobotDescription, order: int) -> RobotDescription:
     return apply_settings(description, [strains])
 
 
-def _search(base: RobotDescription, quick: bool, tell: Progress) -> optimum.Search:
+def _search(base: RobotDescription, quick: bool, tell: Progress, executor: Executor) -> optimum.Search:
     starts, seeds = (8, (1,)) if quick else (_STARTS, _SEEDS)
-    return optimum.search(design_task(base), starts, seeds, tell)
+    return optimum.search(design_task(base), starts, seeds, tell, executor)
 
 
-def _optimum_jobs(found: optimum.Search) -> dict[str, tuple[str, RobotDescription, float]]:
+def _optimum_jobs(found: optimum.Search) -> dict[str, _Job]:
     """Runs from rest of the best design, and of what one pattern search had after 1, 5 and 20 iterations (Fig. 4)."""
     jobs = {"optimum": ("our optimum", found.task.robot_at(optimum.best_of(found.start("gradient")).u), _SETTLE)}
     start = found.start("pattern", 1)
@@ -123,7 +144,7 @@ def _optimum_numbers(found: optimum.Search) -> dict[str, float]:
         overall = found.best().objective
         starts = [start for seed in seeds for start in found.results[name, seed].starts]
         near = [start.best is not None and start.best.objective <= 0.99 * overall for start in starts]
-        spent = sum(found.seconds[name, seed] for seed in seeds) * found.workers
+        spent = sum(found.seconds[name, seed] for seed in seeds) * _WORKERS
         out |= {
             f"flagellum/optimum/{name}/speed": worst.outputs["speed"],
             f"flagellum/optimum/{name}/torque": worst.outputs["torque"],
@@ -131,17 +152,22 @@ def _optimum_numbers(found: optimum.Search) -> dict[str, float]:
             f"flagellum/optimum/{name}/seconds": spent / len(starts),
             f"flagellum/optimum/{name}/evaluations": sum(len(s.evaluations) - s.draws for s in starts) / len(starts),
         }
-    finer = apply_settings(
-        _of_order(found.task.robot_at(optimum.best_of(found.start("gradient")).u), 6), ["limbs.filament.points=20"]
-    )
-    fine = Swimmer(finer).swim()
     straight = Swimmer(with_values(found.task.description, {"alpha": 0.0})).swim()
     return out | {
-        "flagellum/optimum/gradient/order6-speed": fine.speed,
-        "flagellum/optimum/gradient/order6-torque": fine.torque,
         "flagellum/motor-line/speed": optimum.best_of(found.motor.best()[0]).outputs["speed"],
         "flagellum/alpha0/speed": straight.speed,
     }
+
+
+def _finer(found: optimum.Search) -> RobotDescription:
+    """Best design with strain order 6 and doubled quadrature."""
+    best = found.task.robot_at(optimum.best_of(found.start("gradient")).u)
+    return apply_settings(_of_order(best, 6), ["limbs.filament.points=20"])
+
+
+def _speed_and_torque(description: RobotDescription) -> tuple[float, float]:
+    swim = Swimmer(description).swim()
+    return swim.speed, swim.torque
 
 
 def _search_data(
@@ -172,7 +198,9 @@ def _search_data(
     }
 
 
-def _prototype(base: RobotDescription, book: dict[str, Any]) -> "tuple[dict[str, float], dict[str, xr.Dataset]]":
+def _prototype(
+    base: RobotDescription, book: dict[str, Any], test: Stiffness
+) -> "tuple[dict[str, float], dict[str, xr.Dataset]]":
     """Composite, weights test and pool: numbers by row, and what the report draws."""
     import xarray as xr
 
@@ -183,7 +211,6 @@ def _prototype(base: RobotDescription, book: dict[str, Any]) -> "tuple[dict[str,
         coords={"rule": ["EJ", "EJV"], "beta": ratios},
         attrs={"target": target, "printed_beta": 0.81, "measured": 7.9e6},
     )
-    test = stiffness_test()
     old, new = (_design(base, {**design, "young": 7.9e6}) for design in (_OLD, {}))
     speeds = {key: book[f"flagellum/pool/{key}/speed"]["printed"] for key in ("old", "new")}
     pool = pool_swims(old, new, {**speeds, "old_measured": 0.160, "new_measured": 0.311})
