@@ -1,13 +1,14 @@
 """A tapered cantilever that falls from level, by three codes; each returns the tip at the same times.
 
 0.3 m, 12.5 mm to 6.25 mm, 7.4 MPa, 1062 kg/m3, Poisson 0.45, no water; all three could move it in three dimensions.
-Each builder returns run() -> tip [k, 3] at `TIMES` and the number of steps (0 if unknown), compiled at its first call.
+`nectosome`, `soromox` and `pyelastica` return run() -> tip [k, 3] at `TIMES` and the number of steps (0 if unknown),
+compiled at its first call; the rods themselves serve `tests/validation/test_peers.py` too.
 """
 
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -17,6 +18,23 @@ KIRCHHOFF = ("torsion", "bending_y", "bending_z")
 COSSERAT = (*KIRCHHOFF, "extension", "shear_y", "shear_z")
 
 Run = Callable[[], tuple[np.ndarray, int]]
+
+
+def our_rod(order: int, points: int, strains: tuple[str, ...] = KIRCHHOFF, viscosity: float = 0.0) -> dict[str, Any]:
+    """Description of the rod; viscosity [Pa s] of Kelvin-Voigt damping."""
+    return {
+        "kind": "rod",
+        "section": "circle",
+        "length": LENGTH,
+        "radius": ROOT,
+        "tip_radius": TIP,
+        "young": YOUNG,
+        "poisson": POISSON,
+        "density": DENSITY,
+        "damping": viscosity,
+        "strains": dict.fromkeys(strains, order),
+        "points": points,
+    }
 
 
 def nectosome(
@@ -34,20 +52,8 @@ def nectosome(
     from nectosome.robots import build
     from nectosome.solve import simulate
 
-    rod = {
-        "kind": "rod",
-        "section": "circle",
-        "length": LENGTH,
-        "radius": ROOT,
-        "tip_radius": TIP,
-        "young": YOUNG,
-        "poisson": POISSON,
-        "density": DENSITY,
-        "damping": viscosity,
-        "strains": dict.fromkeys(strains, order),
-        "points": points,
-    }
     water = {"gravity": G, "density": 1e-9}
+    rod = our_rod(order, points, strains, viscosity)
     robot = build(RobotDescription.model_validate({"name": "cantilever", "water": water, "body": rod}))
 
     @jax.jit
@@ -65,8 +71,14 @@ def nectosome(
     return run
 
 
-def soromox(order: int, points: int, rtol: float, viscosity: float = 0.0) -> Run:
-    """Geometric variable strain, inextensible; its default integrator (Tsit5) with adaptive steps."""
+def soromox_rod(
+    order: int,
+    points: int,
+    curvatures: tuple[str, ...] = ("kappa_x", "kappa_y", "kappa_z"),
+    basis: str = "legendre",
+    viscosity: float = 0.0,
+):
+    """SoRoMoX's rod, inextensible, clamped level; needs JAX."""
     import jax.numpy as jnp
     from soromox.systems.components import JointSpec, LinearProfile, LinkSpec
     from soromox.systems.gvs import GVS, GVSSegment, StrainBasisSpec
@@ -80,11 +92,16 @@ def soromox(order: int, points: int, rtol: float, viscosity: float = 0.0) -> Run
         poisson_ratio=POISSON,
         material_damping_coefficient=viscosity,
     )
-    basis = StrainBasisSpec("legendre", ("kappa_x", "kappa_y", "kappa_z"), order)
     level = jnp.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-    rod = GVS.from_segments(
-        [GVSSegment(link, JointSpec.fixed(), basis, points)], gravity=jnp.array([0.0, 0.0, -G]), base_pose=level
-    )
+    segment = GVSSegment(link, JointSpec.fixed(), StrainBasisSpec(basis, curvatures, order), points)
+    return GVS.from_segments([segment], gravity=jnp.array([0.0, 0.0, -G]), base_pose=level)
+
+
+def soromox(order: int, points: int, rtol: float, viscosity: float = 0.0) -> Run:
+    """Geometric variable strain, inextensible; its default integrator (Tsit5) with adaptive steps."""
+    import jax.numpy as jnp
+
+    rod = soromox_rod(order, points, viscosity=viscosity)
     return lambda: (np.asarray(_fall()(rod, jnp.asarray(rtol))), 0)
 
 
@@ -114,37 +131,50 @@ def _fall():
     return fall
 
 
-def pyelastica(elements: int, step: float) -> Run:
-    """Discrete Cosserat rod, undamped. The clamp is the middle of its first element, which lies half in the wall."""
+def pyelastica_rod(elements: int, damping: float = 0.0, step: float = 0.0) -> tuple[Any, Any]:
+    """Simulator and discrete Cosserat rod, damped uniformly [1/s] in steps [s] if asked for.
+
+    The clamp is the middle of its first element, which lies half in the wall.
+    """
     import elastica as ea
 
-    class Simulator(ea.BaseSystemCollection, ea.Constraints, ea.Forcing):
+    class Simulator(ea.BaseSystemCollection, ea.Constraints, ea.Forcing, ea.Damping):
         pass
 
     width = LENGTH / (elements - 0.5)
     middle = width * np.arange(elements)
+    rod = ea.CosseratRod.straight_rod(
+        elements,
+        np.array([-0.5 * width, 0.0, 0.0]),
+        np.array([1.0, 0.0, 0.0]),
+        np.array([0.0, 1.0, 0.0]),
+        width * elements,
+        ROOT + (TIP - ROOT) * middle / LENGTH,
+        DENSITY,
+        youngs_modulus=YOUNG,
+        shear_modulus=YOUNG / (2 * (1 + POISSON)),
+    )
+    simulator = Simulator()
+    simulator.append(rod)
+    ends = {"constrained_position_idx": (0,), "constrained_director_idx": (0,)}
+    simulator.constrain(rod).using(ea.OneEndFixedBC, **ends)
+    simulator.add_forcing_to(rod).using(ea.GravityForces, acc_gravity=np.array([0.0, 0.0, -G]))
+    if damping:
+        simulator.dampen(rod).using(ea.AnalyticalLinearDamper, uniform_damping_constant=damping, time_step=step)
+    simulator.finalize()
+    return simulator, rod
+
+
+def pyelastica(elements: int, step: float) -> Run:
+    """Undamped."""
+    import elastica as ea
+
+    pieces = math.ceil((TIMES[1] - TIMES[0]) / step)
+    h = (TIMES[1] - TIMES[0]) / pieces
 
     def run() -> tuple[np.ndarray, int]:
-        rod = ea.CosseratRod.straight_rod(
-            elements,
-            np.array([-0.5 * width, 0.0, 0.0]),
-            np.array([1.0, 0.0, 0.0]),
-            np.array([0.0, 1.0, 0.0]),
-            width * elements,
-            ROOT + (TIP - ROOT) * middle / LENGTH,
-            DENSITY,
-            youngs_modulus=YOUNG,
-            shear_modulus=YOUNG / (2 * (1 + POISSON)),
-        )
-        simulator = Simulator()
-        simulator.append(rod)
-        ends = {"constrained_position_idx": (0,), "constrained_director_idx": (0,)}
-        simulator.constrain(rod).using(ea.OneEndFixedBC, **ends)
-        simulator.add_forcing_to(rod).using(ea.GravityForces, acc_gravity=np.array([0.0, 0.0, -G]))
-        simulator.finalize()
+        simulator, rod = pyelastica_rod(elements)
         stepper, time = ea.PositionVerlet(), 0.0
-        pieces = math.ceil((TIMES[1] - TIMES[0]) / step)
-        h = (TIMES[1] - TIMES[0]) / pieces
         tips = [rod.position_collection[:, -1].copy()]
         for _ in TIMES[1:]:
             for _ in range(pieces):
