@@ -40,7 +40,7 @@ class Swimmers(NamedTuple):
     rest: State
     outputs: Callable[..., tuple[jax.Array, Solution]]  # (u, guess, warm) -> speed [m/s] and torque [N m], solution
     slopes: Callable[..., tuple[jax.Array, Solution]]  # of these two by u [2, 5]
-    many: Callable[..., tuple[jax.Array, Solution]]  # outputs of designs [n, 5]
+    many: Callable[..., tuple[jax.Array, Solution]]  # outputs of designs [n, 5], one after another
 
 
 @cache
@@ -62,7 +62,7 @@ def swimmers() -> Swimmers:
         build(t.description).initial(),
         jax.jit(outputs),
         jax.jit(slopes),
-        jax.jit(jax.vmap(outputs, in_axes=(0, None, None))),
+        jax.jit(lambda us, guess, warm: jax.lax.map(lambda u: outputs(u, guess, warm), us)),
     )
 
 

@@ -86,7 +86,7 @@ def _steady() -> None:
     run_s, (_, found) = once(lambda: s.many(many, s.rest, cold))
     solved = int(np.sum(np.asarray(found.status) == Status.SOLVED))
     each = f"{1e3 * run_s / _BATCH:.2f} ms a design"
-    print(f"  {_BATCH} designs at once, cold: {each}, {solved} solved; compile {compile_s:.1f} s")
+    print(f"  {_BATCH} designs in one call, cold: {each}, {solved} solved; compile {compile_s:.1f} s")
 
 
 def _timed(robot: Robot, task: Callable[[Robot, jax.Array], jax.Array], w: jax.Array) -> tuple[float, float]:

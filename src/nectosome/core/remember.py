@@ -44,26 +44,31 @@ def remembered(f: Callable[..., Any], *args: Any) -> Any:
     f must be a function of a module and depend on nothing but its arguments. Where some of their leaves are no numbers
     (a plain function for a current), or there is no cache folder (`NECTOSOME_CACHE=`), it is traced as usual.
     """
-    program = _prepared(f, args)
+    leaves, inner = jax.tree.flatten(args)
+    program = _prepared(f, args, leaves, inner)
     if program is None:
         return _compiled(f)(*args)
     run, structure = program.result()
-    return jax.tree.unflatten(structure, run(*(jnp.asarray(leaf) for leaf in jax.tree.leaves(args))))
+    return jax.tree.unflatten(structure, run(*leaves))
 
 
 def prepare(f: Callable[..., Any], *args: Any) -> None:
     """Get f ready for arguments of these shapes, beside what goes on; `remembered` then has it at once."""
-    _prepared(f, args)
+    _prepared(f, args, *jax.tree.flatten(args))
 
 
-def _prepared(f: Callable[..., Any], args: tuple[Any, ...]) -> Future[_Program] | None:
-    leaves, structure = jax.tree.flatten(args)
-    if not all(map(eqx.is_array_like, leaves)):
-        return None
-    leaves = [jnp.asarray(leaf) for leaf in leaves]
-    shapes = [jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for leaf in leaves]
+def _prepared(
+    f: Callable[..., Any], args: tuple[Any, ...], leaves: list[Any], structure: Any
+) -> Future[_Program] | None:
+    """Program for these arguments, whose leaves are made arrays in place; None where some are no numbers."""
+    for i, leaf in enumerate(leaves):
+        if not isinstance(leaf, jax.Array):
+            if not eqx.is_array_like(leaf):
+                return None
+            leaves[i] = jnp.asarray(leaf)
     key = (f, structure, tuple((leaf.shape, leaf.dtype) for leaf in leaves))
     if key not in _programs:
+        shapes = [jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for leaf in leaves]
         text = f"{f.__module__}.{f.__qualname__} {structure} {shapes} {jax.default_backend()}"
         _programs[key] = _workers.submit(_program, f, structure, shapes, _file(text, args))
     return _programs[key]
