@@ -1,0 +1,1 @@
+"""Measurements: bench files of any kind as recordings with units, and signals made of them."""
