@@ -30,7 +30,7 @@ class TimeWatch:
     gaps: list[tuple[float, float, int]] = field(default_factory=list)  # from, to [s], row after it
 
     def keep(self, rows: Int[np.ndarray, "n"], time: Float[np.ndarray, "n"]) -> Bool[np.ndarray, "n"]:
-        """Which rows go on in time. Raises InputError for the first that does not, unless such rows are to be dropped."""
+        """Which rows go on in time. Raises InputError for the first that does not, unless such rows are dropped."""
         before = -np.inf if self.count == 0 else self.last
         fine = np.isfinite(time)
         highest = np.maximum.accumulate(np.where(fine, time, -np.inf))
