@@ -18,8 +18,8 @@ class ZeroPhase:
     $$ |H| = \\left[ 1 + (\\sqrt 2 - 1) \\left( \\frac{\\tan \\pi f h}{\\tan \\pi f_c h} \\right)^{2 n} \\right]^{-1} $$
 
     A single pass has its own cutoff higher by that much (Winter, Biomechanics and Motor Control of Human Movement,
-    sec. 3.4.4.2). Beyond its ends a signal goes on turned about its end point, 2 x_0 - x_j, so that the first and
-    last sample stay as they are.
+    ch. 3). Beyond its ends a signal goes on turned about its end point, 2 x_0 - x_j, so that the first and last
+    sample stay as they are.
     """
 
     cutoff: float  # [Hz], below 1 / (2 step)
