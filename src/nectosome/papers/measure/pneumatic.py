@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from nectosome.measure import calibrate, read, split, strokes
+from nectosome.measure import calibrate, read
+from nectosome.measure.signals import split, strokes
 
 _EXCURSION = 10e-3  # m, between turning points
 _PLACES = np.linspace(5e-3, 30e-3, 26)  # m, at which ways out and back are compared; turns lie outside

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nectosome.measure.features import features, mean, rms, slope
-from nectosome.measure.labels import processing
+from nectosome.measure.signals.features import features, mean, rms, slope
+from nectosome.measure.signals.labels import processing
 
 from .made import recording, signal
 

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 
 from nectosome.io import load_dataset, save_dataset
-from nectosome.measure.events import crossings
-from nectosome.measure.filters import detrend, lowpass, smooth
-from nectosome.measure.labels import errors_independent, processing, quantities
-from nectosome.measure.peaks import peaks
-from nectosome.measure.resample import resample
-from nectosome.measure.spectra import spectrum
+from nectosome.measure.signals.events import crossings
+from nectosome.measure.signals.filters import detrend, lowpass, smooth
+from nectosome.measure.signals.labels import errors_independent, processing, quantities
+from nectosome.measure.signals.peaks import peaks
+from nectosome.measure.signals.resample import resample
+from nectosome.measure.signals.spectra import spectrum
 
 from .made import recording, signal
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from nectosome.measure.spectra import dominant_frequency, spectrum
+from nectosome.measure.signals.spectra import dominant_frequency, spectrum
 
 from .made import recording, signal
 

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from nectosome.measure.events import Window, strokes
-from nectosome.measure.labels import processing
-from nectosome.measure.runs import split, split_at_idle, split_at_resets
+from nectosome.measure.signals.events import Window, strokes
+from nectosome.measure.signals.labels import processing
+from nectosome.measure.signals.runs import split, split_at_idle, split_at_resets
 
 from .made import recording
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nectosome.measure.cycles import regular_starts, split_cycles
-from nectosome.measure.loops import loop_area
+from nectosome.measure.signals.cycles import regular_starts, split_cycles
+from nectosome.measure.signals.loops import loop_area
 
 from .made import recording
 

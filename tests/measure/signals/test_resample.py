@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nectosome.measure.labels import processing
-from nectosome.measure.resample import resample
+from nectosome.measure.signals.labels import processing
+from nectosome.measure.signals.resample import resample
 
 from .made import recording, signal
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from nectosome.measure.peaks import peaks
+from nectosome.measure.signals.peaks import peaks
 
 from .made import signal
 

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nectosome.measure.filters import detrend, lowpass, smooth
-from nectosome.measure.labels import processing
+from nectosome.measure.signals.filters import detrend, lowpass, smooth
+from nectosome.measure.signals.labels import processing
 
 from .made import recording, signal
 

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nectosome.measure.events import Window, crossings, strokes, windows_where
+from nectosome.measure.signals.events import Window, crossings, strokes, windows_where
 
 from .made import signal
 

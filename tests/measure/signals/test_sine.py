@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nectosome.measure.sine import sine
+from nectosome.measure.signals.sine import sine
 
 from .made import signal
 

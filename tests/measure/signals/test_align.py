@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from nectosome.measure.align import align, align_at
-from nectosome.measure.labels import processing
+from nectosome.measure.signals.align import align, align_at
+from nectosome.measure.signals.labels import processing
 
 from .made import band_limited, recording
 

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nectosome.measure.unit_text import product
+from nectosome.measure.signals.unit_text import product
 
 SYMBOLS = st.dictionaries(
     st.sampled_from(["N", "m", "s", "rad", "kg", "Pa"]), st.integers(-3, 3).filter(bool), max_size=4

@@ -4,10 +4,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nectosome.io import load_dataset, save_dataset
-from nectosome.measure.align import align
-from nectosome.measure.filters import smooth
-from nectosome.measure.labels import errors_independent, processing
-from nectosome.measure.repeats import average_repeats, combine, propagate
+from nectosome.measure.signals.align import align
+from nectosome.measure.signals.filters import smooth
+from nectosome.measure.signals.labels import errors_independent, processing
+from nectosome.measure.signals.repeats import average_repeats, combine, propagate
 
 from .made import band_limited, recording
 

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from nectosome.measure.cycles import average_cycles, regular_starts, split_cycles
-from nectosome.measure.events import crossings
-from nectosome.measure.labels import processing
-from nectosome.measure.period import find_period
+from nectosome.measure.signals.cycles import average_cycles, regular_starts, split_cycles
+from nectosome.measure.signals.events import crossings
+from nectosome.measure.signals.labels import processing
+from nectosome.measure.signals.period import find_period
 
 from .made import recording
 
