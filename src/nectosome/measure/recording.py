@@ -143,7 +143,9 @@ class _Reading:
         for channel, watch in zip(self.channels, self.values, strict=True):
             if watch.missing_count:
                 said.append(f"{watch.name}: {_rows(watch.missing_count)} missing, the first is row {watch.missing[0]}")
-            for value, n, row in watch.clipped():
+            for value, n, row in (
+                watch.clipped() if self.watch.count else []
+            ):  # rows of a table do not follow each other
                 shown = f"{channel.slope * value + channel.shift:.6g} {channel.unit}".strip()
                 said.append(f"{watch.name}: stays at its extreme {shown} for {n} rows from row {row}: saturated?")
         return said
