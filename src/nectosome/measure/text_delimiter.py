@@ -30,6 +30,9 @@ def choose(lines: list[str], options: Options, file: str) -> tuple[str, str, int
     decimals = list(DECIMALS) if options.decimal is None else [_told(options.decimal, DECIMALS, file)]
     readings = [_read(lines, delimiter, decimal) for delimiter in delimiters for decimal in decimals]
     best = max(readings, key=lambda reading: (reading.score, reading.named))  # of equals the first
+    if best.delimiter == BLANKS:  # to which a row with a tab too many is as good as any
+        tabs = (x for x in readings if x.delimiter == "\t" and x.decimal == best.decimal)
+        best = next((x for x in tabs if x.width > 1 and x.score > 0.8 * best.score), best)
     if best.score == 0.0:
         said = f' Its last line reads "{shorten(lines[-1])}".' if lines else ""
         raise InputError(f"there is no row of numbers.{said}", file=file)

@@ -21,11 +21,9 @@ class Rows:
         self.layout, self.names, self.file = layout, names, file
         self.used = [j for j, what in enumerate(layout.kinds) if what != Kind.TEXT]
         self._starts = {j: self._start(j) for j in layout.moments}
-        self._spare = list(range(layout.width - layout.spare, layout.width))
-        # of a plain row, delimiters and line end are left when all signs but these and those that need care are dropped
-        kept = (layout.delimiter + "".join(_MARKS) + "\n").encode()
-        self._dropped = bytes(sign for sign in range(256) if sign not in kept)
-        self._plain_row = layout.delimiter.encode() * (layout.width - 1) + b"\n"
+        spare = list(range(layout.width - layout.spare, layout.width))
+        self._dtypes = {j: str if j in self._starts else np.float64 for j in self.used + spare}
+        self._columns = self.used + spare if Kind.TEXT in layout.kinds else None  # None: all
 
     def read(self, raw: bytes, line: int, count: int) -> Piece:
         """Return the rows of so many whole lines, of which the first is `line` of the file. Raises InputError."""
@@ -44,19 +42,20 @@ class Rows:
         return bool(line.strip(" " if tabs_count else " \t")) and not line.lstrip().startswith(COMMENT)
 
     def _is_plain(self, raw: bytes, count: int) -> bool:
-        """Whether every line has as many cells as it should, and none is a comment or has quotation marks."""
-        if self.layout.delimiter != BLANKS:
-            return raw.translate(None, self._dropped) == self._plain_row * count
+        """Whether no line is a comment or has quotation marks, and every line has as many cells as it should."""
         if any(mark.encode() in raw for mark in _MARKS):
             return False
         signs = np.frombuffer(b"\n" + raw, np.uint8)
-        ink = (signs != ord(" ")) & (signs != ord("\t")) & (signs != ord("\n"))
-        begins = np.flatnonzero(ink[1:] & ~ink[:-1])
-        ends = np.flatnonzero(signs[1:] == ord("\n"))
-        width = self.layout.width
-        if len(begins) != width * len(ends):
+        marks, each = signs[1:] == ord(self.layout.delimiter), self.layout.width - 1
+        if self.layout.delimiter == BLANKS:
+            ink = (signs != ord(" ")) & (signs != ord("\t")) & (signs != ord("\n"))
+            marks, each = ink[1:] & ~ink[:-1], self.layout.width
+        if np.count_nonzero(marks) != each * count:
             return False
-        return bool(np.all(begins[width - 1 :: width] < ends) and np.all(begins[width::width] > ends[:-1]))
+        if self._columns is None or each == 0:
+            return True  # if a row had too few cells, another would have too many, which pandas refuses
+        at, ends = np.flatnonzero(marks), np.flatnonzero(signs[1:] == ord("\n"))
+        return bool(np.all(at[each - 1 :: each] < ends) and np.all(at[each::each] > ends[:-1]))
 
     def _rows(self, text: str, line: int) -> Lines:
         """Return the lines that are rows; InputError where the cells are too many or few."""
@@ -81,7 +80,6 @@ class Rows:
         delimiter, width = self.layout.delimiter, self.layout.width
         # a column of nothing but True and False would pass for numbers; a first row of zeros prevents that
         zeros = delimiter.join("0" * width).encode() + b"\n"
-        columns = self.used + self._spare
         for blanks_first in (b'"' in raw, True):  # slower, and needed before quotation marks and missing values only
             try:
                 frame = pd.read_csv(
@@ -91,8 +89,8 @@ class Rows:
                     header=None,
                     names=range(width),
                     index_col=False,
-                    usecols=columns,
-                    dtype={j: str if j in self._starts else np.float64 for j in columns},
+                    usecols=self._columns,
+                    dtype=self._dtypes,
                     na_values=sorted(MISSING),
                     keep_default_na=False,
                     skipinitialspace=blanks_first,
