@@ -98,7 +98,7 @@ class _Part:
             return values / np.timedelta64(1, "s")
         if values.dtype.kind in "iu" and values.dtype.itemsize == 8:
             beyond = (values > _EXACT) | (values < -_EXACT if values.dtype.kind == "i" else False)
-            for column in set(np.flatnonzero(beyond.any(axis=0))) - self._rounded:
+            for column in set(np.flatnonzero(beyond.any(axis=0)).tolist()) - self._rounded:
                 row = start + int(beyond[:, column].argmax()) + 1
                 tell(f"{self.columns[column].name}: integers beyond 2^53 are rounded to floats, from row {row} on.")
                 self._rounded.add(column)
