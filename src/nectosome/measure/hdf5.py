@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from nectosome.measure.arrays import ArraySource
 from nectosome.measure.conventions import described, text
 from nectosome.measure.faults import damage_told, foreign, head
-from nectosome.measure.items import Item, Other, shown
+from nectosome.measure.items import Item, Other
 from nectosome.measure.netcdf3 import open_netcdf3
 from nectosome.measure.source import Options, Source
 from nectosome.measure.tables import choose
@@ -84,7 +84,7 @@ def _thing(path: str, dataset: "h5py.Dataset", labels: Mapping[str, Sequence[str
     except TypeError:
         return Other(name, "a type that NumPy does not know", group)
     if h5py.check_string_dtype(dataset.dtype):
-        return Other(name, "text", group, shown(dataset.asstr()[()]) if dataset.size == 1 else "")
+        return Other(name, "text", group)  # not read: HDF5 can hang in a damaged heap of texts
     return described(name, dataset, group, attributes, _dimensions(path, dataset), labels)
 
 
