@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from nectosome.measure.source import Options
-from nectosome.measure.text import open_text
+from nectosome.measure.formats.source import Options
+from nectosome.measure.formats.text import open_text
 
 from .timing import once
 

@@ -9,8 +9,8 @@ from jaxtyping import Float
 from nectosome.io.errors import InputError, did_you_mean, shorten
 from nectosome.io.units import unit_to_si
 
+from .formats.source import Column
 from .sheet import Entry, Sheet, Time
-from .source import Column
 
 _TIME_NAMES = re.compile(r"(elapsed[ _]?)?(time|zeit|t|timestamp|seconds|sec)", re.IGNORECASE)
 

@@ -15,10 +15,10 @@ import numpy as np
 from nectosome.io import InputError, provenance
 
 from .channels import Channel, find_channels, find_time
+from .formats.readers import open_source
+from .formats.source import Source
 from .inspect import TimeWatch, ValueWatch
-from .readers import open_source
 from .sheet import Sheet, Time, load_sheet
-from .source import Source
 from .store import Store
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from nectosome.io.errors import InputError, did_you_mean, shorten
 from nectosome.io.units import read_any, unit_to_si
 from nectosome.io.yaml_text import Key, read_yaml
 
-from .source import Options
+from .formats.source import Options
 
 Repair = Literal["refuse", "drop"]
 

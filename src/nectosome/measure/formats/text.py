@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from nectosome.io.errors import InputError, shorten
-from nectosome.measure.source import Column, Options, Piece, Source
-from nectosome.measure.text_blocks import check_encoding, find_encoding, line_ends, read_blocks, read_head
-from nectosome.measure.text_cells import COMMENT, MISSING, Kind, kind, split
-from nectosome.measure.text_delimiter import DECIMALS, DELIMITERS
-from nectosome.measure.text_layout import Layout, find_layout
-from nectosome.measure.text_names import number_doubles, split_name
-from nectosome.measure.text_rows import Rows
+from nectosome.measure.formats.source import Column, Options, Piece, Source
+from nectosome.measure.formats.text_blocks import check_encoding, find_encoding, line_ends, read_blocks, read_head
+from nectosome.measure.formats.text_cells import COMMENT, MISSING, Kind, kind, split
+from nectosome.measure.formats.text_delimiter import DECIMALS, DELIMITERS
+from nectosome.measure.formats.text_layout import Layout, find_layout
+from nectosome.measure.formats.text_names import number_doubles, split_name
+from nectosome.measure.formats.text_rows import Rows
 
 _SAMPLE = 2000  # lines by which the layout is found
 

@@ -4,7 +4,7 @@ import itertools
 import re
 from dataclasses import dataclass
 
-from nectosome.measure.text_cells import BLANKS, COMMENT, Kind, kind, split
+from nectosome.measure.formats.text_cells import BLANKS, COMMENT, Kind, kind, split
 
 _SYMBOL = (
     "°C|°F|degC|degF|deg|°|%|‰|BL|bar|psi|rpm|rev|rad|min|sec|msec|mol|lbf|lb|in|ft|px|pixels?|frames?|counts?|eV|"

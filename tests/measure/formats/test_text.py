@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nectosome.measure import text_blocks
-from nectosome.measure.source import Column, Options
-from nectosome.measure.text import open_text
+from nectosome.measure.formats import text_blocks
+from nectosome.measure.formats.source import Column, Options
+from nectosome.measure.formats.text import open_text
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
 NAMES = ["time", "force", "pressure", "Größe", "laser V", "p1", "valve (left)", "x"]
@@ -363,8 +363,8 @@ def test_a_long_file_is_read_in_little_memory(tmp_path):
     program = """
 import resource, sys
 from pathlib import Path
-from nectosome.measure.source import Options
-from nectosome.measure.text import open_text
+from nectosome.measure.formats.source import Options
+from nectosome.measure.formats.text import open_text
 peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
 source, before = open_text(Path(sys.argv[1]), Options()), peak()
 rows = sum(len(piece.rows) for piece in source.pieces(100_000))

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nectosome.io import InputError
-from nectosome.measure.source import Options
-from nectosome.measure.text import open_text
+from nectosome.measure.formats.source import Options
+from nectosome.measure.formats.text import open_text
 
 
 def fault(path, **options):

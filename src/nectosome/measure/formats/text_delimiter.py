@@ -5,8 +5,8 @@ from collections import Counter
 from typing import NamedTuple
 
 from nectosome.io.errors import InputError, shorten
-from nectosome.measure.source import Options
-from nectosome.measure.text_cells import BLANKS, Kind, kind, split
+from nectosome.measure.formats.source import Options
+from nectosome.measure.formats.text_cells import BLANKS, Kind, kind, split
 
 DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma", "|": "bar", BLANKS: "blanks"}  # the likeliest first
 DECIMALS = {".": "point", ",": "comma"}

@@ -31,7 +31,7 @@ def open_source(path: Path, options: Options) -> Source:
     """Open a file with the reader that fits. Raises InputError where it cannot be read."""
     kind = _ENDINGS.get(path.suffix.lower()) or _by_beginning(path)
     module, name = _READERS[kind]
-    opens: Callable[[Path, Options], Source] = getattr(import_module(f"nectosome.measure.{module}"), name)
+    opens: Callable[[Path, Options], Source] = getattr(import_module(f"nectosome.measure.formats.{module}"), name)
     return opens(path, options)
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 from nectosome.io.errors import InputError, shorten
-from nectosome.measure.source import Piece
-from nectosome.measure.text_cells import BLANKS, COMMENT, MISSING, Kind, count_cells, moment, number, split
-from nectosome.measure.text_layout import Layout, Lines
+from nectosome.measure.formats.source import Piece
+from nectosome.measure.formats.text_cells import BLANKS, COMMENT, MISSING, Kind, count_cells, moment, number, split
+from nectosome.measure.formats.text_layout import Layout, Lines
 
 _SECOND = np.timedelta64(1, "s")
 _MARKS = ('"', *COMMENT)

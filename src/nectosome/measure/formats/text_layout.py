@@ -4,8 +4,8 @@ from collections import Counter
 from dataclasses import dataclass
 
 from nectosome.io.errors import InputError
-from nectosome.measure.source import Options
-from nectosome.measure.text_cells import (
+from nectosome.measure.formats.source import Options
+from nectosome.measure.formats.text_cells import (
     BLANKS,
     COMMENT,
     MISSING,
@@ -16,8 +16,8 @@ from nectosome.measure.text_cells import (
     not_a_number,
     other_decimal,
 )
-from nectosome.measure.text_delimiter import SURE, choose, cut
-from nectosome.measure.text_names import Head, find_head, is_unit_row, name_cells, uncomment, units_of
+from nectosome.measure.formats.text_delimiter import SURE, choose, cut
+from nectosome.measure.formats.text_names import Head, find_head, is_unit_row, name_cells, uncomment, units_of
 
 _JUDGED = 200  # lines by which the delimiter is judged
 _LABVIEW = "***End_of_Header***"
