@@ -41,7 +41,8 @@ def _friction(tests: Mapping[str, "xr.Dataset"], data: Mapping[str, "xr.Dataset"
         runs, friction = np.arange(1, test.sizes["run"] + 1), test["friction"].values
         marks = {"color": GREEN, "size": 8}
         fig.add_scatter(x=runs, y=friction, mode="markers", marker=marks, showlegend=False, row=k, col=2)
-        fig.add_hline(y=float(friction.mean()), line={"color": GREY, "dash": "dot"}, row=k, col=2)
+        mean = {"x": runs[[0, -1]], "y": [friction.mean()] * 2, "line": {"color": GREY, "dash": "dot"}}
+        fig.add_scatter(**mean, mode="lines", showlegend=False, row=k, col=2)
         fig.update_yaxes(title="pull (N)", row=k, col=1)
         fig.update_yaxes(title="friction (N)", rangemode="tozero", row=k, col=2)
         loss = test["loop_area"].values

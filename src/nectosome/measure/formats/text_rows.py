@@ -1,6 +1,7 @@
 """Rows of a text as numbers: pandas reads them, and what it does not take is looked at cell by cell."""
 
 import io
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,6 +13,8 @@ from nectosome.measure.formats.text_layout import Layout, Lines
 
 _SECOND = np.timedelta64(1, "s")
 _MARKS = ('"', *COMMENT)
+
+_READ_CSV: Any = pd.read_csv  # its annotations know neither names by range nor types by place
 
 
 class Rows:
@@ -82,7 +85,7 @@ class Rows:
         zeros = delimiter.join("0" * width).encode() + b"\n"
         for blanks_first in (b'"' in raw, True):  # slower, and needed before quotation marks and missing values only
             try:
-                frame = pd.read_csv(
+                frame = _READ_CSV(
                     io.BytesIO(zeros + raw),
                     sep=r"\s+" if delimiter == BLANKS else delimiter,
                     decimal=self.layout.decimal,
