@@ -13,6 +13,7 @@ from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
 
 from nectosome.cli.check import check, schema
 from nectosome.cli.design import design
+from nectosome.cli.measure import measure
 from nectosome.cli.output import tell
 from nectosome.cli.reproduce import reproduce
 from nectosome.cli.show import show
@@ -30,7 +31,7 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for command in (reproduce, simulate, steady, design, show, check, schema):
+for command in (reproduce, simulate, steady, design, measure, show, check, schema):
     app.command(command)
 
 

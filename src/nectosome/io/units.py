@@ -16,7 +16,7 @@ _BETWEEN = r"(?:\s*[*·/]\s*|\s+)"
 _ATOM = rf"(?:{_FACTOR}|1|\({_FACTOR}(?:{_BETWEEN}{_FACTOR})*\))"
 _UNIT = re.compile(rf"(?:{_ATOM}(?:{_BETWEEN}{_ATOM})*)?")
 
-# Only what a robot needs: pint's own list knows a megapoise, which turns the slip "7.4 MP" into a viscosity.
+# Only what robots and benches need: pint's own list knows a megapoise, which turns the slip "7.4 MP" into a viscosity.
 _DEFINITIONS = """
     nano- = 1e-9 = n-
     micro- = 1e-6 = u- = µ- = μ-
@@ -27,7 +27,7 @@ _DEFINITIONS = """
     giga- = 1e9 = G-
     gram = [mass] = g
     meter = [length] = m
-    second = [time] = s
+    second = [time] = s = sec
     radian = [angle] = rad
     degree = 0.0174532925199432957692369076848861271 * radian = deg = °
     turn = 6.28318530717958647692528676655900577 * radian = rev
@@ -36,6 +36,7 @@ _DEFINITIONS = """
     hertz = turn / second = Hz
     rpm = turn / minute
     newton = 1000 * gram * meter / second ** 2 = N
+    newton_meter = newton * meter = Nm
     pascal = newton / meter ** 2 = Pa
     bar = 1e5 * pascal
     psi = 6894.757293168361 * pascal
@@ -44,6 +45,10 @@ _DEFINITIONS = """
     liter = 1e-3 * meter ** 3 = L = l
     inch = 0.0254 * meter
     tonne = 1e6 * gram = t
+    percent = 0.01
+    ampere = [current] = A
+    volt = watt / ampere = V
+    kelvin = [temperature] = K
 """
 
 
@@ -93,6 +98,48 @@ def _scale(text: str, dimension: Dimension) -> Fraction:
         if candidate is dimension and exponents == {k: n for k, n in expected.items() if k != "[angle]"}:
             return scale if dimension.unit == "Hz" else scale / si  # 1/s is one turn a second, and rad is 1
     raise ValueError(f"is not {dimension.with_article()}")
+
+
+def unit_to_si(text: str) -> tuple[float, str]:
+    """Return the factor from a unit to SI and the SI unit, as in (1e-3, "m") for "mm"; ValueError says what is wrong.
+
+    Cycles in a time stay cycles (Hz), all else that turns is told in radians; a sign of percent is a number.
+    """
+    plain = text.replace("%", "percent")
+    scale, exponents = _unit(plain)
+    for name, dimension in DIMENSIONS.items():
+        si, kind = _unit(dimension.unit)
+        if exponents == kind and (name != "frequency" or "Hz" in text):
+            return float(scale / si), dimension.unit
+    scale /= Fraction(1000) ** exponents.get("[mass]", 0)
+    parts = [(_BASE[name], n) for name, n in sorted(exponents.items(), key=lambda item: (item[1] < 0, item[0]))]
+    return float(scale), " ".join(unit if n == 1 else f"{unit}{n}" for unit, n in parts)
+
+
+def read_any(text: str) -> tuple[float, str]:
+    """Read text such as `20 deg` as an SI number and its SI unit; ValueError with a sentence for people."""
+    match = _NUMBER.fullmatch(text)
+    if match is None or len(text) > 100:
+        reason = "must be finite" if _NOT_FINITE.match(text) else "is not a number with a unit"
+        raise ValueError(f'"{shorten(text)}" {reason}.')
+    try:
+        factor, si = unit_to_si(match.group(2).strip())
+    except ValueError as error:
+        raise ValueError(f'"{shorten(text)}" {error}.') from None
+    number = float(match.group(1)) * factor
+    if not math.isfinite(number):
+        raise ValueError(f'"{shorten(text)}" must be finite.')
+    return number, si
+
+
+_BASE = {
+    "[mass]": "kg",
+    "[length]": "m",
+    "[time]": "s",
+    "[angle]": "rad",
+    "[current]": "A",
+    "[temperature]": "K",
+}
 
 
 def expected(dimension: str) -> str:

@@ -3,8 +3,9 @@
 from collections.abc import Callable
 
 from .flagellum import study as flagellum
+from .measure import study as measure
 from .study import Progress, Study
 
 __all__ = ["STUDIES", "Progress", "Study"]
 
-STUDIES: dict[str, Callable[[bool, Progress], Study]] = {"flagellum": flagellum.run}
+STUDIES: dict[str, Callable[[bool, Progress], Study]] = {"flagellum": flagellum.run, "measure": measure.run}

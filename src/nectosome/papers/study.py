@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 if TYPE_CHECKING:
     import xarray as xr
 
-Kind = Literal["prediction", "calibration", "synthetic"]
+Kind = Literal["prediction", "calibration", "synthetic", "measurement"]
 Progress = Callable[[str, float], None]  # what is being done, share of the study that is done
 
 
@@ -32,19 +32,21 @@ def printed(study: str) -> dict[str, dict[str, Any]]:
     return tomllib.loads(text)
 
 
-def score(row: str, entry: dict[str, Any], ours: float, kind: Kind = "prediction") -> dict[str, Any]:
+def score(row: str, entry: dict[str, Any], ours: float | None, kind: Kind = "prediction") -> dict[str, Any]:
     """Scorecard row of a computed number.
 
     The verdict is `match` within the entry's tolerance [percent], or `within` [its unit] of a printed zero, and
     anywhere below a printed limit (`at_most`); `better` on the side that the entry calls better; else `differs`.
     Where the paper prints only a direction (sign 1 or -1) it is that which must agree; where it prints nothing the row
-    is `not reproducible`.
+    is `not reproducible`, as where there is no number of ours.
     """
     reference = entry.get("printed")
     error = None
-    if reference:
+    if reference and ours is not None:
         error = 100 * (ours - reference) / abs(reference)
-    if reference is not None:
+    if ours is None:
+        verdict = "not reproducible"
+    elif reference is not None:
         near = abs(ours) <= entry["within"] if error is None else abs(error) <= entry["tolerance"]
         near = near or (entry.get("at_most", False) and ours <= reference)
         ahead = {"high": ours > reference, "low": ours < reference}.get(entry.get("better", ""), False)
@@ -58,7 +60,7 @@ def score(row: str, entry: dict[str, Any], ours: float, kind: Kind = "prediction
         "quantity": entry["quantity"],
         "unit": entry["unit"],
         "printed": reference,
-        "ours": float(ours) + 0.0,  # no minus zero
+        "ours": None if ours is None else float(ours) + 0.0,  # no minus zero
         "error": error,
         "tolerance": entry.get("tolerance"),
         "verdict": verdict,

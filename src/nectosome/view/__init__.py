@@ -1,5 +1,6 @@
-"""What people look at: the report of all studies, and the page of a run."""
+"""What people look at: the report of all studies, the page of a run, recordings as they were read."""
 
+from .recordings import show_recordings
 from .report import show_run, write_figures, write_report
 
-__all__ = ["show_run", "write_figures", "write_report"]
+__all__ = ["show_recordings", "show_run", "write_figures", "write_report"]

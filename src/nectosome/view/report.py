@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from nectosome.io import provenance
 
-from . import design, flagellum, robot3d, series
+from . import design, flagellum, measurements, robot3d, series
 from .page import panel_html, write_library, write_page, write_panel
 from .scorecard import summary, table
 from .style import Panel
@@ -81,7 +81,8 @@ def write_report(studies: Sequence[Study], path: str | Path) -> None:
 
 _LEGEND = (
     "Error: ours against printed. Prediction: nothing was fitted to the printed number; calibration: something was; "
-    "synthetic: compared with data made by a model. All figures show simulations."
+    "synthetic: compared with data made by a model; measurement: no model takes part. Figures show simulations unless "
+    "they say measured."
 )
 
 
@@ -117,7 +118,8 @@ def show_run(run: "xr.Dataset", path: str | Path) -> None:
 
 def _section(study: Study) -> Iterator[str]:
     yield f'<h2 id="{escape(study.name)}">{escape(study.title)}</h2>\n<p>{escape(study.about)}</p>'
-    yield f'<p class="small">{len(study.runs)} simulations, {study.seconds:.0f} s.</p>'
+    what = "recordings" if study.name in _MEASURED else "simulations"
+    yield f'<p class="small">{len(study.runs)} {what}, {study.seconds:.0f} s.</p>'
     for name, run in study.runs.items():
         if run.attrs.get("status", "SOLVED") != "SOLVED":
             yield f"<p><b>Run {escape(name)} did not succeed</b>: {escape(_ended(run))}.</p>"
@@ -125,7 +127,12 @@ def _section(study: Study) -> Iterator[str]:
         yield panel_html(panel, f"{study.name}-{i + 1}")
 
 
+_MEASURED = {"measure"}  # studies without a model
+
+
 def _panels(study: Study) -> list[Panel]:
+    if study.name in _MEASURED:
+        return measurements.panels(study.data)
     if study.name in _PANELS:
         own = _PANELS[study.name](study.runs)
     else:

@@ -1,0 +1,92 @@
+"""Campaigns: several recordings of one kind, the conditions of each, repeats kept apart."""
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nectosome.io.errors import InputError, shorten
+from nectosome.io.yaml_text import Key, read_yaml
+
+from .recording import read
+from .sheet import Sheet, parse_sheet
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class Planned:
+    """One file of a campaign: how to read it (with its conditions), and which repeat of these conditions it is."""
+
+    path: Path
+    sheet: Sheet
+    repeat: int  # from 1
+
+    def read(self) -> "xr.Dataset":
+        """The recording, with its conditions and its `repeat` as coordinates."""
+        return read(self.path, self.sheet).assign_coords(repeat=((), self.repeat, {"units": "1"}))
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What a campaign file lists, in its order; recordings are read when they are asked for."""
+
+    about: str
+    planned: tuple[Planned, ...]
+
+    def recordings(self) -> "list[xr.Dataset]":
+        """All recordings. Raises InputError where one cannot be read."""
+        return [planned.read() for planned in self.planned]
+
+
+def load_campaign(path: str | Path) -> Campaign:
+    """Read a campaign file: a sheet with a list of `recordings`, each a `file` (or a pattern) and its `conditions`.
+
+    Files are looked for beside it; those that match one pattern are repeats of each other. Conditions of the sheet hold
+    for all. Raises InputError that names file, line and field.
+    """
+    path = Path(path)
+    source = str(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot be read: {getattr(error, 'strerror', None) or error}.", file=source) from None
+    data, lines = read_yaml(text, source)
+    sheet = parse_sheet(data, lines, source, also=("recordings",))
+    listed = data.get("recordings")
+
+    def wrong(at: Key, message: str) -> InputError:
+        return InputError(message, file=source, line=lines.get(at), field=".".join(map(str, at)))
+
+    if not isinstance(listed, list) or not listed:
+        raise wrong(("recordings",), "needs a list of files, each with its conditions.")
+    planned: list[Planned] = []
+    seen: Counter[tuple[tuple[str, float, str], ...]] = Counter()
+    for k, item in enumerate(listed):
+        at: Key = ("recordings", k)
+        if not isinstance(item, dict) or not set(item) <= {"file", "conditions"} or "file" not in item:
+            raise wrong(at, "needs a file and its conditions, as in {file: run_1.csv, conditions: {f: 1.1 Hz}}.")
+        own = parse_sheet({"conditions": item.get("conditions") or {}}, _below(lines, at), source)
+        with_own = replace(sheet, conditions={**sheet.conditions, **own.conditions})
+        for file in _files(path.parent, str(item["file"]), wrong, (*at, "file")):
+            key = tuple(sorted((name, *value) for name, value in with_own.conditions.items()))
+            seen[key] += 1
+            planned.append(Planned(file, with_own, seen[key]))
+    doubled = next((p for p, n in Counter(planned_.path for planned_ in planned).items() if n > 1), None)
+    if doubled is not None:
+        raise InputError(f"{doubled.name} is listed twice.", file=source, field="recordings")
+    return Campaign(sheet.about, tuple(planned))
+
+
+def _files(folder: Path, pattern: str, wrong, at: Key) -> list[Path]:
+    if Path(pattern).is_absolute() or ".." in Path(pattern).parts:
+        raise wrong(at, f'"{shorten(pattern)}" leads out of the folder of the campaign file.')
+    found = sorted(folder.glob(pattern)) if any(c in pattern for c in "*?[") else [folder / pattern]
+    if not found or not all(file.is_file() for file in found):
+        raise wrong(at, f'there is no file "{shorten(pattern)}" beside the campaign file.')
+    return found
+
+
+def _below(lines: dict[Key, int], at: Key) -> dict[Key, int]:
+    return {key[len(at) :]: line for key, line in lines.items() if key[: len(at)] == at}

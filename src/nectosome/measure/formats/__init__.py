@@ -1,0 +1,1 @@
+"""File formats: each reader hands over columns, and their numbers in pieces that fit into memory."""

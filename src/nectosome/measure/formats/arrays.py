@@ -1,0 +1,161 @@
+"""Columns that are arrays in a file: whatever can be sliced by rows becomes columns of floats, piece by piece."""
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from nectosome.io.errors import InputError
+from nectosome.measure.formats.faults import damage_told
+from nectosome.measure.formats.headings import distinct
+from nectosome.measure.formats.source import Column, Piece, Source
+
+_EXACT = 2**53  # the largest integer below which every one is a float
+
+
+class Rows(Protocol):
+    """An array that gives some of its rows: of NumPy, of h5py, or one that a reader makes."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Rows first."""
+        ...
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """What it is made of."""
+        ...
+
+    def __getitem__(self, rows: slice, /) -> np.ndarray:
+        """Some of its rows."""
+        ...
+
+
+def refusal(dtype: np.dtype[Any]) -> str:
+    """Return what an array of this type holds instead of numbers, or "" if it holds numbers; fields are looked into."""
+    if dtype.names is not None:
+        return "no numbers" if all(refusal(leaf) for _, leaf in _leaves(dtype)) else ""
+    base = dtype.base
+    if base.kind in "biuf":
+        return "" if base.itemsize <= 8 else "numbers of more than 64 bits"
+    words = {"c": "complex numbers", "O": "objects", "S": "text", "U": "text", "T": "text", "M": "", "m": ""}
+    return words.get(base.kind, "data without a meaning")
+
+
+class Block:
+    """An array with rows as columns of floats: one, several, or its fields.
+
+    Times become seconds since the first one, booleans 0 and 1, integers beyond 2^53 the nearest float.
+    """
+
+    def __init__(self, name: str, array: Rows, unit: str = "", labels: Sequence[str] = (), whole: bool = True):
+        """`labels` name the columns of a matrix; `whole`: fields keep their own names, else they follow `name`."""
+        self.rows = array.shape[0]
+        self.found: list[str] = []
+        self._array, self._parts = array, list[_Part]()
+        for path, dtype in _leaves(array.dtype):
+            if refusal(dtype):
+                self.found.append(f"left out: {'.'.join((name, *path)) if name else '.'.join(path)} ({refusal(dtype)})")
+                continue
+            title = ".".join(path) if path and whole else ".".join((name, *path))
+            shape = (*array.shape[1:], *dtype.shape)
+            names = [_title(title, i, labels if not path else ()) for i in np.ndindex(shape)]
+            columns = [Column(n, "s" if dtype.base.kind in "mM" else unit) for n in names]
+            self._parts.append(_Part(path, columns, self._origin(path, dtype.base, names[0])))
+        self.columns = [column for part in self._parts for column in part.columns]
+
+    def read(self, start: int, stop: int, tell: Callable[[str], None]) -> np.ndarray:
+        """Return the rows from `start` to before `stop` as floats, a column each; `tell` hears what was mended."""
+        rows = self._array[start:stop]
+        if len(rows) != stop - start:
+            raise ValueError("fewer rows than announced")
+        return np.concatenate([part.floats(rows, start, tell) for part in self._parts], axis=1)
+
+    def _origin(self, path: tuple[str, ...], dtype: np.dtype[Any], name: str) -> np.datetime64 | None:
+        if dtype.kind != "M":
+            return None
+        first = np.ravel(_at(self._array[0:1], path))[0]
+        if np.isnat(first):
+            raise InputError("the first time is missing, from which the others would be counted.", field=name)
+        self.found.append(f"{name}: seconds since {first}")
+        return first
+
+
+class _Part:
+    """The columns that one field of an array gives, or the array itself."""
+
+    def __init__(self, path: tuple[str, ...], columns: list[Column], origin: np.datetime64 | None):
+        self.path, self.origin = path, origin
+        self._rounded: set[int] = set()  # columns of which it was told
+        self.columns = columns
+
+    def floats(self, rows: np.ndarray, start: int, tell: Callable[[str], None]) -> np.ndarray:
+        values = _at(rows, self.path).reshape(len(rows), len(self.columns))
+        if self.origin is not None:
+            values = values - self.origin
+        if values.dtype.kind == "m":
+            return values / np.timedelta64(1, "s")
+        if values.dtype.kind in "iu" and values.dtype.itemsize == 8:
+            beyond = (values > _EXACT) | (values < -_EXACT if values.dtype.kind == "i" else False)
+            for column in set(np.flatnonzero(beyond.any(axis=0)).tolist()) - self._rounded:
+                row = start + int(beyond[:, column].argmax()) + 1
+                tell(f"{self.columns[column].name}: integers beyond 2^53 are rounded to floats, from row {row} on.")
+                self._rounded.add(column)
+        return values.astype(float)
+
+
+class ArraySource(Source):
+    """A table of blocks of one length."""
+
+    def __init__(
+        self,
+        reader: str,
+        path: Path,
+        blocks: Sequence[Block],
+        found: Sequence[str],
+        repairs: Sequence[str] = (),
+        close: Callable[[], object] = lambda: None,
+    ):
+        self.reader, self.repairs = reader, list(repairs)
+        self.columns = distinct(column for block in blocks for column in block.columns)
+        self.found = (*found, *(phrase for block in blocks for phrase in block.found))
+        self._path, self._blocks, self._close = path, list(blocks), close
+
+    def pieces(self, rows: int) -> Iterator[Piece]:
+        """All rows in order; Piece.rows are samples, from 1."""
+        length = self._blocks[0].rows
+        for start in range(0, length, rows):
+            stop = min(start + rows, length)
+            with damage_told(self._path, f" from row {start + 1} on"):
+                values = np.concatenate(
+                    [block.read(start, stop, self.repairs.append) for block in self._blocks], axis=1
+                )
+            yield Piece(np.arange(start + 1, stop + 1), values)
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._close()
+
+
+def _leaves(dtype: np.dtype[Any], path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], np.dtype[Any]]]:
+    """The fields of records, the way to each, and its type; an array of plain numbers is one field without a name."""
+    if dtype.names is None:
+        yield path, dtype
+        return
+    for name in dtype.names:
+        yield from _leaves(dtype[name], (*path, name))
+
+
+def _at(rows: np.ndarray, path: tuple[str, ...]) -> np.ndarray:
+    for name in path:
+        rows = rows[name]
+    return rows
+
+
+def _title(name: str, index: tuple[int, ...], labels: Sequence[str]) -> str:
+    if not name:
+        return f"column {index[0] + 1 if index else 1}"
+    if len(index) == 1 and labels:
+        return f"{name}[{labels[index[0]]}]"
+    return f"{name}[{','.join(map(str, index))}]" if index else name

@@ -1,0 +1,75 @@
+"""What attributes of HDF5 and netCDF data say of unit, time, packing and missing values (CF conventions)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from nectosome.measure.formats.headings import is_time
+from nectosome.measure.formats.items import Item, Other, Turned, item_of
+
+
+class Packed:
+    """Numbers that were packed: v = scale * raw + offset, and nan where raw says that it is missing."""
+
+    def __init__(self, array: Any, missing: Sequence[float], scale: float, offset: float):
+        self.shape, self.dtype, self._array = array.shape, np.dtype(float), array
+        self._missing, self._scale, self._offset = missing, scale, offset
+
+    def __getitem__(self, rows: Any) -> np.ndarray:
+        raw = np.asarray(self._array[rows])
+        values = raw.astype(float)
+        if (self._scale, self._offset) != (1, 0):
+            values = values * self._scale + self._offset
+        return np.where(np.isin(raw, self._missing), np.nan, values)
+
+
+def described(
+    name: str,
+    array: Any,
+    group: str,
+    attributes: Mapping[str, Any],
+    dimensions: Sequence[str] = (),
+    labels: Mapping[str, Sequence[str]] | None = None,
+) -> Item | Other:
+    """Return an array with what is said about it; `labels` of those dimensions that have any, by name."""
+    said = {key.lower(): value for key, value in attributes.items()}
+    unit, notes = text(said.get("units", said.get("unit", ""))), []
+    if " since " in unit:
+        notes.append(f"{name}: {unit}")
+        unit = unit.partition(" since ")[0]
+    if array.dtype.kind in "iuf" and (unpacked := _unpacked(array, said)) is not None:
+        array = unpacked
+        if {"scale_factor", "add_offset"} & said.keys():
+            notes.append(f"{name}: unpacked with its scale_factor and add_offset")
+    thing = item_of(name, array, group, unit=unit, notes=notes)
+    if isinstance(thing, Other) or not dimensions:
+        return thing
+    along, *across = dimensions
+    if len(dimensions) == 2 and not thing.is_vector and is_time(_last(across[0])) and not is_time(_last(along)):
+        along, across, thing = across[0], [along], replace(thing, array=Turned(array))
+    named = (labels or {}).get(across[0], ()) if across and not thing.is_vector else ()
+    return replace(thing, along=along, labels=named, first=_last(along) == name)
+
+
+def text(value: Any) -> str:
+    """Return an attribute as text; "" for one that is none."""
+    value = np.asarray(value).ravel()
+    if len(value) != 1:
+        return ""
+    first = value[0]
+    return (first.decode("utf-8", "replace") if isinstance(first, bytes) else str(first)).strip()
+
+
+def _unpacked(array: Any, said: Mapping[str, Any]) -> Packed | None:
+    missing = [value for key in ("_fillvalue", "missing_value") for value in np.ravel(said.get(key, ()))]
+    scale, offset = (
+        float(np.ravel(said.get(key, default))[0]) for key, default in (("scale_factor", 1), ("add_offset", 0))
+    )
+    real = [float(value) for value in missing if isinstance(value, np.number) and not np.isnan(value)]
+    return Packed(array, real, scale, offset) if real or (scale, offset) != (1, 0) else None
+
+
+def _last(path: str) -> str:
+    return path.rpartition("/")[2]

@@ -1,0 +1,142 @@
+"""Excel workbooks: the table of one worksheet, row by row."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from itertools import islice
+from pathlib import Path
+from zipfile import ZipFile
+
+import numpy as np
+
+from nectosome.io.errors import InputError, did_you_mean, shorten
+from nectosome.measure.formats.cells import as_number, kind
+from nectosome.measure.formats.faults import damage_told, foreign, head
+from nectosome.measure.formats.headings import distinct
+from nectosome.measure.formats.source import Options, Piece, Source
+from nectosome.measure.formats.workbook import Book
+from nectosome.measure.formats.worksheet import Layout, Place, Row, lay_out
+
+_LOOK = 200  # rows at the top, in which the table begins
+
+
+def open_excel(path: Path, options: Options) -> Source:
+    """Open a workbook (.xlsx, .xlsm): its only worksheet with rows of numbers, or the one named in `options.table`.
+
+    Raises InputError for what is no such file, is damaged, or has no such worksheet or several.
+    """
+    start = head(path)
+    if not start.startswith(b"PK\x03\x04"):
+        raise foreign(path, "an Excel workbook (.xlsx)", start)
+    with ExitStack() as stack, damage_told(path):
+        with ZipFile(path) as archive:
+            members = archive.namelist()
+        if "xl/workbook.bin" in members:
+            raise InputError("this is a binary workbook (.xlsb). Save it as .xlsx.")
+        if "[Content_Types].xml" not in members:
+            raise foreign(path, "an Excel workbook (.xlsx)", start)
+        book = Book(path)
+        stack.callback(book.close)
+        source = ExcelSource(path, book, *_choose(book, options))
+        stack.pop_all()
+        return source
+
+
+def _choose(book: Book, options: Options) -> tuple[str, Layout]:
+    """The worksheet with the table, and where in it the table is."""
+    if options.table is not None and options.table not in book.titles:
+        wanted = shorten(options.table)
+        raise InputError(f'there is no worksheet called "{wanted}".{did_you_mean(wanted, book.titles)}')
+    titles = book.titles if options.table is None else [options.table]
+    look = _LOOK + (options.header or 0)
+    layouts: dict[str, Layout] = {}
+    for title in titles:
+        rows = [row for _, row in islice(book.rows(title), look)]
+        layout = lay_out(rows, options.header, book.sheet(title).merged)
+        if layout is not None:
+            layouts[title] = layout
+    if not layouts:
+        below = f"below names in row {options.header}" if options.header else f"in the first {look} rows"
+        where = f"{below} of {', '.join(titles)}"
+        raise InputError(f"there are no rows of numbers {where}. Numbers kept as text are no numbers.")
+    if len(layouts) > 1:
+        first = next(iter(layouts))
+        listed = ", ".join(layouts)
+        raise InputError(f'has several worksheets with numbers: {listed}. Choose one, as in table="{first}".')
+    return layouts.popitem()
+
+
+class ExcelSource(Source):
+    """The table of a worksheet; Piece.rows are the rows of the sheet."""
+
+    reader = "excel"
+
+    def __init__(self, path: Path, book: Book, title: str, layout: Layout):
+        self.columns = distinct(place.column for place in layout.places)
+        self.found = (f"worksheet: {title}", *layout.found)
+        self.repairs: list[str] = []
+        self._path, self._book, self._title, self._layout = path, book, title, layout
+        self._indices = {place.index for place in layout.places}
+        self._dense = next(i for i in range(len(self._indices) + 1) if i not in self._indices)
+        self._refuse_merged()
+
+    def pieces(self, rows: int) -> Iterator[Piece]:
+        """All rows with anything in the columns of the table; what else there is below it is told in `repairs`."""
+        numbered = self._numbered()
+        while True:
+            with damage_told(self._path):
+                batch = list(islice(numbered, rows))
+            if not batch:
+                return
+            yield Piece(np.array([n for n, _ in batch]), np.array([values for _, values in batch]))
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._book.close()
+
+    def _numbered(self) -> Iterator[tuple[int, list[float]]]:
+        empty: list[int] = []
+        for number, row in self._book.rows(self._title):
+            if number < self._layout.first:
+                continue
+            self._look_beside(number, row)
+            if all(p.index >= len(row) or kind(row[p.index]) == "empty" for p in self._layout.places):
+                empty.append(number)
+                continue
+            if empty:
+                self._tell(f"row {empty[0]}: rows without anything in the columns of the table are left out.")
+            yield number, [self._number(number, row, place) for place in self._layout.places]
+
+    def _number(self, number: int, row: Row, place: Place) -> float:
+        try:
+            return as_number(row[place.index] if place.index < len(row) else None, place.origin)
+        except (ValueError, OverflowError) as error:
+            raise self._error(number, place.index, f"{error}.") from None
+
+    def _look_beside(self, number: int, row: Row) -> None:
+        """Tell what stands in a row beside the table, or refuse it."""
+        if len(row) <= self._dense:
+            return
+        for index, cell in enumerate(row):
+            what = kind(cell) if index not in self._indices else "empty"
+            if what in ("number", "time"):
+                raise self._error(number, index, f"{cell} stands beside the table. Empty the cell, or name its column.")
+            if what == "text" and index not in self._layout.texts:
+                self._tell(f'row {number}: "{shorten(cell)}" beside the table is left out.')
+
+    def _refuse_merged(self) -> None:
+        for top, left, bottom, right in self._book.sheet(self._title).merged:
+            for index in sorted(self._indices):
+                if bottom >= self._layout.first and left <= index + 1 <= right:
+                    what = "one number cannot stand in several cells. Unmerge them, and fill each"
+                    raise self._error(max(top, self._layout.first), index, f"the cells are merged, and {what}.")
+
+    def _error(self, number: int, index: int, message: str) -> InputError:
+        from openpyxl.utils import get_column_letter
+
+        name = next((p.column.name for p in self._layout.places if p.index == index), "")
+        field = f"column {get_column_letter(index + 1)}{f' ({name})' if name else ''}"
+        return InputError(message, file=str(self._path), line=number, field=field)
+
+    def _tell(self, sentence: str) -> None:
+        if sentence not in self.repairs:  # pieces may be read again
+            self.repairs.append(sentence)

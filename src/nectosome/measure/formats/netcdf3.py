@@ -1,0 +1,48 @@
+"""Classic netCDF files: the variables along one dimension as columns."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nectosome.io.errors import InputError
+from nectosome.measure.formats.arrays import ArraySource
+from nectosome.measure.formats.conventions import described
+from nectosome.measure.formats.faults import damage_told, head
+from nectosome.measure.formats.source import Options, Source
+from nectosome.measure.formats.tables import choose
+
+
+class Variable:
+    """A variable of a file that is mapped anew for each piece, so that what was read does not stay in memory."""
+
+    def __init__(self, path: Path, name: str, shape: tuple[int, ...], dtype: np.dtype[Any]):
+        self.shape, self.dtype, self._path, self._name = shape, dtype, path, name
+
+    def __getitem__(self, rows: Any) -> np.ndarray:
+        from scipy.io import netcdf_file
+
+        with netcdf_file(self._path, mmap=True) as file:
+            return np.array(file.variables[self._name].data[rows])
+
+
+def open_netcdf3(path: Path, options: Options) -> Source:
+    """Open a file of the classic netCDF format (1 and 2). Raises InputError where it is damaged or holds no table."""
+    from scipy.io import netcdf_file
+
+    if head(path).startswith(b"CDF\x05"):
+        raise InputError("is of the netCDF format CDF-5. Convert it: nccopy -k nc4 old.nc new.nc.", file=str(path))
+    with damage_told(path):
+        with netcdf_file(path, mmap=True) as file:
+            things = [
+                described(
+                    name,
+                    Variable(path, name, variable.data.shape, variable.data.dtype),
+                    "",
+                    variable._attributes,
+                    variable.dimensions,
+                )
+                for name, variable in file.variables.items()
+            ]
+        table = choose(things, options.table)
+        return ArraySource("netcdf3", path, table.blocks(), table.found)

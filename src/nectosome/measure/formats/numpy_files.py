@@ -1,0 +1,80 @@
+"""NumPy's own files: one array (.npy), or several with names (.npz). Nothing is unpickled."""
+
+from pathlib import Path
+from typing import IO, Any
+from zipfile import ZipFile
+
+import numpy as np
+
+from nectosome.io.errors import InputError
+from nectosome.measure.formats.arrays import ArraySource
+from nectosome.measure.formats.faults import damage_told, foreign, head
+from nectosome.measure.formats.items import Item, Other, item_of
+from nectosome.measure.formats.source import Options, Source
+from nectosome.measure.formats.tables import choose
+
+_OBJECTS = "Python objects, which are not read from files. Save arrays of numbers"
+
+
+class Mapped:
+    """The array of a .npy file, mapped anew for each piece, so that what was read does not stay in memory."""
+
+    def __init__(self, path: Path):
+        self._path = path
+        array = self._map()
+        self.shape, self.dtype = array.shape, array.dtype
+
+    def __getitem__(self, rows: Any) -> np.ndarray:
+        return np.array(self._map()[rows])
+
+    def _map(self) -> np.ndarray:
+        return np.lib.format.open_memmap(self._path, mode="r")
+
+
+def open_numpy(path: Path, options: Options) -> Source:
+    """Open a .npy file (a vector, a matrix, records) or a .npz file (vectors of one length, or a matrix).
+
+    Raises InputError for what is no such file, is damaged, or holds Python objects.
+    """
+    start = head(path)
+    if start.startswith(b"\x93NUMPY"):
+        with damage_told(path):
+            return _single(path, options)
+    if start.startswith(b"PK\x03\x04"):
+        with damage_told(path):
+            return _archive(path, options)
+    raise foreign(path, "a NumPy file", start)
+
+
+def _single(path: Path, options: Options) -> Source:
+    if options.table is not None:
+        raise InputError(f'a .npy file is one array without a name: leave table="{options.table}" out.')
+    with path.open("rb") as file:
+        if _dtype(file).hasobject:
+            raise InputError(f"holds {_OBJECTS}.")
+    table = choose([item_of("", Mapped(path))], None)
+    return ArraySource("numpy", path, table.blocks(), table.found)
+
+
+def _archive(path: Path, options: Options) -> Source:
+    things: list[Item | Other] = []
+    with ZipFile(path) as archive:
+        members = [name for name in archive.namelist() if name.endswith(".npy")]
+        if not members:
+            raise foreign(path, "a NumPy file", head(path))
+        for member in members:
+            name = member.removesuffix(".npy")
+            with archive.open(member) as file:
+                if _dtype(file).hasobject:
+                    things.append(Other(name, _OBJECTS))
+                    continue
+            with archive.open(member) as file:
+                things.append(item_of(name, np.lib.format.read_array(file, allow_pickle=False)))
+    table = choose(things, options.table)
+    return ArraySource("numpy", path, table.blocks(), table.found)
+
+
+def _dtype(file: IO[bytes]) -> np.dtype[Any]:
+    version = np.lib.format.read_magic(file)
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    return read(file)[2]

@@ -1,0 +1,171 @@
+"""Tables of numbers as text: comma, tab, semicolon, bar or blanks between cells, as laboratories hand them over."""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from nectosome.io.errors import InputError, shorten
+from nectosome.measure.formats.source import Column, Options, Piece, Source
+from nectosome.measure.formats.text_blocks import check_encoding, find_encoding, line_ends, read_blocks, read_head
+from nectosome.measure.formats.text_cells import COMMENT, MISSING, Kind, kind, split
+from nectosome.measure.formats.text_delimiter import DECIMALS, DELIMITERS
+from nectosome.measure.formats.text_layout import Layout, find_layout
+from nectosome.measure.formats.text_names import number_doubles, split_name
+from nectosome.measure.formats.text_rows import Rows
+
+_SAMPLE = 2000  # lines by which the layout is found
+
+
+def open_text(path: Path, options: Options) -> Source:
+    """Return the table in a text file, its layout found out where `options` do not say it.
+
+    A column of date-times becomes seconds since the first one; a column of other text is left out, and `found` says so.
+    Raises InputError where the file cannot be read, holds no table, or can be read in more than one way.
+    """
+    if options.table is not None:
+        raise InputError("a text file has one table; leave table out.", file=str(path))
+    head = read_head(path)
+    encoding = options.encoding or find_encoding(head)
+    check_encoding(encoding, path)
+    block = next(read_blocks(path, encoding), None)
+    lines = block.raw.decode().split("\n", _SAMPLE)[:_SAMPLE] if block else []
+    layout = find_layout("\n".join(lines), options, str(path))
+    about = _about_file(head, encoding, layout, options)
+    if any(line.lstrip().startswith(COMMENT) for line in lines):
+        about.append(f"lines that begin with {' or '.join(COMMENT)} are comments")
+    return _TextSource(path, encoding, layout, about)
+
+
+class _TextSource(Source):
+    """A text file; it is opened whenever it is read."""
+
+    reader = "text"
+
+    def __init__(self, path: Path, encoding: str, layout: Layout, about: list[str]):
+        self._path, self._encoding, self._layout = path, encoding, layout
+        names, units, told = _name_columns(layout)
+        self._rows = Rows(layout, names, str(path))
+        self.columns = tuple(Column(names[j], units[j]) for j in self._rows.used)
+        self.found = (*about, *told)
+        self.repairs: list[str] = []
+
+    def pieces(self, rows: int) -> Iterator[Piece]:
+        self.repairs.clear()
+        return _regroup(self._read(), rows)
+
+    def close(self) -> None:
+        """Nothing is held open."""
+
+    def _read(self) -> Iterator[Piece]:
+        for line, raw, count, last in read_blocks(self._path, self._encoding):
+            above = max(0, self._layout.first - line)  # lines before the table, all in the first block
+            if above or last:
+                text = raw.decode().split("\n", above)[-1]
+                raw = (self._mend_end(text, line + above) if last else text).encode()
+                count = raw.count(b"\n")
+            if count:
+                yield self._rows.read(raw, line + above, count)
+
+    def _mend_end(self, text: str, line: int) -> str:
+        """Return the last lines of the file up to its last row, each with an end; without that row if it breaks off."""
+        lines, layout = text.split("\n"), self._layout
+        ended = False
+        while lines and not self._rows.is_row(lines[-1]):
+            lines.pop()
+            ended = True
+        if not lines:
+            return ""
+        where = f"Line {line + len(lines) - 1}, the last one,"
+        needed = layout.width - layout.spare
+        try:
+            cells = split(lines[-1], layout.delimiter)
+        except ValueError:
+            cells = []
+        if len(cells) < needed or (not ended and self._is_cut(cells[needed - 1])):
+            self.repairs.append(f'{where} breaks off and is left out: "{shorten(lines.pop())}".')
+        else:
+            lines[-1] += layout.delimiter * (layout.width - len(cells))
+            if not ended:
+                self.repairs.append(f"{where} has no line end: its last cell may be cut.")
+        return "".join(f"{row}\n" for row in lines)
+
+    def _is_cut(self, cell: str) -> bool:
+        """Whether the last cell of a line without end is less than a value."""
+        what = self._layout.kinds[-1]
+        if what == Kind.TEXT:
+            return False
+        if cell in MISSING:
+            return len(cell) < 2
+        return kind(cell, self._layout.decimal) != what
+
+
+def _name_columns(layout: Layout) -> tuple[list[str], list[str], list[str]]:
+    """Return names and units of all columns, and what is to be said about them."""
+    head, count, told = layout.head, len(layout.kinds), []
+    split_names = [split_name(text) for text in head.names or [""] * count]
+    units = [below or beside for (_, beside), below in zip(split_names, head.units or [""] * count, strict=True)]
+    plain = [name or f"column {j + 1}" for j, (name, _) in enumerate(split_names)]
+    names = number_doubles(plain)
+    told += [
+        f"column {j + 1} is another {a}, named {b}" for j, (a, b) in enumerate(zip(plain, names, strict=True)) if a != b
+    ]
+    for j, name in enumerate(names):
+        if layout.kinds[j] == Kind.TEXT:
+            told.append(f"{_column(name)} is text, left out")
+        if layout.kinds[j] == Kind.MOMENT:
+            told.append(f"{_column(name)}: date-times, now seconds since {layout.moments[j]}")
+            units[j] = "s"
+    return names, units, told
+
+
+def _column(name: str) -> str:
+    return name if name.startswith("column ") else f"column {name}"
+
+
+def _about_file(head: bytes, encoding: str, layout: Layout, options: Options) -> list[str]:
+    """Return what was found out about the file as a whole."""
+
+    def told(option: object) -> str:
+        return "" if option is None else ", as told"
+
+    guessed = ", as it is not UTF-8" if options.encoding is None and encoding in ("cp1252", "latin-1") else ""
+    delimiter = DELIMITERS[layout.delimiter] if layout.width > 1 else "none, one column"
+    about = [
+        f"encoding: {encoding}{guessed}{told(options.encoding)}",
+        f"line ends: {line_ends(head, encoding)}",
+        f"delimiter: {delimiter}{told(options.delimiter)}",
+        f"decimal sign: {DECIMALS[layout.decimal]}{told(options.decimal)}",
+        f"names: line {layout.head.names_line}{told(options.header)}" if layout.head.names else "no names",
+    ]
+    if layout.head.units:
+        about.append(f"units: line {layout.head.units_line}")
+    elif any(split_name(name)[1] for name in layout.head.names):
+        about.append("units: in the names")
+    about.append(f"first row: line {layout.first}")
+    if layout.spare:
+        about.append(f"empty cells behind the last column, left out: {layout.spare}")
+    return about
+
+
+def _regroup(pieces: Iterable[Piece], rows: int) -> Iterator[Piece]:
+    """Yield the same rows, so many at a time."""
+    held: list[Piece] = []
+    for piece in pieces:
+        held.append(piece)
+        count = sum(len(part.rows) for part in held)
+        if count >= rows:
+            whole = _join(held)
+            full = count - count % rows
+            for start in range(0, full, rows):
+                yield Piece(whole.rows[start : start + rows], whole.values[start : start + rows])
+            held = [Piece(whole.rows[full:], whole.values[full:])]
+    rest = _join(held) if held else None
+    if rest is not None and len(rest.rows):
+        yield rest
+
+
+def _join(pieces: list[Piece]) -> Piece:
+    if len(pieces) == 1:
+        return pieces[0]
+    return Piece(np.concatenate([piece.rows for piece in pieces]), np.concatenate([piece.values for piece in pieces]))

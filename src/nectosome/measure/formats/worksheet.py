@@ -1,0 +1,189 @@
+"""Where in a worksheet the table is: its names, units, columns and first row, found in the rows at its top."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import timedelta
+from typing import Any, NamedTuple
+
+from nectosome.measure.formats.cells import count, kind, seconds
+from nectosome.measure.formats.headings import is_unit, split_unit
+from nectosome.measure.formats.source import Column
+
+Row = Sequence[Any]
+
+
+class Merged(NamedTuple):
+    """Merged cells: rows and columns from 1, the last ones included."""
+
+    top: int
+    left: int
+    bottom: int
+    right: int
+
+
+@dataclass(frozen=True)
+class Place:
+    """A column of the table: where it is in the sheet [from 0], and from when its times count [s], if it has times."""
+
+    index: int
+    column: Column
+    origin: float | None = None
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The table of a worksheet: where its rows begin [from 1], its columns, columns of text, and what was found."""
+
+    first: int
+    places: tuple[Place, ...]
+    texts: frozenset[int]
+    found: tuple[str, ...]
+
+
+def lay_out(rows: Sequence[Row], header: int | None, merged: Sequence[Merged]) -> Layout | None:
+    """Return where the table is in a sheet that begins with these rows; None where it has no row of numbers.
+
+    `header` is the row with the names [from 1; 0: there is none], None: find it.
+    """
+    rows = _unmerged(rows, merged)
+    if header and not (header <= len(rows) and _filled(rows[header - 1])):
+        return None
+    first = _first(rows, header)
+    if first is None:
+        return None
+    names, units = _headings(rows, first, header)
+    groups = _groups(rows, names, merged)
+    places, texts, found = [], set(), []
+    found.append(f"names in row {names + 1}" if names is not None else "no row of names")
+    found += [f"units in row {units + 1}"] if units is not None else []
+    above = range((names if names is not None else first) - bool(groups))
+    notes = [i + 1 for i in above if _filled(rows[i])]
+    found += [f"left out: notes above the table, rows {notes[0]} to {notes[-1]}"] if notes else []
+    for j in range(max(map(len, rows))):
+        column = _column(j, _text(rows, names, j), _text(rows, units, j), groups.get(j, ""))
+        cells = [row[j] for row in rows[first:] if j < len(row)]
+        kinds = {kind(cell) for cell in cells}
+        if "text" in kinds and not kinds & {"number", "time"}:
+            texts.add(j)
+            found.append(f"left out: {column.name} (text)")
+        elif kinds & {"number", "time", "missing"} or _text(rows, names, j):
+            filled = [cell for cell in cells if kind(cell) in ("number", "time")]
+            places.append(_place(j, column, filled))
+            found += [f"{column.name}: seconds since {filled[0]}"] if places[-1].origin else []
+    return Layout(first + 1, tuple(places), frozenset(texts), tuple(found))
+
+
+def _column(j: int, name: str, unit: str, group: str) -> Column:
+    named = split_unit(f"{group} {name}".strip()) if name else Column(f"column {j + 1}")
+    return replace(named, unit=unit.strip("[]() ")) if unit else named
+
+
+def _place(j: int, column: Column, cells: Sequence[Any]) -> Place:
+    if not cells or kind(cells[0]) != "time":
+        return Place(j, column)
+    elapsed = isinstance(cells[0], timedelta)  # a duration has its own zero
+    return Place(j, replace(column, unit="s"), 0.0 if elapsed else seconds(cells[0]))
+
+
+def _first(rows: Sequence[Row], header: int | None) -> int | None:
+    """The index of the first row of the table.
+
+    It has numbers and no texts, or texts only after its numbers, and below it there is no row of more texts than the
+    rows above had numbers: that would begin another table. Rows between it and its names belong to it in any case.
+    """
+    if header is not None:
+        return next((i for i in range(header, len(rows)) if _numbers(rows[i])), None)
+    first, width = None, 0
+    for i, row in enumerate(rows):
+        numbers, texts = _numbers(row), count(row, "text")
+        if numbers and (not texts or kind(row[_filled(row)[0]]) != "text"):
+            first, width = (i if first is None else first), max(width, numbers)
+        elif first is not None and texts > width and not numbers:
+            first, width = None, 0
+    return _below_names(rows, first)
+
+
+def _below_names(rows: Sequence[Row], first: int | None) -> int | None:
+    """The first row right below names for all of it, with nothing but rows of numbers from it to `first`."""
+    for i, row in enumerate(rows[:first]):
+        if not _numbers(row):
+            continue
+        names: set[int] = set()
+        for above in reversed(rows[:i]):
+            if _numbers(above):
+                break
+            names.update(_filled(above))
+        below = [_numbers(r) for r in rows[i:first] if _filled(r)]
+        alone = first is None and len(below) < 2  # a note and its value
+        if names.issuperset(_filled(row)) and all(below) and not alone:
+            return i
+    return first
+
+
+def _numbers(row: Row) -> int:
+    return count(row, "number", "time")
+
+
+def _filled(row: Row) -> list[int]:
+    """The columns in which a row has anything."""
+    return [j for j, cell in enumerate(row) if kind(cell) not in ("empty", "missing")]
+
+
+def _headings(rows: Sequence[Row], first: int, header: int | None) -> tuple[int | None, int | None]:
+    """The indices of the rows with names and with units."""
+    above = [i for i in range(first) if _filled(rows[i])]
+    if header is not None:
+        below = [i for i in above if i >= header and _are_units(rows[i])]
+        return (header - 1 if header else None), (below[0] if header and below else None)
+    if not above or _numbers(rows[above[-1]]):
+        return None, None
+    last = above[-1]
+    if len(above) > 1 and above[-2] == last - 1 and _are_units(rows[last]) and _covers(rows[last - 1], rows[last]):
+        return last - 1, last
+    return last, None
+
+
+def _are_units(row: Row) -> bool:
+    cells = [str(cell) for cell in row if kind(cell) != "empty"]
+    return bool(cells) and all(is_unit(cell) for cell in cells)
+
+
+def _covers(upper: Row, lower: Row) -> bool:
+    """Whether a row has texts wherever the other has anything."""
+    return all(j < len(upper) and kind(upper[j]) == "text" for j, cell in enumerate(lower) if kind(cell) != "empty")
+
+
+def _text(rows: Sequence[Row], i: int | None, j: int) -> str:
+    if i is None or j >= len(rows[i]) or kind(rows[i][j]) == "empty":
+        return ""
+    return str(rows[i][j]).strip()
+
+
+def _unmerged(rows: Sequence[Row], merged: Sequence[Merged]) -> Sequence[Row]:
+    """Move texts that fill several cells of a column down to the last of them, beside the names of the others."""
+    rows = [list(row) for row in rows]
+    for top, left, bottom, right in merged:
+        if (
+            left == right
+            and top < bottom <= len(rows)
+            and left <= len(rows[top - 1])
+            and _text(rows, top - 1, left - 1)
+        ):
+            lowest = rows[bottom - 1]
+            lowest.extend([None] * (left - len(lowest)))
+            lowest[left - 1], rows[top - 1][left - 1] = rows[top - 1][left - 1], None
+    return rows
+
+
+def _groups(rows: Sequence[Row], names: int | None, merged: Sequence[Merged]) -> Mapping[int, str]:
+    """What stands above several names at once, right above them, by column: "force" above x, y and z."""
+    groups = {}
+    for top, left, bottom, right in merged:
+        inside = range(left - 1, right)
+        if (
+            names
+            and top == bottom == names
+            and any(_text(rows, names, j) for j in range(len(rows[names])) if j not in inside)
+        ):
+            groups |= {j: _text(rows, top - 1, left - 1) for j in inside}
+    return groups

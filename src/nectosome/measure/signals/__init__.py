@@ -1,0 +1,55 @@
+"""Signals made of recordings: pure functions that carry standard errors along and write down their settings."""
+
+from .align import Alignment, align, align_at
+from .cycles import average_cycles, regular_starts, split_cycles
+from .events import Stroke, Window, crossings, strokes, windows_where
+from .features import features, mean, rms, slope
+from .filters import detrend, lowpass, smooth
+from .labels import SE, processing
+from .loops import loop_area
+from .peaks import peaks
+from .period import Period, find_period
+from .repeats import average_repeats, combine, propagate
+from .resample import resample
+from .runs import split, split_at_idle, split_at_resets
+from .sine import Estimate, Sine, sine
+from .spectra import dominant_frequency, spectrum
+
+__all__ = [
+    "SE",
+    "Alignment",
+    "Estimate",
+    "Period",
+    "Sine",
+    "Stroke",
+    "Window",
+    "align",
+    "align_at",
+    "average_cycles",
+    "average_repeats",
+    "combine",
+    "crossings",
+    "detrend",
+    "dominant_frequency",
+    "features",
+    "find_period",
+    "loop_area",
+    "lowpass",
+    "mean",
+    "peaks",
+    "processing",
+    "propagate",
+    "regular_starts",
+    "resample",
+    "rms",
+    "sine",
+    "slope",
+    "smooth",
+    "spectrum",
+    "split",
+    "split_at_idle",
+    "split_at_resets",
+    "split_cycles",
+    "strokes",
+    "windows_where",
+]

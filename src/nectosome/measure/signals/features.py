@@ -1,0 +1,112 @@
+"""Numbers of a signal in a window, each with its standard error."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Literal, get_args
+
+import numpy as np
+import xarray as xr
+
+from .checks import single, time_of
+from .events import Stroke
+from .labels import SE, history, units, with_step
+from .noise import correlation_time
+from .sine import Estimate, sine
+from .unit_text import product
+
+Feature = Literal["mean", "rms", "slope", "amplitude", "frequency", "phase"]
+
+
+def mean(signal: xr.DataArray) -> Estimate:
+    """Mean over time: each sample counts for the time around it, equally where sampling is even.
+
+    The standard error is that of as many independent samples as there are correlation times (`correlation_time`).
+    Raises ValueError for nan.
+    """
+    time, x = single(signal, "mean")
+    return _mean(time, x)
+
+
+def rms(signal: xr.DataArray) -> Estimate:
+    """Root mean square over time, as `mean`; A / sqrt(2) of a sine over whole periods. Raises ValueError for nan."""
+    time, x = single(signal, "rms")
+    square = _mean(time, x**2)
+    root = float(np.sqrt(square.value))
+    return Estimate(root, square.se / (2 * root) if root > 0 else 0.0)
+
+
+def slope(signal: xr.DataArray) -> Estimate:
+    """Slope of the straight line of least squares [unit/s]: the speed, of a position.
+
+    The standard error takes residuals that hang together as fewer (`correlation_time`). Raises ValueError for nan and
+    fewer than three samples.
+    """
+    time, x = single(signal, "slope", least=3)
+    t = time - time.mean()
+    value = float(t @ (x - x.mean()) / (t @ t))
+    residuals = x - x.mean() - value * t
+    variance = residuals @ residuals / (len(t) - 2) * correlation_time(residuals) / (t @ t)
+    return Estimate(value, float(np.sqrt(variance)))
+
+
+def features(
+    recording: xr.Dataset, window: tuple[float, float] | Stroke, names: Mapping[str, Sequence[Feature]]
+) -> xr.Dataset:
+    """Numbers of a recording between two times [s], for instance `{"force": ["mean", "amplitude"], "x": ["slope"]}`.
+
+    Gives `force_mean`, `force_mean_se`, `force_amplitude`, ... of `mean`, `rms`, `slope` and `sine`; other dimensions
+    than time stay. Raises ValueError for a variable or a feature that there is not, and a window with fewer than 8
+    samples.
+    """
+    time_of(recording, "features")
+    start, end = window[:2]
+    inside = recording.sel(time=slice(start, end))
+    if inside.sizes["time"] < 8:
+        raise ValueError(
+            f"features: the window from {start:g} s to {end:g} s has {inside.sizes['time']} samples, and 8 are "
+            f"needed; the recording lasts from {float(recording.time[0]):g} s to {float(recording.time[-1]):g} s."
+        )
+    new = {}
+    for name, wanted in names.items():
+        if name not in recording.data_vars:
+            raise ValueError(f"features: there is no {name}; there are {', '.join(map(str, recording.data_vars))}.")
+        x = inside[name].transpose(..., "time")
+        for feature in wanted:
+            if feature not in get_args(Feature):
+                raise ValueError(f'features: "{feature}" is none of {", ".join(get_args(Feature))}.')
+        for feature, (value, se) in _of_each(x, wanted).items():
+            unit = _unit(feature, units(x))
+            for key, values in ((f"{name}_{feature}", value), (f"{name}_{feature}{SE}", se)):
+                new[key] = xr.DataArray(values, dims=x.dims[:-1], attrs=unit)
+    coords = {k: v for k, v in inside.coords.items() if "time" not in v.dims}
+    settings = {"window": [float(start), float(end)], "names": {k: list(v) for k, v in names.items()}}
+    return with_step(xr.Dataset(new, coords, history(recording)), "features", **settings)
+
+
+def _of_each(x: xr.DataArray, wanted: Sequence[Feature]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """The features of every signal along time, as arrays over the other dimensions, with their standard errors."""
+    plain: dict[str, Callable[[xr.DataArray], Estimate]] = {"mean": mean, "rms": rms, "slope": slope}
+    found = {feature: (np.empty(x.shape[:-1]), np.empty(x.shape[:-1])) for feature in wanted}
+    for i in np.ndindex(x.shape[:-1]):
+        one = x[i]
+        fit = sine(one) if set(wanted) - set(plain) else None
+        for feature, (value, se) in found.items():
+            value[i], se[i] = plain[feature](one) if feature in plain else getattr(fit, feature)
+    return found
+
+
+def _unit(feature: str, unit: str | None) -> dict[str, str]:
+    if feature in ("frequency", "phase"):
+        return {"units": {"frequency": "Hz", "phase": "rad"}[feature]}
+    if unit is None:
+        return {}
+    return {"units": product((unit, 1), ("s", -1)) if feature == "slope" else unit}
+
+
+def _mean(time: np.ndarray, x: np.ndarray) -> Estimate:
+    steps = np.diff(time)
+    weights = np.concatenate([steps[:1], (steps[1:] + steps[:-1]) / 2, steps[-1:]])
+    weights = weights / weights.sum()
+    value = float(weights @ x)
+    residuals = x - value
+    variance = residuals @ residuals / (len(x) - 1) * (weights @ weights) * correlation_time(residuals)
+    return Estimate(value, float(np.sqrt(variance)))

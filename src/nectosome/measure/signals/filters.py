@@ -1,0 +1,121 @@
+"""Trends taken away, noise smoothed, rates of change: filters without delay."""
+
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+from scipy.signal import savgol_coeffs, savgol_filter
+
+from .checks import even_step, positive, refuse_nan, time_of
+from .labels import CORRELATED, SE, R, Signal, each, errors_independent, with_step
+from .noise import Weights, filtered_se
+from .unit_text import product
+from .zero_phase import ZeroPhase
+
+
+def detrend(recording: R, kind: Literal["constant", "linear"] = "constant") -> R:
+    """Take away the mean or the straight line of least squares over time, which need not be even.
+
+    Standard errors stay as they are: an upper bound, since what is taken away takes some of the error with it. Raises
+    ValueError for nan.
+    """
+    time = time_of(recording, "detrend")
+    degree = {"constant": 0, "linear": 1}.get(kind)
+    if degree is None:
+        raise ValueError(f'detrend: kind is "{kind}"; it must be "constant" or "linear".')
+    t = (time - time.mean()) / (time[-1] - time[0])
+    q, _ = np.linalg.qr(np.vander(t, degree + 1))
+
+    def change(name: str, signal: Signal) -> Signal:
+        refuse_nan(signal.values, name, time, "detrend")
+        return signal._replace(values=signal.values - (signal.values @ q) @ q.T)
+
+    return with_step(each(recording, change), "detrend", kind=kind)
+
+
+def smooth(recording: R, window: float, *, order: int = 3, derivative: int = 0) -> R:
+    """Savitzky-Golay filter: the polynomial of least squares over `window` [s] around each sample, or its derivative.
+
+    Exact for polynomials up to `order`. The window is the nearest odd number of samples; over the first and last half
+    of a window the polynomial of the whole window serves. `derivative` 1 gives units per second, 2 per second
+    squared: velocity and acceleration from a position. Source: Savitzky, Golay, Anal. Chem. 36 (1964) 1627; ends as
+    in `scipy.signal.savgol_filter(mode="interp")`.
+
+    Standard errors follow the weights of the samples (`filtered_se`), as of independent errors in the first filter,
+    with the gain sqrt(sum h^2) away from the ends; as a bound for any correlation after a step that has mixed errors.
+    Raises ValueError for uneven sampling, nan, and a window of no more samples than the polynomial needs or longer
+    than the signal.
+    """
+    step = even_step(recording, "smooth")
+    positive(window, "window", "s", "smooth")
+    n, samples = recording.sizes["time"], 2 * round((window / step - 1) / 2) + 1
+    if order < 0 or not 0 <= derivative <= order:
+        raise ValueError(f"smooth: derivative {derivative} of a polynomial of order {order}; 0 to {order} is possible.")
+    if not order + 2 <= samples <= n:
+        allowed = (
+            f"{(order + 2) * step:.6g} s to {n * step:.6g} s" if n >= order + 2 else f"a signal of {order + 2} samples"
+        )
+        raise ValueError(
+            f"smooth: the window of {window:g} s has {samples} samples of {step:.6g} s, and a polynomial of order "
+            f"{order} over {n} samples needs {allowed}."
+        )
+    time = time_of(recording, "smooth")
+    kernel = savgol_coeffs(samples, order, deriv=derivative, delta=step, use="dot")
+    weights = Weights(kernel, lambda i: savgol_coeffs(samples, order, deriv=derivative, delta=step, pos=i, use="dot"))
+    independent = errors_independent(recording)
+
+    def change(name: str, signal: Signal) -> Signal:
+        _complete(signal, name, time, "smooth")
+        values = savgol_filter(signal.values, samples, order, deriv=derivative, delta=step, axis=-1, mode="interp")
+        return Signal(
+            np.asarray(values),
+            None if signal.se is None else filtered_se(signal.se, weights, independent),
+            product((signal.units, 1), ("s", -derivative)) if signal.units and derivative else signal.units,
+        )
+
+    settings = {"window": window, "samples": samples, "order": order, "derivative": derivative, "gain": weights.gain}
+    return with_step(each(recording, change), "smooth", **settings, **CORRELATED)
+
+
+def lowpass(recording: R, cutoff: float, *, order: int = 2) -> R:
+    """Butterworth low-pass, run forwards and backwards: no delay, amplitude 1/sqrt(2) at `cutoff` [Hz] (`ZeroPhase`).
+
+    `order` is that of one pass; two passes of order 2 are the usual filter of fourth order. The first and last sample
+    stay as they are, so that noise is not reduced there.
+
+    Standard errors follow the weights of the samples (`filtered_se`), as of independent errors in the first filter,
+    with the gain sqrt(sum h^2) away from the ends; as a bound for any correlation after a step that has mixed errors.
+    Raises ValueError for uneven sampling, nan, a cutoff that is not below half the rate, and a signal shorter than
+    the filter's memory.
+    """
+    step = even_step(recording, "lowpass")
+    positive(cutoff, "cutoff", "Hz", "lowpass")
+    if order < 1:
+        raise ValueError(f"lowpass: order is {order}; it must be 1 or more.")
+    if cutoff * step >= 0.5:
+        raise ValueError(
+            f"lowpass: cutoff is {cutoff:g} Hz; it must be below half the sampling rate, {0.5 / step:.6g} Hz."
+        )
+    filter = ZeroPhase(cutoff, order, step)
+    time = time_of(recording, "lowpass")
+    n = len(time)
+    if n <= filter.reach:
+        raise ValueError(
+            f"lowpass: the signal has {n} samples, and at {cutoff:g} Hz more than {filter.reach} are needed "
+            f"({filter.reach * step:.6g} s): take a longer stretch or a higher cutoff."
+        )
+    independent = errors_independent(recording)
+
+    def change(name: str, signal: Signal) -> Signal:
+        _complete(signal, name, time, "lowpass")
+        se = None if signal.se is None else filtered_se(signal.se, filter.weights, independent)
+        return signal._replace(values=filter(signal.values), se=se)
+
+    settings = {"cutoff": cutoff, "order": order, "gain": filter.weights.gain}
+    return with_step(each(recording, change), "lowpass", **settings, **CORRELATED)
+
+
+def _complete(signal: Signal, name: str, time: Float[np.ndarray, "n"], function: str) -> None:
+    refuse_nan(signal.values, name, time, function)
+    if signal.se is not None:
+        refuse_nan(signal.se, name + SE, time, function)

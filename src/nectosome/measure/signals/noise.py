@@ -1,0 +1,68 @@
+"""Errors of samples: how many of them are worth one independent one, and what a filter leaves of them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.fft import next_fast_len
+from scipy.signal import oaconvolve
+
+
+@dataclass(frozen=True)
+class Weights:
+    """A linear filter of even samples, as the weights that an output gives to the inputs around it.
+
+    - kernel: of the samples n - m to n + m, for an output n away from the ends.
+    - first(i): of the samples 0, 1, ..., for the output i < m; those at the other end are its mirror image.
+    """
+
+    kernel: Float[np.ndarray, "w"]  # w = 2 m + 1
+    first: Callable[[int], Float[np.ndarray, "k"]]
+
+    @property
+    def gain(self) -> float:
+        """Standard deviation of filtered white noise over that of the noise itself: sqrt(sum h^2)."""
+        return float(np.sqrt(np.sum(self.kernel**2)))
+
+
+def filtered_se(
+    se: Float[np.ndarray, "*batch n"], weights: Weights, independent: bool
+) -> Float[np.ndarray, "*batch n"]:
+    """Standard error behind a filter, with the filter's own weights near the ends, where it averages less.
+
+    sqrt(sum_k w_nk^2 se_k^2) where the errors of samples are `independent`; else sum_k |w_nk| se_k, which no
+    correlation can exceed.
+    """
+    power = 2 if independent else 1
+    n, m = se.shape[-1], len(weights.kernel) // 2
+    before = se**power
+    after = np.empty_like(before)
+    kernel = np.abs(weights.kernel) ** power
+    if n > 2 * m:
+        row = kernel.reshape(*[1] * (se.ndim - 1), -1)
+        after[..., m : n - m] = oaconvolve(before, row, mode="valid", axes=-1)
+    for i in range(min(m, (n + 1) // 2)):  # each output has weights of its own
+        row = np.abs(weights.first(i)[:n]) ** power
+        after[..., i] = before[..., : len(row)] @ row
+        after[..., n - 1 - i] = before[..., ::-1][..., : len(row)] @ row
+    return np.maximum(after, 0.0) ** (1 / power)
+
+
+def correlation_time(residuals: Float[np.ndarray, "n"]) -> float:
+    """Number of samples that are worth one independent one, at least 1.
+
+    $$ \\tau = 1 + 2 \\sum_k \\rho_k $$
+
+    over the lags up to the first pair of autocorrelations whose sum is not positive (Geyer 1992, Practical Markov chain
+    Monte Carlo, sec. 3.3: initial positive sequence). Errs on the large side for residuals that oscillate.
+    """
+    n = len(residuals)
+    x = residuals - residuals.mean()
+    length = next_fast_len(2 * n, real=True)
+    rho = np.fft.irfft(np.abs(np.fft.rfft(x, length)) ** 2, length)[:n]
+    if n < 4 or not rho[0] > 0:
+        return 1.0
+    pairs = (rho[: n // 2 * 2] / rho[0]).reshape(-1, 2).sum(axis=1)
+    ends = np.flatnonzero(pairs <= 0)
+    return max(1.0, float(2 * pairs[: ends[0] if len(ends) else len(pairs)].sum() - 1))

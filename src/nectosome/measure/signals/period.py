@@ -1,0 +1,72 @@
+"""The period with which a signal repeats itself, where nobody has said it."""
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Float
+
+from .checks import even_step, single
+from .correlation import Peak, correlations, parabola_top, part_to_fit, top_width
+
+_AGAIN = 0.9  # of the highest autocorrelation: the first peak above it is one period, later ones are its multiples
+_LEAST = 0.5  # autocorrelation of what counts as periodic
+
+
+class Period(NamedTuple):
+    """How long until a signal is the same again."""
+
+    period: float  # [s]
+    correlation: float  # of the signal with itself one period later; 1 for a periodic signal without noise
+
+
+def find_period(signal: xr.DataArray, *, minimum: float = 0.0, maximum: float = np.inf) -> Period:
+    """Find the period between `minimum` and `maximum` [s] by autocorrelation.
+
+    Each stretch of lags with positive autocorrelation, but for that around zero, has its highest one; the first that is
+    within a tenth of the highest of all is the period (McLeod, Wyvill, A smarter way to find pitch, ICMC 2005, with
+    Pearson's r). Parabolas of least squares through the tops at once, twice, four times, ... the period, up to half the
+    signal, make it more precise. A signal may have any shape, sampled
+    five times a period or more; a trend hides its period: `detrend` first. Raises
+    ValueError for uneven sampling, nan, less than two periods, and where no autocorrelation is above 0.5.
+    """
+    step = even_step(signal, "find_period")
+    _, x = single(signal, "find_period", least=8)
+    lags, r = correlations(x, x, len(x) // 2)
+    r = r[lags >= 0]
+    tops = [top for top in _tops(r) if minimum <= top.lag * step <= maximum]
+    highest = max((top.height for top in tops), default=0.0)
+    if highest < _LEAST:
+        raise ValueError(
+            f"find_period: the signal of {len(x) * step:.6g} s does not repeat itself within half of that: the highest "
+            f"autocorrelation is {highest:.2f}, and {_LEAST} is needed. Take a longer stretch, detrend or smooth it."
+        )
+    period, height = next((top.lag, top.height) for top in tops if top.height >= _AGAIN * highest)
+    multiple = 1
+    while (peak := _top_near(r, multiple * period)) is not None:
+        period, multiple = peak.lag / multiple, 2 * multiple
+    return Period(period * step, min(1.0, height))
+
+
+def _tops(r: Float[np.ndarray, "n"]) -> list[Peak]:
+    """Highest point of each stretch above zero that starts and ends within the array, in lags, between samples."""
+    edges = np.diff((r > 0).astype(int))
+    ups, downs = np.flatnonzero(edges > 0) + 1, np.flatnonzero(edges < 0) + 1
+    downs = downs[np.searchsorted(downs, ups[0]) :] if len(ups) else downs[:0]
+    highest = [up + int(np.argmax(r[up:down])) for up, down in zip(ups, downs, strict=False)]
+    return [parabola_top(np.arange(i - 1.0, i + 2.0), r[i - 1 : i + 2]) for i in highest]
+
+
+def _top_near(r: Float[np.ndarray, "n"], lag: float) -> Peak | None:
+    """Top of the peak nearest to a lag; None where the array ends before, or has no clear one."""
+    at = round(lag)
+    reach = max(1, at // 20)
+    if at + reach >= len(r):
+        return None
+    at += int(np.argmax(r[at - reach : at + reach + 1])) - reach
+    half = max(1, round(top_width(r, at) * part_to_fit(r[at])))
+    if at + half >= len(r):
+        return None
+    near = np.arange(at - half, at + half + 1)
+    peak = parabola_top(near.astype(float), r[near])
+    return peak if near[0] <= peak.lag <= near[-1] else None

@@ -1,0 +1,101 @@
+"""Repeats of an experiment as one recording, and their mean with its standard error."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Float
+
+from .average import average
+from .checks import time_of
+from .labels import CORRELATED, SE, processing, quantities, units, with_step
+from .resample import Method, resample
+
+
+def combine(
+    recordings: Sequence[xr.Dataset],
+    times: Float[np.ndarray, "m"] | None = None,
+    *,
+    method: Method = "linear",
+    gap: float | None = None,
+) -> xr.Dataset:
+    """Put recordings onto common times, with a dimension `repeat` first.
+
+    Without `times` [s] these are the times of the first recording that lie within all of them. Each is taken there as
+    by `resample`; their clocks must agree (`align`). Raises ValueError where quantities or units differ or no time is
+    common.
+    """
+    if not recordings:
+        raise ValueError("combine: there are no recordings.")
+    first = recordings[0]
+    spans = [time_of(recording, "combine")[[0, -1]] for recording in recordings]
+    for i, recording in enumerate(recordings):
+        _same(first, recording, i)
+    if times is None:
+        start, end = max(a for a, _ in spans), min(b for _, b in spans)
+        old = first["time"].values
+        times = old[(old >= start) & (old <= end)]
+        if len(times) < 2:
+            raise ValueError(
+                f"combine: the recordings share no time: the last one starts at {start:.6g} s and the first one ends "
+                f"at {end:.6g} s. Align them first."
+            )
+    parts = [resample(recording, times=times, method=method, gap=gap) for recording in recordings]
+    together = xr.concat(
+        parts,
+        dim="repeat",
+        data_vars="all",
+        coords="minimal",
+        compat="override",
+        join="exact",
+        combine_attrs="override",
+    )
+    common = {k: v for k, v in parts[0].attrs.items() if all(part.attrs.get(k) == v for part in parts)}
+    together.attrs = common
+    histories = {} if "processing" in common else {"recordings": [processing(part) for part in parts]}
+    return with_step(together, "combine", repeats=len(parts), **histories, **CORRELATED)
+
+
+def average_repeats(repeats: xr.Dataset, *, coverage: float = 0.95) -> xr.Dataset:
+    """Mean over the dimension `repeat` at each time, with its standard error and band (`average`).
+
+    What differs from repeat to repeat lasts over neighbouring samples: their errors are not independent. Raises
+    ValueError for fewer than two repeats.
+    """
+    return average(repeats, "repeat", "average_repeats", coverage)
+
+
+def propagate(
+    recording: xr.Dataset, name: str, *, factor: float = 1.0, offset: float = 0.0, units: str | None = None
+) -> xr.Dataset:
+    """Replace a variable x by factor x + offset, in new `units` where given; its standard error by |factor| times it.
+
+    The factor and the offset count as exact. Raises ValueError for a variable that there is not, and for a factor or
+    an offset that is not finite.
+    """
+    if name not in recording.data_vars:
+        raise ValueError(f"propagate: there is no {name}; there are {', '.join(map(str, recording.data_vars))}.")
+    if not (np.isfinite(factor) and np.isfinite(offset)):
+        raise ValueError(f"propagate: factor is {factor:g} and offset is {offset:g}; both must be finite.")
+    unit = {} if units is None else {"units": units}
+    x = recording[name]
+    new = {name: (factor * x + offset).assign_attrs(x.attrs | unit)}
+    if name + SE in recording:
+        se = recording[name + SE]
+        new[name + SE] = (abs(factor) * se).assign_attrs(se.attrs | unit)
+    return with_step(recording.assign(new), "propagate", name=name, factor=factor, offset=offset)
+
+
+def _same(first: xr.Dataset, other: xr.Dataset, number: int) -> None:
+    ours, theirs = set(first.data_vars), set(other.data_vars)
+    if ours != theirs:
+        raise ValueError(
+            f"combine: recording {number} differs from the first in having or lacking "
+            f"{', '.join(sorted(map(str, ours ^ theirs)))}: take the quantities that all have."
+        )
+    for name in quantities(first):
+        if units(first[name]) != units(other[name]):
+            raise ValueError(
+                f"combine: {name} is in {units(other[name])} in recording {number}, and in {units(first[name])} in "
+                "the first: propagate turns one into the other."
+            )

@@ -1,0 +1,84 @@
+"""Data that nobody here made, read where they lie: friction of pneumatic actuators, swimming of catsharks."""
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from ..study import Progress, Study, printed, score
+from .catshark import Catsharks, catsharks
+from .pneumatic import FrictionTest, friction_test
+
+NAME = "measure"
+TITLE = "Measurements of others"
+ABOUT = (
+    "Recordings that others made and published, read as they are: no model takes part. Friction tests of two pneumatic "
+    "actuators (E. Zillen, TU Delft; CC0) and the swimming of catsharks (F. Berio and others; MIT)."
+)
+_ABSENT = (
+    "The measurements are not here: their folder is named by NECTOSOME_DATA, or is shared/data beside the project."
+)
+
+
+def data_folder() -> Path | None:
+    """Folder of the measurements; None where there is none."""
+    named = os.environ.get("NECTOSOME_DATA")
+    folder = Path(named) if named else Path(__file__).parents[5] / "shared" / "data"
+    return folder if folder.is_dir() else None
+
+
+def run(quick: bool, progress: Progress) -> Study:
+    """All rows; without the measurements rows without numbers. There is nothing to shorten."""
+    del quick
+    began = time.perf_counter()
+    book, folder = printed(NAME), data_folder()
+    numbers: dict[str, float] = {}
+    runs: dict[str, xr.Dataset] = {}
+    data: dict[str, xr.Dataset] = {}
+    if folder is not None:
+        for i, (key, file) in enumerate((("circle", "Circle_3bar.csv"), ("kdn", "KDN_3bar.csv"))):
+            progress(file, i / 3)
+            test = friction_test(folder / "pneumatic" / file)
+            numbers |= {f"measure/pneumatic/{key}/{name}": x for name, x in _numbers(test).items()}
+            data |= {f"pneumatic_{key}": _ways(test), f"calibration_{key}": test.calibrations}
+            runs[key] = test.recording
+        progress("catsharks", 2 / 3)
+        sharks = catsharks(folder / "catshark" / "midline_kinematics.txt")
+        numbers["measure/catshark/strouhal-max-difference"] = _difference(sharks)
+        data["catshark"] = sharks.by_speed
+        runs["catshark"] = sharks.swims
+    progress("scorecard", 1.0)
+    rows = []
+    for row, entry in book.items():
+        if row in numbers:
+            rows.append(score(row, entry, numbers[row], "measurement"))
+        else:
+            rows.append(score(row, {**entry, "note": _ABSENT}, None, "measurement"))
+    return Study(NAME, TITLE, ABOUT, rows, runs, time.perf_counter() - began, data)
+
+
+def _numbers(test: FrictionTest) -> dict[str, float]:
+    return {
+        "runs": float(test.friction.size),
+        "friction": float(test.friction.mean()),
+        "loop-area": float(test.loop_area.mean()),
+    }
+
+
+def _difference(sharks: Catsharks) -> float:
+    return float(np.max(np.abs(sharks.swims["again"].values - sharks.swims["strouhal"].values)))
+
+
+def _ways(test: FrictionTest) -> xr.Dataset:
+    """What the report draws of a friction test."""
+    return xr.Dataset(
+        {
+            "pull": (("run", "way", "place"), test.ways, {"units": "N"}),
+            "friction": ("run", test.friction, {"units": "N"}),
+            "loop_area": ("run", test.loop_area, {"units": "J"}),
+        },
+        coords={"way": ["out", "back"], "place": ("place", test.places, {"units": "m"})},
+        attrs={"title": str(test.recording.attrs["title"])},
+    )

@@ -1,0 +1,65 @@
+"""Recordings as people look at them: every quantity over time."""
+
+import json
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .page import panel_html, write_page
+from .style import CYCLE, Panel, dress, plain
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+    import xarray as xr
+
+_POINTS = 4000  # of a line; more are drawn as the range of each stretch
+
+
+def show_recordings(recordings: "Sequence[xr.Dataset]", path: str | Path) -> None:
+    """Write a page with a plot of each quantity of each recording. Raises InputError where it cannot."""
+    parts = []
+    for k, recording in enumerate(recordings):
+        parts.append(f"<h2>{escape(str(recording.attrs['title']))}</h2>")
+        parts.append(panel_html(_panel(recording), f"recording-{k}"))
+    write_page(path, "Recordings", ["<h1>Recordings</h1>", *parts])
+
+
+def _panel(recording: "xr.Dataset") -> Panel:
+    """All quantities of a recording, one above the other."""
+    from plotly.subplots import make_subplots
+
+    about = json.loads(recording.attrs["provenance"])
+    names = list(recording.data_vars)
+    fig = make_subplots(rows=len(names), cols=1, shared_xaxes=True, vertical_spacing=0.25 / (10 * len(names)))
+    for k, name in enumerate(names):
+        _draw(fig, recording[name], k)
+        unit = recording[name].attrs["units"] or "1"
+        fig.update_yaxes(title={"text": f"{plain(name)}<br>({plain(unit)})", "font": {"size": 12}}, row=k + 1, col=1)
+    dim = str(recording[names[0]].dims[0])
+    fig.update_xaxes(title="time (s)" if dim == "time" else "row", row=len(names), col=1)
+    dress(fig, 90 + 150 * len(names)).update_layout(hovermode="closest")
+    fig.update_layout(margin_l=100)
+    said = [*about["repairs"], *about["odd"]]
+    caption = f"{Path(about['file']).name}, read as {about['reader']}. {'; '.join(said) or 'Nothing odd was found'}."
+    return Panel("As read", caption, fig)
+
+
+def _draw(fig: "go.Figure", variable: "xr.DataArray", k: int) -> None:
+    """A line; of many samples the smallest and largest of each stretch, so that no peak is lost."""
+    dim = variable.dims[0]
+    x = variable[dim].values if dim in variable.coords else np.arange(variable.size)
+    y = variable.values
+    if y.size > _POINTS:
+        width = -(-y.size // (_POINTS // 2))
+        starts = np.arange(0, y.size, width)
+        low, high = (f.reduceat(np.where(np.isnan(y), fill, y), starts) for f, fill in _ENDS)
+        x = np.repeat(x[starts], 2)
+        y = np.stack([low, high], axis=1).ravel()
+        y = np.where(np.isinf(y), np.nan, y)
+    fig.add_scatter(x=x, y=y, line={"color": CYCLE[k % len(CYCLE)], "width": 1.2}, row=k + 1, col=1)
+
+
+_ENDS = ((np.fmin, np.inf), (np.fmax, -np.inf))
