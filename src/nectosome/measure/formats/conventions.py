@@ -55,20 +55,22 @@ def described(
 
 def text(value: Any) -> str:
     """Return an attribute as text; "" for one that is none."""
-    value = np.asarray(value).ravel()
-    if len(value) != 1:
-        return ""
-    first = value[0]
-    return (first.decode("utf-8", "replace") if isinstance(first, bytes) else str(first)).strip()
+    values = np.asarray(value).ravel()
+    first = values[0] if len(values) == 1 else None
+    if isinstance(first, bytes):
+        first = first.decode("utf-8", "replace")
+    return first.strip() if isinstance(first, str) else ""
 
 
 def _unpacked(array: Any, said: Mapping[str, Any]) -> Packed | None:
-    missing = [value for key in ("_fillvalue", "missing_value") for value in np.ravel(said.get(key, ()))]
-    scale, offset = (
-        float(np.ravel(said.get(key, default))[0]) for key, default in (("scale_factor", 1), ("add_offset", 0))
-    )
-    real = [float(value) for value in missing if isinstance(value, np.number) and not np.isnan(value)]
-    return Packed(array, real, scale, offset) if real or (scale, offset) != (1, 0) else None
+    missing = [value for key in ("_fillvalue", "missing_value") for value in _numbers(said.get(key)) if value == value]
+    (scale, *_), (offset, *_) = _numbers(said.get("scale_factor")) or [1.0], _numbers(said.get("add_offset")) or [0.0]
+    return Packed(array, missing, scale, offset) if missing or (scale, offset) != (1, 0) else None
+
+
+def _numbers(value: Any) -> list[float]:
+    values = np.ravel(value)
+    return values.astype(float).tolist() if values.dtype.kind in "iuf" else []
 
 
 def _last(path: str) -> str:

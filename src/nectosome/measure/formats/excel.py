@@ -27,7 +27,7 @@ def open_excel(path: Path, options: Options) -> Source:
     start = head(path)
     if not start.startswith(b"PK\x03\x04"):
         raise foreign(path, "an Excel workbook (.xlsx)", start)
-    with ExitStack() as stack, damage_told(path):
+    with damage_told(path), ExitStack() as stack:
         with ZipFile(path) as archive:
             members = archive.namelist()
         if "xl/workbook.bin" in members:

@@ -30,7 +30,7 @@ def open_hdf5(path: Path, options: Options) -> Source:
     start = head(path)
     if start.startswith((b"CDF\x01", b"CDF\x02", b"CDF\x05")):
         return open_netcdf3(path, options)
-    with ExitStack() as stack, damage_told(path):
+    with damage_told(path), ExitStack() as stack:
         if not h5py.is_hdf5(path):
             raise foreign(path, "an HDF5 or netCDF file", start)
         file = stack.enter_context(opened(path))

@@ -27,7 +27,7 @@ def open_matlab(path: Path, options: Options) -> Source:
     import h5py
 
     start = head(path)
-    with ExitStack() as stack, damage_told(path):
+    with damage_told(path), ExitStack() as stack:
         if h5py.is_hdf5(path):
             values = read_mat73(stack.enter_context(opened(path)))
         elif start.startswith(_SIGNATURES) or (is_text(start) and not start.startswith(b"MATLAB")):

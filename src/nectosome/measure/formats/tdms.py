@@ -32,7 +32,7 @@ def open_tdms(path: Path, options: Options) -> Source:
     if not start.startswith(b"TDSm"):
         raise foreign(path, "a LabVIEW file (.tdms)", start)
     log_manager.set_level(logging.ERROR)  # what it warns of is told in `repairs`
-    with ExitStack() as stack, damage_told(path):
+    with damage_told(path), ExitStack() as stack:
         stream = stack.enter_context(path.open("rb"))
         file = TdmsFile.open(stream)  # a stream, so that a stale .tdms_index beside it is not looked at
         lost = _lost(file, path.stat().st_size)

@@ -99,7 +99,7 @@ def channel_of(
         note = f"{name}: seconds since {times.first} UTC"
         return item_of(name, Whole(times, rows), group.name, unit="s", notes=[note], first=True)
     scaling = get_scaling(channel.properties, group.properties, file.properties)
-    values = Whole(raw if scaling is None else Scaled(raw, scaling), rows)
+    values = Whole(raw if scaling is None or raw.dtype.kind == "c" else Scaled(raw, scaling), rows)
     return item_of(name, values, group.name, unit=unit, first=is_time(name))
 
 

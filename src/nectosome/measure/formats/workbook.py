@@ -75,10 +75,12 @@ class Book:
     def _load(self, values: bool) -> Any:
         from openpyxl import load_workbook
 
-        file = self._files.enter_context(self._path.open("rb"))
-        with warnings.catch_warnings():
+        with ExitStack() as stack, warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return load_workbook(file, read_only=True, data_only=values, keep_links=False)
+            file = stack.enter_context(self._path.open("rb"))
+            book = load_workbook(file, read_only=True, data_only=values, keep_links=False)
+            self._files.push(stack.pop_all())
+            return book
 
 
 def _rows(sheet: Any) -> Iterator[Row]:

@@ -163,27 +163,20 @@ def _unmerged(rows: Sequence[Row], merged: Sequence[Merged]) -> Sequence[Row]:
     """Move texts that fill several cells of a column down to the last of them, beside the names of the others."""
     rows = [list(row) for row in rows]
     for top, left, bottom, right in merged:
-        if (
-            left == right
-            and top < bottom <= len(rows)
-            and left <= len(rows[top - 1])
-            and _text(rows, top - 1, left - 1)
-        ):
+        highest = rows[top - 1] if left == right and top < bottom <= len(rows) else []
+        if left <= len(highest) and kind(highest[left - 1]) == "text":
             lowest = rows[bottom - 1]
             lowest.extend([None] * (left - len(lowest)))
-            lowest[left - 1], rows[top - 1][left - 1] = rows[top - 1][left - 1], None
+            lowest[left - 1], highest[left - 1] = highest[left - 1], None
     return rows
 
 
 def _groups(rows: Sequence[Row], names: int | None, merged: Sequence[Merged]) -> Mapping[int, str]:
     """What stands above several names at once, right above them, by column: "force" above x, y and z."""
-    groups = {}
+    groups: dict[int, str] = {}
+    named = set(_filled(rows[names])) if names else set()
     for top, left, bottom, right in merged:
         inside = range(left - 1, right)
-        if (
-            names
-            and top == bottom == names
-            and any(_text(rows, names, j) for j in range(len(rows[names])) if j not in inside)
-        ):
-            groups |= {j: _text(rows, top - 1, left - 1) for j in inside}
+        if top == bottom == names and named.difference(inside):  # one over all of them is a title
+            groups |= dict.fromkeys(inside, _text(rows, top - 1, left - 1))
     return groups
