@@ -203,6 +203,31 @@ def test_a_warm_start_takes_few_corrections_and_ends_at_the_same_root(flagellum,
     np.testing.assert_allclose(from_afar.state.q[1:], swimming.state.q[1:], atol=1e-10)
 
 
+def test_derivatives_are_those_of_the_closed_form_forward_and_reverse_and_side_by_side():
+    """V = -sqrt(2 (m - rho pi r^2 l) g / (rho A)): dV/dm = g / (rho A V), dV/dr = -2 pi r l g / (A V)."""
+    description = parse_robot(SINKER)
+    found = steady(build(description))
+    theta, from_theta = bind(description, ("body.mass", "body.radius"))
+    symmetry = find_symmetry(build(description))
+
+    def speed(theta):
+        return equilibrium(from_theta(theta), symmetry, found.state, jnp.asarray(True)).value.state.v[0]
+
+    def closed(m, r):
+        V = -np.sqrt(2 * (m - RHO * np.pi * r**2 * 0.06) * G / (RHO * 1.2e-3))
+        return V, np.array([G / (RHO * 1.2e-3 * V), -2 * np.pi * r * 0.06 * G / (1.2e-3 * V)])
+
+    thetas = jnp.array([[0.15, 0.02], [0.14, 0.021], [0.3, 0.01]])
+    together, reverse = jax.jit(jax.vmap(jax.value_and_grad(speed)))(thetas)
+    forward = jax.jit(jax.jacfwd(speed))(theta)
+    for got, slope, values in zip(together, reverse, thetas, strict=True):
+        V, dV = closed(*np.asarray(values))
+        assert got == pytest.approx(V, rel=1e-10)
+        np.testing.assert_allclose(slope, dV, rtol=1e-9)
+    np.testing.assert_allclose(forward, closed(0.15, 0.02)[1], rtol=1e-9)
+
+
+@pytest.mark.slow
 def test_derivatives_against_central_differences_forward_and_reverse(flagellum, swimming):
     description = describe("flagellum")
     theta0, from_theta = bind(description, ("L", "tip_radius", "alpha", "omega", "E"), log=("E",))
@@ -224,6 +249,7 @@ def test_derivatives_against_central_differences_forward_and_reverse(flagellum, 
         assert np.all(error < 1e-7), error
 
 
+@pytest.mark.slow
 def test_designs_side_by_side_are_those_one_by_one(flagellum, swimming):
     theta0, from_theta = bind(describe("flagellum"), ("omega", "E"))
     symmetry = find_symmetry(flagellum)
