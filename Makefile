@@ -2,6 +2,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 WORKERS ?= 2
+# Most of the fast tests' time is the compiler's; test-all runs what users run.
+QUICK_TO_COMPILE := --xla_backend_optimization_level=0
 
 .PHONY: run test test-all bench docs lock clean
 
@@ -13,7 +15,7 @@ test: .venv/dev
 	$(BIN)/ruff format --check src tests benchmarks examples
 	$(BIN)/basedpyright
 	$(BIN)/lint-imports
-	$(BIN)/pytest -n $(WORKERS) -m "not slow"
+	XLA_FLAGS=$(QUICK_TO_COMPILE) $(BIN)/pytest -n $(WORKERS) -m "not slow"
 
 test-all: .venv/dev
 	$(BIN)/pytest -n $(WORKERS)
