@@ -8,7 +8,7 @@ from typing import Any
 
 from nectosome.io import InputError, RobotDescription, apply_settings, did_you_mean, dump_robot, parse_robot, resolve
 from nectosome.io.errors import shorten
-from nectosome.io.yaml_text import Key, read_yaml
+from nectosome.io.yaml_text import Key, read_text, read_yaml
 
 from .constraints import read_constraint
 from .problem import SteadyDesign
@@ -33,12 +33,7 @@ class Problem:
 
 def load_problem(path: str | Path) -> Problem:
     """Read a problem file. Raises InputError that names file, line and field."""
-    source = str(path)
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {getattr(error, 'strerror', None) or error}.", file=source) from None
-    return _parse(text, source)
+    return _parse(read_text(path), str(path))
 
 
 def shipped_problem(robot: str) -> Problem | None:

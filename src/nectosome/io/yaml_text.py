@@ -1,14 +1,33 @@
 """YAML to plain data that remembers its lines, and back. Nothing but text, numbers, lists and groups is let in."""
 
 import io
+from pathlib import Path
 from typing import Any
 
+from nectosome.io.atomic import reason
 from nectosome.io.errors import InputError, shorten
 
+MAX_BYTES = 1_000_000
 MAX_DEPTH = 30
 MAX_VALUES = 20_000
 
 Key = tuple[str | int, ...]
+
+
+def read_text(path: str | Path) -> str:
+    """Return the text that a person wrote into a file. Raises InputError where it is missing, no text, or too large."""
+    source = str(path)
+    try:
+        with Path(path).open("rb") as file:
+            raw = file.read(MAX_BYTES + 1)
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError("this is not a text file.", file=source) from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot be read: {reason(error)}.", file=source) from None
+    if len(raw) > MAX_BYTES:
+        raise InputError(f"larger than {MAX_BYTES // 1_000_000} MB, which is too large.", file=source)
+    return text
 
 
 def read_yaml(text: str, source: str) -> tuple[Any, dict[Key, int]]:
@@ -30,7 +49,7 @@ def read_yaml(text: str, source: str) -> tuple[Any, dict[Key, int]]:
         line = mark.line + 1 if mark is not None else None
         raise InputError(f"this is not YAML: {shorten(why, 120)}.", file=source, line=line) from None
     except RecursionError:
-        raise InputError("nested too deeply for a robot file.", file=source) from None
+        raise InputError("nested too deeply.", file=source) from None
     except (YAMLError, ValueError) as error:
         why = shorten(str(error).splitlines()[0] if str(error) else "it cannot be read", 120)
         raise InputError(f"this is not YAML: {why}.", file=source) from None
@@ -78,7 +97,7 @@ class _Reader:
         self.count += 1
         if len(path) > MAX_DEPTH or self.count > MAX_VALUES:
             what = "nested too deeply" if len(path) > MAX_DEPTH else "too large"
-            raise self.error(f"{what} for a robot file.", node)
+            raise self.error(f"{what}.", node)
         kind = str(node.tag).rpartition(":")[2]
         if node.id == "mapping":
             return self.mapping(node, path)
@@ -94,7 +113,7 @@ class _Reader:
             return None
         if kind in ("str", "timestamp", "value", "merge"):
             return str(node.value)
-        raise self.error(f'the tag "{shorten(node.tag)}" is not used in robot files. Leave it out.', node)
+        raise self.error(f'the tag "{shorten(node.tag)}" is not used here. Leave it out.', node)
 
     def whole(self, node: Any) -> int:
         if len(node.value) > 4000:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nectosome.io.errors import InputError, shorten
-from nectosome.io.yaml_text import Key, read_yaml
+from nectosome.io.yaml_text import Key, read_text, read_yaml
 
 from .recording import read
 from .sheet import Sheet, parse_sheet
@@ -48,11 +48,7 @@ def load_campaign(path: str | Path) -> Campaign:
     """
     path = Path(path)
     source = str(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {getattr(error, 'strerror', None) or error}.", file=source) from None
-    data, lines = read_yaml(text, source)
+    data, lines = read_yaml(read_text(path), source)
     sheet = parse_sheet(data, lines, source, also=("recordings",))
     listed = data.get("recordings")
 

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from nectosome.io.errors import InputError, did_you_mean, shorten
 from nectosome.io.units import read_any, unit_to_si
-from nectosome.io.yaml_text import Key, read_yaml
+from nectosome.io.yaml_text import Key, read_text, read_yaml
 
 from .formats.source import Options
 
@@ -53,11 +53,7 @@ class Sheet:
 def load_sheet(path: str | Path) -> Sheet:
     """Read a sheet. Raises InputError that names file, line and field."""
     source = str(path)
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {getattr(error, 'strerror', None) or error}.", file=source) from None
-    data, lines = read_yaml(text, source)
+    data, lines = read_yaml(read_text(path), source)
     return parse_sheet(data, lines, source)
 
 
