@@ -1,6 +1,5 @@
 """From columns of a file to quantities: which column, and how its reading becomes an SI number."""
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,10 +8,9 @@ from jaxtyping import Float
 from nectosome.io.errors import InputError, did_you_mean, shorten
 from nectosome.io.units import unit_to_si
 
+from .formats.headings import is_time
 from .formats.source import Column
 from .sheet import Entry, Sheet, Time
-
-_TIME_NAMES = re.compile(r"(elapsed[ _]?)?(time|zeit|t|timestamp|seconds|sec)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ def find_time(columns: tuple[Column, ...], time: Time | None, file: str) -> tupl
         index = _place(columns, time.column, "time", file)
         unit = time.unit or columns[index].unit
     else:
-        named = [i for i, column in enumerate(columns) if _TIME_NAMES.fullmatch(column.name.strip())]
+        named = [i for i, column in enumerate(columns) if is_time(column.name)]
         if not named:
             return None, "no column is called time: say in a sheet which one it is"
         index, unit = named[0], columns[named[0]].unit

@@ -45,7 +45,7 @@ class TimeWatch:
     def _refusal(self, k: int, rows: np.ndarray, time: np.ndarray, before: float) -> InputError:
         previous = time[k - 1] if k else before
         if not np.isfinite(time[k]):
-            what = "the time is missing"
+            what = "the time is missing" if np.isnan(time[k]) else "the time is infinite"
         elif time[k] == previous:
             what = f"the time {time[k]:.9g} s stands there twice"
         else:

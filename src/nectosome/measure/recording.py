@@ -35,8 +35,6 @@ def read(path: str | Path, sheet: Sheet | str | Path | None = None) -> "xr.Datas
     """
     path = Path(path)
     sheet = sheet if isinstance(sheet, Sheet) else Sheet() if sheet is None else load_sheet(sheet)
-    if path.is_dir():
-        raise InputError("is a folder, not a file.", file=str(path))
     with open_source(path, sheet.options) as source:
         return _Reading(path, sheet, source).go()
 

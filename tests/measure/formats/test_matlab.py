@@ -15,6 +15,7 @@ from nectosome.measure.formats.matlab import open_matlab
 from nectosome.measure.formats.matlab_5 import read_mat5
 
 from .read import cuts, flipped, flips, read, survived
+from .write import mat73
 
 T = np.arange(40) * 0.01
 F = np.sin(T)
@@ -41,7 +42,7 @@ def save5(tmp_path):
 
 @pytest.fixture
 def save73(tmp_path):
-    """Write as MATLAB does: HDF5 after a block of its own, dimensions reversed, classes as attributes."""
+    """Write as MATLAB does: dimensions reversed, classes as attributes."""
 
     def put(file, place, name, value):
         if isinstance(value, dict):
@@ -66,14 +67,12 @@ def save73(tmp_path):
         node.attrs["MATLAB_class"] = np.bytes_(kind)
 
     def save73(**variables):
-        path = tmp_path / "a.mat"
-        with h5py.File(path, "w", userblock_size=512) as file:
+        def fill(file):
             for name, value in variables.items():
                 put(file, file, name, value)
-        with path.open("r+b") as raw:
-            raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: now HDF5 schema 1.00 .".ljust(124))
-            raw.write(b"\x00\x02IM")
-        return path
+
+        mat73(tmp_path / "a.mat", fill)
+        return tmp_path / "a.mat"
 
     return save73
 
@@ -250,7 +249,7 @@ def _big(kind: int, data: bytes) -> bytes:
 
 def test_what_is_no_such_file_is_told(tmp_path, save5):
     for name, content, message in [
-        ("empty.mat", b"", "this file is empty"),
+        ("empty.mat", b"", "is empty"),
         ("text.mat", b"t,F\n0,1\n", "this is not a MAT-file but a text file"),
         ("book.mat", b"PK\x03\x04", "but a zip file"),
         ("noise.mat", bytes(range(1, 200)), "the file is damaged or cut off"),

@@ -235,7 +235,7 @@ def test_a_stale_index_beside_the_file_does_no_harm(write, tmp_path):
 
 def test_what_is_no_table_is_told(write, tmp_path):
     for name, content, message in [
-        ("empty.tdms", b"", "this file is empty"),
+        ("empty.tdms", b"", "is empty"),
         ("text.tdms", b"t,F\n0,1\n", "this is not a LabVIEW file .* but a text file"),
         ("a.tdms_index", b"TDSh....", "the index of a LabVIEW file. Open the .tdms file beside it"),
         ("noise.tdms", b"TDSm" + bytes(range(100)), "cut off"),

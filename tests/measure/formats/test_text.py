@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +11,9 @@ from hypothesis import strategies as st
 from nectosome.measure.formats import text_blocks
 from nectosome.measure.formats.source import Column, Options
 from nectosome.measure.formats.text import open_text
+from nectosome.papers.measure import study
 
-DATA = Path(__file__).parents[3] / "shared" / "data"
+DATA = study.data_folder()
 NAMES = ["time", "force", "pressure", "Größe", "laser V", "p1", "valve (left)", "x"]
 UNITS = ["s", "N", "mm", "bar", "°C", "m/s^2", "1/s", "mV/V", ""]
 NOTHING = ["nan", "NaN", "NA", "-"]
@@ -102,7 +102,7 @@ def test_what_is_written_is_read_back_to_the_last_bit(tmp_path_factory, file):
     assert repairs == []
 
 
-@pytest.mark.skipif(not DATA.is_dir(), reason="measured data are not here")
+@pytest.mark.skipif(DATA is None, reason="measured data are not here")
 def test_a_file_of_an_arduino_is_read_whole():
     """Seven columns without names, as any reader of tab-separated numbers takes them."""
     path = DATA / "pneumatic" / "Circle_3bar.csv"
@@ -114,7 +114,7 @@ def test_a_file_of_an_arduino_is_read_whole():
     assert repairs == []
 
 
-@pytest.mark.skipif(not DATA.is_dir(), reason="measured data are not here")
+@pytest.mark.skipif(DATA is None, reason="measured data are not here")
 def test_labels_of_specimens_are_left_out_and_named():
     path = DATA / "catshark" / "midline_kinematics.txt"
     columns, _, values, found, _ = read(path)
@@ -365,6 +365,7 @@ import resource, sys
 from pathlib import Path
 from nectosome.measure.formats.source import Options
 from nectosome.measure.formats.text import open_text
+from nectosome.papers.measure import study
 peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
 source, before = open_text(Path(sys.argv[1]), Options()), peak()
 rows = sum(len(piece.rows) for piece in source.pieces(100_000))

@@ -1,6 +1,7 @@
 """What a user is told when a text file cannot be read: the place, the value and the way out."""
 
 import os
+from itertools import product
 
 import pytest
 from hypothesis import given, settings
@@ -83,13 +84,14 @@ def test_a_row_with_too_many_or_too_few_cells_is_shown_with_the_counts(tmp_path,
     )
 
 
-@pytest.mark.parametrize("pair", ["1,2,3,4\n1,2\n", "1,2\n1,2,3,4\n", "1,2,3,\n1,2\n", "1,2,3,4,5\n\n", "1,2,,4\n,2\n"])
+PAIRS = ["1,2,3,4\n1,2\n", "1,2\n1,2,3,4\n", "1,2,3,4,5\n\n"]
+PAIRS_WITH_EMPTY = ["1,2,3,\n1,2\n", "1,2,,4\n,2\n"]  # between blanks no cell is empty
+
+
+@pytest.mark.parametrize(("delimiter", "pair"), [*product(",;\t ", PAIRS), *product(",;\t", PAIRS_WITH_EMPTY)])
 @pytest.mark.parametrize("label", ["", "rig,"])
-@pytest.mark.parametrize("delimiter", [",", ";", "\t", " "])
 def test_too_many_and_too_few_cells_do_not_make_up_for_each_other(tmp_path, pair, label, delimiter):
     """Also beside a column that is left out as text, where rows are read in another way."""
-    if delimiter == " " and (",," in pair or ",\n" in pair):
-        pytest.skip("between blanks no cell is empty")
     lines = ("1,2,3\n" * 10 + pair + "1,2,3\n" * 10).splitlines()
     text = "".join(f"{label}{line}\n" if line else "\n" for line in lines)
     error = text_fault(tmp_path, text.replace(",", delimiter))
@@ -211,7 +213,7 @@ def test_options_that_do_not_fit_are_refused(tmp_path):
 
 
 def test_a_path_that_is_no_readable_file_is_refused(tmp_path):
-    assert fault(tmp_path).message == "is a folder."
+    assert fault(tmp_path).message == "cannot be read: Is a directory."
     assert fault(tmp_path / "none.csv").message == "cannot be read: No such file or directory."
     closed = tmp_path / "closed.csv"
     closed.write_text("1;2\n")

@@ -20,16 +20,21 @@ _KINDS = {
 _TEXT = {*b"\t\n\r\f", *range(32, 127), *range(128, 256)}
 
 
-def head(path: Path) -> bytes:
-    """Return the first 512 bytes of a file. Raises InputError where it is missing, a folder, locked away or empty."""
+def head(path: Path, size: int = 512) -> bytes:
+    """Return the first bytes of a file. Raises InputError where it is missing, a folder, locked away or empty."""
     try:
         with path.open("rb") as file:
-            start = file.read(512)
+            start = file.read(size)
     except (OSError, ValueError) as error:
         raise InputError(f"cannot be read: {reason(error)}.", file=str(path)) from None
     if not start:
-        raise InputError("this file is empty.", file=str(path))
+        raise InputError("is empty.", file=str(path))
     return start
+
+
+def is_binary(start: bytes) -> bool:
+    """Whether a file that begins like this is one of those that are known here and not text."""
+    return b"\0" in start and start.startswith(tuple(_KINDS))
 
 
 def is_text(start: bytes) -> bool:

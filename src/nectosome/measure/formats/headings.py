@@ -7,33 +7,54 @@ from itertools import count
 
 from nectosome.measure.formats.source import Column
 
-_BRACKETS = re.compile(r"(.*\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))")
-_TIME = re.compile(r"(?:t|(?i:time|timestamp|zeit))(?:[\W_].*)?")  # T is a temperature or a torque
-
-_SYMBOL = r"[nuµμmckMG]?(?:m|g|s|rad|Hz|N|Pa|bar|J|W|L|l|V|A|K|T|Ohm|Ω|ohm|F|strain|ε)"
-_WORD = (
-    r"sec|min|h|d|t|rpm|rev|deg|°|psi|in|ft|dB|px|[Vv]olts?|[Aa]mp(?:ere)?s?|[Nn]ewtons?|[Pp]ascals?|[Hh]ertz|"
-    r"(?:milli|micro)?[Ss]econds?|(?:milli|centi)?[Mm]et(?:er|re)s?|[Dd]egrees?|[Rr]adians?|[Cc]ounts?|[Pp]ixels?|"
-    r"°C|°F|degC|degF|deg C|deg F|C|[Cc]elsius|[Kk]elvin"
+_SYMBOL = (
+    "°C|°F|degC|degF|deg C|deg F|deg|°|%|‰|BL|bar|psi|rpm|rev|rad|min|sec|msec|mol|lbf|lb|in|ft|px|dB|eV|strain|ε|"
+    "[munpµμkMGcdh]?(?:Hz|Pa|Ohm|ohm|Ω|[mgsANVWJCFHTKLlh])"
 )
-_FACTOR = rf"(?:{_WORD}|{_SYMBOL})(?:(?:\*\*|\^)?-?[1-9]|[²³])?"
-_UNIT = re.compile(rf"%|-|(?:1\s*/\s*)?{_FACTOR}(?:\s*[*·./ ]\s*{_FACTOR})*")
+_WORD = (
+    r"pixels?|frames?|[Cc]ounts?|[Vv]olts?|[Aa]mp(?:ere)?s?|[Nn]ewtons?|[Pp]ascals?|[Hh]ertz|[Dd]egrees?|[Rr]adians?|"
+    r"(?:milli|micro)?[Ss]econds?|(?:milli|centi)?[Mm]et(?:er|re)s?|[Cc]elsius|[Kk]elvin"
+)
+_FACTOR = rf"(?:{_SYMBOL}|{_WORD}|1)(?:(?:\^|\*\*)?-?[1-9]|⁻?[¹²³])?"
+_PRODUCT = rf"{_FACTOR}(?:(?:\s*[*·/]\s*|\s+|\.){_FACTOR})*"
+_UNIT = re.compile(rf"{_PRODUCT}(?:\s*/\s*\({_PRODUCT}\))?|-|a\.u\.")
+_BRACKETED = re.compile(r"\[([^\[\]]*)\]|\((.*)\)")
+_SQUARE = re.compile(r"(.*?)\s*\[([^\[\]]*)\]")
+_ROUND = re.compile(r"(.*?)\s*\((.*)\)")
+_TIME = re.compile(
+    r"(?:t|(?i:(?:elapsed[ _]?)?time|timestamp|zeit|sec|seconds))(?:[\s_]*[\[(].*|[\s_.](?:[munµμ]?s|m?sec|min|h))?"
+)
 
 
 def split_unit(heading: str) -> Column:
-    """Return the column of a heading such as `force [N]` or `force (N)`; round brackets only where they hold a unit."""
-    match = _BRACKETS.fullmatch(heading.strip())
-    if match is None or (match[2] is None and not is_unit(match[3])):
-        return Column(heading.strip())
-    return Column(match[1], (match[2] or match[3] or "").strip())
+    """Return the column of `force [N]` or `time (ms)`.
+
+    Round brackets must hold a unit, as they do not in `force (left)`; square ones must not hold an index.
+    """
+    heading = heading.strip()
+    square = _SQUARE.fullmatch(heading)
+    if square and not square[2].strip().isdigit():
+        return Column(square[1], square[2].strip())
+    around = _ROUND.fullmatch(heading)
+    if around and _UNIT.fullmatch(around[2].strip()):
+        return Column(around[1], around[2].strip())
+    return Column(heading)
 
 
-def is_unit(text: str) -> bool:
-    """Whether a text reads as a unit, in brackets or not: `N`, `[m/s]`, `°C`, `%`, and `-` for none."""
-    text = text.strip()
-    if len(text) > 2 and text[0] + text[-1] in ("[]", "()"):
-        return text[0] == "[" or is_unit(text[1:-1])
-    return _UNIT.fullmatch(text) is not None
+def is_unit(cell: str) -> bool:
+    """Whether a cell reads as a unit, known to anyone or not: `N`, `[m/s]`, `(°C)`, `%`, and `-` for none."""
+    return cell.strip().startswith("[") or _UNIT.fullmatch(bare_unit(cell)) is not None
+
+
+def is_bracketed(cell: str) -> bool:
+    """Whether all of a cell is in brackets."""
+    return _BRACKETED.fullmatch(cell.strip()) is not None
+
+
+def bare_unit(cell: str) -> str:
+    """Return what is within the brackets of a cell, or the cell where it has none."""
+    found = _BRACKETED.fullmatch(cell.strip())
+    return (found[1] or found[2] or "").strip() if found else cell.strip()
 
 
 def distinct(columns: Iterable[Column]) -> tuple[Column, ...]:
@@ -50,5 +71,5 @@ def distinct(columns: Iterable[Column]) -> tuple[Column, ...]:
 
 
 def is_time(name: str) -> bool:
-    """Whether a column is the time by its name: `t`, `Time`, `time_s`, `Zeit [s]`."""
+    """Whether a column is the time by its name: `t`, `Time`, `time_s`, `Zeit [s]`; a `T` is a temperature or torque."""
     return _TIME.fullmatch(name.strip()) is not None

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from nectosome.io.errors import InputError
 
+from .faults import head
 from .source import Options, Source
 
 _READERS = {
@@ -23,6 +24,7 @@ _ENDINGS = {
     **dict.fromkeys((".npy", ".npz"), "numpy"),
     ".mat": "matlab",
     ".tdms": "tdms",
+    ".tdms_index": "tdms",
 }
 _BEGINNINGS = {b"\x89HDF": "hdf5", b"CDF": "hdf5", b"TDSm": "tdms", b"\x93NUMPY": "numpy", b"MATLAB 5": "matlab"}
 
@@ -36,11 +38,7 @@ def open_source(path: Path, options: Options) -> Source:
 
 
 def _by_beginning(path: Path) -> str:
-    try:
-        with path.open("rb") as file:
-            first = file.read(8)
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}.", file=str(path)) from None
+    first = head(path)
     if path.suffix.lower() in (".xls", ".ods", ".mdf", ".mf4"):
         raise InputError(
             f"files of the kind {path.suffix} are not read here. Save it as .xlsx or .csv.", file=str(path)

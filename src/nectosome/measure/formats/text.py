@@ -1,17 +1,19 @@
 """Tables of numbers as text: comma, tab, semicolon, bar or blanks between cells, as laboratories hand them over."""
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from nectosome.io.errors import InputError, shorten
+from nectosome.measure.formats.faults import foreign, head, is_binary
+from nectosome.measure.formats.headings import distinct, split_unit
 from nectosome.measure.formats.source import Column, Options, Piece, Source
-from nectosome.measure.formats.text_blocks import check_encoding, find_encoding, line_ends, read_blocks, read_head
+from nectosome.measure.formats.text_blocks import BLOCK, check_encoding, find_encoding, line_ends, read_blocks
 from nectosome.measure.formats.text_cells import COMMENT, MISSING, Kind, kind, split
 from nectosome.measure.formats.text_delimiter import DECIMALS, DELIMITERS
 from nectosome.measure.formats.text_layout import Layout, find_layout
-from nectosome.measure.formats.text_names import number_doubles, split_name
 from nectosome.measure.formats.text_rows import Rows
 
 _SAMPLE = 2000  # lines by which the layout is found
@@ -25,13 +27,15 @@ def open_text(path: Path, options: Options) -> Source:
     """
     if options.table is not None:
         raise InputError("a text file has one table; leave table out.", file=str(path))
-    head = read_head(path)
-    encoding = options.encoding or find_encoding(head)
+    start = head(path, BLOCK)
+    if is_binary(start):
+        raise foreign(path, "a text file", start)
+    encoding = options.encoding or find_encoding(start)
     check_encoding(encoding, path)
     block = next(read_blocks(path, encoding), None)
     lines = block.raw.decode().split("\n", _SAMPLE)[:_SAMPLE] if block else []
     layout = find_layout("\n".join(lines), options, str(path))
-    about = _about_file(head, encoding, layout, options)
+    about = _about_file(start, encoding, layout, options)
     if any(line.lstrip().startswith(COMMENT) for line in lines):
         about.append(f"lines that begin with {' or '.join(COMMENT)} are comments")
     return _TextSource(path, encoding, layout, about)
@@ -44,9 +48,9 @@ class _TextSource(Source):
 
     def __init__(self, path: Path, encoding: str, layout: Layout, about: list[str]):
         self._path, self._encoding, self._layout = path, encoding, layout
-        names, units, told = _name_columns(layout)
-        self._rows = Rows(layout, names, str(path))
-        self.columns = tuple(Column(names[j], units[j]) for j in self._rows.used)
+        columns, told = _columns(layout)
+        self._rows = Rows(layout, [column.name for column in columns], str(path))
+        self.columns = tuple(columns[j] for j in self._rows.used)
         self.found = (*about, *told)
         self.repairs: list[str] = []
 
@@ -100,23 +104,24 @@ class _TextSource(Source):
         return kind(cell, self._layout.decimal) != what
 
 
-def _name_columns(layout: Layout) -> tuple[list[str], list[str], list[str]]:
-    """Return names and units of all columns, and what is to be said about them."""
+def _columns(layout: Layout) -> tuple[tuple[Column, ...], list[str]]:
+    """Return all columns, also those of text, and what is to be said about them."""
     head, count, told = layout.head, len(layout.kinds), []
-    split_names = [split_name(text) for text in head.names or [""] * count]
-    units = [below or beside for (_, beside), below in zip(split_names, head.units or [""] * count, strict=True)]
-    plain = [name or f"column {j + 1}" for j, (name, _) in enumerate(split_names)]
-    names = number_doubles(plain)
-    told += [
-        f"column {j + 1} is another {a}, named {b}" for j, (a, b) in enumerate(zip(plain, names, strict=True)) if a != b
-    ]
-    for j, name in enumerate(names):
+    plain = [split_unit(text) for text in head.names or [""] * count]
+    plain = [replace(column, name=column.name or f"column {j}") for j, column in enumerate(plain, 1)]
+    columns = list(distinct(plain))
+    for j, column in enumerate(columns):
+        if head.units and head.units[j]:
+            columns[j] = replace(column, unit=head.units[j])
+        if column.name != plain[j].name:
+            told.append(f"column {j + 1} is another {plain[j].name}, named {column.name}")
+    for j, column in enumerate(columns):
         if layout.kinds[j] == Kind.TEXT:
-            told.append(f"{_column(name)} is text, left out")
+            told.append(f"{_column(column.name)} is text, left out")
         if layout.kinds[j] == Kind.MOMENT:
-            told.append(f"{_column(name)}: date-times, now seconds since {layout.moments[j]}")
-            units[j] = "s"
-    return names, units, told
+            told.append(f"{_column(column.name)}: date-times, now seconds since {layout.moments[j]}")
+            columns[j] = replace(column, unit="s")
+    return tuple(columns), told
 
 
 def _column(name: str) -> str:
@@ -140,7 +145,7 @@ def _about_file(head: bytes, encoding: str, layout: Layout, options: Options) ->
     ]
     if layout.head.units:
         about.append(f"units: line {layout.head.units_line}")
-    elif any(split_name(name)[1] for name in layout.head.names):
+    elif any(split_unit(name).unit for name in layout.head.names):
         about.append("units: in the names")
     about.append(f"first row: line {layout.first}")
     if layout.spare:

@@ -25,18 +25,6 @@ class Block(NamedTuple):
     last: bool  # whether the file ends here
 
 
-def read_head(path: Path) -> bytes:
-    """Return how the file begins; InputError where it cannot be read."""
-    file = str(path)
-    try:
-        with path.open("rb") as stream:
-            return stream.read(BLOCK)
-    except IsADirectoryError:
-        raise InputError("is a folder.", file=file) from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {reason(error)}.", file=file) from None
-
-
 def find_encoding(head: bytes) -> str:
     """Return the encoding of a text that begins with `head`: what its byte order mark says, or UTF-8 if it can be."""
     for mark, encoding in _BOMS.items():

@@ -1,21 +1,11 @@
 """Names and units of the columns, from the lines above the first row."""
 
-import itertools
 import re
 from dataclasses import dataclass
 
+from nectosome.measure.formats.headings import bare_unit, is_bracketed, is_unit
 from nectosome.measure.formats.text_cells import BLANKS, COMMENT, Kind, kind, split
 
-_SYMBOL = (
-    "°C|°F|degC|degF|deg|°|%|‰|BL|bar|psi|rpm|rev|rad|min|sec|msec|mol|lbf|lb|in|ft|px|pixels?|frames?|counts?|eV|"
-    "[munpµμkMGcdh]?(?:Hz|Pa|Ohm|ohm|Ω|[mgsANVWJCFHTKLlh])"
-)
-_FACTOR = rf"(?:{_SYMBOL}|1)(?:(?:\^|\*\*)?-?[1-9]|⁻?[¹²³])?"
-_PRODUCT = rf"{_FACTOR}(?:(?:\s*[*·/]\s*|\s+|\.){_FACTOR})*"
-_UNIT = re.compile(rf"{_PRODUCT}(?:\s*/\s*\({_PRODUCT}\))?|-|a\.u\.")
-_BRACKETED = re.compile(r"\[([^\[\]]*)\]|\((.*)\)")
-_SQUARE = re.compile(r"(.*?)\s*\[([^\[\]]*)\]")
-_ROUND = re.compile(r"(.*?)\s*\((.*)\)")
 _WIDE_GAP = re.compile(r"\t+| {2,}")
 _BEFORE_BRACKET = re.compile(r"[ \t]+(?=[\[(])")
 
@@ -51,7 +41,7 @@ def find_head(above: list[tuple[int, str]], delimiter: str, decimal: str, widths
     if not lines:
         return Head()
     (number, cells), (upper, more) = lines[0], lines[1] if len(lines) > 1 else (0, [])
-    bracketed = all(_BRACKETED.fullmatch(cell) for cell in cells if cell)
+    bracketed = all(is_bracketed(cell) for cell in cells if cell)
     if bracketed or (more and is_unit_row(cells) and not is_unit_row(more)):
         return Head(tuple(more), units_of(cells, len(more) or len(cells)), upper, number)
     return Head(tuple(cells), (), number)
@@ -96,38 +86,4 @@ def _glue(line: str) -> str:
 
 def is_unit_row(cells: list[str]) -> bool:
     """Whether every cell is empty or reads as a unit."""
-    return all(is_unit(cell) or _BRACKETED.fullmatch(cell) for cell in cells if cell)
-
-
-def is_unit(text: str) -> bool:
-    """Whether a text reads as a unit, known to anyone or not."""
-    return _UNIT.fullmatch(text) is not None
-
-
-def bare_unit(cell: str) -> str:
-    """Return what is within the brackets of a cell, or the cell where it has none."""
-    found = _BRACKETED.fullmatch(cell)
-    return (found[1] or found[2] or "").strip() if found else cell
-
-
-def split_name(text: str) -> tuple[str, str]:
-    """Return name and unit of `force [N]` or `time (ms)`; round brackets must hold a unit, as in `force (left)`."""
-    square = _SQUARE.fullmatch(text)
-    if square and not square[2].strip().isdigit():
-        return square[1], square[2].strip()
-    around = _ROUND.fullmatch(text)
-    if around and is_unit(around[2].strip()):
-        return around[1], around[2].strip()
-    return text, ""
-
-
-def number_doubles(names: list[str]) -> list[str]:
-    """Return the names with `force`, `force` made `force`, `force (2)`."""
-    given: list[str] = []
-    taken = set(names)
-    for name in names:
-        if name in given:
-            name = next(free for count in itertools.count(2) if (free := f"{name} ({count})") not in taken)
-            taken.add(name)
-        given.append(name)
-    return given
+    return all(is_unit(cell) for cell in cells if cell)

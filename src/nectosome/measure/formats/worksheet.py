@@ -6,7 +6,7 @@ from datetime import timedelta
 from typing import Any, NamedTuple
 
 from nectosome.measure.formats.cells import count, kind, seconds
-from nectosome.measure.formats.headings import is_unit, split_unit
+from nectosome.measure.formats.headings import bare_unit, is_unit, split_unit
 from nectosome.measure.formats.source import Column
 
 Row = Sequence[Any]
@@ -75,7 +75,7 @@ def lay_out(rows: Sequence[Row], header: int | None, merged: Sequence[Merged]) -
 
 def _column(j: int, name: str, unit: str, group: str) -> Column:
     named = split_unit(f"{group} {name}".strip()) if name else Column(f"column {j + 1}")
-    return replace(named, unit=unit.strip("[]() ")) if unit else named
+    return replace(named, unit=bare_unit(unit)) if unit else named
 
 
 def _place(j: int, column: Column, cells: Sequence[Any]) -> Place:
