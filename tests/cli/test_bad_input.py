@@ -14,9 +14,11 @@ import nectosome.robots as nectosome_robots
 from nectosome.io import load_robot, numeric_paths
 from nectosome.robots.shipped import file_of
 
+from .answers import contents, faults
+
 BALL = Path(__file__).with_name("ball.yaml").read_text()
 FLAGELLUM = load_robot(file_of("flagellum"))
-COMMANDS = ("reproduce", "simulate", "steady", "design", "show", "check", "schema")
+COMMANDS = ("reproduce", "simulate", "steady", "design", "show", "check", "schema", "measure")
 
 
 def wrong_values() -> list[tuple[str, ...]]:
@@ -339,19 +341,6 @@ def in_use(bench):
         other.stdout.readline()
         yield
         other.kill()
-
-
-def contents(folder: Path) -> list[tuple[str, int]]:
-    """Every file and when it was changed; a lock says only who has it."""
-    return sorted((str(file), file.stat().st_mtime_ns) for file in folder.rglob("*") if file.name != "lock")
-
-
-def faults(code: int, err: str) -> list[str]:
-    """What is not as it should be in the answer to wrong input."""
-    words = ("Traceback", "Error:", "ValidationError", "CoercionError", "object at 0x", "pydantic", "cyclopts")
-    found = [f"says {word}" for word in words if word in err]
-    found += [f"exit code {code}"] if code != 2 else []
-    return found + (["not one line"] if len(err.splitlines()) != 1 or not err.strip() else [])
 
 
 def test_there_are_hundreds_of_cases():

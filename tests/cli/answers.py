@@ -1,0 +1,16 @@
+"""How a command is to answer wrong input."""
+
+from pathlib import Path
+
+
+def contents(folder: Path) -> list[tuple[str, int]]:
+    """Every file and when it was changed; a lock says only who has it."""
+    return sorted((str(file), file.stat().st_mtime_ns) for file in folder.rglob("*") if file.name != "lock")
+
+
+def faults(code: int, err: str) -> list[str]:
+    """What is not as it should be in the answer to wrong input."""
+    words = ("Traceback", "Error:", "ValidationError", "CoercionError", "object at 0x", "pydantic", "cyclopts")
+    found = [f"says {word}" for word in words if word in err]
+    found += [f"exit code {code}"] if code != 2 else []
+    return found + (["not one line"] if len(err.splitlines()) != 1 or not err.strip() else [])
