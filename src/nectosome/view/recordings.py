@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _POINTS = 4000  # of a line; more are drawn as the range of each stretch
+_READ = 1_000_000  # samples at a time
 
 
 def show_recordings(recordings: "Sequence[xr.Dataset]", path: str | Path) -> None:
@@ -48,18 +49,21 @@ def _panel(recording: "xr.Dataset") -> Panel:
 
 
 def _draw(fig: "go.Figure", variable: "xr.DataArray", k: int) -> None:
-    """A line; of many samples the smallest and largest of each stretch, so that no peak is lost."""
-    dim = variable.dims[0]
-    x = variable[dim].values if dim in variable.coords else np.arange(variable.size)
-    y = variable.values
-    if y.size > _POINTS:
-        width = -(-y.size // (_POINTS // 2))
-        starts = np.arange(0, y.size, width)
-        low, high = (f.reduceat(np.where(np.isnan(y), fill, y), starts) for f, fill in _ENDS)
-        x = np.repeat(x[starts], 2)
-        y = np.stack([low, high], axis=1).ravel()
-        y = np.where(np.isinf(y), np.nan, y)
+    x, y = _outline(variable)
     fig.add_scatter(x=x, y=y, line={"color": CYCLE[k % len(CYCLE)], "width": 1.2}, row=k + 1, col=1)
 
 
-_ENDS = ((np.fmin, np.inf), (np.fmax, -np.inf))
+def _outline(variable: "xr.DataArray") -> tuple[np.ndarray, np.ndarray]:
+    """Points of a line; of many samples the smallest and largest of each stretch, so that no peak is lost."""
+    along = variable[variable.dims[0]]
+    if variable.size <= _POINTS:
+        return along.values, variable.values
+    width = -(-variable.size // (_POINTS // 2))
+    block = width * max(1, _READ // width)
+    xs, ys = [], []
+    for start in range(0, variable.size, block):  # what is larger than memory stays in its file
+        y = variable[start : start + block].values
+        starts = np.arange(0, y.size, width)
+        xs.append(np.repeat(along[start : start + block].values[starts], 2))
+        ys.append(np.stack([f.reduceat(y, starts) for f in (np.fmin, np.fmax)], axis=1).ravel())
+    return np.concatenate(xs), np.concatenate(ys)
