@@ -94,24 +94,28 @@ class ValueWatch:
         self, rows: Int[np.ndarray, "n"], cells: Float[np.ndarray, "n"], low: float, high: float
     ) -> Float[np.ndarray, "n"]:
         """Cells without what is saturated or infinite, nan in its place; all of it is counted."""
-        over = (cells <= low) | (cells >= high) | np.isinf(cells)
-        if over.any():
-            self.saturated_count += int(over.sum())
-            self.saturated = int(rows[np.argmax(over)]) if self.saturated is None else self.saturated
-            cells = np.where(over, np.nan, cells)
-        lost = np.isnan(cells) & ~over
+        lost = ~np.isfinite(cells) | (cells <= low) | (cells >= high)
+        there = cells
         if lost.any():
-            self.missing_count += int(lost.sum())
-            self.missing += rows[lost][: max(0, 5 - len(self.missing))].tolist()
-        there = cells[np.isfinite(cells)]
+            there, missing = cells[~lost], np.isnan(cells)
+            self.missing_count += int(missing.sum())
+            self.missing += rows[missing][: max(0, 5 - len(self.missing))].tolist()
+            over = lost & ~missing
+            if over.any():
+                self.saturated_count += int(over.sum())
+                self.saturated = int(rows[np.argmax(over)]) if self.saturated is None else self.saturated
+                cells = np.where(over, np.nan, cells)
         if there.size:
             self.count, self.total = self.count + there.size, self.total + float(there.sum())
-            self.smallest, self.largest = min(self.smallest, there.min()), max(self.largest, there.max())
-            for extreme in (there.min(), there.max()):
-                self._count_stuck(rows, cells == extreme, float(extreme))
+            ends = float(there.min()), float(there.max())
+            self.smallest, self.largest = min(self.smallest, ends[0]), max(self.largest, ends[1])
+            for extreme in ends:
+                self._count_stuck(rows, cells == extreme, extreme)
         return cells
 
     def _count_stuck(self, rows: np.ndarray, at: np.ndarray, extreme: float) -> None:
+        if np.count_nonzero(at) < _STUCK:
+            return
         edges = np.flatnonzero(np.diff(np.concatenate([[0], at.astype(np.int8), [0]])))
         lengths = edges[1::2] - edges[::2]
         k = int(np.argmax(lengths))

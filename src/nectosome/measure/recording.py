@@ -92,9 +92,10 @@ class _Reading:
                 time = time / self._rate
                 self.watch.keep(rows, time)
         self.rows += rows.size
+        columns = np.ascontiguousarray(values.T)
         out = []
         for channel, watch in zip(self.channels, self.values, strict=True):
-            cells = watch.look(rows, values[:, channel.index], channel.low, channel.high)
+            cells = watch.look(rows, columns[channel.index], channel.low, channel.high)
             out.append(channel.convert(cells))
         return time, out
 
