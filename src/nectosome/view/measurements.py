@@ -53,7 +53,8 @@ def _friction(tests: Mapping[str, "xr.Dataset"], data: Mapping[str, "xr.Dataset"
         )
     fig.update_xaxes(title="drawn out (mm)", row=len(tests), col=1)
     fig.update_xaxes(title="run", dtick=1, row=len(tests), col=2)
-    dress(fig, 300 * len(tests) + 60).update_layout(showlegend=True, hovermode="closest")
+    dress(fig, 300 * len(tests) + 80).update_layout(showlegend=True, hovermode="closest", margin_t=64)
+    fig.update_layout(legend={"yref": "container", "y": 1.0, "yanchor": "top"})
     caption = (
         "Measured by E. Zillen: pull on a pneumatic actuator at 3 bar against how far it is drawn out, ten runs. Half "
         "of what the ways differ by is friction. " + " ".join(words)
