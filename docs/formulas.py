@@ -26,6 +26,7 @@ _GREEK = dict(
 _SIGNS = {
     "sum": "∑",
     "int": "∫",
+    "oint": "∮",
     "times": "×",
     "cdot": "·",
     "le": "≤",
