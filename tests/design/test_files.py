@@ -202,5 +202,5 @@ def test_a_problem_file_that_makes_no_sense_is_refused_with_file_line_and_field(
 def test_a_problem_file_that_cannot_be_read_is_refused(tmp_path):
     (tmp_path / "binary.yaml").write_bytes(bytes(range(256)))
     for path in (tmp_path, tmp_path / "nowhere.yaml", tmp_path / "binary.yaml", "bad\0name"):
-        with pytest.raises(InputError, match="cannot be read|is not a text file"):
+        with pytest.raises(InputError, match=r"cannot be read|is not a text file"):
             load_problem(path)
