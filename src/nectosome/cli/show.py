@@ -55,4 +55,5 @@ def _show_run(path: str, save: Path | None) -> None:
         from nectosome.view import show_run
 
         show_run(dataset, save)
-    write(summary(dataset), origin(dataset))
+    arrays = {str(name): variable.values for name, variable in dataset.variables.items()}
+    write(summary(arrays, dataset.attrs), origin(dataset.attrs))

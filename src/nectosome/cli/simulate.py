@@ -6,6 +6,7 @@ import threading
 import time as clock
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -54,7 +55,7 @@ def simulate(
     description = apply_settings(robots.describe(robot), settings or ())
 
     from nectosome.core import Status
-    from nectosome.solve import prepare_dataset
+    from nectosome.solve import prepare_results
     from nectosome.solve import simulate as integrate
 
     asked = {"robot": robot, "set": settings or [], "time": seconds}
@@ -69,19 +70,21 @@ def simulate(
 
             built = robots.build(description)
             weigh(built, robot)
-            prepare_dataset(built, moments)
+            prepare_results(built, moments)
+            if save is not None:
+                threading.Thread(target=import_module, args=("xarray",), daemon=True).start()
             run = integrate(built, seconds, samples=moments, method=method, rtol=tolerance, progress=progress)
             wanted = save is not None or int(run.status) != Status.CANCELLED
-            return run, run.to_dataset(description, asked) if wanted else None
+            return run, run.results(description, asked) if wanted else None
 
-        run, dataset = _cancellable(compute)
+        run, found = _cancellable(compute)
     status = Status(int(run.status))
-    if dataset is not None:
-        dataset.attrs["seconds"] = round(clock.perf_counter() - start, 3)
+    if found is not None:
+        found.attributes["seconds"] = round(clock.perf_counter() - start, 3)
         if save is not None:
-            save_dataset(dataset, save)
+            save_dataset(found.to_dataset(), save)
         if status != Status.CANCELLED:
-            write(summary(dataset))
+            write(summary(found.arrays, found.attributes))
     came_to = f"at {float(run.value.time[-1]):.4g} s of {seconds:.4g} s."
     if status == Status.CANCELLED:
         tell(f"cancelled {came_to}" + (f" The part done is in {save}." if save is not None else ""))

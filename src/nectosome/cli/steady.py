@@ -33,25 +33,25 @@ def steady(
     description = apply_settings(robots.describe(robot), settings or ())
 
     from nectosome.core import Status
-    from nectosome.solve import prepare_dataset
+    from nectosome.solve import prepare_results
     from nectosome.solve import steady as find
 
     start = clock.perf_counter()
     with progress_bar(description.name) as update:
         built = robots.build(description)
         weigh(built, robot)
-        prepare_dataset(built, 1)
+        prepare_results(built, 1)
         try:
             found = find(built)
         except ValueError as error:
             raise InputError(str(error), file=robot) from None
         status = Status(int(found.status))
         if status in (Status.SOLVED, Status.UNSTABLE):
-            dataset = found.to_dataset(description, {"robot": robot, "set": settings or []})
-            dataset.attrs["seconds"] = round(clock.perf_counter() - start, 3)
+            results = found.results(description, {"robot": robot, "set": settings or []})
+            results.attributes["seconds"] = round(clock.perf_counter() - start, 3)
             if save is not None:
-                save_dataset(dataset, save)
-            write(summary(dataset))
+                save_dataset(results.to_dataset(), save)
+            write(summary(results.arrays, results.attributes))
         if status == Status.SOLVED:
             return 0
         update("no steady motion; simulating what happens instead", 0.0)

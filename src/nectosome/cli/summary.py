@@ -10,8 +10,12 @@ from rich.text import Text
 from nectosome.io import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import numpy as np
     import xarray as xr
+
+    Arrays = Mapping[str, np.ndarray]
 
 _NEEDED = {
     "position": ("time", "station", "axis"),
@@ -46,27 +50,26 @@ def check_run(dataset: "xr.Dataset", source: str) -> None:
         raise InputError("this is not a simulation: its provenance cannot be read.", file=source)
 
 
-def summary(dataset: "xr.Dataset") -> Group:
+def summary(arrays: "Arrays", attributes: "Mapping[str, Any]") -> Group:
     """Return body, joints, powers, energies and status; `mean` is over the last tenth of the run."""
     import numpy as np
 
-    time = np.asarray(dataset["time"], dtype=float)
+    time = np.asarray(arrays["time"], dtype=float)
     tenth = time >= time[-1] - 0.1 * (time[-1] - time[0])
 
     def mean(name: str) -> "np.ndarray":
-        return np.asarray(dataset[name])[tenth].mean(axis=0)
+        return arrays[name][tenth].mean(axis=0)
 
-    attributes = dataset.attrs
     length = f", {time[-1]:.4g} s" if time.size > 1 else ""
     title = Text(f"{attributes['title']}{length}", "bold")
-    tables = [_body(dataset, mean("velocity")[0])]
-    if dataset.sizes["prescribed"]:
-        tables.append(_joints(dataset, mean("reaction")))
+    tables = [_body(arrays, mean("velocity")[0])]
+    if arrays["prescribed"].size:
+        tables.append(_joints(arrays, mean("reaction")))
     tables += [
-        _powers(dataset, mean("load_power").sum(axis=1), mean("reaction_power")),
-        _energies(dataset, mean("energy")),
+        _powers(arrays, mean("load_power").sum(axis=1), mean("reaction_power")),
+        _energies(arrays, mean("energy")),
     ]
-    balance = float(np.max(np.asarray(dataset["power_balance"])))
+    balance = float(np.max(arrays["power_balance"]))
     end = Text(
         f"power balance: off by {balance:.1e} at worst\n"
         f"status: {attributes['status']}, {attributes['status_reason']}{_effort(attributes)}"
@@ -75,7 +78,7 @@ def summary(dataset: "xr.Dataset") -> Group:
     return Group(title, Text(), *spaced, end)
 
 
-def _effort(attributes: "dict[str, Any]") -> str:
+def _effort(attributes: "Mapping[str, Any]") -> str:
     """What it took, as far as it was noted."""
     told = []
     if "steps" in attributes:
@@ -89,9 +92,9 @@ def _effort(attributes: "dict[str, Any]") -> str:
     return "".join(f"; {part}" if i == 0 else f", {part}" for i, part in enumerate(told))
 
 
-def origin(dataset: "xr.Dataset") -> Table:
+def origin(attributes: "Mapping[str, Any]") -> Table:
     """Return where a run comes from: the settings it was made with, versions and time."""
-    known: dict[str, Any] = json.loads(dataset.attrs["provenance"])
+    known: dict[str, Any] = json.loads(attributes["provenance"])
     table = _table("made with", "")
     for key, value in known.items():
         shown = ", ".join(f"{k} {_plain(v)}" for k, v in value.items()) if isinstance(value, dict) else _plain(value)
@@ -110,11 +113,11 @@ def _table(*columns: str) -> Table:
     return table
 
 
-def _body(dataset: "xr.Dataset", mean: "np.ndarray") -> Table:
+def _body(arrays: "Arrays", mean: "np.ndarray") -> Table:
     import numpy as np
 
-    velocity, position = (np.asarray(dataset[name])[-1, 0] for name in ("velocity", "position"))
-    table = _table(str(dataset["part"].values[0]), "x", "y", "z", "size", "unit")
+    velocity, position = (arrays[name][-1, 0] for name in ("velocity", "position"))
+    table = _table(str(arrays["part"][0]), "x", "y", "z", "size", "unit")
     rows = (("velocity at the end", velocity, "m/s"), ("mean velocity", mean, "m/s"), ("position", position, "m"))
     for name, vector, unit in rows:
         size = _number(float(np.linalg.norm(vector))) if unit == "m/s" else ""
@@ -122,16 +125,16 @@ def _body(dataset: "xr.Dataset", mean: "np.ndarray") -> Table:
     return table
 
 
-def _joints(dataset: "xr.Dataset", reaction: "np.ndarray") -> Table:
+def _joints(arrays: "Arrays", reaction: "np.ndarray") -> Table:
     table = _table("driven joint", "mean reaction", "unit")
-    for name, force in zip(dataset["prescribed"].values, reaction, strict=True):
+    for name, force in zip(arrays["prescribed"], reaction, strict=True):
         table.add_row(str(name), _number(force), "N m" if str(name).endswith(".angle") else "N")
     return table
 
 
-def _powers(dataset: "xr.Dataset", loads: "np.ndarray", joints: "np.ndarray") -> Table:
+def _powers(arrays: "Arrays", loads: "np.ndarray", joints: "np.ndarray") -> Table:
     table = _table("power into the robot", "mean", "unit")
-    named = [*zip(dataset["prescribed"].values, joints, strict=True), *zip(dataset["load"].values, loads, strict=True)]
+    named = [*zip(arrays["prescribed"], joints, strict=True), *zip(arrays["load"], loads, strict=True)]
     for name, watts in named:
         if watts != 0:
             table.add_row(str(name).replace("_", " "), _number(watts), "W")
@@ -139,9 +142,9 @@ def _powers(dataset: "xr.Dataset", loads: "np.ndarray", joints: "np.ndarray") ->
     return table
 
 
-def _energies(dataset: "xr.Dataset", energies: "np.ndarray") -> Table:
+def _energies(arrays: "Arrays", energies: "np.ndarray") -> Table:
     table = _table("energy", "mean", "unit")
-    for name, joules in zip(dataset["form"].values, energies, strict=True):
+    for name, joules in zip(arrays["form"], energies, strict=True):
         table.add_row(str(name), _number(joules), "J")
     return table
 

@@ -1,7 +1,7 @@
 """Solvers: simulate through time, static equilibrium, steady motion."""
 
-from .dataset import Run, Trajectory, prepare_dataset
 from .equilibrium import Equilibrium, equilibrium
+from .results import Results, Run, Trajectory, prepare_results
 from .settle import Settled, settled
 from .simulate import simulate
 from .static import static
@@ -10,6 +10,7 @@ from .symmetry import Symmetry, find_symmetry
 
 __all__ = [
     "Equilibrium",
+    "Results",
     "Run",
     "Settled",
     "Steady",
@@ -17,7 +18,7 @@ __all__ = [
     "Trajectory",
     "equilibrium",
     "find_symmetry",
-    "prepare_dataset",
+    "prepare_results",
     "settled",
     "simulate",
     "static",

@@ -6,7 +6,7 @@ import numpy as np
 
 from nectosome.core import Status
 
-from .dataset import Run
+from .results import Run
 
 _STILL = 1e-3  # of the largest velocity: what swings less has settled
 _ALIKE = 0.98  # correlation of a velocity with itself one period later

@@ -13,8 +13,8 @@ from jaxtyping import Array
 from nectosome.core import Mechanical, State, Status
 from nectosome.core.remember import remembered
 
-from .dataset import Run, Trajectory
 from .march import Guard, March, Method, Settings, begin, interpolate, march
+from .results import Run, Trajectory
 
 _CHUNKS = 20
 

@@ -11,8 +11,8 @@ from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
 from nectosome.mechanism import Robot
 
-from .dataset import Run, Trajectory
 from .equilibrium import equilibrium
+from .results import Run, Trajectory
 from .settle import Settled, settled
 from .simulate import simulate
 from .stability import modes

@@ -1,9 +1,7 @@
 """Results as labelled data: what users, files and plots see."""
 
 import json
-from importlib import import_module
-from threading import Thread
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
@@ -33,30 +31,56 @@ class Run(Solution):
 
     title: ClassVar[str] = "simulation"
 
-    def to_dataset(self, description: RobotDescription | None = None, settings: dict[str, Any] | None = None):
-        """Dataset of the run (see `dataset`); `description` and `settings` go into its attributes."""
-        return dataset(self, description, settings or {})
+    def results(self, description: RobotDescription | None = None, settings: dict[str, Any] | None = None) -> "Results":
+        """Results of the run (see `results`); `description` and `settings` go into their attributes."""
+        return results(self, description, settings or {})
+
+    def to_dataset(
+        self, description: RobotDescription | None = None, settings: dict[str, Any] | None = None
+    ) -> "xr.Dataset":
+        """The results as an `xarray.Dataset`."""
+        return self.results(description, settings).to_dataset()
+
+
+class Results(NamedTuple):
+    """A run in numbers. Quick answers are made of it as it is: importing xarray takes longer than some of them."""
+
+    data: dict[str, tuple[tuple[str, ...], np.ndarray, str]]  # dimensions, values, unit
+    names: dict[str, tuple[str, np.ndarray, str]]  # of and along dimensions: dimension, values, unit
+    attributes: dict[str, Any]
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All values by name."""
+        return {name: values for name, (_, values, _) in (*self.data.items(), *self.names.items())}
+
+    def to_dataset(self) -> "xr.Dataset":
+        """The same with labels."""
+        import xarray as xr
+
+        return xr.Dataset(
+            {name: (dims, values, {"units": unit}) for name, (dims, values, unit) in self.data.items()},
+            coords={name: (dim, values, {"units": u} if u else {}) for name, (dim, values, u) in self.names.items()},
+            attrs=self.attributes,
+        )
 
 
 def _diagnose_all(robot: Robot, time: Array, state: State) -> Diagnosis:
     return jax.lax.map(lambda tx: diagnose(robot, *tx), (time, state))
 
 
-def prepare_dataset(robot: Robot, samples: int) -> None:
-    """Get `dataset` ready for runs of that many samples, beside what goes on."""
+def prepare_results(robot: Robot, samples: int) -> None:
+    """Get `results` ready for runs of that many samples, beside what goes on."""
     many = jax.tree.map(lambda x: np.broadcast_to(x, (samples, *x.shape)), robot.initial())
     prepare(_diagnose_all, robot, np.zeros(samples), many)
-    Thread(target=import_module, args=("xarray",), daemon=True).start()
 
 
-def dataset(run: Run, description: RobotDescription | None, settings: dict[str, Any]) -> "xr.Dataset":
+def results(run: Run, description: RobotDescription | None, settings: dict[str, Any]) -> Results:
     """Motion, forces by load and part, powers, energies and reactions of a robot's run, in SI units.
 
     `power_balance` is |dE/dt - sum of powers| relative to the largest sum of |powers| of the run: what rounding
     leaves, since accelerations, forces and energies are all taken at the saved states.
     """
-    import xarray as xr
-
     robot, trajectory = run.value.system, run.value
     d = jax.tree.map(
         np.asarray,
@@ -87,17 +111,21 @@ def dataset(run: Run, description: RobotDescription | None, settings: dict[str, 
         "station_weight": (("station",), np.concatenate([p.body.weight for p in tree.parts]), "m"),
         "half_width": (("station", "across"), np.concatenate([p.body.half_width for p in tree.parts]), "m"),
     }
-    coords = {
-        "time": ("time", np.asarray(trajectory.time), {"units": "s"}),
-        "coordinate": list(robot.coordinate_names),
-        "prescribed": list(robot.prescribed_names),
+    labels = {
+        "coordinate": robot.coordinate_names,
+        "prescribed": robot.prescribed_names,
         "part": [part.name for part in tree.parts],
-        "load": list(load_names(robot)),
+        "load": load_names(robot),
         "axis": ["x", "y", "z"],
         "row": ["x", "y", "z"],
         "across": ["y", "z"],
         "form": ["kinetic", "water", "elastic"],
-        "station_part": ("station", np.concatenate([[p.name] * p.body.weight.shape[0] for p in tree.parts])),
+    }
+    names = {name: (name, np.asarray(values, dtype=str), "") for name, values in labels.items()}
+    of_stations = np.concatenate([[p.name] * p.body.weight.shape[0] for p in tree.parts])
+    names |= {
+        "time": ("time", np.asarray(trajectory.time), "s"),
+        "station_part": ("station", of_stations, ""),
     }
     status = Status(int(run.status))
     attributes = {
@@ -108,11 +136,8 @@ def dataset(run: Run, description: RobotDescription | None, settings: dict[str, 
         "provenance": json.dumps(provenance(settings)),
         **{key: np.asarray(value).item() for key, value in run.stats.items()},
     }
-    return xr.Dataset(
-        {name: (dims, np.asarray(values), {"units": unit}) for name, (dims, values, unit) in data.items()},
-        coords=coords,
-        attrs=attributes,
-    )
+    data = {name: (dims, np.asarray(values), unit) for name, (dims, values, unit) in data.items()}
+    return Results(data, names, attributes)
 
 
 def _coordinates(robot: Robot, q: Array) -> np.ndarray:
