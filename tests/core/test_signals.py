@@ -5,13 +5,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.core import Constant, Rate, Recording, Sine, Solution, Status, Steps, UniformCurrent, Water
+from nectosome.core import Constant, Rate, Recording, Sine, Solution, Status, Steps, Stroke, UniformCurrent, Water
 
 number = jnp.asarray
 SMOOTH = {
     "constant": Constant(number(0.7)),
     "rate": Rate(number(-3.0), number(0.2)),
     "sine": Sine(number(0.4), number(1.5), number(0.3), number(-0.1)),
+    "stroke": Stroke(number(0.4), number(1.5), number(0.3), number(-0.1), number(0.3)),
+    "stroke with a ramp": Stroke(number(0.4), number(1.5), number(0.3), number(-0.1), number(0.6), number(0.8)),
     "vector": Sine(jnp.array([0.4, 0.1]), jnp.array([1.5, 0.0]), jnp.array([0.3, 1.0]), jnp.zeros(2)),
 }
 RECORDING = Recording(jnp.array([0.0, 0.5, 0.6, 2.0]), jnp.array([1.0, 2.0, 0.0, 0.7]))
@@ -28,6 +30,28 @@ def test_derivatives_are_those_of_the_value(name, t):
     told, found = compare(number(t))
     for a, b in zip(told, found, strict=True):
         np.testing.assert_allclose(a, b, atol=1e-12)
+
+
+def test_a_stroke_of_equal_halves_is_a_sine():
+    stroke = Stroke(*(number(x) for x in (0.4, 1.5, 0.3, -0.1, 0.5)))
+    for t in (0.0, 0.2, 0.41, 3.3):
+        np.testing.assert_allclose(stroke(number(t)), SMOOTH["sine"](number(t)), atol=1e-13)
+
+
+def test_a_stroke_goes_to_and_fro_in_its_shares_of_the_period():
+    A, f, share = 0.4, 1.25, 0.3
+    stroke = Stroke(*(number(x) for x in (A, f, 0.0, 0.1, share)))
+    ends = [stroke(number(t)) for t in (-0.5 * share / f, 0.0, 0.5 * share / f, (0.5 * share + 0.5 * (1 - share)) / f)]
+    np.testing.assert_allclose([e[0] for e in ends], [0.1 - A, 0.1, 0.1 + A, 0.1], atol=1e-13)
+    speeds = [0, np.pi * f / share * A, 0, -np.pi * f / (1 - share) * A]  # a half cosine is fastest in its middle
+    np.testing.assert_allclose([e[1] for e in ends], speeds, atol=1e-12)
+
+
+def test_a_ramp_starts_at_rest_and_ends_at_the_whole_stroke():
+    numbers = [number(x) for x in (0.4, 1.25, 0.7, 0.1, 0.4)]
+    whole, ramped = Stroke(*numbers), Stroke(*numbers, number(0.8))
+    np.testing.assert_allclose(ramped(number(0.0)), [0.1, 0, 0], atol=1e-15)
+    np.testing.assert_allclose(ramped(number(0.8)), whole(number(0.8)), rtol=1e-13)
 
 
 def test_the_sine_is_that_of_its_formula():

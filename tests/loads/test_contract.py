@@ -37,6 +37,8 @@ def _force(follower: bool) -> ld.PointForce:
 
 
 _POINT = {"moment": MOMENT, "vector": FORCE, "arm": LENGTH}
+_STOP = {"at": NUMBER, "stiffness": MOMENT, "damping": (2, 1, -1), "softness": NUMBER}
+_LINEAR_STOP = {"at": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH}
 _DEAD_VECTOR, _THREE = jnp.array([0.5, -1.0, 2.0]), jnp.array([0.02, 0.03, 0.05])
 _n = jnp.asarray
 EXAMPLES = [
@@ -45,6 +47,7 @@ EXAMPLES = [
         {"normal": NUMBER, "tangential": NUMBER, "lift": NUMBER},
     ),
     Example(ld.LumpedDrag(_THREE, 0.1 * _THREE), {"area": AREA, "rotational": INERTIA}),
+    Example(ld.PlateDrag(_n(1.1)), {"normal": NUMBER}),
     Example(ld.StripAddedMass(_n(0.9), _n(0.1)), {"normal": NUMBER, "tangential": NUMBER}),
     Example(
         ld.GivenAddedMass(jnp.diag(_THREE) + 0.01, 0.01 * jnp.outer(_THREE, _THREE), 0.1 * jnp.diag(_THREE)),
@@ -62,8 +65,12 @@ EXAMPLES = [
     Example(ld.LineForce(_DEAD_VECTOR, True), {"vector": LINE_FORCE}),
     Example(ld.Spring(_n(3.0), _n(0.2)), {"stiffness": MOMENT, "rest": NUMBER}),
     Example(ld.Spring(_n(3.0), _n(0.2)), {"stiffness": LINE_FORCE, "rest": LENGTH}, joint="prismatic"),
+    Example(ld.Spring(_n(3.0), _n(0.2), ld.Flexure(_n(0.1), _n(5.0))), {"stiffness": MOMENT, "rest": NUMBER}),
     Example(ld.Damper(_n(0.7)), {"damping": (2, 1, -1)}),
     Example(ld.Damper(_n(0.7)), {"damping": (0, 1, -1)}, joint="prismatic"),
+    Example(ld.LowerStop(_n(0.9), _n(10.0), _n(0.01), _n(0.8)), _STOP),
+    Example(ld.UpperStop(_n(-0.3), _n(10.0), _n(0.01), _n(0.8)), _STOP),
+    Example(ld.UpperStop(_n(0.3), _n(10.0), _n(0.01), _n(0.8)), _LINEAR_STOP, joint="prismatic"),
 ]
 
 

@@ -16,7 +16,7 @@ from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.summary import summary
-from nectosome.io import InputError, apply_settings, parse_quantity, save_dataset
+from nectosome.io import InputError, parse_quantity, save_dataset
 
 _MOST_SAMPLES = 100_000
 
@@ -52,7 +52,7 @@ def simulate(
 
     from nectosome import robots
 
-    description = apply_settings(robots.describe(robot), settings or ())
+    description = robots.describe(robot, settings or ())
 
     from nectosome.core import Status
     from nectosome.solve import prepare_results

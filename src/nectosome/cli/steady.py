@@ -10,7 +10,7 @@ from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.summary import summary
-from nectosome.io import InputError, apply_settings, save_dataset
+from nectosome.io import InputError, save_dataset
 
 _WATCHED = 10.0  # s of simulation that show what happens where nothing is steady
 
@@ -30,7 +30,7 @@ def steady(
 
     from nectosome import robots
 
-    description = apply_settings(robots.describe(robot), settings or ())
+    description = robots.describe(robot, settings or ())
 
     from nectosome.core import Status
     from nectosome.solve import prepare_results

@@ -2,7 +2,7 @@
 
 from . import runtime as _runtime  # noqa: F401  first: sets up JAX
 from .se3 import safe_norm
-from .signal import Constant, Rate, Recording, Signal, Sine, Stack, Steps
+from .signal import Constant, Rate, Recording, Signal, Sine, Stack, Steps, Stroke
 from .solution import Solution, Status
 from .system import JointLoad, Load, Mechanical, State, Strips, System
 from .water import UniformCurrent, Water
@@ -22,6 +22,7 @@ __all__ = [
     "Status",
     "Steps",
     "Strips",
+    "Stroke",
     "System",
     "UniformCurrent",
     "Water",

@@ -54,6 +54,41 @@ class Sine(Signal):
         return self.offset + self.amplitude * s, self.amplitude * w * c, -self.amplitude * w**2 * s
 
 
+class Stroke(Signal):
+    r"""A stroke to and fro: u = offset - g amplitude cos(a), the angle a going on by pi in each half of it.
+
+    With the cycle $s = f t + \phi/2\pi + p/2$ modulo 1 and the share p of the forward half, $a = \pi s/p$ while s < p
+    and $a = \pi (1 + (s - p)/(1 - p))$ after. g grows from 0 to 1 in the time of the ramp, as
+    $6 x^5 - 15 x^4 + 10 x^3$; with p = 1/2 and no ramp this is a sine. The second derivative jumps where the halves
+    meet, unless p = 1/2.
+    """
+
+    amplitude: Float[Array, ""]
+    frequency: Float[Array, ""]
+    phase: Float[Array, ""]
+    offset: Float[Array, ""]
+    forward_share: Float[Array, ""]  # p
+    ramp: Float[Array, ""] | None = None  # [s]
+
+    def __call__(self, t: Float[Array, ""]) -> Triple:
+        """Value and derivatives."""
+        p = self.forward_share
+        s = self.frequency * t + self.phase / (2 * jnp.pi) + 0.5 * p
+        s = s - jnp.floor(s)
+        forward = s < p
+        share = jnp.where(forward, p, 1 - p)
+        a = jnp.pi * jnp.where(forward, s / p, 1 + (s - p) / (1 - p))
+        w = jnp.pi * self.frequency / share
+        u, du, ddu = -jnp.cos(a), w * jnp.sin(a), w**2 * jnp.cos(a)
+        if self.ramp is not None:
+            x = jnp.clip(t / self.ramp, 0.0, 1.0)
+            g = x**3 * (10 - 15 * x + 6 * x**2)
+            dg = 30 * x**2 * (1 - x) ** 2 / self.ramp
+            ddg = 60 * x * (1 - x) * (1 - 2 * x) / self.ramp**2
+            u, du, ddu = g * u, g * du + dg * u, g * ddu + 2 * dg * du + ddg * u
+        return self.offset + self.amplitude * u, self.amplitude * du, self.amplitude * ddu
+
+
 class Recording(Signal):
     """Samples at increasing times joined by straight lines (first-order hold); held constant outside.
 

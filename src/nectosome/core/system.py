@@ -104,3 +104,7 @@ class JointLoad(eqx.Module):
     @abstractmethod
     def force(self, displacement: Float[Array, "nv"], v: Float[Array, "nv"]) -> Float[Array, "nv"]:
         """Generalised force [N m or N] at a displacement [rad or m] and velocity of the joint."""
+
+    def bending(self, displacement: Float[Array, "nv"]) -> Float[Array, "2"] | None:
+        """Strain and stress [Pa] at the face of the layer that bends in the joint; None where there is none."""
+        return None

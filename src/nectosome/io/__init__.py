@@ -23,6 +23,7 @@ from nectosome.io.describe_loads import (
     GivenAddedMassLoad,
     Load,
     LumpedDragLoad,
+    PlateDragLoad,
     SpheroidAddedMassLoad,
 )
 from nectosome.io.describe_parts import STRAIN_NAMES, Limb, RestStrains, Rigid, Rod
@@ -77,6 +78,7 @@ __all__ = [
     "LumpedDragLoad",
     "PlanarJoint",
     "PlanarStart",
+    "PlateDragLoad",
     "PrismaticJoint",
     "Quantity",
     "RateAngle",

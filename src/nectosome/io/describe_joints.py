@@ -22,6 +22,12 @@ from nectosome.io.fields import (
     AngularStiffness,
     Coordinate,
     Damping,
+    Length,
+    PositiveAngle,
+    PositiveAngularSpeed,
+    PositiveNumber,
+    PositiveTorque,
+    Pressure,
     Speed,
     Stiffness,
 )
@@ -33,10 +39,57 @@ class FixedJoint(Described):
     kind: Literal["fixed"]
 
 
-class RevoluteJoint(Described):
-    """A hinge about `axis`: spring and damper, and either a prescribed `motion`, a `torque`, or neither.
+class AngularStop(Described):
+    """A stop `at` an angle [rad]: a spring of `stiffness` [N m/rad] and a damper [N m s/rad] that only push.
 
-    `position` [rad] and `velocity` [rad/s] are those at the start; the spring is at ease at `rest` [rad].
+    Both rise smoothly over the first `softness` [rad] of the way into the stop.
+    """
+
+    at: Angle = 0.0
+    stiffness: AngularStiffness
+    damping: AngularDamping = 0.0
+    softness: PositiveAngle = math.radians(1.0)
+
+
+class LinearStop(Described):
+    """A stop `at` a place [m]: a spring of `stiffness` [N/m] and a damper [N s/m] that only push.
+
+    Both rise smoothly over the first `softness` [m] of the way into the stop.
+    """
+
+    at: Coordinate = 0.0
+    stiffness: Stiffness
+    damping: Damping = 0.0
+    softness: Length
+
+
+class Flexure(Described):
+    """A hinge made of a flexible strip that a spring stands for (pseudo-rigid body, Hu et al. 2024, eq. 16).
+
+    k = pi ratio^2 E I / length with I = width thickness^3 / 12: `length` [m] is that of the whole flexible layer, and
+    `ratio` its characteristic radius factor.
+    """
+
+    length: Length
+    width: Length
+    thickness: Length
+    young: Pressure
+    ratio: PositiveNumber = 0.85
+
+
+class ServoLimits(Described):
+    """What a servo can give: `torque` [N m] and `speed` [rad/s], for reports; no motion is changed by them."""
+
+    torque: PositiveTorque
+    speed: PositiveAngularSpeed
+
+
+class RevoluteJoint(Described):
+    """A hinge about `axis`: spring and damper, stops, and either a prescribed `motion`, a `torque`, or neither.
+
+    `position` [rad] and `velocity` [rad/s] are those at the start; the spring is at ease at `rest` [rad]. Its
+    `stiffness` is given, or follows from a `flexure`. `lower` and `upper` are stops that it runs into, `limits`
+    those of the servo that moves it.
     """
 
     kind: Literal["revolute"]
@@ -46,8 +99,23 @@ class RevoluteJoint(Described):
     stiffness: AngularStiffness = 0.0
     damping: AngularDamping = 0.0
     rest: Angle = 0.0
+    flexure: Flexure | None = None
+    lower: AngularStop | None = None
+    upper: AngularStop | None = None
     motion: AngleSignal | None = None
     torque: TorqueSignal | None = None
+    limits: ServoLimits | None = None
+
+    @model_validator(mode="after")
+    def _one_stiffness(self) -> Self:
+        if self.flexure is not None and self.stiffness != 0:
+            raise wrong("stiffness", "follows from the flexure. Leave one of the two out.")
+        return self
+
+    @model_validator(mode="after")
+    def _stops_apart(self) -> Self:
+        _check_stops(self.lower, self.upper)
+        return self
 
     @model_validator(mode="after")
     def _one_drive(self) -> Self:
@@ -56,7 +124,7 @@ class RevoluteJoint(Described):
 
 
 class PrismaticJoint(Described):
-    """A slide along `axis`: spring and damper, and either a prescribed `motion`, a `force`, or neither.
+    """A slide along `axis`: spring and damper, stops, and either a prescribed `motion`, a `force`, or neither.
 
     `position` [m] and `velocity` [m/s] are those at the start; the spring is at ease at `rest` [m].
     """
@@ -68,13 +136,25 @@ class PrismaticJoint(Described):
     stiffness: Stiffness = 0.0
     damping: Damping = 0.0
     rest: Coordinate = 0.0
+    lower: LinearStop | None = None
+    upper: LinearStop | None = None
     motion: LengthSignal | None = None
     force: ForceSignal | None = None
+
+    @model_validator(mode="after")
+    def _stops_apart(self) -> Self:
+        _check_stops(self.lower, self.upper)
+        return self
 
     @model_validator(mode="after")
     def _one_drive(self) -> Self:
         _check_drive(self.motion, "force", self.force, self.position, self.velocity)
         return self
+
+
+def _check_stops(lower: AngularStop | LinearStop | None, upper: AngularStop | LinearStop | None) -> None:
+    if lower is not None and upper is not None and not lower.at < upper.at:
+        raise wrong("upper.at", "must be above the lower stop.")
 
 
 def _check_drive(motion: object, drive_name: str, drive: object, position: float, velocity: float) -> None:

@@ -27,6 +27,13 @@ class DragLoad(Described):
     lift: Number = 0.0
 
 
+class PlateDragLoad(Described):
+    """Blade-element drag of a plate or bar, face by face, strip by strip: `normal` is dimensionless."""
+
+    kind: Literal["plate_drag"]
+    normal: NonNegativeNumber
+
+
 class AddedMassLoad(Described):
     """Added mass of a slender part, strip by strip: dimensionless coefficients."""
 
@@ -115,6 +122,7 @@ class DistributedForceLoad(Described):
 
 Load = Annotated[
     DragLoad
+    | PlateDragLoad
     | AddedMassLoad
     | LumpedDragLoad
     | SpheroidAddedMassLoad

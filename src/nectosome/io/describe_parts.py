@@ -13,9 +13,9 @@ from nectosome.io.fields import (
     Bend,
     Curvature,
     Density,
-    Inertia,
     Length,
     Mass,
+    NonNegativeInertia,
     Number,
     Poisson,
     Pressure,
@@ -53,7 +53,8 @@ _SHAPE_FIELDS = {
 }
 _ON_SHAPES = {
     "drag": ("cylinder",),
-    "added_mass": ("cylinder",),
+    "plate_drag": ("box",),
+    "added_mass": ("cylinder", "box"),
     "cylinder_added_mass": ("cylinder",),
     "spheroid_added_mass": ("spheroid",),
     "distributed_force": ("cylinder", "box", "spheroid"),
@@ -80,7 +81,7 @@ class Rigid(Part):
     bend: Bend = 0.0
     mass: Mass | None = None
     density: Density | None = None
-    inertia: tuple[Inertia, Inertia, Inertia] | None = None
+    inertia: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] | None = None
     centre_of_mass: Position = ZERO
     volume: Volume | None = None
     strips: Annotated[int, Field(strict=True, ge=1, le=200)] = 5

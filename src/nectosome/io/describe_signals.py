@@ -5,7 +5,17 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from nectosome.io.describe_base import Described
-from nectosome.io.fields import Angle, AngularSpeed, Coordinate, Force, Frequency, Speed, Torque
+from nectosome.io.fields import (
+    Angle,
+    AngularSpeed,
+    Coordinate,
+    Duration,
+    Force,
+    Frequency,
+    Share,
+    Speed,
+    Torque,
+)
 
 
 class ConstantAngle(Described):
@@ -31,6 +41,22 @@ class SineAngle(Described):
     frequency: Frequency
     phase: Angle = 0.0
     offset: Angle = 0.0
+
+
+class StrokeAngle(Described):
+    """A stroke to and fro [rad; Hz; s]: half cosines between `offset - amplitude` and `offset + amplitude`.
+
+    `forward_share` of each period goes to the forward stroke, towards larger angles; with one half it is a sine. The
+    middle of a forward stroke is at time 0, earlier by `phase` [rad]. The amplitude grows to its full size in `ramp`.
+    """
+
+    kind: Literal["stroke"]
+    amplitude: Angle
+    frequency: Frequency
+    phase: Angle = 0.0
+    offset: Angle = 0.0
+    forward_share: Share = 0.5
+    ramp: Duration = 0.0
 
 
 class ConstantLength(Described):
@@ -92,7 +118,7 @@ class SineForce(Described):
     offset: Force = 0.0
 
 
-AngleSignal = Annotated[ConstantAngle | RateAngle | SineAngle, Field(discriminator="kind")]
+AngleSignal = Annotated[ConstantAngle | RateAngle | SineAngle | StrokeAngle, Field(discriminator="kind")]
 LengthSignal = Annotated[ConstantLength | RateLength | SineLength, Field(discriminator="kind")]
 TorqueSignal = Annotated[ConstantTorque | SineTorque, Field(discriminator="kind")]
 ForceSignal = Annotated[ConstantForce | SineForce, Field(discriminator="kind")]

@@ -9,23 +9,28 @@ from .added_mass import (
     lamb_coefficients,
 )
 from .buoyancy import Buoyancy, Weight
-from .drag import LumpedDrag, StripDrag
+from .drag import LumpedDrag, PlateDrag, StripDrag
 from .forces import LineForce, PointForce
-from .springs import Damper, Spring
+from .springs import Damper, Flexure, Spring
+from .stoppers import LowerStop, UpperStop
 
 __all__ = [
     "AddedMass",
     "Buoyancy",
     "CylinderAddedMass",
     "Damper",
+    "Flexure",
     "GivenAddedMass",
     "LineForce",
+    "LowerStop",
     "LumpedDrag",
+    "PlateDrag",
     "PointForce",
     "SpheroidAddedMass",
     "Spring",
     "StripAddedMass",
     "StripDrag",
+    "UpperStop",
     "Weight",
     "lamb_coefficients",
 ]

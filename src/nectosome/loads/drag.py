@@ -43,6 +43,28 @@ class StripDrag(Load):
         return jnp.concatenate([jnp.zeros_like(f), f], axis=-1), z
 
 
+class PlateDrag(Load):
+    r"""Blade-element drag per length of a plate or bar: each face meets its own normal velocity.
+
+    In the section's frame, with half widths r_y, r_z and the velocity v relative to the water (Hu et al. 2024, eq. 7,
+    whose square loses the sign):
+
+    $$ f_y = -\rho C_n r_z |v_y| v_y, \quad f_z = -\rho C_n r_y |v_z| v_z $$
+
+    Nothing acts along the axis. What stands out of the water feels nothing.
+    """
+
+    normal: Float[Array, ""]  # C_n [-]
+    dissipative = True
+
+    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
+        """Wrench on each station [N m, N]."""
+        across = strips.velocity[:, 1:]
+        faces = strips.half_width[:, ::-1]
+        scale = water.density * self.normal * wetted(strips, water) * strips.weight
+        return jnp.pad(-scale[:, None] * faces * jnp.abs(across) * across, ((0, 0), (4, 0))), z
+
+
 class LumpedDrag(Load):
     r"""Drag on a rigid body's centre, axis by axis: $F_i = -\tfrac12 \rho A_i |v_i| v_i$, $M_i = -c_i |w_i| w_i$."""
 

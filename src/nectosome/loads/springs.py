@@ -1,9 +1,17 @@
 """Springs and dampers on joints."""
 
+import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import JointLoad
+
+
+class Flexure(eqx.Module):
+    """What the face of a hinge's flexible layer feels for each radian that it is bent."""
+
+    strain: Float[Array, ""]  # [1/rad]
+    stress: Float[Array, ""]  # [Pa/rad]
 
 
 class Spring(JointLoad):
@@ -11,10 +19,17 @@ class Spring(JointLoad):
 
     stiffness: Float[Array, ""]  # [N m/rad or N/m]
     rest: Float[Array, ""]  # [rad or m]
+    flexure: Flexure | None = None  # of a hinge whose flexible layer the spring stands for
 
     def force(self, displacement: Float[Array, "nv"], v: Float[Array, "nv"]) -> Float[Array, "nv"]:
         """Restoring force."""
         return -self.stiffness * (displacement - self.rest)
+
+    def bending(self, displacement: Float[Array, "nv"]) -> Float[Array, "2"] | None:
+        """Those of the flexible layer, if it is one."""
+        if self.flexure is None:
+            return None
+        return (displacement[0] - self.rest) * jnp.stack([self.flexure.strain, self.flexure.stress])
 
     def energy(self, displacement: Float[Array, "nv"]) -> Float[Array, ""]:
         """Energy stored [J]."""

@@ -11,6 +11,7 @@ from nectosome.core.se3 import cross, dot, dot_t
 
 from .robot import Robot, times
 from .rods import Rod
+from .strain import Bending, bending_of
 
 ADDED_MASS, VISCOUS, DRIVE = "added_mass", "viscous", "drive"
 
@@ -27,10 +28,12 @@ class Diagnosis(NamedTuple):
     line_force: Float[Array, "loads n 3"]  # station frame [N/m], NaN where a station is no strip
     reaction: Float[Array, "prescribed"]  # what the drives of prescribed joints give [N m, N]
     reaction_power: Float[Array, "prescribed"]  # [W]
+    drive_velocity: Float[Array, "prescribed"]  # of prescribed joints [rad/s, m/s]
     momentum: Float[Array, "3"]  # of the body's own matter, world frame [kg m/s]
     angular_momentum: Float[Array, "3"]  # the same about the world's origin [kg m2/s]
     energy: Float[Array, "3"]  # kinetic of the body, kinetic of the water it carries, elastic [J]
     energy_rate: Float[Array, ""]  # d/dt of their sum [W]
+    bending: Bending
 
 
 def load_names(robot: Robot) -> tuple[str, ...]:
@@ -67,7 +70,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
     acting = robot.forces(t, x, rate.v)
     shape, twist = acting.shape, acting.twist
     n, parts = shape.position.shape[0], len(tree.parts)
-    _, v, _ = tree.complete(t, x.q, x.v)
+    q, v, _ = tree.complete(t, x.q, x.v)
     weight = jnp.concatenate([part.body.weight for part in tree.parts])
     belongs = jnp.concatenate([jnp.full(part.body.weight.shape[0], i) for i, part in enumerate(tree.parts)])
 
@@ -112,8 +115,10 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
         line_force=line,
         reaction=reaction,
         reaction_power=reaction * v[tree.prescribed_v],
+        drive_velocity=v[tree.prescribed_v],
         momentum=jnp.sum(linear, axis=0),
         angular_momentum=jnp.sum(angular, axis=0),
         energy=energy,
         energy_rate=jnp.sum(energy_rate),
+        bending=bending_of(robot, q),
     )

@@ -77,6 +77,17 @@ class Robot(Mechanical):
         """Solve q1 = q + step N(q1) v."""
         return self.tree.advance(q, v, step)
 
+    def displacements(self, q: Float[Array, "nq"]) -> Float[Array, "nv"]:
+        """What the unknown coordinates q are displaced by, velocity by velocity; turns as rotation vectors [rad]."""
+        out, i = [jnp.zeros(0)], 0
+        for part in self.tree.parts:
+            if part.prescribed is None and part.joint.nv:
+                out.append(part.joint.displacement(q[i : i + part.joint.nq]))
+                i += part.joint.nq
+            out.append(q[i : i + part.body.nq])
+            i += part.body.nq
+        return jnp.concatenate(out)
+
     def strips(self, part: int, t: Array, shape: Shape, twist: Array) -> Strips:
         """Stations of one part as a load sees them."""
         here, body = self.tree.layout[part].stations, self.tree.parts[part].body

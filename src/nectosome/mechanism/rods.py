@@ -71,6 +71,7 @@ class Rod(eqx.Module):
     basis: Float[Array, "2 k 6 nq"]  # of the strain times length, at the collocation points
     rest: Float[Array, "2 k 6"]  # stress-free strain times length
     length: Float[Array, ""]  # [m]
+    young: Float[Array, ""]  # [Pa]
     weight: Float[Array, "n"]  # [m]
     half_width: Float[Array, "n 2"]
     volume: Float[Array, "n"]  # displaced [m3]
@@ -140,6 +141,17 @@ def rod_added_rate(
     return jax.jvp(added, (q, v), (v, a))[1]
 
 
+def bending(rod: Rod, q: Float[Array, "nq"]) -> Float[Array, "n 2"]:
+    r"""Strain that bending beyond the rest shape gives at the section's edges +r_y, +r_z of each node."""
+    curvature = [jnp.zeros(len(rod.nodes))] * 2
+    for row, name in enumerate(("bending_y", "bending_z")):
+        there = [i for i, own in enumerate(rod.names) if own.startswith(name)]
+        if there:
+            P = jnp.asarray(legendre(len(there) - 1, np.asarray(rod.nodes)))
+            curvature[row] = P @ q[np.asarray(there)] / rod.length
+    return jnp.stack([-curvature[1] * rod.half_width[:, 0], curvature[0] * rod.half_width[:, 1]], axis=-1)
+
+
 _MAGNUS = np.sqrt(3) / 12
 
 
@@ -207,6 +219,7 @@ def make_rod(
         basis=collocation_basis,
         rest=unstrained,
         length=length,
+        young=young,
         weight=weight,
         half_width=at_nodes.half_width,
         volume=weight * at_nodes.area,

@@ -12,7 +12,7 @@ from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from nectosome import loads as ld
-from nectosome.core import Constant, Rate, Signal, Sine, Stack, UniformCurrent, Water
+from nectosome.core import Constant, Rate, Signal, Sine, Stack, Stroke, UniformCurrent, Water
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot_t, rotation_from_rpy
 from nectosome.io import RobotDescription, get_value, numeric_paths, resolve, with_values
@@ -171,8 +171,10 @@ def _unit(xs) -> Float[Array, "3"]:
 
 
 def _signal(s) -> Signal:
-    one = {name: _number(getattr(s, name)) for name in type(s).model_fields if name != "kind"}
-    return {"constant": Constant, "rate": Rate, "sine": Sine}[s.kind](**one)
+    one: dict[str, Array | None] = {n: _number(getattr(s, n)) for n in type(s).model_fields if n != "kind"}
+    if s.kind == "stroke" and _is_zero(s.ramp):
+        one["ramp"] = None
+    return {"constant": Constant, "rate": Rate, "sine": Sine, "stroke": Stroke}[s.kind](**one)
 
 
 def _joint(j: dj.Joint) -> tuple[Joint, Signal | None, Signal | None]:
@@ -210,15 +212,30 @@ def _signals(j: dj.PlanarJoint | dj.SphericalJoint | dj.FreeJoint) -> tuple[Sign
 
 
 def _joint_loads(j: dj.Joint, part: int) -> list[Attached]:
-    """Spring and damper of a joint; left out where they are plainly zero."""
+    """Spring, damper and stops of a joint; left out where they are plainly zero."""
     out = []
     if not isinstance(j, dj.RevoluteJoint | dj.PrismaticJoint | dj.SphericalJoint):
         return out
-    if not _is_zero(j.stiffness):
+    if isinstance(j, dj.RevoluteJoint) and j.flexure is not None:
+        out.append(Attached("spring", part, _flexure_spring(j.flexure, _number(j.rest))))
+    elif not _is_zero(j.stiffness):
         out.append(Attached("spring", part, ld.Spring(_number(j.stiffness), _number(getattr(j, "rest", 0.0)))))
     if not _is_zero(j.damping):
         out.append(Attached("damper", part, ld.Damper(_number(j.damping))))
+    for name, kind in (("lower", ld.LowerStop), ("upper", ld.UpperStop)):
+        stop = getattr(j, name, None)
+        if stop is not None:
+            numbers = {field: _number(getattr(stop, field)) for field in type(stop).model_fields}
+            out.append(Attached("stop", part, kind(**numbers)))
     return out
+
+
+def _flexure_spring(f: dj.Flexure, rest: Array) -> ld.Spring:
+    """k = pi ratio^2 E I / length [N m/rad] (Hu et al. 2024, eq. 16); k h / 2I at the face of a layer h thick."""
+    second_moment = _number(f.width) * f.thickness**3 / 12
+    stiffness = jnp.pi * f.ratio**2 * f.young * second_moment / f.length
+    stress = stiffness * f.thickness / (2 * second_moment)
+    return ld.Spring(stiffness, rest, ld.Flexure(stress / f.young, stress))
 
 
 def _is_zero(x) -> bool:
@@ -236,7 +253,8 @@ def _node(parent: Link | Rod, at: str | float) -> int:
 def _needs_strips(limb: dp.Rigid, weighs: bool, surface: Array | None) -> bool:
     """Whether a rigid part is sampled along its axis: for loads per length, and to stand partly out of the water."""
     per_length = any(
-        isinstance(x, dl.DragLoad | dl.AddedMassLoad | dl.DistributedForceLoad) for x in limb.loads.values()
+        isinstance(x, dl.DragLoad | dl.PlateDragLoad | dl.AddedMassLoad | dl.DistributedForceLoad)
+        for x in limb.loads.values()
     )
     return limb.shape != "point" and (per_length or (weighs and surface is not None))
 
@@ -332,6 +350,8 @@ def _load(load: dl.Load, limb: dp.Rigid | dp.Rod, body: Link | Rod):
     """Load of a description."""
     if isinstance(load, dl.DragLoad):
         return ld.StripDrag(_number(load.normal), _number(load.tangential), _number(load.lift))
+    if isinstance(load, dl.PlateDragLoad):
+        return ld.PlateDrag(_number(load.normal))
     if isinstance(load, dl.AddedMassLoad):
         return ld.StripAddedMass(_number(load.normal), _number(load.tangential))
     if isinstance(load, dl.LumpedDragLoad):

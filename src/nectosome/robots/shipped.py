@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 _FOLDER = Path(__file__).parent
+FAMILIES = ("flagella", "paddle")
 
 
 def file_of(name: str) -> Path:
@@ -16,7 +17,7 @@ def file_names() -> list[str]:
     return sorted(path.stem for path in _FOLDER.glob("*.yaml"))
 
 
-def flagella_count(name: str) -> int | None:
-    """4 of "flagella4"; None for other names."""
-    found = re.fullmatch(r"flagella(\d{1,3})", name)
-    return int(found[1]) if found else None
+def family_of(name: str) -> tuple[str, int | None] | None:
+    """("flagella", 4) of "flagella4", ("paddle", None) of "paddle"; None for other names."""
+    found = re.fullmatch(rf"({'|'.join(FAMILIES)})(\d{{1,3}})?", name)
+    return (found[1], int(found[2]) if found[2] else None) if found else None

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -90,7 +89,7 @@ def results(run: Run, description: RobotDescription | None, settings: dict[str, 
     powers = np.concatenate([d.load_power.sum(axis=2), d.reaction_power], axis=1)
     scale = max(float(np.max(np.sum(np.abs(powers), axis=1))), np.finfo(float).tiny)
     balance = np.abs(d.energy_rate - np.sum(powers, axis=1)) / scale
-    q = _coordinates(robot, trajectory.state.q)
+    q = np.asarray(jax.jit(jax.vmap(robot.displacements))(trajectory.state.q))
     data = {
         "q": (("time", "coordinate"), q, "rad or m"),
         "v": (("time", "coordinate"), np.asarray(trajectory.state.v), "rad/s or m/s"),
@@ -103,9 +102,14 @@ def results(run: Run, description: RobotDescription | None, settings: dict[str, 
         "line_force": (("time", "load", "station", "axis"), d.line_force, "N/m"),
         "reaction": (("time", "prescribed"), d.reaction, "N m or N"),
         "reaction_power": (("time", "prescribed"), d.reaction_power, "W"),
+        "drive_velocity": (("time", "prescribed"), d.drive_velocity, "rad/s or m/s"),
         "momentum": (("time", "axis"), d.momentum, "kg m/s"),
         "angular_momentum": (("time", "axis"), d.angular_momentum, "kg m2/s"),
         "energy": (("time", "form"), d.energy, "J"),
+        "bending_strain": (("time", "station", "across"), d.bending.strain, "1"),
+        "bending_stress": (("time", "station", "across"), d.bending.stress, "Pa"),
+        "hinge_strain": (("time", "part"), d.bending.hinge_strain, "1"),
+        "hinge_stress": (("time", "part"), d.bending.hinge_stress, "Pa"),
         "power_balance": (("time",), balance, "1"),
         "station_x": (("station",), np.concatenate([p.body.x for p in tree.parts]), "m"),
         "station_weight": (("station",), np.concatenate([p.body.weight for p in tree.parts]), "m"),
@@ -138,19 +142,3 @@ def results(run: Run, description: RobotDescription | None, settings: dict[str, 
     }
     data = {name: (dims, np.asarray(values), unit) for name, (dims, values, unit) in data.items()}
     return Results(data, names, attributes)
-
-
-def _coordinates(robot: Robot, q: Array) -> np.ndarray:
-    """Coordinates by velocity: what joints displace, rotations in space as rotation vectors [rad]."""
-
-    def one(q: Array) -> Array:
-        out, i = [], 0
-        for part in robot.tree.parts:
-            if part.prescribed is None and part.joint.nv:
-                out.append(part.joint.displacement(q[i : i + part.joint.nq]))
-                i += part.joint.nq
-            out.append(q[i : i + part.body.nq])
-            i += part.body.nq
-        return jnp.concatenate([jnp.zeros(0), *out])
-
-    return np.asarray(jax.jit(jax.vmap(one))(q))
