@@ -19,6 +19,9 @@ class Status(IntEnum):
     CANCELLED = 6
     UNSTABLE = 7
     UNSTEADY_DRIVES = 8
+    NO_PERIOD = 9
+    OTHER_PERIOD = 10
+    SETTLED = 11
 
     @property
     def reason(self) -> str:
@@ -36,6 +39,9 @@ _REASONS = {
     Status.CANCELLED: "cancelled",
     Status.UNSTABLE: "an equilibrium, but unstable: the robot does not stay there",
     Status.UNSTEADY_DRIVES: "drives or loads change with time, so that nothing stays as it is",
+    Status.NO_PERIOD: "no motion found that repeats itself",
+    Status.OTHER_PERIOD: "drives or loads do not repeat themselves with this period",
+    Status.SETTLED: "a motion that repeats itself, found by waiting for it: Newton's method did not get there",
 }
 
 

@@ -1,6 +1,7 @@
-"""Solvers: simulate through time, static equilibrium, steady motion."""
+"""Solvers: simulate through time, static equilibrium, steady and periodic motion."""
 
 from .equilibrium import Equilibrium, equilibrium
+from .periodic import Periodic, periodic
 from .results import Results, Run, Trajectory, prepare_results
 from .settle import Settled, settled
 from .simulate import simulate
@@ -10,6 +11,7 @@ from .symmetry import Symmetry, find_symmetry
 
 __all__ = [
     "Equilibrium",
+    "Periodic",
     "Results",
     "Run",
     "Settled",
@@ -18,6 +20,7 @@ __all__ = [
     "Trajectory",
     "equilibrium",
     "find_symmetry",
+    "periodic",
     "prepare_results",
     "settled",
     "simulate",

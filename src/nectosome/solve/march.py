@@ -9,6 +9,7 @@ from typing import Any, Literal
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float, Int
 
@@ -48,6 +49,7 @@ class Settings(eqx.Module):
     rtol: Float[Array, ""]
     atol: Float[Array, ""]
     max_steps: Int[Array, ""]
+    longest: Float[Array, ""] | float = np.inf  # step [s]
 
 
 def begin(t: Array, x: State, settings: Settings, h: Array) -> March:
@@ -74,7 +76,8 @@ def march(
         allowed = jax.tree.map(
             lambda a, b: settings.atol + settings.rtol * jnp.maximum(jnp.abs(a), jnp.abs(b)), m.x, s.x
         )
-        error = rms(ravel_pytree(jax.tree.map(jnp.divide, s.error, allowed))[0])
+        # derivatives are those of the steps taken: how long they are is no part of the motion
+        error = jax.lax.stop_gradient(rms(ravel_pytree(jax.tree.map(jnp.divide, s.error, allowed))[0]))
         error = jnp.where(jnp.isfinite(error) & s.converged, error, jnp.inf)
         accepted = error <= 1.0
         factor = jnp.clip(_SAFETY * jnp.maximum(error, 1e-12) ** (-1 / order), _SHRINK, _GROW)
@@ -84,7 +87,7 @@ def march(
         factor = jnp.where(s.converged, factor, 0.5)
         # after a rejection do not grow at once
         factor = jnp.where(m.held, jnp.minimum(factor, 1.0), factor)
-        values = (s.first, m.h * factor, s.memory, ~accepted)
+        values = (s.first, jnp.minimum(m.h * factor, settings.longest), s.memory, ~accepted)
         kept = eqx.tree_at(lambda m: (m.rate, m.h, m.memory, m.held), m, values)
         moved = (m.t, m.x, s.first, m.t + m.h, s.x, s.rate)
         new = eqx.tree_at(lambda m: (m.t0, m.x0, m.rate0, m.t, m.x, m.rate), kept, moved)

@@ -10,6 +10,7 @@ Explicit: the Runge-Kutta 5(4) of Tsitouras (2011).
 
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -60,6 +61,70 @@ class _Iterate(NamedTuple):
     refreshes: Array
 
 
+class _Stage(eqx.Module):
+    """The equations of one stage: what it starts from, and c = gamma h."""
+
+    system: Mechanical
+    t: Array
+    base: State
+    c: Array
+
+    def reach(self, w: Array) -> State:
+        """State that the accelerations (and rates of load states) w lead to."""
+        base, c = self.base, self.c
+        _, unravel = ravel_pytree((base.v, base.z))
+        a, dz = unravel(w)
+        v = base.v + c * a
+        return State(self.system.advance(base.q, v, c), v, jax.tree.map(lambda z, d: z + c * d, base.z, dz))
+
+    def unbalanced(self, w: Array) -> Array:
+        """What is left of the equations."""
+        n, x = self.base.v.shape[0], self.reach(w)
+        r = self.system.residual(self.t, x, w[:n])
+        if w.shape[0] > n:
+            wanted, _ = ravel_pytree(self.system.state_rates(self.t, x))
+            r = jnp.concatenate([r, w[n:] - wanted])
+        return r
+
+
+@eqx.filter_custom_jvp
+def _newton(stage: _Stage, w: Array, inverted: Array, must: Array, wanted: Array, tolerance: Array) -> _Iterate:
+    """Solve a stage from w with a kept inverse Jacobian (`must`: not kept); nothing is done unless `wanted`.
+
+    Derivatives are those of the solution, by the implicit function theorem.
+    """
+
+    def correct(it: _Iterate) -> _Iterate:
+        refresh = jnp.where(it.k == 0, must, (it.k > 1) & (it.rate > _SLOW))
+        inverted = jax.lax.cond(
+            refresh, lambda w: inverse(jax.jacfwd(stage.unbalanced)(w)), lambda w: it.inverted, it.w
+        )
+        dw = -inverted @ stage.unbalanced(it.w)
+        size = rms(stage.c * dw / tolerance)
+        rate = jnp.where(it.k == 0, 1.0, size / jnp.maximum(it.size, 1e-300))
+        remaining = size * jnp.minimum(rate / jnp.maximum(1 - rate, 1e-3), 1.0)
+        return _Iterate(it.w + dw, inverted, size, rate, remaining, it.k + 1, it.refreshes + refresh)
+
+    def going(it: _Iterate) -> Array:
+        going = (it.k < _MOST_ITERATIONS) & ((it.k == 0) | (it.remaining > _NEWTON_SHARE)) & (it.size < 1e12)
+        return wanted & going
+
+    infinite = jnp.asarray(jnp.inf)
+    start = _Iterate(w, inverted, jnp.zeros(()), jnp.ones(()), infinite, jnp.zeros((), int), jnp.zeros((), int))
+    return jax.lax.while_loop(going, correct, start)
+
+
+@_newton.def_jvp
+def _newton_slopes(primals: tuple, tangents: tuple) -> tuple[_Iterate, _Iterate]:
+    stage, w, _, _, wanted, _ = primals
+    it = _newton(*primals)
+    _, dr = eqx.filter_jvp(lambda stage: stage.unbalanced(it.w), (stage,), (tangents[0],))
+    before = jnp.zeros_like(w) if tangents[1] is None else tangents[1]
+    dw = jnp.zeros_like(w) if dr is None else -inverse(jax.jacfwd(stage.unbalanced)(it.w)) @ dr
+    still = jax.tree.map(lambda _: None, it)
+    return it, still._replace(w=jnp.where(wanted, dw, before))
+
+
 def coordinate_rates(system: Mechanical, q: Array, v: Array) -> Array:
     """dq/dt = N(q) v."""
     return jax.jvp(lambda s: system.advance(q, v, s), (jnp.zeros(()),), (jnp.ones(()),))[1]
@@ -78,22 +143,7 @@ def implicit_step(
     An unknown rate is found by the first stage, which moves nothing (its c is 0): Newton's method needs one iteration.
     """
     w0, unravel = ravel_pytree((rate.v, rate.z))
-    n = x.v.shape[0]
     A = jnp.asarray(ESDIRK4.A)
-
-    def reach(base: State, w: Array, c: Array) -> State:
-        a, dz = unravel(w)
-        v = base.v + c * a
-        return State(system.advance(base.q, v, c), v, jax.tree.map(lambda z, d: z + c * d, base.z, dz))
-
-    def unbalanced(ti: Array, base: State, w: Array, c: Array) -> Array:
-        xi = reach(base, w, c)
-        r = system.residual(ti, xi, w[:n])
-        if w.shape[0] > n:
-            wanted, _ = ravel_pytree(system.state_rates(ti, xi))
-            r = jnp.concatenate([r, w[n:] - wanted])
-        return r
-
     tolerance, _ = ravel_pytree((allowed.v, allowed.z))
 
     def stage(carry, i: Array):
@@ -105,29 +155,9 @@ def implicit_step(
         row = jnp.where(jnp.arange(6) < i, A[i], 0.0)
         base = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), x, K)
 
-        def correct(it: _Iterate) -> _Iterate:
-            refresh = jnp.where(it.k == 0, must, (it.k > 1) & (it.rate > _SLOW))
-            inverted = jax.lax.cond(
-                refresh,
-                lambda w: inverse(jax.jacfwd(lambda w: unbalanced(ti, base, w, c))(w)),
-                lambda w: it.inverted,
-                it.w,
-            )
-            dw = -inverted @ unbalanced(ti, base, it.w, c)
-            size = rms(c * dw / tolerance)
-            rate = jnp.where(it.k == 0, 1.0, size / jnp.maximum(it.size, 1e-300))
-            remaining = size * jnp.minimum(rate / jnp.maximum(1 - rate, 1e-3), 1.0)
-            return _Iterate(it.w + dw, inverted, size, rate, remaining, it.k + 1, it.refreshes + refresh)
-
-        def going(it: _Iterate) -> Array:
-            going = (it.k < _MOST_ITERATIONS) & ((it.k == 0) | (it.remaining > _NEWTON_SHARE)) & (it.size < 1e12)
-            return wanted & going
-
-        infinite = jnp.asarray(jnp.inf)
-        start = _Iterate(w, inverted, jnp.zeros(()), jnp.ones(()), infinite, jnp.zeros((), int), jnp.zeros((), int))
-        it = jax.lax.while_loop(going, correct, start)
+        it = _newton(_Stage(system, ti, base, c), w, inverted, must, wanted, tolerance)
         a, dz = unravel(it.w)
-        xi = reach(base, it.w, c)
+        xi = _Stage(system, ti, base, c).reach(it.w)
         Ki = State(coordinate_rates(system, xi.q, xi.v), a, dz)
         K = jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki)
         good &= ~wanted | (it.remaining <= _NEWTON_SHARE)

@@ -50,6 +50,11 @@ class Symmetry(eqx.Module):
             by = by.at[:3].set(_turned_back(robot, q, by[:3]))
         return robot.advance(q, by, jnp.ones(()))
 
+    def tilt(self, robot: Robot, a: Float[Array, "nq"], b: Float[Array, "nq"]) -> Float[Array, "3"]:
+        """Tilt of a spinning root from a to b: the cross product of the verticals in its own frame."""
+        up = jnp.asarray(_UP)
+        return jnp.cross(_turned_back(robot, b, up), _turned_back(robot, a, up))
+
 
 _UP = np.array([0.0, 0.0, 1.0])
 

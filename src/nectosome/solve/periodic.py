@@ -1,0 +1,130 @@
+"""Periodic motion as a root: the cycle that a robot with periodic drives keeps for ever."""
+
+from typing import ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from nectosome.core import Solution, State, Status
+from nectosome.core.remember import remembered
+from nectosome.mechanism import Robot
+
+from .march import Settings, begin, march
+from .orbit import orbit
+from .results import Run, Trajectory
+from .symmetry import Symmetry, find_symmetry
+
+_SAME = 1e-9  # relative difference of residuals that counts as none
+_STABLE = 1 + 1e-6  # the largest multiplier of a motion that lasts
+
+
+class Periodic(Run):
+    """A cycle: a Run from t = 0 to the period. `stats["multiplier"]` is the largest magnitude among `multipliers`.
+
+    A disturbance of the state is multiplied by them in each cycle; along the symmetry there is none.
+    """
+
+    period: float = eqx.field(static=True, kw_only=True)
+    multipliers: np.ndarray = eqx.field(kw_only=True)  # complex Floquet multipliers, the largest first
+    title: ClassVar[str] = "periodic motion"
+
+    @property
+    def state(self) -> State:
+        """State at the start of the cycle."""
+        return jax.tree.map(lambda x: x[0], self.value.state)
+
+
+def periodic(
+    robot: Robot,
+    period: float,
+    *,
+    guess: State | None = None,
+    samples: int = 129,
+    rtol: float = 1e-6,
+    atol: float = 1e-8,
+) -> Periodic:
+    """Relative periodic orbit of a robot whose drives repeat themselves with `period` [s].
+
+    All that its equations depend on returns after a period; place and heading may go on. It is looked for from `guess`
+    (a state at t = 0), else from rest. Status SOLVED; SETTLED where it was found by waiting; UNSTABLE where a
+    multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves. The ends of the cycle meet
+    within what `rtol` and `atol` allow for one time step.
+    Raises ValueError for a period, sample count or tolerance that makes no sense, and where nothing is free to move.
+    """
+    if not (np.isfinite(period) and period > 0):
+        raise ValueError(f"periodic: the period is {period} s; it must be a positive number of seconds.")
+    if samples < 2:
+        raise ValueError(f"periodic: {samples} samples; at least 2 are needed, both ends of the cycle.")
+    if not (0 < rtol < 1 and 0 < atol < 1):
+        raise ValueError(f"periodic: tolerances are rtol {rtol}, atol {atol}; they must lie between 0 and 1.")
+    symmetry = find_symmetry(robot)
+    x = robot.initial() if guess is None else guess
+    T = jnp.asarray(float(period))
+    settings = cycle_settings(T, rtol, atol)
+    if float(remembered(_change_over, robot, T)) > _SAME:
+        return _result(robot, symmetry, x, Status.OTHER_PERIOD, {}, np.zeros(0, complex), jnp.asarray(jnp.nan), period)
+    found: Solution = remembered(orbit_of, robot, symmetry, x, T, settings)
+    status, stats, multipliers = Status(int(found.status)), dict(found.stats), np.zeros(0, complex)
+    if status in (Status.SOLVED, Status.SETTLED):
+        multipliers = _multipliers(robot, symmetry, np.asarray(found.value.monodromy))
+        stats["multiplier"] = np.max(np.abs(multipliers), initial=0.0)
+        if stats["multiplier"] > _STABLE:
+            status = Status.UNSTABLE
+    times = np.linspace(0.0, period, samples)
+    state = remembered(_cycle, robot, found.value.state, jnp.asarray(times), settings)
+    return _result(robot, symmetry, state, status, stats, multipliers, found.residual, period, times)
+
+
+def cycle_settings(period, rtol: float, atol: float) -> Settings:
+    """How to integrate a cycle: in at least a hundred steps, so that small disturbances are followed at rest too."""
+    return Settings("implicit", *map(jnp.asarray, (rtol, atol, 100_000)), longest=period / 100)
+
+
+def orbit_of(robot: Robot, symmetry: Symmetry, guess: State, period, settings: Settings) -> Solution:
+    """Return `orbit`, as a plain function of a module."""
+    return orbit(robot, symmetry, guess, period, settings)
+
+
+def _cycle(robot: Robot, x: State, times, settings: Settings) -> State:
+    """States at times, the first of which is 0."""
+    m = begin(jnp.zeros(()), x, settings, jnp.asarray(1e-4))
+    _, states = march(robot, m, times[1:], settings)
+    return jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, states)
+
+
+def _change_over(robot: Robot, period) -> jax.Array:
+    """How much the residual at a few states drawn at random changes over a period, relative to itself."""
+    rest = robot.initial()
+    draws = 0.3 * jax.random.normal(jax.random.key(2), (3, 3, rest.v.shape[0]))
+
+    def one(draw, t) -> jax.Array:
+        q, v, a = draw
+        x = State(robot.advance(rest.q, q, jnp.ones(())), rest.v + v, rest.z)
+        return robot.residual(t, x, a)
+
+    def change(k) -> jax.Array:
+        t = 0.29 * (k + 1) * period
+        now, later = one(draws[k], t), one(draws[k], t + period)
+        return jnp.max(jnp.abs(later - now)) / jnp.max(jnp.abs(now))
+
+    return jnp.max(jax.lax.map(change, jnp.arange(3)))
+
+
+def _multipliers(robot: Robot, symmetry: Symmetry, monodromy: np.ndarray) -> np.ndarray:
+    """Eigenvalues of what a cycle does to disturbances, without those along the symmetry."""
+    n = len(robot.coordinate_names)
+    keep = np.setdiff1d(np.arange(monodromy.shape[0]), np.flatnonzero(symmetry.rates(n)))
+    values = np.linalg.eigvals(monodromy[np.ix_(keep, keep)]).astype(complex)
+    return values[np.argsort(-np.abs(values), kind="stable")]
+
+
+def _result(
+    robot: Robot, symmetry: Symmetry, state: State, status: Status, stats, multipliers, left, period, times=None
+) -> Periodic:
+    if times is None:
+        times, state = np.zeros(1), jax.tree.map(lambda x: jnp.asarray(x)[None], state)
+    stats = {key: jnp.asarray(value) for key, value in stats.items()}
+    trajectory = Trajectory(robot, jnp.asarray(times), state)
+    return Periodic(trajectory, jnp.asarray(int(status)), stats, left, multipliers=multipliers, period=float(period))

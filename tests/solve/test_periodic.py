@@ -1,0 +1,173 @@
+"""Periodic motions against closed forms and long simulations; stability; derivatives; honest ways to fail."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from nectosome.core import State, Status
+from nectosome.io import parse_robot
+from nectosome.robots import build, describe
+from nectosome.solve import find_symmetry, periodic, simulate
+
+I, K, C, M0, F = 0.02, 0.8, 0.03, 0.05, 1.3  # kg m2, N m/rad, N m s/rad, N m, Hz
+DRIVEN = f"""
+name: driven
+water: {{gravity: 0 m/s2}}
+body:
+  kind: rigid
+  shape: point
+  mass: 1 kg
+  inertia: [{I} kg m2, {I} kg m2, {I} kg m2]
+  joint:
+    kind: revolute
+    axis: z
+    stiffness: {K} N m/rad
+    damping: {C} N m s/rad
+    torque: {{kind: sine, amplitude: {M0} N m, frequency: {F} Hz, phase: 0.4 rad}}
+"""
+# a bob on a rod whose hinge is shaken up and down: with this frequency, twice its own, hanging still is unstable
+SHAKEN = """
+name: shaken
+water: {density: 1e-9 kg/m3, gravity: 9.81 m/s2}
+body:
+  kind: rigid
+  shape: point
+  mass: 1 kg
+  volume: 0 m3
+  joint: {kind: prismatic, axis: z, motion: {kind: sine, amplitude: 60 mm, frequency: FREQUENCY Hz}}
+limbs:
+  bob:
+    on: body
+    kind: rigid
+    shape: point
+    mass: 1 kg
+    inertia: [1 kg m2, 1 kg m2, 1 kg m2]
+    centre_of_mass: [0 m, 0 m, -1 m]
+    volume: 0 m3
+    joint: {kind: revolute, axis: y, position: 1e-3 rad, damping: 0.02 N m s/rad}
+"""
+ROWING = """
+name: rowing boat
+water: {gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: cylinder
+  length: 200 mm
+  radius: 40 mm
+  mass: 1 kg
+  joint: {kind: prismatic, axis: y}
+  loads: {drag: {kind: lumped_drag, drag_area: [0 m2, 4e-3 m2, 0 m2]}}
+limbs:
+  arm:
+    on: body
+    kind: rigid
+    shape: point
+    mass: 16 g
+    joint: {kind: revolute, axis: z, motion: {kind: stroke, amplitude: 60 deg, frequency: 0.8 Hz}}
+  blade:
+    on: arm
+    kind: rigid
+    shape: box
+    length: 100 mm
+    width: 2 mm
+    height: 40 mm
+    mass: 30 g
+    strips: 4
+    joint:
+      kind: revolute
+      axis: z
+      stiffness: 0.03 N m/rad
+      lower: {stiffness: 10 N m/rad, damping: 0.01 N m s/rad}
+    loads: {drag: {kind: plate_drag, normal: 1}}
+"""
+
+
+def test_a_driven_oscillator_answers_as_its_transfer_function():
+    """theta = Re M0 e^{i w t} / (K - I w^2 + i C w); disturbances decay with its own eigenvalues."""
+    found = periodic(build(parse_robot(DRIVEN)), 1 / F, rtol=1e-8, atol=1e-10)
+    assert int(found.status) == Status.SOLVED
+    w = 2 * np.pi * F
+    answer = M0 / (K - I * w**2 + 1j * C * w) * np.exp(1j * (w * np.asarray(found.value.time) + 0.4 - np.pi / 2))
+    np.testing.assert_allclose(found.value.state.q[:, 0], answer.real, rtol=0, atol=1e-6 * np.abs(answer).max())
+    own = np.exp(np.roots([I, C, K]) / F)
+    np.testing.assert_allclose(np.sort_complex(found.multipliers), np.sort_complex(own), atol=1e-6)
+    assert float(found.stats["multiplier"]) == pytest.approx(np.exp(-C / (2 * I) / F), rel=1e-6)
+
+
+def hill_multiplier(frequency):
+    """Largest Floquet multiplier of the shaken bob, I theta'' + c theta' + m l (g + z'') theta = 0, by SciPy."""
+    w = 2 * np.pi * frequency
+
+    def rates(t, x):
+        return [x[1], (-0.02 * x[1] - (9.81 - 0.06 * w**2 * np.sin(w * t)) * x[0]) / 2]
+
+    ends = [solve_ivp(rates, (0, 1 / frequency), e, rtol=1e-11, atol=1e-13).y[:, -1] for e in np.eye(2)]
+    return np.max(np.abs(np.linalg.eigvals(np.transpose(ends))))
+
+
+@pytest.mark.parametrize("frequency", [0.70486, 1.4])
+def test_a_shaken_pendulum_is_stable_or_not_as_hills_equation_says(frequency):
+    robot = build(parse_robot(SHAKEN.replace("FREQUENCY", str(frequency))))
+    still = State(jnp.zeros(1), jnp.zeros(1), robot.initial().z)
+    found = periodic(robot, 1 / frequency, guess=still, rtol=1e-8, atol=1e-10)
+    wanted = hill_multiplier(frequency)
+    assert float(found.stats["multiplier"]) == pytest.approx(wanted, rel=1e-5)
+    assert int(found.status) == (Status.UNSTABLE if wanted > 1 else Status.SOLVED)
+
+
+@pytest.fixture(scope="module")
+def boat():
+    return parse_robot(ROWING)
+
+
+@pytest.fixture(scope="module")
+def rowing(boat):
+    return periodic(build(boat), 1 / 0.8, rtol=1e-8, atol=1e-10)
+
+
+def test_a_boat_that_rows_away_has_a_cycle_all_the_same(boat, rowing):
+    """Its place drifts; all else returns, as at the end of a long simulation."""
+    assert int(rowing.status) == Status.SOLVED
+    assert find_symmetry(build(boat)).drift == (0,)
+    q, v = np.asarray(rowing.value.state.q), np.asarray(rowing.value.state.v)
+    np.testing.assert_allclose(q[-1, 1:], q[0, 1:], atol=1e-7)
+    np.testing.assert_allclose(v[-1], v[0], atol=1e-6)
+    cycles = 30
+    times = np.concatenate([[0.0], np.linspace(cycles - 1, cycles, 129)]) / 0.8
+    run = simulate(build(boat), cycles / 0.8, samples=times.tolist(), rtol=1e-8, atol=1e-10)
+    # between steps states are those of a cubic, which is coarser than the steps where the blade meets its stop
+    np.testing.assert_allclose(v, np.asarray(run.value.state.v)[1:], atol=1e-3 * np.abs(v).max())
+    np.testing.assert_allclose(v[[0, -1]], np.asarray(run.value.state.v)[[1, -1]], atol=1e-5 * np.abs(v).max())
+    way = np.asarray(run.value.state.q)[:, 0]
+    assert q[-1, 0] - q[0, 0] == pytest.approx(way[-1] - way[1], rel=1e-4)
+
+
+def test_drives_of_another_period_are_told(boat):
+    found = periodic(build(boat), 1.0)
+    assert int(found.status) == Status.OTHER_PERIOD
+    assert "do not repeat themselves with this period" in Status.OTHER_PERIOD.reason
+
+
+def test_what_never_repeats_itself_is_not_solved(falling):
+    assert int(periodic(falling, 0.1).status) == Status.NO_PERIOD
+
+
+@pytest.mark.parametrize(("period", "options"), [(0.0, {}), (np.nan, {}), (1.0, {"samples": 1}), (1.0, {"rtol": 0.0})])
+def test_numbers_without_sense_are_refused(falling, period, options):
+    with pytest.raises(ValueError, match="periodic: "):
+        periodic(falling, period, **options)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("A", "f", "N"), [(75, 1.1, 3), (30, 0.3, 3), (60, 1.3, 1), (45, 0.7, 2)])
+def test_the_mean_thrust_of_a_paddle_is_that_of_a_long_simulation(A, f, N):
+    robot = build(describe("paddle", [f"N={N}", f"A={A}deg", f"f={f}Hz"]))
+    found = periodic(robot, 1 / f)
+    assert int(found.status) == Status.SOLVED
+    mean = found.to_dataset()["reaction"].sel(prescribed="body.y").values
+    times = np.concatenate([[0.0], np.linspace(9, 10, 129)]) / f
+    run = simulate(robot, 10 / f, samples=times.tolist(), rtol=1e-6, atol=1e-8).to_dataset()
+    late = run["reaction"].sel(prescribed="body.y").values[1:]
+    thrust, wanted = np.trapezoid(mean) / 128, np.trapezoid(late) / 128
+    assert thrust == pytest.approx(wanted, rel=5e-3, abs=1e-4)
