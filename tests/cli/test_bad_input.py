@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import nectosome.robots as nectosome_robots
-from nectosome.io import load_robot, numeric_paths
+from nectosome.io import apply_settings, load_robot, numeric_paths
 from nectosome.robots.shipped import file_of
 
 from .answers import contents, faults
@@ -34,6 +34,7 @@ def wrong_values() -> list[tuple[str, ...]]:
         values += [f"{quantity.maximum + 1} {unit}"] if quantity.maximum is not None else []
         cases += [("simulate", "flagellum", "--set", f"{path}={value}") for value in values]
         cases.append(("simulate", "flagellum", "--set", f"{path}x=1 {unit}"))
+    cases += [("simulate", "paddle", "--set", f"N={n}") for n in ("9", "-1", "1.5", "two", "nan", "3 m")]
     for alias in FLAGELLUM.aliases:
         cases += [("simulate", "flagellum", "--set", f"{alias}={value}") for value in ("nan", "3", "banana", "-1 cd")]
     settings = ("E", "E=", "=3MPa", "=", "", " ", "E 3MPa", "body=3", "limbs=", "limbs.filament.strains.torsion=-1")
@@ -117,7 +118,7 @@ def wrong_robots() -> list[tuple[str, ...]]:
         "bad\nname",
         "bad\0name",
     ]
-    robots += ["flagella0", *(f"damaged/{name}" for name in damaged_files())]
+    robots += ["flagella0", "paddle9", *(f"damaged/{name}" for name in damaged_files())]
     cases = [(command, robot) for robot in robots for command in ("simulate", "steady", "design", "show", "check")]
     return [*cases, *((command, "run.nc") for command in ("simulate", "steady", "design", "check"))]
 
@@ -351,7 +352,11 @@ def test_there_are_hundreds_of_cases():
 def test_wrong_input_is_answered_with_one_sentence_and_exit_code_2(nectosome, bench, monkeypatch, part):
     monkeypatch.chdir(bench)
     describe = nectosome_robots.describe
-    monkeypatch.setattr(nectosome_robots, "describe", lambda name: FLAGELLUM if name == "flagellum" else describe(name))
+
+    def known(name, settings=()):
+        return apply_settings(FLAGELLUM, settings) if name == "flagellum" else describe(name, settings)
+
+    monkeypatch.setattr(nectosome_robots, "describe", known)
     before = contents(bench)
     wrong = []
     for argv in CASES[part::8]:
