@@ -6,7 +6,6 @@ import threading
 import time as clock
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -71,8 +70,6 @@ def simulate(
             built = robots.build(description)
             weigh(built, robot)
             prepare_results(built, moments)
-            if save is not None:
-                threading.Thread(target=import_module, args=("xarray",), daemon=True).start()
             run = integrate(built, seconds, samples=moments, method=method, rtol=tolerance, progress=progress)
             wanted = save is not None or int(run.status) != Status.CANCELLED
             return run, run.results(description, asked) if wanted else None
@@ -81,10 +78,10 @@ def simulate(
     status = Status(int(run.status))
     if found is not None:
         found.attributes["seconds"] = round(clock.perf_counter() - start, 3)
-        if save is not None:
-            save_dataset(found.to_dataset(), save)
         if status != Status.CANCELLED:
             write(summary(found.arrays, found.attributes))
+        if save is not None:
+            save_dataset(found.to_dataset(), save)
     came_to = f"at {float(run.value.time[-1]):.4g} s of {seconds:.4g} s."
     if status == Status.CANCELLED:
         tell(f"cancelled {came_to}" + (f" The part done is in {save}." if save is not None else ""))

@@ -49,9 +49,9 @@ def steady(
         if status in (Status.SOLVED, Status.UNSTABLE):
             results = found.results(description, {"robot": robot, "set": settings or []})
             results.attributes["seconds"] = round(clock.perf_counter() - start, 3)
+            write(summary(results.arrays, results.attributes))
             if save is not None:
                 save_dataset(results.to_dataset(), save)
-            write(summary(results.arrays, results.attributes))
         if status == Status.SOLVED:
             return 0
         update("no steady motion; simulating what happens instead", 0.0)
