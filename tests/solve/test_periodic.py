@@ -89,7 +89,7 @@ def test_a_driven_oscillator_answers_as_its_transfer_function():
     assert int(found.status) == Status.SOLVED
     w = 2 * np.pi * F
     answer = M0 / (K - I * w**2 + 1j * C * w) * np.exp(1j * (w * np.asarray(found.value.time) + 0.4 - np.pi / 2))
-    np.testing.assert_allclose(found.value.state.q[:, 0], answer.real, rtol=0, atol=1e-6 * np.abs(answer).max())
+    np.testing.assert_allclose(found.value.state.q[:, 0], answer.real, rtol=0, atol=5e-7 * np.abs(answer).max())
     own = np.exp(np.roots([I, C, K]) / F)
     np.testing.assert_allclose(np.sort_complex(found.multipliers), np.sort_complex(own), atol=1e-6)
     assert float(found.stats["multiplier"]) == pytest.approx(np.exp(-C / (2 * I) / F), rel=1e-6)
@@ -133,12 +133,10 @@ def test_a_boat_that_rows_away_has_a_cycle_all_the_same(boat, rowing):
     q, v = np.asarray(rowing.value.state.q), np.asarray(rowing.value.state.v)
     np.testing.assert_allclose(q[-1, 1:], q[0, 1:], atol=1e-7)
     np.testing.assert_allclose(v[-1], v[0], atol=1e-6)
-    cycles = 30
+    cycles = 30  # a disturbance halves in each
     times = np.concatenate([[0.0], np.linspace(cycles - 1, cycles, 129)]) / 0.8
     run = simulate(build(boat), cycles / 0.8, samples=times.tolist(), rtol=1e-8, atol=1e-10)
-    # between steps states are those of a cubic, which is coarser than the steps where the blade meets its stop
-    np.testing.assert_allclose(v, np.asarray(run.value.state.v)[1:], atol=1e-3 * np.abs(v).max())
-    np.testing.assert_allclose(v[[0, -1]], np.asarray(run.value.state.v)[[1, -1]], atol=1e-5 * np.abs(v).max())
+    np.testing.assert_allclose(v, np.asarray(run.value.state.v)[1:], rtol=0, atol=1e-5 * np.abs(v).max())
     way = np.asarray(run.value.state.q)[:, 0]
     assert q[-1, 0] - q[0, 0] == pytest.approx(way[-1] - way[1], rel=1e-4)
 

@@ -35,14 +35,13 @@ class Orbit(NamedTuple):
 
     state: State  # at the start of the cycle, t = 0
     monodromy: Float[Array, "m m"]  # derivative of the state after a cycle by that before, in displacements
-    gap: Float[Array, "m"]  # what is left between the two
 
 
 class _Search(NamedTuple):
     x: State
     monodromy: Array
-    gap: Array
-    size: Array  # of the gap, in allowed errors
+    size: Array  # of the gap between the ends of the last cycle, in allowed errors
+    best: Array  # size that a correction must halve; inf after a wait, when any gap may be corrected again
     corrections: Array
     cycles: Array
     waited: Array  # the last move was to wait
@@ -66,10 +65,16 @@ def between(robot: Robot, symmetry: Symmetry, a: State, b: State) -> Float[Array
     return jnp.concatenate([moved, b.v - a.v, ravel_pytree(b.z)[0] - ravel_pytree(a.z)[0]])
 
 
+def states_at(robot: Robot, x: State, times: Float[Array, "n"], settings: Settings) -> tuple[State, Array]:
+    """States at increasing times from x at time 0 on, and the status of the integration."""
+    m, states = march(robot, begin(jnp.zeros(()), x, settings, jnp.asarray(_FIRST_STEP)), times, settings)
+    return states, m.status
+
+
 def after(robot: Robot, x: State, time: Float[Array, ""], settings: Settings) -> tuple[State, Array]:
     """State after some time, and the status of the integration."""
-    m, states = march(robot, begin(jnp.zeros(()), x, settings, jnp.asarray(_FIRST_STEP)), time[None], settings)
-    return jax.tree.map(lambda x: x[0], states), m.status
+    states, status = states_at(robot, x, time[None], settings)
+    return jax.tree.map(lambda x: x[0], states), status
 
 
 def _solved(J: Float[Array, "m m"]) -> Float[Array, "m m"]:
@@ -96,14 +101,11 @@ def orbit(robot: Robot, symmetry: Symmetry, guess: State, period: Float[Array, "
         scaled = r / (settings.atol + settings.rtol * jnp.abs(numbers))
         return jnp.sqrt(jnp.mean(scaled**2))
 
-    def wait(x: State) -> tuple[State, Array]:
-        return after(robot, x, period, settings)
-
     def look(s: _Search) -> _Search:
         J, (r, end, status) = jax.jacfwd(lambda y: gap(s.x, y), has_aux=True)(jnp.zeros(m))
         size = size_of(r, s.x)
         closed = size <= _CLOSED
-        closer = (size < 0.5 * s.size) & (s.corrections < _CORRECTIONS)
+        closer = (size < 0.5 * s.best) & (s.corrections < _CORRECTIONS)
         corrected = near(robot, s.x, -_solved(J) @ r)
         fine = jnp.all(jnp.isfinite(ravel_pytree(corrected)[0]))
         newton = closer & fine
@@ -113,9 +115,8 @@ def orbit(robot: Robot, symmetry: Symmetry, guess: State, period: Float[Array, "
         return _Search(
             x=x,
             monodromy=J + jnp.eye(m),
-            gap=r,
-            # after a wait any gap may be corrected again
-            size=jnp.where(newton, size, jnp.inf),
+            size=size,
+            best=jnp.where(newton, size, jnp.inf),
             corrections=s.corrections + newton,
             cycles=cycles,
             waited=jnp.where(closed, s.waited, ~newton),
@@ -123,14 +124,14 @@ def orbit(robot: Robot, symmetry: Symmetry, guess: State, period: Float[Array, "
             done=closed | bad | (cycles >= _CYCLES),
         )
 
-    x, status = jax.lax.fori_loop(0, _WAIT, lambda _, c: wait(c[0]), (guess, jnp.asarray(int(Status.SOLVED))))
+    begun = guess, jnp.asarray(int(Status.SOLVED))
+    x, status = jax.lax.fori_loop(0, _WAIT, lambda _, c: after(robot, c[0], period, settings), begun)
     none, infinite, no = jnp.zeros((), int), jnp.asarray(jnp.inf), jnp.asarray(False)
     lost = status != int(Status.SOLVED)
-    start = _Search(x, jnp.eye(m), jnp.full(m, jnp.inf), infinite, none, none + _WAIT, no, status, lost)
+    start = _Search(x, jnp.eye(m), infinite, infinite, none, none + _WAIT, no, status, lost)
     s = jax.lax.while_loop(lambda s: ~s.done, look, start)
-    size = size_of(s.gap, s.x)
     found = jnp.where(s.waited, int(Status.SETTLED), int(Status.SOLVED))
-    status = jnp.where(size <= _CLOSED, found, int(Status.NO_PERIOD))
+    status = jnp.where(s.size <= _CLOSED, found, int(Status.NO_PERIOD))
     status = jnp.where(s.status == int(Status.SOLVED), status, s.status)
     stats = {"cycles": s.cycles, "corrections": s.corrections}
-    return Solution(Orbit(s.x, s.monodromy, s.gap), status, stats, size)
+    return Solution(Orbit(s.x, s.monodromy), status, stats, s.size)

@@ -11,8 +11,8 @@ from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
 from nectosome.mechanism import Robot
 
-from .march import Settings, begin, march
-from .orbit import orbit
+from .march import Settings
+from .orbit import orbit, states_at
 from .results import Run, Trajectory
 from .symmetry import Symmetry, find_symmetry
 
@@ -26,7 +26,6 @@ class Periodic(Run):
     A disturbance of the state is multiplied by them in each cycle; along the symmetry there is none.
     """
 
-    period: float = eqx.field(static=True, kw_only=True)
     multipliers: np.ndarray = eqx.field(kw_only=True)  # complex Floquet multipliers, the largest first
     title: ClassVar[str] = "periodic motion"
 
@@ -62,35 +61,30 @@ def periodic(
     symmetry = find_symmetry(robot)
     x = robot.initial() if guess is None else guess
     T = jnp.asarray(float(period))
-    settings = cycle_settings(T, rtol, atol)
+    settings = _settings(T, rtol, atol)
     if float(remembered(_change_over, robot, T)) > _SAME:
-        return _result(robot, symmetry, x, Status.OTHER_PERIOD, {}, np.zeros(0, complex), jnp.asarray(jnp.nan), period)
-    found: Solution = remembered(orbit_of, robot, symmetry, x, T, settings)
+        one = jax.tree.map(lambda x: jnp.asarray(x)[None], x)
+        return _result(robot, np.zeros(1), one, Status.OTHER_PERIOD, {}, np.zeros(0, complex), jnp.asarray(jnp.nan))
+    found: Solution = remembered(orbit, robot, symmetry, x, T, settings)
     status, stats, multipliers = Status(int(found.status)), dict(found.stats), np.zeros(0, complex)
     if status in (Status.SOLVED, Status.SETTLED):
-        multipliers = _multipliers(robot, symmetry, np.asarray(found.value.monodromy))
+        multipliers = _multipliers(symmetry, x.v.size, np.asarray(found.value.monodromy))
         stats["multiplier"] = np.max(np.abs(multipliers), initial=0.0)
         if stats["multiplier"] > _STABLE:
             status = Status.UNSTABLE
     times = np.linspace(0.0, period, samples)
     state = remembered(_cycle, robot, found.value.state, jnp.asarray(times), settings)
-    return _result(robot, symmetry, state, status, stats, multipliers, found.residual, period, times)
+    return _result(robot, times, state, status, stats, multipliers, found.residual)
 
 
-def cycle_settings(period, rtol: float, atol: float) -> Settings:
+def _settings(period, rtol: float, atol: float) -> Settings:
     """How to integrate a cycle: in at least a hundred steps, so that small disturbances are followed at rest too."""
     return Settings("implicit", *map(jnp.asarray, (rtol, atol, 100_000)), longest=period / 100)
 
 
-def orbit_of(robot: Robot, symmetry: Symmetry, guess: State, period, settings: Settings) -> Solution:
-    """Return `orbit`, as a plain function of a module."""
-    return orbit(robot, symmetry, guess, period, settings)
-
-
 def _cycle(robot: Robot, x: State, times, settings: Settings) -> State:
     """States at times, the first of which is 0."""
-    m = begin(jnp.zeros(()), x, settings, jnp.asarray(1e-4))
-    _, states = march(robot, m, times[1:], settings)
+    states, _ = states_at(robot, x, times[1:], settings)
     return jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, states)
 
 
@@ -112,19 +106,14 @@ def _change_over(robot: Robot, period) -> jax.Array:
     return jnp.max(jax.lax.map(change, jnp.arange(3)))
 
 
-def _multipliers(robot: Robot, symmetry: Symmetry, monodromy: np.ndarray) -> np.ndarray:
-    """Eigenvalues of what a cycle does to disturbances, without those along the symmetry."""
-    n = len(robot.coordinate_names)
+def _multipliers(symmetry: Symmetry, n: int, monodromy: np.ndarray) -> np.ndarray:
+    """Eigenvalues of what a cycle does to disturbances, without those along the symmetry; n velocities."""
     keep = np.setdiff1d(np.arange(monodromy.shape[0]), np.flatnonzero(symmetry.rates(n)))
     values = np.linalg.eigvals(monodromy[np.ix_(keep, keep)]).astype(complex)
     return values[np.argsort(-np.abs(values), kind="stable")]
 
 
-def _result(
-    robot: Robot, symmetry: Symmetry, state: State, status: Status, stats, multipliers, left, period, times=None
-) -> Periodic:
-    if times is None:
-        times, state = np.zeros(1), jax.tree.map(lambda x: jnp.asarray(x)[None], state)
+def _result(robot: Robot, times: np.ndarray, state: State, status: Status, stats, multipliers, left) -> Periodic:
     stats = {key: jnp.asarray(value) for key, value in stats.items()}
     trajectory = Trajectory(robot, jnp.asarray(times), state)
-    return Periodic(trajectory, jnp.asarray(int(status)), stats, left, multipliers=multipliers, period=float(period))
+    return Periodic(trajectory, jnp.asarray(int(status)), stats, left, multipliers=multipliers)
