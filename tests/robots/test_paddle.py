@@ -18,12 +18,12 @@ KS, CS, D0 = 10.0, 0.01, np.radians(1.0)
 S, W = np.polynomial.legendre.leggauss(8)
 
 
-def stopper(angle, speed):
-    """As the facts of the model give it, for angles below 0."""
+def stopper(angle, speed, np=jnp):
+    """The law of the stops at 0, for angles below it; in arrays of NumPy or JAX."""
     x = -angle / D0
-    inside = jnp.clip(x, 0, 1)
+    inside = np.clip(x, 0, 1)
     smooth = inside**2 * (3 - 2 * inside)
-    return jnp.maximum(0.0, KS * D0 * (inside**3 - inside**4 / 2 + jnp.maximum(x - 1, 0)) - CS * smooth * speed)
+    return np.maximum(0.0, KS * D0 * (inside**3 - inside**4 / 2 + np.maximum(x - 1, 0)) - CS * smooth * speed)
 
 
 def lagrangian_residual(n, stroke):
@@ -46,7 +46,7 @@ def lagrangian_residual(n, stroke):
         return kinetic - 0.5 * K * jnp.sum(q**2)
 
     def pushed(t, q, v):
-        total = jax.vmap(stopper)(q, v)
+        total = stopper(q, v)
         for k in range(n):
             angle = stroke(t) + jnp.sum(q[: k + 1])
             normal = jnp.stack([-jnp.sin(angle), jnp.cos(angle)])
@@ -110,9 +110,7 @@ def mujoco_angles(torque):
             along = normal[i] @ jac
             vn = along @ data.qvel
             data.qfrc_passive[:] -= weight[i] * abs(vn) * vn * along
-        data.qfrc_passive[1:] += np.asarray(
-            [float(_stopper(*x)) for x in zip(data.qpos[1:], data.qvel[1:], strict=True)]
-        )
+        data.qfrc_passive[1:] += stopper(data.qpos[1:], data.qvel[1:], np)
         data.qfrc_passive[0] += torque(data.time)
 
     out = [data.qpos.copy()]
@@ -125,15 +123,6 @@ def mujoco_angles(torque):
         mujoco.set_mjcb_passive(None)
     assert data.time == pytest.approx(SECONDS)
     return np.array(out)
-
-
-def _stopper(angle, speed):
-    x = -angle / D0
-    if x <= 0:
-        return 0.0
-    inside = min(x, 1.0)
-    spring = KS * D0 * (inside**3 - inside**4 / 2 + max(x - 1, 0.0))
-    return max(0.0, spring - CS * inside**2 * (3 - 2 * inside) * speed)
 
 
 @pytest.mark.slow

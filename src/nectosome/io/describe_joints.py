@@ -24,9 +24,7 @@ from nectosome.io.fields import (
     Damping,
     Length,
     PositiveAngle,
-    PositiveAngularSpeed,
     PositiveNumber,
-    PositiveTorque,
     Pressure,
     Speed,
     Stiffness,
@@ -77,19 +75,11 @@ class Flexure(Described):
     ratio: PositiveNumber = 0.85
 
 
-class ServoLimits(Described):
-    """What a servo can give: `torque` [N m] and `speed` [rad/s], for reports; no motion is changed by them."""
-
-    torque: PositiveTorque
-    speed: PositiveAngularSpeed
-
-
 class RevoluteJoint(Described):
     """A hinge about `axis`: spring and damper, stops, and either a prescribed `motion`, a `torque`, or neither.
 
     `position` [rad] and `velocity` [rad/s] are those at the start; the spring is at ease at `rest` [rad]. Its
-    `stiffness` is given, or follows from a `flexure`. `lower` and `upper` are stops that it runs into, `limits`
-    those of the servo that moves it.
+    `stiffness` is given, or follows from a `flexure`. `lower` and `upper` are stops that it runs into.
     """
 
     kind: Literal["revolute"]
@@ -104,7 +94,6 @@ class RevoluteJoint(Described):
     upper: AngularStop | None = None
     motion: AngleSignal | None = None
     torque: TorqueSignal | None = None
-    limits: ServoLimits | None = None
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> Self:

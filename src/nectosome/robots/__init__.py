@@ -1,6 +1,7 @@
 """The robots that ship, and `build`, which turns a description into a robot."""
 
 import os
+import re
 from collections.abc import Iterable
 
 from nectosome.io import InputError, RobotDescription, apply_settings, did_you_mean, load_robot
@@ -8,9 +9,11 @@ from nectosome.io import InputError, RobotDescription, apply_settings, did_you_m
 from .build import Blueprint, bind, blueprint_of, build, fill
 from .flagella import flagella
 from .paddle import paddle
-from .shipped import family_of, file_names, file_of
+from .shipped import file_names, file_of
 
 __all__ = ["Blueprint", "bind", "blueprint_of", "build", "describe", "fill", "flagella", "names", "paddle"]
+
+_FAMILIES = {"flagella": flagella, "paddle": paddle}
 
 
 def names() -> list[str]:
@@ -23,18 +26,20 @@ def describe(robot: str, settings: Iterable[str] = ()) -> RobotDescription:
 
     Of a family the setting `N=2` says how many flagella or segments. Raises InputError.
     """
-    settings = list(settings)
-    counts = [text for text in settings if text.partition("=")[0].strip() == "N"] if family_of(robot) else []
-    rest = [text for text in settings if text not in counts]
-    return apply_settings(_find(robot, counts), rest) if rest else _find(robot, counts)
+    found = re.fullmatch(r"([a-z]+?)(\d{1,3})?", robot)
+    family = _FAMILIES.get(found[1]) if found else None
+    count = int(found[2]) if found and found[2] else None
+    others = []
+    for setting in settings:
+        if family is not None and setting.partition("=")[0].strip() == "N":
+            count = _count(setting)
+        else:
+            others.append(setting)
+    description = _load(robot) if family is None or count is None else family(count)
+    return apply_settings(description, others) if others else description
 
 
-def _find(robot: str, counts: list[str]) -> RobotDescription:
-    family = family_of(robot)
-    if family is not None:
-        count = _count(counts[-1]) if counts else family[1]
-        if count is not None:
-            return (flagella if family[0] == "flagella" else paddle)(count)
+def _load(robot: str) -> RobotDescription:
     if robot in file_names():
         return load_robot(file_of(robot))
     if robot.endswith((".yaml", ".yml")) or os.path.exists(robot):  # noqa: PTH110  Path.exists raises on long names

@@ -27,5 +27,6 @@ def paddle(segments: int) -> RobotDescription:
     for on, name in zip(["arm", *names], names, strict=False):
         limbs[name] = first.model_copy(update={**same, "on": on})
     aliases = {**three.aliases, "Cn": tuple(f"limbs.{name}.loads.drag.normal" for name in names)}
-    about = three.about.replace("three flexible passive joints", f"{segments} flexible passive joints")
+    with_joints = "with three flexible passive joints"
+    about = three.about.replace(with_joints, f"cut into {segments} segments" if segments else "in one rigid piece")
     return three.model_copy(update={"name": f"paddle{segments}", "about": about, "limbs": limbs, "aliases": aliases})
