@@ -1,6 +1,8 @@
 """How a command is to answer wrong input."""
 
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 
 def contents(folder: Path) -> list[tuple[str, int]]:
@@ -14,3 +16,15 @@ def faults(code: int, err: str) -> list[str]:
     found = [f"says {word}" for word in words if word in err]
     found += [f"exit code {code}"] if code != 2 else []
     return found + (["not one line"] if len(err.splitlines()) != 1 or not err.strip() else [])
+
+
+def check_wrong(nectosome: Callable[..., Any], cases: Iterable[tuple[str, ...]], folder: Path) -> None:
+    """Each command line is answered with one sentence and exit code 2, and no file in the folder is new or changed."""
+    before = contents(folder)
+    wrong = []
+    for argv in cases:
+        answer = nectosome(*argv)
+        found = faults(answer.code, answer.err) + (["prints to stdout"] if answer.out else [])
+        wrong += [(argv, found, answer.err)] if found else []
+    assert wrong == []
+    assert contents(folder) == before

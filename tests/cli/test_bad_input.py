@@ -14,7 +14,7 @@ import nectosome.robots as nectosome_robots
 from nectosome.io import apply_settings, load_robot, numeric_paths
 from nectosome.robots.shipped import file_of
 
-from .answers import contents, faults
+from .answers import check_wrong, faults
 
 BALL = Path(__file__).with_name("ball.yaml").read_text()
 FLAGELLUM = load_robot(file_of("flagellum"))
@@ -357,14 +357,7 @@ def test_wrong_input_is_answered_with_one_sentence_and_exit_code_2(nectosome, be
         return apply_settings(FLAGELLUM, settings) if name == "flagellum" else describe(name, settings)
 
     monkeypatch.setattr(nectosome_robots, "describe", known)
-    before = contents(bench)
-    wrong = []
-    for argv in CASES[part::8]:
-        answer = nectosome(*argv)
-        found = faults(answer.code, answer.err) + (["prints to stdout"] if answer.out else [])
-        wrong += [(argv, found, answer.err)] if found else []
-    assert wrong == []
-    assert contents(bench) == before
+    check_wrong(nectosome, CASES[part::8], bench)
 
 
 def test_a_name_too_long_for_a_file_is_told_as_any_other(nectosome):

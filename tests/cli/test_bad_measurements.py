@@ -7,7 +7,7 @@ import pytest
 
 from measure.formats.write import FORMATS
 
-from .answers import contents, faults
+from .answers import check_wrong
 
 GOOD = "t [s];F [N];note\n" + "".join(f"{k / 10};{k % 7};{k}\n" for k in range(30))
 SHEET = "time: {column: t, unit: s}\ncolumns:\n  F: {unit: N}\n"
@@ -158,11 +158,4 @@ def test_there_are_hundreds_of_cases():
 @pytest.mark.parametrize("part", range(2))
 def test_wrong_measurements_are_answered_with_one_sentence_and_exit_code_2(nectosome, bench, monkeypatch, part):
     monkeypatch.chdir(bench)
-    before = contents(bench)
-    wrong = []
-    for argv in CASES[part::2]:
-        answer = nectosome(*argv)
-        found = faults(answer.code, answer.err) + (["prints to stdout"] if answer.out else [])
-        wrong += [(argv, found, answer.err)] if found else []
-    assert wrong == []
-    assert contents(bench) == before
+    check_wrong(nectosome, CASES[part::2], bench)

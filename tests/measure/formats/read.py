@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import strategies as st
 
 from nectosome.io import InputError
@@ -41,6 +42,18 @@ def read(opener: Opener, path: Path, rows: int = 3, **options) -> Contents:
         assert len(set(source.repairs)) == len(source.repairs)
         names, units = [c.name for c in source.columns], [c.unit for c in source.columns]
         return Contents(names, units, source.found, source.repairs, whole.rows, values)
+
+
+def check_refusals(opener: Opener, folder: Path, files: dict[str, tuple[bytes, str]]) -> None:
+    """Files by name with this content are refused with such words; so are a missing one and a folder."""
+    for name, (content, message) in files.items():
+        (folder / name).write_bytes(content)
+        with pytest.raises(InputError, match=f"{name}.*{message}"):
+            read(opener, folder / name)
+    with pytest.raises(InputError, match="No such file"):
+        read(opener, folder / "none")
+    with pytest.raises(InputError, match="Is a directory"):
+        read(opener, folder)
 
 
 def survived(opener: Opener, path: Path, raw: bytes) -> Contents | None:

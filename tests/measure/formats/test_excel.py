@@ -13,7 +13,7 @@ from openpyxl import Workbook
 from nectosome.io import InputError
 from nectosome.measure.formats.excel import open_excel
 
-from .read import cuts, flipped, flips, read, survived
+from .read import check_refusals, cuts, flipped, flips, read, survived
 
 HEAD = ["t [s]", "force (N)"]
 NUMBERS = [[0.125 * i, i * i - 7.5] for i in range(40)]
@@ -228,24 +228,17 @@ def test_a_wrong_size_in_the_file_hides_no_rows(sheet):
 
 def test_what_is_no_workbook_is_told(sheet, tmp_path):
     np.savez(tmp_path / "other.npz", a=NUMBERS)
-    for name, content, message in [
-        ("empty.xlsx", b"", "is empty"),
-        ("text.xlsx", b"t,F\n0,1\n", r"this is not an Excel workbook \(.xlsx\) but a text file"),
-        (
-            "old.xlsx",
+    files = {
+        "empty.xlsx": (b"", "is empty"),
+        "text.xlsx": (b"t,F\n0,1\n", r"this is not an Excel workbook \(.xlsx\) but a text file"),
+        "old.xlsx": (
             b"\xd0\xcf\x11\xe0" + bytes(600),
             "but an old .xls workbook, or one with a password. Save it as .xlsx",
         ),
-        ("array.xlsx", (tmp_path / "other.npz").read_bytes(), "not an Excel workbook .* but a zip file"),
-        ("noise.xlsx", b"PK\x03\x04" + bytes(range(200)), "damaged or cut off"),
-    ]:
-        (tmp_path / name).write_bytes(content)
-        with pytest.raises(InputError, match=f"{name}.*{message}"):
-            read(open_excel, tmp_path / name)
-    with pytest.raises(InputError, match="No such file"):
-        read(open_excel, tmp_path / "none.xlsx")
-    with pytest.raises(InputError, match="Is a directory"):
-        read(open_excel, tmp_path)
+        "array.xlsx": ((tmp_path / "other.npz").read_bytes(), "not an Excel workbook .* but a zip file"),
+        "noise.xlsx": (b"PK\x03\x04" + bytes(range(200)), "damaged or cut off"),
+    }
+    check_refusals(open_excel, tmp_path, files)
     for empty in ([], [["a", "b"]], [["1,5", "2,5"]]):
         with pytest.raises(InputError, match=r"no rows of numbers in the first 200 rows of Data\. Numbers kept"):
             read(open_excel, sheet(*empty))

@@ -10,7 +10,7 @@ from numpy.testing import assert_array_equal
 from nectosome.io import InputError, save_dataset
 from nectosome.measure.formats.hdf5 import open_hdf5
 
-from .read import cuts, flipped, flips, growth, read, survived
+from .read import check_refusals, cuts, flipped, flips, growth, read, survived
 
 T = np.arange(40) * 0.01
 F = np.sin(T)
@@ -152,19 +152,13 @@ def test_our_own_results_are_read(measured, tmp_path):
 
 
 def test_what_is_no_such_file_is_told(h5, tmp_path):
-    for name, content, message in [
-        ("empty.h5", b"", "is empty"),
-        ("text.h5", b"t,F\n0,1\n", "this is not an HDF5 or netCDF file but a text file"),
-        ("book.nc", b"PK\x03\x04", "but a zip file"),
-        ("large.nc", b"CDF\x05", "nccopy -k nc4"),
-    ]:
-        (tmp_path / name).write_bytes(content)
-        with pytest.raises(InputError, match=f"{name}.*{message}"):
-            read(open_hdf5, tmp_path / name)
-    with pytest.raises(InputError, match="No such file"):
-        read(open_hdf5, tmp_path / "none.h5")
-    with pytest.raises(InputError, match="Is a directory"):
-        read(open_hdf5, tmp_path)
+    files = {
+        "empty.h5": (b"", "is empty"),
+        "text.h5": (b"t,F\n0,1\n", "this is not an HDF5 or netCDF file but a text file"),
+        "book.nc": (b"PK\x03\x04", "but a zip file"),
+        "large.nc": (b"CDF\x05", "nccopy -k nc4"),
+    }
+    check_refusals(open_hdf5, tmp_path, files)
     with pytest.raises(InputError, match=r"holds no columns of numbers\. Inside: fs = 7 \(scalar\); note \(text\)"):
         read(open_hdf5, h5(fs=7, note="a"))
 

@@ -9,7 +9,7 @@ from numpy.testing import assert_array_equal
 from nectosome.io import InputError
 from nectosome.measure.formats.numpy_files import open_numpy
 
-from .read import cuts, flipped, flips, read, survived
+from .read import check_refusals, cuts, flipped, flips, read, survived
 
 T = np.arange(40) * 0.01
 F = np.sin(T)
@@ -137,18 +137,12 @@ def test_what_is_no_table_is_told(save, array, what):
 
 
 def test_what_is_no_such_file_is_told(tmp_path):
-    for name, content, message in [
-        ("empty.npy", b"", "is empty"),
-        ("text.npy", b"t,F\n0,1\n", "this is not a NumPy file but a text file"),
-        ("other.npz", b"PK\x03\x04 no zip", "the file is damaged or cut off"),
-    ]:
-        (tmp_path / name).write_bytes(content)
-        with pytest.raises(InputError, match=f"{name}.*{message}"):
-            read(open_numpy, tmp_path / name)
-    with pytest.raises(InputError, match="No such file"):
-        read(open_numpy, tmp_path / "none.npy")
-    with pytest.raises(InputError, match="Is a directory"):
-        read(open_numpy, tmp_path)
+    files = {
+        "empty.npy": (b"", "is empty"),
+        "text.npy": (b"t,F\n0,1\n", "this is not a NumPy file but a text file"),
+        "other.npz": (b"PK\x03\x04 no zip", "the file is damaged or cut off"),
+    }
+    check_refusals(open_numpy, tmp_path, files)
     with pytest.raises(InputError, match='leave table="a" out'):
         np.save(tmp_path / "a.npy", T)
         read(open_numpy, tmp_path / "a.npy", table="a")

@@ -14,7 +14,7 @@ from nectosome.io import InputError
 from nectosome.measure.formats import tdms_spans
 from nectosome.measure.formats.tdms import open_tdms
 
-from .read import cuts, flipped, flips, growth, read, survived
+from .read import check_refusals, cuts, flipped, flips, growth, read, survived
 
 T = np.arange(40) * 0.01
 F = np.sin(T)
@@ -234,17 +234,13 @@ def test_a_stale_index_beside_the_file_does_no_harm(write, tmp_path):
 
 
 def test_what_is_no_table_is_told(write, tmp_path):
-    for name, content, message in [
-        ("empty.tdms", b"", "is empty"),
-        ("text.tdms", b"t,F\n0,1\n", "this is not a LabVIEW file .* but a text file"),
-        ("a.tdms_index", b"TDSh....", "the index of a LabVIEW file. Open the .tdms file beside it"),
-        ("noise.tdms", b"TDSm" + bytes(range(100)), "cut off"),
-    ]:
-        (tmp_path / name).write_bytes(content)
-        with pytest.raises(InputError, match=f"{name}.*{message}"):
-            read(open_tdms, tmp_path / name)
-    with pytest.raises(InputError, match="No such file"):
-        read(open_tdms, tmp_path / "none.tdms")
+    files = {
+        "empty.tdms": (b"", "is empty"),
+        "text.tdms": (b"t,F\n0,1\n", "this is not a LabVIEW file .* but a text file"),
+        "a.tdms_index": (b"TDSh....", "the index of a LabVIEW file. Open the .tdms file beside it"),
+        "noise.tdms": (b"TDSm" + bytes(range(100)), "cut off"),
+    }
+    check_refusals(open_tdms, tmp_path, files)
     with pytest.raises(InputError, match=r"holds no columns of numbers\. Inside: log/n \(text\); log/e \(empty\)"):
         read(open_tdms, write([("log", "n", ["a", "b"]), ("log", "e", np.zeros(0))]))
 

@@ -1,8 +1,5 @@
 """Tables in text files: what was written is read back, however it was written."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -360,18 +357,4 @@ def test_a_long_file_is_read_in_little_memory(tmp_path):
     with path.open("wb") as stream:
         for _ in range(200_000_000 // len(block)):
             stream.write(block)
-    program = """
-import resource, sys
-from pathlib import Path
-from nectosome.measure.formats.source import Options
-from nectosome.measure.formats.text import open_text
-from nectosome.papers.measure import study
-peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-source, before = open_text(Path(sys.argv[1]), Options()), peak()
-rows = sum(len(piece.rows) for piece in source.pieces(100_000))
-print(rows, peak() - before)
-"""
-    run = subprocess.run([sys.executable, "-c", program, str(path)], capture_output=True, text=True, check=True)
-    rows, grown = map(int, run.stdout.split())
-    assert rows == 200_000_000 // len(block) * 20_000
-    assert grown < 60e6
+    assert growth(open_text, path) < 60
