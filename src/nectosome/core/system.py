@@ -37,12 +37,6 @@ class Mechanical(System):
         """Unbalanced generalised force M a + h [N or N m]: implicit integration, statics, inverse dynamics."""
 
     @abstractmethod
-    def mass_bias(
-        self, t: Float[Array, ""], x: State, u: Any = None
-    ) -> tuple[Float[Array, "nv nv"], Float[Array, "nv"]]:
-        """Mass matrix M and bias h: explicit integration."""
-
-    @abstractmethod
     def state_rates(self, t: Float[Array, ""], x: State, u: Any = None) -> Any:
         """Rate of the load states z."""
 

@@ -3,6 +3,8 @@
 from .diagnose import Diagnosis, diagnose, load_names
 from .joints import Fixed, Free, Joint, Planar, Prismatic, Revolute, Spherical
 from .links import Link
+from .plane import InPlane
+from .reduce import in_plane, moves_in_plane, reduced
 from .robot import Attached, Forces, Robot, make_robot
 from .rods import STRAINS, Rod, make_rod
 from .tree import Part, Shape, Tree
@@ -14,6 +16,7 @@ __all__ = [
     "Fixed",
     "Forces",
     "Free",
+    "InPlane",
     "Joint",
     "Link",
     "Part",
@@ -26,7 +29,10 @@ __all__ = [
     "Spherical",
     "Tree",
     "diagnose",
+    "in_plane",
     "load_names",
     "make_robot",
     "make_rod",
+    "moves_in_plane",
+    "reduced",
 ]

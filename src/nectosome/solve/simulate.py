@@ -12,6 +12,7 @@ from jaxtyping import Array
 
 from nectosome.core import Mechanical, State, Status
 from nectosome.core.remember import remembered
+from nectosome.mechanism import reduced
 
 from .march import Guard, March, Method, Settings, begin, interpolate, march
 from .results import Run, Trajectory
@@ -53,14 +54,15 @@ def simulate(
     kind: Method = "implicit" if method == "auto" else method
     settings = Settings(kind, *map(jnp.asarray, (rtol, atol, max_steps)))
     x = system.initial() if initial is None else initial
+    equations = reduced(system)
     chunks = _chunks(times[1:])
     m = begin(jnp.asarray(0.0), x, settings, jnp.asarray(min(1e-3, 0.1 * times[1])))
     states, status = [jax.tree.map(lambda x: x[None], x)], Status.SOLVED
     for chunk in chunks:
         if until is None:
-            m, xs = remembered(march, system, m, chunk, settings)
+            m, xs = remembered(march, equations, m, chunk, settings)
         else:
-            m, xs = _march_until(system, m, jnp.asarray(chunk), settings, until)
+            m, xs = _march_until(equations, m, jnp.asarray(chunk), settings, until)
         states.append(xs)
         status = Status(int(m.status))
         if status != Status.SOLVED:

@@ -1,0 +1,110 @@
+"""The links of a robot that moves in the plane: how they move, and what loads do to them."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import Load, Strips, Water, se2
+
+from .links import Link
+
+
+class Body(eqx.Module):
+    """A link as it lies when all joints are at 0, along the axes of the world."""
+
+    offset: se2.Vector  # of its joint from the parent's root [m]
+    slides: tuple[se2.Vector, ...]  # along which its joint slides, before it turns
+    turn: tuple[Array, ...]  # sense in which its joint turns about z; () where it does not
+    inertia: se2.Inertia  # about its root, with the water it carries
+
+
+class Moving(NamedTuple):
+    """A link as it moves."""
+
+    heading: se2.Vector  # cosine and sine of the angle it has turned by
+    place: se2.Vector  # of its root [m]
+    step: se2.Vector  # from its parent's root [m]
+    twist: se2.Twist
+    bias: se2.Twist  # acceleration that comes with velocities and with prescribed joints
+    motions: tuple[se2.Twist, ...]  # of its joint, one a coordinate
+
+
+class Alike(eqx.Module):
+    """Links of one structure and the loads on them, one after another along the first axis: computed together."""
+
+    body: Link
+    loads: tuple[Load, ...]
+    rotation: Float[Array, "*m n 3 3"]
+    position: Float[Array, "*m n 3"]
+    inertia: Float[Array, "*m n 6 6"]
+
+    def wrenches(self, t: Array, links: list[Moving], water: Water) -> list[se2.Wrench]:
+        """What the loads do to the links about their roots, world axes."""
+        moves = jnp.stack([jnp.stack([*link.heading, *link.place, *link.twist]) for link in links])
+        total = jax.vmap(lambda one, move: loaded(one, t, move, water))(self, moves)
+        return [tuple(row) for row in total]
+
+
+def world() -> Moving:
+    """What the first link hangs on: it does not move."""
+    zero = jnp.zeros(())
+    still, origin = (zero, zero, zero), (zero, zero)
+    return Moving((jnp.ones(()), zero), origin, origin, still, still, ())
+
+
+def moved(body: Body, before: Moving, q: Array, v: Array, a: Array | None) -> Moving:
+    """Link behind a joint with coordinates q and velocities v; a of a joint that is prescribed."""
+    zero = jnp.zeros(())
+    w = before.twist[0]
+    x, y = se2.turned(before.heading, body.offset)
+    axes = [se2.turned(before.heading, axis) for axis in body.slides]
+    motions: list[se2.Twist] = [(zero, *axis) for axis in axes]
+    gone = [zero, zero]
+    for i, (ex, ey) in enumerate(axes):
+        x, y = x + q[i] * ex, y + q[i] * ey
+        gone = [gone[0] + v[i] * ex, gone[1] + v[i] * ey]
+    step = (x, y)
+    c, s = before.heading
+    twist = se2.add(se2.carried(before.twist, step), (zero, gone[0], gone[1]))
+    bias = zero, -w * w * x - 2 * w * gone[1], -w * w * y + 2 * w * gone[0]
+    if body.turn:
+        (sense,) = body.turn
+        angle = sense * q[-1]
+        c, s = se2.turned(before.heading, (jnp.cos(angle), jnp.sin(angle)))
+        twist = se2.add(twist, (sense * v[-1], zero, zero))
+        motions.append((sense, zero, zero))
+    if a is not None:
+        for i, S in enumerate(motions):
+            bias = se2.add(bias, se2.scale(a[i], S))
+    place = before.place[0] + x, before.place[1] + y
+    return Moving((c, s), place, step, twist, bias, tuple(motions))
+
+
+def loaded(alike: Alike, t: Array, moves: Float[Array, "7"], water: Water) -> Float[Array, "3"]:
+    """Wrench of all loads on one link that moves as it says: heading, place, twist."""
+    body, R, at = alike.body, alike.rotation, alike.position
+    c, s, X, Y, w, x, y = moves
+    # along axes that turn with the link
+    x, y = c * x + s * y - w * at[:, 1], c * y - s * x + w * at[:, 0]
+    Rx, Ry, Rz = R[:, 0], R[:, 1], R[:, 2]
+    place = [X + c * at[:, 0] - s * at[:, 1], Y + s * at[:, 0] + c * at[:, 1], at[:, 2]]
+    strips = Strips(
+        rotation=jnp.stack([c * Rx - s * Ry, s * Rx + c * Ry, Rz], axis=1),
+        position=jnp.stack(place, axis=1),
+        angular_velocity=Rz * w,
+        velocity=Rx * x[:, None] + Ry * y[:, None],
+        x=body.x,
+        weight=body.weight,
+        half_width=body.half_width,
+        volume=body.volume,
+        inertia=alike.inertia,
+    )
+    wrenches = [load.force(t, strips, (), water)[0] for load in alike.loads]
+    total = sum((wrench for wrench in wrenches if wrench is not None), jnp.zeros((at.shape[0], 6)))
+    fx, fy = jnp.sum(Rx * total[:, 3:], axis=1), jnp.sum(Ry * total[:, 3:], axis=1)
+    m = jnp.sum(Rz * total[:, :3], axis=1) + at[:, 0] * fy - at[:, 1] * fx
+    fx, fy = jnp.sum(fx), jnp.sum(fy)
+    return jnp.stack([jnp.sum(m), c * fx - s * fy, s * fx + c * fy])
