@@ -18,14 +18,15 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.linear import generalised_inverse
-from nectosome.mechanism import Robot
+from nectosome.mechanism import InPlane, Robot
 
 from .march import Settings, begin, march
 from .symmetry import Symmetry
 
+Moving = Robot | InPlane
+
 _WAIT, _CYCLES = 2, 60  # cycles before Newton's method, and in all
 _CORRECTIONS = 12
-_CLOSED = 1.0  # of the error allowed in a step: ends as close have met
 _FIRST_STEP = 1e-4  # s
 _NOTHING = 1e-9  # of what a cycle does to a disturbance
 
@@ -33,48 +34,59 @@ _NOTHING = 1e-9  # of what a cycle does to a disturbance
 class Orbit(NamedTuple):
     """A motion that repeats itself."""
 
-    state: State  # at the start of the cycle, t = 0
+    states: State  # at the times asked for, leaves [n, ...]; the first is the start of the cycle
     monodromy: Float[Array, "m m"]  # derivative of the state after a cycle by that before, in displacements
+
+
+class Cycle(NamedTuple):
+    """A cycle from some state on."""
+
+    states: State  # at the times asked for
+    gap: Float[Array, "m"]  # between its ends, but for what the equations do not depend on
+    size: Float[Array, ""]  # of the gap, in errors allowed of numbers as large as they get in the cycle; 1 is closed
+    status: Array  # of the time integration
+
+    @property
+    def end(self) -> State:
+        """State at the end."""
+        return jax.tree.map(lambda x: x[-1], self.states)
 
 
 class _Search(NamedTuple):
     x: State
+    found: Cycle
     monodromy: Array
-    size: Array  # of the gap between the ends of the last cycle, in allowed errors
     best: Array  # size that a correction must halve; inf after a wait, when any gap may be corrected again
     corrections: Array
     cycles: Array
     waited: Array  # the last move was to wait
-    status: Array  # of the time integration
     done: Array
 
 
-def near(robot: Robot, x: State, y: Float[Array, "m"]) -> State:
+def near(robot: Moving, x: State, y: Float[Array, "m"]) -> State:
     """State displaced by y: coordinates along the velocities, velocities, load states."""
     n = x.v.shape[0]
     z, unravel = ravel_pytree(x.z)
     return State(robot.advance(x.q, y[:n], jnp.ones(())), x.v + y[n : 2 * n], unravel(z + y[2 * n :]))
 
 
-def between(robot: Robot, symmetry: Symmetry, a: State, b: State) -> Float[Array, "m"]:
+def between(robot: Moving, symmetry: Symmetry, a: State, b: State) -> Float[Array, "m"]:
     """Displacement from a to b as far as the equations can tell: 0 along the symmetry."""
     moved = robot.displacements(b.q) - robot.displacements(a.q)
     moved = jnp.where(symmetry.rates(moved.shape[0]), 0.0, moved)
-    if symmetry.spin:
+    if symmetry.spin and isinstance(robot, Robot):
         moved = moved.at[:3].set(symmetry.tilt(robot, a.q, b.q))
     return jnp.concatenate([moved, b.v - a.v, ravel_pytree(b.z)[0] - ravel_pytree(a.z)[0]])
 
 
-def states_at(robot: Robot, x: State, times: Float[Array, "n"], settings: Settings) -> tuple[State, Array]:
-    """States at increasing times from x at time 0 on, and the status of the integration."""
-    m, states = march(robot, begin(jnp.zeros(()), x, settings, jnp.asarray(_FIRST_STEP)), times, settings)
-    return states, m.status
-
-
-def after(robot: Robot, x: State, time: Float[Array, ""], settings: Settings) -> tuple[State, Array]:
-    """State after some time, and the status of the integration."""
-    states, status = states_at(robot, x, time[None], settings)
-    return jax.tree.map(lambda x: x[0], states), status
+def cycle(robot: Moving, symmetry: Symmetry, x: State, times: Float[Array, "n"], settings: Settings) -> Cycle:
+    """States at times that increase from 0 to the period, and how far the last is from the first."""
+    m, later = march(robot, begin(jnp.zeros(()), x, settings, jnp.asarray(_FIRST_STEP)), times[1:], settings)
+    states = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, later)
+    gap = between(robot, symmetry, x, jax.tree.map(lambda x: x[-1], later))
+    numbers = jax.vmap(lambda x: ravel_pytree((robot.displacements(x.q), x.v, x.z))[0])(states)
+    allowed = settings.atol + settings.rtol * jnp.max(jnp.abs(numbers), axis=0)
+    return Cycle(states, gap, jnp.sqrt(jnp.mean((gap / allowed) ** 2)), m.status)
 
 
 def _solved(J: Float[Array, "m m"]) -> Float[Array, "m m"]:
@@ -82,56 +94,49 @@ def _solved(J: Float[Array, "m m"]) -> Float[Array, "m m"]:
     return generalised_inverse(jnp.where(jnp.abs(J) > _NOTHING, J, 0.0))
 
 
-def orbit(robot: Robot, symmetry: Symmetry, guess: State, period: Float[Array, ""], settings: Settings) -> Solution:
+def orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings) -> Solution:
     """Periodic orbit from a state nearby, with status SOLVED, SETTLED (Newton's method did not get there) or NO_PERIOD.
 
-    The residual is the root mean square of the gap between the ends of the cycle, in errors allowed by the settings.
-    Works under jit and vmap.
+    `times` increase from 0 to the period. The residual is the root mean square of the gap between the ends of the
+    cycle, in errors allowed by the settings. Works under jit and vmap.
     """
     m = ravel_pytree((guess.v, guess.v, guess.z))[0].shape[0]
 
-    def gap(x: State, y: Array) -> tuple[Array, tuple[Array, State, Array]]:
-        x = near(robot, x, y)
-        end, status = after(robot, x, period, settings)
-        r = between(robot, symmetry, x, end)
-        return r, (r, end, status)
-
-    def size_of(r: Array, x: State) -> Array:
-        numbers = ravel_pytree((robot.displacements(x.q), x.v, x.z))[0]
-        scaled = r / (settings.atol + settings.rtol * jnp.abs(numbers))
-        return jnp.sqrt(jnp.mean(scaled**2))
+    def gap(x: State, y: Array) -> tuple[Array, Cycle]:
+        found = cycle(robot, symmetry, near(robot, x, y), times, settings)
+        return found.gap, found
 
     def look(s: _Search) -> _Search:
-        J, (r, end, status) = jax.jacfwd(lambda y: gap(s.x, y), has_aux=True)(jnp.zeros(m))
-        size = size_of(r, s.x)
-        closed = size <= _CLOSED
-        closer = (size < 0.5 * s.best) & (s.corrections < _CORRECTIONS)
-        corrected = near(robot, s.x, -_solved(J) @ r)
+        J, found = jax.jacfwd(lambda y: gap(s.x, y), has_aux=True)(jnp.zeros(m))
+        closed = found.size <= 1.0
+        closer = (found.size < 0.5 * s.best) & (s.corrections < _CORRECTIONS)
+        corrected = near(robot, s.x, -_solved(J) @ found.gap)
         fine = jnp.all(jnp.isfinite(ravel_pytree(corrected)[0]))
         newton = closer & fine
-        x = jax.tree.map(lambda a, b, c: jnp.where(closed, a, jnp.where(newton, b, c)), s.x, corrected, end)
-        bad = status != int(Status.SOLVED)
+        x = jax.tree.map(lambda a, b, c: jnp.where(closed, a, jnp.where(newton, b, c)), s.x, corrected, found.end)
+        bad = found.status != int(Status.SOLVED)
         cycles = s.cycles + 1
         return _Search(
             x=x,
+            found=found,
             monodromy=J + jnp.eye(m),
-            size=size,
-            best=jnp.where(newton, size, jnp.inf),
+            best=jnp.where(newton, found.size, jnp.inf),
             corrections=s.corrections + newton,
             cycles=cycles,
             waited=jnp.where(closed, s.waited, ~newton),
-            status=status,
             done=closed | bad | (cycles >= _CYCLES),
         )
 
-    begun = guess, jnp.asarray(int(Status.SOLVED))
-    x, status = jax.lax.fori_loop(0, _WAIT, lambda _, c: after(robot, c[0], period, settings), begun)
+    def wait(_: Array, found: Cycle) -> Cycle:
+        return cycle(robot, symmetry, found.end, times, settings)
+
+    begun = jax.lax.fori_loop(0, _WAIT - 1, wait, cycle(robot, symmetry, guess, times, settings))
     none, infinite, no = jnp.zeros((), int), jnp.asarray(jnp.inf), jnp.asarray(False)
-    lost = status != int(Status.SOLVED)
-    start = _Search(x, jnp.eye(m), infinite, infinite, none, none + _WAIT, no, status, lost)
+    lost = begun.status != int(Status.SOLVED)
+    start = _Search(begun.end, begun, jnp.eye(m), infinite, none, none + _WAIT, no, lost)
     s = jax.lax.while_loop(lambda s: ~s.done, look, start)
-    found = jnp.where(s.waited, int(Status.SETTLED), int(Status.SOLVED))
-    status = jnp.where(s.size <= _CLOSED, found, int(Status.NO_PERIOD))
-    status = jnp.where(s.status == int(Status.SOLVED), status, s.status)
+    status = jnp.where(s.waited, int(Status.SETTLED), int(Status.SOLVED))
+    status = jnp.where(s.found.size <= 1.0, status, int(Status.NO_PERIOD))
+    status = jnp.where(s.found.status == int(Status.SOLVED), status, s.found.status)
     stats = {"cycles": s.cycles, "corrections": s.corrections}
-    return Solution(Orbit(s.x, s.monodromy), status, stats, s.size)
+    return Solution(Orbit(s.found.states, s.monodromy), status, stats, s.found.size)

@@ -9,10 +9,10 @@ import numpy as np
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
-from nectosome.mechanism import Robot
+from nectosome.mechanism import Robot, reduced
 
 from .march import Settings
-from .orbit import orbit, states_at
+from .orbit import orbit
 from .results import Run, Trajectory
 from .symmetry import Symmetry, find_symmetry
 
@@ -49,7 +49,7 @@ def periodic(
     All that its equations depend on returns after a period; place and heading may go on. It is looked for from `guess`
     (a state at t = 0), else from rest. Status SOLVED; SETTLED where it was found by waiting; UNSTABLE where a
     multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves. The ends of the cycle meet
-    within what `rtol` and `atol` allow for one time step.
+    within what `rtol` and `atol` allow for one time step, of numbers as large as they get in the cycle.
     Raises ValueError for a period, sample count or tolerance that makes no sense, and where nothing is free to move.
     """
     if not (np.isfinite(period) and period > 0):
@@ -65,27 +65,20 @@ def periodic(
     if float(remembered(_change_over, robot, T)) > _SAME:
         one = jax.tree.map(lambda x: jnp.asarray(x)[None], x)
         return _result(robot, np.zeros(1), one, Status.OTHER_PERIOD, {}, np.zeros(0, complex), jnp.asarray(jnp.nan))
-    found: Solution = remembered(orbit, robot, symmetry, x, T, settings)
+    times = np.linspace(0.0, period, samples)
+    found: Solution = remembered(orbit, reduced(robot), symmetry, x, jnp.asarray(times), settings)
     status, stats, multipliers = Status(int(found.status)), dict(found.stats), np.zeros(0, complex)
     if status in (Status.SOLVED, Status.SETTLED):
         multipliers = _multipliers(symmetry, x.v.size, np.asarray(found.value.monodromy))
         stats["multiplier"] = np.max(np.abs(multipliers), initial=0.0)
         if stats["multiplier"] > _STABLE:
             status = Status.UNSTABLE
-    times = np.linspace(0.0, period, samples)
-    state = remembered(_cycle, robot, found.value.state, jnp.asarray(times), settings)
-    return _result(robot, times, state, status, stats, multipliers, found.residual)
+    return _result(robot, times, found.value.states, status, stats, multipliers, found.residual)
 
 
 def _settings(period, rtol: float, atol: float) -> Settings:
     """How to integrate a cycle: in at least a hundred steps, so that small disturbances are followed at rest too."""
     return Settings("implicit", *map(jnp.asarray, (rtol, atol, 100_000)), longest=period / 100)
-
-
-def _cycle(robot: Robot, x: State, times, settings: Settings) -> State:
-    """States at times, the first of which is 0."""
-    states, _ = states_at(robot, x, times[1:], settings)
-    return jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, states)
 
 
 def _change_over(robot: Robot, period) -> jax.Array:
