@@ -44,14 +44,14 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
     r"""What a cycle gives whose states are known at times spread evenly from 0 to the period T, both ends included.
 
     A mean is that of the first n - 1 samples, the trapezoid rule of a periodic function. With the place x and the
-    rotation R of the root body's first station, the powers of loads $P_l$, reactions $P_r$ and driving forces $P_d$,
-    and the mass m of the robot:
+    rotation R of the root body's first station, the mean powers $\bar P_l$ of loads, $\bar P_r$ of reactions and
+    $\bar P_d$ of driving forces, and the mass m of the robot:
 
-    - power $P = \overline{\sum P_r + \sum P_d}$; what a drive gets back in a part of the cycle counts as given back.
+    - power $P = \sum \bar P_r + \sum \bar P_d$; what a drive gets back in a part of the cycle counts as given back.
     - speed $U = |x(T) - x(0)|/T$.
-    - turn_rate $\operatorname{atan2}(Q_{yx} - Q_{xy}, Q_{xx} + Q_{yy})/T$, $Q = R(T) R(0)^T$: the heading gained, less
+    - turn_rate $\mathrm{atan2}(Q_{yx} - Q_{xy}, Q_{xx} + Q_{yy})/T$, $Q = R(T) R(0)^T$: the heading gained, less
       than half a turn a cycle.
-    - efficiency $-\overline{\sum P_l}/P$ of the loads on the root body, all but its added mass: what it costs to tow
+    - efficiency $-\sum \bar P_l / P$ of the loads on the root body, all but its added mass: what it costs to tow
       that body as it moves, of what the drives give. Near to the quasi-propulsive efficiency (Maertens et al. 2015),
       which tows at the mean speed. NaN where the body stays, or the drives give no power.
     - cost_of_transport $P/(m g U)$ with standard gravity (Gabrielli and von Karman 1950; Tucker 1975). NaN where the
