@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .io import InputError, apply_settings, load_dataset, load_robot, save_dataset
     from .robots import bind, build, describe, flagella, names
-    from .solve import simulate, static, steady
+    from .solve import periodic, simulate, static, steady
     from .view import show_run
 
 _ROOMS = {
     "io": ("InputError", "apply_settings", "load_dataset", "load_robot", "save_dataset"),
     "robots": ("bind", "build", "describe", "flagella", "names"),
-    "solve": ("simulate", "static", "steady"),
+    "solve": ("periodic", "simulate", "static", "steady"),
     "view": ("show_run",),
 }
 _HOME = {name: room for room, inside in _ROOMS.items() for name in inside}
@@ -37,6 +37,7 @@ __all__ = [
     "load_dataset",
     "load_robot",
     "names",
+    "periodic",
     "save_dataset",
     "show_run",
     "simulate",

@@ -18,7 +18,8 @@ from .answers import check_wrong, faults
 
 BALL = Path(__file__).with_name("ball.yaml").read_text()
 FLAGELLUM = load_robot(file_of("flagellum"))
-COMMANDS = ("reproduce", "simulate", "steady", "design", "show", "check", "schema", "measure")
+COMMANDS = ("reproduce", "simulate", "steady", "periodic", "design", "show", "check", "schema", "measure")
+SOLVERS = ("simulate", "steady", "periodic")
 
 
 def wrong_values() -> list[tuple[str, ...]]:
@@ -48,7 +49,7 @@ def wrong_options() -> list[tuple[str, ...]]:
     """Options that are missing, unknown, twice, out of range or of the wrong kind."""
     cases: list[tuple[str, ...]] = [("simulat",), ("--verbose",), ("-x",), ("nonsense", "flagellum"), ("",)]
     for command in COMMANDS:
-        robot = ("flagellum",) if command in ("simulate", "steady", "design", "show", "check") else ()
+        robot = ("flagellum",) if command in (*SOLVERS, "design", "show", "check") else ()
         cases += [(command, *robot, option) for option in ("--nonsense", "-q", "--tiem=3s", "--nonsense=3", "--no-set")]
         if robot:
             cases += [(command,), (command, *robot, "more"), (command, *robot, "two", "more")]
@@ -93,7 +94,7 @@ def wrong_options() -> list[tuple[str, ...]]:
         "a" * 300,
     )
     targets += ("a" * 253 + ".nc", "/dev/full", "/dev/null", "/proc/run.nc", "bad\0name.nc", "pipe.nc")
-    cases += [(command, "ball.yaml", "--save", target) for command in ("simulate", "steady") for target in targets]
+    cases += [(command, "ball.yaml", "--save", target) for command in SOLVERS for target in targets]
     pages = ("", ".", "folder.html", "nowhere/page.html", "page.nc", "ball.yaml", "page", "/proc/page.html")
     cases += [("show", "run.nc", "--save", page) for page in pages]
     cases += [("reproduce", name) for name in ("nonsense", "", "--all", "FLAGELLUM", "flagellum,flagellum")]
@@ -119,8 +120,8 @@ def wrong_robots() -> list[tuple[str, ...]]:
         "bad\0name",
     ]
     robots += ["flagella0", "paddle9", *(f"damaged/{name}" for name in damaged_files())]
-    cases = [(command, robot) for robot in robots for command in ("simulate", "steady", "design", "show", "check")]
-    return [*cases, *((command, "run.nc") for command in ("simulate", "steady", "design", "check"))]
+    cases = [(command, robot) for robot in robots for command in (*SOLVERS, "design", "show", "check")]
+    return [*cases, *((command, "run.nc") for command in (*SOLVERS, "design", "check"))]
 
 
 def wrong_designs() -> list[tuple[str, ...]]:

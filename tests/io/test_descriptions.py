@@ -45,6 +45,7 @@ def robot(body: str = f"{CYLINDER}, mass: 1 kg", **limbs: str) -> str:
         (robot(a=f"{ROD}, joint: {{kind: revolute, axis: w}}"), 'limbs.a.joint.axis: "w" is no axis.'),
         (robot(a=f"{ROD}, joint: {{kind: revolute, axis: [0, 0, 0]}}"), "limbs.a.joint.axis: the axis has no length."),
         (robot(a=f"{ROD}, joint: {{kind: revolute, axis: x, motion: {{kind: rate, rate: 1 rad/s}}, torque: {{kind: constant, value: 0}}}}"), "a joint with a motion cannot have a torque as well."),
+        (robot(a=f"{ROD}, joint: {{kind: revolute, axis: x, limits: {{torque: 1 N m, speed: 1 rpm}}}}"), "limbs.a.joint.limits: are those of a servo"),
         (robot(a=f"{ROD}, joint: {{kind: prismatic, axis: x, velocity: 1 m/s, motion: {{kind: rate, rate: 1 m/s}}}}"), "the motion already says where the joint starts."),
         (robot(a=f"{ROD}, joint: {{kind: planar, axis: z, start: {{position: [0, 0, 1 m]}}}}"), "limbs.a.joint.start.position: the position leaves the plane"),
         (robot() + "\naliases: {x: body.lenght}", 'aliases.x: "body.lenght" is no quantity of this robot. Did you mean "body.length"?'),

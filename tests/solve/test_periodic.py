@@ -10,82 +10,17 @@ from nectosome.io import parse_robot
 from nectosome.robots import build, describe
 from nectosome.solve import find_symmetry, periodic, simulate
 
-I, K, C, M0, F = 0.02, 0.8, 0.03, 0.05, 1.3  # kg m2, N m/rad, N m s/rad, N m, Hz
-DRIVEN = f"""
-name: driven
-water: {{gravity: 0 m/s2}}
-body:
-  kind: rigid
-  shape: point
-  mass: 1 kg
-  inertia: [{I} kg m2, {I} kg m2, {I} kg m2]
-  joint:
-    kind: revolute
-    axis: z
-    stiffness: {K} N m/rad
-    damping: {C} N m s/rad
-    torque: {{kind: sine, amplitude: {M0} N m, frequency: {F} Hz, phase: 0.4 rad}}
-"""
-# a bob on a rod whose hinge is shaken up and down: with this frequency, twice its own, hanging still is unstable
-SHAKEN = """
-name: shaken
-water: {density: 1e-9 kg/m3, gravity: 9.81 m/s2}
-body:
-  kind: rigid
-  shape: point
-  mass: 1 kg
-  volume: 0 m3
-  joint: {kind: prismatic, axis: z, motion: {kind: sine, amplitude: 60 mm, frequency: FREQUENCY Hz}}
-limbs:
-  bob:
-    on: body
-    kind: rigid
-    shape: point
-    mass: 1 kg
-    inertia: [1 kg m2, 1 kg m2, 1 kg m2]
-    centre_of_mass: [0 m, 0 m, -1 m]
-    volume: 0 m3
-    joint: {kind: revolute, axis: y, position: 1e-3 rad, damping: 0.02 N m s/rad}
-"""
-ROWING = """
-name: rowing boat
-water: {gravity: 0 m/s2}
-body:
-  kind: rigid
-  shape: cylinder
-  length: 200 mm
-  radius: 40 mm
-  mass: 1 kg
-  joint: {kind: prismatic, axis: y}
-  loads: {drag: {kind: lumped_drag, drag_area: [0 m2, 4e-3 m2, 0 m2]}}
-limbs:
-  arm:
-    on: body
-    kind: rigid
-    shape: point
-    mass: 16 g
-    joint: {kind: revolute, axis: z, motion: {kind: stroke, amplitude: 60 deg, frequency: 0.8 Hz}}
-  blade:
-    on: arm
-    kind: rigid
-    shape: box
-    length: 100 mm
-    width: 2 mm
-    height: 40 mm
-    mass: 30 g
-    strips: 4
-    joint:
-      kind: revolute
-      axis: z
-      stiffness: 0.03 N m/rad
-      lower: {stiffness: 10 N m/rad, damping: 0.01 N m s/rad}
-    loads: {drag: {kind: plate_drag, normal: 1}}
-"""
+from .robots import DRIVEN, M0, ROWING, SHAKEN, C, F, I, K
 
 
-def test_a_driven_oscillator_answers_as_its_transfer_function():
+@pytest.fixture(scope="module")
+def driven():
+    return periodic(build(parse_robot(DRIVEN)), 1 / F, rtol=1e-8, atol=1e-10)
+
+
+def test_a_driven_oscillator_answers_as_its_transfer_function(driven):
     """theta = Re M0 e^{i w t} / (K - I w^2 + i C w); disturbances decay with its own eigenvalues."""
-    found = periodic(build(parse_robot(DRIVEN)), 1 / F, rtol=1e-8, atol=1e-10)
+    found = driven
     assert int(found.status) == Status.SOLVED
     w = 2 * np.pi * F
     answer = M0 / (K - I * w**2 + 1j * C * w) * np.exp(1j * (w * np.asarray(found.value.time) + 0.4 - np.pi / 2))
@@ -93,6 +28,23 @@ def test_a_driven_oscillator_answers_as_its_transfer_function():
     own = np.exp(np.roots([I, C, K]) / F)
     np.testing.assert_allclose(np.sort_complex(found.multipliers), np.sort_complex(own), atol=1e-6)
     assert float(found.stats["multiplier"]) == pytest.approx(np.exp(-C / (2 * I) / F), rel=1e-6)
+
+
+def test_what_drives_put_in_over_a_cycle_loads_take_out(driven):
+    """P = C w^2 X^2 / 2 of the solved cycle; mean powers balance since the energy comes back."""
+    w = 2 * np.pi * F
+    means = driven.means()
+    burnt = C * w**2 * abs(M0 / (K - I * w**2 + 1j * C * w)) ** 2 / 2
+    assert float(means.power) == pytest.approx(burnt, rel=1e-6)
+    assert float(jnp.sum(means.load_power)) == pytest.approx(0, abs=1e-6 * burnt)
+
+
+def test_results_hold_the_multipliers_and_the_period(driven):
+    dataset = driven.to_dataset()
+    complex_ = dataset["multiplier_real"].values + 1j * dataset["multiplier_imaginary"].values
+    assert np.array_equal(complex_, driven.multipliers)
+    assert dataset.attrs["multiplier"] == np.abs(complex_).max()
+    assert dataset.attrs["period"] == 1 / F
 
 
 def hill_multiplier(frequency):
@@ -141,9 +93,24 @@ def test_a_boat_that_rows_away_has_a_cycle_all_the_same(boat, rowing):
     assert q[-1, 0] - q[0, 0] == pytest.approx(way[-1] - way[1], rel=1e-4)
 
 
+@pytest.mark.slow
+def test_the_means_of_a_boat_account_for_all_power(boat):
+    """What the arm puts in, drag, spring and stop take out; with fewer samples the blow on the stop is missed."""
+    robot = build(boat)
+    found = periodic(robot, 1 / 0.8, samples=1025, rtol=1e-8, atol=1e-10)
+    means, way = found.means(), np.asarray(found.value.state.q)[:, 0]
+    assert float(means.speed) == pytest.approx(abs(way[-1] - way[0]) * 0.8, rel=1e-12)
+    put_in = float(means.power)
+    assert float(jnp.sum(means.load_power)) == pytest.approx(-put_in, rel=2e-5)
+    assert 0 < float(means.efficiency) < 1
+    assert float(means.cost_of_transport) == pytest.approx(put_in / (1.046 * 9.80665 * float(means.speed)), rel=1e-12)
+
+
 def test_drives_of_another_period_are_told(boat):
     found = periodic(build(boat), 1.0)
     assert int(found.status) == Status.OTHER_PERIOD
+    ramp = ROWING.replace("frequency: 0.8 Hz}", "frequency: 0.8 Hz, ramp: 50 ms}")
+    assert int(periodic(build(parse_robot(ramp)), 1 / 0.8).status) == Status.OTHER_PERIOD
     assert "do not repeat themselves with this period" in Status.OTHER_PERIOD.reason
 
 

@@ -15,6 +15,7 @@ from nectosome.cli.check import check, schema
 from nectosome.cli.design import design
 from nectosome.cli.measure import measure
 from nectosome.cli.output import tell
+from nectosome.cli.periodic import periodic
 from nectosome.cli.reproduce import reproduce
 from nectosome.cli.show import show
 from nectosome.cli.simulate import simulate
@@ -31,7 +32,7 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for command in (reproduce, simulate, steady, design, measure, show, check, schema):
+for command in (reproduce, simulate, steady, periodic, design, measure, show, check, schema):
     app.command(command)
 
 

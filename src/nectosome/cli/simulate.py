@@ -1,7 +1,6 @@
 """`nectosome simulate`: a robot through time."""
 
 import os
-import re
 import threading
 import time as clock
 from collections.abc import Callable
@@ -11,11 +10,12 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from nectosome.cli.options import read_count, read_duration, read_quantity
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.summary import summary
-from nectosome.io import InputError, parse_quantity, save_dataset
+from nectosome.io import InputError, save_dataset
 
 _MOST_SAMPLES = 100_000
 
@@ -39,11 +39,9 @@ def simulate(
     rtol: Annotated[str, Parameter(help="Relative tolerance of a time step.", allow_leading_hyphen=True)] = "1e-4",
 ) -> int:
     """Simulate a robot in water and print a summary."""
-    seconds = _quantity(time, "time", "--time")
-    if seconds <= 0:
-        raise InputError(f'"{time}" is out of range: it must be more than 0 s.', field="--time")
-    moments = _moments(samples)
-    tolerance = _quantity(rtol, "number", "--rtol")
+    seconds = read_duration(time, "--time")
+    moments = read_count(samples, "--samples", least=2, most=_MOST_SAMPLES)
+    tolerance = read_quantity(rtol, "number", "--rtol")
     if not 0 < tolerance < 1:
         raise InputError(f'"{rtol}" is out of range: it must be more than 0 and less than 1.', field="--rtol")
     if save is not None:
@@ -90,20 +88,6 @@ def simulate(
         tell(f"{description.name}: {status.reason}, {came_to}")
         return 1
     return 0
-
-
-def _quantity(text: str, dimension: str, option: str) -> float:
-    try:
-        return parse_quantity(text, dimension)
-    except ValueError as error:
-        raise InputError(str(error), field=option) from None
-
-
-def _moments(text: str) -> int:
-    number = int(text) if re.fullmatch(r"-?\d{1,9}", text) else 0
-    if not 2 <= number <= _MOST_SAMPLES:
-        raise InputError(f'"{text}" must be a whole number from 2 to {_MOST_SAMPLES}.', field="--samples")
-    return number
 
 
 def _cancellable(compute: Callable[[Callable[[], bool]], Any]) -> Any:

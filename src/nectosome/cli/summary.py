@@ -7,6 +7,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from nectosome.cli.page import columns, ending, number, page, powers, reaction_unit, servos
 from nectosome.io import InputError
 
 if TYPE_CHECKING:
@@ -51,14 +52,15 @@ def check_run(dataset: "xr.Dataset", source: str) -> None:
 
 
 def summary(arrays: "Arrays", attributes: "Mapping[str, Any]") -> Group:
-    """Return body, joints, powers, energies and status; `mean` is over the last tenth of the run."""
+    """Return body, joints, powers, energies and status; `mean` is over a cycle, or the last tenth of another run."""
     import numpy as np
 
     time = np.asarray(arrays["time"], dtype=float)
-    tenth = time >= time[-1] - 0.1 * (time[-1] - time[0])
+    cycle = "period" in attributes and time.size > 1
+    kept = time < time[-1] if cycle else time >= time[-1] - 0.1 * (time[-1] - time[0])
 
     def mean(name: str) -> "np.ndarray":
-        return arrays[name][tenth].mean(axis=0)
+        return arrays[name][kept].mean(axis=0)
 
     length = f", {time[-1]:.4g} s" if time.size > 1 else ""
     title = Text(f"{attributes['title']}{length}", "bold")
@@ -66,36 +68,26 @@ def summary(arrays: "Arrays", attributes: "Mapping[str, Any]") -> Group:
     if arrays["prescribed"].size:
         tables.append(_joints(arrays, mean("reaction")))
     tables += [
-        _powers(arrays, mean("load_power").sum(axis=1), mean("reaction_power")),
+        powers(arrays, mean("load_power").sum(axis=1), mean("reaction_power")),
         _energies(arrays, mean("energy")),
     ]
     balance = float(np.max(arrays["power_balance"]))
-    end = Text(
-        f"power balance: off by {balance:.1e} at worst\n"
-        f"status: {attributes['status']}, {attributes['status_reason']}{_effort(attributes)}"
-    )
-    spaced = [thing for table in tables for thing in (table, Text())]
-    return Group(title, Text(), *spaced, end)
+    return page(title, tables, [f"power balance: off by {balance:.1e} at worst", *_asked(arrays), ending(attributes)])
 
 
-def _effort(attributes: "Mapping[str, Any]") -> str:
-    """What it took, as far as it was noted."""
-    told = []
-    if "steps" in attributes:
-        told.append(f"{attributes['steps']} steps, {attributes.get('rejected', '?')} rejected")
-    if "growth" in attributes:
-        told.append(f"slowest disturbance grows at {attributes['growth']:.3g} 1/s")
-    if "jacobians" in attributes and "residuals" in attributes:
-        told.append(f"{attributes['residuals']} residuals, {attributes['jacobians']} Jacobians")
-    if "seconds" in attributes:
-        told.append(f"{attributes['seconds']:.1f} s to compute")
-    return "".join(f"; {part}" if i == 0 else f", {part}" for i, part in enumerate(told))
+def _asked(arrays: "Arrays") -> list[str]:
+    """What was asked of servos whose limits are known."""
+    import numpy as np
+
+    if "reaction_limit" not in arrays:
+        return []
+    return servos(arrays, *(np.abs(arrays[name]).max(axis=0) for name in ("reaction", "drive_velocity")))
 
 
 def origin(attributes: "Mapping[str, Any]") -> Table:
     """Return where a run comes from: the settings it was made with, versions and time."""
     known: dict[str, Any] = json.loads(attributes["provenance"])
-    table = _table("made with", "")
+    table = columns("made with", "")
     for key, value in known.items():
         shown = ", ".join(f"{k} {_plain(v)}" for k, v in value.items()) if isinstance(value, dict) else _plain(value)
         table.add_row(key, shown)
@@ -106,48 +98,27 @@ def _plain(value: Any) -> str:
     return f"({', '.join(map(str, value))})" if isinstance(value, list) else str(value)
 
 
-def _table(*columns: str) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="bold", title_justify="left")
-    for i, name in enumerate(columns):
-        table.add_column(name, justify="right" if i and name not in ("", "unit") else "left", no_wrap=bool(name))
-    return table
-
-
 def _body(arrays: "Arrays", mean: "np.ndarray") -> Table:
     import numpy as np
 
     velocity, position = (arrays[name][-1, 0] for name in ("velocity", "position"))
-    table = _table(str(arrays["part"][0]), "x", "y", "z", "size", "unit")
+    table = columns(str(arrays["part"][0]), "x", "y", "z", "size", "unit")
     rows = (("velocity at the end", velocity, "m/s"), ("mean velocity", mean, "m/s"), ("position", position, "m"))
     for name, vector, unit in rows:
-        size = _number(float(np.linalg.norm(vector))) if unit == "m/s" else ""
-        table.add_row(name, *(_number(x) for x in vector), size, unit)
+        size = number(float(np.linalg.norm(vector))) if unit == "m/s" else ""
+        table.add_row(name, *(number(x) for x in vector), size, unit)
     return table
 
 
 def _joints(arrays: "Arrays", reaction: "np.ndarray") -> Table:
-    table = _table("driven joint", "mean reaction", "unit")
+    table = columns("driven joint", "mean reaction", "unit")
     for name, force in zip(arrays["prescribed"], reaction, strict=True):
-        table.add_row(str(name), _number(force), "N m" if str(name).endswith(".angle") else "N")
-    return table
-
-
-def _powers(arrays: "Arrays", loads: "np.ndarray", joints: "np.ndarray") -> Table:
-    table = _table("power into the robot", "mean", "unit")
-    named = [*zip(arrays["prescribed"], joints, strict=True), *zip(arrays["load"], loads, strict=True)]
-    for name, watts in named:
-        if watts != 0:
-            table.add_row(str(name).replace("_", " "), _number(watts), "W")
-    table.add_row("sum", _number(loads.sum() + joints.sum()), "W")
+        table.add_row(str(name), number(force), reaction_unit(str(name)))
     return table
 
 
 def _energies(arrays: "Arrays", energies: "np.ndarray") -> Table:
-    table = _table("energy", "mean", "unit")
+    table = columns("energy", "mean", "unit")
     for name, joules in zip(arrays["form"], energies, strict=True):
-        table.add_row(str(name), _number(joules), "J")
+        table.add_row(str(name), number(joules), "J")
     return table
-
-
-def _number(value: float) -> str:
-    return f"{value:.4g}"

@@ -5,9 +5,10 @@ from .se3 import safe_norm
 from .signal import Constant, Rate, Recording, Signal, Sine, Stack, Steps, Stroke
 from .solution import Solution, Status
 from .system import JointLoad, Load, Mechanical, State, Strips, System
-from .water import UniformCurrent, Water
+from .water import STANDARD_GRAVITY, UniformCurrent, Water
 
 __all__ = [
+    "STANDARD_GRAVITY",
     "Constant",
     "JointLoad",
     "Load",

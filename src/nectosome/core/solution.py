@@ -37,7 +37,7 @@ _REASONS = {
     Status.NOT_FINITE: "gave up: the state is no longer finite",
     Status.NO_EQUILIBRIUM: "no equilibrium found",
     Status.CANCELLED: "cancelled",
-    Status.UNSTABLE: "an equilibrium, but unstable: the robot does not stay there",
+    Status.UNSTABLE: "found, but unstable: small disturbances grow, and the robot does not stay there",
     Status.UNSTEADY_DRIVES: "drives or loads change with time, so that nothing stays as it is",
     Status.NO_PERIOD: "no motion found that repeats itself",
     Status.OTHER_PERIOD: "drives or loads do not repeat themselves with this period",

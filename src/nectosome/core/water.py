@@ -7,6 +7,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+STANDARD_GRAVITY = 9.80665  # [m/s2], by definition (CGPM 1901)
+
 Current = Callable[[Float[Array, ""], Float[Array, "3"]], Float[Array, "3"]]
 
 

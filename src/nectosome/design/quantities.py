@@ -6,11 +6,10 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from nectosome.core import STANDARD_GRAVITY
 from nectosome.core.se3 import dot
 from nectosome.mechanism import Robot
 from nectosome.solve import Equilibrium
-
-STANDARD_GRAVITY = 9.80665  # [m/s2]
 
 
 @dataclass(frozen=True)

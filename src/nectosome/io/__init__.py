@@ -11,6 +11,7 @@ from nectosome.io.describe_joints import (
     PlanarStart,
     PrismaticJoint,
     RevoluteJoint,
+    ServoLimits,
     SphericalJoint,
     SphericalStart,
 )
@@ -48,6 +49,7 @@ from nectosome.io.errors import InputError, did_you_mean
 from nectosome.io.fields import Quantity
 from nectosome.io.files import dump_robot, json_schema, load_robot, parse_robot
 from nectosome.io.paths import get_value, numeric_paths, resolve, with_values
+from nectosome.io.period import drive_period
 from nectosome.io.provenance import provenance
 from nectosome.io.results import load_dataset, save_dataset
 from nectosome.io.settings import apply_settings, parse_setting
@@ -88,6 +90,7 @@ __all__ = [
     "Rigid",
     "RobotDescription",
     "Rod",
+    "ServoLimits",
     "SineAngle",
     "SineForce",
     "SineLength",
@@ -99,6 +102,7 @@ __all__ = [
     "WaterDescription",
     "apply_settings",
     "did_you_mean",
+    "drive_period",
     "dump_robot",
     "format_quantity",
     "get_value",

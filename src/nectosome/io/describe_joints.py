@@ -24,7 +24,9 @@ from nectosome.io.fields import (
     Damping,
     Length,
     PositiveAngle,
+    PositiveAngularSpeed,
     PositiveNumber,
+    PositiveTorque,
     Pressure,
     Speed,
     Stiffness,
@@ -75,11 +77,19 @@ class Flexure(Described):
     ratio: PositiveNumber = 0.85
 
 
+class ServoLimits(Described):
+    """What a servo can give at most, `torque` [N m] and `speed` [rad/s]: no motion is changed by it, but it is told."""
+
+    torque: PositiveTorque
+    speed: PositiveAngularSpeed
+
+
 class RevoluteJoint(Described):
     """A hinge about `axis`: spring and damper, stops, and either a prescribed `motion`, a `torque`, or neither.
 
     `position` [rad] and `velocity` [rad/s] are those at the start; the spring is at ease at `rest` [rad]. Its
-    `stiffness` is given, or follows from a `flexure`. `lower` and `upper` are stops that it runs into.
+    `stiffness` is given, or follows from a `flexure`. `lower` and `upper` are stops that it runs into, `limits` those
+    of the servo that makes the motion.
     """
 
     kind: Literal["revolute"]
@@ -94,6 +104,7 @@ class RevoluteJoint(Described):
     upper: AngularStop | None = None
     motion: AngleSignal | None = None
     torque: TorqueSignal | None = None
+    limits: ServoLimits | None = None
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> Self:
@@ -109,6 +120,12 @@ class RevoluteJoint(Described):
     @model_validator(mode="after")
     def _one_drive(self) -> Self:
         _check_drive(self.motion, "torque", self.torque, self.position, self.velocity)
+        return self
+
+    @model_validator(mode="after")
+    def _limits_of_a_servo(self) -> Self:
+        if self.limits is not None and self.motion is None:
+            raise wrong("limits", "are those of a servo, but there is no motion that it makes. Leave them out.")
         return self
 
 

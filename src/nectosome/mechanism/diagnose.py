@@ -97,7 +97,8 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
     power = by_part(power) + joint_power
 
     world = dot(shape.rotation, wrench[:, :, 3:])
-    line = wrench[:, :, 3:] / jnp.where(weight > 0, weight, jnp.nan)[:, None]
+    strip = (weight > 0)[:, None]
+    line = jnp.where(strip, wrench[:, :, 3:] / jnp.where(strip, weight[:, None], 1.0), jnp.nan)
     first = jnp.array([place.stations.start for place in tree.layout])
     reaction = acting.residual[tree.prescribed_v]
     local = times(robot.inertia, twist)

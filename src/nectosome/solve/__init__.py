@@ -1,8 +1,9 @@
 """Solvers: simulate through time, static equilibrium, steady and periodic motion."""
 
+from .cycle import CycleMeans, cycle_means, mean_data, prepare_means
 from .equilibrium import Equilibrium, equilibrium
 from .periodic import Periodic, periodic
-from .results import Results, Run, Trajectory, prepare_results
+from .results import Results, Run, Trajectory, attributes_of, drive_limits, prepare_results
 from .settle import Settled, settled
 from .simulate import simulate
 from .static import static
@@ -10,6 +11,7 @@ from .steady import Steady, steady
 from .symmetry import Symmetry, find_symmetry
 
 __all__ = [
+    "CycleMeans",
     "Equilibrium",
     "Periodic",
     "Results",
@@ -18,9 +20,14 @@ __all__ = [
     "Steady",
     "Symmetry",
     "Trajectory",
+    "attributes_of",
+    "cycle_means",
+    "drive_limits",
     "equilibrium",
     "find_symmetry",
+    "mean_data",
     "periodic",
+    "prepare_means",
     "prepare_results",
     "settled",
     "simulate",

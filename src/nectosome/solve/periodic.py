@@ -1,6 +1,6 @@
 """Periodic motion as a root: the cycle that a robot with periodic drives keeps for ever."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -9,11 +9,13 @@ import numpy as np
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
+from nectosome.io import RobotDescription
 from nectosome.mechanism import Robot, reduced
 
+from .cycle import CycleMeans, cycle_means
 from .march import Settings
 from .orbit import orbit
-from .results import Run, Trajectory
+from .results import Results, Run, Trajectory
 from .symmetry import Symmetry, find_symmetry
 
 _SAME = 1e-9  # relative difference of residuals that counts as none
@@ -34,6 +36,17 @@ class Periodic(Run):
         """State at the start of the cycle."""
         return jax.tree.map(lambda x: x[0], self.value.state)
 
+    def means(self) -> CycleMeans:
+        """Means and peaks over the cycle."""
+        trajectory = self.value
+        return remembered(cycle_means, trajectory.system, trajectory.time, trajectory.state)
+
+    def results(self, description: RobotDescription | None = None, settings: dict[str, Any] | None = None) -> Results:
+        """Results of the cycle as of any run, and its multipliers."""
+        found = super().results(description, settings)
+        parts = {"multiplier_real": np.real(self.multipliers), "multiplier_imaginary": np.imag(self.multipliers)}
+        return found._replace(data=found.data | {name: (("multiplier",), x, "1") for name, x in parts.items()})
+
 
 def periodic(
     robot: Robot,
@@ -48,8 +61,9 @@ def periodic(
 
     All that its equations depend on returns after a period; place and heading may go on. It is looked for from `guess`
     (a state at t = 0), else from rest. Status SOLVED; SETTLED where it was found by waiting; UNSTABLE where a
-    multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves. The ends of the cycle meet
-    within what `rtol` and `atol` allow for one time step, of numbers as large as they get in the cycle.
+    multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves from the start on, as a
+    stroke with a ramp does not. The ends of the cycle meet within what `rtol` and `atol` allow for one time step, of
+    numbers as large as they get in the cycle.
     Raises ValueError for a period, sample count or tolerance that makes no sense, and where nothing is free to move.
     """
     if not (np.isfinite(period) and period > 0):
@@ -64,7 +78,8 @@ def periodic(
     settings = _settings(T, rtol, atol)
     if float(remembered(_change_over, robot, T)) > _SAME:
         one = jax.tree.map(lambda x: jnp.asarray(x)[None], x)
-        return _result(robot, np.zeros(1), one, Status.OTHER_PERIOD, {}, np.zeros(0, complex), jnp.asarray(jnp.nan))
+        none = np.zeros(0, complex)
+        return _result(robot, T, np.zeros(1), one, Status.OTHER_PERIOD, {}, none, jnp.asarray(jnp.nan))
     times = np.linspace(0.0, period, samples)
     found: Solution = remembered(orbit, reduced(robot), symmetry, x, jnp.asarray(times), settings)
     status, stats, multipliers = Status(int(found.status)), dict(found.stats), np.zeros(0, complex)
@@ -73,7 +88,7 @@ def periodic(
         stats["multiplier"] = np.max(np.abs(multipliers), initial=0.0)
         if stats["multiplier"] > _STABLE:
             status = Status.UNSTABLE
-    return _result(robot, times, found.value.states, status, stats, multipliers, found.residual)
+    return _result(robot, T, times, found.value.states, status, stats, multipliers, found.residual)
 
 
 def _settings(period, rtol: float, atol: float) -> Settings:
@@ -82,21 +97,24 @@ def _settings(period, rtol: float, atol: float) -> Settings:
 
 
 def _change_over(robot: Robot, period) -> jax.Array:
-    """How much the residual at a few states drawn at random changes over a period, relative to itself."""
-    rest = robot.initial()
-    draws = 0.3 * jax.random.normal(jax.random.key(2), (3, 3, rest.v.shape[0]))
+    """How much the residual at a few states drawn at random changes over a period, relative to itself.
+
+    The first is just after the start, where a ramp has hardly begun.
+    """
+    rest, shares = robot.initial(), jnp.array([1e-3, 0.29, 0.58, 0.87])
+    draws = 0.3 * jax.random.normal(jax.random.key(2), (shares.size, 3, rest.v.shape[0]))
 
     def one(draw, t) -> jax.Array:
         q, v, a = draw
         x = State(robot.advance(rest.q, q, jnp.ones(())), rest.v + v, rest.z)
         return robot.residual(t, x, a)
 
-    def change(k) -> jax.Array:
-        t = 0.29 * (k + 1) * period
-        now, later = one(draws[k], t), one(draws[k], t + period)
+    def change(drawn) -> jax.Array:
+        draw, share = drawn
+        now, later = one(draw, share * period), one(draw, (share + 1) * period)
         return jnp.max(jnp.abs(later - now)) / jnp.max(jnp.abs(now))
 
-    return jnp.max(jax.lax.map(change, jnp.arange(3)))
+    return jnp.max(jax.lax.map(change, (draws, shares)))
 
 
 def _multipliers(symmetry: Symmetry, n: int, monodromy: np.ndarray) -> np.ndarray:
@@ -106,7 +124,7 @@ def _multipliers(symmetry: Symmetry, n: int, monodromy: np.ndarray) -> np.ndarra
     return values[np.argsort(-np.abs(values), kind="stable")]
 
 
-def _result(robot: Robot, times: np.ndarray, state: State, status: Status, stats, multipliers, left) -> Periodic:
-    stats = {key: jnp.asarray(value) for key, value in stats.items()}
+def _result(robot: Robot, period, times, state: State, status: Status, stats, multipliers, left) -> Periodic:
+    stats = {key: jnp.asarray(value) for key, value in {"period": period, **stats}.items()}
     trajectory = Trajectory(robot, jnp.asarray(times), state)
     return Periodic(trajectory, jnp.asarray(int(status)), stats, left, multipliers=multipliers)

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import prepare, remembered
-from nectosome.io import RobotDescription, dump_robot, provenance
+from nectosome.io import RevoluteJoint, RobotDescription, ServoLimits, dump_robot, provenance
 from nectosome.mechanism import Diagnosis, Robot, diagnose, load_names
 
 if TYPE_CHECKING:
@@ -41,11 +41,28 @@ class Run(Solution):
         return self.results(description, settings).to_dataset()
 
 
+Data = dict[str, tuple[tuple[str, ...], np.ndarray, str]]  # dimensions, values, unit
+Names = dict[str, tuple[str, np.ndarray, str]]  # of and along dimensions: dimension, values, unit
+
+# what a run has at each moment, and a cycle on the mean
+VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
+    "velocity": (("part", "axis"), "m/s"),
+    "load_force": (("load", "part", "axis"), "N"),
+    "load_power": (("load", "part"), "W"),
+    "reaction": (("prescribed",), "N m or N"),
+    "reaction_power": (("prescribed",), "W"),
+    "drive_velocity": (("prescribed",), "rad/s or m/s"),
+    "energy": (("form",), "J"),
+    "hinge_strain": (("part",), "1"),
+    "hinge_stress": (("part",), "Pa"),
+}
+
+
 class Results(NamedTuple):
     """A run in numbers. Quick answers are made of it as it is: importing xarray takes longer than some of them."""
 
-    data: dict[str, tuple[tuple[str, ...], np.ndarray, str]]  # dimensions, values, unit
-    names: dict[str, tuple[str, np.ndarray, str]]  # of and along dimensions: dimension, values, unit
+    data: Data
+    names: Names
     attributes: dict[str, Any]
 
     @property
@@ -64,14 +81,62 @@ class Results(NamedTuple):
         )
 
 
-def _diagnose_all(robot: Robot, time: Array, state: State) -> Diagnosis:
+def diagnose_all(robot: Robot, time: Float[Array, "n"], state: State) -> Diagnosis:
+    """Diagnosis at each of n moments, leaves [n, ...]."""
     return jax.lax.map(lambda tx: diagnose(robot, *tx), (time, state))
 
 
 def prepare_results(robot: Robot, samples: int) -> None:
     """Get `results` ready for runs of that many samples, beside what goes on."""
-    many = jax.tree.map(lambda x: np.broadcast_to(x, (samples, *x.shape)), robot.initial())
-    prepare(_diagnose_all, robot, np.zeros(samples), many)
+    prepare(diagnose_all, robot, *blank(robot, samples))
+
+
+def blank(robot: Robot, samples: int) -> tuple[np.ndarray, State]:
+    """Times and states of a run that has not been made yet."""
+    return np.zeros(samples), jax.tree.map(lambda x: np.broadcast_to(x, (samples, *x.shape)), robot.initial())
+
+
+def labels(robot: Robot) -> Names:
+    """Names along the dimensions of a robot's results."""
+    names = {
+        "coordinate": robot.coordinate_names,
+        "prescribed": robot.prescribed_names,
+        "part": [part.name for part in robot.tree.parts],
+        "load": load_names(robot),
+        "axis": ["x", "y", "z"],
+        "row": ["x", "y", "z"],
+        "across": ["y", "z"],
+        "form": ["kinetic", "water", "elastic"],
+    }
+    return {name: (name, np.asarray(values, dtype=str), "") for name, values in names.items()}
+
+
+def drive_limits(robot: Robot, description: RobotDescription | None) -> Data:
+    """What the servos of prescribed joints can give at most, NaN for other joints; nothing where no limit is known."""
+    limbs = {} if description is None else {"body": description.body, **description.limbs}
+    joints = {f"{part}.angle": limb.joint for part, limb in limbs.items()}
+    known = {name: joint.limits for name, joint in joints.items() if isinstance(joint, RevoluteJoint) and joint.limits}
+    if not known:
+        return {}
+    none = ServoLimits.model_construct(torque=np.nan, speed=np.nan)
+    limits = [known.get(name, none) for name in robot.prescribed_names]
+    return {
+        "reaction_limit": (("prescribed",), np.array([limit.torque for limit in limits]), "N m"),
+        "drive_velocity_limit": (("prescribed",), np.array([limit.speed for limit in limits]), "rad/s"),
+    }
+
+
+def attributes_of(run: Run, description: RobotDescription | None, settings: dict[str, Any]) -> dict[str, Any]:
+    """Title, robot, status, provenance and the solver's counts."""
+    status = Status(int(run.status))
+    return {
+        "title": f"{description.name}: {run.title}" if description else run.title,
+        "robot": dump_robot(description) if description else "",
+        "status": status.name,
+        "status_reason": status.reason,
+        "provenance": json.dumps(provenance(settings)),
+        **{key: np.asarray(value).item() for key, value in run.stats.items()},
+    }
 
 
 def results(run: Run, description: RobotDescription | None, settings: dict[str, Any]) -> Results:
@@ -83,7 +148,7 @@ def results(run: Run, description: RobotDescription | None, settings: dict[str, 
     robot, trajectory = run.value.system, run.value
     d = jax.tree.map(
         np.asarray,
-        remembered(_diagnose_all, robot, trajectory.time, trajectory.state),
+        remembered(diagnose_all, robot, trajectory.time, trajectory.state),
     )
     tree = robot.tree
     powers = np.concatenate([d.load_power.sum(axis=2), d.reaction_power], axis=1)
@@ -96,49 +161,22 @@ def results(run: Run, description: RobotDescription | None, settings: dict[str, 
         "a": (("time", "coordinate"), d.a, "rad/s2 or m/s2"),
         "position": (("time", "station", "axis"), d.position, "m"),
         "rotation": (("time", "station", "row", "axis"), d.rotation, "1"),
-        "velocity": (("time", "part", "axis"), d.velocity, "m/s"),
-        "load_force": (("time", "load", "part", "axis"), d.load_force, "N"),
-        "load_power": (("time", "load", "part"), d.load_power, "W"),
         "line_force": (("time", "load", "station", "axis"), d.line_force, "N/m"),
-        "reaction": (("time", "prescribed"), d.reaction, "N m or N"),
-        "reaction_power": (("time", "prescribed"), d.reaction_power, "W"),
-        "drive_velocity": (("time", "prescribed"), d.drive_velocity, "rad/s or m/s"),
         "momentum": (("time", "axis"), d.momentum, "kg m/s"),
         "angular_momentum": (("time", "axis"), d.angular_momentum, "kg m2/s"),
-        "energy": (("time", "form"), d.energy, "J"),
         "bending_strain": (("time", "station", "across"), d.bending.strain, "1"),
         "bending_stress": (("time", "station", "across"), d.bending.stress, "Pa"),
-        "hinge_strain": (("time", "part"), d.bending.hinge_strain, "1"),
-        "hinge_stress": (("time", "part"), d.bending.hinge_stress, "Pa"),
         "power_balance": (("time",), balance, "1"),
         "station_x": (("station",), np.concatenate([p.body.x for p in tree.parts]), "m"),
         "station_weight": (("station",), np.concatenate([p.body.weight for p in tree.parts]), "m"),
         "half_width": (("station", "across"), np.concatenate([p.body.half_width for p in tree.parts]), "m"),
     }
-    labels = {
-        "coordinate": robot.coordinate_names,
-        "prescribed": robot.prescribed_names,
-        "part": [part.name for part in tree.parts],
-        "load": load_names(robot),
-        "axis": ["x", "y", "z"],
-        "row": ["x", "y", "z"],
-        "across": ["y", "z"],
-        "form": ["kinetic", "water", "elastic"],
-    }
-    names = {name: (name, np.asarray(values, dtype=str), "") for name, values in labels.items()}
+    found = d._asdict() | d.bending._asdict()
+    data |= {name: (("time", *dims), found[name], unit) for name, (dims, unit) in VARIABLES.items()}
     of_stations = np.concatenate([[p.name] * p.body.weight.shape[0] for p in tree.parts])
-    names |= {
+    names = labels(robot) | {
         "time": ("time", np.asarray(trajectory.time), "s"),
         "station_part": ("station", of_stations, ""),
     }
-    status = Status(int(run.status))
-    attributes = {
-        "title": f"{description.name}: {run.title}" if description else run.title,
-        "robot": dump_robot(description) if description else "",
-        "status": status.name,
-        "status_reason": status.reason,
-        "provenance": json.dumps(provenance(settings)),
-        **{key: np.asarray(value).item() for key, value in run.stats.items()},
-    }
     data = {name: (dims, np.asarray(values), unit) for name, (dims, values, unit) in data.items()}
-    return Results(data, names, attributes)
+    return Results(data | drive_limits(robot, description), names, attributes_of(run, description, settings))

@@ -1,0 +1,92 @@
+"""What pages in the terminal are made of: tables, numbers, servos against their limits, the status in words."""
+
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from nectosome.cli.check import count
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    import numpy as np
+
+    Arrays = Mapping[str, np.ndarray]
+
+
+def page(title: Text, tables: "Sequence[Table]", lines: "Sequence[str]") -> Group:
+    """Return a title, tables and lines, set apart from one another."""
+    spaced = [thing for table in tables for thing in (table, Text())]
+    return Group(title, Text(), *spaced, Text("\n".join(lines)))
+
+
+def columns(*names: str) -> Table:
+    """Return an empty table whose numbers stand to the right."""
+    table = Table(box=None, pad_edge=False, header_style="bold", title_justify="left")
+    for i, name in enumerate(names):
+        table.add_column(name, justify="right" if i and name not in ("", "unit") else "left", no_wrap=bool(name))
+    return table
+
+
+def powers(arrays: "Arrays", loads: "np.ndarray", joints: "np.ndarray") -> Table:
+    """Return the mean powers by joint and load, those that are not 0, and their sum."""
+    table = columns("power into the robot", "mean", "unit")
+    named = [*zip(arrays["prescribed"], joints, strict=True), *zip(arrays["load"], loads, strict=True)]
+    for name, watts in named:
+        if watts != 0:
+            table.add_row(str(name).replace("_", " "), number(watts), "W")
+    table.add_row("sum", number(loads.sum() + joints.sum()), "W")
+    return table
+
+
+def reaction_unit(coordinate: str) -> str:
+    """Return the unit of what a coordinate's drive gives."""
+    return "N m" if coordinate.rpartition(".")[2] in ("angle", "wx", "wy", "wz") else "N"
+
+
+def number(value: float) -> str:
+    """Return a number with four digits."""
+    return f"{value:.4g}"
+
+
+def servos(arrays: "Arrays", torque: "np.ndarray", speed: "np.ndarray") -> list[str]:
+    """Return the largest torque [N m] and speed [rad/s] asked of servos whose limits are known, and what is beyond."""
+    asked, warned = [], []
+    limits = zip(arrays["prescribed"], arrays["reaction_limit"], arrays["drive_velocity_limit"], strict=True)
+    for (name, most, fastest), given, rate in zip(limits, torque, speed, strict=True):
+        if most != most:  # NaN: none is known
+            continue
+        asked.append(
+            f"servo of {name}: at most {number(given)} N m, {given / most:.0%} of its {number(most)} N m; "
+            f"{number(rate)} rad/s, {rate / fastest:.0%} of its {number(fastest)} rad/s"
+        )
+        beyond = " and ".join(what for what, x in (("torque", given / most), ("speed", rate / fastest)) if x > 1)
+        warned += [f"warning: the servo of {name} cannot do this: more {beyond} than it has"] if beyond else []
+    return asked + warned
+
+
+def ending(attributes: "Mapping[str, Any]") -> str:
+    """Return the status in words and what it took."""
+    return f"status: {attributes['status']}, {attributes['status_reason']}{_effort(attributes)}"
+
+
+def _effort(attributes: "Mapping[str, Any]") -> str:
+    """What it took, as far as it was noted."""
+    told = []
+    if "steps" in attributes:
+        told.append(f"{attributes['steps']} steps, {attributes.get('rejected', '?')} rejected")
+    if "cycles" in attributes:
+        told.append(
+            f"{count(int(attributes['cycles']), 'cycle')}, {count(int(attributes['corrections']), 'correction')}"
+        )
+    if "multiplier" in attributes:
+        told.append(f"largest multiplier {attributes['multiplier']:.3g}")
+    if "growth" in attributes:
+        told.append(f"slowest disturbance grows at {attributes['growth']:.3g} 1/s")
+    if "jacobians" in attributes and "residuals" in attributes:
+        told.append(f"{attributes['residuals']} residuals, {attributes['jacobians']} Jacobians")
+    if "seconds" in attributes:
+        told.append(f"{attributes['seconds']:.1f} s to compute")
+    return "".join(f"; {part}" if i == 0 else f", {part}" for i, part in enumerate(told))

@@ -1,0 +1,144 @@
+"""`nectosome periodic`: the cycle that a robot keeps whose drives repeat themselves."""
+
+import time as clock
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from nectosome.cli.options import read_count, read_duration
+from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.page import columns, ending, number, page, powers, reaction_unit, servos
+from nectosome.cli.parts import weigh
+from nectosome.cli.progress import progress_bar
+from nectosome.io import InputError, drive_period, save_dataset, show_quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import numpy as np
+
+    Arrays = Mapping[str, np.ndarray]
+
+_FEWEST, _MOST = 17, 10_000  # samples: fewer miss the peaks and spoil the means
+
+
+def periodic(
+    robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")],
+    /,
+    *,
+    settings: Annotated[
+        list[str] | None, Parameter("--set", help="PATH=VALUE, such as A=75deg or N=3; may be repeated.")
+    ] = None,
+    period: Annotated[
+        str | None,
+        Parameter(
+            help="After how long the drives repeat themselves; left out, it is found.", allow_leading_hyphen=True
+        ),
+    ] = None,
+    samples: Annotated[
+        str, Parameter(help="How many moments of the cycle are kept, evenly spaced.", allow_leading_hyphen=True)
+    ] = "129",
+    save: Annotated[Path | None, Parameter(help="Write the cycle to this netCDF file (.nc).")] = None,
+) -> int:
+    """Find the motion that repeats itself with the drives, what it gives on the mean, and whether it lasts."""
+    moments = read_count(samples, "--samples", least=_FEWEST, most=_MOST)
+    seconds = None if period is None else read_duration(period, "--period")
+    if save is not None:
+        check_target(save, "--save", ".nc")
+
+    from nectosome import robots
+
+    description = robots.describe(robot, settings or ())
+    if seconds is None:
+        seconds = drive_period(description)
+
+    from nectosome.core import Status
+    from nectosome.solve import Results, attributes_of, drive_limits, mean_data, prepare_means
+    from nectosome.solve import periodic as find
+
+    start = clock.perf_counter()
+    with progress_bar(description.name):
+        built = robots.build(description)
+        weigh(built, robot)
+        prepare_means(built, moments)
+        try:
+            found = find(built, seconds, samples=moments)
+        except ValueError as error:
+            raise InputError(str(error), file=robot) from None
+        status = Status(int(found.status))
+        if status not in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE):
+            way_out = " Leave --period out to have it found." if status == Status.OTHER_PERIOD else ""
+            tell(f"{description.name}: {status.reason}.{way_out}")
+            return 1
+        asked = {"robot": robot, "set": settings or [], "period": seconds, "samples": moments}
+        data, names = mean_data(built, found.means())
+        attributes = attributes_of(found, description, asked)
+        attributes["seconds"] = round(clock.perf_counter() - start, 3)
+        write(_page(Results(data | drive_limits(built, description), names, attributes).arrays, attributes))
+        if save is not None:
+            results = found.results(description, asked)
+            results.attributes["seconds"] = attributes["seconds"]
+            save_dataset(results.to_dataset(), save)
+    if status == Status.UNSTABLE:
+        tell(f"{description.name}: {status.reason}.")
+        return 1
+    return 0
+
+
+def _page(arrays: "Arrays", attributes: "Mapping[str, Any]") -> Group:
+    """Drives, the body's motion, bending, powers, and how well the samples tell them."""
+    tables = [_drives(arrays)] if arrays["prescribed"].size else []
+    loads, joints = arrays["load_power"].sum(axis=1), arrays["reaction_power"]
+    tables += [_body(arrays), _motion(arrays), *_bending(arrays), powers(arrays, loads, joints)]
+    off = abs(loads.sum() + joints.sum()) / max(abs(loads).sum() + abs(joints).sum(), 1e-300)
+    lines = [f"mean powers: off balance by {off:.1e}"]
+    if "reaction_limit" in arrays:
+        lines += servos(arrays, arrays["reaction_peak"], arrays["drive_velocity_peak"])
+    title = Text(f"{attributes['title']}, period {show_quantity(attributes['period'], 'time')}", "bold")
+    return page(title, tables, [*lines, ending(attributes)])
+
+
+def _drives(arrays: "Arrays") -> Table:
+    table = columns("driven joint", "mean reaction", "largest", "unit", "fastest", "unit", "mean power", "unit")
+    for i, name in enumerate(map(str, arrays["prescribed"])):
+        unit = reaction_unit(name)
+        speed = number(arrays["drive_velocity_peak"][i]), "rad/s" if unit == "N m" else "m/s"
+        forces = number(arrays["reaction"][i]), number(arrays["reaction_peak"][i]), unit
+        table.add_row(name, *forces, *speed, number(arrays["reaction_power"][i]), "W")
+    return table
+
+
+def _body(arrays: "Arrays") -> Table:
+    table = columns(str(arrays["part"][0]), "x", "y", "z", "unit")
+    table.add_row("mean velocity", *(number(x) for x in arrays["velocity"][0]), "m/s")
+    return table
+
+
+def _motion(arrays: "Arrays") -> Table:
+    table = columns("cycle", "", "unit")
+    for name, unit in (
+        ("speed", "m/s"),
+        ("turn_rate", "rad/s"),
+        ("power", "W"),
+        ("efficiency", ""),
+        ("cost_of_transport", ""),
+    ):
+        value = float(arrays[name])
+        if value == value:  # NaN: not defined for a body that stays
+            table.add_row(name.replace("_", " "), number(value), unit)
+    return table
+
+
+def _bending(arrays: "Arrays") -> list[Table]:
+    """What bends: hinges with a flexible layer, and soft parts."""
+    table = columns("bends", "largest strain", "largest stress")
+    for i, name in enumerate(map(str, arrays["part"])):
+        for what, place in (("hinge", f"hinge of {name}"), ("bending", name)):
+            strain, stress = (float(arrays[f"{what}_{x}_peak"][i]) for x in ("strain", "stress"))
+            if strain == strain:  # NaN: nothing bends there
+                table.add_row(place, number(strain), show_quantity(stress, "pressure"))
+    return [table] if table.row_count else []

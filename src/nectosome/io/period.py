@@ -1,0 +1,64 @@
+"""The period after which all motions and drives of a robot repeat themselves."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from nectosome.io.describe_signals import RateLength, StrokeAngle
+from nectosome.io.description import RobotDescription
+from nectosome.io.errors import InputError
+from nectosome.io.units import show_quantity
+
+_MOST = 50  # cycles of the fastest drive in the common period
+_SAME = 1e-9  # relative difference of frequencies that counts as none
+
+
+def drive_period(description: RobotDescription) -> float:
+    """Shortest time [s] after which all motions and drives of the description repeat themselves.
+
+    What turns at a constant rate repeats itself after a turn. A ramp is refused: the motion that a robot keeps does not
+    depend on how it was begun, and nothing repeats itself while the ramp lasts. Raises InputError for a ramp, where
+    nothing goes to and fro or round, where something slides away for ever, and where there is no common period of at
+    most 50 cycles of the fastest drive.
+    """
+    found = dict(_frequencies(description))
+    if not found:
+        raise InputError("nothing of this robot is driven to and fro or round, so there is no period.", field="period")
+    fastest = max(found.values())
+    for cycles in range(1, _MOST + 1):
+        turns = [cycles * frequency / fastest for frequency in found.values()]
+        if all(abs(n - round(n)) <= _SAME * n for n in turns):
+            return cycles / fastest
+    path, slowest = min(found.items(), key=lambda item: item[1])
+    shown = ", ".join(show_quantity(frequency, "frequency") for frequency in sorted(set(found.values())))
+    why = f"{show_quantity(slowest, 'frequency')} has no common period with the rest ({shown}) within {_MOST} cycles."
+    raise InputError(f"{why} Choose frequencies in a simple ratio.", field=path)
+
+
+def _frequencies(description: RobotDescription) -> Iterator[tuple[str, float]]:
+    """Path and frequency [Hz] of everything that is made to go to and fro or round."""
+    for part, limb in {"body": description.body, **description.limbs}.items():
+        place = f"{'body' if part == 'body' else f'limbs.{part}'}.joint"
+        for path, signal in _signals(limb.joint, place):
+            if isinstance(signal, StrokeAngle) and signal.ramp:
+                raise InputError("what begins slowly does not repeat itself. Set it to 0 s.", field=f"{path}.ramp")
+            if signal.kind in ("sine", "stroke") and signal.frequency and signal.amplitude:
+                yield f"{path}.frequency", signal.frequency
+            if signal.kind == "rate" and signal.rate:
+                if isinstance(signal, RateLength):
+                    raise InputError("what slides on and on never comes back. Give the period.", field=f"{path}.rate")
+                yield f"{path}.rate", abs(signal.rate) / (2 * math.pi)
+
+
+def _signals(joint: Any, place: str) -> Iterator[tuple[str, Any]]:
+    """Path and description of each signal of a joint; motions and drives of several coordinates hold more than one."""
+    for name in ("motion", "torque", "force", "drive"):
+        found = getattr(joint, name, None)
+        if found is None:
+            continue
+        if hasattr(found, "kind"):
+            yield f"{place}.{name}", found
+            continue
+        for key in type(found).model_fields:
+            if getattr(found, key) is not None:
+                yield f"{place}.{name}.{key}", getattr(found, key)

@@ -1,0 +1,146 @@
+"""What a periodic motion gives over its cycle: means, peaks, speed, power, efficiency, cost of transport."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import STANDARD_GRAVITY, State, safe_norm
+from nectosome.core.remember import prepare
+from nectosome.core.se3 import matmul3
+from nectosome.mechanism import Diagnosis, Robot, load_names
+from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, VISCOUS
+
+from .results import VARIABLES, Data, Names, blank, diagnose_all, labels
+
+_STAYS = 1e-9  # of the largest speed of a part: a body as slow stays where it is
+
+
+class CycleMeans(NamedTuple):
+    """Means over a cycle and the largest magnitudes in it; SI units, world frame."""
+
+    velocity: Float[Array, "parts 3"]  # of each part's first station [m/s]
+    load_force: Float[Array, "loads parts 3"]  # [N]
+    load_power: Float[Array, "loads parts"]  # [W], positive into the robot
+    reaction: Float[Array, "prescribed"]  # what the drives of prescribed joints give [N m, N]
+    reaction_power: Float[Array, "prescribed"]  # [W]
+    energy: Float[Array, "3"]  # kinetic, of the water carried along, elastic [J]
+    reaction_peak: Float[Array, "prescribed"]
+    drive_velocity_peak: Float[Array, "prescribed"]  # [rad/s, m/s]
+    hinge_strain_peak: Float[Array, "parts"]  # NaN where a part sits on no flexible layer
+    hinge_stress_peak: Float[Array, "parts"]  # [Pa]
+    bending_strain_peak: Float[Array, "parts"]  # along the part, at the ends of the half axes; NaN where it is rigid
+    bending_stress_peak: Float[Array, "parts"]  # [Pa]
+    power: Float[Array, ""]  # of all drives [W]
+    speed: Float[Array, ""]  # [m/s]
+    turn_rate: Float[Array, ""]  # [rad/s]
+    efficiency: Float[Array, ""]
+    cost_of_transport: Float[Array, ""]
+
+
+def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleMeans:
+    r"""What a cycle gives whose states are known at times spread evenly from 0 to the period T, both ends included.
+
+    A mean is that of the first n - 1 samples, the trapezoid rule of a periodic function. With the place x and the
+    rotation R of the root body's first station, the mean powers $\bar P_l$ of loads, $\bar P_r$ of reactions and
+    $\bar P_d$ of driving forces, and the mass m of the robot:
+
+    - power $P = \sum \bar P_r + \sum \bar P_d$; what a drive gets back in a part of the cycle counts as given back.
+    - speed $U = |x(T) - x(0)|/T$.
+    - turn_rate $\mathrm{atan2}(Q_{yx} - Q_{xy}, Q_{xx} + Q_{yy})/T$, $Q = R(T) R(0)^T$: the heading gained, less
+      than half a turn a cycle.
+    - efficiency $-\sum \bar P_l / P$ of the loads on the root body, all but its added mass: what it costs to tow
+      that body as it moves, of what the drives give. Near to the quasi-propulsive efficiency (Maertens et al. 2015),
+      which tows at the mean speed. NaN where the body stays, or the drives give no power.
+    - cost_of_transport $P/(m g U)$ with standard gravity (Gabrielli and von Karman 1950; Tucker 1975). NaN where the
+      body stays.
+
+    Works under jit, vmap and derivatives.
+    """
+    d = diagnose_all(robot, times, states)
+    once = jax.tree.map(lambda x: x[:-1], d)  # the last sample is the first again
+    mean = jax.tree.map(lambda x: jnp.mean(x, axis=0), once)
+    power = jnp.sum(mean.reaction_power) + jnp.sum(mean.load_power[load_names(robot).index(DRIVE)])
+    speed = safe_norm(d.position[-1, 0] - d.position[0, 0]) / times[-1]
+    fastest = jnp.max(safe_norm(jax.lax.stop_gradient(once.velocity)))
+    goes = speed > _STAYS * fastest
+    return CycleMeans(
+        velocity=mean.velocity,
+        load_force=mean.load_force,
+        load_power=mean.load_power,
+        reaction=mean.reaction,
+        reaction_power=mean.reaction_power,
+        energy=mean.energy,
+        reaction_peak=_largest(once.reaction),
+        drive_velocity_peak=_largest(once.drive_velocity),
+        hinge_strain_peak=_largest(once.bending.hinge_strain),
+        hinge_stress_peak=_largest(once.bending.hinge_stress),
+        bending_strain_peak=_by_part(robot, once.bending.strain),
+        bending_stress_peak=_by_part(robot, once.bending.stress),
+        power=power,
+        speed=speed,
+        turn_rate=_heading(d) / times[-1],
+        efficiency=_where(goes & (power > 0), _towing(robot, mean), power),
+        cost_of_transport=_where(goes, power, jnp.sum(robot.weight()) * STANDARD_GRAVITY * speed),
+    )
+
+
+def _where(defined: Array, a: Array, b: Array) -> Array:
+    """a/b where it is defined, else NaN, which spoils no derivative of the rest."""
+    return jnp.where(defined, a / jnp.where(defined, b, 1.0), jnp.nan)
+
+
+def _towing(robot: Robot, mean: Diagnosis) -> Float[Array, ""]:
+    """Power [W] that the loads on the root body take out."""
+    own = np.array([name not in (ADDED_MASS, VISCOUS, DRIVE) for name in load_names(robot)])
+    return -jnp.sum(mean.load_power[own, 0])
+
+
+def _heading(d: Diagnosis) -> Float[Array, ""]:
+    """Angle about z [rad] by which the root body has turned: the twist of the rotation from start to end."""
+    Q = matmul3(d.rotation[-1, 0], d.rotation[0, 0].T)
+    return jnp.arctan2(Q[1, 0] - Q[0, 1], Q[0, 0] + Q[1, 1])
+
+
+def _largest(x: Float[Array, "n *rest"]) -> Float[Array, "*rest"]:
+    """Largest magnitude along the first axis; NaN where one is NaN, which spoils no derivative of the rest."""
+    none = jnp.isnan(x)
+    size = jnp.max(jnp.abs(jnp.where(none, 0.0, x)), axis=0)
+    return jnp.where(jnp.any(none, axis=0), jnp.nan, size)
+
+
+def _by_part(robot: Robot, x: Float[Array, "n stations 2"]) -> Float[Array, "parts"]:
+    """Largest magnitude at any station of each part."""
+    return jnp.stack([_largest(x[:, place.stations].reshape(-1)) for place in robot.tree.layout])
+
+
+def prepare_means(robot: Robot, samples: int) -> None:
+    """Get `cycle_means` ready for cycles of that many samples, beside what goes on."""
+    prepare(cycle_means, robot, *blank(robot, samples))
+
+
+_OF_A_CYCLE: dict[str, tuple[tuple[str, ...], str]] = {
+    "bending_strain_peak": (("part",), "1"),
+    "bending_stress_peak": (("part",), "Pa"),
+    "power": ((), "W"),
+    "speed": ((), "m/s"),
+    "turn_rate": ((), "rad/s"),
+    "efficiency": ((), "1"),
+    "cost_of_transport": ((), "1"),
+}
+
+
+def mean_data(robot: Robot, means: CycleMeans, dims: tuple[str, ...] = ()) -> tuple[Data, Names]:
+    """The means with the dimensions and units of `Results.data`, and the names along them, as in `Results.names`.
+
+    `dims` name the leading dimensions of the arrays: those of a sweep. Means have the names of what they are the mean
+    of, largest magnitudes end in `_peak`.
+    """
+    data = {}
+    for name, values in means._asdict().items():
+        own, unit = _OF_A_CYCLE.get(name) or VARIABLES[name.removesuffix("_peak")]
+        data[name] = ((*dims, *own), np.asarray(values), unit)
+    used = {dim for own, _, _ in data.values() for dim in own}
+    return data, {name: label for name, label in labels(robot).items() if name in used}

@@ -1,0 +1,168 @@
+"""`periodic` on small robots: what it prints, saves and refuses; servos against their limits."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nectosome.io import load_dataset
+
+from .answers import check_wrong
+
+# an arm that a servo swings to and fro, and on it a bob that a spring holds; there is next to no water
+SERVO = """
+name: servo
+water: {density: 1e-9 kg/m3, gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: point
+  mass: 1 kg
+  inertia: [1e-3 kg m2, 1e-3 kg m2, 2e-3 kg m2]
+  joint:
+    kind: revolute
+    axis: z
+    motion: {kind: stroke, amplitude: 30 deg, frequency: 2 Hz}
+    limits: {torque: 5 N m, speed: 60 rpm}
+limbs:
+  bob:
+    on: body
+    kind: rigid
+    shape: point
+    mass: 1 kg
+    inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
+    joint: {kind: revolute, axis: z, damping: 0.02 N m s/rad, flexure: FLEXURE}
+""".replace("FLEXURE", "{length: 100 mm, width: 40 mm, thickness: 6 mm, young: 2 MPa}")
+A, W = np.radians(30), 2 * np.pi * 2
+STIFFNESS = np.pi * 0.85**2 * 2e6 * (0.04 * 0.006**3 / 12) / 0.1  # N m/rad
+SWING = A * 1e-3 * W**2 / (STIFFNESS - 1e-3 * W**2 + 0.02j * W)  # of the bob against the arm
+BURNT = 0.02 * W**2 * abs(SWING) ** 2 / 2  # by the damper [W]
+
+
+def rows(page: str) -> dict[str, list[str]]:
+    """The columns of each row of a page, by the row's name."""
+    return {line.split("  ")[0]: line.split() for line in page.splitlines() if line}
+
+
+def drives(page: str) -> dict[str, list[str]]:
+    """The columns of the first table, by the name of the joint."""
+    return rows(page.partition("power into the robot")[0].replace(" N m ", " N_m "))
+
+
+SHAKEN = """
+name: shaken
+water: {density: 1e-9 kg/m3, gravity: 9.81 m/s2}
+body:
+  kind: rigid
+  shape: point
+  mass: 1 kg
+  volume: 0 m3
+  joint: {kind: prismatic, axis: z, motion: {kind: sine, amplitude: 60 mm, frequency: FREQUENCY Hz}}
+limbs:
+  bob:
+    on: body
+    kind: rigid
+    shape: point
+    mass: 1 kg
+    inertia: [1 kg m2, 1 kg m2, 1 kg m2]
+    centre_of_mass: [0 m, 0 m, -1 m]
+    volume: 0 m3
+    joint: {kind: revolute, axis: y, damping: 0.02 N m s/rad}
+"""
+
+
+@pytest.fixture
+def servo(tmp_path) -> Path:
+    file = tmp_path / "servo.yaml"
+    file.write_text(SERVO)
+    return file
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("servo")
+def test_a_servo_that_swings_a_bob_gives_what_the_damper_burns(nectosome):
+    """P = c w^2 X^2 / 2; the fastest speed A w is beyond the servo's; stress E h X (pi ratio^2)/(2 L) at the face."""
+    done = nectosome("periodic", "servo.yaml")
+    assert (done.code, done.err) == (0, "")
+    page = rows(done.out)
+    assert "servo: periodic motion, period 500 ms" in done.out
+    drive = drives(done.out)["body.angle"]
+    torque = abs(-2e-3 * W**2 * A - STIFFNESS * SWING - 0.02j * W * SWING)
+    assert [float(drive[i]) for i in (2, 4, 6)] == pytest.approx([torque, A * W, BURNT], rel=2e-3)
+    assert float(page["power"][1]) == pytest.approx(BURNT, rel=1e-3)
+    strain = np.pi * 0.85**2 * 0.006 * abs(SWING) / (2 * 0.1)
+    assert float(page["hinge of bob"][3]) == pytest.approx(strain, rel=2e-3)
+    assert "cost of transport" not in page
+    assert f"{A * W / (2 * np.pi):.0%} of its 6.283 rad/s" in done.out
+    assert "warning: the servo of body.angle cannot do this: more speed than it has" in done.out
+    assert "status: SOLVED, solved; " in done.out
+
+
+@pytest.mark.usefixtures("servo")
+def test_simulate_tells_of_servos_too(nectosome):
+    done = nectosome("simulate", "servo.yaml", "--time", "0.5s", "--set", "body.joint.limits.speed=120 rpm")
+    assert (done.code, done.err) == (0, "")
+    assert f"{A * W:.4g} rad/s, {A * W / (4 * np.pi):.0%} of its 12.57 rad/s" in done.out
+    assert "warning" not in done.out
+
+
+def shake(nectosome, frequency: float, *options: str):
+    """Find the cycle of a pendulum that hangs on what is shaken up and down."""
+    Path("shaken.yaml").write_text(SHAKEN.replace("FREQUENCY", str(frequency)))
+    return nectosome("periodic", "shaken.yaml", *options)
+
+
+def test_what_shakes_a_hanging_bob_carries_both(nectosome):
+    """Reaction 2 m (g + z''): mean 2 m g, largest 2 m (g + A w^2), which falls on a sample; no power on the mean."""
+    done = shake(nectosome, 1.4, "--save", "cycle.nc")
+    assert (done.code, done.err) == (0, "")
+    assert "shaken: periodic motion, period 714.3 ms" in done.out
+    drive, page = drives(done.out)["body.position"], rows(done.out)
+    w = 2 * np.pi * 1.4
+    assert [float(drive[i]) for i in (1, 2, 4)] == pytest.approx(
+        [2 * 9.81, 2 * (9.81 + 0.06 * w**2), 0.06 * w], rel=1e-3
+    )
+    assert float(drive[6]) == pytest.approx(0, abs=1e-9)
+    assert float(page["speed"][1]) == pytest.approx(0, abs=1e-12)
+    assert not {"cost of transport", "efficiency", "hinge of bob"} & set(page)
+    assert "status: SOLVED, solved; " in done.out
+    dataset = load_dataset("cycle.nc")
+    assert dataset.sizes["time"] == 129
+    assert dataset["multiplier_real"].sizes["multiplier"] == 2
+    shown = nectosome("show", "cycle.nc")
+    assert (shown.code, shown.err) == (0, "")
+    assert float(rows(shown.out)["body.position"][1]) == pytest.approx(0, abs=1e-9)  # mean power over all of the cycle
+    assert float(drives(shown.out)["body.position"][1]) == pytest.approx(2 * 9.81, rel=1e-3)
+
+
+def test_a_cycle_that_does_not_last_is_shown_and_told(nectosome):
+    """Shaken at twice its own frequency a pendulum does not go on hanging still (Mathieu)."""
+    done = shake(nectosome, 0.70486)
+    assert done.code == 1
+    assert done.err == "shaken: found, but unstable: small disturbances grow, and the robot does not stay there.\n"
+    assert "status: UNSTABLE" in done.out
+    assert float(done.out.split("largest multiplier ")[1].split(",")[0]) > 1.01
+
+
+@pytest.mark.usefixtures("servo")
+def test_another_period_is_no_cycle_and_the_way_out_is_told(nectosome):
+    done = nectosome("periodic", "servo.yaml", "--period", "0.3s", "--save", "cycle.nc")
+    assert (done.code, done.out) == (1, "")
+    assert done.err.startswith("servo: drives or loads do not repeat themselves with this period. Leave --period out")
+    assert not Path("cycle.nc").exists()
+
+
+@pytest.mark.usefixtures("servo", "ball")
+def test_wrong_input_is_answered_with_one_sentence_and_exit_code_2(nectosome, tmp_path):
+    robot = ("periodic", "servo.yaml")
+    times = ("", "3", "0s", "-1s", "nan s", "inf s", "3 m", "s", "three seconds")
+    counts = ("", "0", "16", "-5", "33.5", "nan", "many", "10001", "9" * 30)
+    ramp = "body.joint.motion.ramp=1s"
+    settings = ("", "E=3MPa", "body.joint.motion.frequency=2", "body.joint.limits.torque=0 N m", ramp)
+    settings += ("body.joint.motion.amplitude=0 rad", "body.joint.limits.speed=3 m/s")
+    cases = [(*robot, "--period", time) for time in times]
+    cases += [(*robot, "--samples", count) for count in counts]
+    cases += [(*robot, "--set", setting) for setting in settings]
+    cases += [("periodic", "ball.yaml"), ("periodic", "ball.yaml", "--set", "body.joint={kind: fixed}")]
+    check_wrong(nectosome, cases, tmp_path)
+    told = nectosome(*robot, "--set", ramp).err
+    assert told == "body.joint.motion.ramp: what begins slowly does not repeat itself. Set it to 0 s.\n"
