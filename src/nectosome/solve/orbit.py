@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
@@ -20,13 +21,15 @@ from nectosome.core import Solution, State, Status
 from nectosome.core.linear import generalised_inverse
 from nectosome.mechanism import InPlane, Robot
 
-from .march import Settings, begin, march
+from .march import Method, Settings, begin, march
+from .stages import rms
 from .symmetry import Symmetry
 
 Moving = Robot | InPlane
 
 _WAIT, _CYCLES = 2, 60  # cycles before Newton's method, and in all
 _CORRECTIONS = 12
+_SETTLE = 8  # cycles of a robot that is left to itself
 _FIRST_STEP = 1e-4  # s
 _NOTHING = 1e-9  # of what a cycle does to a disturbance
 
@@ -86,7 +89,36 @@ def cycle(robot: Moving, symmetry: Symmetry, x: State, times: Float[Array, "n"],
     gap = between(robot, symmetry, x, jax.tree.map(lambda x: x[-1], later))
     numbers = jax.vmap(lambda x: ravel_pytree((robot.displacements(x.q), x.v, x.z))[0])(states)
     allowed = settings.atol + settings.rtol * jnp.max(jnp.abs(numbers), axis=0)
-    return Cycle(states, gap, jnp.sqrt(jnp.mean((gap / allowed) ** 2)), m.status)
+    return Cycle(states, gap, rms(gap / allowed), m.status)
+
+
+def settled_cycle(
+    robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings
+) -> Solution:
+    """Cycle that a robot comes to when it is left to itself, with status SETTLED, or NO_PERIOD after a few cycles.
+
+    Quicker than `orbit` where disturbances die out within a cycle, since no derivatives are taken; blind for motions
+    that do not last, and without multipliers.
+    """
+
+    def more(carry: tuple[Cycle, Array]) -> tuple[Cycle, Array]:
+        found, count = carry
+        return cycle(robot, symmetry, found.end, times, settings), count + 1
+
+    def going(carry: tuple[Cycle, Array]) -> Array:
+        found, count = carry
+        return (found.size > 1.0) & (found.status == int(Status.SOLVED)) & (count < _SETTLE)
+
+    begun = cycle(robot, symmetry, guess, times[np.array([0, -1])], settings)
+    found, count = jax.lax.while_loop(going, more, more((begun, jnp.ones((), int))))
+    status = jnp.where(found.size <= 1.0, int(Status.SETTLED), int(Status.NO_PERIOD))
+    status = jnp.where(found.status == int(Status.SOLVED), status, found.status)
+    return Solution(found.states, status, {"cycles": count}, found.size)
+
+
+def cycle_settings(method: Method, period: Float[Array, ""], rtol: float, atol: float) -> Settings:
+    """How to integrate a cycle: in at least a hundred steps, so that small disturbances are followed at rest too."""
+    return Settings(method, *map(jnp.asarray, (rtol, atol, 100_000)), longest=period / 100)
 
 
 def _solved(J: Float[Array, "m m"]) -> Float[Array, "m m"]:

@@ -13,8 +13,7 @@ from nectosome.io import RobotDescription
 from nectosome.mechanism import Robot, reduced
 
 from .cycle import CycleMeans, cycle_means
-from .march import Settings
-from .orbit import orbit
+from .orbit import cycle_settings, orbit
 from .results import Results, Run, Trajectory
 from .symmetry import Symmetry, find_symmetry
 
@@ -64,7 +63,7 @@ def periodic(
     multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves from the start on, as a
     stroke with a ramp does not. The ends of the cycle meet within what `rtol` and `atol` allow for one time step, of
     numbers as large as they get in the cycle.
-    Raises ValueError for a period, sample count or tolerance that makes no sense, and where nothing is free to move.
+    Raises ValueError for a period, sample count or tolerance that makes no sense.
     """
     if not (np.isfinite(period) and period > 0):
         raise ValueError(f"periodic: the period is {period} s; it must be a positive number of seconds.")
@@ -72,10 +71,10 @@ def periodic(
         raise ValueError(f"periodic: {samples} samples; at least 2 are needed, both ends of the cycle.")
     if not (0 < rtol < 1 and 0 < atol < 1):
         raise ValueError(f"periodic: tolerances are rtol {rtol}, atol {atol}; they must lie between 0 and 1.")
-    symmetry = find_symmetry(robot)
+    symmetry = find_symmetry(robot) if robot.tree.free_v.size else Symmetry((), False, False)
     x = robot.initial() if guess is None else guess
     T = jnp.asarray(float(period))
-    settings = _settings(T, rtol, atol)
+    settings = cycle_settings("implicit", T, rtol, atol)
     if float(remembered(_change_over, robot, T)) > _SAME:
         one = jax.tree.map(lambda x: jnp.asarray(x)[None], x)
         none = np.zeros(0, complex)
@@ -89,11 +88,6 @@ def periodic(
         if stats["multiplier"] > _STABLE:
             status = Status.UNSTABLE
     return _result(robot, T, times, found.value.states, status, stats, multipliers, found.residual)
-
-
-def _settings(period, rtol: float, atol: float) -> Settings:
-    """How to integrate a cycle: in at least a hundred steps, so that small disturbances are followed at rest too."""
-    return Settings("implicit", *map(jnp.asarray, (rtol, atol, 100_000)), longest=period / 100)
 
 
 def _change_over(robot: Robot, period) -> jax.Array:

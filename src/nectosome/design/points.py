@@ -1,0 +1,123 @@
+"""Motions of many robots of one structure: steady, or periodic with their drives."""
+
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import State, Status
+from nectosome.core.remember import remembered
+from nectosome.io import RobotDescription, drive_period, resolve, with_values
+from nectosome.mechanism import Robot, in_plane, moves_in_plane
+from nectosome.robots import Blueprint, blueprint_of, build, fill
+from nectosome.solve import CycleMeans, Symmetry, cycle_means, equilibrium, find_symmetry, periodic
+from nectosome.solve.orbit import cycle_settings, settled_cycle
+
+from .grid import Axis
+
+_LANES = 24  # robots computed side by side where that is quicker than one after another
+_INSTANT = 1e-4  # s, over which a steady motion is looked at
+
+
+class Kind(eqx.Module):
+    """What robots that differ in numbers only have in common."""
+
+    blueprint: Blueprint
+    symmetry: Symmetry
+    flat: bool = eqx.field(static=True)  # they move in the plane
+
+
+@dataclass(frozen=True)
+class Points:
+    """Robots of one structure, point by point of a grid."""
+
+    kind: Kind
+    robot: Robot  # of the description: one of them, or like them
+    numbers: Float[np.ndarray, "k p"]
+    periods: Float[np.ndarray, "k"]  # [s]; 0 of a steady motion
+    samples: int
+    rtol: float
+
+    def spans(self) -> list[np.ndarray]:
+        """Indices of the points that are computed together: those of like periods, which take as many steps."""
+        order = np.argsort(self.periods, kind="stable")
+        return [order[k : k + _LANES] for k in range(0, order.size, _LANES)]
+
+    def solved(self, span: np.ndarray) -> dict[str, np.ndarray]:
+        """Means, and the status, of the motions of some points; NaN where there is none."""
+        padded = np.resize(span, min(_LANES, len(self.numbers)))  # one program for all spans
+        numbers, periods = jnp.asarray(self.numbers[padded]), self.periods[padded]
+        if not periods.any():
+            means, status = remembered(_steady, self.kind, numbers)
+        else:
+            times = jnp.asarray(np.linspace(0.0, periods, self.samples, axis=1))
+            means, status = remembered(_periodic, self.kind, numbers, times, jnp.asarray(self.rtol))
+        out = {name: np.array(x)[: span.size] for name, x in means._asdict().items()}
+        status = np.array(status)[: span.size]
+        for k in np.flatnonzero(status == int(Status.NO_PERIOD)):
+            robot = fill_one(self.kind.blueprint, self.numbers[span[k]])
+            one = periodic(robot, periods[k], samples=self.samples, rtol=self.rtol, atol=1e-2 * self.rtol)
+            status[k] = int(one.status)
+            for name, x in one.means()._asdict().items():
+                out[name][k] = np.asarray(x)
+        good = np.isin(status, [int(s) for s in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)])
+        for x in out.values():
+            x[~good] = np.nan
+        return out | {"status": status}
+
+
+def points_of(description: RobotDescription, axes: tuple[Axis, ...], samples: int, rtol: float) -> Points:
+    """Points of the grid of the axes, the last of which runs fastest. Raises InputError where drives have no period."""
+    robot = build(description)
+    symmetry = find_symmetry(robot) if robot.tree.free_v.size else Symmetry((), False, False)
+    paths = [resolve(description, a.name) for a in axes]
+    blueprint, base = blueprint_of(description, tuple(path for group in paths for path in group))
+    grid = np.stack(np.meshgrid(*(a.values for a in axes), indexing="ij"), axis=-1).reshape(-1, len(axes))
+    numbers = np.tile(np.asarray(base), (len(grid), 1))
+    for k, group in enumerate(paths):
+        numbers[:, [blueprint.paths.index(path) for path in group]] = grid[:, k, None]
+    periods = np.zeros(len(grid))
+    if not symmetry.steady:
+        periods = np.array([drive_period(_at(description, axes, values)) for values in grid])
+    return Points(Kind(blueprint, symmetry, moves_in_plane(robot)), robot, numbers, periods, samples, rtol)
+
+
+def _at(description: RobotDescription, axes: tuple[Axis, ...], values: np.ndarray) -> RobotDescription:
+    return with_values(description, {a.name: float(x) for a, x in zip(axes, values, strict=True)})
+
+
+def fill_one(blueprint: Blueprint, numbers: np.ndarray) -> Robot:
+    """Robot of one point."""
+    return remembered(fill, blueprint, jnp.asarray(numbers))
+
+
+def _periodic(kind: Kind, numbers: Array, times: Array, rtol: Array) -> tuple[CycleMeans, Array]:
+    """Means over the cycles that robots settle to."""
+
+    def one(numbers: Array, times: Array) -> tuple[CycleMeans, Array]:
+        robot = fill(kind.blueprint, numbers)
+        settings = cycle_settings("explicit" if kind.flat else "implicit", times[-1], rtol, 1e-2 * rtol)
+        system = in_plane(robot) if kind.flat else robot
+        found = settled_cycle(system, kind.symmetry, robot.initial(), times, settings)
+        return cycle_means(robot, times, found.value), found.status
+
+    if kind.flat:
+        return jax.vmap(one)(numbers, times)
+    return jax.lax.map(lambda point: one(*point), (numbers, times))
+
+
+def _steady(kind: Kind, numbers: Array) -> tuple[CycleMeans, Array]:
+    """What steady motions give at an instant."""
+
+    def one(numbers: Array) -> tuple[CycleMeans, Array]:
+        robot = fill(kind.blueprint, numbers)
+        found = equilibrium(robot, kind.symmetry, robot.initial())
+        x = found.value.state
+        later = State(robot.advance(x.q, x.v, jnp.asarray(_INSTANT)), x.v, x.z)
+        states = jax.tree.map(lambda *x: jnp.stack(x), x, later)
+        return cycle_means(robot, jnp.array([0.0, _INSTANT]), states), found.status
+
+    return jax.lax.map(one, numbers)

@@ -1,0 +1,179 @@
+"""Sweeps: what a robot's motion gives at every point of a grid of its quantities."""
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nectosome import robots
+from nectosome.core import Status
+from nectosome.io import (
+    InputError,
+    RobotDescription,
+    apply_settings,
+    dump_robot,
+    load_checkpoint,
+    provenance,
+    save_checkpoint,
+)
+from nectosome.solve import CycleMeans, mean_data
+
+from .grid import COUNT, Axis, axis
+from .points import Points, points_of
+from .workers import processors
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """The points of one structure."""
+
+    description: RobotDescription
+    axes: tuple[Axis, ...]
+    points: Points
+
+
+def sweep(
+    robot: str | RobotDescription,
+    over: Mapping[str, Sequence[float]],
+    settings: Sequence[str] = (),
+    *,
+    samples: int = 129,
+    rtol: float = 1e-4,
+    folder: Path | None = None,
+    progress: Callable[[float], bool | None] | None = None,
+    workers: int | None = None,
+) -> "xr.Dataset":
+    """Means and peaks of the motion at every point of a grid, as an `xarray.Dataset` with one dimension an axis.
+
+    - robot: a name, a file, or a description; `settings` such as "A=75deg" are put in first.
+    - over: values [SI] of each quantity, by path or alias; "N" of a family makes another robot for each value.
+    - the motion: steady where nothing that drives the robot changes with time, else periodic with its drives. What it
+      gives are `CycleMeans`, from `samples` moments of a cycle. A cycle is found by letting the robot settle, and by
+      Newton's method where it does not within a few cycles.
+    - folder: finished parts are kept there, so that a sweep that was killed goes on where it was.
+    - progress(share): called after each part; the sweep is cancelled where it returns False.
+
+    `status` says how each point was solved; where it was not, its numbers are NaN. Raises InputError for names and
+    values that make no sense, and for a folder that holds another sweep.
+    """
+    grids = _grids(robot, over, settings, samples, rtol)
+    spans = [(grid.points, span) for grid in grids for span in grid.points.spans()]
+    asked = {"robot": robot if isinstance(robot, str) else robot.name, "set": [*settings], "samples": samples}
+    asked |= {"over": {name: [*map(float, values)] for name, values in over.items()}, "rtol": rtol}
+    text = json.dumps([asked, [dump_robot(grid.description) for grid in grids]])
+    parts = _Parts(folder, hashlib.sha256(text.encode()).hexdigest())
+    found, going = [], True
+    with ThreadPoolExecutor(workers or processors()) as pool:
+        jobs = [pool.submit(parts.get, k, lambda p=points, s=span: p.solved(s)) for k, (points, span) in enumerate(spans)]
+        try:
+            for k, job in enumerate(jobs):
+                found.append(job.result() if going else None)
+                if going and progress is not None and progress((k + 1) / len(jobs)) is False:
+                    going = False
+                    pool.shutdown(wait=False, cancel_futures=True)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    datasets, first = [], 0
+    for grid in grids:
+        mine = grid.points.spans()
+        datasets.append(_dataset(grid, mine, found[first : first + len(mine)]))
+        first += len(mine)
+    dataset = _joined(datasets, over)
+    title = f"{grids[0].description.name if len(grids) == 1 else asked['robot']}: sweep over {', '.join(over)}"
+    robot_text = dump_robot(grids[0].description) if len(grids) == 1 else ""
+    return dataset.assign_attrs(title=title, robot=robot_text, provenance=json.dumps(provenance(asked)))
+
+
+def _grids(
+    robot: str | RobotDescription, over: Mapping[str, Sequence[float]], settings: Sequence[str], samples: int, rtol: float
+) -> list[_Grid]:
+    if not over:
+        raise InputError("there is nothing to sweep over: at least one quantity is needed.", field="over")
+    rest = {name: [*map(float, values)] for name, values in over.items() if name != COUNT}
+    if COUNT in over and not isinstance(robot, str):
+        raise InputError("only a family by its name, such as paddle, has an N.", field=COUNT)
+    grids = []
+    for count in over.get(COUNT, (None,)):
+        if isinstance(robot, str):
+            description = robots.describe(robot, [*settings, *([] if count is None else [f"{COUNT}={int(count)}"])])
+        else:
+            description = apply_settings(robot, settings)
+        axes = tuple(axis(name, values, description) for name, values in rest.items())
+        grids.append(_Grid(description, axes, points_of(description, axes, samples, rtol)))
+    return grids
+
+
+class _Parts:
+    """Finished parts of a sweep, kept in a folder if there is one."""
+
+    def __init__(self, folder: Path | None, key: str):
+        self.folder, self.key = folder, key
+        if folder is None:
+            return
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"cannot be made: {error.strerror}.", file=str(folder)) from None
+        if any(self._load(path)[1].get("sweep") != key for path in folder.glob("part-*.npz")):
+            raise InputError("holds parts of another sweep. Take another folder, or remove it.", file=str(folder))
+
+    def get(self, k: int, compute: Callable[[], dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+        """Part k: what is kept of it, else what is computed now."""
+        if self.folder is None:
+            return compute()
+        path = self.folder / f"part-{k:05d}.npz"
+        if path.exists():
+            return self._load(path)[0]
+        found = compute()
+        save_checkpoint(path, found, {"sweep": self.key})
+        return found
+
+    def _load(self, path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        return load_checkpoint(path)
+
+
+def _dataset(grid: _Grid, spans: list[np.ndarray], parts: list[dict[str, np.ndarray] | None]) -> "xr.Dataset":
+    """Dataset of one structure; what was not computed is NaN and CANCELLED."""
+    import xarray as xr
+
+    shape, dims = tuple(len(a.values) for a in grid.axes), tuple(a.name for a in grid.axes)
+    total = int(np.prod(shape))
+    status = np.full(total, int(Status.CANCELLED))
+    arrays: dict[str, np.ndarray] = {}
+    for span, part in zip(spans, parts, strict=True):
+        for name, x in ({} if part is None else part).items():
+            if name == "status":
+                status[span] = x
+            else:
+                arrays.setdefault(name, np.full((total, *x.shape[1:]), np.nan))[span] = x
+    if not arrays:
+        raise InputError("was cancelled before any part of it was done.", field="sweep")
+    means = CycleMeans(**{name: x.reshape(*shape, *x.shape[1:]) for name, x in arrays.items()})
+    data, names = mean_data(grid.points.robot, means, dims)
+    words = np.array([Status(int(s)).name for s in status]).reshape(shape)
+    periods = np.where(grid.points.periods > 0, grid.points.periods, np.nan).reshape(shape)
+    return xr.Dataset(
+        {name: (d, x, {"units": unit}) for name, (d, x, unit) in data.items()}
+        | {"status": (dims, words), "period": (dims, periods, {"units": "s"})},
+        coords={a.name: (a.name, np.array(a.values), {"units": a.unit}) for a in grid.axes}
+        | {name: (d, x, {"units": u} if u else {}) for name, (d, x, u) in names.items()},
+    )
+
+
+def _joined(datasets: list["xr.Dataset"], over: Mapping[str, Sequence[float]]) -> "xr.Dataset":
+    """All structures along N; parts that one of them has not are NaN there."""
+    if COUNT not in over:
+        return datasets[0]
+    import xarray as xr
+
+    counts = xr.DataArray(np.array([int(n) for n in over[COUNT]]), dims=COUNT, name=COUNT)
+    return xr.concat(datasets, counts, join="outer")
