@@ -5,8 +5,9 @@ symmetry: a swimmer's place and heading may drift. With the flow $\Phi_T$ and di
 
 $$ F(y) = \Phi_T(x \oplus y) \ominus (x \oplus y) = 0, \quad y = -(D\Phi_T - 1)^{-1} F $$
 
-by Newton's method; the derivative goes through the adaptive time steps. Where a correction does not bring the
-ends closer together the robot is left to itself for a cycle instead, as it is for the first cycles.
+by Newton's method; the derivative goes through the adaptive time steps. It costs many times what the cycle itself does,
+so it is kept while corrections by it bring the ends together quickly, and taken afresh where they have met. Where a
+correction does not bring them closer the robot is left to itself for a cycle instead, as it is for the first cycles.
 """
 
 from typing import NamedTuple
@@ -25,6 +26,7 @@ from .symmetry import Symmetry
 
 _WAIT, _CYCLES = 2, 60  # cycles before Newton's method, and in all
 _CORRECTIONS = 12
+_QUICK = 0.1  # of the gap that a correction leaves: the derivative is kept
 _CLOSED = 1.0  # of the error allowed in a step: ends as close have met
 _FIRST_STEP = 1e-4  # s
 _NOTHING = 1e-9  # of what a cycle does to a disturbance
@@ -37,9 +39,14 @@ class Orbit(NamedTuple):
     monodromy: Float[Array, "m m"]  # derivative of the state after a cycle by that before, in displacements
 
 
+_Gap = tuple[Array, State, Array]  # between the ends of a cycle; its last state; status of the time integration
+
+
 class _Search(NamedTuple):
     x: State
     monodromy: Array
+    inverse: Array  # of the derivative of the gap, where it was last taken
+    derive: Array  # take it in the next cycle
     size: Array  # of the gap between the ends of the last cycle, in allowed errors
     best: Array  # size that a correction must halve; inf after a wait, when any gap may be corrected again
     corrections: Array
@@ -90,7 +97,7 @@ def orbit(robot: Robot, symmetry: Symmetry, guess: State, period: Float[Array, "
     """
     m = ravel_pytree((guess.v, guess.v, guess.z))[0].shape[0]
 
-    def gap(x: State, y: Array) -> tuple[Array, tuple[Array, State, Array]]:
+    def gap(x: State, y: Array) -> tuple[Array, _Gap]:
         x = near(robot, x, y)
         end, status = after(robot, x, period, settings)
         r = between(robot, symmetry, x, end)
@@ -101,34 +108,43 @@ def orbit(robot: Robot, symmetry: Symmetry, guess: State, period: Float[Array, "
         scaled = r / (settings.atol + settings.rtol * jnp.abs(numbers))
         return jnp.sqrt(jnp.mean(scaled**2))
 
+    def derived(s: _Search) -> tuple[Array, Array, _Gap]:
+        J, out = jax.jacfwd(lambda y: gap(s.x, y), has_aux=True)(jnp.zeros(m))
+        return J + jnp.eye(m), _solved(J), out
+
+    def kept(s: _Search) -> tuple[Array, Array, _Gap]:
+        return s.monodromy, s.inverse, gap(s.x, jnp.zeros(m))[1]
+
     def look(s: _Search) -> _Search:
-        J, (r, end, status) = jax.jacfwd(lambda y: gap(s.x, y), has_aux=True)(jnp.zeros(m))
+        monodromy, inverse, (r, end, status) = jax.lax.cond(s.derive, derived, kept, s)
         size = size_of(r, s.x)
         closed = size <= _CLOSED
-        closer = (size < 0.5 * s.best) & (s.corrections < _CORRECTIONS)
-        corrected = near(robot, s.x, -_solved(J) @ r)
+        first = s.cycles < _WAIT
+        closer = (size < 0.5 * s.best) & (s.corrections < _CORRECTIONS) & ~first
+        corrected = near(robot, s.x, -inverse @ r)
         fine = jnp.all(jnp.isfinite(ravel_pytree(corrected)[0]))
         newton = closer & fine
         x = jax.tree.map(lambda a, b, c: jnp.where(closed, a, jnp.where(newton, b, c)), s.x, corrected, end)
         bad = status != int(Status.SOLVED)
         cycles = s.cycles + 1
+        slow = ~newton | (jnp.isfinite(s.best) & (size > _QUICK * s.best))
         return _Search(
             x=x,
-            monodromy=J + jnp.eye(m),
+            monodromy=monodromy,
+            inverse=inverse,
+            derive=closed | ((cycles >= _WAIT) & slow),
             size=size,
             best=jnp.where(newton, size, jnp.inf),
             corrections=s.corrections + newton,
             cycles=cycles,
-            waited=jnp.where(closed, s.waited, ~newton),
+            waited=jnp.where(closed, s.waited, ~newton & ~first),
             status=status,
-            done=closed | bad | (cycles >= _CYCLES),
+            done=(closed & s.derive) | bad | (~closed & (cycles >= _CYCLES)),
         )
 
-    begun = guess, jnp.asarray(int(Status.SOLVED))
-    x, status = jax.lax.fori_loop(0, _WAIT, lambda _, c: after(robot, c[0], period, settings), begun)
     none, infinite, no = jnp.zeros((), int), jnp.asarray(jnp.inf), jnp.asarray(False)
-    lost = status != int(Status.SOLVED)
-    start = _Search(x, jnp.eye(m), infinite, infinite, none, none + _WAIT, no, status, lost)
+    solved, eye = jnp.asarray(int(Status.SOLVED)), jnp.eye(m)
+    start = _Search(guess, eye, 0 * eye, no, infinite, infinite, none, none, no, solved, no)
     s = jax.lax.while_loop(lambda s: ~s.done, look, start)
     found = jnp.where(s.waited, int(Status.SETTLED), int(Status.SOLVED))
     status = jnp.where(s.size <= _CLOSED, found, int(Status.NO_PERIOD))
