@@ -3,6 +3,7 @@
 from .equilibrium import Equilibrium, equilibrium
 from .periodic import Periodic, periodic
 from .results import Results, Run, Trajectory, prepare_results
+from .screw import Screw, screw_of
 from .settle import Settled, settled
 from .simulate import simulate
 from .static import static
@@ -14,6 +15,7 @@ __all__ = [
     "Periodic",
     "Results",
     "Run",
+    "Screw",
     "Settled",
     "Steady",
     "Symmetry",
@@ -22,6 +24,7 @@ __all__ = [
     "find_symmetry",
     "periodic",
     "prepare_results",
+    "screw_of",
     "settled",
     "simulate",
     "static",
