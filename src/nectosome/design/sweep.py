@@ -72,7 +72,9 @@ def sweep(
     parts = _Parts(folder, hashlib.sha256(text.encode()).hexdigest())
     found, going = [], True
     with ThreadPoolExecutor(workers or processors()) as pool:
-        jobs = [pool.submit(parts.get, k, lambda p=points, s=span: p.solved(s)) for k, (points, span) in enumerate(spans)]
+        jobs = [
+            pool.submit(parts.get, k, lambda p=points, s=span: p.solved(s)) for k, (points, span) in enumerate(spans)
+        ]
         try:
             for k, job in enumerate(jobs):
                 found.append(job.result() if going else None)
@@ -94,7 +96,11 @@ def sweep(
 
 
 def _grids(
-    robot: str | RobotDescription, over: Mapping[str, Sequence[float]], settings: Sequence[str], samples: int, rtol: float
+    robot: str | RobotDescription,
+    over: Mapping[str, Sequence[float]],
+    settings: Sequence[str],
+    samples: int,
+    rtol: float,
 ) -> list[_Grid]:
     if not over:
         raise InputError("there is nothing to sweep over: at least one quantity is needed.", field="over")

@@ -4,6 +4,7 @@ from .cycle import CycleMeans, cycle_means, mean_data, prepare_means
 from .equilibrium import Equilibrium, equilibrium
 from .periodic import Periodic, periodic
 from .results import Results, Run, Trajectory, attributes_of, drive_limits, prepare_results
+from .screw import Screw, screw_of
 from .settle import Settled, settled
 from .simulate import simulate
 from .static import static
@@ -16,6 +17,7 @@ __all__ = [
     "Periodic",
     "Results",
     "Run",
+    "Screw",
     "Settled",
     "Steady",
     "Symmetry",
@@ -29,6 +31,7 @@ __all__ = [
     "periodic",
     "prepare_means",
     "prepare_results",
+    "screw_of",
     "settled",
     "simulate",
     "static",

@@ -5,8 +5,9 @@ symmetry: a swimmer's place and heading may drift. With the flow $\Phi_T$ and di
 
 $$ F(y) = \Phi_T(x \oplus y) \ominus (x \oplus y) = 0, \quad y = -(D\Phi_T - 1)^{-1} F $$
 
-by Newton's method; the derivative goes through the adaptive time steps. Where a correction does not bring the
-ends closer together the robot is left to itself for a cycle instead, as it is for the first cycles.
+by Newton's method; the derivative goes through the adaptive time steps. It costs many times what the cycle itself does,
+so it is kept while corrections by it bring the ends together quickly, and taken afresh where they have met. Where a
+correction does not bring them closer the robot is left to itself for a cycle instead, as it is for the first cycles.
 """
 
 from typing import NamedTuple
@@ -29,6 +30,7 @@ Moving = Robot | InPlane
 
 _WAIT, _CYCLES = 2, 60  # cycles before Newton's method, and in all
 _CORRECTIONS = 12
+_QUICK = 0.1  # of the gap that a correction leaves: the derivative is kept
 _SETTLE = 8  # cycles of a robot that is left to itself
 _FIRST_STEP = 1e-4  # s
 _NOTHING = 1e-9  # of what a cycle does to a disturbance
@@ -59,6 +61,8 @@ class _Search(NamedTuple):
     x: State
     found: Cycle
     monodromy: Array
+    inverse: Array  # of the derivative of the gap, where it was last taken
+    derive: Array  # take it in the next cycle
     best: Array  # size that a correction must halve; inf after a wait, when any gap may be corrected again
     corrections: Array
     cycles: Array
@@ -138,34 +142,42 @@ def orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, "
         found = cycle(robot, symmetry, near(robot, x, y), times, settings)
         return found.gap, found
 
-    def look(s: _Search) -> _Search:
+    def derived(s: _Search) -> tuple[Array, Array, Cycle]:
         J, found = jax.jacfwd(lambda y: gap(s.x, y), has_aux=True)(jnp.zeros(m))
+        return J + jnp.eye(m), _solved(J), found
+
+    def kept(s: _Search) -> tuple[Array, Array, Cycle]:
+        return s.monodromy, s.inverse, gap(s.x, jnp.zeros(m))[1]
+
+    def look(s: _Search) -> _Search:
+        monodromy, inverse, found = jax.lax.cond(s.derive, derived, kept, s)
         closed = found.size <= 1.0
-        closer = (found.size < 0.5 * s.best) & (s.corrections < _CORRECTIONS)
-        corrected = near(robot, s.x, -_solved(J) @ found.gap)
-        fine = jnp.all(jnp.isfinite(ravel_pytree(corrected)[0]))
-        newton = closer & fine
+        first = s.cycles < _WAIT
+        closer = (found.size < 0.5 * s.best) & (s.corrections < _CORRECTIONS) & ~first
+        corrected = near(robot, s.x, -inverse @ found.gap)
+        newton = closer & jnp.all(jnp.isfinite(ravel_pytree(corrected)[0]))
         x = jax.tree.map(lambda a, b, c: jnp.where(closed, a, jnp.where(newton, b, c)), s.x, corrected, found.end)
         bad = found.status != int(Status.SOLVED)
         cycles = s.cycles + 1
+        slow = ~newton | (jnp.isfinite(s.best) & (found.size > _QUICK * s.best))
         return _Search(
             x=x,
             found=found,
-            monodromy=J + jnp.eye(m),
+            monodromy=monodromy,
+            inverse=inverse,
+            derive=closed | ((cycles >= _WAIT) & slow),
             best=jnp.where(newton, found.size, jnp.inf),
             corrections=s.corrections + newton,
             cycles=cycles,
-            waited=jnp.where(closed, s.waited, ~newton),
-            done=closed | bad | (cycles >= _CYCLES),
+            waited=jnp.where(closed, s.waited, ~newton & ~first),
+            done=(closed & s.derive) | bad | (~closed & (cycles >= _CYCLES)),
         )
 
-    def wait(_: Array, found: Cycle) -> Cycle:
-        return cycle(robot, symmetry, found.end, times, settings)
-
-    begun = jax.lax.fori_loop(0, _WAIT - 1, wait, cycle(robot, symmetry, guess, times, settings))
     none, infinite, no = jnp.zeros((), int), jnp.asarray(jnp.inf), jnp.asarray(False)
-    lost = begun.status != int(Status.SOLVED)
-    start = _Search(begun.end, begun, jnp.eye(m), infinite, none, none + _WAIT, no, lost)
+    blank = jax.tree.map(lambda x: jnp.broadcast_to(x, (times.shape[0], *x.shape)), guess)
+    nothing = Cycle(blank, jnp.full(m, jnp.inf), infinite, jnp.asarray(int(Status.SOLVED)))
+    eye = jnp.eye(m)
+    start = _Search(guess, nothing, eye, 0 * eye, no, infinite, none, none, no, no)
     s = jax.lax.while_loop(lambda s: ~s.done, look, start)
     status = jnp.where(s.waited, int(Status.SETTLED), int(Status.SOLVED))
     status = jnp.where(s.found.size <= 1.0, status, int(Status.NO_PERIOD))
