@@ -20,6 +20,7 @@ from nectosome.cli.reproduce import reproduce
 from nectosome.cli.show import show
 from nectosome.cli.simulate import simulate
 from nectosome.cli.steady import steady
+from nectosome.cli.sweep import sweep
 from nectosome.io import InputError
 
 app = App(
@@ -32,7 +33,7 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for command in (reproduce, simulate, steady, periodic, design, measure, show, check, schema):
+for command in (reproduce, simulate, steady, periodic, sweep, design, measure, show, check, schema):
     app.command(command)
 
 

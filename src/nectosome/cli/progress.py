@@ -1,11 +1,16 @@
-"""A progress bar on stderr for what takes its time, and nothing for what does not."""
+"""What takes its time: a progress bar on stderr, and an end to it by Ctrl-C."""
 
+import os
 import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from nectosome.cli.output import tell
 
 _PATIENCE = 2.0  # seconds before a bar appears
 
@@ -37,3 +42,18 @@ def progress_bar(label: str) -> Iterator[Callable[[str, float], None]]:
         timer.cancel()
         timer.join()
         bar.stop()
+
+
+def cancellable(compute: Callable[[Callable[[], bool]], Any]) -> Any:
+    """Return compute(going_on); the first Ctrl-C makes going_on() False, the second ends the program at once."""
+    stop = threading.Event()
+    with ThreadPoolExecutor(1) as pool:  # a thread, since compiled code does not listen to Ctrl-C
+        future = pool.submit(compute, lambda: not stop.is_set())
+        while True:
+            try:
+                return future.result()
+            except KeyboardInterrupt:
+                if stop.is_set():
+                    os._exit(130)
+                stop.set()
+                tell("stopping at the next moment; Ctrl-C again stops at once.")

@@ -1,10 +1,7 @@
 """`nectosome simulate`: a robot through time."""
 
-import os
-import threading
 import time as clock
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,7 +10,7 @@ from cyclopts import Parameter
 from nectosome.cli.options import read_count, read_duration, read_quantity
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.parts import weigh
-from nectosome.cli.progress import progress_bar
+from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.cli.summary import summary
 from nectosome.io import InputError, save_dataset
 
@@ -72,7 +69,7 @@ def simulate(
             wanted = save is not None or int(run.status) != Status.CANCELLED
             return run, run.results(description, asked) if wanted else None
 
-        run, found = _cancellable(compute)
+        run, found = cancellable(compute)
     status = Status(int(run.status))
     if found is not None:
         found.attributes["seconds"] = round(clock.perf_counter() - start, 3)
@@ -88,18 +85,3 @@ def simulate(
         tell(f"{description.name}: {status.reason}, {came_to}")
         return 1
     return 0
-
-
-def _cancellable(compute: Callable[[Callable[[], bool]], Any]) -> Any:
-    """Return compute(going_on); the first Ctrl-C makes going_on() False, the second ends the program at once."""
-    stop = threading.Event()
-    with ThreadPoolExecutor(1) as pool:  # a thread, since compiled code does not listen to Ctrl-C
-        future = pool.submit(compute, lambda: not stop.is_set())
-        while True:
-            try:
-                return future.result()
-            except KeyboardInterrupt:
-                if stop.is_set():
-                    os._exit(130)
-                stop.set()
-                tell("stopping at the next moment; Ctrl-C again stops at once.")

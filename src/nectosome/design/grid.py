@@ -1,9 +1,8 @@
 """Axes of a sweep: quantities of a robot and the values that each of them takes."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from nectosome.io import InputError, RobotDescription, numeric_paths, resolve
 from nectosome.io.errors import shorten
@@ -21,11 +20,11 @@ class Axis:
     unit: str  # SI
 
 
-def read_axis(text: str, description: RobotDescription) -> Axis:
+def read_axis(text: str, description: RobotDescription | None) -> Axis:
     """Read `A=30:75:5deg` (from, to, step) or `A=30,45,75deg` (values); the unit of the last number counts for all.
 
-    Raises InputError for what is neither, an unknown name, a value that its field does not allow, and a step that leads
-    nowhere.
+    An axis over N needs no description. Raises InputError for what is neither, an unknown name, a value that its field
+    does not allow, and a step that leads nowhere.
     """
     name, _, values = (part.strip() for part in text.partition("="))
     number = r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"
@@ -40,10 +39,12 @@ def read_axis(text: str, description: RobotDescription) -> Axis:
         numbers = _steps(*numbers, name=name)
     if name == COUNT:
         return _count(numbers, match[2])
+    if description is None:
+        raise InputError("is no count of parts.", field=name)
     return axis(name, [f"{x!r} {match[2] or ''}".strip() for x in numbers], description)
 
 
-def axis(name: str, values: list[float] | list[str], description: RobotDescription) -> Axis:
+def axis(name: str, values: Sequence[float | str], description: RobotDescription) -> Axis:
     """Axis over a quantity at its path or alias; numbers are SI, text carries its unit. Raises InputError."""
     known = numeric_paths(description)
     paths = resolve(description, name)
@@ -52,6 +53,8 @@ def axis(name: str, values: list[float] | list[str], description: RobotDescripti
     except ValueError as error:
         raise InputError(str(error), field=name) from None
     found = tuple(row[0] for row in read)
+    if not found:
+        raise InputError("takes no value: at least one is needed.", field=name)
     if len(set(found)) < len(found):
         raise InputError("takes a value twice.", field=name)
     return Axis(name, found, known[paths[0]].unit)

@@ -58,7 +58,7 @@ class Points:
         out = {name: np.array(x)[: span.size] for name, x in means._asdict().items()}
         status = np.array(status)[: span.size]
         for k in np.flatnonzero(status == int(Status.NO_PERIOD)):
-            robot = fill_one(self.kind.blueprint, self.numbers[span[k]])
+            robot = _robot(self.kind.blueprint, self.numbers[span[k]])
             one = periodic(robot, periods[k], samples=self.samples, rtol=self.rtol, atol=1e-2 * self.rtol)
             status[k] = int(one.status)
             for name, x in one.means()._asdict().items():
@@ -89,7 +89,7 @@ def _at(description: RobotDescription, axes: tuple[Axis, ...], values: np.ndarra
     return with_values(description, {a.name: float(x) for a, x in zip(axes, values, strict=True)})
 
 
-def fill_one(blueprint: Blueprint, numbers: np.ndarray) -> Robot:
+def _robot(blueprint: Blueprint, numbers: np.ndarray) -> Robot:
     """Robot of one point."""
     return remembered(fill, blueprint, jnp.asarray(numbers))
 

@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+import jax.numpy as jnp
 import numpy as np
 
 from nectosome import robots
@@ -65,34 +66,41 @@ def sweep(
     values that make no sense, and for a folder that holds another sweep.
     """
     grids = _grids(robot, over, settings, samples, rtol)
-    spans = [(grid.points, span) for grid in grids for span in grid.points.spans()]
-    asked = {"robot": robot if isinstance(robot, str) else robot.name, "set": [*settings], "samples": samples}
-    asked |= {"over": {name: [*map(float, values)] for name, values in over.items()}, "rtol": rtol}
+    name = robot if isinstance(robot, str) else robot.name
+    asked = {"robot": name, "set": [*settings], "samples": samples, "rtol": rtol}
+    asked["over"] = {name: [*map(float, values)] for name, values in over.items()}
     text = json.dumps([asked, [dump_robot(grid.description) for grid in grids]])
-    parts = _Parts(folder, hashlib.sha256(text.encode()).hexdigest())
-    found, going = [], True
-    with ThreadPoolExecutor(workers or processors()) as pool:
-        jobs = [
-            pool.submit(parts.get, k, lambda p=points, s=span: p.solved(s)) for k, (points, span) in enumerate(spans)
-        ]
+    found = _compute(
+        grids, _Parts(folder, hashlib.sha256(text.encode()).hexdigest()), progress, workers or processors()
+    )
+    datasets = [_dataset(grid, parts) for grid, parts in zip(grids, found, strict=True)]
+    title = f"{grids[0].description.name if len(grids) == 1 else name}: sweep over {', '.join(over)}"
+    one = dump_robot(grids[0].description) if len(grids) == 1 else ""
+    return _joined(datasets, over).assign_attrs(title=title, robot=one, provenance=json.dumps(provenance(asked)))
+
+
+_Part = dict[str, np.ndarray]
+
+
+def _compute(
+    grids: list[_Grid], kept: "_Parts", progress: Callable[[float], bool | None] | None, workers: int
+) -> list[list[_Part | None]]:
+    """Parts of each grid, None where the sweep was cancelled before. Threads, since compiled code runs side by side."""
+    work = [(i, grid.points, span) for i, grid in enumerate(grids) for span in grid.points.spans()]
+    found: list[list[_Part | None]] = [[] for _ in grids]
+    going = True
+    with ThreadPoolExecutor(workers) as pool:
+        jobs = [pool.submit(kept.get, k, lambda p=p, s=span: p.solved(s)) for k, (_, p, span) in enumerate(work)]
         try:
-            for k, job in enumerate(jobs):
-                found.append(job.result() if going else None)
+            for k, ((i, _, _), job) in enumerate(zip(work, jobs, strict=True)):
+                found[i].append(job.result() if going else None)
                 if going and progress is not None and progress((k + 1) / len(jobs)) is False:
                     going = False
                     pool.shutdown(wait=False, cancel_futures=True)
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    datasets, first = [], 0
-    for grid in grids:
-        mine = grid.points.spans()
-        datasets.append(_dataset(grid, mine, found[first : first + len(mine)]))
-        first += len(mine)
-    dataset = _joined(datasets, over)
-    title = f"{grids[0].description.name if len(grids) == 1 else asked['robot']}: sweep over {', '.join(over)}"
-    robot_text = dump_robot(grids[0].description) if len(grids) == 1 else ""
-    return dataset.assign_attrs(title=title, robot=robot_text, provenance=json.dumps(provenance(asked)))
+    return found
 
 
 def _grids(
@@ -129,33 +137,30 @@ class _Parts:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(f"cannot be made: {error.strerror}.", file=str(folder)) from None
-        if any(self._load(path)[1].get("sweep") != key for path in folder.glob("part-*.npz")):
+        if any(load_checkpoint(path)[1].get("sweep") != key for path in folder.glob("part-*.npz")):
             raise InputError("holds parts of another sweep. Take another folder, or remove it.", file=str(folder))
 
-    def get(self, k: int, compute: Callable[[], dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    def get(self, k: int, compute: Callable[[], _Part]) -> _Part:
         """Part k: what is kept of it, else what is computed now."""
         if self.folder is None:
             return compute()
         path = self.folder / f"part-{k:05d}.npz"
         if path.exists():
-            return self._load(path)[0]
+            return load_checkpoint(path)[0]
         found = compute()
         save_checkpoint(path, found, {"sweep": self.key})
         return found
 
-    def _load(self, path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        return load_checkpoint(path)
 
-
-def _dataset(grid: _Grid, spans: list[np.ndarray], parts: list[dict[str, np.ndarray] | None]) -> "xr.Dataset":
+def _dataset(grid: _Grid, parts: list[_Part | None]) -> "xr.Dataset":
     """Dataset of one structure; what was not computed is NaN and CANCELLED."""
     import xarray as xr
 
     shape, dims = tuple(len(a.values) for a in grid.axes), tuple(a.name for a in grid.axes)
     total = int(np.prod(shape))
     status = np.full(total, int(Status.CANCELLED))
-    arrays: dict[str, np.ndarray] = {}
-    for span, part in zip(spans, parts, strict=True):
+    arrays: _Part = {}
+    for span, part in zip(grid.points.spans(), parts, strict=True):
         for name, x in ({} if part is None else part).items():
             if name == "status":
                 status[span] = x
@@ -163,7 +168,7 @@ def _dataset(grid: _Grid, spans: list[np.ndarray], parts: list[dict[str, np.ndar
                 arrays.setdefault(name, np.full((total, *x.shape[1:]), np.nan))[span] = x
     if not arrays:
         raise InputError("was cancelled before any part of it was done.", field="sweep")
-    means = CycleMeans(**{name: x.reshape(*shape, *x.shape[1:]) for name, x in arrays.items()})
+    means = CycleMeans(**{name: jnp.asarray(x.reshape(*shape, *x.shape[1:])) for name, x in arrays.items()})
     data, names = mean_data(grid.points.robot, means, dims)
     words = np.array([Status(int(s)).name for s in status]).reshape(shape)
     periods = np.where(grid.points.periods > 0, grid.points.periods, np.nan).reshape(shape)

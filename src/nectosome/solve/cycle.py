@@ -24,6 +24,7 @@ class CycleMeans(NamedTuple):
     velocity: Float[Array, "parts 3"]  # of each part's first station [m/s]
     load_force: Float[Array, "loads parts 3"]  # [N]
     load_power: Float[Array, "loads parts"]  # [W], positive into the robot
+    force: Float[Array, "3"]  # of all loads on all parts [N]
     reaction: Float[Array, "prescribed"]  # what the drives of prescribed joints give [N m, N]
     reaction_power: Float[Array, "prescribed"]  # [W]
     energy: Float[Array, "3"]  # kinetic, of the water carried along, elastic [J]
@@ -47,6 +48,8 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
     rotation R of the root body's first station, the mean powers $\bar P_l$ of loads, $\bar P_r$ of reactions and
     $\bar P_d$ of driving forces, and the mass m of the robot:
 
+    - force: minus what holds a robot that is held, since the rate of momentum has no mean; and better told by samples
+      than the mean of the reactions, which feel every stop that is hit.
     - power $P = \sum \bar P_r + \sum \bar P_d$; what a drive gets back in a part of the cycle counts as given back.
     - speed $U = |x(T) - x(0)|/T$.
     - turn_rate $\mathrm{atan2}(Q_{yx} - Q_{xy}, Q_{xx} + Q_{yy})/T$, $Q = R(T) R(0)^T$: the heading gained, less
@@ -70,6 +73,7 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
         velocity=mean.velocity,
         load_force=mean.load_force,
         load_power=mean.load_power,
+        force=jnp.sum(mean.load_force, axis=(0, 1)),
         reaction=mean.reaction,
         reaction_power=mean.reaction_power,
         energy=mean.energy,
@@ -124,6 +128,7 @@ def prepare_means(robot: Robot, samples: int) -> None:
 _OF_A_CYCLE: dict[str, tuple[tuple[str, ...], str]] = {
     "bending_strain_peak": (("part",), "1"),
     "bending_stress_peak": (("part",), "Pa"),
+    "force": (("axis",), "N"),
     "power": ((), "W"),
     "speed": ((), "m/s"),
     "turn_rate": ((), "rad/s"),

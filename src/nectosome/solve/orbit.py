@@ -120,7 +120,7 @@ def settled_cycle(
     return Solution(found.states, status, {"cycles": count}, found.size)
 
 
-def cycle_settings(method: Method, period: Float[Array, ""], rtol: float, atol: float) -> Settings:
+def cycle_settings(method: Method, period: Array, rtol: Array | float, atol: Array | float) -> Settings:
     """How to integrate a cycle: in at least a hundred steps, so that small disturbances are followed at rest too."""
     return Settings(method, *map(jnp.asarray, (rtol, atol, 100_000)), longest=period / 100)
 

@@ -1,0 +1,108 @@
+"""`nectosome sweep`: what a robot's motion gives on a grid of its quantities."""
+
+import time as clock
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+from rich.console import Group
+from rich.text import Text
+
+from nectosome.cli.check import count
+from nectosome.cli.options import read_count
+from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.page import columns, number, page
+from nectosome.cli.progress import cancellable, progress_bar
+from nectosome.io import InputError, save_dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def sweep(
+    robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")],
+    /,
+    *,
+    over: Annotated[
+        list[str], Parameter(help="NAME=from:to:step or NAME=values, such as A=30:75:5deg or N=1,2,3; may be repeated.")
+    ],
+    settings: Annotated[
+        list[str] | None, Parameter("--set", help="PATH=VALUE, such as E=3MPa; may be repeated.")
+    ] = None,
+    samples: Annotated[
+        str, Parameter(help="How many moments of a cycle its means are taken of.", allow_leading_hyphen=True)
+    ] = "129",
+    save: Annotated[Path | None, Parameter(help="Write all numbers to this netCDF file (.nc).")] = None,
+) -> int:
+    """Find the steady or periodic motion at every point of a grid, and what it gives on the mean.
+
+    With --save finished parts are kept beside the file until all is done, and a sweep that was stopped goes on.
+    """
+    moments = read_count(samples, "--samples", least=17, most=10_000)
+    if save is not None:
+        check_target(save, "--save", ".nc")
+
+    from nectosome import robots
+    from nectosome.design.grid import COUNT, read_axis
+
+    named = dict.fromkeys(text.partition("=")[0].strip() for text in over)
+    if len(named) < len(over):
+        raise InputError("names a quantity twice.", field="--over")
+    counts = [text for text in over if text.partition("=")[0].strip() == COUNT]
+    first = [f"{COUNT}={int(n)}" for text in counts for n in read_axis(text, None).values[:1]]
+    description = robots.describe(robot, [*(settings or ()), *first])
+    axes = [read_axis(text, description) for text in over]
+
+    from nectosome.design.sweep import sweep as compute
+
+    folder = None if save is None else save.with_suffix(".parts")
+    start = clock.perf_counter()
+    with progress_bar(f"sweep of {robot}") as update:
+
+        def work(going_on: Callable[[], bool]) -> "xr.Dataset":
+            def progress(share: float) -> bool:
+                update("", share)
+                return going_on()
+
+            values = {axis.name: axis.values for axis in axes}
+            return compute(robot, values, settings or (), samples=moments, folder=folder, progress=progress)
+
+        found = cancellable(work)
+    found.attrs["seconds"] = round(clock.perf_counter() - start, 3)
+    if (found["status"] == "CANCELLED").any():
+        tell("cancelled." + (f" The parts done are in {folder}; the same command goes on." if folder else ""))
+        return 130
+    write(_page(found))
+    if save is not None and folder is not None:
+        save_dataset(found, save)
+        for part in folder.iterdir():
+            part.unlink()
+        folder.rmdir()
+    return 0
+
+
+_TOLD = ("speed", "turn_rate", "power", "efficiency", "cost_of_transport")
+
+
+def _page(found: "xr.Dataset") -> Group:
+    """Where each quantity is lowest and highest, and how many points were solved how."""
+    dims = found["status"].dims
+    table = columns("mean over a cycle", "lowest", "at", "highest", "at", "unit")
+    named = [(f"force {axis}", found["force"].sel(axis=axis)) for axis in found["axis"].values]
+    named += [(name.replace("_", " "), found[name]) for name in _TOLD]
+    for name, values in named:
+        if values.notnull().any() and (values != 0).any():
+            ends = [values.isel(end(dims)) for end in (values.argmin, values.argmax)]  # type: ignore[arg-type]
+            cells = [cell for end in ends for cell in (number(float(end)), _place(end, dims))]
+            table.add_row(name, *cells, values.attrs["units"])
+    words = found["status"].to_series().value_counts()
+    solved = ", ".join(f"{n} {status}" for status, n in words.items())
+    line = f"{count(found['status'].size, 'point')}: {solved}; {found.attrs['seconds']:.1f} s to compute"
+    return page(Text(str(found.attrs["title"]), "bold"), [table], [line])
+
+
+def _place(value: "xr.DataArray", dims: tuple) -> str:
+    """Where on the axes a value is, in SI units."""
+    units = (value[dim].attrs.get("units", "") for dim in dims)
+    return ", ".join(f"{dim}={number(float(value[dim]))} {unit}".strip() for dim, unit in zip(dims, units, strict=True))
