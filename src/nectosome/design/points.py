@@ -1,6 +1,8 @@
 """Motions of many robots of one structure: steady, or periodic with their drives."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -43,12 +45,12 @@ class Points:
 
     def spans(self) -> list[np.ndarray]:
         """Indices of the points that are computed together: those of like periods, which take as many steps."""
-        order = np.argsort(self.periods, kind="stable")
-        return [order[k : k + _LANES] for k in range(0, order.size, _LANES)]
+        order, lanes = np.argsort(self.periods, kind="stable"), _LANES if self.kind.flat else 1
+        return [order[k : k + lanes] for k in range(0, order.size, lanes)]
 
     def solved(self, span: np.ndarray) -> dict[str, np.ndarray]:
         """Means, and the status, of the motions of some points; NaN where there is none."""
-        padded = np.resize(span, min(_LANES, len(self.numbers)))  # one program for all spans
+        padded = np.resize(span, _LANES) if self.kind.flat else span  # one program for all spans
         numbers, periods = jnp.asarray(self.numbers[padded]), self.periods[padded]
         if not periods.any():
             means, status = remembered(_steady, self.kind, numbers)
@@ -104,9 +106,7 @@ def _periodic(kind: Kind, numbers: Array, times: Array, rtol: Array) -> tuple[Cy
         found = settled_cycle(system, kind.symmetry, robot.initial(), times, settings)
         return cycle_means(robot, times, found.value), found.status
 
-    if kind.flat:
-        return jax.vmap(one)(numbers, times)
-    return jax.lax.map(lambda point: one(*point), (numbers, times))
+    return jax.vmap(one)(numbers, times) if kind.flat else _alone(one, numbers, times)
 
 
 def _steady(kind: Kind, numbers: Array) -> tuple[CycleMeans, Array]:
@@ -114,10 +114,15 @@ def _steady(kind: Kind, numbers: Array) -> tuple[CycleMeans, Array]:
 
     def one(numbers: Array) -> tuple[CycleMeans, Array]:
         robot = fill(kind.blueprint, numbers)
-        found = equilibrium(robot, kind.symmetry, robot.initial())
+        found = equilibrium(robot, kind.symmetry, robot.initial(), jnp.asarray(False))
         x = found.value.state
         later = State(robot.advance(x.q, x.v, jnp.asarray(_INSTANT)), x.v, x.z)
         states = jax.tree.map(lambda *x: jnp.stack(x), x, later)
         return cycle_means(robot, jnp.array([0.0, _INSTANT]), states), found.status
 
-    return jax.lax.map(one, numbers)
+    return _alone(one, numbers)
+
+
+def _alone(one: Callable[..., Any], *points: Array) -> Any:
+    """One point, without the cost of a batch."""
+    return jax.tree.map(lambda x: x[None], one(*(x[0] for x in points)))

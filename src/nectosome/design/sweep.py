@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,7 +43,7 @@ class _Grid:
 
 def sweep(
     robot: str | RobotDescription,
-    over: Mapping[str, Sequence[float]],
+    over: Mapping[str, Iterable[float | int]],
     settings: Sequence[str] = (),
     *,
     samples: int = 129,
@@ -65,10 +65,10 @@ def sweep(
     `status` says how each point was solved; where it was not, its numbers are NaN. Raises InputError for names and
     values that make no sense, and for a folder that holds another sweep.
     """
+    over = {name: [*map(float, values)] for name, values in over.items()}
     grids = _grids(robot, over, settings, samples, rtol)
     name = robot if isinstance(robot, str) else robot.name
-    asked = {"robot": name, "set": [*settings], "samples": samples, "rtol": rtol}
-    asked["over"] = {name: [*map(float, values)] for name, values in over.items()}
+    asked = {"robot": name, "set": [*settings], "over": over, "samples": samples, "rtol": rtol}
     text = json.dumps([asked, [dump_robot(grid.description) for grid in grids]])
     found = _compute(
         grids, _Parts(folder, hashlib.sha256(text.encode()).hexdigest()), progress, workers or processors()
@@ -112,7 +112,7 @@ def _grids(
 ) -> list[_Grid]:
     if not over:
         raise InputError("there is nothing to sweep over: at least one quantity is needed.", field="over")
-    rest = {name: [*map(float, values)] for name, values in over.items() if name != COUNT}
+    rest = {name: values for name, values in over.items() if name != COUNT}
     if COUNT in over and not isinstance(robot, str):
         raise InputError("only a family by its name, such as paddle, has an N.", field=COUNT)
     grids = []

@@ -1,0 +1,69 @@
+"""`sweep` on a small robot: what it prints, saves and refuses."""
+
+import numpy as np
+import pytest
+
+from nectosome.io import load_dataset
+
+from .answers import check_wrong
+
+ARM = """
+name: arm
+water: {gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: point
+  mass: 1 kg
+  inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
+  joint:
+    kind: revolute
+    axis: z
+    stiffness: 0.03 N m/rad
+    damping: 0.02 N m s/rad
+    torque: {kind: sine, amplitude: 0.02 N m, frequency: 2 Hz}
+aliases:
+  M: [body.joint.torque.amplitude]
+  f: [body.joint.torque.frequency]
+"""
+
+
+@pytest.fixture
+def arm(tmp_path):
+    (tmp_path / "arm.yaml").write_text(ARM)
+    return "arm.yaml"
+
+
+def test_a_sweep_is_printed_and_saved(nectosome, arm, tmp_path):
+    answer = nectosome("sweep", arm, "--over", "M=10:30:10mN m", "--over", "f=1,2Hz", "--save", "grid.nc")
+    assert answer.code == 0, answer.err
+    assert "arm: sweep over M, f" in answer.out
+    assert "6 points: " in answer.out
+    found = load_dataset(tmp_path / "grid.nc")
+    M, w = found["M"].to_numpy()[:, None], 2 * np.pi * found["f"].to_numpy()
+    speed = w * M / abs(0.03 - 1e-3 * w**2 + 0.02j * w)
+    np.testing.assert_allclose(found["power"], 0.02 * speed**2 / 2, rtol=1e-3)
+    assert found["M"].attrs["units"] == "N m"
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["arm.yaml", "grid.nc"]
+
+
+def test_wrong_sweeps_are_answered_in_a_sentence(nectosome, arm, tmp_path):
+    (tmp_path / "taken.parts").write_text("")
+    cases = [
+        ("sweep",),
+        ("sweep", arm),
+        ("sweep", arm, "--over"),
+        ("sweep", arm, "--over", "M"),
+        ("sweep", arm, "--over", "M=10:30mN m"),
+        ("sweep", arm, "--over", "M=10,20"),
+        ("sweep", arm, "--over", "B=10,20"),
+        ("sweep", arm, "--over", "M=10,20mN m", "--over", "M=30,40mN m"),
+        ("sweep", arm, "--over", "N=1,2"),
+        ("sweep", arm, "--over", "f=0,1Hz", "--set", "M=1kg"),
+        ("sweep", arm, "--over", "M=10mN m", "--samples", "3"),
+        ("sweep", arm, "--over", "M=10mN m", "--save", "grid.csv"),
+        ("sweep", arm, "--over", "M=10mN m", "--save", "taken.nc"),
+        ("sweep", "nothing.yaml", "--over", "M=10mN m"),
+        ("sweep", "paddle", "--over", "N=one"),
+        ("sweep", "paddle", "--over", "N=-1,2"),
+    ]
+    check_wrong(nectosome, cases, tmp_path)

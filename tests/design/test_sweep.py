@@ -1,0 +1,175 @@
+"""Sweeps against closed forms and single solutions; axes; what a kill leaves behind."""
+
+import numpy as np
+import pytest
+
+from nectosome.design.grid import Axis, read_axis
+from nectosome.design.points import Points
+from nectosome.design.sweep import sweep
+from nectosome.io import InputError, parse_robot
+from nectosome.robots import describe
+
+I, K, M0, F = 0.02, 0.8, 0.05, 1.3  # kg m2, N m/rad, N m, Hz
+DRIVEN = f"""
+name: driven
+water: {{gravity: 0 m/s2}}
+body:
+  kind: rigid
+  shape: point
+  mass: 1 kg
+  inertia: [{I} kg m2, {I} kg m2, {I} kg m2]
+  joint:
+    kind: revolute
+    axis: z
+    stiffness: {K} N m/rad
+    damping: 0.2 N m s/rad
+    torque: {{kind: sine, amplitude: {M0} N m, frequency: {F} Hz, offset: 0.01 N m}}
+aliases:
+  c: [body.joint.damping]
+  k: [body.joint.stiffness]
+  f: [body.joint.torque.frequency]
+"""
+SINKING = """
+name: sinking
+water: {density: 1000 kg/m3, gravity: 9.81 m/s2}
+body:
+  kind: rigid
+  shape: point
+  mass: 2 kg
+  volume: 1 l
+  joint: {kind: prismatic, axis: z}
+  loads: {drag: {kind: lumped_drag, drag_area: [0 m2, 0 m2, 0.01 m2]}}
+aliases:
+  area: [body.loads.drag.drag_area.2]
+"""
+
+
+@pytest.fixture(scope="module")
+def driven():
+    return parse_robot(DRIVEN)
+
+
+def power(c, f):
+    """Mean power of a driven oscillator, c |v|^2 / 2."""
+    w = 2 * np.pi * f
+    return 0.5 * c * abs(1j * w * M0 / (K - I * w**2 + 1j * c * w)) ** 2
+
+
+DAMPING, FREQUENCY = [0.0, 0.02, 0.2, 0.25], [0.7, 1.3]
+
+
+@pytest.fixture(scope="module")
+def swept(driven):
+    return sweep(driven, {"c": DAMPING, "f": FREQUENCY}, rtol=1e-7)
+
+
+def test_a_driven_oscillator_takes_what_its_transfer_function_says(swept):
+    c, f = np.meshgrid(np.array(DAMPING), np.array(FREQUENCY), indexing="ij")
+    assert swept["power"].dims == ("c", "f")
+    np.testing.assert_allclose(swept["power"], power(c, f), rtol=2e-6, atol=1e-9)
+    np.testing.assert_allclose(swept["period"], 1 / f, rtol=1e-15)
+    assert swept["power"].attrs["units"] == "W"
+
+
+def test_what_does_not_settle_is_found_by_newtons_method(swept):
+    assert set(swept["status"].sel(c=0.25).values) == {"SETTLED"}
+    assert set(swept["status"].sel(c=[0.0, 0.02]).values.ravel()) == {"SOLVED"}
+
+
+def test_a_sinking_body_is_steady():
+    """(rho V - m) g = rho A v^2 / 2."""
+    area = [0.01, 0.02, 0.03]
+    found = sweep(parse_robot(SINKING), {"area": area})
+    np.testing.assert_allclose(found["speed"], np.sqrt(2 * 9.81 / (1000 * np.array(area))), rtol=1e-9)
+    assert set(found["status"].values) == {"SOLVED"}
+    assert np.isnan(found["period"]).all()
+
+
+def test_what_has_no_cycle_is_not_a_number(driven):
+    """With neither spring nor damper the steady part of the torque turns the body faster and faster."""
+    found = sweep(driven, {"c": [0.0], "k": [0.0, K]})
+    assert found["status"].values[0].tolist() == ["NO_PERIOD", "SOLVED"]
+    assert np.isnan(found["power"].values[0, 0])
+    assert np.isfinite(found["power"].values[0, 1])
+
+
+@pytest.mark.slow
+def test_members_of_a_family_stand_side_by_side():
+    """A stiff plate rows to and fro alike: no thrust. With a hinge that gives way to one side it has some."""
+    found = sweep("paddle", {"N": [0, 1], "A": [np.radians(60)]}, ["f=0.9Hz"], rtol=1e-5)
+    assert found["force"].dims == ("N", "A", "axis")
+    thrust = -found["force"].sel(axis="y").values[:, 0]
+    assert abs(thrust[0]) < 1e-9
+    assert 0.2 < thrust[1] < 0.4
+    assert np.isnan(found["hinge_stress_peak"].sel(N=0, part="segment1")).all()
+    assert (found["hinge_stress_peak"].sel(N=1, part="segment1") > 1e4).all()
+
+
+def test_a_sweep_goes_on_where_it_was_stopped(driven, tmp_path, monkeypatch):
+    grid = {"c": np.linspace(0.22, 0.28, 30).tolist(), "f": FREQUENCY}
+    whole = sweep(driven, grid, workers=1)
+    computed = []
+    solve = Points.solved
+    monkeypatch.setattr(Points, "solved", lambda self, span: computed.append(span) or solve(self, span))
+    stopped = sweep(driven, grid, folder=tmp_path / "parts", progress=lambda share: False, workers=1)
+    assert (stopped["status"] == "CANCELLED").any()
+    assert np.isnan(stopped["power"].where(stopped["status"] == "CANCELLED")).all()
+    assert len(computed) < 3
+    again = sweep(driven, grid, folder=tmp_path / "parts", workers=1)
+    assert len(computed) == 3
+    assert again.drop_attrs().identical(whole.drop_attrs())
+    with pytest.raises(InputError, match="holds parts of another sweep"):
+        sweep(driven, {"f": FREQUENCY}, folder=tmp_path / "parts")
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("A=30:75:15deg", np.radians([30, 45, 60, 75])),
+        ("A=30deg", np.radians([30])),
+        ("A = 0.5, 1 rad", [0.5, 1.0]),
+        ("f=0.3:1.3:0.1Hz", [0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3]),
+        ("f=1.3:0.9:-0.2Hz", [1.3, 1.1, 0.9]),
+        ("Cn=1,1.2", [1.0, 1.2]),
+        ("N=1:3:1", [1, 2, 3]),
+        ("N=0,5", [0, 5]),
+    ],
+)
+def test_axes_are_read(text, values):
+    found = read_axis(text, describe("paddle"))
+    assert isinstance(found, Axis)
+    np.testing.assert_allclose(found.values, values, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("A", "is no axis"),
+        ("A=", "is no axis"),
+        ("=1,2", "is no axis"),
+        ("A=30:75deg", "is no axis"),
+        ("A=thirty deg", "is no axis"),
+        ("A=30:75:0deg", "leads nowhere"),
+        ("A=30:75:-5deg", "leads nowhere"),
+        ("f=0:1:1e-9Hz", "too fine"),
+        ("A=30,30deg", "takes a value twice"),
+        ("A=30,45", "has no unit"),
+        ("A=30,45kg", "Angle expected|angle"),
+        ("f=-1,1Hz", "at least|out of range|more than"),
+        ("B=1,2", 'no quantity called "B"'),
+        ("N=1.5", "is a count"),
+        ("N=1,2deg", "is a count"),
+    ],
+)
+def test_wrong_axes_are_told(text, message):
+    with pytest.raises(InputError, match=message):
+        read_axis(text, describe("paddle"))
+
+
+def test_wrong_sweeps_are_told(driven):
+    with pytest.raises(InputError, match="nothing to sweep over"):
+        sweep(driven, {})
+    with pytest.raises(InputError, match="only a family"):
+        sweep(driven, {"N": [1]})
+    with pytest.raises(InputError, match="takes no value"):
+        sweep(driven, {"f": []})
