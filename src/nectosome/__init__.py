@@ -14,12 +14,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .design import sweep
     from .io import InputError, apply_settings, load_dataset, load_robot, save_dataset
     from .robots import bind, build, describe, flagella, names
     from .solve import periodic, simulate, static, steady
     from .view import show_run
 
 _ROOMS = {
+    "design": ("sweep",),
     "io": ("InputError", "apply_settings", "load_dataset", "load_robot", "save_dataset"),
     "robots": ("bind", "build", "describe", "flagella", "names"),
     "solve": ("periodic", "simulate", "static", "steady"),
@@ -43,6 +45,7 @@ __all__ = [
     "simulate",
     "static",
     "steady",
+    "sweep",
 ]
 
 

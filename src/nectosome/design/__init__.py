@@ -1,4 +1,4 @@
-"""Design: constrained optimisation of steady motions, from many starts, that survives being killed."""
+"""Design: constrained optimisation of steady motions from many starts, and sweeps; both survive being killed."""
 
 from .composite import ratio_of, young_of
 from .constraints import Constraint, Limit, MotorLine, read_constraint
@@ -13,6 +13,7 @@ from .problem import SteadyDesign
 from .quantities import QUANTITIES
 from .result import Result, Start
 from .solvers import SOLVERS, describe_solver, make_solver
+from .sweep import sweep
 from .task import Evaluate, Evaluation, Outcome, Solver, Task
 from .variables import Box, Variable, read_variable
 from .workers import Workers
@@ -52,5 +53,6 @@ __all__ = [
     "read_variable",
     "restore_design",
     "shipped_problem",
+    "sweep",
     "young_of",
 ]
