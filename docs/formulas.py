@@ -31,6 +31,7 @@ _SIGNS = {
     "cdot": "·",
     "le": "≤",
     "ge": "≥",
+    "perp": "⊥",
     "to": "→",
     "top": "⊤",
     "in": "∈",
@@ -41,7 +42,7 @@ _SIGNS = {
 }
 _ACCENTS = {"dot": ".", "ddot": "..", "hat": "^", "bar": "¯", "tilde": "~"}
 _SPACES = {"quad": "1em", ",": "0.17em", ";": "0.28em", " ": "0.25em", "!": "0em"}
-_FUNCTIONS = {"exp", "sin", "cos", "arcsin", "arctan", "ln", "max", "min"}
+_FUNCTIONS = {"exp", "sin", "cos", "arcsin", "arctan", "cot", "ln", "max", "min"}
 
 
 class _Reader:

@@ -29,7 +29,7 @@ def screw_of(
 ) -> Screw:
     r"""Screw motion from one pose (R, p) to another, in the outer frame (Chasles; Murray, Li, Sastry 1994, sec. 2.3).
 
-    The displacement $x \mapsto R x + d$, with $R = R_1 R_0^T = e^{[a]\theta}$ and $d = p_1 - R p_0$, leaves the line
+    The displacement $x \to R x + d$, with $R = R_1 R_0^T = e^{[a]\theta}$ and $d = p_1 - R p_0$, leaves the line
     along a in its place that passes
 
     $$ c = \tfrac12 \left(d_\perp + \cot\tfrac\theta2\; a \times d_\perp\right), \quad d_\perp = d - (a \cdot d)\, a $$
