@@ -1,0 +1,103 @@
+"""Straight swimming of the rowing robot (section 6.2): the drag area that one printed speed asks for, and all others.
+
+In straight swimming all four paddles do the same, so that one with the mass, stiffness and drag of four on a hull that
+slides along x swims as the robot does.
+"""
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import brentq
+
+from nectosome.core import Status
+from nectosome.io import PrismaticJoint, RobotDescription, get_value, numeric_paths, with_values
+from nectosome.robots import beetle, build
+from nectosome.robots.beetle import PADDLES
+from nectosome.solve import periodic
+
+PRINTED = {  # Table 5: joints, amplitude [rad], frequency [Hz] -> speed [m/s]
+    (3, math.radians(75), 1.1): 0.323,
+    (3, math.radians(75), 1.3): 0.142,
+    (1, math.radians(75), 1.1): 0.279,
+    (1, math.radians(75), 1.3): 0.126,
+    (3, math.radians(30), 0.3): 0.093,
+    (1, math.radians(30), 0.3): 0.082,
+}
+_FOUR = ("mass", "drag.normal", "flexure.young", "lower.stiffness", "lower.damping")
+
+
+def on_a_slide(robot: RobotDescription) -> RobotDescription:
+    """The robot's hull on a slide along x, with its first paddle four times as heavy, stiff and wide as it is."""
+    first = PADDLES[0]
+    limbs = {name: limb for name, limb in robot.limbs.items() if name.startswith(first)}
+    aliases = {
+        name: tuple(path for path in paths if path.startswith(("body.", f"limbs.{first}_")))
+        for name, paths in robot.aliases.items()
+    }
+    body = robot.body.model_copy(update={"joint": PrismaticJoint(kind="prismatic", axis=(1.0, 0.0, 0.0))})
+    one = robot.model_copy(
+        update={"body": body, "limbs": limbs, "aliases": {name: paths for name, paths in aliases.items() if paths}}
+    )
+    fourfold = [path for path in numeric_paths(one) if path.startswith("limbs.") and path.endswith(_FOUR)]
+    return with_values(one, {path: 4 * get_value(one, path) for path in fourfold})
+
+
+def straight_speed(joints: int, amplitude: float, frequency: float, drag_area: float, cn: float = 1.0) -> float:
+    """Mean speed over a cycle [m/s]: joints a paddle, stroke [rad, Hz], the hull's drag area [m2], the blades' Cn.
+
+    The cycle is found with a tolerance of 1e-6, or 1e-5 or 1e-4 where that stalls; it moves the speed by about 1e-6 of
+    itself. Raises RuntimeError with the reason where no cycle is found.
+    """
+    values = {"A": amplitude, "f": frequency, "drag_area": drag_area, "Cn": 4 * cn}
+    robot = build(with_values(on_a_slide(beetle(joints)), values))
+    status = Status.NO_PERIOD
+    for rtol in (1e-6, 1e-5, 1e-4):
+        cycle = periodic(robot, 1 / frequency, samples=2, rtol=rtol, atol=1e-2 * rtol)
+        status = Status(int(cycle.status))
+        if status in (Status.SOLVED, Status.SETTLED):
+            ends = np.asarray(cycle.value.state.q)[:, 0]
+            return float(ends[1] - ends[0]) * frequency
+    raise RuntimeError(f"straight swim at {values}: {status.reason}")
+
+
+def calibrated_drag_area() -> float:
+    """Drag area of the hull along x [m2] at which the robot with three joints swims at the printed 0.323 m/s."""
+    (joints, amplitude, frequency), target = next(iter(PRINTED.items()))
+    found = brentq(lambda area: straight_speed(joints, amplitude, frequency, area) - target, 0.005, 0.05, xtol=1e-8)
+    return float(np.asarray(found))
+
+
+def table5(drag_area: float) -> xr.Dataset:
+    """Speeds of Table 5, printed and ours [m/s]: the first row is the calibration, the others are predictions."""
+    ours = [straight_speed(*row, drag_area) for row in PRINTED]
+    printed = [*PRINTED.values()]
+    joints, amplitude, frequency = (list(x) for x in zip(*PRINTED, strict=True))
+    return xr.Dataset(
+        {
+            "ours": ("row", ours, {"units": "m/s"}),
+            "printed": ("row", printed, {"units": "m/s"}),
+            "error": ("row", 100 * (np.divide(ours, printed) - 1), {"units": "percent"}),
+            "kind": ("row", ["calibration"] + ["prediction"] * (len(ours) - 1)),
+        },
+        coords={
+            "joints": ("row", joints),
+            "amplitude": ("row", amplitude, {"units": "rad"}),
+            "frequency": ("row", frequency, {"units": "Hz"}),
+        },
+    )
+
+
+def curves(drag_area: float, frequencies: Iterable[float] = np.linspace(0.3, 1.3, 11)) -> xr.Dataset:
+    """Speed against frequency for one and three joints, at 30 and 75 deg (Fig. 10b) [m/s]."""
+    joints, amplitudes, frequencies = [1, 3], np.radians([30.0, 75.0]), list(frequencies)
+    speed = [[[straight_speed(n, a, f, drag_area) for f in frequencies] for a in amplitudes] for n in joints]
+    return xr.Dataset(
+        {"speed": (("joints", "amplitude", "frequency"), speed, {"units": "m/s"})},
+        coords={
+            "joints": joints,
+            "amplitude": ("amplitude", amplitudes, {"units": "rad"}),
+            "frequency": ("frequency", frequencies, {"units": "Hz"}),
+        },
+    )
