@@ -24,6 +24,7 @@ _ABOUT = (
     "water, so that weight and buoyancy are left out; paddles and hull do not disturb each other's water, and parts "
     "do not touch."
 )
+_ALL_SIX = "free in all six directions (nothing rights it: as it swims its pitch is unstable, by the added mass)"
 _LENGTH, _HEIGHT, _MASS = 0.426, 0.110, 2.5  # m, m, kg
 _ACROSS = 1.1  # drag coefficient of a round cylinder
 _AHEAD = 0.017243  # m2: drag area along x, from papers/paddle/swim.py
@@ -41,7 +42,7 @@ def beetle(joints: int = 3) -> RobotDescription:
 
 def beetle_free(joints: int = 3) -> RobotDescription:
     """Robot of `beetle`, free in all six directions."""
-    return _beetle("beetle_free", joints, FreeJoint(kind="free"), "free in all six directions")
+    return _beetle("beetle_free", joints, FreeJoint(kind="free"), _ALL_SIX)
 
 
 def _beetle(name: str, joints: int, joint: PlanarJoint | FreeJoint, freedom: str) -> RobotDescription:
