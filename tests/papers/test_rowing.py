@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.io import get_value, resolve, with_values
+from nectosome.io import get_value, resolve
 from nectosome.papers.paddle import tolerances
 from nectosome.papers.paddle.drop import factor
 from nectosome.papers.paddle.heading import HalfStrokes, HeadingControl, disturbed, swim
@@ -94,15 +94,13 @@ def test_a_controlled_robot_holds_its_heading(one_joint):
 
 
 @pytest.mark.slow
-def test_a_steady_turn_is_the_one_that_the_robot_comes_to(one_joint):
-    """Against thirty strokes of the planar form."""
-    left, right = np.radians([65.0, 75.0])
-    found = turn(describe("beetle_free1"), left, right)
-    ends = (np.array([0, 29, 30]) / 1.1).tolist()
-    run = simulate(build(with_values(one_joint, {"A_left": left})), ends[-1], samples=ends)
-    x, y, yaw = np.asarray(run.value.state.q)[1:, :3].T
-    way = np.hypot(*np.diff([x + 0.213 * np.cos(yaw), y + 0.213 * np.sin(yaw)])[:, 0])
-    assert found.rate == pytest.approx(float(np.diff(yaw)[0]) * 1.1, rel=1e-3)
-    assert found.speed == pytest.approx(float(way) * 1.1, rel=1e-3)
-    assert found.radius == pytest.approx(float(way / 2 / np.sin(0.5 * np.diff(yaw)[0])), rel=1e-3)
-    assert found.rate > 0.2
+def test_steady_turns_are_mirrored_and_go_to_the_side_that_rows_less(one_joint):
+    """And it goes straight with equal strokes; the circle is that of the turning rate and the speed."""
+    less, full = np.radians([65.0, 75.0])
+    left, right, ahead = turn(one_joint, less, full), turn(one_joint, full, less), turn(one_joint, full, full)
+    assert left.rate > 0.2
+    np.testing.assert_allclose([-right.rate, right.radius, right.speed], left, rtol=3e-4)  # each is told to 1e-4
+    assert left.radius == pytest.approx(left.speed / left.rate, rel=0.02)  # the chord is a little shorter than the arc
+    assert abs(ahead.rate) < 1e-9
+    assert ahead.radius > 1e6
+    assert ahead.speed > left.speed

@@ -2,13 +2,15 @@
 
 from typing import NamedTuple
 
+import jax
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from nectosome.core import State, Status
+from nectosome.core import Status
 from nectosome.io import RobotDescription, get_value, with_values
 from nectosome.robots import build
-from nectosome.solve import periodic
+from nectosome.solve import simulate
+
+_WAIT = 10  # times eight cycles
 
 
 class Turn(NamedTuple):
@@ -17,25 +19,27 @@ class Turn(NamedTuple):
     rate: float  # of the heading [rad/s], positive to the left
     radius: float  # of the hull centre's path from cycle to cycle [m]; inf where it goes straight
     speed: float  # along it [m/s]
-    state: State  # at the start of a cycle
 
 
-def turn(robot: RobotDescription, left: float, right: float, guess: State | None = None) -> Turn:
-    r"""Steady turn of a robot that is free in all directions, with these amplitudes [rad] on its sides.
+def turn(robot: RobotDescription, left: float, right: float) -> Turn:
+    r"""Steady turn of the planar robot with these amplitudes [rad] on its sides.
 
-    A cycle moves the hull's centre by d and turns it by $\psi$, along a circle of radius $|d| / 2 |\sin(\psi/2)|$. That
-    the free robot would pitch away, since nothing rights it, does not matter here: its cycle lies in the plane. Raises
-    RuntimeError with the reason where no cycle is found.
+    A cycle moves the hull's centre by d and turns it by $\psi$, along a circle of radius $|d| / 2 |\sin(\psi/2)|$. The
+    robot swims from rest until two cycles agree to 1e-4. Raises RuntimeError where they do not.
     """
-    frequency = float(get_value(robot, "f"))
-    built = build(with_values(robot, {"A_left": left, "A_right": right}))
-    cycle = periodic(built, 1 / frequency, guess=guess, samples=2, rtol=1e-4, atol=1e-6)
-    if int(cycle.status) not in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE):
-        raise RuntimeError(f"turn with amplitudes {left:.3f}, {right:.3f} rad: {Status(int(cycle.status)).reason}")
-    q = np.asarray(cycle.value.state.q)
-    turned = Rotation.from_quat(q[:, 3:7], scalar_first=True)
-    centres = q[:, :3] + turned.apply([0.5 * float(get_value(robot, "body.length")), 0.0, 0.0])
-    psi = float((turned[1] * turned[0].inv()).as_rotvec()[2])
-    way = float(np.linalg.norm(centres[1] - centres[0]))
-    curved = 2 * abs(np.sin(0.5 * psi))
-    return Turn(psi * frequency, way / curved if curved > 1e-9 else np.inf, way * frequency, cycle.state)
+    frequency, length = (float(get_value(robot, name)) for name in ("f", "body.length"))
+    built, state = build(with_values(robot, {"A_left": left, "A_right": right})), None
+    ends = [0.0, 6 / frequency, 7 / frequency, 8 / frequency]
+    for _ in range(_WAIT):
+        run = simulate(built, ends[-1], samples=ends, initial=state)
+        if int(run.status) != Status.SOLVED:
+            raise RuntimeError(f"turn with {left:.3f}, {right:.3f} rad: {Status(int(run.status)).reason}")
+        state = jax.tree.map(lambda x: x[-1], run.value.state)
+        x, y, yaw = np.asarray(run.value.state.q)[1:, :3].T
+        psi = np.diff(yaw)
+        way = np.hypot(*np.diff([x + 0.5 * length * np.cos(yaw), y + 0.5 * length * np.sin(yaw)]))
+        if max(abs(psi[1] - psi[0]), abs(way[1] - way[0]) / length) < 1e-4 * (0.01 + abs(psi[1])):
+            curved = 2 * abs(float(np.sin(0.5 * psi[1])))
+            radius = float(way[1]) / curved if curved > 1e-9 else np.inf
+            return Turn(float(psi[1]) * frequency, radius, float(way[1]) * frequency)
+    raise RuntimeError(f"turn with {left:.3f}, {right:.3f} rad: still changing after {8 * _WAIT} cycles")
