@@ -10,22 +10,7 @@ from nectosome.io import parse_robot
 from nectosome.robots import build, describe
 from nectosome.solve import find_symmetry, periodic, simulate
 
-I, K, C, M0, F = 0.02, 0.8, 0.03, 0.05, 1.3  # kg m2, N m/rad, N m s/rad, N m, Hz
-DRIVEN = f"""
-name: driven
-water: {{gravity: 0 m/s2}}
-body:
-  kind: rigid
-  shape: point
-  mass: 1 kg
-  inertia: [{I} kg m2, {I} kg m2, {I} kg m2]
-  joint:
-    kind: revolute
-    axis: z
-    stiffness: {K} N m/rad
-    damping: {C} N m s/rad
-    torque: {{kind: sine, amplitude: {M0} N m, frequency: {F} Hz, phase: 0.4 rad}}
-"""
+I, K, C, M0, F = 0.02, 0.8, 0.03, 0.05, 1.3  # of `driven`: kg m2, N m/rad, N m s/rad, N m, Hz
 # a bob on a rod whose hinge is shaken up and down: with this frequency, twice its own, hanging still is unstable
 SHAKEN = """
 name: shaken
@@ -47,45 +32,11 @@ limbs:
     volume: 0 m3
     joint: {kind: revolute, axis: y, position: 1e-3 rad, damping: 0.02 N m s/rad}
 """
-ROWING = """
-name: rowing boat
-water: {gravity: 0 m/s2}
-body:
-  kind: rigid
-  shape: cylinder
-  length: 200 mm
-  radius: 40 mm
-  mass: 1 kg
-  joint: {kind: prismatic, axis: y}
-  loads: {drag: {kind: lumped_drag, drag_area: [0 m2, 4e-3 m2, 0 m2]}}
-limbs:
-  arm:
-    on: body
-    kind: rigid
-    shape: point
-    mass: 16 g
-    joint: {kind: revolute, axis: z, motion: {kind: stroke, amplitude: 60 deg, frequency: 0.8 Hz}}
-  blade:
-    on: arm
-    kind: rigid
-    shape: box
-    length: 100 mm
-    width: 2 mm
-    height: 40 mm
-    mass: 30 g
-    strips: 4
-    joint:
-      kind: revolute
-      axis: z
-      stiffness: 0.03 N m/rad
-      lower: {stiffness: 10 N m/rad, damping: 0.01 N m s/rad}
-    loads: {drag: {kind: plate_drag, normal: 1}}
-"""
 
 
-def test_a_driven_oscillator_answers_as_its_transfer_function():
+def test_a_driven_oscillator_answers_as_its_transfer_function(driven):
     """theta = Re M0 e^{i w t} / (K - I w^2 + i C w); disturbances decay with its own eigenvalues."""
-    found = periodic(build(parse_robot(DRIVEN)), 1 / F, rtol=1e-8, atol=1e-10)
+    found = periodic(build(driven), 1 / F, rtol=1e-8, atol=1e-10)
     assert int(found.status) == Status.SOLVED
     w = 2 * np.pi * F
     answer = M0 / (K - I * w**2 + 1j * C * w) * np.exp(1j * (w * np.asarray(found.value.time) + 0.4 - np.pi / 2))
@@ -114,11 +65,6 @@ def test_a_shaken_pendulum_is_stable_or_not_as_hills_equation_says(frequency):
     wanted = hill_multiplier(frequency)
     assert float(found.stats["multiplier"]) == pytest.approx(wanted, rel=1e-5)
     assert int(found.status) == (Status.UNSTABLE if wanted > 1 else Status.SOLVED)
-
-
-@pytest.fixture(scope="module")
-def boat():
-    return parse_robot(ROWING)
 
 
 @pytest.fixture(scope="module")
