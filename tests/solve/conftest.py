@@ -3,8 +3,10 @@ import jax.numpy as jnp
 import pytest
 
 from nectosome.core import State
-from nectosome.io import parse_robot
+from nectosome.io import RobotDescription, parse_robot
 from nectosome.robots import build
+
+from .robots import DRIVEN, ROWING
 
 # a mass point that slides, without any force
 SLIDER = """
@@ -13,6 +15,18 @@ water: {gravity: 0 m/s2}
 body: {kind: rigid, shape: point, mass: 2 kg, joint: {kind: prismatic, axis: z}}
 """
 FALLING = SLIDER.replace("0 m/s2", "9.81 m/s2")
+
+
+@pytest.fixture(scope="session")
+def driven() -> RobotDescription:
+    """A linear oscillator, driven at 1.3 Hz."""
+    return parse_robot(DRIVEN)
+
+
+@pytest.fixture(scope="session")
+def boat() -> RobotDescription:
+    """A boat with an oar that folds, rowing at 0.8 Hz; its place drifts."""
+    return parse_robot(ROWING)
 
 
 @pytest.fixture(scope="session")

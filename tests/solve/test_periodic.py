@@ -69,11 +69,6 @@ def test_a_shaken_pendulum_is_stable_or_not_as_hills_equation_says(frequency):
 
 
 @pytest.fixture(scope="module")
-def boat():
-    return parse_robot(ROWING)
-
-
-@pytest.fixture(scope="module")
 def rowing(boat):
     return periodic(build(boat), 1 / 0.8, rtol=1e-8, atol=1e-10)
 

@@ -1,6 +1,7 @@
 """Adaptive marching through time: step size control, saved states, a terminal event; works under jit and vmap.
 
 A march can stop after any saved time and go on from there, so that long runs report progress and can be cancelled.
+It carries slopes along where the system and its state bring some (`Sloping`, `Sloped`).
 """
 
 from collections.abc import Callable
@@ -15,7 +16,8 @@ from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Mechanical, State, Status
 
-from .stages import explicit_step, implicit_step, newton_memory, rms
+from .slopes import Sloped, Sloping, allowed_slopes, sloped
+from .stages import Step, explicit_step, implicit_step, newton_memory, rms
 from .tableaus import ESDIRK4, TSIT5
 
 Method = Literal["implicit", "explicit"]
@@ -28,11 +30,11 @@ class March(eqx.Module):
     """Where an integration stands: the last accepted step from (t0, x0) to (t, x), and what comes next."""
 
     t0: Float[Array, ""]
-    x0: State
-    rate0: State
+    x0: Any  # a State, or a Sloped one
+    rate0: Any
     t: Float[Array, ""]
-    x: State
-    rate: State  # dx/dt at x; known from the first attempt on
+    x: Any
+    rate: Any  # dx/dt at x; known from the first attempt on
     h: Float[Array, ""]  # size of the next step [s]
     memory: Any
     held: Bool[Array, ""]  # the last attempt was rejected
@@ -52,32 +54,35 @@ class Settings(eqx.Module):
     longest: Float[Array, ""] | float = np.inf  # step [s]
 
 
-def begin(t: Array, x: State, settings: Settings, h: Array) -> March:
+def begin(t: Array, x: State | Sloped, settings: Settings, h: Array) -> March:
     """March that starts at (t, x) with a first step of size h; the first attempt finds the rate there."""
-    n = x.v.size + sum(leaf.size for leaf in jax.tree.leaves(x.z))
+    bare = x.x if isinstance(x, Sloped) else x
+    n = bare.v.size + sum(leaf.size for leaf in jax.tree.leaves(bare.z))
     memory = newton_memory(n) if settings.method == "implicit" else None
     held, solved, end, none = map(jnp.asarray, (False, int(Status.SOLVED), jnp.inf, 0))
     return March(t, x, x, t, x, x, h, memory, held, solved, end, none, none)
 
 
 def march(
-    system: Mechanical, state: March, times: Float[Array, "n"], settings: Settings, guard: Guard | None = None
-) -> tuple[March, State]:
+    system: Mechanical | Sloping,
+    state: March,
+    times: Float[Array, "n"],
+    settings: Settings,
+    guard: Guard | None = None,
+) -> tuple[March, Any]:
     """Go on until the last of `times`; also the states at all of them (NaN where the march had ended before).
 
     The march ends early with status EVENT where guard(t, x) changes sign, located on the step's cubic to 1e-12 of it.
     """
-    step = implicit_step if settings.method == "implicit" else explicit_step
+    step: Callable[..., Step] = implicit_step if settings.method == "implicit" else explicit_step
+    if isinstance(system, Sloping):
+        step = sloped(step)
     order = (ESDIRK4 if settings.method == "implicit" else TSIT5).order
 
     def attempt(m: March) -> March:
-        allowed = jax.tree.map(lambda x: settings.atol + settings.rtol * jnp.abs(x), m.x)
-        s = step(system, m.t, m.h, m.x, m.rate, m.steps > 0, m.memory, allowed)
-        allowed = jax.tree.map(
-            lambda a, b: settings.atol + settings.rtol * jnp.maximum(jnp.abs(a), jnp.abs(b)), m.x, s.x
-        )
+        s = step(system, m.t, m.h, m.x, m.rate, m.steps > 0, m.memory, _allowed(settings, m.x, m.x))
         # derivatives are those of the steps taken: how long they are is no part of the motion
-        error = jax.lax.stop_gradient(rms(ravel_pytree(jax.tree.map(jnp.divide, s.error, allowed))[0]))
+        error = jax.lax.stop_gradient(_size(s.error, _allowed(settings, m.x, s.x)))
         error = jnp.where(jnp.isfinite(error) & s.converged, error, jnp.inf)
         accepted = error <= 1.0
         factor = jnp.clip(_SAFETY * jnp.maximum(error, 1e-12) ** (-1 / order), _SHRINK, _GROW)
@@ -105,7 +110,7 @@ def march(
             end = jnp.where(happened, when, end)
         return eqx.tree_at(lambda m: (m.status, m.end, m.steps, m.rejected), m, (status, end, steps, rejected))
 
-    def reach(m: March, time: Array) -> tuple[March, State]:
+    def reach(m: March, time: Array) -> tuple[March, Any]:
         going = lambda m: (m.t < time) & (m.status == int(Status.SOLVED))  # noqa: E731
         m = jax.lax.while_loop(going, attempt, m)
         x = interpolate(m, time)
@@ -115,7 +120,21 @@ def march(
     return jax.lax.scan(reach, state, times)
 
 
-def interpolate(m: March, time: Array) -> State:
+def _allowed(settings: Settings, a: Any, b: Any) -> Any:
+    """Error allowed in each number of a step from a to b."""
+    if isinstance(a, Sloped):
+        return Sloped(_allowed(settings, a.x, b.x), allowed_slopes(settings.rtol, a.slopes, b.slopes))
+    return jax.tree.map(lambda a, b: settings.atol + settings.rtol * jnp.maximum(jnp.abs(a), jnp.abs(b)), a, b)
+
+
+def _size(error: Any, allowed: Any) -> Array:
+    """Root mean square of the error in allowed errors; the largest where the state has slopes, each with its own."""
+    if isinstance(error, Sloped):
+        return jnp.maximum(_size(error.x, allowed.x), jnp.max(jax.vmap(_size)(error.slopes, allowed.slopes)))
+    return rms(ravel_pytree(jax.tree.map(jnp.divide, error, allowed))[0])
+
+
+def interpolate(m: March, time: Array) -> Any:
     """State at a time within the last step, by the cubic through its ends' values and rates."""
     h = m.t - m.t0
     s = jnp.where(h > 0, (time - m.t0) / jnp.where(h > 0, h, 1.0), 1.0)

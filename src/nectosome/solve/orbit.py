@@ -8,10 +8,14 @@ $$ F(y) = \Phi_T(x \oplus y) \ominus (x \oplus y) = 0, \quad y = -(D\Phi_T - 1)^
 by Newton's method; the derivative goes through the adaptive time steps. It costs many times what the cycle itself does,
 so it is kept while corrections by it bring the ends together quickly, and taken afresh where they have met. Where a
 correction does not bring them closer the robot is left to itself for a cycle instead, as it is for the first cycles.
+
+The orbit's derivatives follow from the implicit function theorem, $dy = -(D\Phi_T - 1)^{-1} dF$, with one march over
+the cycle that carries the slopes of its states by y and by what changes, in steps that keep their errors small too.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -23,6 +27,7 @@ from nectosome.core.linear import generalised_inverse
 from nectosome.mechanism import InPlane, Robot
 
 from .march import Method, Settings, begin, march
+from .slopes import Sloped, Sloping
 from .stages import rms
 from .symmetry import Symmetry
 
@@ -135,7 +140,16 @@ def orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, "
 
     `times` increase from 0 to the period. The residual is the root mean square of the gap between the ends of the
     cycle, in errors allowed by the settings. Works under jit and vmap.
+
+    The states have derivatives, forward mode only, with respect to the robot and to the period, of which `times` keep
+    their shares. Along the symmetry the start stays where it is. They are NaN where no orbit was found. Where a drive's
+    acceleration jumps, they miss what moves the jump to another share of the period.
     """
+    return _orbit(robot, symmetry, guess, times, settings)
+
+
+@eqx.filter_custom_jvp
+def _orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings) -> Solution:
     m = ravel_pytree((guess.v, guess.v, guess.z))[0].shape[0]
 
     def gap(x: State, y: Array) -> tuple[Array, Cycle]:
@@ -184,3 +198,80 @@ def orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, "
     status = jnp.where(s.found.status == int(Status.SOLVED), status, s.found.status)
     stats = {"cycles": s.cycles, "corrections": s.corrections}
     return Solution(Orbit(s.found.states, s.monodromy), status, stats, s.found.size)
+
+
+@_orbit.def_jvp
+def _slopes(primals: tuple, tangents: tuple) -> tuple[Solution, Solution]:
+    robot, symmetry, _, times, settings = primals
+    found = _orbit(*primals)
+    x = jax.tree.map(lambda x: x[0], found.value.states)
+    d_period = jnp.zeros(()) if tangents[3] is None else tangents[3][-1]
+    along = _along(robot, symmetry, x, times, settings, tangents[0], d_period)
+    solved = (found.status == int(Status.SOLVED)) | (found.status == int(Status.SETTLED))
+    along = jax.tree.map(lambda x: jnp.where(solved, x, jnp.nan), along)
+    still = jax.tree.map(lambda _: None, found)
+    return found, eqx.tree_at(lambda s: s.value.states, still, along, is_leaf=lambda x: x is None)
+
+
+def _along(
+    robot: Moving,
+    symmetry: Symmetry,
+    x: State,
+    times: Float[Array, "n"],
+    settings: Settings,
+    d_robot: Any,
+    d_period: Float[Array, ""],
+) -> State:
+    """`cycle_slopes` by one change. Under vmap all changes of one robot share a march, which each lane would repeat."""
+    numbers, rest = eqx.partition((robot, x, times, settings), eqx.is_array)
+
+    def slopes(numbers: Any, *changes: Any) -> State:
+        robot, x, times, settings = eqx.combine(numbers, rest)
+        return cycle_slopes(robot, symmetry, x, times, settings, *changes)
+
+    def one(numbers: Any, *change: Any) -> State:
+        return jax.tree.map(lambda s: s[0], slopes(numbers, *jax.tree.map(lambda d: d[None], change)))
+
+    shared = jax.custom_batching.custom_vmap(one)
+
+    @shared.def_vmap
+    def _(k: int, batched: Any, numbers: Any, *changes: Any) -> tuple[State, Any]:
+        if any(jax.tree.leaves(batched[0])):
+            out = jax.vmap(one, jax.tree.map(lambda b: 0 if b else None, tuple(batched)))(numbers, *changes)
+        else:
+            alike = lambda d, b: d if b else jnp.broadcast_to(d, (k, *d.shape))  # noqa: E731
+            out = slopes(numbers, *jax.tree.map(alike, changes, tuple(batched[1:])))
+        return out, jax.tree.map(lambda _: True, out)
+
+    return shared(numbers, d_robot, d_period)
+
+
+def cycle_slopes(
+    robot: Moving,
+    symmetry: Symmetry,
+    x: State,
+    times: Float[Array, "n"],
+    settings: Settings,
+    d_robot: Any,
+    d_period: Float[Array, "k"],
+) -> State:
+    """Derivatives of the states of the orbit through x, leaves [k, n, ...], at times that keep shares of the period.
+
+    `d_robot`: k derivatives of the robot's numbers, leaves [k, ...] or None. The march carries a slope for each
+    displacement of the start, and one for each of these changes.
+    """
+    m, k = ravel_pytree((x.v, x.v, x.z))[0].shape[0], d_period.shape[0]
+    starts = jax.vmap(lambda y: jax.jvp(lambda y: near(robot, x, y), (jnp.zeros(m),), (y,))[1])(jnp.eye(m + k, m))
+    changes, pace = jax.tree.map(lambda d: jnp.pad(d, [(m, 0), *[(0, 0)] * (d.ndim - 1)]), (d_robot, d_period))
+    start = begin(jnp.zeros(()), Sloped(x, starts), settings, jnp.asarray(_FIRST_STEP))
+    _, later = march(Sloping(robot, changes, pace / times[-1]), start, times[1:], settings)
+    end = jax.tree.map(lambda x: x[-1], later)
+
+    def gap_slope(change: Any, start: State, slope: State) -> Array:
+        here = robot, x, end.x
+        return eqx.filter_jvp(lambda r, a, b: between(r, symmetry, a, b), here, (change, start, slope))[1]
+
+    gaps = jax.vmap(gap_slope)(changes, starts, end.slopes)
+    weights = jnp.concatenate([-gaps[m:] @ _solved(gaps[:m].T).T, jnp.eye(k)], axis=1)
+    slopes = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), starts, later.slopes)
+    return jax.tree.map(lambda s: jnp.einsum("kp,np...->kn...", weights, s), slopes)

@@ -1,0 +1,75 @@
+r"""A motion together with its slopes: the derivatives of its states by some numbers, carried through the same steps.
+
+The slopes of a step are its derivatives at the solution of its stages. An embedded estimate of the error is linear in
+the stages, so that its derivative estimates the error of the slopes. They take part in the choice of the steps: those
+short enough for the state alone are too long for its slopes where the equations are hardly smooth, as at a stop.
+
+Times may move with the numbers, all at one relative pace p: $dt = p\,t$. A slope is then that of the state at a moving
+time, and its rate is $d(\dot x) + p\,\dot x$. Where the equations jump at a share of the period, its slopes stay right.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import Mechanical, State
+
+from .stages import Step
+
+_TINY = 1e-200  # allowed error of a slope that is nothing
+
+
+class Sloped(eqx.Module):
+    """A state, or its rate, error or allowed error, and the slopes of it."""
+
+    x: State
+    slopes: State  # leaves [p, ...]
+
+
+class Sloping(eqx.Module):
+    """A system, and what becomes of it with each of p numbers."""
+
+    system: Mechanical
+    tangents: Any  # derivatives of the system's numbers, leaves [p, ...] or None
+    pace: Float[Array, "p"]  # of all times, relative to them
+
+
+def sloped(step: Callable[..., Step]) -> Callable[..., Step]:
+    """A time step that carries slopes along, made of one that does not."""
+
+    def attempt(
+        s: Sloping, t: Array, h: Array, x: Sloped, rate: Sloped, known: Array, memory: Any, allowed: Sloped
+    ) -> Step:
+        def bare(system: Mechanical, t: Array, h: Array, x: State, rate: State) -> Step:
+            return step(system, t, h, x, rate, known, memory, allowed.x)
+
+        def along(tangent: Any, pace: Array, dx: State, slope_of_rate: State) -> tuple[Step, tuple[State, ...]]:
+            def paced(d: State, rate: State, pace: Array = pace) -> State:
+                return jax.tree.map(lambda d, k: d + pace * k, d, rate)
+
+            tangents = (tangent, pace * t, pace * h, dx, paced(slope_of_rate, rate.x, -pace))
+            done, d = eqx.filter_jvp(bare, (s.system, t, h, x.x, rate.x), tangents)
+            return done, (d.x, paced(d.first, done.first), paced(d.rate, done.rate), d.error)
+
+        done, slopes = jax.vmap(along, out_axes=(None, 0))(s.tangents, s.pace, x.slopes, rate.slopes)
+        both = map(Sloped, (done.x, done.first, done.rate, done.error), slopes)
+        return done._replace(**dict(zip(("x", "first", "rate", "error"), both, strict=True)))
+
+    return attempt
+
+
+def allowed_slopes(rtol: Array, a: State, b: State) -> State:
+    """Error allowed in slopes from a to b: rtol of the largest of one kind: coordinates, velocities or load states."""
+
+    def of_kind(a: Any, b: Any) -> Any:
+        leaves = [jnp.abs(leaf).reshape(leaf.shape[0], -1) for leaf in jax.tree.leaves((a, b)) if leaf.size]
+        if not leaves:
+            return a
+        largest = rtol * jnp.max(jnp.concatenate(leaves, axis=1), axis=1) + _TINY
+        return jax.tree.map(lambda x: jnp.broadcast_to(largest.reshape(-1, *[1] * (x.ndim - 1)), x.shape), a)
+
+    return State(of_kind(a.q, b.q), of_kind(a.v, b.v), of_kind(a.z, b.z))

@@ -1,0 +1,132 @@
+"""Derivatives of periodic motions against closed forms, and against differences of motions found side by side."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from nectosome.core import Load, Status
+from nectosome.io import with_values
+from nectosome.mechanism.reduce import in_plane
+from nectosome.robots import bind, describe
+from nectosome.solve import find_symmetry
+from nectosome.solve.march import Settings
+from nectosome.solve.orbit import orbit
+
+SHARES = jnp.linspace(0.0, 1.0, 129)  # of the period
+
+
+def cycle_of(description, paths):
+    """Numbers theta of a description, the third of which is the frequency, and its cycle at theta."""
+    theta, make = bind(description, paths)
+    symmetry = find_symmetry(make(theta))
+
+    def at(theta, rtol):
+        robot, times = make(theta), SHARES / theta[2]
+        settings = Settings("implicit", rtol, 1e-2 * rtol, jnp.asarray(100_000), longest=times[-1] / 100)
+        found = orbit(in_plane(robot), symmetry, robot.initial(), times, settings)
+        return robot, times, found
+
+    return theta, at
+
+
+def one_by_one(states):
+    return jax.vmap(jax.jacfwd(states))
+
+
+def all_at_once(states):
+    return lambda thetas: jax.jacfwd(lambda d: jax.vmap(states)(thetas + d))(jnp.zeros(4))
+
+
+@pytest.mark.parametrize("slopes_of", [one_by_one, pytest.param(all_at_once, marks=pytest.mark.slow)])
+def test_driven_oscillators_have_the_slopes_of_their_transfer_function(driven, slopes_of):
+    """theta = Re M e^{i w t} / (K - I w^2 + i C w), at times that keep their shares of the period 2 pi / w."""
+    names = ("stiffness", "damping", "torque.frequency", "torque.amplitude")
+    theta, cycle = cycle_of(driven, tuple(f"body.joint.{name}" for name in names))
+
+    def states(theta):
+        x = cycle(theta, jnp.asarray(1e-9))[2].value.states
+        return x.q[:, 0], x.v[:, 0]
+
+    def closed_form(theta):
+        K, C, F, M = theta
+        w = 2 * jnp.pi * F
+        x = M / (K - 0.02 * w**2 + 1j * C * w) * jnp.exp(1j * (2 * jnp.pi * SHARES + 0.4 - jnp.pi / 2))
+        return x.real, (1j * w * x).real
+
+    thetas = theta * jnp.array([[1.0, 1.0, 1.0, 1.0], [2.0, 0.7, 1.1, 1.0]])
+    for found, wanted in zip(jax.jit(slopes_of(states))(thetas), one_by_one(closed_form)(thetas), strict=True):
+        error = np.abs(found - wanted).max(axis=1) / np.abs(wanted).max(axis=1)
+        assert error.max() < 1e-7
+
+
+def mean_thrust(robot, times, states):
+    """Mean force of the water along -y [N]."""
+
+    def at(t, x):
+        acting = robot.forces(t, x, jnp.zeros_like(x.v))
+        pushes = [
+            jnp.sum(acting.shape.rotation[robot.tree.layout[attached.part].stations, 1] * wrench[:, 3:])
+            for attached, wrench in zip(robot.loads, acting.wrenches, strict=True)
+            if isinstance(attached.load, Load)
+        ]
+        return -sum(pushes)
+
+    return jnp.mean(jax.vmap(at)(times, states)[1:])
+
+
+def mean_speed(_, times, states):
+    return (states.q[-1, 0] - states.q[0, 0]) / times[-1]
+
+
+def compare(description, paths, measure, steps):
+    """Slopes of a measure at rtol 1e-8 and its central differences at 1e-10 agree to 1e-5, and so do the latter.
+
+    `steps` are relative to the numbers: longer ones feel the curvature, shorter ones the errors of the motions.
+    """
+    theta, cycle = cycle_of(description, paths)
+
+    def value(theta, rtol):
+        robot, times, found = cycle(theta, rtol)
+        one = measure(robot, times, found.value.states)
+        return one, (one, found.status)
+
+    program = jax.jit(jax.jacfwd(value, has_aux=True))
+
+    def at(theta):
+        _, (one, status) = program(theta, jnp.asarray(1e-10))
+        assert int(status) == Status.SOLVED
+        return float(one)
+
+    slopes, _ = program(theta, jnp.asarray(1e-8))
+    for step in steps:
+        moves = step * jnp.diag(theta)
+        quotients = [(at(theta + e) - at(theta - e)) / (2 * float(e[k])) for k, e in enumerate(moves)]
+        np.testing.assert_allclose(slopes, quotients, rtol=1e-5)
+
+
+PADDLE = ("limbs.segment1.joint.flexure.young", "A", "f")
+
+
+def test_the_slopes_of_a_paddles_thrust_are_those_of_differences():
+    """Its hinge closes and opens its stop in each cycle."""
+    compare(describe("paddle", ["N=1"]), PADDLE, mean_thrust, [1e-4])
+
+
+@pytest.mark.slow
+def test_the_slopes_of_three_segments_are_those_of_differences():
+    compare(describe("paddle", ["N=3"]), PADDLE, mean_thrust, [1e-5, 3e-5])
+
+
+@pytest.mark.slow
+def test_a_drive_whose_acceleration_jumps_at_shares_of_the_period_has_right_slopes():
+    uneven = with_values(describe("paddle", ["N=1"]), {"limbs.arm.joint.motion.forward_share": 0.4})
+    compare(uneven, PADDLE, mean_thrust, [1e-4, 2e-4])
+
+
+@pytest.mark.slow
+def test_the_slopes_of_a_boats_speed_are_those_of_differences(boat):
+    """Its place drifts."""
+    stroke = "limbs.arm.joint.motion"
+    paths = ("limbs.blade.joint.stiffness", f"{stroke}.amplitude", f"{stroke}.frequency")
+    compare(boat, paths, mean_speed, [1e-3, 5e-4])
