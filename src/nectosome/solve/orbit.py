@@ -36,6 +36,7 @@ Moving = Robot | InPlane
 _WAIT, _CYCLES = 2, 60  # cycles before Newton's method, and in all
 _CORRECTIONS = 12
 _QUICK = 0.1  # of the gap that a correction leaves: the derivative is kept
+_NOISE = 20.0  # errors of a step: what the hundreds of steps of a cycle may leave open, where corrections close no more
 _SETTLE = 8  # cycles of a robot that is left to itself
 _FIRST_STEP = 1e-4  # s
 _NOTHING = 1e-9  # of what a cycle does to a disturbance
@@ -72,6 +73,7 @@ class _Search(NamedTuple):
     corrections: Array
     cycles: Array
     waited: Array  # the last move was to wait
+    closed: Array
     done: Array
 
 
@@ -165,9 +167,10 @@ def _orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, 
 
     def look(s: _Search) -> _Search:
         monodromy, inverse, found = jax.lax.cond(s.derive, derived, kept, s)
-        closed = found.size <= 1.0
+        stalled = jnp.isfinite(s.best) & (found.size >= 0.5 * s.best)
+        closed = (found.size <= 1.0) | (stalled & (found.size <= _NOISE))
         first = s.cycles < _WAIT
-        closer = (found.size < 0.5 * s.best) & (s.corrections < _CORRECTIONS) & ~first
+        closer = (found.size < 0.5 * s.best) & (s.corrections < _CORRECTIONS) & ~first & ~closed
         corrected = near(robot, s.x, -inverse @ found.gap)
         newton = closer & jnp.all(jnp.isfinite(ravel_pytree(corrected)[0]))
         x = jax.tree.map(lambda a, b, c: jnp.where(closed, a, jnp.where(newton, b, c)), s.x, corrected, found.end)
@@ -180,10 +183,11 @@ def _orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, 
             monodromy=monodromy,
             inverse=inverse,
             derive=closed | ((cycles >= _WAIT) & slow),
-            best=jnp.where(newton, found.size, jnp.inf),
+            best=jnp.where(closed, s.best, jnp.where(newton, found.size, jnp.inf)),
             corrections=s.corrections + newton,
             cycles=cycles,
             waited=jnp.where(closed, s.waited, ~newton & ~first),
+            closed=closed,
             done=(closed & s.derive) | bad | (~closed & (cycles >= _CYCLES)),
         )
 
@@ -191,10 +195,10 @@ def _orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, 
     blank = jax.tree.map(lambda x: jnp.broadcast_to(x, (times.shape[0], *x.shape)), guess)
     nothing = Cycle(blank, jnp.full(m, jnp.inf), infinite, jnp.asarray(int(Status.SOLVED)))
     eye = jnp.eye(m)
-    start = _Search(guess, nothing, eye, 0 * eye, no, infinite, none, none, no, no)
+    start = _Search(guess, nothing, eye, 0 * eye, no, infinite, none, none, no, no, no)
     s = jax.lax.while_loop(lambda s: ~s.done, look, start)
     status = jnp.where(s.waited, int(Status.SETTLED), int(Status.SOLVED))
-    status = jnp.where(s.found.size <= 1.0, status, int(Status.NO_PERIOD))
+    status = jnp.where(s.closed, status, int(Status.NO_PERIOD))
     status = jnp.where(s.found.status == int(Status.SOLVED), status, s.found.status)
     stats = {"cycles": s.cycles, "corrections": s.corrections}
     return Solution(Orbit(s.found.states, s.monodromy), status, stats, s.found.size)

@@ -62,7 +62,7 @@ def periodic(
     (a state at t = 0), else from rest. Status SOLVED; SETTLED where it was found by waiting; UNSTABLE where a
     multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves from the start on, as a
     stroke with a ramp does not. The ends of the cycle meet within what `rtol` and `atol` allow for one time step, of
-    numbers as large as they get in the cycle.
+    numbers as large as they get in the cycle; for twenty where the steps let them come no closer (see `residual`).
     Raises ValueError for a period, sample count or tolerance that makes no sense.
     """
     if not (np.isfinite(period) and period > 0):

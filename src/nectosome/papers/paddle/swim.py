@@ -7,7 +7,6 @@ slides along x swims as the robot does.
 import math
 from collections.abc import Iterable
 
-import jax
 import numpy as np
 import xarray as xr
 from scipy.optimize import brentq
@@ -16,7 +15,7 @@ from nectosome.core import Status
 from nectosome.io import PrismaticJoint, RobotDescription, get_value, numeric_paths, with_values
 from nectosome.robots import beetle, build
 from nectosome.robots.beetle import PADDLES
-from nectosome.solve import simulate
+from nectosome.solve import periodic
 
 PRINTED = {  # Table 5: joints, amplitude [rad], frequency [Hz] -> speed [m/s]
     (3, math.radians(75), 1.1): 0.323,
@@ -26,8 +25,6 @@ PRINTED = {  # Table 5: joints, amplitude [rad], frequency [Hz] -> speed [m/s]
     (3, math.radians(30), 0.3): 0.093,
     (1, math.radians(30), 0.3): 0.082,
 }
-_WAIT = 10  # times four cycles
-_SLOW = 0.01  # m/s: a speed that is told to 1e-7 m/s
 _FOUR = ("mass", "drag.normal", "flexure.young", "lower.stiffness", "lower.damping")
 
 
@@ -50,22 +47,15 @@ def on_a_slide(robot: RobotDescription) -> RobotDescription:
 def straight_speed(joints: int, amplitude: float, frequency: float, drag_area: float, cn: float = 1.0) -> float:
     """Mean speed over a cycle [m/s]: joints a paddle, stroke [rad, Hz], the hull's drag area [m2], the blades' Cn.
 
-    The robot swims from rest until two cycles bring it as far, to 1e-5; what is left of the start falls to a seventh or
-    less in each at Cn = 1. (Waiting is surer here than a search: a cycle without way closes only to the errors of its
-    steps.) Raises RuntimeError where it does not settle.
+    Raises RuntimeError where no cycle is found.
     """
     values = {"A": amplitude, "f": frequency, "drag_area": drag_area, "Cn": 4 * cn}
-    robot, state = build(with_values(on_a_slide(beetle(joints)), values)), None
-    ends = [0.0, 2 / frequency, 3 / frequency, 4 / frequency]
-    for _ in range(_WAIT):
-        run = simulate(robot, ends[-1], samples=ends, rtol=1e-6, atol=1e-8, initial=state)
-        if int(run.status) != Status.SOLVED:
-            raise RuntimeError(f"straight swim, {joints} joints, {values}: {Status(int(run.status)).reason}")
-        state = jax.tree.map(lambda x: x[-1], run.value.state)
-        before, last = np.diff(np.asarray(run.value.state.q)[1:, 0]) * frequency
-        if abs(last - before) < 1e-5 * (_SLOW + abs(last)):
-            return float(last)
-    raise RuntimeError(f"straight swim, {joints} joints, {values}: still changing after {4 * _WAIT} cycles")
+    found = periodic(build(with_values(on_a_slide(beetle(joints)), values)), 1 / frequency)
+    status = Status(int(found.status))
+    if status not in (Status.SOLVED, Status.SETTLED):
+        raise RuntimeError(f"straight swim, {joints} joints, {values}: {status.reason}")
+    first, *_, last = np.asarray(found.value.state.q)[:, 0]
+    return float(last - first) * frequency
 
 
 def calibrated_drag_area() -> float:
