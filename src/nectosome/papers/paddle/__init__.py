@@ -1,0 +1,1 @@
+"""The rowing paddle and robot of Hu et al. 2024."""
