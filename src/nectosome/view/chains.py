@@ -52,8 +52,8 @@ def strokes_figure(run: "xr.Dataset", drive: str, titles: tuple[str, str]) -> "g
         tips = points[moments, -1]
         dots = {"color": colour, "size": 6}
         fig.add_scatter(x=tips[:, 0], y=tips[:, 1], mode="markers", marker=dots, hoverinfo="skip", **where)
-        axis = {1: "", 2: "2"}[col]
-        fig.update_yaxes(scaleanchor=f"x{axis}", scaleratio=1, **where)
+    fig.update_xaxes(matches="x", constrain="domain")
+    fig.update_yaxes(scaleanchor="x", constrain="domain", col=1)
     fig.update_xaxes(title="x (mm)")
     fig.update_yaxes(title="y (mm)", col=1)
-    return dress(fig, 560).update_layout(hovermode="closest")
+    return dress(fig, 600).update_layout(hovermode="closest", margin_t=60)

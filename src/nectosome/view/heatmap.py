@@ -88,9 +88,9 @@ def maps(
             )
     for line in lines:
         add_key(fig, line.text, line.dash)
-    dress(fig, 400).update_layout(showlegend=True, hovermode="closest", margin_t=76, coloraxis=colours)
+    dress(fig, 410).update_layout(showlegend=True, hovermode="closest", margin_t=76, margin_b=70, coloraxis=colours)
     fig.update_layout(legend_yref="container", legend_y=1.0, legend_yanchor="top")
-    fig.update_xaxes(title=x.title, showgrid=False, zeroline=False, range=edges(x.values)[[0, -1]].tolist())
+    fig.update_xaxes(title=x.title, nticks=7, showgrid=False, zeroline=False, range=edges(x.values)[[0, -1]].tolist())
     fig.update_yaxes(showgrid=False, zeroline=False, range=edges(y.values)[[0, -1]].tolist())
     return fig.update_yaxes(title=y.title, col=1)
 

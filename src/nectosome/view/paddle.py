@@ -78,14 +78,19 @@ def thrust_panel(sets: Sets) -> Panel:
     strokes = sets["strokes"]
     thrust = strokes["thrust"]
     fig = _stroke_maps(strokes, {_joints(n): thrust.sel(joints=n) for n in thrust["joints"].values}, sequential, "N", 1)
-    where = thrust.isel(thrust.argmax(("joints", "amplitude", "frequency")))
+    followed = thrust.where(strokes["servo_speed"] <= strokes.attrs["servo_speed_limit"])
     caption = (
-        f"Computed mean thrust, as in Figs. 5 and 9b. The largest is {float(where):.3f} N, of "
-        f"{_joints(int(where['joints']))} at {np.degrees(float(where['amplitude'])):.0f} deg and "
-        f"{float(where['frequency']):g} Hz, a corner of the grid: the model has no drop above 1.1 Hz, which the paper "
-        f"measured. {_LIMIT}"
+        f"Computed mean thrust, as in Figs. 5 and 9b. The largest is {_largest(thrust)}. The model has no drop above "
+        f"1.1 Hz, which the paper measured. {_LIMIT} Of the strokes below it the best gives {_largest(followed)}."
     )
     return Panel("Mean thrust by stroke", caption, fig)
+
+
+def _largest(thrust: "xr.DataArray") -> str:
+    """Largest thrust and where it is, in words."""
+    best = thrust.isel(thrust.argmax(("joints", "amplitude", "frequency")))
+    amplitude, frequency = np.degrees(float(best["amplitude"])), float(best["frequency"])
+    return f"{float(best):.3f} N, FP{int(best['joints'])}JP at {amplitude:.0f} deg and {frequency:g} Hz"
 
 
 _LIMIT = "Above the dotted line the stroke asks for more speed than the servo has without load (67 rpm at 11.1 V)."
@@ -112,8 +117,9 @@ def per_power_panel(sets: Sets) -> Panel:
     ratio = strokes["thrust_per_power"]
     fig = _stroke_maps(strokes, {_joints(n): ratio.sel(joints=n) for n in ratio["joints"].values}, sequential, "N/W", 1)
     caption = (
-        "Computed mean thrust for each watt of the servo's mean mechanical power. Slow strokes thrust little but "
-        f"cheaply, until the joints' springs hold the paddle flat both ways. {_LIMIT}"
+        "Computed mean thrust for each watt of the servo's mean mechanical power. Slow and small strokes hardly bend "
+        "the joints against their springs; in large and fast ones power outgrows thrust, as the cube of speed its "
+        f"square. {_LIMIT}"
     )
     return Panel("Thrust for power", caption, fig)
 
@@ -146,12 +152,13 @@ def joints_panel(sets: Sets) -> Panel:
         fig.add_scatter(x=n[keep], y=y[keep], row=1, col=col, **style)
     for k in range(2, len(n)):
         text = f"{100 * (y[k] / y[k - 1] - 1):+.2f} %"
-        fig.add_annotation(x=n[k], y=y[k], text=text, showarrow=False, yshift=-18, font_size=12, xref="x2", yref="y2")
+        fig.add_annotation(x=n[k], y=y[k], text=text, showarrow=False, xshift=30, yshift=-9, xref="x2", yref="y2")
     fig.update_xaxes(title="joints", dtick=1)
     low, high = y[1:].min(), y[1:].max()
     fig.update_yaxes(range=(low - 0.15 * (high - low), high + 0.15 * (high - low)), col=2)
     fig.update_yaxes(title="mean thrust (N)", col=1)
-    dress(fig, 380).update_layout(hovermode="closest")
+    fig.update_xaxes(range=(0.7, n[-1] + 0.7), col=2)
+    dress(fig, 400).update_layout(hovermode="closest", margin_t=60)
     caption = (
         "Computed mean thrust at 75 deg and 1.1 Hz of paddles of one length and mass cut into more and more segments, "
         "and what each joint more adds; section 6.1 tells of a slow gain with four and five joints. A rigid plate has "
@@ -177,12 +184,13 @@ def angles_panel(sets: Sets) -> Panel:
             angle = np.degrees(run["q"].values[:, i])
             fig.add_scatter(x=time, y=angle, line=line, name=f"joint {i + 1}", showlegend=col == 3, **where)
     fig.update_xaxes(title="time (s)")
+    fig.update_yaxes(dtick=30)
     fig.update_yaxes(title="angle (deg)", col=1)
     dress(fig, 420).update_layout(showlegend=True, margin_t=70, legend_y=1.08)
     caption = (
         "Simulated angles of the joints over a cycle at 0.6 Hz and 75 deg, as in Figs. 4b to 4d, and the angle that "
-        "the servo is asked for. Joints bend in the recovery stroke, while the servo's angle falls, and lie against their "
-        "stops at 0 deg in the power stroke."
+        "the servo is asked for. Joints bend in the recovery stroke, while the servo's angle falls, and lie against "
+        "their stops at 0 deg in the power stroke."
     )
     return Panel("Joint angles over a cycle", caption, fig)
 
@@ -219,12 +227,13 @@ def hinges_panel(sets: Sets) -> Panel:
     thrust = hinges["thrust"].values
     fig = fronts(thrust, "mean thrust (N)", costs, names, int(np.flatnonzero(here)[0]) if here.any() else None)
     most = int(np.argmax(thrust))
+    lead = f"{thrust[most]:.3f} N at {hinges['power'].values[most]:.2f} W"
     caption = (
         f"Computed: FP3JP at 75 deg and 1.1 Hz with {len(names)} flexible layers, {thickness.min():g} to "
         f"{thickness.max():g} mm thick and {length.min():g} to {length.max():g} mm long, all joints alike. On the red "
         "line no other layer thrusts more for as little power (left) or stress (right). Thrust and power depend on the "
         "joints' stiffness alone (eq. 16); of layers of one stiffness the thick and long bear the least stress. Most "
         "thrust: "
-        f"{thrust[most]:.3f} N, {names[most]}."
+        f"{lead}, {names[most]}."
     )
     return Panel("Thrust, power and stress by hinge", caption, fig)
