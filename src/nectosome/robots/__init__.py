@@ -6,19 +6,33 @@ from collections.abc import Iterable
 
 from nectosome.io import InputError, RobotDescription, apply_settings, did_you_mean, load_robot
 
+from .beetle import beetle, beetle_free
 from .build import Blueprint, bind, blueprint_of, build, fill
 from .flagella import flagella
 from .paddle import paddle
 from .shipped import file_names, file_of
 
-__all__ = ["Blueprint", "bind", "blueprint_of", "build", "describe", "fill", "flagella", "names", "paddle"]
+__all__ = [
+    "Blueprint",
+    "beetle",
+    "beetle_free",
+    "bind",
+    "blueprint_of",
+    "build",
+    "describe",
+    "fill",
+    "flagella",
+    "names",
+    "paddle",
+]
 
-_FAMILIES = {"flagella": flagella, "paddle": paddle}
+_FAMILIES = {"beetle": beetle, "beetle_free": beetle_free, "flagella": flagella, "paddle": paddle}
+_USUAL = {"beetle": 3, "beetle_free": 3}  # how many parts where no number is given
 
 
 def names() -> list[str]:
-    """Names of the robots that ship; flagella4 and paddle2 stand for any number of flagella and segments."""
-    return sorted([*file_names(), "flagella4", "paddle2"])
+    """Names of the robots that ship; flagella4, paddle2 and beetle1 stand for any number of flagella and segments."""
+    return sorted([*file_names(), *_USUAL, "beetle1", "flagella4", "paddle2"])
 
 
 def describe(robot: str, settings: Iterable[str] = ()) -> RobotDescription:
@@ -26,9 +40,9 @@ def describe(robot: str, settings: Iterable[str] = ()) -> RobotDescription:
 
     Of a family the setting `N=2` says how many flagella or segments. Raises InputError.
     """
-    found = re.fullmatch(r"([a-z]+?)(\d{1,3})?", robot)
+    found = re.fullmatch(r"([a-z_]+?)(\d{1,3})?", robot)
     family = _FAMILIES.get(found[1]) if found else None
-    count = int(found[2]) if found and found[2] else None
+    count = int(found[2]) if found and found[2] else _USUAL.get(robot)
     others = []
     for setting in settings:
         if family is not None and setting.partition("=")[0].strip() == "N":

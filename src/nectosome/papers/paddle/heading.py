@@ -1,0 +1,119 @@
+r"""Heading held in closed loop: at each turning point of the strokes the IMU's yaw says how far the sides row next.
+
+A half stroke leads from where the servo stands to the next turning point. With new amplitudes only the next turning
+point moves: angle and speed of the servos never jump, and the half cosine between the two points is a stroke with
+
+$$ offset = \tfrac12 (from + to), \quad amplitude = \tfrac12 |to - from|. $$
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import xarray as xr
+
+from nectosome.core import Status
+from nectosome.core.remember import remembered
+from nectosome.io import ForceLoad, RobotDescription, get_value, resolve, with_values
+from nectosome.robots import blueprint_of, fill
+from nectosome.robots.beetle import PADDLES
+from nectosome.solve import simulate
+
+from .trials import SAMPLE, measured_yaw
+
+Control = Callable[[float, float], tuple[float, float]]
+"""From measured yaw [rad] and its rate [rad/s] to the amplitudes of the left and the right side [rad]."""
+
+
+class HeadingControl(NamedTuple):
+    """Proportional and differential: the side towards which the robot should turn rows less, the other as always.
+
+    The robot answers late (half a stroke to measure, half a stroke to row), so that gains must be small: 0.6 and 0.5 s
+    hold it at 75 deg and 1.1 Hz, 1 and 1 s make it swing to and fro.
+    """
+
+    amplitude: float  # the largest [rad]
+    proportional: float  # [rad/rad]
+    differential: float  # [s]
+    least: float  # amplitude [rad]
+
+    def __call__(self, yaw: float, rate: float) -> tuple[float, float]:
+        """Amplitudes of the left and the right side [rad]; with yaw to the left the right side rows less."""
+        less = self.proportional * yaw + self.differential * rate
+        left, right = (max(self.amplitude - max(x, 0.0), self.least) for x in (-less, less))
+        return left, right
+
+
+def disturbed(robot: RobotDescription, moment: float = 0.01, share: float = 0.9) -> RobotDescription:
+    """The robot with a steady yaw moment [N m] on its hull, and a first left paddle with a share of the others' Cn."""
+    steady = ForceLoad(kind="force", force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, moment))
+    body = robot.body.model_copy(update={"loads": {**robot.body.loads, "disturbance": steady}})
+    drags = [path for path in resolve(robot, "Cn") if path.startswith(f"limbs.{PADDLES[0]}_")]
+    values = {path: share * get_value(robot, path) for path in drags}
+    return with_values(robot.model_copy(update={"body": body}), values)
+
+
+def swim(robot: RobotDescription, strokes: int, control: Control | None = None, seed: int = 0) -> xr.Dataset:
+    """So many strokes of the planar robot from rest; without a control its sides row as its description says.
+
+    Time [s], true yaw [rad], place of the hull's centre [m] at even moments; amplitudes [rad] by half stroke. Raises
+    RuntimeError where the simulation fails.
+    """
+    frequency, length = (float(get_value(robot, name)) for name in ("f", "body.length"))
+    half, rng = 0.5 / frequency, np.random.default_rng(seed)
+    rowing = HalfStrokes(robot)
+    amplitudes = [np.array([float(get_value(robot, name)) for name in ("A_left", "A_right")])]
+    state, q = None, []
+    for k in range(2 * strokes):
+        if k and control is not None:
+            amplitudes.append(np.array(control(*_yaw_and_rate(np.concatenate(q), half, rng))))
+        else:
+            amplitudes.append(amplitudes[0])
+        run = simulate(rowing.robot(k, *amplitudes[-2:]), half, samples=_PER_HALF + 1, initial=state)
+        if int(run.status) != Status.SOLVED:
+            raise RuntimeError(f"half stroke {k}: {Status(int(run.status)).reason}")
+        state = jax.tree.map(lambda x: x[-1], run.value.state)
+        q.append(np.asarray(run.value.state.q)[1 if k else 0 :, :3])
+    x, y, yaw = np.concatenate(q).T
+    return xr.Dataset(
+        {
+            "yaw": ("time", yaw, {"units": "rad"}),
+            "x": ("time", x + 0.5 * length * np.cos(yaw), {"units": "m"}),
+            "y": ("time", y + 0.5 * length * np.sin(yaw), {"units": "m"}),
+            "amplitude": (("half_stroke", "side"), np.array(amplitudes[1:]), {"units": "rad"}),
+        },
+        coords={"time": ("time", np.arange(x.size) * half / _PER_HALF, {"units": "s"}), "side": ["left", "right"]},
+    )
+
+
+_PER_HALF = 20  # moments kept of each half stroke
+
+
+def _yaw_and_rate(q: np.ndarray, half: float, rng: np.random.Generator) -> tuple[float, float]:
+    """The IMU's last yaw, and its mean rate over about the last half stroke."""
+    times = np.arange(q.shape[0]) * half / _PER_HALF
+    last = np.floor(times[-1] / SAMPLE + 1e-9) * SAMPLE
+    before = max(last - np.round(half / SAMPLE) * SAMPLE, 0.0)
+    seen = measured_yaw(np.interp([before, last], times, q[:, 2]), rng)
+    turned = (seen[1] - seen[0] + np.pi) % (2 * np.pi) - np.pi
+    return float(seen[1]), float(turned / (last - before))
+
+
+class HalfStrokes:
+    """Robots of one structure in half strokes between any turning points; one program serves them all."""
+
+    def __init__(self, robot: RobotDescription):
+        motions = [f"limbs.{place}_arm.joint.motion" for place in PADDLES]
+        paths = [[f"{motion}.{name}" for motion in motions] for name in ("amplitude", "offset", "phase")]
+        self._blueprint, self._numbers = blueprint_of(robot, also=tuple(path for row in paths for path in row))
+        self._at = np.array([[self._blueprint.paths.index(path) for path in row] for row in paths])
+
+    def robot(self, k: int, before: np.ndarray, after: np.ndarray):
+        """Robot in half stroke k, a power stroke if even: from the turning point of amplitudes [2] to the next."""
+        sign = 1.0 if k % 2 == 0 else -1.0
+        start, end = -sign * before, sign * after
+        numbers = 0.5 * np.abs(end - start), 0.5 * (start + end), np.full(2, -0.5 * np.pi * sign)
+        both_pairs = np.tile(np.array(numbers), 2)
+        return remembered(fill, self._blueprint, self._numbers.at[self._at].set(jnp.asarray(both_pairs)))

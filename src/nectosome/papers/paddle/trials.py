@@ -1,0 +1,53 @@
+"""Trials of section 6.2 with robots as they may have been made: ten seconds from rest, yaw by IMU, way made good."""
+
+from concurrent.futures import Executor
+from functools import partial
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Float
+
+from nectosome.core import Status
+from nectosome.io import RobotDescription, get_value
+from nectosome.robots import build
+from nectosome.solve import simulate
+
+from .tolerances import YAW_NOISE, made
+
+_SECONDS, SAMPLE = 10.0, 0.1  # s
+_RTOL = 1e-4  # moves yaw by 1e-6 rad and the way by 1e-6 m in ten seconds, compared with 1e-6
+
+
+def measured_yaw(yaw: Float[np.ndarray, "n"], rng: np.random.Generator) -> Float[np.ndarray, "n"]:
+    """What the IMU tells of the true yaw [rad]: with noise, and wrapped to -pi..pi."""
+    noisy = yaw + YAW_NOISE * rng.normal(size=yaw.shape)
+    return (noisy + np.pi) % (2 * np.pi) - np.pi
+
+
+def trial(robot: RobotDescription, seed: int) -> dict[str, float]:
+    """Means of one trial of the robot that is made with this seed: yaw_mean, yaw_max of |yaw| [rad], speed [m/s].
+
+    The speed is the way made good along the heading at the start, by the hull's centre, over the time from rest.
+    Raises RuntimeError where the simulation fails.
+    """
+    rng = np.random.default_rng(seed)
+    robot = made(robot, rng)
+    samples = round(_SECONDS / SAMPLE) + 1
+    run = simulate(build(robot), _SECONDS, samples=samples, rtol=_RTOL, atol=1e-2 * _RTOL)
+    if int(run.status) != Status.SOLVED:
+        raise RuntimeError(f"trial {seed}: {Status(int(run.status)).reason}")
+    x, _, yaw = np.asarray(run.value.state.q)[:, :3].T
+    centre = x + 0.5 * float(get_value(robot, "body.length")) * np.cos(yaw)
+    seen = np.abs(measured_yaw(yaw[1:], rng))
+    return {"yaw_mean": seen.mean(), "yaw_max": seen.max(), "speed": (centre[-1] - centre[0]) / _SECONDS}
+
+
+def trials(robot: RobotDescription, count: int, executor: Executor | None = None) -> xr.Dataset:
+    """Trials of so many robots of one kind, seeds 0, 1, ...; the first five stand for the paper's five."""
+    each = map if executor is None else executor.map
+    rows = list(each(partial(trial, robot), range(count)))
+    units = {"yaw_mean": "rad", "yaw_max": "rad", "speed": "m/s"}
+    return xr.Dataset(
+        {name: ("trial", [row[name] for row in rows], {"units": unit}) for name, unit in units.items()},
+        attrs={"tolerances": "nectosome.papers.paddle.tolerances"},
+    )

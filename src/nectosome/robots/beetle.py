@@ -1,0 +1,118 @@
+"""The rowing robot like a diving beetle: four paddles of the paddle's own description on one hull."""
+
+import math
+
+from nectosome.io import (
+    FreeJoint,
+    InputError,
+    PlanarJoint,
+    Rigid,
+    RobotDescription,
+)
+from nectosome.io.describe_loads import LumpedDragLoad, SpheroidAddedMassLoad
+
+from .paddle import paddle
+
+_ABOUT = (
+    "The rowing robot of Hu et al. 2024, section 5.2: a hull with four paddles (see `paddle`) cut into {joints} "
+    "segments, two a side and mirrored; it swims forward along +x, {freedom}. 2.5 kg in all, paddles and rods "
+    "included. Printed: mass, length, height, and a width of 529 mm with the paddles stretched out. The hull's drag "
+    "area along x is calibrated on one printed speed (0.323 m/s with three joints, 75 deg, 1.1 Hz). Assumptions, "
+    "printed nowhere: the hull is a spheroid of that length and height, for its inertia and its added mass (Lamb "
+    "1932); across it feels the drag of round cylinders, strip by strip, with a coefficient of 1.1 (Hoerner 1965, ch. "
+    "3); the paddles sit at a quarter and at three quarters of its length; each part displaces its own weight of "
+    "water, so that weight and buoyancy are left out; paddles and hull do not disturb each other's water, and parts "
+    "do not touch."
+)
+_ALL_SIX = "free in all six directions (nothing rights it: as it swims its pitch is unstable, by the added mass)"
+_LENGTH, _HEIGHT, _MASS = 0.426, 0.110, 2.5  # m, m, kg
+_ACROSS = 1.1  # drag coefficient of a round cylinder
+_AHEAD = 0.017243  # m2: drag area along x, from papers/paddle/swim.py
+PADDLES = ("left1", "right1", "left2", "right2")  # the first pair is in front
+
+
+def beetle(joints: int = 3) -> RobotDescription:
+    """Robot with so many flexible joints in each of its four paddles, free in the plane z = 0.
+
+    Limbs left1_arm, left1_segment1, ..., right2_segment3. Raises InputError for a count outside 1..5.
+    """
+    free = PlanarJoint(kind="planar", axis="z")  # pyright: ignore[reportArgumentType]
+    return _beetle("beetle", joints, free, "free in the plane")
+
+
+def beetle_free(joints: int = 3) -> RobotDescription:
+    """Robot of `beetle`, free in all six directions."""
+    return _beetle("beetle_free", joints, FreeJoint(kind="free"), _ALL_SIX)
+
+
+def _beetle(name: str, joints: int, joint: PlanarJoint | FreeJoint, freedom: str) -> RobotDescription:
+    if not 1 <= joints <= 5:
+        raise InputError(f"{name}: {joints} joints a paddle asked for; 1 to 5.")
+    one = paddle(joints)
+    limbs: dict[str, Rigid] = {}
+    for place in PADDLES:
+        limbs |= _mounted(one, place)
+    hull = _hull(_MASS - sum(limb.mass or 0.0 for limb in limbs.values()), joint)
+    return RobotDescription(
+        name=f"{name}{joints}",
+        about=_ABOUT.format(joints=joints, freedom=freedom),
+        water=one.water,
+        body=hull,
+        limbs={**limbs},
+        aliases=_aliases(joints),
+    )
+
+
+def _hull(mass: float, joint: PlanarJoint | FreeJoint) -> Rigid:
+    r"""Spheroid of half axes a, b: drag areas across $C \pi a b$, and about y and z $c = \tfrac{4}{15} \rho C b a^4$.
+
+    c is half the density times the integral of C 2 b(x) |x|^3 along the axis, with b(x) = b sqrt(1 - x^2/a^2).
+    """
+    a, b = 0.5 * _LENGTH, 0.5 * _HEIGHT
+    across, turning = _ACROSS * math.pi * a * b, 4 / 15 * 1000.0 * _ACROSS * b * a**4
+    return Rigid(
+        kind="rigid",
+        shape="spheroid",
+        length=_LENGTH,
+        radius=b,
+        mass=mass,
+        volume=mass / 1000.0,
+        joint=joint,
+        loads={
+            "drag": LumpedDragLoad(
+                kind="lumped_drag", drag_area=(_AHEAD, across, across), rotational=(0.0, turning, turning)
+            ),
+            "added_mass": SpheroidAddedMassLoad(kind="spheroid_added_mass"),
+        },
+    )
+
+
+def _mounted(one: RobotDescription, place: str) -> dict[str, Rigid]:
+    """Arm and segments of a paddle at its place: a left one points to +y, a right one is its mirror image."""
+    left, front = place.startswith("left"), place.endswith("1")
+    out: dict[str, Rigid] = {}
+    for name, part in one.limbs.items():
+        assert isinstance(part, Rigid)
+        assert part.mass is not None
+        update: dict[str, object] = {"on": f"{place}_{part.on}", "volume": part.mass / 1000.0}
+        if name == "arm":
+            side = 1.0 if left else -1.0
+            offset = ((0.75 if front else 0.25) * _LENGTH, side * 0.5 * _HEIGHT, 0.0)
+            rotation = (0.0 if left else math.pi, 0.0, side * 0.5 * math.pi)
+            update |= {"on": "body", "at": "root", "offset": offset, "rotation": rotation}
+        out[f"{place}_{name}"] = part.model_copy(update=update)
+    return out
+
+
+def _aliases(joints: int) -> dict[str, tuple[str, ...]]:
+    motion = {place: f"limbs.{place}_arm.joint.motion" for place in PADDLES}
+    left, right = PADDLES[::2], PADDLES[1::2]
+    return {
+        "A": tuple(f"{motion[place]}.amplitude" for place in PADDLES),
+        "A_left": tuple(f"{motion[place]}.amplitude" for place in left),
+        "A_right": tuple(f"{motion[place]}.amplitude" for place in right),
+        "f": tuple(f"{motion[place]}.frequency" for place in PADDLES),
+        "Cn": tuple(f"limbs.{place}_segment{k + 1}.loads.drag.normal" for place in PADDLES for k in range(joints)),
+        "drag_area": ("body.loads.drag.drag_area.0",),
+        **{f"phase_{place}": (f"{motion[place]}.phase",) for place in PADDLES},
+    }

@@ -1,0 +1,106 @@
+"""The rowing robot's study: straight swims, tolerances, the IMU, steering and control."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from nectosome.io import get_value, resolve
+from nectosome.papers.paddle import tolerances
+from nectosome.papers.paddle.drop import factor
+from nectosome.papers.paddle.heading import HalfStrokes, HeadingControl, disturbed, swim
+from nectosome.papers.paddle.steering import turn
+from nectosome.papers.paddle.swim import on_a_slide
+from nectosome.papers.paddle.trials import measured_yaw
+from nectosome.robots import build, describe
+from nectosome.solve import simulate
+
+
+@pytest.fixture(scope="module")
+def one_joint():
+    return describe("beetle1")
+
+
+def test_a_fourfold_paddle_on_a_slide_swims_as_four_do(one_joint):
+    ways = []
+    for description in (one_joint, on_a_slide(one_joint)):
+        run = simulate(build(description), 0.6, samples=7, rtol=1e-9, atol=1e-11)
+        ways.append(np.asarray(run.value.state.q)[:, 0])
+    assert ways[0][-1] > 0.05
+    np.testing.assert_allclose(ways[1], ways[0], rtol=0, atol=1e-9)
+
+
+def test_robots_are_made_within_the_tolerances():
+    """Spread of many: as the recipe says; parts of one paddle share its mass and Cn; the description stays."""
+    robot, rng = describe("beetle"), np.random.default_rng(0)
+    made = [tolerances.made(robot, rng) for _ in range(100)]
+
+    def ratios(end: str) -> np.ndarray:
+        names = [f"limbs.{p}_segment{k}.{end}" for p in ("left1", "right1", "left2", "right2") for k in (1, 2, 3)]
+        return np.array([[get_value(m, name) / get_value(robot, name) for name in names] for m in made])
+
+    young, mass, cn = (ratios(end) for end in ("joint.flexure.young", "mass", "loads.drag.normal"))
+    assert young.std() == pytest.approx(0.0184, rel=0.1)
+    assert mass.std() == pytest.approx(0.0240, rel=0.1)
+    assert np.abs(cn - 1).max() == pytest.approx(0.0125, rel=0.02)
+    assert np.ptp(mass.reshape(100, 4, 3), axis=2).max() == np.ptp(cn.reshape(100, 4, 3), axis=2).max() == 0
+    assert np.abs(np.corrcoef(young.T)[np.triu_indices(12, 1)]).max() < 0.4
+    amplitude = np.array([[get_value(m, name) for name in resolve(robot, "A")] for m in made])
+    assert np.degrees(np.abs(amplitude - np.radians(75)).max()) == pytest.approx(0.169, rel=0.02)
+    phase = np.array([[get_value(m, f"phase_{p}") for p in ("left1", "right1", "left2", "right2")] for m in made])
+    lag = -phase / (2 * np.pi * 1.1)
+    assert 0 <= lag.min() < 1e-3 and 8e-3 < lag.max() <= 8.34e-3
+
+
+def test_the_imu_has_noise_and_wraps():
+    true = np.linspace(-7, 7, 4000)
+    seen = measured_yaw(true, np.random.default_rng(0))
+    assert np.abs(seen).max() <= np.pi
+    noise = np.angle(np.exp(1j * (seen - true)))
+    assert np.degrees(noise.std()) == pytest.approx(0.1, rel=0.05)
+
+
+def test_the_drop_is_off_unless_asked_for():
+    assert factor(1.3) == factor(1.1, slope=3.0) == factor(0.3, slope=3.0) == 1.0
+    assert factor(1.3, slope=3.0) == pytest.approx(0.4)
+    assert factor(2.0, slope=3.0) == 0.0
+
+
+def test_new_amplitudes_move_no_servo_at_once(one_joint):
+    """Angle and speed at the end of each half stroke are those at the start of the next."""
+    rowing = HalfStrokes(one_joint)
+    points = np.radians([[75, 75], [60, 75], [75, 40], [30, 75], [75, 75]])
+    ends = []
+    for k in range(4):
+        arms = [part for part in rowing.robot(k, points[k], points[k + 1]).tree.parts if part.name.endswith("_arm")]
+        ends.append([[arm.prescribed(jnp.asarray(t))[:2] for t in (1e-12, 0.5 / 1.1 - 1e-12)] for arm in arms])
+    angle, rate = np.moveaxis(np.array(ends), -1, 0)
+    assert np.abs(rate).max() < 1e-9
+    np.testing.assert_allclose(angle[:-1, :, 1], angle[1:, :, 0], atol=1e-9)
+    sides = np.array([1, -1, 1, -1])[:, None] * points[1:]
+    np.testing.assert_allclose(angle[:, :, 1], np.tile(sides, 2), atol=1e-9)
+
+
+@pytest.mark.slow
+def test_a_controlled_robot_holds_its_heading(one_joint):
+    """Against a weak paddle and a steady yaw moment that turn it away when it is left to itself."""
+    weak = disturbed(one_joint)
+    control = HeadingControl(np.radians(75), 0.6, 0.5, np.radians(30))
+    alone, held = swim(weak, 12), swim(weak, 12, control)
+    assert float(alone["yaw"][-1]) > np.radians(60)
+    assert float(np.abs(held["yaw"]).max()) < np.radians(12)
+    late = held["yaw"].values[-160:]
+    assert np.ptp(late) < np.radians(4)
+    assert held["x"][-1] - held["x"][0] > 2.0
+
+
+@pytest.mark.slow
+def test_steady_turns_are_mirrored_and_go_to_the_side_that_rows_less(one_joint):
+    """And it goes straight with equal strokes; the circle is that of the turning rate and the speed."""
+    less, full = np.radians([65.0, 75.0])
+    left, right, ahead = turn(one_joint, less, full), turn(one_joint, full, less), turn(one_joint, full, full)
+    assert left.rate > 0.2
+    np.testing.assert_allclose([-right.rate, right.radius, right.speed], left, rtol=3e-4)  # each is told to 1e-4
+    assert left.radius == pytest.approx(left.speed / left.rate, rel=0.02)  # the chord is a little shorter than the arc
+    assert abs(ahead.rate) < 1e-9
+    assert ahead.radius > 1e6
+    assert ahead.speed > left.speed

@@ -1,0 +1,91 @@
+"""The rowing robot: what it is made of, symmetry, conservation, and its two forms."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from nectosome.core import Status
+from nectosome.io import InputError, get_value, resolve, with_values
+from nectosome.robots import build, describe
+from nectosome.solve import simulate
+
+TIGHT = {"rtol": 1e-9, "atol": 1e-11}
+LESS = np.radians(60.0)
+TIME, SAMPLES = 0.6, 7
+
+
+def swims(description, **values):
+    run = simulate(build(with_values(description, values)), TIME, samples=SAMPLES, **TIGHT)
+    assert int(run.status) == Status.SOLVED
+    return run
+
+
+@pytest.fixture(scope="module")
+def one_joint():
+    """The robot with one joint a paddle."""
+    return describe("beetle1")
+
+
+@pytest.fixture(scope="module")
+def straight(one_joint):
+    return swims(one_joint)
+
+
+@pytest.fixture(scope="module")
+def turning(one_joint):
+    """Its left side rows less."""
+    return swims(one_joint, A_left=LESS)
+
+
+def test_it_has_the_printed_mass_and_size(straight):
+    """2.5 kg, neutrally buoyant; 0.426 m long; from tip to tip 0.11 m and four times 0.105 m."""
+    robot = straight.value.system
+    assert float(np.sum(robot.weight())) == pytest.approx(2.5)
+    assert float(sum(np.sum(part.body.volume) for part in robot.tree.parts)) == pytest.approx(2.5e-3)
+    for name in ("beetle", "beetle_free"):
+        d = describe(name)
+        assert get_value(d, "body.length") == pytest.approx(0.426)
+        assert 2 * (get_value(d, "limbs.left1_arm.offset.1") + 2 * 0.105) == pytest.approx(0.53)
+        assert len(resolve(d, "Cn")) == 12
+    assert describe("beetle", ["N=1"]) == describe("beetle1")
+    assert describe("beetle") == describe("beetle3")
+    for wrong in ("0", "6", "two"):
+        with pytest.raises(InputError):
+            describe("beetle", [f"N={wrong}"])
+
+
+def test_a_symmetric_robot_swims_straight(straight):
+    q = np.asarray(straight.value.state.q)
+    assert np.abs(q[:, 1:3]).max() < 1e-8
+    assert q[-1, 0] > 0.05
+
+
+def test_mirrored_strokes_give_mirrored_turns(one_joint, turning):
+    """And the robot turns to the side that rows less."""
+    left, right = (np.asarray(run.value.state.q)[:, :3] for run in (turning, swims(one_joint, A_right=LESS)))
+    assert left[-1, 2] > 0.03
+    np.testing.assert_allclose(right, left * [1, -1, -1], rtol=0, atol=1e-8)
+
+
+def test_its_power_is_accounted_for(turning):
+    assert turning.to_dataset()["power_balance"].max() < 1e-6
+
+
+def test_without_water_its_momentum_stays(one_joint):
+    """Drag and added mass go with the density; the hull's drag on turning is given."""
+    empty = {"water.density": 1e-12, **{f"body.loads.drag.rotational.{k}": 1e-15 for k in (1, 2)}}
+    run = swims(one_joint, A_left=LESS, **empty).to_dataset()
+    for name, size in (("momentum", 0.06), ("angular_momentum", 0.003)):
+        values = run[name].values
+        assert np.abs(values).max() > size
+        np.testing.assert_allclose(values, np.broadcast_to(values[0], values.shape), rtol=0, atol=1e-7 * size)
+
+
+@pytest.mark.slow
+def test_the_planar_form_moves_as_the_free_one(turning):
+    free = np.asarray(swims(describe("beetle_free1"), A_left=LESS).value.state.q)
+    vectors = Rotation.from_quat(free[:, 3:7], scalar_first=True).as_rotvec()
+    planar = np.asarray(turning.value.state.q)
+    np.testing.assert_allclose(free[:, :2], planar[:, :2], rtol=0, atol=1e-7)
+    np.testing.assert_allclose(vectors, np.pad(planar[:, 2:3], ((0, 0), (2, 0))), rtol=0, atol=1e-7)
+    np.testing.assert_allclose(free[:, 7:], planar[:, 3:], rtol=0, atol=1e-6)
