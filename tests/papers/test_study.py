@@ -40,8 +40,9 @@ def test_verdicts(entry, ours, verdict):
         assert row["error"] is None
 
 
-def test_every_entry_says_what_it_is_and_how_it_is_judged():
-    for row, entry in printed("flagellum").items():
+@pytest.mark.parametrize("study", ["flagellum", "paddle", "measure"])
+def test_every_entry_says_what_it_is_and_how_it_is_judged(study):
+    for row, entry in printed(study).items():
         assert entry["quantity"] and entry["unit"], row
         if entry.get("printed") == 0:
             assert entry["within"] > 0, row

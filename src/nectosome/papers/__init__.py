@@ -4,8 +4,13 @@ from collections.abc import Callable
 
 from .flagellum import study as flagellum
 from .measure import study as measure
+from .paddle import study as paddle
 from .study import Progress, Study
 
 __all__ = ["STUDIES", "Progress", "Study"]
 
-STUDIES: dict[str, Callable[[bool, Progress], Study]] = {"flagellum": flagellum.run, "measure": measure.run}
+STUDIES: dict[str, Callable[[bool, Progress], Study]] = {
+    "flagellum": flagellum.run,
+    "paddle": paddle.run,
+    "measure": measure.run,
+}

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
+from .heatmap import add_key, add_level, diverging, edges
 from .style import BLACK, BLUE, GREEN, VERMILLION, Panel, dress, log_ticks, plain
 
 if TYPE_CHECKING:
@@ -20,22 +21,13 @@ NAMES = {
     "E": "Young's modulus",
 }
 _UNITS = {"alpha": (180 / np.pi, "deg"), "tip_radius": (1e3, "mm")}
-_FORWARD_BACKWARD = [  # backward to forward
-    (0.0, "#7a3300"),
-    (0.2, VERMILLION),
-    (0.4, "#f6c9a6"),
-    (0.5, "#ffffff"),
-    (0.6, "#a9d3ee"),
-    (0.8, BLUE),
-    (1.0, "#00304f"),
-]
 _UNSOLVED = "#b9bec5"
 _ABREAST = 3
 
 
 def map_panel(chart: "xr.Dataset") -> Panel:
     """Speed of each design against motor speed and Young's modulus, with the torque limit."""
-    fig = _charts(chart, chart["speed"].transpose("design", "young", "omega").values, _colours)
+    fig = _charts(chart, chart["speed"].transpose("design", "young", "omega").values, lambda z: diverging(z, "m/s"))
     caption = (
         "Computed steady speed against motor speed and Young's modulus, all else as in the design: blue swims forward, "
         "orange backward, and on the dotted line the thrust reverses. "
@@ -98,8 +90,8 @@ def _charts(
         hover = "%{customdata[0]:.4g} rad/s, %{customdata[1]:.4g} MPa<br>"
         hover += "%{customdata[3]:.4f} m/s at %{customdata[2]:.3f} N m"
         fig.add_heatmap(
-            x=_edges(omega),
-            y=np.exp(_edges(np.log(young))),
+            x=edges(omega),
+            y=np.exp(edges(np.log(young))),
             z=shown[i],
             customdata=np.stack([x, y, torque[i], speed[i]], axis=-1),
             hovertemplate=hover,
@@ -108,9 +100,9 @@ def _charts(
             **where,
         )
         if min(speed[i].shape) > 1:
-            _add_level(fig, omega, young, speed[i], 0.0, "dot", where)
+            add_level(fig, omega, young, speed[i], 0.0, "dot", where)
             if limit is not None:
-                _add_level(fig, omega, young, torque[i], limit, "solid", where)
+                add_level(fig, omega, young, torque[i], limit, "solid", where)
         if "here_omega" in chart and "here_young" in chart:
             marker = {"symbol": "star", "size": 15, "color": "white", "line": {"color": BLACK, "width": 1.5}}
             fig.add_scatter(
@@ -124,9 +116,9 @@ def _charts(
                 hovertemplate="%{x:.4g} rad/s, %{y:.4g} MPa",
                 **where,
             )
-    _add_key(fig, "speed 0", "dot")
+    add_key(fig, "speed 0", "dot")
     if limit is not None:
-        _add_key(fig, f"torque {limit:g} N m", "solid")
+        add_key(fig, f"torque {limit:g} N m", "solid")
     for col in range(1, cols + 1):
         lowest = rows - (col > (len(names) - 1) % _ABREAST + 1)
         fig.update_xaxes(title="motor speed (rad/s)", showticklabels=True, row=lowest, col=col)
@@ -136,46 +128,9 @@ def _charts(
     fig.update_layout(showlegend=True, hovermode="closest", margin_t=76, plot_bgcolor=_UNSOLVED)
     fig.update_layout(legend_yref="container", legend_y=1.0, legend_yanchor="top")
     fig.update_layout(coloraxis=colours(shown))
-    fig.update_xaxes(showgrid=False, zeroline=False, range=_edges(omega)[[0, -1]].tolist())
-    fig.update_yaxes(showgrid=False, zeroline=False, range=(_edges(np.log10(young))[[0, -1]]).tolist())
+    fig.update_xaxes(showgrid=False, zeroline=False, range=edges(omega)[[0, -1]].tolist())
+    fig.update_yaxes(showgrid=False, zeroline=False, range=(edges(np.log10(young))[[0, -1]]).tolist())
     return fig
-
-
-def _colours(speed: Float[np.ndarray, "design young omega"]) -> dict[str, object]:
-    """Colours that are the same for all designs, white at zero."""
-    most = float(np.max(np.abs(speed[np.isfinite(speed)]), initial=0.0)) or 1.0
-    bar = {"title": {"text": "m/s", "side": "top"}, "thickness": 14, "outlinewidth": 0, "x": 1.01}
-    return {"colorscale": _FORWARD_BACKWARD, "cmin": -most, "cmax": most, "colorbar": bar}
-
-
-def _edges(centres: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
-    """Edges of the cells around points, half way between them."""
-    if len(centres) == 1:
-        return np.array([centres[0] - 0.5, centres[0] + 0.5])
-    between = 0.5 * (centres[1:] + centres[:-1])
-    return np.concatenate([[2 * centres[0] - between[0]], between, [2 * centres[-1] - between[-1]]])
-
-
-def _add_level(
-    fig: "go.Figure",
-    x: Float[np.ndarray, "nx"],
-    y: Float[np.ndarray, "ny"],
-    z: Float[np.ndarray, "ny nx"],
-    level: float,
-    dash: str,
-    where: dict[str, int],
-) -> None:
-    """Draw the line on which z has a level."""
-    contours = {"coloring": "none", "start": level, "end": level, "size": 1}
-    line = {"color": BLACK, "width": 2, "dash": dash}
-    fig.add_contour(
-        x=x, y=y, z=z, contours=contours, line=line, showscale=False, showlegend=False, hoverinfo="skip", **where
-    )
-
-
-def _add_key(fig: "go.Figure", text: str, dash: str) -> None:
-    line = {"color": BLACK, "width": 2, "dash": dash}
-    fig.add_scatter(x=[None], y=[None], mode="lines", line=line, name=text, row=1, col=1)
 
 
 def sensitivity_panel(sensitivity: "xr.Dataset") -> Panel:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from nectosome.io import provenance
 
-from . import design, flagellum, measurements, robot3d, series
+from . import design, flagellum, measurements, paddle, robot3d, series
 from .page import panel_html, write_library, write_page, write_panel
 from .scorecard import summary, table
 from .style import Panel
@@ -56,7 +56,11 @@ class Study(Protocol):
         ...
 
 
-_PANELS: dict[str, Callable[[Mapping[str, "xr.Dataset"]], list[Panel]]] = {"flagellum": flagellum.panels}
+_PANELS: dict[str, Callable[[Study], list[Panel]]] = {
+    "flagellum": lambda study: flagellum.panels(study.runs) + design.panels(study.data, study.runs),
+    "paddle": lambda study: paddle.panels(study.data, study.runs),
+    "measure": lambda study: measurements.panels(study.data),
+}
 
 
 def write_report(studies: Sequence[Study], path: str | Path) -> None:
@@ -131,12 +135,9 @@ _MEASURED = {"measure"}  # studies without a model
 
 
 def _panels(study: Study) -> list[Panel]:
-    if study.name in _MEASURED:
-        return measurements.panels(study.data)
     if study.name in _PANELS:
-        own = _PANELS[study.name](study.runs)
-    else:
-        own = [series.speeds_panel(study.runs)] if study.runs else []
+        return _PANELS[study.name](study)
+    own = [series.speeds_panel(study.runs)] if study.runs else []
     return own + design.panels(study.data, study.runs)
 
 

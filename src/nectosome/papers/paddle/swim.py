@@ -17,13 +17,12 @@ from nectosome.robots import beetle, build
 from nectosome.robots.beetle import PADDLES
 from nectosome.solve import periodic
 
+from ..study import printed
+
 PRINTED = {  # Table 5: joints, amplitude [rad], frequency [Hz] -> speed [m/s]
-    (3, math.radians(75), 1.1): 0.323,
-    (3, math.radians(75), 1.3): 0.142,
-    (1, math.radians(75), 1.1): 0.279,
-    (1, math.radians(75), 1.3): 0.126,
-    (3, math.radians(30), 0.3): 0.093,
-    (1, math.radians(30), 0.3): 0.082,
+    (swim["joints"], math.radians(swim["amplitude"]), swim["frequency"]): entry["printed"]
+    for entry in printed("paddle").values()
+    if (swim := entry.get("swim"))
 }
 _FOUR = ("mass", "drag.normal", "flexure.young", "lower.stiffness", "lower.damping")
 
@@ -68,13 +67,13 @@ def calibrated_drag_area() -> float:
 def table5(drag_area: float) -> xr.Dataset:
     """Speeds of Table 5, printed and ours [m/s]: the first row is the calibration, the others are predictions."""
     ours = [straight_speed(*row, drag_area) for row in PRINTED]
-    printed = [*PRINTED.values()]
+    speeds = [*PRINTED.values()]
     joints, amplitude, frequency = (list(x) for x in zip(*PRINTED, strict=True))
     return xr.Dataset(
         {
             "ours": ("row", ours, {"units": "m/s"}),
-            "printed": ("row", printed, {"units": "m/s"}),
-            "error": ("row", 100 * (np.divide(ours, printed) - 1), {"units": "percent"}),
+            "printed": ("row", speeds, {"units": "m/s"}),
+            "error": ("row", 100 * (np.divide(ours, speeds) - 1), {"units": "percent"}),
             "kind": ("row", ["calibration"] + ["prediction"] * (len(ours) - 1)),
         },
         coords={

@@ -1,0 +1,118 @@
+"""The study of the paddle: its thrust (Experiment A), and swims of the robot with four of them (Experiment B)."""
+
+import math
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nectosome.io import with_values
+from nectosome.robots import build, describe
+
+from ..study import Kind, Progress, Study, printed, score
+from . import swim, thrust
+from .trials import trials
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+NAME = "paddle"
+TITLE = "Flexible passive joint paddle"
+ABOUT = (
+    "A servo rows a paddle of rigid segments on flexible joints with stops: flat in the power stroke, folded in the "
+    "recovery stroke. Thrust is what the load cell that holds it must give: predictions by the paper's model with the "
+    "parameters of its Tables 1 and 2. Four paddles row a robot, whose drag is calibrated on one printed speed. No raw "
+    "measurements were published."
+)
+_JOINTS = (1, 2, 3)
+_CYCLES = {"n1_1.1Hz": (1, 1.1), "n2_1.1Hz": (2, 1.1), "n3_1.1Hz": (3, 1.1)}  # joints, frequency [Hz]
+_CYCLES |= {"n1_0.6Hz": (1, 0.6), "n2_0.6Hz": (2, 0.6), "n3_0.6Hz": (3, 0.6)}  # of Fig. 4
+_YAWED = (1.1, 1.3)  # Hz: frequencies whose yaw the paper prints, at 75 deg
+_KINDS: dict[str, Kind] = {"paddle/table5/fp3jp/75-1.1/speed": "calibration"}
+_CYCLES |= {"n3_0.9Hz": (3, 0.9), "n3_1.0Hz": (3, 1.0)}
+
+
+def run(quick: bool, progress: Progress) -> Study:
+    """All rows and figures; `quick` sweeps over coarser grids."""
+    began = time.perf_counter()
+    book = printed(NAME)
+    data = _sweeps(quick, progress)
+    runs: dict[str, xr.Dataset] = {}
+    for i, (name, (joints, frequency)) in enumerate(_CYCLES.items()):
+        progress(f"cycle of FP{joints}JP at {frequency} Hz", 0.4 + 0.2 * i / len(_CYCLES))
+        runs[name] = thrust.cycle(joints, frequency)
+    numbers: dict[str, float | None] = {**_thrusts(data, runs)}
+    data |= _swims(quick, progress)
+    numbers |= _speeds(data)
+    progress("scorecard", 1.0)
+    missing = sorted(set(numbers) ^ set(book))
+    if missing:
+        raise RuntimeError(f"scorecard rows without a number, or numbers without a row: {missing}")
+    rows = [score(row, entry, numbers[row], _KINDS.get(row, "prediction")) for row, entry in book.items()]
+    return Study(NAME, TITLE, ABOUT, rows, runs, time.perf_counter() - began, data)
+
+
+def _sweeps(quick: bool, tell: Progress) -> "dict[str, xr.Dataset]":
+    """By figure: `strokes` (joints, amplitude, frequency), `joints` (joints, ...), `hinges` (thickness, length)."""
+    import xarray as xr
+
+    amplitudes, frequencies = np.arange(30, 76, 15 if quick else 5), _frequencies(quick)
+    tell("strokes", 0.0)
+    strokes = thrust.over_strokes(_JOINTS, np.radians(amplitudes).tolist(), frequencies)
+    tell("joints", 0.2)
+    others = thrust.over_strokes((0, 4, 5), [math.radians(75)], [1.1])
+    one = strokes.sel(amplitude=others["amplitude"], frequency=others["frequency"])
+    tell("hinges", 0.3)
+    steps = (4, 9) if quick else (13, 9)
+    hinges = thrust.over_hinges(np.linspace(2e-3, 8e-3, steps[0]).tolist(), np.linspace(0.03, 0.15, steps[1]).tolist())
+    return {"strokes": strokes, "joints": xr.concat([others, one], "joints").sortby("joints"), "hinges": hinges}
+
+
+def _frequencies(quick: bool) -> list[float]:
+    return (np.arange(3, 14, 2 if quick else 1) / 10).tolist()
+
+
+def _swims(quick: bool, tell: Progress) -> "dict[str, xr.Dataset]":
+    """By figure: `table5` (row), `speeds` (joints, amplitude, frequency), `yaw` (frequency, trial)."""
+    import xarray as xr
+
+    tell("swims", 0.6)
+    area = swim.calibrated_drag_area()
+    table5 = swim.table5(area).assign_attrs(drag_area=area)
+    tell("speeds", 0.7)
+    speeds = swim.curves(area, _frequencies(quick))
+    tell("yaw", 0.9)
+    robot = with_values(describe("beetle"), {"A": math.radians(75), "drag_area": area})
+    yaw = [trials(with_values(robot, {"f": frequency}), 5) for frequency in _YAWED]
+    frequencies = xr.DataArray(list(_YAWED), dims="frequency", name="frequency", attrs={"units": "Hz"})
+    return {"table5": table5, "speeds": speeds, "yaw": xr.concat(yaw, frequencies)}
+
+
+def _speeds(data: "dict[str, xr.Dataset]") -> dict[str, float | None]:
+    """Numbers of swims by scorecard row; None for the ratio to a speed that is none."""
+    table5 = data["table5"]
+    speed = dict(zip(swim.PRINTED, table5["ours"].values.tolist(), strict=True))
+    best, fast, slow = (speed[3, math.radians(a), f] for a, f in ((75, 1.1), (75, 1.3), (30, 0.3)))
+    rows = {(n, a, f): f"paddle/table5/fp{n}jp/{math.degrees(a):.0f}-{f}/speed" for n, a, f in speed}
+    yaw = np.degrees(data["yaw"]["yaw_mean"].mean("trial"))
+    return (
+        {rows[key]: value for key, value in speed.items()}
+        | {f"paddle/yaw/75-{f}": float(yaw.sel(frequency=f)) for f in _YAWED}
+        | {"paddle/speed-ratio/optimal": best / fast, "paddle/speed-ratio/baseline": best / slow if slow > 0 else None}
+    )
+
+
+def _thrusts(data: "dict[str, xr.Dataset]", runs: "dict[str, xr.Dataset]") -> dict[str, float]:
+    """Numbers of single paddles by scorecard row."""
+    strokes, by_joints = data["strokes"]["thrust"], data["joints"]["thrust"].squeeze()
+    one, two, three = (strokes.sel(joints=n) for n in _JOINTS)
+    springs = [attached.load for attached in build(describe("paddle")).loads if attached.name == "spring"]
+    return (
+        {
+            "paddle/eq16/k": float(springs[0].stiffness),
+            "paddle/fig9/order-share": float(((three > two) & (two > one)).mean()),
+            "paddle/rigid/thrust": float(by_joints.sel(joints=0)),
+        }
+        | {f"paddle/fig9/n{n}/75deg/1.1Hz/thrust": float(by_joints.sel(joints=n)) for n in _JOINTS}
+        | {f"paddle/fig9/ratio/{f}Hz": thrust.gain_over_loss(runs[f"n3_{f}Hz"]) for f in ("0.9", "1.0")}
+    )

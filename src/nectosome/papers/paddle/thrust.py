@@ -1,0 +1,89 @@
+"""Thrust of the paddle on its load cell (Experiment A): over strokes, joints and hinges, and moment by moment."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Bool, Float
+
+from nectosome.core import Status
+from nectosome.design.sweep import sweep
+from nectosome.io import RevoluteJoint, get_value
+from nectosome.robots import build, describe
+from nectosome.solve import periodic
+
+SAMPLES = 257  # moments of a cycle: more of them move a mean thrust by 1e-4 of itself
+
+
+def over_strokes(joints: Sequence[int], amplitudes: Sequence[float], frequencies: Sequence[float]) -> xr.Dataset:
+    """Thrust, power and thrust per power of paddles of so many joints, by amplitude [rad] and frequency [Hz]."""
+    found = sweep("paddle", {"N": joints, "A": amplitudes, "f": frequencies}, samples=SAMPLES)
+    servo = describe("paddle").limbs["arm"].joint
+    assert isinstance(servo, RevoluteJoint)
+    assert servo.limits is not None
+    out = _named(found).rename(N="joints", A="amplitude", f="frequency")
+    return out.assign_attrs(servo_speed_limit=servo.limits.speed)
+
+
+def over_hinges(thicknesses: Sequence[float], lengths: Sequence[float]) -> xr.Dataset:
+    """The same and the largest stress in the flexible layers, at 75 deg and 1.1 Hz, by their thickness and length [m].
+
+    All joints are alike. `front_power` and `front_stress` tell where no other hinge gives more thrust for as little
+    power, or stress.
+    """
+    robot = describe("paddle")
+    hinges = [name for name in robot.limbs if name.startswith("segment")]
+    aliases = {q: tuple(f"limbs.{name}.joint.flexure.{q}" for name in hinges) for q in ("thickness", "length")}
+    robot = robot.model_copy(update={"aliases": {**robot.aliases, **aliases}})
+    found = sweep(robot, {"thickness": thicknesses, "length": lengths}, samples=SAMPLES)
+    stress = found["hinge_stress_peak"].max("part")
+    out = _named(found).assign(stress=stress.assign_attrs(units="Pa"))
+    for cost in ("power", "stress"):
+        members = front(out["thrust"].values.ravel(), out[cost].values.ravel())
+        out[f"front_{cost}"] = (("thickness", "length"), members.reshape(out["thrust"].shape))
+    own = {f"own_{quantity}": get_value(robot, quantity) for quantity in aliases}
+    return out.assign_attrs(own)
+
+
+def front(gain: Float[np.ndarray, "n"], cost: Float[np.ndarray, "n"]) -> Bool[np.ndarray, "n"]:
+    """Which points no other one dominates: none has as much gain for less cost, or more gain for as little."""
+    members, most = np.zeros(gain.size, bool), -np.inf
+    for k in np.lexsort((-gain, cost)):
+        if gain[k] > most:
+            members[k], most = True, gain[k]
+    return members
+
+
+def _named(found: xr.Dataset) -> xr.Dataset:
+    """What the study looks at of a sweep; thrust [N] is what the load cell gives towards +y on the mean."""
+    solved = found["status"].isin(("SOLVED", "SETTLED"))
+    if not solved.all():
+        worst = str(found["status"].values[~solved.values][0])
+        raise RuntimeError(f"{found.attrs['title']}: {int((~solved).sum())} points not solved, such as {worst}")
+    thrust = -found["force"].sel(axis="y", drop=True)
+    return xr.Dataset(
+        {
+            "thrust": thrust.assign_attrs(units="N"),
+            "power": found["power"],
+            "thrust_per_power": (thrust / found["power"]).assign_attrs(units="N/W"),
+            "servo_speed": found["drive_velocity_peak"].sel(prescribed="arm.angle", drop=True),
+        },
+        attrs=found.attrs,
+    )
+
+
+def cycle(joints: int, frequency: float) -> xr.Dataset:
+    """The cycle that a paddle keeps at 75 deg. Raises RuntimeError where there is none."""
+    description = describe("paddle", [f"N={joints}", "A=75deg", f"f={frequency}Hz"])
+    found = periodic(build(description), 1 / frequency, samples=SAMPLES)
+    if int(found.status) != Status.SOLVED:
+        raise RuntimeError(f"cycle of {joints} joints at {frequency} Hz: {Status(int(found.status)).reason}")
+    run = found.to_dataset(description, {"samples": SAMPLES})
+    run.attrs |= {"label": f"FP{joints}JP", "frequency": frequency}
+    return run
+
+
+def gain_over_loss(run: xr.Dataset) -> float:
+    """Positive over negative thrust on the load cell, each integrated over a cycle."""
+    thrust = run["reaction"].sel(prescribed="body.y").values[:-1]  # the last sample is the first again
+    return float(thrust.clip(min=0).sum() / -thrust.clip(max=0).sum())

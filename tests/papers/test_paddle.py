@@ -1,0 +1,47 @@
+"""The paddle's study: fronts, what a load cell tells, and the whole of it on coarse grids."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from nectosome.papers.paddle import study, thrust
+
+
+def test_a_front_holds_what_nothing_beats():
+    gain = np.array([1.0, 2.0, 2.0, 3.0, 1.5, 3.0])
+    cost = np.array([1.0, 2.0, 3.0, 5.0, 1.0, 4.0])
+    assert np.flatnonzero(thrust.front(gain, cost)).tolist() == [1, 4, 5]
+    rng = np.random.default_rng(0)
+    gain, cost = rng.normal(size=(2, 200))
+    beaten = (gain[:, None] <= gain) & (cost[:, None] >= cost) & ~np.eye(200, dtype=bool)
+    np.testing.assert_array_equal(thrust.front(gain, cost), ~beaten.any(axis=1))
+
+
+def test_gain_over_loss_counts_no_sample_twice():
+    """3 + 1 N against 0.5 + 1.5 N; the last sample is the first again."""
+    force = np.array([[3.0, 9.0], [1.0, 9.0], [-0.5, 9.0], [-1.5, 9.0], [3.0, 9.0]])
+    run = xr.Dataset(
+        {"reaction": (("time", "prescribed"), force[:, ::-1])}, coords={"prescribed": ["body.x", "body.y"]}
+    )
+    assert thrust.gain_over_loss(run) == pytest.approx(2.0)
+
+
+@pytest.mark.slow
+def test_the_load_cell_says_on_the_mean_what_the_water_does():
+    """Over a cycle the momentum of a held paddle comes back: mean reaction and mean force of the water agree."""
+    run = thrust.cycle(1, 0.6)
+    swept = thrust.over_strokes([1], [np.radians(75)], [0.6])
+    cell = float(run["reaction"].sel(prescribed="body.y")[:-1].mean())
+    assert float(swept["thrust"].squeeze()) == pytest.approx(cell, rel=5e-3)
+
+
+@pytest.mark.slow
+def test_the_quick_study_fills_every_row():
+    done = study.run(True, lambda what, share: None)
+    rows = {row["id"]: row for row in done.rows}
+    assert all(row["ours"] is not None for row in rows.values())
+    assert rows["paddle/eq16/k"]["verdict"] == rows["paddle/rigid/thrust"]["verdict"] == "match"
+    thrusts = [rows[f"paddle/fig9/n{n}/75deg/1.1Hz/thrust"]["ours"] for n in (1, 2, 3)]
+    assert 0 < thrusts[0] < thrusts[1] < thrusts[2]
+    hinges = done.data["hinges"]
+    assert float(hinges["thrust"].max()) == float(hinges["thrust"].where(hinges["front_power"]).max())
