@@ -6,6 +6,8 @@ each code is held against its own fine run: root mean square of the angles over 
 
 import statistics
 import time
+from collections.abc import Callable
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -41,7 +43,7 @@ def _one(hinges: int) -> None:
     here = {f"{m}, rtol {r:.0e}": one_here(hinges, m, r) for m in ("explicit", "implicit") for r in _TOLERANCES}
     steps = [(i, k) for i, all_k in _STEPS.items() for k in all_k if hinges == 3 or k > _STEPS["RK4"][0]]
     there = {f"{i}, {_milli(k)}": one_there(hinges, i, k) for i, k in steps}
-    ends = one_here(hinges, "explicit", _FINEST)(), one_there(hinges, "RK4", _FINEST_STEPS)()
+    ends = one_here(hinges, "explicit", _FINEST), one_there(hinges, "RK4", _FINEST_STEPS)
     _compare(*_rows((here, there), ends, 5))
 
 
@@ -51,7 +53,7 @@ def _grid(threads: int) -> None:
     print(f"\n  {len(grid)} paddles of 3 hinges, {threads} {'thread' if threads == 1 else 'threads'}")
     here = {f"explicit, rtol {r:.0e}": some_here(3, grid, r, _LANES, threads) for r in _TOLERANCES[:-1]}
     there = {f"RK4, {_milli(k)}": some_there(3, grid, "RK4", k, threads) for k in _STEPS["RK4"]}
-    ends = some_here(3, grid, _FINEST, _LANES, 2)(), some_there(3, grid, "RK4", _FINEST_STEPS, 2)()
+    ends = some_here(3, grid, _FINEST, _LANES, 2), some_there(3, grid, "RK4", _FINEST_STEPS, 2)
     _compare(*_rows((here, there), ends, 3))
 
 
@@ -69,14 +71,14 @@ def _milli(steps: int) -> str:
     return f"{1e3 * SAMPLE / steps:.3g} ms"
 
 
-def _clock(run):
+def _clock(run: Callable[[], Any]) -> tuple[float, float, Any]:
     """Wall and processor time [s] of a call, and what it gives."""
     wall, spent = time.perf_counter(), time.process_time()
     out = run()
     return time.perf_counter() - wall, time.process_time() - spent, out
 
 
-def _rows(codes: tuple[dict[str, Run], ...], ends: tuple[np.ndarray, ...], repeats: int) -> list[list[tuple[Row, Row]]]:
+def _rows(codes: tuple[dict[str, Run], ...], ends: tuple[Run, ...], repeats: int) -> list[list[tuple[Row, Row]]]:
     """Rows of each code by processor and by wall time. Runs take turns, so that all of them see the same machine."""
     first = [{name: _clock(run) for name, run in code.items()} for code in codes]
     times = [{name: [] for name in code} for code in codes]
@@ -86,9 +88,10 @@ def _rows(codes: tuple[dict[str, Run], ...], ends: tuple[np.ndarray, ...], repea
                 kept[name].append(_clock(run)[:2])
     rows = []
     for code, began, kept, end in zip(("nectosome", "MuJoCo"), first, times, ends, strict=True):
+        fine = end()
         rows.append([])
         for name, (compiled, _, angles) in began.items():
-            error = float(np.sqrt(np.mean((angles - end) ** 2)))
+            error = float(np.sqrt(np.mean((angles - fine) ** 2)))
             wall, spent = (statistics.median(column) for column in zip(*kept[name], strict=True))
             told = f"{1e3 * spent:8.1f} ms, wall {1e3 * wall:8.1f} ms, first {compiled:5.1f} s"
             print(f"    {code + ' ' + name:34s} {error:9.5f} deg {told}", flush=True)

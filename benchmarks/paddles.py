@@ -104,7 +104,7 @@ def some_there(hinges: int, grid: np.ndarray, integrator: str, pieces: int, thre
     rollout = Rollout(nthread=threads if threads > 1 else 0)
 
     def run() -> np.ndarray:
-        states, _ = rollout.rollout(models, data, start, nstep=pieces * (TIMES.size - 1))
+        states = np.asarray(rollout.rollout(models, data, start, nstep=pieces * (TIMES.size - 1))[0])
         angles = states[:, pieces - 1 :: pieces, 2 : 2 + hinges]
         return np.rad2deg(np.concatenate([np.zeros_like(angles[:, :1]), angles], axis=1))
 
