@@ -13,6 +13,7 @@ BENCHMARKS = {
     "steady": True,
     "search": False,
     "cantilever": True,
+    "paddle": False,
     "command_line": False,
     "reading": True,
 }

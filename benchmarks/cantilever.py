@@ -6,12 +6,11 @@ rods (ours, SoRoMoX) against ours; PyElastica's, which shears and stretches, aga
 
 import statistics
 from importlib.metadata import version
-from typing import NamedTuple
 
 import numpy as np
 
 from .peers import COSSERAT, Run, nectosome, pyelastica, soromox
-from .timing import now
+from .timing import Row, now, time_at
 
 _VISCOSITY = 3000.0  # Pa s
 _ERRORS = (1.0, 0.3, 0.1, 0.03)  # mm, at which times are compared
@@ -21,13 +20,6 @@ _FINEST, _FINEST_SHEARING = (5, 10, 1e-6), (5, 10, 1e-5)
 # elements, and a step [s] just below the largest stable one
 _PYELASTICA = ((10, 1e-4), (20, 1e-4), (40, 6.7e-5), (80, 3.3e-5))
 _FINER, _FINEST_ELEMENTS = (80, 1.6e-5), (160, 1.6e-5)
-
-
-class Row(NamedTuple):
-    """One run: how far off [mm], how long [s]."""
-
-    error: float
-    seconds: float
 
 
 def main() -> None:
@@ -99,20 +91,10 @@ def _off(a: np.ndarray, b: np.ndarray) -> float:
 def _compare(name: str, ours: list[Row], theirs: list[Row], us: str = "nectosome") -> None:
     """Ratio of times at equal errors, interpolated between logarithms."""
     for error in _ERRORS:
-        a, b = _time_at(error, ours), _time_at(error, theirs)
+        a, b = time_at(error, ours), time_at(error, theirs)
         if np.isfinite(a) and np.isfinite(b):
             word = f"{max(a / b, b / a):.1f} x {'faster' if a < b else 'slower'}"
             print(f"  at {error} mm {us} takes {1e3 * a:.0f} ms, {name} {1e3 * b:.0f} ms: {word}")
-
-
-def _time_at(error: float, rows: list[Row]) -> float:
-    """Time for an error, NaN outside of the rows; of rows that are beaten in both, none counts."""
-    front = [r for r in rows if not any(o.error <= r.error and o.seconds < r.seconds for o in rows)]
-    front = sorted(front)
-    errors, seconds = np.log([r.error for r in front]), np.log([r.seconds for r in front])
-    if error < front[0].error:
-        return float("nan")
-    return float(np.exp(np.interp(np.log(error), errors, seconds)))
 
 
 if __name__ == "__main__":

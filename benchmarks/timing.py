@@ -3,9 +3,10 @@
 import statistics
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
+import numpy as np
 
 now = time.process_time
 
@@ -20,3 +21,20 @@ def once(f: Callable[[], Any]) -> tuple[float, Any]:
     began = now()
     result = jax.block_until_ready(f())
     return now() - began, result
+
+
+class Row(NamedTuple):
+    """One run: how far off, how long [s]."""
+
+    error: float
+    seconds: float
+
+
+def time_at(error: float, rows: list[Row]) -> float:
+    """Time for an error, between logarithms, NaN outside of the rows; of rows that are beaten in both, none counts."""
+    front = [r for r in rows if not any(o.error <= r.error and o.seconds < r.seconds for o in rows)]
+    front = sorted(front)
+    errors, seconds = np.log([r.error for r in front]), np.log([r.seconds for r in front])
+    if error < front[0].error:
+        return float("nan")
+    return float(np.exp(np.interp(np.log(error), errors, seconds)))
