@@ -39,7 +39,7 @@ def test_the_load_cell_says_on_the_mean_what_the_water_does():
 def test_the_quick_study_fills_every_row():
     done = study.run(True, lambda what, share: None)
     rows = {row["id"]: row for row in done.rows}
-    assert all(row["ours"] is not None for row in rows.values())
+    assert [name for name, row in rows.items() if row["ours"] is None] == ["paddle/speed-ratio/baseline"]
     assert rows["paddle/eq16/k"]["verdict"] == rows["paddle/rigid/thrust"]["verdict"] == "match"
     thrusts = [rows[f"paddle/fig9/n{n}/75deg/1.1Hz/thrust"]["ours"] for n in (1, 2, 3)]
     assert 0 < thrusts[0] < thrusts[1] < thrusts[2]

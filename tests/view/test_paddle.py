@@ -41,18 +41,26 @@ def sets():
     hinge = xr.DataArray([[1.0, 2.0], [3.0, 4.0]], coords={"thickness": [3e-3, 6e-3], "length": [0.05, 0.1]})
     on = hinge > 2
     hinges = xr.Dataset({"thrust": hinge, "power": hinge, "stress": hinge, "front_power": on, "front_stress": on})
+    swims = {"joints": [1, 3], "amplitude": size["amplitude"], "frequency": [0.5, 1.1]}
+    speeds = xr.Dataset({"speed": xr.DataArray(np.ones((2, 2, 2)), coords=swims)})
+    own = {"joints": ("row", [3, 1]), "amplitude": ("row", np.radians([75.0, 30.0])), "frequency": ("row", [1.1, 0.5])}
+    table5 = xr.Dataset({"printed": ("row", [0.3, 0.1])}, coords=own, attrs={"drag_area": 0.02})
+    yaw = xr.Dataset({"yaw_mean": (("frequency", "trial"), np.ones((2, 3))), "printed": ("frequency", [0.1, 0.2])})
     runs = {f"n{n}_{f}Hz": swing() for n in (1, 2, 3) for f in (0.6, 1.1)}
     return {
         "strokes": strokes.assign_attrs(servo_speed_limit=7.0),
         "joints": strokes.isel(amplitude=[1], frequency=[1]),
         "hinges": hinges.assign_attrs(own_thickness=6e-3, own_length=0.05),
+        "speeds": speeds,
+        "table5": table5,
+        "yaw": yaw.assign_coords(frequency=[1.1, 1.3]),
     }, runs
 
 
 def test_figures_are_there_for_which_there_are_data(sets):
     data, runs = sets
-    assert len(paddle.panels(data, runs)) == 8
-    assert len(paddle.panels(data, {})) == 5
+    assert len(paddle.panels(data, runs)) == 10
+    assert len(paddle.panels(data, {})) == 7
     assert paddle.panels({}, {}) == []
 
 
@@ -82,3 +90,10 @@ def test_strokes_are_told_apart_across_the_end_of_the_cycle():
     run["drive_velocity"].values[[2, 6], 1] = -1e-9  # where it turns back
     forward, back = chains.strokes(run, "arm.angle")
     assert (forward.tolist(), back.tolist()) == ([7, 0, 1], [2, 3, 4, 5, 6])
+
+
+def test_printed_speeds_stand_beside_their_own_lines(sets):
+    shown = {trace.name: (trace.x.tolist(), trace.y.tolist()) for trace in paddle.speeds_panel(sets[0]).figure.data}
+    assert shown["FP3JP, 75 deg, measured"] == ([1.1], [0.3])
+    assert shown["FP1JP, 30 deg, measured"] == ([0.5], [0.1])
+    assert shown["FP1JP, 75 deg, measured"] == ([], [])

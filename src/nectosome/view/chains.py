@@ -15,8 +15,9 @@ if TYPE_CHECKING:
 def chain(run: "xr.Dataset") -> Float[np.ndarray, "t n 2"]:
     """Points of a chain in the plane [m] from root to tip: its stations in the order of parts and along them."""
     parts = [str(part) for part in run["part"].values]
-    rank = [parts.index(str(name)) for name in run["station_part"].values]
-    return run["position"].values[:, np.lexsort((run["station_x"].values, rank)), :2]
+    stations = zip(run["station_part"].values, run["station_x"].values, strict=True)
+    places = [(parts.index(str(part)), x) for part, x in stations]
+    return run["position"].values[:, sorted(range(len(places)), key=places.__getitem__), :2]
 
 
 def strokes(run: "xr.Dataset", drive: str, most: int = 7) -> list[np.ndarray]:

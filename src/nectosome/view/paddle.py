@@ -3,7 +3,7 @@
 Data, all in SI units: `strokes` (joints, amplitude, frequency) and `joints` (joints): thrust, power, thrust_per_power,
 servo_speed | servo_speed_limit; `hinges` (thickness, length): thrust, power, stress, front_power, front_stress |
 own_thickness, own_length; `speeds` (joints, amplitude, frequency): speed; `table5` (row): printed, ours | drag_area;
-`yaw` (frequency, trial): yaw_mean, yaw_max, speed. Runs: cycles `n1_1.1Hz` and so on.
+`yaw` (frequency, trial): yaw_mean, and printed (frequency). Runs: cycles `n1_1.1Hz` and so on.
 """
 
 from collections.abc import Callable, Mapping
@@ -80,7 +80,8 @@ def thrust_panel(sets: Sets) -> Panel:
     """Mean thrust over amplitude and frequency."""
     strokes = sets["strokes"]
     thrust = strokes["thrust"]
-    fig = _stroke_maps(strokes, {_joints(n): thrust.sel(joints=n) for n in thrust["joints"].values}, sequential, "N", 1)
+    shown = {_joints(n): thrust.sel(joints=n) for n in thrust["joints"].values}
+    fig = _stroke_maps(strokes, shown, sequential, "N", best=True)
     followed = thrust.where(strokes["servo_speed"] <= strokes.attrs["servo_speed_limit"])
     caption = (
         f"Computed mean thrust, as in Figs. 5 and 9b. The largest is {_largest(thrust)}. The model has no drop above "
@@ -118,7 +119,8 @@ def per_power_panel(sets: Sets) -> Panel:
     """Thrust for each watt of the servo."""
     strokes = sets["strokes"]
     ratio = strokes["thrust_per_power"]
-    fig = _stroke_maps(strokes, {_joints(n): ratio.sel(joints=n) for n in ratio["joints"].values}, sequential, "N/W", 1)
+    shown = {_joints(n): ratio.sel(joints=n) for n in ratio["joints"].values}
+    fig = _stroke_maps(strokes, shown, sequential, "N/W", best=True)
     caption = (
         "Computed mean thrust for each watt of the servo's mean mechanical power. Slow and small strokes hardly bend "
         "the joints against their springs; in large and fast ones power outgrows thrust, as the cube of speed its "
@@ -252,7 +254,7 @@ def speeds_panel(sets: Sets) -> Panel:
             name = f"FP{n}JP, {np.degrees(amplitude):.0f} deg"
             line = {"color": CYCLE[i], "dash": dash}
             y = speeds["speed"].sel(joints=n, amplitude=amplitude).values
-            fig.add_scatter(x=speeds["frequency"].values, y=y, line=line, name=name)
+            fig.add_scatter(x=speeds["frequency"].values, y=y, line=line, mode="lines", name=name)
             own = (table5["joints"].values == n) & np.isclose(table5["amplitude"].values, amplitude)
             filled = "circle" if dash == "solid" else "circle-open"
             marker = {"color": CYCLE[i], "size": 11, "symbol": filled, "line": {"color": CYCLE[i], "width": 2}}
@@ -263,9 +265,9 @@ def speeds_panel(sets: Sets) -> Panel:
     dress(fig, 460).update_layout(showlegend=True, hovermode="closest", margin_t=84)
     caption = (
         "Simulated speed of the robot with four paddles (lines) and what the paper measured (circles, Table 5), as in "
-        f"Fig. 10b. The hull's drag area, {1e4 * table5.attrs['drag_area']:.0f} cm2, is calibrated on FP3JP at 75 deg and "
-        "1.1 Hz; all else follows from it. The model has no drop above 1.1 Hz, and at 0.3 Hz and 30 deg it stays where "
-        "it is."
+        f"Fig. 10b. The hull's drag area, {1e4 * table5.attrs['drag_area']:.0f} cm2, is calibrated on FP3JP at 75 deg "
+        "and 1.1 Hz; all else follows from it. The model has no drop above 1.1 Hz, and at 0.3 Hz and 30 deg it stays "
+        "where it is."
     )
     return Panel("Speed of the robot", caption, fig)
 
@@ -284,12 +286,16 @@ def yaw_panel(sets: Sets) -> Panel:
             marker={"color": CYCLE[i], "size": 10, "symbol": ("circle", "square")[i % 2]},
             name=f"{frequency:g} Hz",
         )
+        printed = [float(np.degrees(yaw["printed"].sel(frequency=frequency)))] * 2
+        line = {"color": CYCLE[i], "dash": "dash", "width": 1.4}
+        ends = [0.7, own.size + 0.3]
+        fig.add_scatter(x=ends, y=printed, mode="lines", line=line, name=f"{frequency:g} Hz, printed")
     fig.update_xaxes(title="robot made within tolerances", dtick=1)
     fig.update_yaxes(title="mean size of the yaw angle (deg)", rangemode="tozero")
     dress(fig, 380).update_layout(showlegend=True, hovermode="closest", margin_t=60)
     caption = (
-        "Simulated: ten seconds from rest, at 75 deg, of robots with three joints a paddle, whose paddles differ within "
-        "tolerances set beforehand; all else is perfect. Yaw comes from these differences alone. The paper prints 2.73 "
-        "deg at 1.1 Hz and 27.29 deg at 1.3 Hz for its one robot."
+        "Simulated: ten seconds from rest, at 75 deg, of robots with three joints a paddle, whose paddles differ "
+        "within tolerances set beforehand; all else is perfect. Yaw comes from these differences alone. Dashed: what "
+        "the paper prints for its one robot (Table 5)."
     )
     return Panel("Yaw of robots as made", caption, fig)

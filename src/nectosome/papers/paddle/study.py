@@ -2,11 +2,12 @@
 
 import math
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nectosome.io import with_values
+from nectosome.loads import Spring
 from nectosome.robots import build, describe
 
 from ..study import Kind, Progress, Study, printed, score
@@ -25,11 +26,10 @@ ABOUT = (
     "measurements were published."
 )
 _JOINTS = (1, 2, 3)
-_CYCLES = {"n1_1.1Hz": (1, 1.1), "n2_1.1Hz": (2, 1.1), "n3_1.1Hz": (3, 1.1)}  # joints, frequency [Hz]
-_CYCLES |= {"n1_0.6Hz": (1, 0.6), "n2_0.6Hz": (2, 0.6), "n3_0.6Hz": (3, 0.6)}  # of Fig. 4
 _YAWED = (1.1, 1.3)  # Hz: frequencies whose yaw the paper prints, at 75 deg
+_CYCLES = {f"n{n}_{f}Hz": (n, f) for f in (1.1, 0.6) for n in _JOINTS}  # joints, frequency; 0.6 Hz is that of Fig. 4
+_CYCLES |= {f"n3_{f}Hz": (3, f) for f in (0.9, 1.0)}
 _KINDS: dict[str, Kind] = {"paddle/table5/fp3jp/75-1.1/speed": "calibration"}
-_CYCLES |= {"n3_0.9Hz": (3, 0.9), "n3_1.0Hz": (3, 1.0)}
 
 
 def run(quick: bool, progress: Progress) -> Study:
@@ -42,7 +42,7 @@ def run(quick: bool, progress: Progress) -> Study:
         progress(f"cycle of FP{joints}JP at {frequency} Hz", 0.4 + 0.2 * i / len(_CYCLES))
         runs[name] = thrust.cycle(joints, frequency)
     numbers: dict[str, float | None] = {**_thrusts(data, runs)}
-    data |= _swims(quick, progress)
+    data |= _swims(book, progress)
     numbers |= _speeds(data)
     progress("scorecard", 1.0)
     missing = sorted(set(numbers) ^ set(book))
@@ -68,11 +68,11 @@ def _sweeps(quick: bool, tell: Progress) -> "dict[str, xr.Dataset]":
     return {"strokes": strokes, "joints": xr.concat([others, one], "joints").sortby("joints"), "hinges": hinges}
 
 
-def _frequencies(quick: bool) -> list[float]:
-    return (np.arange(3, 14, 2 if quick else 1) / 10).tolist()
+def _frequencies(coarse: bool) -> list[float]:
+    return (np.arange(3, 14, 2 if coarse else 1) / 10).tolist()
 
 
-def _swims(quick: bool, tell: Progress) -> "dict[str, xr.Dataset]":
+def _swims(book: dict[str, Any], tell: Progress) -> "dict[str, xr.Dataset]":
     """By figure: `table5` (row), `speeds` (joints, amplitude, frequency), `yaw` (frequency, trial)."""
     import xarray as xr
 
@@ -80,12 +80,14 @@ def _swims(quick: bool, tell: Progress) -> "dict[str, xr.Dataset]":
     area = swim.calibrated_drag_area()
     table5 = swim.table5(area).assign_attrs(drag_area=area)
     tell("speeds", 0.7)
-    speeds = swim.curves(area, _frequencies(quick))
+    speeds = swim.curves(area, _frequencies(coarse=True))
     tell("yaw", 0.9)
     robot = with_values(describe("beetle"), {"A": math.radians(75), "drag_area": area})
-    yaw = [trials(with_values(robot, {"f": frequency}), 5) for frequency in _YAWED]
+    made = [trials(with_values(robot, {"f": frequency}), 5) for frequency in _YAWED]
     frequencies = xr.DataArray(list(_YAWED), dims="frequency", name="frequency", attrs={"units": "Hz"})
-    return {"table5": table5, "speeds": speeds, "yaw": xr.concat(yaw, frequencies)}
+    angles = [math.radians(book[f"paddle/yaw/75-{frequency}"]["printed"]) for frequency in _YAWED]
+    yaw = xr.concat(made, frequencies).assign(printed=("frequency", angles, {"units": "rad"}))
+    return {"table5": table5, "speeds": speeds, "yaw": yaw}
 
 
 def _speeds(data: "dict[str, xr.Dataset]") -> dict[str, float | None]:
@@ -94,10 +96,10 @@ def _speeds(data: "dict[str, xr.Dataset]") -> dict[str, float | None]:
     speed = dict(zip(swim.PRINTED, table5["ours"].values.tolist(), strict=True))
     best, fast, slow = (speed[3, math.radians(a), f] for a, f in ((75, 1.1), (75, 1.3), (30, 0.3)))
     rows = {(n, a, f): f"paddle/table5/fp{n}jp/{math.degrees(a):.0f}-{f}/speed" for n, a, f in speed}
-    yaw = np.degrees(data["yaw"]["yaw_mean"].mean("trial"))
+    yaw = data["yaw"]["yaw_mean"].mean("trial")
     return (
         {rows[key]: value for key, value in speed.items()}
-        | {f"paddle/yaw/75-{f}": float(yaw.sel(frequency=f)) for f in _YAWED}
+        | {f"paddle/yaw/75-{f}": math.degrees(yaw.sel(frequency=f)) for f in _YAWED}
         | {"paddle/speed-ratio/optimal": best / fast, "paddle/speed-ratio/baseline": best / slow if slow > 0 else None}
     )
 
@@ -106,7 +108,7 @@ def _thrusts(data: "dict[str, xr.Dataset]", runs: "dict[str, xr.Dataset]") -> di
     """Numbers of single paddles by scorecard row."""
     strokes, by_joints = data["strokes"]["thrust"], data["joints"]["thrust"].squeeze()
     one, two, three = (strokes.sel(joints=n) for n in _JOINTS)
-    springs = [attached.load for attached in build(describe("paddle")).loads if attached.name == "spring"]
+    springs = [a.load for a in build(describe("paddle")).loads if isinstance(a.load, Spring)]
     return (
         {
             "paddle/eq16/k": float(springs[0].stiffness),

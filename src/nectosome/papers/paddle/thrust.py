@@ -17,7 +17,7 @@ SAMPLES = 257  # moments of a cycle: more of them move a mean thrust by 1e-4 of 
 
 def over_strokes(joints: Sequence[int], amplitudes: Sequence[float], frequencies: Sequence[float]) -> xr.Dataset:
     """Thrust, power and thrust per power of paddles of so many joints, by amplitude [rad] and frequency [Hz]."""
-    found = sweep("paddle", {"N": joints, "A": amplitudes, "f": frequencies}, samples=SAMPLES)
+    found = sweep("paddle", {"N": [float(n) for n in joints], "A": amplitudes, "f": frequencies}, samples=SAMPLES)
     servo = describe("paddle").limbs["arm"].joint
     assert isinstance(servo, RevoluteJoint)
     assert servo.limits is not None
