@@ -32,7 +32,7 @@ def sweep(
     ] = None,
     samples: Annotated[
         str, Parameter(help="How many moments of a cycle its means are taken of.", allow_leading_hyphen=True)
-    ] = "129",
+    ] = "257",
     save: Annotated[Path | None, Parameter(help="Write all numbers to this netCDF file (.nc).")] = None,
 ) -> int:
     """Find the steady or periodic motion at every point of a grid, and what it gives on the mean.

@@ -46,7 +46,7 @@ def sweep(
     over: Mapping[str, Iterable[float | int]],
     settings: Sequence[str] = (),
     *,
-    samples: int = 129,
+    samples: int = 257,
     rtol: float = 1e-4,
     folder: Path | None = None,
     progress: Callable[[float], bool | None] | None = None,

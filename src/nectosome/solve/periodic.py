@@ -75,7 +75,7 @@ def periodic(
     x = robot.initial() if guess is None else guess
     T = jnp.asarray(float(period))
     settings = cycle_settings("implicit", T, rtol, atol)
-    if float(remembered(_change_over, robot, T)) > _SAME:
+    if x.v.size and float(remembered(_change_over, robot, T)) > _SAME:
         one = jax.tree.map(lambda x: jnp.asarray(x)[None], x)
         none = np.zeros(0, complex)
         return _result(robot, T, np.zeros(1), one, Status.OTHER_PERIOD, {}, none, jnp.asarray(jnp.nan))
