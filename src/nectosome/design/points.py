@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import equinox as eqx
@@ -12,9 +13,9 @@ from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
 from nectosome.core.remember import remembered
-from nectosome.io import RobotDescription, drive_period, resolve, with_values
+from nectosome.io import InputError, RobotDescription, drive_period, resolve, with_values
 from nectosome.mechanism import Robot, in_plane, moves_in_plane
-from nectosome.robots import Blueprint, blueprint_of, build, fill
+from nectosome.robots import Blueprint, blueprint_of, fill
 from nectosome.solve import CycleMeans, Symmetry, cycle_means, equilibrium, find_symmetry, periodic
 from nectosome.solve.orbit import cycle_settings, settled_cycle
 
@@ -37,7 +38,7 @@ class Points:
     """Robots of one structure, point by point of a grid."""
 
     kind: Kind
-    robot: Robot  # of the description: one of them, or like them
+    robot: Robot  # one of them
     numbers: Float[np.ndarray, "k p"]
     periods: Float[np.ndarray, "k"]  # [s]; 0 of a steady motion
     samples: int
@@ -72,19 +73,32 @@ class Points:
 
 
 def points_of(description: RobotDescription, axes: tuple[Axis, ...], samples: int, rtol: float) -> Points:
-    """Points of the grid of the axes, the last of which runs fastest. Raises InputError where drives have no period."""
-    robot = build(description)
-    symmetry = find_symmetry(robot) if robot.tree.free_v.size else Symmetry((), False, False)
+    """Points of the grid of the axes, the last of which runs fastest.
+
+    Raises InputError where drives have no period, and where the ends of the axes differ in what their motion may do.
+    """
     paths = [resolve(description, a.name) for a in axes]
     blueprint, base = blueprint_of(description, tuple(path for group in paths for path in group))
     grid = np.stack(np.meshgrid(*(a.values for a in axes), indexing="ij"), axis=-1).reshape(-1, len(axes))
     numbers = np.tile(np.asarray(base), (len(grid), 1))
     for k, group in enumerate(paths):
         numbers[:, [blueprint.paths.index(path) for path in group]] = grid[:, k, None]
+    corners = [_robot(blueprint, numbers[k]) for k in _corners(axes)]
+    symmetry, *others = (find_symmetry(r) if r.tree.free_v.size else Symmetry((), False, False) for r in corners)
+    if any(other != symmetry for other in others):
+        raise InputError("changes what the robot is free to do without end. Sweep its parts apart.", field="over")
+    kind = Kind(blueprint, symmetry, all(moves_in_plane(robot) for robot in corners))
     periods = np.zeros(len(grid))
     if not symmetry.steady:
         periods = np.array([drive_period(_at(description, axes, values)) for values in grid])
-    return Points(Kind(blueprint, symmetry, moves_in_plane(robot)), robot, numbers, periods, samples, rtol)
+    return Points(kind, corners[0], numbers, periods, samples, rtol)
+
+
+def _corners(axes: tuple[Axis, ...]) -> list[int]:
+    """Indices of the points where every axis is at one of its ends."""
+    shape = tuple(len(a.values) for a in axes)
+    ends = product(*({0, n - 1} for n in shape))
+    return sorted(int(np.ravel_multi_index(end, shape)) for end in ends)
 
 
 def _at(description: RobotDescription, axes: tuple[Axis, ...], values: np.ndarray) -> RobotDescription:
