@@ -20,6 +20,7 @@ def one_joint():
     return describe("beetle1")
 
 
+@pytest.mark.slow
 def test_a_fourfold_paddle_on_a_slide_swims_as_four_do(one_joint):
     ways = []
     for description in (one_joint, on_a_slide(one_joint)):

@@ -60,6 +60,7 @@ def test_a_symmetric_robot_swims_straight(straight):
     assert q[-1, 0] > 0.05
 
 
+@pytest.mark.slow
 def test_mirrored_strokes_give_mirrored_turns(one_joint, turning):
     """And the robot turns to the side that rows less."""
     left, right = (np.asarray(run.value.state.q)[:, :3] for run in (turning, swims(one_joint, A_right=LESS)))
@@ -67,6 +68,7 @@ def test_mirrored_strokes_give_mirrored_turns(one_joint, turning):
     np.testing.assert_allclose(right, left * [1, -1, -1], rtol=0, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_its_power_is_accounted_for(turning):
     assert turning.to_dataset()["power_balance"].max() < 1e-6
 
