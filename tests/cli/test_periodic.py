@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.small_robots import SHAKEN
 
 from nectosome.io import load_dataset
 
@@ -32,6 +33,7 @@ limbs:
     inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
     joint: {kind: revolute, axis: z, damping: 0.02 N m s/rad, flexure: FLEXURE}
 """.replace("FLEXURE", "{length: 100 mm, width: 40 mm, thickness: 6 mm, young: 2 MPa}")
+HANGING = SHAKEN.replace("position: 1e-3 rad, ", "")
 A, W = np.radians(30), 2 * np.pi * 2
 STIFFNESS = np.pi * 0.85**2 * 2e6 * (0.04 * 0.006**3 / 12) / 0.1  # N m/rad
 SWING = A * 1e-3 * W**2 / (STIFFNESS - 1e-3 * W**2 + 0.02j * W)  # of the bob against the arm
@@ -46,28 +48,6 @@ def rows(page: str) -> dict[str, list[str]]:
 def drives(page: str) -> dict[str, list[str]]:
     """The columns of the first table, by the name of the joint."""
     return rows(page.partition("power into the robot")[0].replace(" N m ", " N_m "))
-
-
-SHAKEN = """
-name: shaken
-water: {density: 1e-9 kg/m3, gravity: 9.81 m/s2}
-body:
-  kind: rigid
-  shape: point
-  mass: 1 kg
-  volume: 0 m3
-  joint: {kind: prismatic, axis: z, motion: {kind: sine, amplitude: 60 mm, frequency: FREQUENCY Hz}}
-limbs:
-  bob:
-    on: body
-    kind: rigid
-    shape: point
-    mass: 1 kg
-    inertia: [1 kg m2, 1 kg m2, 1 kg m2]
-    centre_of_mass: [0 m, 0 m, -1 m]
-    volume: 0 m3
-    joint: {kind: revolute, axis: y, damping: 0.02 N m s/rad}
-"""
 
 
 @pytest.fixture
@@ -107,7 +87,7 @@ def test_simulate_tells_of_servos_too(nectosome):
 
 def shake(nectosome, frequency: float, *options: str):
     """Find the cycle of a pendulum that hangs on what is shaken up and down."""
-    Path("shaken.yaml").write_text(SHAKEN.replace("FREQUENCY", str(frequency)))
+    Path("shaken.yaml").write_text(HANGING.replace("FREQUENCY", str(frequency)))
     return nectosome("periodic", "shaken.yaml", *options)
 
 

@@ -1,34 +1,17 @@
 """Sweeps against closed forms and single solutions; axes; what a kill leaves behind."""
 
+import sys
+
 import numpy as np
 import pytest
+from tests.small_robots import DRIVEN, M0, F, I, K
 
 from nectosome.design.grid import Axis, read_axis
 from nectosome.design.points import Points
-from nectosome.design.sweep import sweep
-from nectosome.io import InputError, parse_robot
+from nectosome.design.sweep import forget, sweep
+from nectosome.io import InputError, parse_robot, with_values
 from nectosome.robots import describe
 
-I, K, M0, F = 0.02, 0.8, 0.05, 1.3  # kg m2, N m/rad, N m, Hz
-DRIVEN = f"""
-name: driven
-water: {{gravity: 0 m/s2}}
-body:
-  kind: rigid
-  shape: point
-  mass: 1 kg
-  inertia: [{I} kg m2, {I} kg m2, {I} kg m2]
-  joint:
-    kind: revolute
-    axis: z
-    stiffness: {K} N m/rad
-    damping: 0.2 N m s/rad
-    torque: {{kind: sine, amplitude: {M0} N m, frequency: {F} Hz, offset: 0.01 N m}}
-aliases:
-  c: [body.joint.damping]
-  k: [body.joint.stiffness]
-  f: [body.joint.torque.frequency]
-"""
 SINKING = """
 name: sinking
 water: {density: 1000 kg/m3, gravity: 9.81 m/s2}
@@ -46,7 +29,7 @@ aliases:
 
 @pytest.fixture(scope="module")
 def driven():
-    return parse_robot(DRIVEN)
+    return with_values(parse_robot(DRIVEN), {"c": 0.2, "body.joint.torque.offset": 0.01})
 
 
 def power(c, f, inertia=I, stiffness=K):
@@ -97,7 +80,7 @@ def test_points_that_leave_the_plane_do_not_stay_in_it():
 """,
         )
     )
-    found = sweep(leaning, {"body.rotation.1": [0.0, np.pi / 2]}, ["body.joint.torque.offset=0 N m"], rtol=1e-6)
+    found = sweep(leaning, {"body.rotation.1": [0.0, np.pi / 2]}, ["c=0.2 N m s/rad"], rtol=1e-6)
     flat, upright = found["power"].values
     assert flat == pytest.approx(power(0.2, F, I + 0.003**2), rel=1e-5)
     # the bob swings by a twentieth of a radian: a thousandth of what gravity does is not linear
@@ -110,6 +93,13 @@ def test_what_has_no_cycle_is_not_a_number(driven):
     assert found["status"].values[0] == "NO_PERIOD"
     assert np.isnan(found["power"].values[0])
     assert float(found["power"].values[1]) == pytest.approx(0.01**2 / 0.1 + power(0.1, F, stiffness=0.0), rel=1e-5)
+
+
+def test_a_count_alone_is_an_axis():
+    """The rigid paddle strokes evenly: no thrust."""
+    found = sweep("paddle", {"N": [0]}, ["A=60deg", "f=0.7Hz"], samples=33)
+    assert found["force"].dims == ("N", "axis")
+    assert abs(float(found["force"].sel(N=0, axis="y"))) < 1e-9
 
 
 def test_points_of_another_kind_are_refused(driven):
@@ -144,6 +134,28 @@ def test_a_sweep_goes_on_where_it_was_stopped(driven, tmp_path, monkeypatch):
     assert again.drop_attrs().identical(whole.drop_attrs())
     with pytest.raises(InputError, match="holds parts of another sweep"):
         sweep(driven, {"f": FREQUENCY}, folder=tmp_path / "parts")
+    monkeypatch.setattr(
+        sys.modules[Points.__module__.replace("points", "sweep")], "provenance", lambda settings: {"nectosome": "0"}
+    )
+    with pytest.raises(InputError, match="holds parts of another sweep"):
+        sweep(driven, grid, folder=tmp_path / "parts")
+
+
+def test_a_structure_that_a_stopped_sweep_did_not_come_to_is_cancelled():
+    found = sweep("paddle", {"N": [0, 1]}, samples=33, progress=lambda share: False, workers=1)
+    assert found["status"].values.tolist() == ["SETTLED", "CANCELLED"]
+    assert np.isfinite(found["power"].values[0])
+    assert np.isnan(found["power"].values[1])
+
+
+def test_what_else_lies_in_the_folder_of_parts_stays(tmp_path):
+    for name in ("part-00000.npz", "part-of-my-thesis.txt"):
+        (tmp_path / name).write_text("")
+    forget(tmp_path)
+    assert [file.name for file in tmp_path.iterdir()] == ["part-of-my-thesis.txt"]
+    (tmp_path / "part-of-my-thesis.txt").unlink()
+    forget(tmp_path)
+    assert not tmp_path.exists()
 
 
 @pytest.mark.parametrize(

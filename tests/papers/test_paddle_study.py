@@ -1,20 +1,10 @@
-"""The paddle's study: fronts, what a load cell tells, and the whole of it on coarse grids."""
+"""The paddle's study: what a load cell tells, and the whole of it on coarse grids."""
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from nectosome.papers.paddle import study, thrust
-
-
-def test_a_front_holds_what_nothing_beats():
-    gain = np.array([1.0, 2.0, 2.0, 3.0, 1.5, 3.0])
-    cost = np.array([1.0, 2.0, 3.0, 5.0, 1.0, 4.0])
-    assert np.flatnonzero(thrust.front(gain, cost)).tolist() == [1, 4, 5]
-    rng = np.random.default_rng(0)
-    gain, cost = rng.normal(size=(2, 200))
-    beaten = (gain[:, None] <= gain) & (cost[:, None] >= cost) & ~np.eye(200, dtype=bool)
-    np.testing.assert_array_equal(thrust.front(gain, cost), ~beaten.any(axis=1))
 
 
 def test_gain_over_loss_counts_no_sample_twice():

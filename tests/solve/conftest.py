@@ -1,12 +1,11 @@
 import equinox as eqx
 import jax.numpy as jnp
 import pytest
+from tests.small_robots import DRIVEN, ROWING
 
 from nectosome.core import State
 from nectosome.io import RobotDescription, parse_robot
 from nectosome.robots import build
-
-from .robots import DRIVEN, ROWING
 
 # a mass point that slides, without any force
 SLIDER = """

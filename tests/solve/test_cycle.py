@@ -4,13 +4,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from tests.small_robots import DRIVEN, M0, C, F, I, K
 
 from nectosome.core import State
 from nectosome.io import parse_robot
 from nectosome.robots import bind, build, describe
 from nectosome.solve import CycleMeans, cycle_means, mean_data
-
-from .robots import DRIVEN, M0, C, F, I, K
 
 means_of = jax.jit(cycle_means)
 

@@ -4,13 +4,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from tests.small_robots import DRIVEN, M0, ROWING, SHAKEN, C, F, I, K
 
 from nectosome.core import State, Status
 from nectosome.io import parse_robot
 from nectosome.robots import build, describe
 from nectosome.solve import find_symmetry, periodic, simulate
-
-from .robots import DRIVEN, M0, ROWING, SHAKEN, C, F, I, K
 
 
 @pytest.fixture(scope="module")

@@ -54,6 +54,7 @@ def sweep(
     description = robots.describe(robot, [*(settings or ()), *first])
     axes = [read_axis(text, description) for text in over]
 
+    from nectosome.design.sweep import forget
     from nectosome.design.sweep import sweep as compute
 
     folder = None if save is None else save.with_suffix(".parts")
@@ -76,9 +77,7 @@ def sweep(
     write(_page(found))
     if save is not None and folder is not None:
         save_dataset(found, save)
-        for part in folder.iterdir():
-            part.unlink()
-        folder.rmdir()
+        forget(folder)
     return 0
 
 

@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
+from numpy.typing import ArrayLike
 
 from nectosome.io.errors import InputError
 
@@ -89,13 +90,16 @@ def front(
     Only those count that keep all other constraints.
     """
     fit = [e for e in evaluations if e.solved and np.delete(e.constraints, versus).max(initial=0.0) <= tolerance]
-    members: list[Evaluation] = []
-    lowest = np.inf
-    for e in sorted(fit, key=lambda e: (e.objective, e.constraints[versus])):
-        if e.constraints[versus] < lowest:
-            members.append(e)
-            lowest = e.constraints[versus]
-    return members
+    members = undominated([e.objective for e in fit], [e.constraints[versus] for e in fit])
+    return [fit[k] for k in members]
+
+
+def undominated(first: ArrayLike, second: ArrayLike) -> Int[np.ndarray, "m"]:
+    """Indices of the points, of two costs each [n], that no other one is as good as in both; by rising first cost."""
+    first, second = np.asarray(first, float), np.asarray(second, float)
+    order = np.lexsort((second, first))
+    before = np.minimum.accumulate(np.concatenate([[np.inf], second[order]]))[:-1]
+    return order[second[order] < before]
 
 
 class _Seen:

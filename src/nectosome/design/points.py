@@ -71,6 +71,13 @@ class Points:
             x[~good] = np.nan
         return out | {"status": status}
 
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shape of each mean of one point."""
+        robot = self.robot
+        still = jax.tree.map(lambda x: jnp.stack([x, x]), robot.initial())
+        means: CycleMeans = eqx.filter_eval_shape(cycle_means, robot, jnp.zeros(2), still)
+        return {name: x.shape for name, x in means._asdict().items()}
+
 
 def points_of(description: RobotDescription, axes: tuple[Axis, ...], samples: int, rtol: float) -> Points:
     """Points of the grid of the axes, the last of which runs fastest.
@@ -79,7 +86,7 @@ def points_of(description: RobotDescription, axes: tuple[Axis, ...], samples: in
     """
     paths = [resolve(description, a.name) for a in axes]
     blueprint, base = blueprint_of(description, tuple(path for group in paths for path in group))
-    grid = np.stack(np.meshgrid(*(a.values for a in axes), indexing="ij"), axis=-1).reshape(-1, len(axes))
+    grid = np.array([*product(*(a.values for a in axes))])
     numbers = np.tile(np.asarray(base), (len(grid), 1))
     for k, group in enumerate(paths):
         numbers[:, [blueprint.paths.index(path) for path in group]] = grid[:, k, None]
@@ -97,8 +104,8 @@ def points_of(description: RobotDescription, axes: tuple[Axis, ...], samples: in
 def _corners(axes: tuple[Axis, ...]) -> list[int]:
     """Indices of the points where every axis is at one of its ends."""
     shape = tuple(len(a.values) for a in axes)
-    ends = product(*({0, n - 1} for n in shape))
-    return sorted(int(np.ravel_multi_index(end, shape)) for end in ends)
+    index = np.arange(int(np.prod(shape))).reshape(shape)
+    return sorted(int(index[end]) for end in product(*({0, n - 1} for n in shape)))
 
 
 def _at(description: RobotDescription, axes: tuple[Axis, ...], values: np.ndarray) -> RobotDescription:

@@ -69,14 +69,14 @@ def sweep(
     grids = _grids(robot, over, settings, samples, rtol)
     name = robot if isinstance(robot, str) else robot.name
     asked = {"robot": name, "set": [*settings], "over": over, "samples": samples, "rtol": rtol}
-    text = json.dumps([asked, [dump_robot(grid.description) for grid in grids]])
-    found = _compute(
-        grids, _Parts(folder, hashlib.sha256(text.encode()).hexdigest()), progress, workers or processors()
-    )
+    made = provenance(asked)
+    text = json.dumps([made["nectosome"], asked, [dump_robot(grid.description) for grid in grids]])
+    kept = _Parts(folder, hashlib.sha256(text.encode()).hexdigest())
+    found = _compute(grids, kept, progress, workers or processors())
     datasets = [_dataset(grid, parts) for grid, parts in zip(grids, found, strict=True)]
     title = f"{grids[0].description.name if len(grids) == 1 else name}: sweep over {', '.join(over)}"
     one = dump_robot(grids[0].description) if len(grids) == 1 else ""
-    return _joined(datasets, over).assign_attrs(title=title, robot=one, provenance=json.dumps(provenance(asked)))
+    return _joined(datasets, over).assign_attrs(title=title, robot=one, provenance=json.dumps(made))
 
 
 _Part = dict[str, np.ndarray]
@@ -126,6 +126,17 @@ def _grids(
     return grids
 
 
+def forget(folder: Path) -> None:
+    """Remove the parts of a sweep, and their folder unless something else is in it."""
+    for path in folder.glob(_PART.format("*")):
+        path.unlink(missing_ok=True)
+    if not any(folder.iterdir()):
+        folder.rmdir()
+
+
+_PART = "part-{}.npz"
+
+
 class _Parts:
     """Finished parts of a sweep, kept in a folder if there is one."""
 
@@ -137,14 +148,14 @@ class _Parts:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(f"cannot be made: {error.strerror}.", file=str(folder)) from None
-        if any(load_checkpoint(path)[1].get("sweep") != key for path in folder.glob("part-*.npz")):
+        if any(load_checkpoint(path)[1].get("sweep") != key for path in folder.glob(_PART.format("*"))):
             raise InputError("holds parts of another sweep. Take another folder, or remove it.", file=str(folder))
 
     def get(self, k: int, compute: Callable[[], _Part]) -> _Part:
         """Part k: what is kept of it, else what is computed now."""
         if self.folder is None:
             return compute()
-        path = self.folder / f"part-{k:05d}.npz"
+        path = self.folder / _PART.format(f"{k:05d}")
         if path.exists():
             return load_checkpoint(path)[0]
         found = compute()
@@ -159,16 +170,15 @@ def _dataset(grid: _Grid, parts: list[_Part | None]) -> "xr.Dataset":
     shape, dims = tuple(len(a.values) for a in grid.axes), tuple(a.name for a in grid.axes)
     total = int(np.prod(shape))
     status = np.full(total, int(Status.CANCELLED))
-    arrays: _Part = {}
+    done = next((part for part in parts if part is not None), None)
+    shapes = grid.points.shapes() if done is None else {name: done[name].shape[1:] for name in CycleMeans._fields}
+    arrays = {name: np.full((total, *own), np.nan) for name, own in shapes.items()}
     for span, part in zip(grid.points.spans(), parts, strict=True):
-        for name, x in ({} if part is None else part).items():
-            if name == "status":
-                status[span] = x
-            else:
-                arrays.setdefault(name, np.full((total, *x.shape[1:]), np.nan))[span] = x
-    if not arrays:
-        raise InputError("was cancelled before any part of it was done.", field="sweep")
-    means = CycleMeans(**{name: jnp.asarray(x.reshape(*shape, *x.shape[1:])) for name, x in arrays.items()})
+        if part is not None:
+            status[span] = part["status"]
+            for name, x in arrays.items():
+                x[span] = part[name]
+    means = CycleMeans(**{name: jnp.asarray(x.reshape(shape + x.shape[1:])) for name, x in arrays.items()})
     data, names = mean_data(grid.points.robot, means, dims)
     words = np.array([Status(int(s)).name for s in status]).reshape(shape)
     periods = np.where(grid.points.periods > 0, grid.points.periods, np.nan).reshape(shape)

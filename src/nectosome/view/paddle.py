@@ -85,7 +85,8 @@ def thrust_panel(sets: Sets) -> Panel:
     followed = thrust.where(strokes["servo_speed"] <= strokes.attrs["servo_speed_limit"])
     caption = (
         f"Computed mean thrust, as in Figs. 5 and 9b. The largest is {_largest(thrust)}. The model has no drop above "
-        f"1.1 Hz, which the paper measured. {_LIMIT} Of the strokes below it the best gives {_largest(followed)}."
+        f"1.1 Hz, which the paper measured. {_limit(strokes)} Of the strokes below it the best gives "
+        f"{_largest(followed)}."
     )
     return Panel("Mean thrust by stroke", caption, fig)
 
@@ -97,7 +98,10 @@ def _largest(thrust: "xr.DataArray") -> str:
     return f"{float(best):.3f} N, FP{int(best['joints'])}JP at {amplitude:.0f} deg and {frequency:g} Hz"
 
 
-_LIMIT = "Above the dotted line the stroke asks for more speed than the servo has without load (67 rpm at 11.1 V)."
+def _limit(strokes: "xr.Dataset") -> str:
+    """What the dotted line tells."""
+    limit = 60 / (2 * np.pi) * strokes.attrs["servo_speed_limit"]
+    return f"Above the dotted line the stroke asks for more speed than the servo has without load, {limit:.0f} rpm."
 
 
 def differences_panel(sets: Sets) -> Panel:
@@ -110,7 +114,7 @@ def differences_panel(sets: Sets) -> Panel:
     caption = (
         "Computed differences of mean thrust, as in Fig. 9c: blue where the paddle thrusts more than the one with two "
         f"joints, orange where less. {'Everywhere' if not against else f'But for {against} points of the grid'} more "
-        f"joints give more thrust. {_LIMIT}"
+        f"joints give more thrust. {_limit(strokes)}"
     )
     return Panel("What a joint more or less does", caption, fig)
 
@@ -124,7 +128,7 @@ def per_power_panel(sets: Sets) -> Panel:
     caption = (
         "Computed mean thrust for each watt of the servo's mean mechanical power. Slow and small strokes hardly bend "
         "the joints against their springs; in large and fast ones power outgrows thrust, as the cube of speed its "
-        f"square. {_LIMIT}"
+        f"square. {_limit(strokes)}"
     )
     return Panel("Thrust for power", caption, fig)
 

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
-from jaxtyping import Bool, Float
 
 from nectosome.core import Status
+from nectosome.design.pareto import undominated
 from nectosome.design.sweep import sweep
 from nectosome.io import RevoluteJoint, get_value
 from nectosome.robots import build, describe
@@ -39,19 +39,11 @@ def over_hinges(thicknesses: Sequence[float], lengths: Sequence[float]) -> xr.Da
     stress = found["hinge_stress_peak"].max("part")
     out = _named(found).assign(stress=stress.assign_attrs(units="Pa"))
     for cost in ("power", "stress"):
-        members = front(out["thrust"].values.ravel(), out[cost].values.ravel())
+        members = np.zeros(out["thrust"].size, bool)
+        members[undominated(out[cost].values.ravel(), -out["thrust"].values.ravel())] = True
         out[f"front_{cost}"] = (("thickness", "length"), members.reshape(out["thrust"].shape))
     own = {f"own_{quantity}": get_value(robot, quantity) for quantity in aliases}
     return out.assign_attrs(own)
-
-
-def front(gain: Float[np.ndarray, "n"], cost: Float[np.ndarray, "n"]) -> Bool[np.ndarray, "n"]:
-    """Which points no other one dominates: none has as much gain for less cost, or more gain for as little."""
-    members, most = np.zeros(gain.size, bool), -np.inf
-    for k in np.lexsort((-gain, cost)):
-        if gain[k] > most:
-            members[k], most = True, gain[k]
-    return members
 
 
 def _named(found: xr.Dataset) -> xr.Dataset:

@@ -15,6 +15,10 @@ body:
     stiffness: {K} N m/rad
     damping: {C} N m s/rad
     torque: {{kind: sine, amplitude: {M0} N m, frequency: {F} Hz, phase: 0.4 rad}}
+aliases:
+  c: [body.joint.damping]
+  k: [body.joint.stiffness]
+  f: [body.joint.torque.frequency]
 """
 # a bob on a rod whose hinge is shaken up and down: with this frequency, twice its own, hanging still is unstable
 SHAKEN = """
