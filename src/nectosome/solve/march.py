@@ -24,6 +24,7 @@ Method = Literal["implicit", "explicit"]
 Guard = Callable[[Array, State], Array]
 
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 4.0
+_BLOCK = 16  # times at which lanes of a batch wait for each other
 
 
 class March(eqx.Module):
@@ -110,14 +111,32 @@ def march(
             end = jnp.where(happened, when, end)
         return eqx.tree_at(lambda m: (m.status, m.end, m.steps, m.rejected), m, (status, end, steps, rejected))
 
-    def reach(m: March, time: Array) -> tuple[March, Any]:
-        going = lambda m: (m.t < time) & (m.status == int(Status.SOLVED))  # noqa: E731
-        m = jax.lax.while_loop(going, attempt, m)
-        x = interpolate(m, time)
-        reached = time <= jnp.minimum(m.t, m.end)
-        return m, jax.tree.map(lambda x: jnp.where(reached, x, jnp.nan), x)
+    def passed(m: March, block: Array, found: Any) -> Any:
+        """What was found at the times of a block, and what the last step tells of those it went over."""
 
-    return jax.lax.scan(reach, state, times)
+        def one(time: Array, old: Any) -> Any:
+            here = (m.t0 <= time) & (time <= jnp.minimum(m.t, m.end))
+            return jax.tree.map(lambda new, old: jnp.where(here, new, old), interpolate(m, time), old)
+
+        return jax.vmap(one)(block, found)
+
+    def reach(m: March, block: Array) -> tuple[March, Any]:
+        def more(carry: tuple[March, Any]) -> tuple[March, Any]:
+            m = attempt(carry[0])
+            return m, passed(m, block, carry[1])
+
+        def going(carry: tuple[March, Any]) -> Array:
+            return (carry[0].t < block[-1]) & (carry[0].status == int(Status.SOLVED))
+
+        blank = jax.tree.map(lambda x: jnp.full((block.shape[0], *x.shape), jnp.nan), m.x)
+        return jax.lax.while_loop(going, more, (m, passed(m, block, blank)))
+
+    n = times.shape[0]
+    size = min(n, _BLOCK)
+    count = -(-n // size)
+    blocks = jnp.pad(times, (0, count * size - n), mode="edge").reshape(count, size)
+    state, found = jax.lax.scan(reach, state, blocks)
+    return state, jax.tree.map(lambda x: x.reshape(count * size, *x.shape[2:])[:n], found)
 
 
 def _allowed(settings: Settings, a: Any, b: Any) -> Any:

@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
@@ -103,6 +102,13 @@ def cycle(robot: Moving, symmetry: Symmetry, x: State, times: Float[Array, "n"],
     return Cycle(states, gap, rms(gap / allowed), m.status)
 
 
+def _before(x: State, times: Float[Array, "n"]) -> Cycle:
+    """What stands for the cycle before the first, which ends at x."""
+    states = jax.tree.map(lambda x: jnp.broadcast_to(x, (times.shape[0], *x.shape)), x)
+    gap = jnp.full(ravel_pytree((x.v, x.v, x.z))[0].shape, jnp.inf)
+    return Cycle(states, gap, jnp.asarray(jnp.inf), jnp.asarray(int(Status.SOLVED)))
+
+
 def settled_cycle(
     robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings
 ) -> Solution:
@@ -120,8 +126,7 @@ def settled_cycle(
         found, count = carry
         return (found.size > 1.0) & (found.status == int(Status.SOLVED)) & (count < _SETTLE)
 
-    begun = cycle(robot, symmetry, guess, times[np.array([0, -1])], settings)
-    found, count = jax.lax.while_loop(going, more, more((begun, jnp.ones((), int))))
+    found, count = jax.lax.while_loop(going, more, (_before(guess, times), jnp.zeros((), int)))
     status = jnp.where(found.size <= 1.0, int(Status.SETTLED), int(Status.NO_PERIOD))
     status = jnp.where(found.status == int(Status.SOLVED), status, found.status)
     return Solution(found.states, status, {"cycles": count}, found.size)
@@ -191,11 +196,8 @@ def _orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, 
             done=(closed & s.derive) | bad | (~closed & (cycles >= _CYCLES)),
         )
 
-    none, infinite, no = jnp.zeros((), int), jnp.asarray(jnp.inf), jnp.asarray(False)
-    blank = jax.tree.map(lambda x: jnp.broadcast_to(x, (times.shape[0], *x.shape)), guess)
-    nothing = Cycle(blank, jnp.full(m, jnp.inf), infinite, jnp.asarray(int(Status.SOLVED)))
-    eye = jnp.eye(m)
-    start = _Search(guess, nothing, eye, 0 * eye, no, infinite, none, none, no, no, no)
+    none, no, eye = jnp.zeros((), int), jnp.asarray(False), jnp.eye(m)
+    start = _Search(guess, _before(guess, times), eye, 0 * eye, no, jnp.asarray(jnp.inf), none, none, no, no, no)
     s = jax.lax.while_loop(lambda s: ~s.done, look, start)
     status = jnp.where(s.waited, int(Status.SETTLED), int(Status.SOLVED))
     status = jnp.where(s.closed, status, int(Status.NO_PERIOD))
