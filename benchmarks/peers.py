@@ -59,8 +59,8 @@ def nectosome(
     @jax.jit
     def tips(states):
         def tip(x):
-            q, v, _ = robot.tree.complete(jax.numpy.zeros(()), x.q, x.v)
-            return robot.tree.shape(q, v).position[-1]
+            q, *_ = robot.tree.complete(jax.numpy.zeros(()), x.q, x.v)
+            return robot.tree.shape(q).position[-1]
 
         return jax.vmap(tip)(states)
 

@@ -26,7 +26,7 @@ for size, deflection in ELASTICA.items():
     # print: where the last station of the rod came
     x = solution.value
     q, v, _ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
-    tip = 1e3 * float(robot.tree.shape(q, v).position[-1, 2])
+    tip = 1e3 * float(robot.tree.shape(q).position[-1, 2])
     expected = 1e3 * deflection * rod.length
     print(f"P = {1e3 * load:6.3f} mN: deflection {tip:.3f} mm, elastica {expected:.3f} mm")
     rows.append(f"{1e3 * load},{tip},{expected}")

@@ -84,5 +84,5 @@ def test_a_body_carried_by_a_current_is_the_same_body_towed_backwards():
 
 
 def _to_body(robot: Robot) -> np.ndarray:
-    q, v, _ = robot.tree.complete(jnp.zeros(()), robot.initial().q, robot.initial().v)
-    return np.asarray(robot.tree.shape(q, v).rotation[0]).T
+    q, *_ = robot.tree.complete(jnp.zeros(()), robot.initial().q, robot.initial().v)
+    return np.asarray(robot.tree.shape(q).rotation[0]).T

@@ -19,7 +19,7 @@ def kinematics(robot, x, a):
 
     def at(s):
         q, v, _ = tree.complete(T + s, robot.advance(x.q, x.v, s), x.v + s * a)
-        shape = tree.shape(q, v)
+        shape = tree.shape(q)
         return shape.rotation, shape.position, tree.twists(shape, v)
 
     one = jnp.ones(())
@@ -28,7 +28,7 @@ def kinematics(robot, x, a):
     angular = jnp.stack([turning[:, 2, 1], turning[:, 0, 2], turning[:, 1, 0]], axis=-1)
     linear = jnp.einsum("nji,nj->ni", R, dp)
     q, v, prescribed = tree.complete(T, x.q, x.v)
-    rates = tree.twist_rates(tree.shape(q, v), q, v, prescribed.at[tree.free_v].add(a))
+    rates = tree.twist_rates(tree.shape(q), q, v, prescribed.at[tree.free_v].add(a))
     return twist, jnp.concatenate([angular, linear], axis=-1), rates, dtwist
 
 

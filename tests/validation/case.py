@@ -49,8 +49,8 @@ def solve(robot: Robot) -> State:
 
 @eqx.filter_jit
 def _tip(robot: Robot, x: State) -> tuple[jnp.ndarray, jnp.ndarray]:
-    q, v, _ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
-    shape = robot.tree.shape(q, v)
+    q, *_ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
+    shape = robot.tree.shape(q)
     return shape.position[-1], shape.rotation[-1]
 
 

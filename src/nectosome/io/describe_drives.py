@@ -13,7 +13,7 @@ class PlanarMotion(Described):
 
 
 class PlanarDrive(Described):
-    """Forces along `x` and `y` of the plane [N] and the torque about its axis, `angle` [N m]."""
+    """Forces along the moving part's own `x` and `y` [N] and the torque about its axis, `angle` [N m]."""
 
     x: ForceSignal | None = None
     y: ForceSignal | None = None

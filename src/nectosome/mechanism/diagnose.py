@@ -46,7 +46,7 @@ def energies(robot: Robot, t: Array, q: Array, v: Array) -> Float[Array, "3"]:
     """Kinetic energy of the body, of the water it carries (relative to the current), elastic energy of the rods [J]."""
     tree = robot.tree
     q, v, _ = tree.complete(t, q, v)
-    shape = tree.shape(q, v)
+    shape = tree.shape(q)
     twist = tree.twists(shape, v)
     relative, _ = robot.relative(t, shape, twist, twist)
     elastic = jnp.zeros(())

@@ -1,7 +1,7 @@
 r"""Joints: how a body moves relative to the one that carries it.
 
-Each gives the pose of the child in the parent's joint frame, the motion subspace S and the velocity-product twist
-$\dot S v$, both in the child's frame, so that the relative body twist is S v. Coordinates q and velocities v differ
+Each gives the pose of the child in the parent's joint frame and the motion subspace S in the child's frame, where it
+does not change, so that the relative body twist is S v and its rate S dv/dt. Coordinates q and velocities v differ
 only where a rotation in space is a quaternion (scalar first, any length but zero).
 """
 
@@ -33,7 +33,6 @@ class Motion(NamedTuple):
     rotation: Float[Array, "3 3"]
     position: Float[Array, "3"]
     subspace: Float[Array, "nv 6"]  # unit twists, child frame
-    bias: Float[Array, "6"]  # dS/dt v, child frame; 0 for most joints
 
 
 class Joint(eqx.Module):
@@ -44,8 +43,8 @@ class Joint(eqx.Module):
     names: ClassVar[tuple[str, ...]]  # of the velocities
 
     @abstractmethod
-    def motion(self, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> Motion:
-        """Pose, subspace and velocity-product twist."""
+    def motion(self, q: Float[Array, "nq"]) -> Motion:
+        """Pose and subspace."""
 
     def advance(self, q: Float[Array, "nq"], v: Float[Array, "nv"], step: Float[Array, ""]) -> Float[Array, "nq"]:
         """Solve q1 = q + step N(q1) v."""
@@ -70,9 +69,9 @@ class Fixed(Joint):
     nq = nv = 0
     names = ()
 
-    def motion(self, q: Float[Array, "0"], v: Float[Array, "0"]) -> Motion:
+    def motion(self, q: Float[Array, "0"]) -> Motion:
         """Identity."""
-        return Motion(jnp.eye(3), jnp.zeros(3), jnp.zeros((0, 6)), jnp.zeros(6))
+        return Motion(jnp.eye(3), jnp.zeros(3), jnp.zeros((0, 6)))
 
     def start(self) -> tuple[Float[Array, "0"], Float[Array, "0"]]:
         """Nothing to start."""
@@ -88,10 +87,10 @@ class Revolute(Joint):
     nq = nv = 1
     names = ("angle",)
 
-    def motion(self, q: Float[Array, "1"], v: Float[Array, "1"]) -> Motion:
+    def motion(self, q: Float[Array, "1"]) -> Motion:
         """R = exp(q [axis]), S = (axis, 0)."""
         S = jnp.concatenate([self.axis, jnp.zeros(3)])[None]
-        return Motion(exp_so3(self.axis * q), jnp.zeros(3), S, jnp.zeros(6))
+        return Motion(exp_so3(self.axis * q), jnp.zeros(3), S)
 
     def start(self) -> tuple[Float[Array, "1"], Float[Array, "1"]]:
         """Start angle and speed."""
@@ -107,10 +106,10 @@ class Prismatic(Joint):
     nq = nv = 1
     names = ("position",)
 
-    def motion(self, q: Float[Array, "1"], v: Float[Array, "1"]) -> Motion:
+    def motion(self, q: Float[Array, "1"]) -> Motion:
         """p = q axis, S = (0, axis)."""
         S = jnp.concatenate([jnp.zeros(3), self.axis])[None]
-        return Motion(jnp.eye(3), self.axis * q, S, jnp.zeros(6))
+        return Motion(jnp.eye(3), self.axis * q, S)
 
     def start(self) -> tuple[Float[Array, "1"], Float[Array, "1"]]:
         """Start position and speed."""
@@ -120,7 +119,7 @@ class Prismatic(Joint):
 class Planar(Joint):
     """Motion in the plane through the origin normal to `axis`: q = (along e1 [m], along e2 [m], angle [rad]).
 
-    e1, e2 span the plane in the parent's frame, e1 x e2 = axis; v = dq/dt.
+    e1, e2 span the plane in the parent's frame, e1 x e2 = axis; v = the same in the child's frame [m/s, m/s, rad/s].
     """
 
     frame: Float[Array, "3 3"]  # columns e1, e2, axis
@@ -129,19 +128,34 @@ class Planar(Joint):
     nq = nv = 3
     names = ("x", "y", "angle")
 
-    def motion(self, q: Float[Array, "3"], v: Float[Array, "3"]) -> Motion:
-        """R = exp(angle [axis]), S = ((0, axis), (R^T e1, 0), (R^T e2, 0))."""
+    def motion(self, q: Float[Array, "3"]) -> Motion:
+        """R = exp(angle [axis]), S = ((0, e1), (0, e2), (axis, 0))."""
         e1, e2, n = self.frame.T
-        R = exp_so3(n * q[2])
-        b1, b2 = dot_t(R, e1), dot_t(R, e2)
         o = jnp.zeros(3)
-        S = jnp.stack([jnp.concatenate([o, b1]), jnp.concatenate([o, b2]), jnp.concatenate([n, o])])
-        bias = jnp.concatenate([o, -v[2] * cross(n, b1 * v[0] + b2 * v[1])])
-        return Motion(R, e1 * q[0] + e2 * q[1], S, bias)
+        S = jnp.stack([jnp.concatenate([o, e1]), jnp.concatenate([o, e2]), jnp.concatenate([n, o])])
+        return Motion(exp_so3(n * q[2]), e1 * q[0] + e2 * q[1], S)
+
+    def advance(self, q: Float[Array, "3"], v: Float[Array, "3"], step: Float[Array, ""]) -> Float[Array, "3"]:
+        """Implicit step of d(angle)/dt = v3, d(e1, e2)/dt = turned by the angle (v1, v2)."""
+        angle = q[2] + step * v[2]
+        return jnp.append(q[:2] + step * dot(_turn(angle), v[:2]), angle)
+
+    def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
+        """From the coordinates and their rates."""
+        R, w = _turn(u[2]), du[2]
+        v = dot_t(R, du[:2])
+        along = dot_t(R, ddu[:2]) - w * jnp.stack([-v[1], v[0]])
+        return u, jnp.append(v, w), jnp.append(along, ddu[2])
 
     def start(self) -> tuple[Float[Array, "3"], Float[Array, "3"]]:
-        """Start coordinates and their rates."""
+        """Start coordinates and velocities."""
         return self.position, self.velocity
+
+
+def _turn(angle: Array) -> Array:
+    """Rotation in the plane."""
+    c, s = jnp.cos(angle), jnp.sin(angle)
+    return jnp.stack([jnp.stack([c, -s]), jnp.stack([s, c])])
 
 
 def _advance_quaternion(quaternion: Array, w: Array, step: Array) -> Array:
@@ -179,9 +193,9 @@ class Spherical(Joint):
     nq, nv = 4, 3
     names = ("wx", "wy", "wz")
 
-    def motion(self, q: Float[Array, "4"], v: Float[Array, "3"]) -> Motion:
+    def motion(self, q: Float[Array, "4"]) -> Motion:
         """S = (I, 0)."""
-        return Motion(rotation_from_quaternion(q), jnp.zeros(3), jnp.eye(6)[:3], jnp.zeros(6))
+        return Motion(rotation_from_quaternion(q), jnp.zeros(3), jnp.eye(6)[:3])
 
     def advance(self, q: Float[Array, "4"], v: Float[Array, "3"], step: Float[Array, ""]) -> Float[Array, "4"]:
         """Implicit step of dQ/dt = Q w / 2."""
@@ -210,9 +224,9 @@ class Free(Joint):
     nq, nv = 7, 6
     names = ("wx", "wy", "wz", "vx", "vy", "vz")
 
-    def motion(self, q: Float[Array, "7"], v: Float[Array, "6"]) -> Motion:
+    def motion(self, q: Float[Array, "7"]) -> Motion:
         """S = I."""
-        return Motion(rotation_from_quaternion(q[3:]), q[:3], jnp.eye(6), jnp.zeros(6))
+        return Motion(rotation_from_quaternion(q[3:]), q[:3], jnp.eye(6))
 
     def advance(self, q: Float[Array, "7"], v: Float[Array, "6"], step: Float[Array, ""]) -> Float[Array, "7"]:
         """Implicit step of dQ/dt = Q w / 2, dp/dt = R v."""

@@ -13,6 +13,7 @@ Accelerations are found joint by joint with articulated inertias, without a mass
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -35,8 +36,8 @@ class InPlane(Mechanical):
         return self.robot.initial()
 
     def advance(self, q: Float[Array, "n"], v: Float[Array, "n"], step: Float[Array, ""]) -> Float[Array, "n"]:
-        """q1 = q + step v."""
-        return q + step * v
+        """As the robot's."""
+        return self.robot.advance(q, v, step)
 
     def displacements(self, q: Float[Array, "n"]) -> Float[Array, "n"]:
         """The coordinates themselves."""
@@ -92,7 +93,8 @@ class InPlane(Mechanical):
                 out[i] = left - se2.dot(U, A) / D
                 A = se2.add(A, se2.scale(out[i], S))
             accelerations.append(A)
-        return State(x.v, jnp.stack([*out]) if out else x.v, x.z)
+        _, moved = jax.jvp(lambda step: self.advance(x.q, x.v, step), (jnp.zeros(()),), (jnp.ones(()),))
+        return State(moved, jnp.stack([*out]) if out else x.v, x.z)
 
     def _parent(self, k: int) -> int:
         return self.robot.tree.parts[k].parent
@@ -114,7 +116,7 @@ class InPlane(Mechanical):
         for k, (part, body) in enumerate(zip(self.robot.tree.parts, self.bodies, strict=True)):
             n, free = part.joint.nv, self._free(k)
             if part.prescribed is not None:
-                q, v, a = (jnp.broadcast_to(y, (n,)) for y in part.prescribed(t))
+                q, v, a = part.joint.prescribed(*(jnp.broadcast_to(y, (n,)) for y in part.prescribed(t)))
             else:
                 q, v, a = x.q[free.start : free.stop], x.v[free.start : free.stop], None
             parent = self._parent(k)

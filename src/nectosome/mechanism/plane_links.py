@@ -16,7 +16,7 @@ class Body(eqx.Module):
     """A link as it lies when all joints are at 0, along the axes of the world."""
 
     offset: se2.Vector  # of its joint from the parent's root [m]
-    slides: tuple[se2.Vector, ...]  # along which its joint slides, before it turns
+    slides: tuple[se2.Vector, ...]  # along which its joint slides
     turn: tuple[Array, ...]  # sense in which its joint turns about z; () where it does not
     inertia: se2.Inertia  # about its root, with the water it carries
 
@@ -60,27 +60,27 @@ def moved(body: Body, before: Moving, q: Array, v: Array, a: Array | None) -> Mo
     zero = jnp.zeros(())
     w = before.twist[0]
     x, y = se2.turned(before.heading, body.offset)
-    axes = [se2.turned(before.heading, axis) for axis in body.slides]
-    motions: list[se2.Twist] = [(zero, *axis) for axis in axes]
-    gone = [zero, zero]
-    for i, (ex, ey) in enumerate(axes):
+    for i, axis in enumerate(body.slides):
+        ex, ey = se2.turned(before.heading, axis)
         x, y = x + q[i] * ex, y + q[i] * ey
-        gone = [gone[0] + v[i] * ex, gone[1] + v[i] * ey]
-    step = (x, y)
-    c, s = before.heading
-    twist = se2.add(se2.carried(before.twist, step), (zero, gone[0], gone[1]))
-    bias = zero, -w * w * x - 2 * w * gone[1], -w * w * y + 2 * w * gone[0]
+    step, heading, spin = (x, y), before.heading, zero
     if body.turn:
         (sense,) = body.turn
-        angle = sense * q[-1]
-        c, s = se2.turned(before.heading, (jnp.cos(angle), jnp.sin(angle)))
-        twist = se2.add(twist, (sense * v[-1], zero, zero))
-        motions.append((sense, zero, zero))
+        heading = se2.turned(heading, (jnp.cos(sense * q[-1]), jnp.sin(sense * q[-1])))
+        spin = sense * v[-1]
+    # velocities are along axes that turn with the link
+    motions: list[se2.Twist] = [(zero, *se2.turned(heading, axis)) for axis in body.slides]
+    gone = spin, zero, zero
+    for i, S in enumerate(motions):
+        gone = se2.add(gone, se2.scale(v[i], S))
+    twist = se2.add(se2.carried(before.twist, step), gone)
+    bias = zero, -w * w * x - (2 * w + spin) * gone[2], -w * w * y + (2 * w + spin) * gone[1]
+    motions += [(sense, zero, zero) for sense in body.turn]
     if a is not None:
         for i, S in enumerate(motions):
             bias = se2.add(bias, se2.scale(a[i], S))
     place = before.place[0] + x, before.place[1] + y
-    return Moving((c, s), place, step, twist, bias, tuple(motions))
+    return Moving(heading, place, step, twist, bias, tuple(motions))
 
 
 def loaded(alike: Alike, t: Array, moves: Float[Array, "7"], water: Water) -> Float[Array, "3"]:

@@ -115,7 +115,7 @@ class Robot(Mechanical):
         tree = self.tree
         q, v, prescribed = tree.complete(t, x.q, x.v)
         full_a = prescribed.at[tree.free_v].add(a)
-        shape = tree.shape(q, v)
+        shape = tree.shape(q)
         twist, pull = jax.vjp(lambda v: tree.twists(shape, v), v)
         rate = tree.twist_rates(shape, q, v, full_a)
 
@@ -193,7 +193,7 @@ class Robot(Mechanical):
         if not jax.tree.leaves(x.z):
             return x.z
         q, v, _ = self.tree.complete(t, x.q, x.v)
-        shape = self.tree.shape(q, v)
+        shape = self.tree.shape(q)
         twist = self.tree.twists(shape, v)
         rates = []
         for attached, z in zip(self.loads, x.z, strict=True):
@@ -224,8 +224,8 @@ def make_robot(tree: Tree, loads: tuple[Attached, ...], water: Water) -> Robot:
     inertia = jnp.concatenate([part.body.inertia for part in tree.parts])
     bare = Robot(tree, loads, water, inertia, jnp.zeros_like(inertia))
     x = bare.initial()
-    q, v, _ = tree.complete(jnp.zeros(()), x.q, x.v)
-    shape = tree.shape(q, v)
+    q, *_ = tree.complete(jnp.zeros(()), x.q, x.v)
+    shape = tree.shape(q)
     rest = jnp.zeros_like(inertia[:, 0])
     added = jnp.zeros_like(inertia)
     for attached in loads:

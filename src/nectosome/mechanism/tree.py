@@ -172,8 +172,8 @@ class Tree(eqx.Module):
             if isinstance(part.body, Rod)
         }
 
-    def shape(self, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> Shape:
-        """Poses of all stations from the completed coordinates (v only for the bias of joints)."""
+    def shape(self, q: Float[Array, "nq"]) -> Shape:
+        """Poses of all stations from the completed coordinates."""
         rods = self._over_rods(rod_shape, self._of_rods(q, "q"))
         R, p, frame_R, frame_p, joints = [], [], [], [], []
         places: list[tuple[Array, Array, Array, Array]] = []
@@ -182,7 +182,7 @@ class Tree(eqx.Module):
             if part.parent >= 0:
                 Rn, pn, Rt, pt = places[part.parent]
                 base = (Rt, pt) if part.node < 0 else (Rn[part.node], pn[part.node])
-            joint = part.joint.motion(q[place.q][: part.joint.nq], v[place.v][: part.joint.nv])
+            joint = part.joint.motion(q[place.q][: part.joint.nq])
             carrier = compose(base, (part.rotation, part.position))
             R0, p0 = compose(carrier, (joint.rotation, joint.position))
             if isinstance(part.body, Rod):
@@ -247,7 +247,7 @@ class Tree(eqx.Module):
         adds in its own frame; the same vector, seen from the body, is the rate of the body twist.
         """
         joints = [
-            joint.bias + jnp.sum(joint.subspace * a[place.v][: part.joint.nv, None], axis=0)
+            jnp.sum(joint.subspace * a[place.v][: part.joint.nv, None], axis=0)
             for part, place, joint in zip(self.parts, self.layout, shape.joints, strict=True)
         ]
         vs = self._of_rods(v, "v")

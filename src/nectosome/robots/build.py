@@ -185,12 +185,9 @@ def _joint(j: dj.Joint) -> tuple[Joint, Signal | None, Signal | None]:
         return joint, None if j.motion is None else _signal(j.motion), None if force is None else _signal(force)
     if isinstance(j, dj.PlanarJoint):
         frame = plane_frame(_unit(j.axis))
-        turned = Planar(frame, jnp.zeros(3).at[2].set(_number(j.start.angle)), jnp.zeros(3)).motion
-        R = turned(jnp.zeros(3).at[2].set(_number(j.start.angle)), jnp.zeros(3)).rotation
-        in_plane = dot_t(frame, _vector(j.start.position))
-        rates = dot_t(frame, R @ _vector(j.start.velocity))
-        position = in_plane.at[2].set(_number(j.start.angle))
-        return Planar(frame, position, rates.at[2].set(_number(j.start.angular_speed))), *_signals(j)
+        position = dot_t(frame, _vector(j.start.position)).at[2].set(_number(j.start.angle))
+        velocity = dot_t(frame, _vector(j.start.velocity)).at[2].set(_number(j.start.angular_speed))
+        return Planar(frame, position, velocity), *_signals(j)
     if isinstance(j, dj.SphericalJoint):
         return Spherical(_vector(j.start.orientation), _vector(j.start.angular_velocity)), *_signals(j)
     if isinstance(j, dj.FreeJoint):

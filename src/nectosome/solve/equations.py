@@ -55,8 +55,8 @@ class Equations(eqx.Module):
     def mass(self, p: Point) -> Float[Array, "n n"]:
         """Mass matrix of the unknown velocities, added mass included."""
         tree = self.robot.tree
-        q, v, _ = tree.complete(jnp.zeros(()), p.q, jnp.zeros_like(p.rates))
-        return self.robot.mass(tree.shape(q, v))
+        q, *_ = tree.complete(jnp.zeros(()), p.q, jnp.zeros_like(p.rates))
+        return self.robot.mass(tree.shape(q))
 
     def imbalance(self, p: Point) -> tuple[Float[Array, ""], Float[Array, "np"]]:
         """Largest residual, each relative to the sum of absolute values of all that acts there; and the reactions."""

@@ -83,7 +83,7 @@ def _turns(robot: Robot) -> bool:
 def _turned_back(robot: Robot, q: Array, vector: Array) -> Array:
     """Vector of the world in the root's own frame."""
     root = robot.tree.parts[0]
-    turned = root.joint.motion(q[: root.joint.nq], jnp.zeros(root.joint.nv)).rotation
+    turned = root.joint.motion(q[: root.joint.nq]).rotation
     return dot_t(matmul3(root.rotation, turned), vector)
 
 

@@ -74,13 +74,13 @@ def _markers(description: RobotDescription):
     def positions(theta: Float[Array, "4"]) -> tuple[Array, Array]:
         robot: Robot = from_theta(theta)
         solution = static(robot)
-        q, v, _ = robot.tree.complete(jnp.zeros(()), solution.value.q, solution.value.v)
+        q, *_ = robot.tree.complete(jnp.zeros(()), solution.value.q, solution.value.v)
         rod = robot.tree.part("filament")
         body, first = robot.tree.parts[rod].body, robot.tree.layout[rod].stations.start
         if not isinstance(body, Rod):
             raise TypeError("static test: the filament is no rod")
         at = [first + int(np.flatnonzero(np.equal(body.nodes, mark))[-1]) for mark in _MARKERS]
-        return robot.tree.shape(q, v).position[np.array(at)][:, np.array([0, 2])], solution.status
+        return robot.tree.shape(q).position[np.array(at)][:, np.array([0, 2])], solution.status
 
     def shapes(young: float) -> np.ndarray:
         out = []
