@@ -28,21 +28,22 @@ ABOUT = (
 _JOINTS = (1, 2, 3)
 _YAWED = (1.1, 1.3)  # Hz: frequencies whose yaw the paper prints, at 75 deg
 _CYCLES = {f"n{n}_{f}Hz": (n, f) for f in (1.1, 0.6) for n in _JOINTS}  # joints, frequency; 0.6 Hz is that of Fig. 4
-_CYCLES |= {f"n3_{f}Hz": (3, f) for f in (0.9, 1.0)}
+_RATED = {f"n3_{f}Hz": (3, f) for f in (0.9, 1.0)}  # whose gain over loss the paper tells
 _KINDS: dict[str, Kind] = {"paddle/table5/fp3jp/75-1.1/speed": "calibration"}
 
 
 def run(quick: bool, progress: Progress) -> Study:
-    """All rows and figures; `quick` sweeps over coarser grids."""
+    """All rows and figures; `quick` sweeps over coarser grids, and draws only what rows are made of."""
     began = time.perf_counter()
     book = printed(NAME)
     data = _sweeps(quick, progress)
     runs: dict[str, xr.Dataset] = {}
-    for i, (name, (joints, frequency)) in enumerate(_CYCLES.items()):
-        progress(f"cycle of FP{joints}JP at {frequency} Hz", 0.4 + 0.2 * i / len(_CYCLES))
+    cycles = _RATED if quick else _CYCLES | _RATED
+    for i, (name, (joints, frequency)) in enumerate(cycles.items()):
+        progress(f"cycle of FP{joints}JP at {frequency} Hz", 0.4 + 0.2 * i / len(cycles))
         runs[name] = thrust.cycle(joints, frequency)
     numbers: dict[str, float | None] = {**_thrusts(data, runs)}
-    data |= _swims(book, progress)
+    data |= _swims(quick, book, progress)
     numbers |= _speeds(data)
     progress("scorecard", 1.0)
     missing = sorted(set(numbers) ^ set(book))
@@ -60,7 +61,7 @@ def _sweeps(quick: bool, tell: Progress) -> "dict[str, xr.Dataset]":
     tell("strokes", 0.0)
     strokes = thrust.over_strokes(_JOINTS, np.radians(amplitudes).tolist(), frequencies)
     tell("joints", 0.2)
-    others = thrust.over_strokes((0, 4, 5), [math.radians(75)], [1.1])
+    others = thrust.over_strokes((0,) if quick else (0, 4, 5), [math.radians(75)], [1.1])
     one = strokes.sel(amplitude=others["amplitude"], frequency=others["frequency"])
     tell("hinges", 0.3)
     steps = (4, 9) if quick else (13, 9)
@@ -72,22 +73,23 @@ def _frequencies(coarse: bool) -> list[float]:
     return (np.arange(3, 14, 2 if coarse else 1) / 10).tolist()
 
 
-def _swims(book: dict[str, Any], tell: Progress) -> "dict[str, xr.Dataset]":
-    """By figure: `table5` (row), `speeds` (joints, amplitude, frequency), `yaw` (frequency, trial)."""
+def _swims(quick: bool, book: dict[str, Any], tell: Progress) -> "dict[str, xr.Dataset]":
+    """By figure: `table5` (row), `yaw` (frequency, trial), and not if quick `speeds` (joints, amplitude, frequency)."""
     import xarray as xr
 
     tell("swims", 0.6)
     area = swim.calibrated_drag_area()
     table5 = swim.table5(area).assign_attrs(drag_area=area)
-    tell("speeds", 0.7)
-    speeds = swim.curves(area, _frequencies(coarse=True))
-    tell("yaw", 0.9)
+    tell("yaw", 0.7)
     robot = with_values(describe("beetle"), {"A": math.radians(75), "drag_area": area})
-    made = [trials(with_values(robot, {"f": frequency}), 5) for frequency in _YAWED]
+    made = [trials(with_values(robot, {"f": frequency}), 1 if quick else 5) for frequency in _YAWED]
     frequencies = xr.DataArray(list(_YAWED), dims="frequency", name="frequency", attrs={"units": "Hz"})
     angles = [math.radians(book[f"paddle/yaw/75-{frequency}"]["printed"]) for frequency in _YAWED]
     yaw = xr.concat(made, frequencies).assign(printed=("frequency", angles, {"units": "rad"}))
-    return {"table5": table5, "speeds": speeds, "yaw": yaw}
+    if quick:
+        return {"table5": table5, "yaw": yaw}
+    tell("speeds", 0.9)
+    return {"table5": table5, "yaw": yaw, "speeds": swim.curves(area, _frequencies(coarse=True))}
 
 
 def _speeds(data: "dict[str, xr.Dataset]") -> dict[str, float | None]:
