@@ -11,9 +11,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from nectosome.core import Solution, State, Status
-from nectosome.design import SteadyDesign, shipped_problem
-from nectosome.design.problem import judge, judge_with_slopes
+from nectosome.core import State, Status
+from nectosome.design import MotionDesign, shipped_problem
+from nectosome.design.plans import Found, judge, judge_with_slopes
 from nectosome.mechanism import Robot
 from nectosome.robots import build, describe
 from nectosome.solve import simulate
@@ -22,7 +22,7 @@ _PIECE, _LONGEST = 4.0, 300.0  # s, of the dynamics from rest; next to a standst
 _STEP = 2e-3  # of a variable, relative, and at most of its unit box
 
 
-def task() -> SteadyDesign:
+def task() -> MotionDesign:
     problem = shipped_problem("flagellum")
     assert problem is not None
     return problem.task(describe("flagellum"))
@@ -38,9 +38,9 @@ class Swimmers(NamedTuple):
 
     robot: Callable[[np.ndarray], Robot]
     rest: State
-    outputs: Callable[..., tuple[jax.Array, Solution]]  # (u, guess, warm) -> speed [m/s] and torque [N m], solution
-    slopes: Callable[..., tuple[jax.Array, Solution]]  # of these two by u [2, 5]
-    many: Callable[..., tuple[jax.Array, Solution]]  # outputs of designs [n, 5], one after another
+    outputs: Callable[..., tuple[jax.Array, Found]]  # (u, guess, warm) -> speed [m/s] and torque [N m], solution
+    slopes: Callable[..., tuple[jax.Array, Found]]  # of these two by u [2, 5]
+    many: Callable[..., tuple[jax.Array, Found]]  # outputs of designs [n, 5], one after another
 
 
 @cache
@@ -49,12 +49,12 @@ def swimmers() -> Swimmers:
     plan, numbers = t.plan()
     assert plan.used[:2] == ("speed", "torque")
 
-    def outputs(u: jax.Array, guess: State, warm: jax.Array) -> tuple[jax.Array, Solution]:
-        values, _, found = judge(plan, numbers, u, guess, warm)
-        return values[:2], found
+    def outputs(u: jax.Array, guess: State, warm: jax.Array) -> tuple[jax.Array, Found]:
+        found, _ = judge(plan, numbers, u, guess, warm)
+        return found.quantities[:2], found
 
-    def slopes(u: jax.Array, guess: State, warm: jax.Array) -> tuple[jax.Array, Solution]:
-        _, slopes, found = judge_with_slopes(plan, numbers, u, guess, warm)
+    def slopes(u: jax.Array, guess: State, warm: jax.Array) -> tuple[jax.Array, Found]:
+        found, slopes = judge_with_slopes(plan, numbers, u, guess, warm)
         return slopes[:2], found
 
     return Swimmers(
@@ -92,7 +92,7 @@ def keep(u: np.ndarray, dynamics: bool) -> Kept:
     none = float("nan")
     if status != Status.SOLVED:
         return Kept(u, status.reason, none, float(found.residual), (none, none), none, none)
-    error = slope_error(u, found.value.state)
+    error = slope_error(u, found.state)
     speed, time = settle(s.robot(u)) if dynamics else (none, none)
     return Kept(u, "", float(values[0]), float(found.residual), error, speed, time)
 

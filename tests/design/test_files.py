@@ -1,5 +1,6 @@
 """Problems as people write them: what is read, what is refused and in which words, what is changed."""
 
+import numpy as np
 import pytest
 
 from nectosome.design import (
@@ -170,6 +171,15 @@ def test_the_problem_that_ships_fits_its_robot():
     assert task.names == ("L", "tip_radius", "alpha", "omega", "E")
     assert task.constraint_names == ("torque <= 0.5 N m",)
     assert shipped_problem("nobody") is None
+
+
+def test_the_stroke_that_ships_as_a_problem_fits_the_paddle():
+    problem = shipped_problem("paddle")
+    assert problem is not None
+    task = problem.task(describe("paddle"))
+    assert (task.objective, task.forward, task.names) == ("thrust", "-y", ("A", "f"))
+    np.testing.assert_allclose(task.box.bounds, [np.radians([30, 75]), [0.3, 1.3]])
+    assert task.constraint_names == ("drive_rate <= 67 rpm",)
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,9 @@ from nectosome.design import (
     QUANTITIES,
     Gradient,
     Limit,
+    MotionDesign,
     MotorLine,
     Problem,
-    SteadyDesign,
     multistart,
     read_constraint,
     read_variable,
@@ -48,7 +48,7 @@ def sinking(mass: float, area: float) -> float:
 
 
 @pytest.fixture(scope="module")
-def task() -> SteadyDesign:
+def task() -> MotionDesign:
     return WORDS.task(ROBOT)
 
 
@@ -186,7 +186,7 @@ def test_quantities_of_the_flagellum_are_those_of_its_steady_motion():
     names = tuple(QUANTITIES)
     limits = tuple(Limit(name, True, 1.0) for name in names)  # a limit of 1 tells the quantity: excess + 1
     variable = read_variable("omega", "10 rad/s .. 20 rad/s", robot)
-    task = SteadyDesign(robot, (variable,), "speed", limits, "-x")
+    task = MotionDesign(robot, (variable,), "speed", limits, "-x")
     got = dict(
         zip(names, task.prepare()(task.box.design(robot, (variable,)), False, None).constraints + 1, strict=True)
     )
@@ -196,6 +196,7 @@ def test_quantities_of_the_flagellum_are_those_of_its_steady_motion():
     thrust = float(data["load_force"].sel(part="body", axis="x").sum())
     weight = float(np.sum(np.asarray(build(robot).inertia)[:, 3, 3])) * G
     want = {"speed": speed, "torque": abs(torque), "power": power, "thrust": thrust, "drive_rate": 14.4}
+    want["stress"] = float(np.abs(data["bending_stress"]).max())
     want |= {"efficiency": thrust * speed / power, "cost_of_transport": power / (weight * speed)}
     for name in names:
         assert got[name] == pytest.approx(want[name], rel=1e-6), name

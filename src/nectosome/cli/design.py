@@ -1,4 +1,4 @@
-"""`nectosome design`: the numbers of a robot that make its steady motion as good as it gets."""
+"""`nectosome design`: the numbers of a robot that make its steady or periodic motion as good as it gets."""
 
 import time as clock
 from pathlib import Path
@@ -14,7 +14,7 @@ from nectosome.io import InputError, dump_robot, save_dataset, show_quantity, wr
 from nectosome.io.errors import shorten
 
 if TYPE_CHECKING:
-    from nectosome.design import Evaluation, Result, SteadyDesign
+    from nectosome.design import Evaluation, MotionDesign, Result
 
 
 def design(
@@ -82,7 +82,7 @@ def design(
         folder = out or Path("out") / f"design-{description.name}-{solver or 'gradient'}-{seeded}"
     task = wanted.task(description)
     weigh(robots.build(description), robot or str(resume))
-    task.symmetry()
+    task.plan()
     began = clock.perf_counter()
     with progress_bar(f"{description.name}, {number} starts") as update:
 
@@ -129,13 +129,13 @@ def _problem(robot: str, file: Path | None, vary: list[str] | None):
     return found or Problem()
 
 
-def _shown(e: "Evaluation", task: "SteadyDesign") -> str:
+def _shown(e: "Evaluation", task: "MotionDesign") -> str:
     from nectosome.design import QUANTITIES
 
     return f"{e.outputs[task.objective]:.4g} {QUANTITIES[task.objective].unit}"
 
 
-def _tell(task: "SteadyDesign", result: "Result", folder: Path, seconds: float) -> int:
+def _tell(task: "MotionDesign", result: "Result", folder: Path, seconds: float) -> int:
     from nectosome.design import QUANTITIES
 
     chosen = [start for start in result.best(5) if start.best is not None]

@@ -128,7 +128,7 @@ def _file(text: str, args: Any) -> Path | None:
 
 
 _PACKAGE = Path(__file__).parents[1]
-_ROOMS = ("io", "core", "mechanism", "loads", "solve", "robots")
+_ROOMS = ("io", "core", "mechanism", "loads", "solve", "robots", "design")
 
 
 def _classes(x: Any) -> set[type]:

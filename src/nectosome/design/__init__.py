@@ -1,4 +1,4 @@
-"""Design: constrained optimisation of steady motions from many starts, and sweeps; both survive being killed."""
+"""Design: constrained optimisation of steady and periodic motions from many starts, and sweeps; both survive being killed."""
 
 from .composite import ratio_of, young_of
 from .constraints import Constraint, Limit, MotorLine, read_constraint
@@ -9,7 +9,7 @@ from .gradient import Gradient
 from .multistart import multistart
 from .pareto import Front, front
 from .pattern import Pattern
-from .problem import SteadyDesign
+from .problem import MotionDesign
 from .quantities import QUANTITIES
 from .result import Result, Start
 from .solvers import SOLVERS, describe_solver, make_solver
@@ -29,6 +29,7 @@ __all__ = [
     "Front",
     "Gradient",
     "Limit",
+    "MotionDesign",
     "MotorLine",
     "Outcome",
     "Pattern",
@@ -36,7 +37,6 @@ __all__ = [
     "Result",
     "Solver",
     "Start",
-    "SteadyDesign",
     "Task",
     "Variable",
     "Workers",

@@ -1,4 +1,4 @@
-"""Limits on a steady motion, and a motor's torque-speed line; written as people write them."""
+"""Limits on a motion, and a motor's torque-speed line; written as people write them."""
 
 import re
 from abc import ABC, abstractmethod
@@ -104,7 +104,7 @@ def read_constraint(text: str) -> Constraint:
         name, sense, value = limit.groups()
         if name not in QUANTITIES:
             near = did_you_mean(name, QUANTITIES)
-            raise InputError(f'"{shorten(name)}" is no quantity of a steady motion.{near}', field="constraint")
+            raise InputError(f'"{shorten(name)}" is no quantity of a motion.{near}', field="constraint")
         return Limit(name, sense == "<=", parse_quantity(value.strip(), QUANTITIES[name].dimension))
     except ValueError as error:
         raise InputError(str(error), field="constraint") from None

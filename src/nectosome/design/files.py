@@ -11,7 +11,7 @@ from nectosome.io.errors import shorten
 from nectosome.io.yaml_text import Key, read_text, read_yaml
 
 from .constraints import read_constraint
-from .problem import SteadyDesign
+from .problem import MotionDesign
 from .variables import read_variable
 
 
@@ -24,11 +24,11 @@ class Problem:
     constraints: tuple[str, ...] = ()
     forward: str = "x"
 
-    def task(self, description: RobotDescription) -> SteadyDesign:
+    def task(self, description: RobotDescription) -> MotionDesign:
         """Task for a robot. Raises InputError for what does not fit it."""
         variables = tuple(read_variable(name, text, description) for name, text in self.variables.items())
         constraints = tuple(read_constraint(text) for text in self.constraints)
-        return SteadyDesign(description, variables, self.objective, constraints, self.forward)
+        return MotionDesign(description, variables, self.objective, constraints, self.forward)
 
 
 def load_problem(path: str | Path) -> Problem:

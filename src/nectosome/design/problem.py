@@ -1,24 +1,32 @@
-"""A steady motion as a design task: variables of a robot, an objective, constraints."""
+"""A steady or periodic motion as a design task: variables of a robot, an objective, constraints."""
 
 import hashlib
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
-import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
-from nectosome.core import Solution, State, Status
+from nectosome.core import Status
 from nectosome.core.remember import remembered
-from nectosome.io import InputError, RobotDescription, did_you_mean, dump_robot, resolve, with_values
-from nectosome.robots import Blueprint, blueprint_of, build, fill
-from nectosome.solve import Symmetry, equilibrium, find_symmetry
+from nectosome.io import (
+    InputError,
+    RobotDescription,
+    did_you_mean,
+    drive_frequencies,
+    drive_period,
+    dump_robot,
+    resolve,
+    with_values,
+)
+from nectosome.mechanism import moves_in_plane
+from nectosome.robots import blueprint_of, build
+from nectosome.solve import Symmetry, find_symmetry
 
 from .constraints import Constraint
-from .quantities import QUANTITIES, Swim
+from .plans import CyclePlan, Numbers, Plan, SteadyPlan, judge, judge_with_slopes
+from .quantities import QUANTITIES
 from .record import Compute
 from .task import Evaluation, Task
 from .variables import Box, Variable
@@ -34,16 +42,11 @@ FORWARD = {
 }
 
 
-class Numbers(NamedTuple):
-    """What the programs of a design take besides the design itself."""
-
-    values: Float[Array, "k"]  # of the robot, in the order of its blueprint
-    ends: Float[Array, "n 2"]  # of the box, logarithms where a variable has them
-
-
 @dataclass(frozen=True)
-class SteadyDesign(Task):
-    """Make a quantity of the steady motion as good as it gets, within ranges and limits.
+class MotionDesign(Task):
+    """Make a quantity of a robot's motion as good as it gets, within ranges and limits.
+
+    The motion is the steady one, or that which repeats itself with the drives where they change with time.
 
     - description: the robot; what is no variable stays as it is there.
     - objective: a name of `QUANTITIES`, made high or low as it says.
@@ -64,7 +67,7 @@ class SteadyDesign(Task):
         """Check what can be checked before anything is computed."""
         if self.objective not in QUANTITIES:
             near = did_you_mean(self.objective, QUANTITIES)
-            raise InputError(f'"{self.objective}" is no quantity of a steady motion.{near}', field="objective")
+            raise InputError(f'"{self.objective}" is no quantity of a motion.{near}', field="objective")
         if self.forward not in FORWARD:
             raise InputError(f'"{self.forward}" is no direction. Write one of {", ".join(FORWARD)}.', field="forward")
         if not self.variables:
@@ -94,36 +97,67 @@ class SteadyDesign(Task):
         return with_values(self.description, {v.name: float(x) for v, x in zip(self.variables, values, strict=True)})
 
     def accepts(self, evaluation: Evaluation) -> str:
-        """A start must be solved, keep all limits and swim forward."""
+        """A start must be solved, keep all limits and not swim backward."""
         refused = super().accepts(evaluation)
-        return refused or ("swims backward" if evaluation.outputs["speed"] <= 0 else "")
+        return refused or ("swims backward" if evaluation.outputs["speed"] < 0 else "")
 
-    def symmetry(self) -> Symmetry:
-        """Symmetry of the robot. Raises InputError where it has no steady motion, whatever its numbers."""
+    def _wanted(self) -> list[str]:
+        """Quantities that objective and constraints are made of."""
+        return [self.objective, *(name for c in self.constraints for name in c.weights)]
+
+    def _symmetry(self) -> Symmetry:
+        robot = build(self.description)
+        if robot.tree.free_v.size:
+            return find_symmetry(robot)
         try:
-            symmetry = find_symmetry(build(self.description))
-        except ValueError as error:
-            raise InputError(str(error), field=self.description.name) from None
-        if not symmetry.steady:
-            raise InputError(f"{self.description.name} has no steady motion: {Status.UNSTEADY_DRIVES.reason}.")
-        return symmetry
+            drive_period(self.description)
+        except InputError:
+            raise InputError(
+                "nothing of this robot is free to move, or driven to and fro.", field=self.description.name
+            ) from None
+        return Symmetry((), False, False)
 
-    def plan(self) -> tuple["Plan", Numbers]:
-        """What the programs of a design need: what they depend on besides numbers, and the numbers."""
-        symmetry = self.symmetry()
+    def _period(self) -> tuple[float, int]:
+        """Period [s], and -1; or its product with the variable that it is inverse to, and which that is."""
+        driven = set(drive_frequencies(self.description))
+        for k, v in enumerate(self.variables):
+            moved = driven & set(resolve(self.description, v.name))
+            if moved and moved != driven:
+                raise InputError(
+                    "changes the common period of the drives by leaps. Let one variable set all frequencies.",
+                    field=v.name,
+                )
+            if moved:
+                return drive_period(with_values(self.description, {v.name: v.upper})) * abs(v.upper), k
+        return drive_period(self.description), -1
+
+    def _flat(self) -> bool:
+        """Whether the robot stays in the plane whatever is chosen."""
+        ends = [{}, *({v.name: x} for v in self.variables for x in (v.lower, v.upper))]
+        return all(moves_in_plane(build(with_values(self.description, values))) for values in ends)
+
+    def plan(self) -> tuple[Plan, Numbers]:
+        """What the programs of a design need: what they depend on besides numbers, and the numbers.
+
+        Raises InputError where the robot has no steady or periodic motion, whatever its numbers.
+        """
+        symmetry = self._symmetry()
         groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
         blueprint, numbers = blueprint_of(self.description, tuple(path for group in groups for path in group))
-        wanted = {self.objective, *(name for c in self.constraints for name in c.weights), *_TOLD}
+        wanted = {*self._wanted(), *_TOLD}
         used = [name for name in QUANTITIES if name in wanted]  # in one order: what asks for the same is one program
         where = tuple(tuple(blueprint.paths.index(path) for path in group) for group in groups)
         log = tuple(v.log for v in self.variables)
-        return Plan(blueprint, symmetry, where, log, tuple(used), FORWARD[self.forward]), Numbers(
-            numbers, jnp.asarray(self.box.ends)
-        )
+        shared = blueprint, symmetry, where, log, tuple(used), FORWARD[self.forward]
+        ends = jnp.asarray(self.box.ends)
+        if symmetry.steady:
+            return SteadyPlan(*shared), Numbers(numbers, ends, jnp.asarray(jnp.nan))
+        period, pace = self._period()
+        return CyclePlan(*shared, flat=self._flat(), pace=pace), Numbers(numbers, ends, jnp.asarray(period))
 
     def prepare(self) -> Compute:
-        """Return evaluate(u, slopes, memory); the memory is the state of a steady motion nearby."""
-        plan, numbers = self.plan()
+        """Return evaluate(u, slopes, memory); the memory is the state of a motion nearby."""
+        (plan, numbers), wanted = self.plan(), self._wanted()
         rest = build(self.description).initial()
         _, unravel = ravel_pytree(rest)
         sign = -1.0 if QUANTITIES[self.objective].best == "high" else 1.0
@@ -131,19 +165,20 @@ class SteadyDesign(Task):
         def evaluate(u: np.ndarray, slopes: bool, memory: np.ndarray | None) -> Evaluation:
             guess, warm = (rest, False) if memory is None else (unravel(jnp.asarray(memory)), True)
             program = judge_with_slopes if slopes else judge
-            found, steep, solution = remembered(
-                program, plan, numbers, jnp.asarray(u, dtype=float), guess, jnp.asarray(warm)
-            )
-            status = Status(int(solution.status))
-            if status != Status.SOLVED:
+            found, steep = remembered(program, plan, numbers, jnp.asarray(u, dtype=float), guess, jnp.asarray(warm))
+            status = Status(int(found.status))
+            if status not in (Status.SOLVED, Status.SETTLED):
                 return Evaluation.unsolved(u, len(self.constraints), status.reason)
-            values = dict(zip(plan.used, np.asarray(found).tolist(), strict=True))
+            values = dict(zip(plan.used, np.asarray(found.quantities).tolist(), strict=True))
+            undefined = next((name for name in wanted if np.isnan(values[name])), None)
+            if undefined is not None:
+                return Evaluation.unsolved(u, len(self.constraints), f"{undefined} is not defined for this motion")
             evaluation = Evaluation(
                 u,
                 sign * values[self.objective],
                 np.array([c.excess(values) for c in self.constraints]),
                 outputs={name: values[name] for name in dict.fromkeys((*_TOLD, self.objective))},
-                memory=np.asarray(ravel_pytree(solution.value.state)[0]),
+                memory=np.asarray(ravel_pytree(found.state)[0]),
             )
             if not slopes:
                 return evaluation
@@ -156,47 +191,3 @@ class SteadyDesign(Task):
             )
 
         return evaluate
-
-
-class Plan(eqx.Module):
-    """What the programs below depend on besides numbers."""
-
-    blueprint: Blueprint
-    symmetry: Symmetry
-    where: tuple[tuple[int, ...], ...] = eqx.field(static=True)  # of each variable among the robot's numbers
-    log: tuple[bool, ...] = eqx.field(static=True)
-    used: tuple[str, ...] = eqx.field(static=True)
-    forward: tuple[float, float, float] = eqx.field(static=True)
-
-
-_Judged = tuple[Array, Array, Solution]
-
-
-def judge(plan: Plan, numbers: Numbers, u: Array, guess: State, warm: Array) -> _Judged:
-    """Quantities [k] of the steady motion of a design u, no slopes [0], and the solution."""
-    found, solution = _quantities(plan, numbers, u, guess, warm)
-    return found, jnp.zeros(0), solution
-
-
-def judge_with_slopes(plan: Plan, numbers: Numbers, u: Array, guess: State, warm: Array) -> _Judged:
-    """Quantities [k] of the steady motion of a design u, their slopes [k, n], and the solution."""
-
-    def found(u: Array) -> tuple[Array, tuple[Array, Solution]]:
-        values, solution = _quantities(plan, numbers, u, guess, warm)
-        return values, (values, solution)
-
-    slopes, (values, solution) = jax.jacfwd(found, has_aux=True)(u)
-    return values, slopes, solution
-
-
-def _quantities(plan: Plan, numbers: Numbers, u: Array, guess: State, warm: Array) -> tuple[Array, Solution]:
-    values, ends = numbers
-    x = ends[:, 0] + u * (ends[:, 1] - ends[:, 0])
-    log = np.array(plan.log)
-    x = jnp.where(log, jnp.exp(jnp.where(log, x, 0.0)), x)
-    for k, group in enumerate(plan.where):
-        values = values.at[np.array(group)].set(x[k])
-    robot = fill(plan.blueprint, values)
-    solution = equilibrium(robot, plan.symmetry, guess, warm)
-    swim = Swim(robot, solution.value, plan.forward)
-    return jnp.stack([QUANTITIES[name].of(swim) for name in plan.used]), solution

@@ -1,4 +1,4 @@
-"""What a steady motion is judged by: speed, torque, power and what follows from them, each differentiable."""
+"""What a steady or periodic motion is judged by: speed, torque, power and what follows, each differentiable."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,7 +9,8 @@ from jaxtyping import Array, Float
 from nectosome.core import STANDARD_GRAVITY
 from nectosome.core.se3 import dot
 from nectosome.mechanism import Robot
-from nectosome.solve import Equilibrium
+from nectosome.mechanism.strain import bending_of
+from nectosome.solve import CycleMeans, Equilibrium
 
 
 @dataclass(frozen=True)
@@ -22,22 +23,31 @@ class Swim:
 
 
 @dataclass(frozen=True)
+class Stroke:
+    """A periodic motion and what it is judged against; forward is a unit vector of the world."""
+
+    means: CycleMeans
+    forward: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
 class Quantity:
-    """A number of a steady motion; `best` is "high" or "low"."""
+    """A number of a motion; `best` is "high" or "low"."""
 
     name: str
     dimension: str  # a key of `io.dimensions.DIMENSIONS`
     unit: str
     best: str
     about: str
-    of: Callable[[Swim], Float[Array, ""]]
+    of_steady: Callable[[Swim], Float[Array, ""]]
+    of_cycle: Callable[[Stroke], Float[Array, ""]]
 
 
 def _velocity(s: Swim) -> Array:
     """Velocity of the body's first station in the world [m/s]."""
     tree, x = s.robot.tree, s.steady.state
     q, v, _ = tree.complete(jnp.zeros(()), x.q, x.v)
-    shape = tree.shape(q, v)
+    shape = tree.shape(q)
     return dot(shape.rotation[0], tree.twists(shape, v)[0, 3:])
 
 
@@ -84,20 +94,79 @@ def _drive_rate(s: Swim) -> Array:
     return _largest(jnp.abs(_rates(s)))
 
 
+def _stress(s: Swim) -> Array:
+    q, *_ = s.robot.tree.complete(jnp.zeros(()), s.steady.state.q, s.steady.state.v)
+    bent = bending_of(s.robot, q)
+    return _largest_known(bent.hinge_stress, bent.stress)
+
+
+def _mean_speed(s: Stroke) -> Array:
+    return jnp.sum(s.means.velocity[0] * jnp.asarray(s.forward))
+
+
+def _torque_peak(s: Stroke) -> Array:
+    """Of the drives that move: what holds a robot is no drive."""
+    return _largest(jnp.where(s.means.drive_velocity_peak > 0, s.means.reaction_peak, 0.0))
+
+
+def _mean_thrust(s: Stroke) -> Array:
+    """Momentum comes back after a cycle, so that the body feels on the mean what the loads do to all other parts."""
+    return jnp.sum(s.means.load_force[:, 1:], axis=(0, 1)) @ jnp.asarray(s.forward)
+
+
 def _largest(x: Array) -> Array:
     """Largest of what may be nothing: a robot without drives has no torque and no rate."""
     return jnp.max(x) if x.size else jnp.zeros(())
 
 
+def _largest_known(*stresses: Array) -> Array:
+    """Largest magnitude; NaN counts as nothing: there a robot does not bend."""
+    x = jnp.concatenate([x.reshape(-1) for x in stresses])
+    return _largest(jnp.abs(jnp.where(jnp.isnan(x), 0.0, x)))
+
+
 QUANTITIES = {
     quantity.name: quantity
     for quantity in (
-        Quantity("speed", "speed", "m/s", "high", "speed of the body along forward", _speed),
-        Quantity("torque", "torque", "N m", "low", "largest torque (or force) of a drive", _torque),
-        Quantity("power", "power", "W", "low", "power of all drives", _power),
-        Quantity("thrust", "force", "N", "high", "forward force on the body by the rest of the robot", _thrust),
-        Quantity("efficiency", "number", "1", "high", "thrust on the body times speed over power", _efficiency),
-        Quantity("cost_of_transport", "number", "1", "low", "power over weight in air times speed", _cost),
-        Quantity("drive_rate", "angular_speed", "rad/s", "low", "largest rate of a drive", _drive_rate),
+        Quantity("speed", "speed", "m/s", "high", "speed of the body along forward", _speed, _mean_speed),
+        Quantity("torque", "torque", "N m", "low", "largest torque (or force) of a drive", _torque, _torque_peak),
+        Quantity("power", "power", "W", "low", "power of all drives", _power, lambda s: s.means.power),
+        Quantity("thrust", "force", "N", "high", "forward force on the body by the rest", _thrust, _mean_thrust),
+        Quantity(
+            "efficiency",
+            "number",
+            "1",
+            "high",
+            "what it costs to tow the body, over power",
+            _efficiency,
+            lambda s: s.means.efficiency,
+        ),
+        Quantity(
+            "cost_of_transport",
+            "number",
+            "1",
+            "low",
+            "power over weight in air times speed",
+            _cost,
+            lambda s: s.means.cost_of_transport,
+        ),
+        Quantity(
+            "drive_rate",
+            "angular_speed",
+            "rad/s",
+            "low",
+            "largest rate of a drive",
+            _drive_rate,
+            lambda s: _largest(s.means.drive_velocity_peak),
+        ),
+        Quantity(
+            "stress",
+            "pressure",
+            "Pa",
+            "low",
+            "largest stress in a part or hinge that bends",
+            _stress,
+            lambda s: _largest_known(s.means.hinge_stress_peak, s.means.bending_stress_peak),
+        ),
     )
 }

@@ -49,7 +49,7 @@ from nectosome.io.errors import InputError, did_you_mean
 from nectosome.io.fields import Quantity
 from nectosome.io.files import dump_robot, json_schema, load_robot, parse_robot
 from nectosome.io.paths import get_value, numeric_paths, resolve, with_values
-from nectosome.io.period import drive_period
+from nectosome.io.period import drive_frequencies, drive_period
 from nectosome.io.provenance import provenance
 from nectosome.io.results import load_dataset, save_dataset
 from nectosome.io.settings import apply_settings, parse_setting
@@ -102,6 +102,7 @@ __all__ = [
     "WaterDescription",
     "apply_settings",
     "did_you_mean",
+    "drive_frequencies",
     "drive_period",
     "dump_robot",
     "format_quantity",

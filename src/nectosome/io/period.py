@@ -21,7 +21,7 @@ def drive_period(description: RobotDescription) -> float:
     nothing goes to and fro or round, where something slides away for ever, and where there is no common period of at
     most 50 cycles of the fastest drive.
     """
-    found = dict(_frequencies(description))
+    found = drive_frequencies(description)
     if not found:
         raise InputError("nothing of this robot is driven to and fro or round, so there is no period.", field="period")
     fastest = max(found.values())
@@ -35,8 +35,15 @@ def drive_period(description: RobotDescription) -> float:
     raise InputError(f"{why} Choose frequencies in a simple ratio.", field=path)
 
 
+def drive_frequencies(description: RobotDescription) -> dict[str, float]:
+    """Frequency [Hz], by its path, of everything that is made to go to and fro or round.
+
+    Raises InputError for a ramp, and where something slides away for ever.
+    """
+    return dict(_frequencies(description))
+
+
 def _frequencies(description: RobotDescription) -> Iterator[tuple[str, float]]:
-    """Path and frequency [Hz] of everything that is made to go to and fro or round."""
     for part, limb in {"body": description.body, **description.limbs}.items():
         place = f"{'body' if part == 'body' else f'limbs.{part}'}.joint"
         for path, signal in _signals(limb.joint, place):

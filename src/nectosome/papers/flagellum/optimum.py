@@ -13,12 +13,12 @@ from nectosome.design import (
     Evolution,
     Gradient,
     Limit,
+    MotionDesign,
     MotorLine,
     Pattern,
     Result,
     Solver,
     Start,
-    SteadyDesign,
     multistart,
 )
 from nectosome.design.record import Recorder
@@ -37,7 +37,7 @@ Tell = Callable[[str, float], None]
 class Search:
     """Results by (solver, seed), and the wall time of each [s]."""
 
-    task: SteadyDesign
+    task: MotionDesign
     results: dict[tuple[str, int], Result]
     seconds: dict[tuple[str, int], float]
     motor: Result  # within the motor's line, gradient, first seed
@@ -59,7 +59,7 @@ def best_of(start: Start) -> Evaluation:
     return start.best
 
 
-def search(task: SteadyDesign, starts: int, seeds: tuple[int, ...], tell: Tell, executor: Executor) -> Search:
+def search(task: MotionDesign, starts: int, seeds: tuple[int, ...], tell: Tell, executor: Executor) -> Search:
     """Run every solver from as many starts with each seed."""
     results, seconds = {}, {}
     rounds = [(name, seed) for name in SOLVERS for seed in seeds]
@@ -145,7 +145,7 @@ def best_designs(search: Search, table2: list[tuple[RobotDescription, float, flo
     return xr.Dataset(columns)
 
 
-def sensitivity(task: SteadyDesign, best: Evaluation, label: str) -> xr.Dataset:
+def sensitivity(task: MotionDesign, best: Evaluation, label: str) -> xr.Dataset:
     """Percent change of speed and torque at a design for 1 percent more of each variable."""
     evaluate = task.prepare()
     e = evaluate(best.u, True, best.memory)
@@ -164,7 +164,7 @@ def sensitivity(task: SteadyDesign, best: Evaluation, label: str) -> xr.Dataset:
     )
 
 
-def stiffness_trend(task: SteadyDesign, best: Evaluation, points: int) -> xr.Dataset:
+def stiffness_trend(task: MotionDesign, best: Evaluation, points: int) -> xr.Dataset:
     """Best Young's modulus and speed with hook angle or tip radius held, all else free; from the best design."""
     spans = {"alpha": np.radians(np.linspace(15, 75, points)), "tip_radius": np.linspace(2e-3, 10e-3, points)}
     value, young, speed = (np.full((2, points), np.nan) for _ in range(3))
@@ -185,14 +185,14 @@ def stiffness_trend(task: SteadyDesign, best: Evaluation, points: int) -> xr.Dat
     )
 
 
-def _polished(task: SteadyDesign, u: np.ndarray) -> Evaluation | None:
+def _polished(task: MotionDesign, u: np.ndarray) -> Evaluation | None:
     """Best design that the gradient solver finds from u."""
     recorder = Recorder(task, task.prepare(), None, lambda: False)
     Gradient(evaluations=60).solve(recorder, u, 1)
     return min((e for e in recorder.evaluations if e.feasible(task.tolerance)), key=lambda e: e.objective, default=None)
 
 
-def maps(task: SteadyDesign, designs: dict[str, np.ndarray], points: int, limit: float) -> xr.Dataset:
+def maps(task: MotionDesign, designs: dict[str, np.ndarray], points: int, limit: float) -> xr.Dataset:
     """Speed and torque over motor speed and Young's modulus, the rest as in each design u."""
     evaluate = task.prepare()
     k_rate, k_young = task.names.index("omega"), task.names.index("E")

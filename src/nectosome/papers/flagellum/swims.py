@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jax.flatten_util import ravel_pytree
 
 from nectosome.core import State
-from nectosome.design import SteadyDesign, shipped_problem
+from nectosome.design import MotionDesign, shipped_problem
 from nectosome.io import RobotDescription
 from nectosome.robots import build
 
@@ -19,7 +19,7 @@ class Swim(NamedTuple):
     state: State
 
 
-def design_task(base: RobotDescription) -> SteadyDesign:
+def design_task(base: RobotDescription) -> MotionDesign:
     """Design problem that ships for the flagellum: the paper's variables, bounds and limit of torque."""
     problem = shipped_problem("flagellum")
     if problem is None:
