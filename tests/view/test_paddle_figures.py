@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nectosome.view import chains, paddle
+from nectosome.view import chains, paddle, rowing
 
 
 def swing(n=8):
@@ -42,7 +42,22 @@ def sets():
     on = hinge > 2
     hinges = xr.Dataset({"thrust": hinge, "power": hinge, "stress": hinge, "front_power": on, "front_stress": on})
     swims = {"joints": [1, 3], "amplitude": size["amplitude"], "frequency": [0.5, 1.1]}
-    speeds = xr.Dataset({"speed": xr.DataArray(np.ones((2, 2, 2)), coords=swims)})
+    speeds = xr.Dataset(
+        {"speed": xr.DataArray(np.ones((2, 2, 2)), coords=swims), "dropped": ("frequency", [1.0, 0.5])},
+        attrs={"drop_slope": 4.0},
+    )
+    steering = xr.Dataset(
+        {"rate": ("left", [0.8, 0.0]), "radius": ("left", [0.3, np.inf]), "multiplier": ("left", [0.2, 1.017])},
+        coords={"left": np.radians([45.0, 75.0])},
+        attrs={"right": np.radians(75.0)},
+    )
+    heading = xr.Dataset(
+        {
+            "yaw": (("control", "time"), np.radians([[0.0, 30.0, 90.0], [0.0, 4.0, 1.0]])),
+            "amplitude": (("control", "half_stroke", "side"), np.ones((2, 2, 2))),
+        },
+        coords={"control": ["none", "PID"], "time": [0.0, 0.5, 1.0]},
+    )
     own = {"joints": ("row", [3, 1]), "amplitude": ("row", np.radians([75.0, 30.0])), "frequency": ("row", [1.1, 0.5])}
     table5 = xr.Dataset({"printed": ("row", [0.3, 0.1])}, coords=own, attrs={"drag_area": 0.02})
     yaw = xr.Dataset({"yaw_mean": (("frequency", "trial"), np.ones((2, 3))), "printed": ("frequency", [0.1, 0.2])})
@@ -54,13 +69,15 @@ def sets():
         "speeds": speeds,
         "table5": table5,
         "yaw": yaw.assign_coords(frequency=[1.1, 1.3]),
+        "steering": steering,
+        "heading": heading,
     }, runs
 
 
 def test_figures_are_there_for_which_there_are_data(sets):
     data, runs = sets
-    assert len(paddle.panels(data, runs)) == 10
-    assert len(paddle.panels(data, {})) == 7
+    assert len(paddle.panels(data, runs)) == 12
+    assert len(paddle.panels(data, {})) == 9
     assert paddle.panels({}, {}) == []
 
 
@@ -93,7 +110,48 @@ def test_strokes_are_told_apart_across_the_end_of_the_cycle():
 
 
 def test_printed_speeds_stand_beside_their_own_lines(sets):
-    shown = {trace.name: (trace.x.tolist(), trace.y.tolist()) for trace in paddle.speeds_panel(sets[0]).figure.data}
+    shown = {trace.name: (trace.x.tolist(), trace.y.tolist()) for trace in rowing.speeds_panel(sets[0]).figure.data}
     assert shown["FP3JP, 75 deg, measured"] == ([1.1], [0.3])
     assert shown["FP1JP, 30 deg, measured"] == ([0.5], [0.1])
     assert shown["FP1JP, 75 deg, measured"] == ([], [])
+
+
+def test_what_a_search_found_takes_the_place_of_the_grids_front(sets):
+    data = sets[0]
+    searched = xr.Dataset(
+        {
+            name: ("level", values)
+            for name, values in {
+                "thrust": [2.5, 3.5],
+                "power": [2.2, 3.1],
+                "thickness": [4e-3, 6e-3],
+                "length": [0.06, 0.08],
+            }.items()
+        }
+    )
+    fig = paddle.hinges_panel({**data, "front_power": searched}).figure
+    lines = [trace for trace in fig.data if trace.name == "front"]
+    assert (lines[0].x.tolist(), lines[0].y.tolist()) == ([2.2, 3.1], [2.5, 3.5])
+    assert lines[0].text[0] == "4 mm thick, 60 mm long"
+    assert lines[1].y.tolist() == [3.0, 4.0]
+
+
+def test_strokes_between_the_points_are_told(sets):
+    row = {"A": np.radians([49.2, 52.0]), "f": [1.3, 1.2], "thrust": [0.464, 0.5], "power": [0.787, 0.683]}
+    layers = {"thickness": [6e-3, 4e-3], "length": [0.105, 0.12]}
+    best = xr.Dataset(
+        {k: ("chosen", v) for k, v in (row | layers).items()}, {"chosen": ["stroke", "stroke and hinges"]}
+    )
+    caption = paddle.thrust_panel({**sets[0], "best": best}).caption
+    assert "it is 0.464 N at 49.2 deg and 1.3 Hz for 0.79 W" in caption
+    assert "0.500 N at 52.0 deg and 1.2 Hz for 0.68 W, with layers 4 mm thick and 120 mm long" in caption
+
+
+def test_the_circle_of_a_straight_swim_is_not_drawn(sets):
+    panel = rowing.steering_panel(sets[0])
+    assert [trace.x.size for trace in panel.figure.data] == [2, 1]
+    assert "multiplied by 1.017 in each cycle: it grows" in panel.caption
+
+
+def test_the_control_is_told_by_the_second_half_of_its_swim(sets):
+    assert "yaw is 1.0 deg on the mean and 1.0 deg at most" in rowing.heading_panel(sets[0]).caption

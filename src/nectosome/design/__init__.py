@@ -1,4 +1,4 @@
-"""Design: constrained optimisation of steady and periodic motions from many starts, and sweeps; both survive being killed."""
+"""Design: constrained optimisation of motions from many starts, and sweeps; both survive being killed."""
 
 from .composite import ratio_of, young_of
 from .constraints import Constraint, Limit, MotorLine, read_constraint
@@ -6,6 +6,7 @@ from .evolution import Evolution
 from .files import Problem, change, dump_design, load_problem, restore_design, shipped_problem
 from .folder import read_design
 from .gradient import Gradient
+from .improve import improve
 from .multistart import multistart
 from .pareto import Front, front
 from .pattern import Pattern
@@ -44,6 +45,7 @@ __all__ = [
     "describe_solver",
     "dump_design",
     "front",
+    "improve",
     "load_problem",
     "make_solver",
     "multistart",

@@ -177,7 +177,7 @@ class MotionDesign(Task):
                 u,
                 sign * values[self.objective],
                 np.array([c.excess(values) for c in self.constraints]),
-                outputs={name: values[name] for name in dict.fromkeys((*_TOLD, self.objective))},
+                outputs={name: values[name] for name in dict.fromkeys((*_TOLD, *wanted))},
                 memory=np.asarray(ravel_pytree(found.state)[0]),
             )
             if not slopes:

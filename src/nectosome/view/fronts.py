@@ -13,11 +13,15 @@ if TYPE_CHECKING:
 
 
 class Cost(NamedTuple):
-    """What designs cost, and which of them are on the front; scalars by design."""
+    """What designs cost, and which of them are on the front; scalars by design.
+
+    `searched`: cost and gain of designs that a search found between them; these make the front where they are given.
+    """
 
     title: str
     values: Float[np.ndarray, "n"]
     members: Bool[np.ndarray, "n"]
+    searched: tuple[Float[np.ndarray, "k"], Float[np.ndarray, "k"], Sequence[str]] | None = None  # and their names
 
 
 def fronts(
@@ -33,8 +37,7 @@ def fronts(
         fig.add_scatter(x=cost.values, y=gain, mode="markers", marker=dots, text=names, name="designs", **where)
         order = np.flatnonzero(cost.members)[np.argsort(cost.values[cost.members])]
         style = {"line": {"color": VERMILLION, "width": 1.6}, "marker": {"color": VERMILLION, "size": 8}}
-        text = [names[k] for k in order]
-        x, y = cost.values[order], gain[order]
+        x, y, text = cost.searched or (cost.values[order], gain[order], [names[k] for k in order])
         fig.add_scatter(x=x, y=y, mode="lines+markers", text=text, name="front", **style, **where)
         if own is not None:
             star = {"symbol": "star", "size": 16, "color": "white", "line": {"color": BLACK, "width": 1.5}}

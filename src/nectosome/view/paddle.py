@@ -1,9 +1,9 @@
-"""Figures of paddles: thrust on a load cell over strokes, joints and hinges; cycles and shapes; swims of the robot.
+"""Figures of paddles: thrust on a load cell over strokes, joints and hinges; cycles and shapes.
 
 Data, all in SI units: `strokes` (joints, amplitude, frequency) and `joints` (joints): thrust, power, thrust_per_power,
 servo_speed | servo_speed_limit; `hinges` (thickness, length): thrust, power, stress, front_power, front_stress |
-own_thickness, own_length; `speeds` (joints, amplitude, frequency): speed; `table5` (row): printed, ours | drag_area;
-`yaw` (frequency, trial): yaw_mean, and printed (frequency). Runs: cycles `n1_1.1Hz` and so on.
+own_thickness, own_length; `best` (chosen), `front_power` and `front_stress` (level): designs between these points.
+Runs: cycles `n1_1.1Hz` and so on. Those of swims are in `rowing.py`.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,6 +15,7 @@ from jaxtyping import Float
 from .chains import strokes_figure
 from .fronts import Cost, fronts
 from .heatmap import Axis, Line, diverging, maps, sequential
+from .rowing import heading_panel, speeds_panel, steering_panel, yaw_panel
 from .style import BLUE, CYCLE, GREY, Panel, dress
 
 if TYPE_CHECKING:
@@ -38,7 +39,9 @@ def panels(data: Sets, runs: Sets) -> list[Panel]:
         (("n3_0.6Hz",), shapes_panel),
         (("hinges",), hinges_panel),
         (("speeds", "table5"), speeds_panel),
-        (("yaw", "table5"), yaw_panel),
+        (("yaw",), yaw_panel),
+        (("steering",), steering_panel),
+        (("heading",), heading_panel),
     ]
     given = {**data, **runs}
     return [make(given) for needed, make in makers if all(name in given for name in needed)]
@@ -86,9 +89,29 @@ def thrust_panel(sets: Sets) -> Panel:
     caption = (
         f"Computed mean thrust, as in Figs. 5 and 9b. The largest is {_largest(thrust)}. The model has no drop above "
         f"1.1 Hz, which the paper measured. {_limit(strokes)} Of the strokes below it the best gives "
-        f"{_largest(followed)}."
+        f"{_largest(followed)}.{_between(sets)}"
     )
     return Panel("Mean thrust by stroke", caption, fig)
+
+
+def _between(sets: Sets) -> str:
+    """What exact slopes find between the points of the grid."""
+    if "best" not in sets:
+        return ""
+    own, all_chosen = (sets["best"].sel(chosen=name) for name in ("stroke", "stroke and hinges"))
+
+    def told(row: "xr.Dataset") -> str:
+        at = f"{np.degrees(float(row['A'])):.1f} deg and {float(row['f']):.3g} Hz"
+        return f"{float(row['thrust']):.3f} N at {at} for {float(row['power']):.2f} W"
+
+    layer = " and ".join(f"{1e3 * float(all_chosen[name]):.3g} mm {word}" for name, word in _LAYER.items())
+    return (
+        f" Between the points, by exact slopes, it is {told(own)}; with flexible layers chosen too, "
+        f"{told(all_chosen)}, with layers {layer}."
+    )
+
+
+_LAYER = {"thickness": "thick", "length": "long"}
 
 
 def _largest(thrust: "xr.DataArray") -> str:
@@ -222,14 +245,30 @@ def shapes_panel(sets: Sets) -> Panel:
     return Panel("Shapes over a cycle", caption, fig)
 
 
+def _searched(sets: Sets, cost: str, unit: float) -> tuple[np.ndarray, np.ndarray, list[str]] | None:
+    """The front between the points of the grid."""
+    if f"front_{cost}" not in sets:
+        return None
+    front = sets[f"front_{cost}"].sortby(cost)
+    thickness, length = 1e3 * front["thickness"].values, 1e3 * front["length"].values
+    return unit * front[cost].values, front["thrust"].values, _layers(thickness, length)
+
+
+def _layers(thickness: np.ndarray, length: np.ndarray) -> list[str]:
+    return [f"{h:.3g} mm thick, {x:.4g} mm long" for h, x in zip(thickness, length, strict=True)]
+
+
 def hinges_panel(sets: Sets) -> Panel:
     """Thrust against power and stress over hinges, with the fronts."""
     hinges = sets["hinges"].stack(design=("thickness", "length"))
     thickness, length = (1e3 * hinges[name].values for name in ("thickness", "length"))
-    names = [f"{h:.3g} mm thick, {x:.4g} mm long" for h, x in zip(thickness, length, strict=True)]
+    names = _layers(thickness, length)
     costs = [
-        Cost("mean power of the servo (W)", hinges["power"].values, hinges["front_power"].values),
-        Cost("largest stress in a hinge (kPa)", 1e-3 * hinges["stress"].values, hinges["front_stress"].values),
+        Cost(title, unit * hinges[cost].values, hinges[f"front_{cost}"].values, _searched(sets, cost, unit))
+        for cost, title, unit in (
+            ("power", "mean power of the servo (W)", 1.0),
+            ("stress", "largest stress in a hinge (kPa)", 1e-3),
+        )
     ]
     own = [hinges.attrs[f"own_{name}"] for name in ("thickness", "length")]
     here = np.isclose(thickness, 1e3 * own[0]) & np.isclose(length, 1e3 * own[1])
@@ -246,60 +285,3 @@ def hinges_panel(sets: Sets) -> Panel:
         f"{lead}, {names[most]}."
     )
     return Panel("Thrust, power and stress by hinge", caption, fig)
-
-
-def speeds_panel(sets: Sets) -> Panel:
-    """Speed of the robot against frequency, with the printed speeds."""
-    import plotly.graph_objects as go
-
-    speeds, table5, fig = sets["speeds"], sets["table5"], go.Figure()
-    for i, n in enumerate(speeds["joints"].values):
-        for amplitude, dash in zip(speeds["amplitude"].values, ("dash", "solid"), strict=True):
-            name = f"FP{n}JP, {np.degrees(amplitude):.0f} deg"
-            line = {"color": CYCLE[i], "dash": dash}
-            y = speeds["speed"].sel(joints=n, amplitude=amplitude).values
-            fig.add_scatter(x=speeds["frequency"].values, y=y, line=line, mode="lines", name=name)
-            own = (table5["joints"].values == n) & np.isclose(table5["amplitude"].values, amplitude)
-            filled = "circle" if dash == "solid" else "circle-open"
-            marker = {"color": CYCLE[i], "size": 11, "symbol": filled, "line": {"color": CYCLE[i], "width": 2}}
-            at = {"x": table5["frequency"].values[own], "y": table5["printed"].values[own]}
-            fig.add_scatter(**at, mode="markers", marker=marker, name=f"{name}, measured")
-    fig.update_xaxes(title="frequency (Hz)")
-    fig.update_yaxes(title="swimming speed (m/s)")
-    dress(fig, 460).update_layout(showlegend=True, hovermode="closest", margin_t=84)
-    caption = (
-        "Simulated speed of the robot with four paddles (lines) and what the paper measured (circles, Table 5), as in "
-        f"Fig. 10b. The hull's drag area, {1e4 * table5.attrs['drag_area']:.0f} cm2, is calibrated on FP3JP at 75 deg "
-        "and 1.1 Hz; all else follows from it. The model has no drop above 1.1 Hz, and at 0.3 Hz and 30 deg it stays "
-        "where it is."
-    )
-    return Panel("Speed of the robot", caption, fig)
-
-
-def yaw_panel(sets: Sets) -> Panel:
-    """Mean yaw of robots as they may have been made."""
-    import plotly.graph_objects as go
-
-    yaw, fig = sets["yaw"], go.Figure()
-    for i, frequency in enumerate(yaw["frequency"].values):
-        own = np.degrees(yaw["yaw_mean"].sel(frequency=frequency).values)
-        fig.add_scatter(
-            x=np.arange(1, own.size + 1),
-            y=own,
-            mode="markers",
-            marker={"color": CYCLE[i], "size": 10, "symbol": ("circle", "square")[i % 2]},
-            name=f"{frequency:g} Hz",
-        )
-        printed = [float(np.degrees(yaw["printed"].sel(frequency=frequency)))] * 2
-        line = {"color": CYCLE[i], "dash": "dash", "width": 1.4}
-        ends = [0.7, own.size + 0.3]
-        fig.add_scatter(x=ends, y=printed, mode="lines", line=line, name=f"{frequency:g} Hz, printed")
-    fig.update_xaxes(title="robot made within tolerances", dtick=1)
-    fig.update_yaxes(title="mean size of the yaw angle (deg)", rangemode="tozero")
-    dress(fig, 380).update_layout(showlegend=True, hovermode="closest", margin_t=60)
-    caption = (
-        "Simulated: ten seconds from rest, at 75 deg, of robots with three joints a paddle, whose paddles differ "
-        "within tolerances set beforehand; all else is perfect. Yaw comes from these differences alone. Dashed: what "
-        "the paper prints for its one robot (Table 5)."
-    )
-    return Panel("Yaw of robots as made", caption, fig)

@@ -19,9 +19,9 @@ from nectosome.design import (
     Result,
     Solver,
     Start,
+    improve,
     multistart,
 )
-from nectosome.design.record import Recorder
 from nectosome.io import RobotDescription, get_value
 
 SOLVERS: dict[str, Solver] = {
@@ -174,7 +174,7 @@ def stiffness_trend(task: MotionDesign, best: Evaluation, points: int) -> xr.Dat
             held = replace(task.variables[k], lower=float(x), upper=float(x))
             there = replace(task, variables=(*task.variables[:k], held, *task.variables[k + 1 :]))
             value[i, j] = x
-            found = _polished(there, best.u)
+            found = improve(there, best.u, Gradient(evaluations=60))
             if found is not None:
                 young[i, j] = there.box.values(found.u)[task.names.index("E")]
                 speed[i, j] = found.outputs["speed"]
@@ -183,13 +183,6 @@ def stiffness_trend(task: MotionDesign, best: Evaluation, points: int) -> xr.Dat
         {"value": (dims, value), "young": (dims, young, {"units": "Pa"}), "speed": (dims, speed, {"units": "m/s"})},
         coords={"fixed": list(spans)},
     )
-
-
-def _polished(task: MotionDesign, u: np.ndarray) -> Evaluation | None:
-    """Best design that the gradient solver finds from u."""
-    recorder = Recorder(task, task.prepare(), None, lambda: False)
-    Gradient(evaluations=60).solve(recorder, u, 1)
-    return min((e for e in recorder.evaluations if e.feasible(task.tolerance)), key=lambda e: e.objective, default=None)
 
 
 def maps(task: MotionDesign, designs: dict[str, np.ndarray], points: int, limit: float) -> xr.Dataset:

@@ -6,10 +6,13 @@ to turn faster than its 67 rev/min without load at 11.1 V, the battery's voltage
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+import xarray as xr
 from scipy.optimize import brentq
 
+from . import swim
 from .swim import PRINTED, straight_speed
 
 _PEAK = 1.1  # Hz
@@ -29,3 +32,11 @@ def calibrated_slope(drag_area: float) -> float:
 
     cn = float(np.asarray(brentq(surplus, 0.02, 1.0, xtol=1e-6)))
     return (1 - cn) / (frequency - _PEAK)
+
+
+def curves(drag_area: float, frequencies: Sequence[float]) -> xr.Dataset:
+    """The curves of `swim` and, as `dropped`, that of three joints at 75 deg with the drop [m/s]."""
+    slope = calibrated_slope(drag_area)
+    dropped = [straight_speed(3, math.radians(75), f, drag_area, factor(f, slope)) for f in frequencies]
+    found = swim.curves(drag_area, frequencies).assign(dropped=("frequency", dropped, {"units": "m/s"}))
+    return found.assign_attrs(drop_slope=slope)

@@ -23,25 +23,26 @@ from nectosome.solve import simulate
 
 from .trials import SAMPLE, measured_yaw
 
-Control = Callable[[float, float], tuple[float, float]]
-"""From measured yaw [rad] and its rate [rad/s] to the amplitudes of the left and the right side [rad]."""
+Control = Callable[[float, float, float], tuple[float, float]]
+"""From measured yaw [rad], its rate [rad/s] and integral [rad s] to the amplitudes of the left and right side [rad]."""
 
 
 class HeadingControl(NamedTuple):
-    """Proportional and differential: the side towards which the robot should turn rows less, the other as always.
+    """Proportional, differential and integral: the side towards which the robot should turn rows less.
 
-    The robot answers late (half a stroke to measure, half a stroke to row), so that gains must be small: 0.6 and 0.5 s
-    hold it at 75 deg and 1.1 Hz, 1 and 1 s make it swing to and fro.
+    The robot answers late (half a stroke to measure, half a stroke to row), so that gains must be small: 0.6, 0.5 s and
+    0.1 1/s hold it at 75 deg and 1.1 Hz, 1 and 1 s make it swing to and fro.
     """
 
     amplitude: float  # the largest [rad]
     proportional: float  # [rad/rad]
     differential: float  # [s]
+    integral: float  # [1/s]
     least: float  # amplitude [rad]
 
-    def __call__(self, yaw: float, rate: float) -> tuple[float, float]:
+    def __call__(self, yaw: float, rate: float, total: float) -> tuple[float, float]:
         """Amplitudes of the left and the right side [rad]; with yaw to the left the right side rows less."""
-        less = self.proportional * yaw + self.differential * rate
+        less = self.proportional * yaw + self.differential * rate + self.integral * total
         left, right = (max(self.amplitude - max(x, 0.0), self.least) for x in (-less, less))
         return left, right
 
@@ -65,10 +66,12 @@ def swim(robot: RobotDescription, strokes: int, control: Control | None = None, 
     half, rng = 0.5 / frequency, np.random.default_rng(seed)
     rowing = HalfStrokes(robot)
     amplitudes = [np.array([float(get_value(robot, name)) for name in ("A_left", "A_right")])]
-    state, q = None, []
+    state, q, total = None, [], 0.0
     for k in range(2 * strokes):
         if k and control is not None:
-            amplitudes.append(np.array(control(*_yaw_and_rate(np.concatenate(q), half, rng))))
+            seen, rate = _yaw_and_rate(np.concatenate(q), half, rng)
+            total += half * seen
+            amplitudes.append(np.array(control(seen, rate, total)))
         else:
             amplitudes.append(amplitudes[0])
         run = simulate(rowing.robot(k, *amplitudes[-2:]), half, samples=_PER_HALF + 1, initial=state)
@@ -86,6 +89,14 @@ def swim(robot: RobotDescription, strokes: int, control: Control | None = None, 
         },
         coords={"time": ("time", np.arange(x.size) * half / _PER_HALF, {"units": "s"}), "side": ["left", "right"]},
     )
+
+
+def compared(robot: RobotDescription, strokes: int = 24) -> xr.Dataset:
+    """The disturbed robot left to itself and under control (control: "none", "PID")."""
+    weak, amplitude = disturbed(robot), float(get_value(robot, "A_left"))
+    control = HeadingControl(amplitude, 0.6, 0.5, 0.1, np.radians(30))
+    both = [swim(weak, strokes), swim(weak, strokes, control)]
+    return xr.concat(both, xr.DataArray(["none", "PID"], dims="control", name="control"))
 
 
 _PER_HALF = 20  # moments kept of each half stroke

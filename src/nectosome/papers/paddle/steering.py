@@ -1,45 +1,54 @@
 """Steering by strokes of unequal size: how fast and how tightly the rowing robot turns when one side rows less."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
-import jax
 import numpy as np
+import xarray as xr
 
 from nectosome.core import Status
 from nectosome.io import RobotDescription, get_value, with_values
 from nectosome.robots import build
-from nectosome.solve import simulate
-
-_WAIT = 10  # times eight cycles
+from nectosome.solve import periodic
 
 
 class Turn(NamedTuple):
-    """A motion along a circle."""
+    """A motion along a circle, cycle by cycle."""
 
     rate: float  # of the heading [rad/s], positive to the left
     radius: float  # of the hull centre's path from cycle to cycle [m]; inf where it goes straight
     speed: float  # along it [m/s]
+    multiplier: float  # of the disturbance that dies out last, in each cycle; above 1 it grows
 
 
 def turn(robot: RobotDescription, left: float, right: float) -> Turn:
-    r"""Steady turn of the planar robot with these amplitudes [rad] on its sides.
+    r"""Cycle that the planar robot keeps with these amplitudes [rad] on its sides.
 
-    A cycle moves the hull's centre by d and turns it by $\psi$, along a circle of radius $|d| / 2 |\sin(\psi/2)|$. The
-    robot swims from rest until two cycles agree to 1e-4. Raises RuntimeError where they do not.
+    It moves the hull's centre by d and turns it by $\psi$, along a circle of radius $|d| / 2 |\sin(\psi/2)|$. Raises
+    RuntimeError where no cycle is found.
     """
     frequency, length = (float(get_value(robot, name)) for name in ("f", "body.length"))
-    built, state = build(with_values(robot, {"A_left": left, "A_right": right})), None
-    ends = [0.0, 6 / frequency, 7 / frequency, 8 / frequency]
-    for _ in range(_WAIT):
-        run = simulate(built, ends[-1], samples=ends, initial=state)
-        if int(run.status) != Status.SOLVED:
-            raise RuntimeError(f"turn with {left:.3f}, {right:.3f} rad: {Status(int(run.status)).reason}")
-        state = jax.tree.map(lambda x: x[-1], run.value.state)
-        x, y, yaw = np.asarray(run.value.state.q)[1:, :3].T
-        psi = np.diff(yaw)
-        way = np.hypot(*np.diff([x + 0.5 * length * np.cos(yaw), y + 0.5 * length * np.sin(yaw)]))
-        if max(abs(psi[1] - psi[0]), abs(way[1] - way[0]) / length) < 1e-4 * (0.01 + abs(psi[1])):
-            curved = 2 * abs(float(np.sin(0.5 * psi[1])))
-            radius = float(way[1]) / curved if curved > 1e-9 else np.inf
-            return Turn(float(psi[1]) * frequency, radius, float(way[1]) * frequency)
-    raise RuntimeError(f"turn with {left:.3f}, {right:.3f} rad: still changing after {8 * _WAIT} cycles")
+    found = periodic(build(with_values(robot, {"A_left": left, "A_right": right})), 1 / frequency)
+    if found.status not in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE):
+        raise RuntimeError(f"turn with {left:.3f}, {right:.3f} rad: {Status(int(found.status)).reason}")
+    x, y, yaw = np.asarray(found.value.state.q)[[0, -1], :3].T
+    psi = float(yaw[1] - yaw[0])
+    way = float(np.hypot(*(np.diff([x + 0.5 * length * np.cos(yaw), y + 0.5 * length * np.sin(yaw)]))).item())
+    curved = 2 * abs(float(np.sin(0.5 * psi)))
+    radius = way / curved if curved > _STRAIGHT else np.inf
+    return Turn(psi * frequency, radius, way * frequency, float(found.stats["multiplier"]))
+
+
+_STRAIGHT = 1e-9
+
+
+def turns(robot: RobotDescription, left: Sequence[float]) -> xr.Dataset:
+    """Turns with these amplitudes [rad] on the left side, and on the right that of the robot."""
+    full = float(get_value(robot, "A_right"))
+    found = [turn(robot, amplitude, full) for amplitude in left]
+    units = {"rate": "rad/s", "radius": "m", "speed": "m/s", "multiplier": "1"}
+    return xr.Dataset(
+        {name: ("left", [getattr(t, name) for t in found], {"units": unit}) for name, unit in units.items()},
+        coords={"left": ("left", [*map(float, left)], {"units": "rad"})},
+        attrs={"right": full},
+    )

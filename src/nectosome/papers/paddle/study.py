@@ -2,16 +2,18 @@
 
 import math
 import time
+from concurrent.futures import Executor, as_completed
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nectosome.design import Workers
 from nectosome.io import with_values
 from nectosome.loads import Spring
 from nectosome.robots import build, describe
 
 from ..study import Kind, Progress, Study, printed, score
-from . import swim, thrust
+from . import design, drop, heading, steering, swim, thrust
 from .trials import trials
 
 if TYPE_CHECKING:
@@ -29,6 +31,8 @@ _JOINTS = (1, 2, 3)
 _YAWED = (1.1, 1.3)  # Hz: frequencies whose yaw the paper prints, at 75 deg
 _CYCLES = {f"n{n}_{f}Hz": (n, f) for f in (1.1, 0.6) for n in _JOINTS}  # joints, frequency; 0.6 Hz is that of Fig. 4
 _RATED = {f"n3_{f}Hz": (3, f) for f in (0.9, 1.0)}  # whose gain over loss the paper tells
+_WORKERS = 2  # processes
+_LEFT = (5, 15, 30, 45, 55, 65, 70, 73, 75)  # deg: amplitudes of the side that rows less
 _KINDS: dict[str, Kind] = {"paddle/table5/fp3jp/75-1.1/speed": "calibration"}
 
 
@@ -37,14 +41,11 @@ def run(quick: bool, progress: Progress) -> Study:
     began = time.perf_counter()
     book = printed(NAME)
     data = _sweeps(quick, progress)
-    runs: dict[str, xr.Dataset] = {}
-    cycles = _RATED if quick else _CYCLES | _RATED
-    for i, (name, (joints, frequency)) in enumerate(cycles.items()):
-        progress(f"cycle of FP{joints}JP at {frequency} Hz", 0.4 + 0.2 * i / len(cycles))
-        runs[name] = thrust.cycle(joints, frequency)
-    numbers: dict[str, float | None] = {**_thrusts(data, runs)}
-    data |= _swims(quick, book, progress)
-    numbers |= _speeds(data)
+    with Workers(_WORKERS) as workers:
+        done = _parts(quick, book, data["hinges"], progress, workers.pool)
+    runs = {name: done.pop(name) for name in (_RATED if quick else _CYCLES | _RATED)}
+    data |= done
+    numbers: dict[str, float | None] = {**_thrusts(data, runs), **_speeds(data)}
     progress("scorecard", 1.0)
     missing = sorted(set(numbers) ^ set(book))
     if missing:
@@ -60,10 +61,10 @@ def _sweeps(quick: bool, tell: Progress) -> "dict[str, xr.Dataset]":
     amplitudes, frequencies = np.arange(30, 76, 15 if quick else 5), _frequencies(quick)
     tell("strokes", 0.0)
     strokes = thrust.over_strokes(_JOINTS, np.radians(amplitudes).tolist(), frequencies)
-    tell("joints", 0.2)
+    tell("joints", 0.15)
     others = thrust.over_strokes((0,) if quick else (0, 4, 5), [math.radians(75)], [1.1])
     one = strokes.sel(amplitude=others["amplitude"], frequency=others["frequency"])
-    tell("hinges", 0.3)
+    tell("hinges", 0.25)
     steps = (4, 9) if quick else (13, 9)
     hinges = thrust.over_hinges(np.linspace(2e-3, 8e-3, steps[0]).tolist(), np.linspace(0.03, 0.15, steps[1]).tolist())
     return {"strokes": strokes, "joints": xr.concat([others, one], "joints").sortby("joints"), "hinges": hinges}
@@ -73,23 +74,45 @@ def _frequencies(coarse: bool) -> list[float]:
     return (np.arange(3, 14, 2 if coarse else 1) / 10).tolist()
 
 
-def _swims(quick: bool, book: dict[str, Any], tell: Progress) -> "dict[str, xr.Dataset]":
-    """By figure: `table5` (row), `yaw` (frequency, trial), and not if quick `speeds` (joints, amplitude, frequency)."""
+def _parts(
+    quick: bool, book: dict[str, Any], hinges: "xr.Dataset", tell: Progress, executor: Executor
+) -> "dict[str, xr.Dataset]":
+    """Cycles by name, and by figure `table5` (row), `yaw` (frequency, trial).
+
+    And not if quick `best` (chosen), `front_power` and `front_stress` (level), `speeds` (joints, amplitude, frequency),
+    `steering` (left), `heading` (control, time).
+    """
+    submit = executor.submit
+    drag_area = submit(swim.calibrated_drag_area)
+    waiting = {submit(thrust.cycle, *of): name for name, of in (_RATED if quick else _CYCLES | _RATED).items()}
+    if not quick:
+        waiting[submit(design.best_strokes)] = "best"
+        waiting |= {submit(design.front, hinges, cost): f"front_{cost}" for cost in design.COSTS}
+    tell("cycles, designs and swims", 0.3)
+    area = drag_area.result()
+    waiting[submit(_yaw, area, book, 1 if quick else 5)] = "yaw"
+    if not quick:
+        one = with_values(describe("beetle1"), {"A": math.radians(75), "f": 1.1, "drag_area": area})
+        waiting[submit(steering.turns, one, np.radians(_LEFT).tolist())] = "steering"
+        waiting[submit(heading.compared, one)] = "heading"
+        waiting[submit(drop.curves, area, _frequencies(coarse=True))] = "speeds"
+    waiting[submit(swim.table5, area)] = "table5"
+    done = {}
+    for future in as_completed(waiting):
+        done[waiting[future]] = future.result()
+        tell(f"cycles, designs and swims: {len(done)} of {len(waiting)}", 0.3 + 0.7 * len(done) / len(waiting))
+    return done
+
+
+def _yaw(area: float, book: dict[str, Any], count: int) -> "xr.Dataset":
+    """Trials of so many robots as made, and what the paper prints, by frequency."""
     import xarray as xr
 
-    tell("swims", 0.6)
-    area = swim.calibrated_drag_area()
-    table5 = swim.table5(area).assign_attrs(drag_area=area)
-    tell("yaw", 0.7)
     robot = with_values(describe("beetle"), {"A": math.radians(75), "drag_area": area})
-    made = [trials(with_values(robot, {"f": frequency}), 1 if quick else 5) for frequency in _YAWED]
+    made = [trials(with_values(robot, {"f": frequency}), count) for frequency in _YAWED]
     frequencies = xr.DataArray(list(_YAWED), dims="frequency", name="frequency", attrs={"units": "Hz"})
     angles = [math.radians(book[f"paddle/yaw/75-{frequency}"]["printed"]) for frequency in _YAWED]
-    yaw = xr.concat(made, frequencies).assign(printed=("frequency", angles, {"units": "rad"}))
-    if quick:
-        return {"table5": table5, "yaw": yaw}
-    tell("speeds", 0.9)
-    return {"table5": table5, "yaw": yaw, "speeds": swim.curves(area, _frequencies(coarse=True))}
+    return xr.concat(made, frequencies).assign(printed=("frequency", angles, {"units": "rad"}))
 
 
 def _speeds(data: "dict[str, xr.Dataset]") -> dict[str, float | None]:

@@ -81,6 +81,7 @@ def table5(drag_area: float) -> xr.Dataset:
             "amplitude": ("row", amplitude, {"units": "rad"}),
             "frequency": ("row", frequency, {"units": "Hz"}),
         },
+        attrs={"drag_area": drag_area},
     )
 
 

@@ -8,7 +8,7 @@ import xarray as xr
 from nectosome.core import Status
 from nectosome.design.pareto import undominated
 from nectosome.design.sweep import sweep
-from nectosome.io import RevoluteJoint, get_value
+from nectosome.io import RevoluteJoint, RobotDescription, get_value
 from nectosome.robots import build, describe
 from nectosome.solve import periodic
 
@@ -18,11 +18,16 @@ SAMPLES = 257  # moments of a cycle: more of them move a mean thrust by 1e-4 of 
 def over_strokes(joints: Sequence[int], amplitudes: Sequence[float], frequencies: Sequence[float]) -> xr.Dataset:
     """Thrust, power and thrust per power of paddles of so many joints, by amplitude [rad] and frequency [Hz]."""
     found = sweep("paddle", {"N": [float(n) for n in joints], "A": amplitudes, "f": frequencies}, samples=SAMPLES)
+    out = _named(found).rename(N="joints", A="amplitude", f="frequency")
+    return out.assign_attrs(servo_speed_limit=servo_speed())
+
+
+def servo_speed() -> float:
+    """Speed of the servo without load [rad/s]."""
     servo = describe("paddle").limbs["arm"].joint
     assert isinstance(servo, RevoluteJoint)
     assert servo.limits is not None
-    out = _named(found).rename(N="joints", A="amplitude", f="frequency")
-    return out.assign_attrs(servo_speed_limit=servo.limits.speed)
+    return servo.limits.speed
 
 
 def over_hinges(thicknesses: Sequence[float], lengths: Sequence[float]) -> xr.Dataset:
@@ -31,10 +36,7 @@ def over_hinges(thicknesses: Sequence[float], lengths: Sequence[float]) -> xr.Da
     All joints are alike. `front_power` and `front_stress` tell where no other hinge gives more thrust for as little
     power, or stress.
     """
-    robot = describe("paddle")
-    hinges = [name for name in robot.limbs if name.startswith("segment")]
-    aliases = {q: tuple(f"limbs.{name}.joint.flexure.{q}" for name in hinges) for q in ("thickness", "length")}
-    robot = robot.model_copy(update={"aliases": {**robot.aliases, **aliases}})
+    robot = with_hinges(describe("paddle"))
     found = sweep(robot, {"thickness": thicknesses, "length": lengths}, samples=SAMPLES)
     stress = found["hinge_stress_peak"].max("part")
     out = _named(found).assign(stress=stress.assign_attrs(units="Pa"))
@@ -42,8 +44,15 @@ def over_hinges(thicknesses: Sequence[float], lengths: Sequence[float]) -> xr.Da
         members = np.zeros(out["thrust"].size, bool)
         members[undominated(out[cost].values.ravel(), -out["thrust"].values.ravel())] = True
         out[f"front_{cost}"] = (("thickness", "length"), members.reshape(out["thrust"].shape))
-    own = {f"own_{quantity}": get_value(robot, quantity) for quantity in aliases}
+    own = {f"own_{quantity}": get_value(robot, quantity) for quantity in ("thickness", "length")}
     return out.assign_attrs(own)
+
+
+def with_hinges(robot: RobotDescription) -> RobotDescription:
+    """The robot with aliases for the thickness and the length of the flexible layers of all joints."""
+    hinges = [name for name in robot.limbs if name.startswith("segment")]
+    aliases = {q: tuple(f"limbs.{name}.joint.flexure.{q}" for name in hinges) for q in ("thickness", "length")}
+    return robot.model_copy(update={"aliases": {**robot.aliases, **aliases}})
 
 
 def _named(found: xr.Dataset) -> xr.Dataset:

@@ -1,0 +1,15 @@
+"""The best design that a solver finds from one start, in this process."""
+
+import numpy as np
+from jaxtyping import Float
+
+from .record import Recorder
+from .task import Evaluation, Solver, Task
+
+
+def improve(task: Task, u: Float[np.ndarray, "n"], solver: Solver) -> Evaluation | None:
+    """Best evaluation that keeps all limits on the way from u; None where there is none."""
+    recorder = Recorder(task, task.prepare(), None, lambda: False)
+    solver.solve(recorder, u, 1)
+    kept = (e for e in recorder.evaluations if e.feasible(task.tolerance))
+    return min(kept, key=lambda e: e.objective, default=None)
