@@ -130,3 +130,13 @@ def test_the_mean_thrust_of_a_paddle_is_that_of_a_long_simulation(A, f, N):
     late = run["reaction"].sel(prescribed="body.y").values[1:]
     thrust, wanted = np.trapezoid(mean) / 128, np.trapezoid(late) / 128
     assert thrust == pytest.approx(wanted, rel=5e-3, abs=1e-4)
+
+
+def test_what_is_driven_through_and_through_repeats_itself_at_once():
+    """A rigid plate on its servo: nothing is free, so that there is nothing to find and nothing to last."""
+    found = periodic(build(describe("paddle", ["N=0", "A=60deg", "f=0.7Hz"])), 1 / 0.7, samples=65)
+    assert found.status == Status.SOLVED
+    assert found.multipliers.size == 0
+    assert abs(float(found.means().force[1])) < 1e-9
+    fastest = np.radians(60) * 2 * np.pi * 0.7
+    assert float(found.means().drive_velocity_peak[3]) == pytest.approx(fastest, rel=1e-12)

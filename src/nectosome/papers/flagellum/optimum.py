@@ -27,7 +27,7 @@ from nectosome.io import RobotDescription, get_value
 SOLVERS: dict[str, Solver] = {
     "gradient": Gradient(),
     "pattern": Pattern(smallest_mesh=1e-4, evaluations=200),
-    "evolution": Evolution(evaluations=200),
+    "evolution": Evolution(evaluations=150),
 }
 MOTOR = MotorLine(0.89, 22.0)
 Tell = Callable[[str, float], None]
@@ -76,7 +76,7 @@ def search(task: MotionDesign, starts: int, seeds: tuple[int, ...], tell: Tell, 
         seconds[name, seed] = time.perf_counter() - began
     tell("within the motor's line", len(rounds) / (len(rounds) + 1))
     limited = replace(task, constraints=(MOTOR,))
-    motor = multistart(limited, Gradient(), max(6, starts // 3), seeds[0], executor=executor)
+    motor = multistart(limited, Gradient(), max(2, starts // 3), seeds[0], executor=executor)
     return Search(task, results, seconds, motor)
 
 
