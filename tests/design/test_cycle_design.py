@@ -66,6 +66,29 @@ def test_one_frequency_of_two_is_no_variable():
         task.plan()
 
 
+@pytest.mark.parametrize(
+    ("settings", "name", "text", "jumps"),
+    [
+        ([], "forward_share", "0.3 .. 0.7", True),
+        (["limbs.arm.joint.motion.forward_share=0.4"], "phase", "0 deg .. 90 deg", True),
+        ([], "phase", "0 deg .. 90 deg", False),
+        (["limbs.arm.joint.motion.forward_share=0.4"], "amplitude", "40 deg .. 70 deg", False),
+    ],
+)
+def test_no_slopes_are_made_up_where_jumps_of_a_stroke_move(settings, name, text, jumps, monkeypatch):
+    robot = describe("paddle", settings)
+    variable = read_variable(f"limbs.arm.joint.motion.{name}", text, robot)
+    evaluate = MotionDesign(robot, (variable,), "thrust").prepare()
+
+    def asked(*_):
+        raise LookupError("asked for a program")
+
+    monkeypatch.setattr("nectosome.design.problem.remembered", asked)
+    refused = pytest.raises(InputError, match="slopes are not exact")
+    with refused if jumps else pytest.raises(LookupError, match="asked for a program"):
+        evaluate(np.array([0.5]), True, None)
+
+
 @pytest.mark.slow
 def test_quantities_of_the_paddle_are_those_of_its_cycle():
     robot = describe("paddle", ["N=1", "A=60deg", "f=0.9Hz"])

@@ -17,6 +17,8 @@ from nectosome.io import (
     drive_frequencies,
     drive_period,
     dump_robot,
+    get_value,
+    numeric_paths,
     resolve,
     with_values,
 )
@@ -131,6 +133,16 @@ class MotionDesign(Task):
                 return drive_period(with_values(self.description, {v.name: v.upper})) * abs(v.upper), k
         return drive_period(self.description), -1
 
+    def _jumping(self) -> str:
+        """Variable that shifts the moments at which strokes of unequal halves turn; "" where there is none."""
+        shares = {path: f"{path.rpartition('.')[0]}.forward_share" for path in numeric_paths(self.description)}
+        for v in self.variables:
+            for path in resolve(self.description, v.name):
+                unequal = shares[path] in shares and get_value(self.description, shares[path]) != 0.5
+                if path.endswith(".forward_share") or (path.endswith(".phase") and unequal):
+                    return v.name
+        return ""
+
     def _flat(self) -> bool:
         """Whether the robot stays in the plane whatever is chosen."""
         ends = [{}, *({v.name: x} for v in self.variables for x in (v.lower, v.upper))]
@@ -161,8 +173,15 @@ class MotionDesign(Task):
         rest = build(self.description).initial()
         _, unravel = ravel_pytree(rest)
         sign = -1.0 if QUANTITIES[self.objective].best == "high" else 1.0
+        jumping = self._jumping()
 
         def evaluate(u: np.ndarray, slopes: bool, memory: np.ndarray | None) -> Evaluation:
+            if slopes and jumping:
+                raise InputError(
+                    "moves the moment at which a stroke's acceleration jumps, so that slopes are not exact. Take the "
+                    "solver pattern or evolution.",
+                    field=jumping,
+                )
             guess, warm = (rest, False) if memory is None else (unravel(jnp.asarray(memory)), True)
             program = judge_with_slopes if slopes else judge
             found, steep = remembered(program, plan, numbers, jnp.asarray(u, dtype=float), guess, jnp.asarray(warm))
