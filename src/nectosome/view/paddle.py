@@ -149,9 +149,9 @@ def per_power_panel(sets: Sets) -> Panel:
     shown = {_joints(n): ratio.sel(joints=n) for n in ratio["joints"].values}
     fig = _stroke_maps(strokes, shown, sequential, "N/W", best=True)
     caption = (
-        "Computed mean thrust for each watt of the servo's mean mechanical power. Slow and small strokes hardly bend "
-        "the joints against their springs; in large and fast ones power outgrows thrust, as the cube of speed its "
-        f"square. {_limit(strokes)}"
+        "Computed mean thrust for each watt of the servo's mean mechanical power: the efficiency of a paddle that is "
+        "held, which does no work on its mount. Slow and small strokes hardly bend the joints against their springs; "
+        f"in large and fast ones power outgrows thrust, as the cube of speed its square. {_limit(strokes)}"
     )
     return Panel("Thrust for power", caption, fig)
 
