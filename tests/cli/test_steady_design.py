@@ -118,7 +118,7 @@ def test_a_robot_without_drives_or_limits_is_designed_too_and_has_no_efficiency(
     assert best_of("free")[0] == pytest.approx(1300, rel=1e-6)
     undefined = nectosome(*argv, "--out", "none", "--objective", "efficiency")
     assert undefined.code == 1
-    assert undefined.err.endswith("mostly because the objective is not finite.\n")
+    assert undefined.err.endswith("mostly because efficiency is not defined for this motion.\n")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="processes are killed the POSIX way")
