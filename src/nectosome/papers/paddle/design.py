@@ -34,7 +34,7 @@ def best_strokes() -> xr.Dataset:
 
 
 def front(hinges: xr.Dataset, cost: str, count: int = 6) -> xr.Dataset:
-    """Most thrust of hinges for as much of a cost, at 75 deg and 1.1 Hz; from some on the front of a grid on."""
+    """Most thrust of hinges for as much of a cost, at 75 deg and 1.1 Hz; searches start on the front of a grid."""
     members = hinges.stack(design=("thickness", "length"))
     members = members.isel(design=np.flatnonzero(members[f"front_{cost}"])).sortby(cost)
     rows = {}
