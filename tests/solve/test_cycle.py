@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.small_robots import DRIVEN, M0, C, F, I, K
+from tests.small_robots import DRIVEN, M0, ROWING, C, F, I, K
 
 from nectosome.core import State
 from nectosome.io import parse_robot
@@ -105,36 +105,16 @@ def test_a_body_that_goes_straight_and_one_that_goes_round():
     assert np.isnan(held.efficiency)
 
 
-FIN = """
-name: fin
-water: {gravity: 0 m/s2}
-body:
-  kind: rigid
-  shape: cylinder
-  length: 200 mm
-  radius: 40 mm
-  mass: 1 kg
-  joint: {kind: planar, axis: z}
-  loads: {drag: {kind: lumped_drag, drag_area: [4e-3 m2, 8e-3 m2, 0 m2]}}
-limbs:
-  arm:
-    on: body
-    kind: rigid
-    shape: point
-    mass: 16 g
-    joint: {kind: revolute, axis: z, motion: {kind: stroke, amplitude: 40 deg, frequency: 0.8 Hz}}
-  blade:
-    on: arm
-    kind: rigid
-    shape: box
-    length: 100 mm
-    width: 2 mm
-    height: 40 mm
-    mass: 30 g
-    strips: 4
-    joint: {kind: revolute, axis: z, flexure: {length: 105 mm, width: 40 mm, thickness: 6 mm, young: 2 MPa}}
-    loads: {drag: {kind: plate_drag, normal: 1}}
-"""
+STOP = """
+      stiffness: 0.03 N m/rad
+      lower: {stiffness: 10 N m/rad, damping: 0.01 N m s/rad}"""
+LAYER = "\n      flexure: {length: 105 mm, width: 40 mm, thickness: 6 mm, young: 2 MPa}"
+FIN = (
+    ROWING.replace("{kind: prismatic, axis: y}", "{kind: planar, axis: z}")
+    .replace("[0 m2, 4e-3 m2, 0 m2]", "[4e-3 m2, 8e-3 m2, 0 m2]")
+    .replace("amplitude: 60 deg", "amplitude: 40 deg")
+    .replace(STOP, LAYER)
+)
 PATHS = ("limbs.arm.joint.motion.amplitude", "limbs.blade.joint.flexure.young", "body.mass")
 
 

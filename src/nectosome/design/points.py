@@ -91,7 +91,7 @@ def points_of(description: RobotDescription, axes: tuple[Axis, ...], samples: in
     for k, group in enumerate(paths):
         numbers[:, [blueprint.paths.index(path) for path in group]] = grid[:, k, None]
     corners = [_robot(blueprint, numbers[k]) for k in _corners(axes)]
-    symmetry, *others = (find_symmetry(r) if r.tree.free_v.size else Symmetry((), False, False) for r in corners)
+    symmetry, *others = (find_symmetry(robot) for robot in corners)
     if any(other != symmetry for other in others):
         raise InputError("changes what the robot is free to do without end. Sweep its parts apart.", field="over")
     kind = Kind(blueprint, symmetry, all(moves_in_plane(robot) for robot in corners))

@@ -109,15 +109,11 @@ class MotionDesign(Task):
 
     def _symmetry(self) -> Symmetry:
         robot = build(self.description)
-        if robot.tree.free_v.size:
-            return find_symmetry(robot)
-        try:
-            drive_period(self.description)
-        except InputError:
+        if not robot.tree.free_v.size and not drive_frequencies(self.description):
             raise InputError(
                 "nothing of this robot is free to move, or driven to and fro.", field=self.description.name
-            ) from None
-        return Symmetry((), False, False)
+            )
+        return find_symmetry(robot)
 
     def _period(self) -> tuple[float, int]:
         """Period [s], and -1; or its product with the variable that it is inverse to, and which that is."""

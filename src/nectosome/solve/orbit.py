@@ -165,7 +165,9 @@ def _orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, 
 
     def derived(s: _Search) -> tuple[Array, Array, Cycle]:
         J, found = jax.jacfwd(lambda y: gap(s.x, y), has_aux=True)(jnp.zeros(m))
-        return J + jnp.eye(m), _solved(J), found
+        # the gap tells places and angles as coordinates, y moves along the velocities
+        told = jax.jacfwd(lambda y: between(robot, symmetry, s.x, near(robot, s.x, y)))(jnp.zeros(m))
+        return generalised_inverse(told) @ J + jnp.eye(m), _solved(J), found
 
     def kept(s: _Search) -> tuple[Array, Array, Cycle]:
         return s.monodromy, s.inverse, gap(s.x, jnp.zeros(m))[1]
@@ -212,28 +214,19 @@ def _slopes(primals: tuple, tangents: tuple) -> tuple[Solution, Solution]:
     found = _orbit(*primals)
     x = jax.tree.map(lambda x: x[0], found.value.states)
     d_period = jnp.zeros(()) if tangents[3] is None else tangents[3][-1]
-    along = _along(robot, symmetry, x, times, settings, tangents[0], d_period)
+    along = _along((robot, symmetry, x, times, settings), tangents[0], d_period)
     solved = (found.status == int(Status.SOLVED)) | (found.status == int(Status.SETTLED))
     along = jax.tree.map(lambda x: jnp.where(solved, x, jnp.nan), along)
     still = jax.tree.map(lambda _: None, found)
     return found, eqx.tree_at(lambda s: s.value.states, still, along, is_leaf=lambda x: x is None)
 
 
-def _along(
-    robot: Moving,
-    symmetry: Symmetry,
-    x: State,
-    times: Float[Array, "n"],
-    settings: Settings,
-    d_robot: Any,
-    d_period: Float[Array, ""],
-) -> State:
+def _along(here: tuple, *change: Any) -> State:
     """`cycle_slopes` by one change. Under vmap all changes of one robot share a march, which each lane would repeat."""
-    numbers, rest = eqx.partition((robot, x, times, settings), eqx.is_array)
+    numbers, rest = eqx.partition(here, eqx.is_array)
 
     def slopes(numbers: Any, *changes: Any) -> State:
-        robot, x, times, settings = eqx.combine(numbers, rest)
-        return cycle_slopes(robot, symmetry, x, times, settings, *changes)
+        return cycle_slopes(*eqx.combine(numbers, rest), *changes)
 
     def one(numbers: Any, *change: Any) -> State:
         return jax.tree.map(lambda s: s[0], slopes(numbers, *jax.tree.map(lambda d: d[None], change)))
@@ -249,7 +242,7 @@ def _along(
             out = slopes(numbers, *jax.tree.map(alike, changes, tuple(batched[1:])))
         return out, jax.tree.map(lambda _: True, out)
 
-    return shared(numbers, d_robot, d_period)
+    return shared(numbers, *change)
 
 
 def cycle_slopes(

@@ -71,7 +71,7 @@ def periodic(
         raise ValueError(f"periodic: {samples} samples; at least 2 are needed, both ends of the cycle.")
     if not (0 < rtol < 1 and 0 < atol < 1):
         raise ValueError(f"periodic: tolerances are rtol {rtol}, atol {atol}; they must lie between 0 and 1.")
-    symmetry = find_symmetry(robot) if robot.tree.free_v.size else Symmetry((), False, False)
+    symmetry = find_symmetry(robot)
     x = robot.initial() if guess is None else guess
     T = jnp.asarray(float(period))
     settings = cycle_settings("implicit", T, rtol, atol)

@@ -45,6 +45,8 @@ def steady(robot: Robot, *, guess: State | None = None) -> Steady:
     found; UNSTEADY_DRIVES where drives or loads change with time. Scaled residual at most 1e-10, else it is not solved.
     Raises ValueError where nothing is free to move. For derivatives, and under jit and vmap, see `equilibrium`.
     """
+    if not robot.tree.free_v.size:
+        raise ValueError("nothing of this robot is free to move: it has no steady state to be found.")
     symmetry = find_symmetry(robot)
     x = robot.initial() if guess is None else guess
     if not symmetry.steady:

@@ -62,10 +62,10 @@ _UP = np.array([0.0, 0.0, 1.0])
 def find_symmetry(robot: Robot) -> Symmetry:
     """Symmetry of a robot, found by moving it: states drawn at random must give the same residual in another place.
 
-    Raises ValueError where nothing is free to move.
+    Where nothing is free to move there is none, and nothing steady to be found.
     """
     if not robot.tree.free_v.size:
-        raise ValueError("nothing of this robot is free to move: it has no steady state to be found.")
+        return Symmetry((), False, False)
     coordinates, heading, time = (np.asarray(x) < _SAME for x in remembered(_changes, robot))
     drift = set(np.flatnonzero(coordinates).tolist())
     turning = {0, 1, 2} if _turns(robot) else set()

@@ -21,6 +21,7 @@ from nectosome.robots import blueprint_of, fill
 from nectosome.robots.beetle import PADDLES
 from nectosome.solve import simulate
 
+from .swim import hull_centre
 from .trials import SAMPLE, measured_yaw
 
 Control = Callable[[float, float, float], tuple[float, float]]
@@ -62,8 +63,7 @@ def swim(robot: RobotDescription, strokes: int, control: Control | None = None, 
     Time [s], true yaw [rad], place of the hull's centre [m] at even moments; amplitudes [rad] by half stroke. Raises
     RuntimeError where the simulation fails.
     """
-    frequency, length = (float(get_value(robot, name)) for name in ("f", "body.length"))
-    half, rng = 0.5 / frequency, np.random.default_rng(seed)
+    half, rng = 0.5 / float(get_value(robot, "f")), np.random.default_rng(seed)
     rowing = HalfStrokes(robot)
     amplitudes = [np.array([float(get_value(robot, name)) for name in ("A_left", "A_right")])]
     state, q, total = None, [], 0.0
@@ -79,12 +79,13 @@ def swim(robot: RobotDescription, strokes: int, control: Control | None = None, 
             raise RuntimeError(f"half stroke {k}: {Status(int(run.status)).reason}")
         state = jax.tree.map(lambda x: x[-1], run.value.state)
         q.append(np.asarray(run.value.state.q)[1 if k else 0 :, :3])
-    x, y, yaw = np.concatenate(q).T
+    path = np.concatenate(q)
+    x, y, yaw = *hull_centre(robot, path), path[:, 2]
     return xr.Dataset(
         {
             "yaw": ("time", yaw, {"units": "rad"}),
-            "x": ("time", x + 0.5 * length * np.cos(yaw), {"units": "m"}),
-            "y": ("time", y + 0.5 * length * np.sin(yaw), {"units": "m"}),
+            "x": ("time", x, {"units": "m"}),
+            "y": ("time", y, {"units": "m"}),
             "amplitude": (("half_stroke", "side"), np.array(amplitudes[1:]), {"units": "rad"}),
         },
         coords={"time": ("time", np.arange(x.size) * half / _PER_HALF, {"units": "s"}), "side": ["left", "right"]},

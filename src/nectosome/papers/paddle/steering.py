@@ -11,6 +11,8 @@ from nectosome.io import RobotDescription, get_value, with_values
 from nectosome.robots import build
 from nectosome.solve import periodic
 
+from .swim import hull_centre
+
 
 class Turn(NamedTuple):
     """A motion along a circle, cycle by cycle."""
@@ -27,13 +29,13 @@ def turn(robot: RobotDescription, left: float, right: float) -> Turn:
     It moves the hull's centre by d and turns it by $\psi$, along a circle of radius $|d| / 2 |\sin(\psi/2)|$. Raises
     RuntimeError where no cycle is found.
     """
-    frequency, length = (float(get_value(robot, name)) for name in ("f", "body.length"))
+    frequency = float(get_value(robot, "f"))
     found = periodic(build(with_values(robot, {"A_left": left, "A_right": right})), 1 / frequency)
     if found.status not in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE):
         raise RuntimeError(f"turn with {left:.3f}, {right:.3f} rad: {Status(int(found.status)).reason}")
-    x, y, yaw = np.asarray(found.value.state.q)[[0, -1], :3].T
-    psi = float(yaw[1] - yaw[0])
-    way = float(np.hypot(*(np.diff([x + 0.5 * length * np.cos(yaw), y + 0.5 * length * np.sin(yaw)]))).item())
+    ends = np.asarray(found.value.state.q)[[0, -1], :3]
+    psi = float(ends[1, 2] - ends[0, 2])
+    way = float(np.hypot(*np.diff(hull_centre(robot, ends))).item())
     curved = 2 * abs(float(np.sin(0.5 * psi)))
     radius = way / curved if curved > _STRAIGHT else np.inf
     return Turn(psi * frequency, radius, way * frequency, float(found.stats["multiplier"]))

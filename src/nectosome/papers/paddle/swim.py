@@ -9,6 +9,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import xarray as xr
+from jaxtyping import Float
 from scipy.optimize import brentq
 
 from nectosome.core import Status
@@ -41,6 +42,12 @@ def on_a_slide(robot: RobotDescription) -> RobotDescription:
     )
     fourfold = [path for path in numeric_paths(one) if path.startswith("limbs.") and path.endswith(_FOUR)]
     return with_values(one, {path: 4 * get_value(one, path) for path in fourfold})
+
+
+def hull_centre(robot: RobotDescription, q: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 n"]:
+    """Place [m] of the centre of the planar robot's hull, whose joint is at its stern: x, y, yaw in, x, y out."""
+    x, y, yaw = q.T
+    return np.stack([x, y]) + 0.5 * float(get_value(robot, "body.length")) * np.stack([np.cos(yaw), np.sin(yaw)])
 
 
 def straight_speed(joints: int, amplitude: float, frequency: float, drag_area: float, cn: float = 1.0) -> float:

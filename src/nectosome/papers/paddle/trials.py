@@ -8,10 +8,11 @@ import xarray as xr
 from jaxtyping import Float
 
 from nectosome.core import Status
-from nectosome.io import RobotDescription, get_value
+from nectosome.io import RobotDescription
 from nectosome.robots import build
 from nectosome.solve import simulate
 
+from .swim import hull_centre
 from .tolerances import YAW_NOISE, made
 
 _SECONDS, SAMPLE = 10.0, 0.1  # s
@@ -36,9 +37,9 @@ def trial(robot: RobotDescription, seed: int) -> dict[str, float]:
     run = simulate(build(robot), _SECONDS, samples=samples, rtol=_RTOL, atol=1e-2 * _RTOL)
     if int(run.status) != Status.SOLVED:
         raise RuntimeError(f"trial {seed}: {Status(int(run.status)).reason}")
-    x, _, yaw = np.asarray(run.value.state.q)[:, :3].T
-    centre = x + 0.5 * float(get_value(robot, "body.length")) * np.cos(yaw)
-    seen = np.abs(measured_yaw(yaw[1:], rng))
+    path = np.asarray(run.value.state.q)[:, :3]
+    centre, _ = hull_centre(robot, path)
+    seen = np.abs(measured_yaw(path[1:, 2], rng))
     return {"yaw_mean": seen.mean(), "yaw_max": seen.max(), "speed": (centre[-1] - centre[0]) / _SECONDS}
 
 
