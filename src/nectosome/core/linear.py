@@ -59,3 +59,11 @@ def generalised_inverse(A: Float[Array, "n n"]) -> Float[Array, "n n"]:
 
 def _or_one(x: Array) -> Array:
     return jnp.where(x > 0, x, 1.0)
+
+
+def kept(x: Float[Array, "k *more"]) -> Float[Array, "k *more"]:
+    """The same numbers, worked out once: its product with the unit matrix.
+
+    XLA repeats what numbers are made of, sines included, in each kernel that uses them; products it does not repeat.
+    """
+    return jnp.tensordot(jnp.eye(x.shape[0]), x, axes=1)

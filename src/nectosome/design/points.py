@@ -21,7 +21,7 @@ from nectosome.solve.orbit import cycle_settings, settled_cycle
 
 from .grid import Axis
 
-_LANES = 24  # robots computed side by side where that is quicker than one after another
+_LANES = 28  # robots computed side by side where that is quicker than one after another
 _INSTANT = 1e-4  # s, over which a steady motion is looked at
 
 

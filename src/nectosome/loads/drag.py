@@ -59,10 +59,12 @@ class PlateDrag(Load):
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on each station [N m, N]."""
-        across = strips.velocity[:, 1:]
-        faces = strips.half_width[:, ::-1]
-        scale = water.density * self.normal * wetted(strips, water) * strips.weight
-        return jnp.pad(-scale[:, None] * faces * jnp.abs(across) * across, ((0, 0), (4, 0))), z
+        _, vy, vz = jnp.moveaxis(strips.velocity, -1, 0)
+        ry, rz = strips.half_width[:, 0], strips.half_width[:, 1]
+        scale = -water.density * self.normal * wetted(strips, water) * strips.weight
+        none = jnp.zeros_like(vy)
+        fy, fz = scale * rz * jnp.abs(vy) * vy, scale * ry * jnp.abs(vz) * vz
+        return jnp.stack([none, none, none, none, fy, fz], axis=-1), z
 
 
 class LumpedDrag(Load):

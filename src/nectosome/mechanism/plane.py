@@ -18,8 +18,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, Mechanical, State, se2
+from nectosome.core.linear import kept
 
-from .plane_links import Alike, Body, Moving, moved, world
+from .plane_links import Alike, Body, Moving, moved, turned_by, world
 from .robot import Robot
 
 
@@ -112,17 +113,24 @@ class InPlane(Mechanical):
         return se2.carried(of_links[parent], link.step) if parent >= 0 else world().twist
 
     def _moving(self, t: Array, x: State) -> list[Moving]:
+        joints = [self._joint(k, t, x) for k in range(len(self.bodies))]
+        angles = jnp.stack([turned_by(body, q) for body, (q, _, _) in zip(self.bodies, joints, strict=True)])
+        cosines, sines = kept(jnp.stack([jnp.cos(angles), jnp.sin(angles)]))
         links: list[Moving] = []
-        for k, (part, body) in enumerate(zip(self.robot.tree.parts, self.bodies, strict=True)):
-            n, free = part.joint.nv, self._free(k)
-            if part.prescribed is not None:
-                q, v, a = part.joint.prescribed(*(jnp.broadcast_to(y, (n,)) for y in part.prescribed(t)))
-            else:
-                q, v, a = x.q[free.start : free.stop], x.v[free.start : free.stop], None
+        for k, (body, motion) in enumerate(zip(self.bodies, joints, strict=True)):
             parent = self._parent(k)
             before = links[parent] if parent >= 0 else world()
-            links.append(moved(body, before, q, v, a))
+            links.append(moved(body, before, (cosines[k], sines[k]), *motion))
         return links
+
+    def _joint(self, k: int, t: Array, x: State) -> tuple[Array, Array, Array | None]:
+        """Coordinates and velocities of a link's joint; accelerations of one that is prescribed."""
+        part, free = self.robot.tree.parts[k], self._free(k)
+        if part.prescribed is None:
+            return x.q[free.start : free.stop], x.v[free.start : free.stop], None
+        given = (jnp.broadcast_to(y, (part.joint.nv,)) for y in part.prescribed(t))
+        q, v, a = kept(jnp.stack(part.joint.prescribed(*given)))
+        return q, v, a
 
     def _inertias(self, t: Array, links: list[Moving]) -> tuple[list[se2.Inertia], list[se2.Wrench]]:
         """Inertias of the links along the axes of the world, and the wrenches that hold them without acceleration."""

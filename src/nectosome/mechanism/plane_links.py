@@ -55,8 +55,13 @@ def world() -> Moving:
     return Moving((jnp.ones(()), zero), origin, origin, still, still, ())
 
 
-def moved(body: Body, before: Moving, q: Array, v: Array, a: Array | None) -> Moving:
-    """Link behind a joint with coordinates q and velocities v; a of a joint that is prescribed."""
+def turned_by(body: Body, q: Array) -> se2.Number:
+    """Angle [rad] by which the joint has turned the link against its parent."""
+    return body.turn[0] * q[-1] if body.turn else jnp.zeros(())
+
+
+def moved(body: Body, before: Moving, turn: se2.Vector, q: Array, v: Array, a: Array | None) -> Moving:
+    """Link behind a joint with coordinates q, which turn it so, and velocities v; a of a joint that is prescribed."""
     zero = jnp.zeros(())
     w = before.twist[0]
     x, y = se2.turned(before.heading, body.offset)
@@ -66,7 +71,7 @@ def moved(body: Body, before: Moving, q: Array, v: Array, a: Array | None) -> Mo
     step, heading, spin = (x, y), before.heading, zero
     if body.turn:
         (sense,) = body.turn
-        heading = se2.turned(heading, (jnp.cos(sense * q[-1]), jnp.sin(sense * q[-1])))
+        heading = se2.turned(heading, turn)
         spin = sense * v[-1]
     # velocities are along axes that turn with the link
     motions: list[se2.Twist] = [(zero, *se2.turned(heading, axis)) for axis in body.slides]
@@ -104,7 +109,12 @@ def loaded(alike: Alike, t: Array, moves: Float[Array, "7"], water: Water) -> Fl
     )
     wrenches = [load.force(t, strips, (), water)[0] for load in alike.loads]
     total = sum((wrench for wrench in wrenches if wrench is not None), jnp.zeros((at.shape[0], 6)))
-    fx, fy = jnp.sum(Rx * total[:, 3:], axis=1), jnp.sum(Ry * total[:, 3:], axis=1)
-    m = jnp.sum(Rz * total[:, :3], axis=1) + at[:, 0] * fy - at[:, 1] * fx
+    fx, fy = _dot(Rx, total[:, 3:]), _dot(Ry, total[:, 3:])
+    m = _dot(Rz, total[:, :3]) + at[:, 0] * fy - at[:, 1] * fx
     fx, fy = jnp.sum(fx), jnp.sum(fy)
     return jnp.stack([jnp.sum(m), c * fx - s * fy, s * fx + c * fy])
+
+
+def _dot(a: Float[Array, "n 3"], b: Float[Array, "n 3"]) -> Float[Array, "n"]:
+    """Products of rows, number by number: XLA skips those that are 0 whatever the motion."""
+    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]
