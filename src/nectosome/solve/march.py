@@ -24,6 +24,9 @@ Method = Literal["implicit", "explicit"]
 Guard = Callable[[Array, State], Array]
 
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 4.0
+_LEAST = 1e-4  # error, in allowed ones, below which a step does not count as better still
+# The next step is sized by the last error, where stability limits steps also by how errors change (Gustafsson 1991).
+_CONTROL = {"implicit": (1.0, 0.0), "explicit": (0.7, 0.4)}
 _BLOCK = 16  # times at which lanes of a batch wait for each other
 
 
@@ -39,6 +42,7 @@ class March(eqx.Module):
     h: Float[Array, ""]  # size of the next step [s]
     memory: Any
     held: Bool[Array, ""]  # the last attempt was rejected
+    error: Float[Array, ""]  # of the last accepted step, in allowed errors
     status: Int[Array, ""]  # of the march so far; SOLVED while it runs
     end: Float[Array, ""]  # when the event happened or the march gave up [s]; inf while it runs
     steps: Int[Array, ""]
@@ -60,8 +64,8 @@ def begin(t: Array, x: State | Sloped, settings: Settings, h: Array) -> March:
     bare = x.x if isinstance(x, Sloped) else x
     n = bare.v.size + sum(leaf.size for leaf in jax.tree.leaves(bare.z))
     memory = newton_memory(n) if settings.method == "implicit" else None
-    held, solved, end, none = map(jnp.asarray, (False, int(Status.SOLVED), jnp.inf, 0))
-    return March(t, x, x, t, x, x, h, memory, held, solved, end, none, none)
+    held, error, solved, end, none = map(jnp.asarray, (False, 1.0, int(Status.SOLVED), jnp.inf, 0))
+    return March(t, x, x, t, x, x, h, memory, held, error, solved, end, none, none)
 
 
 def march(
@@ -79,6 +83,7 @@ def march(
     if isinstance(system, Sloping):
         step = sloped(step)
     order = (ESDIRK4 if settings.method == "implicit" else TSIT5).order
+    proportional, integral = _CONTROL[settings.method]
 
     def attempt(m: March) -> March:
         s = step(system, m.t, m.h, m.x, m.rate, m.steps > 0, m.memory, _allowed(settings, m.x, m.x))
@@ -86,17 +91,20 @@ def march(
         error = jax.lax.stop_gradient(_size(s.error, _allowed(settings, m.x, s.x)))
         error = jnp.where(jnp.isfinite(error) & s.converged, error, jnp.inf)
         accepted = error <= 1.0
-        factor = jnp.clip(_SAFETY * jnp.maximum(error, 1e-12) ** (-1 / order), _SHRINK, _GROW)
-        # an unchanged step keeps the Jacobian
-        factor = jnp.where((factor > 1.0) & (factor < 1.2), 1.0, factor)
+        error = jnp.maximum(error, _LEAST)
+        factor = error ** (-proportional / order) * m.error ** (integral / order)
+        factor = jnp.clip(_SAFETY * jnp.where(accepted, factor, error ** (-1 / order)), _SHRINK, _GROW)
+        if settings.method == "implicit":
+            # an unchanged step keeps the Jacobian
+            factor = jnp.where((factor > 1.0) & (factor < 1.2), 1.0, factor)
         factor = jnp.where(accepted, factor, jnp.minimum(factor, 0.9))
         factor = jnp.where(s.converged, factor, 0.5)
         # after a rejection do not grow at once
         factor = jnp.where(m.held, jnp.minimum(factor, 1.0), factor)
         values = (s.first, jnp.minimum(m.h * factor, settings.longest), s.memory, ~accepted)
         kept = eqx.tree_at(lambda m: (m.rate, m.h, m.memory, m.held), m, values)
-        moved = (m.t, m.x, s.first, m.t + m.h, s.x, s.rate)
-        new = eqx.tree_at(lambda m: (m.t0, m.x0, m.rate0, m.t, m.x, m.rate), kept, moved)
+        moved = (m.t, m.x, s.first, m.t + m.h, s.x, s.rate, error)
+        new = eqx.tree_at(lambda m: (m.t0, m.x0, m.rate0, m.t, m.x, m.rate, m.error), kept, moved)
         m = jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, kept)
         steps, rejected = m.steps + 1, m.rejected + ~accepted
         tiny = m.h < 1e-13 * jnp.maximum(1.0, jnp.abs(m.t))
