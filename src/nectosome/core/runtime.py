@@ -1,4 +1,4 @@
-"""How JAX runs here: float64, a compilation cache in the user's cache folder, quick compilation on the CPU.
+"""How JAX runs here: float64, a compilation cache in the user's cache folder, small programs on the CPU.
 
 Imported before anything that traces. Settings a user has made in the environment are left as they are.
 """
@@ -6,15 +6,23 @@ Imported before anything that traces. Settings a user has made in the environmen
 import os
 from pathlib import Path
 
-# Without fusion emitters the small graphs of a robot compile in half the time; in few pieces they load sooner from the
-# cache. Run time is the same within noise: residual 31 us, its Jacobian 420 us either way.
-_QUICK_START = ("--xla_cpu_use_fusion_emitters=false", "--xla_cpu_parallel_codegen_split_count=2")
+# XLA is made for large arrays, a robot's are small:
+# - Without fusion emitters graphs compile in half the time; in few pieces they load sooner from the cache.
+# - A loop that moves up to 4 MB becomes one function. As a rule each of its kernels is handed to a pool of threads, which
+#   takes longer than the kernel: a paddle's 8 s took 50 ms, and take 20. From 7 MB on functions compile twice as long.
+# - Products by a library cannot be part of such a function.
+_FOR_SMALL_GRAPHS = (
+    "--xla_cpu_use_fusion_emitters=false",
+    "--xla_cpu_parallel_codegen_split_count=2",
+    "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=4000000",
+    "--xla_cpu_experimental_ynn_fusion_type=",
+)
 
 
 def configure() -> None:
     """Switch on float64 and the persistent compilation cache (`NECTOSOME_CACHE` moves it, empty switches it off)."""
     flags = os.environ.get("XLA_FLAGS", "")
-    new = (flag for flag in _QUICK_START if flag.partition("=")[0] not in flags)
+    new = (flag for flag in _FOR_SMALL_GRAPHS if flag.partition("=")[0] not in flags)
     os.environ["XLA_FLAGS"] = " ".join([flags, *new]).strip()
 
     import jax
