@@ -72,7 +72,7 @@ def _steady() -> None:
     medians = {}
     for start, solve, each, aim in (
         ("cold", lambda f, k: f(us[k], s.rest, cold), range(_DESIGNS), 20.0),
-        ("warm", lambda f, k: f(moved[k], roots[k].value.state, warm), near, 2.0),
+        ("warm", lambda f, k: f(moved[k], roots[k].state, warm), near, 2.0),
     ):
         for what, f in (("solve", s.outputs), ("with 5 slopes", s.slopes)):
             times = 1e3 * np.array([clock(lambda f=f, k=k, solve=solve: solve(f, k), 3) for k in each])

@@ -24,7 +24,7 @@ _TOLERANCES, _FINEST = (1e-2, 3e-3, 1e-3, 1e-4, 1e-5), 1e-10
 _STEPS = {"RK4": (8, 10, 12, 20, 40), "implicitfast": (20, 40, 100, 200, 400), "Euler": (20, 40, 100, 200, 400)}
 _FINEST_STEPS = 200
 _AMPLITUDES, _FREQUENCIES = np.radians(np.arange(30.0, 76.0, 5.0)), np.arange(3, 14) / 10
-_LANES = 28
+_LANES = 55
 _AIM = 10.0  # s, of the sweep
 
 
