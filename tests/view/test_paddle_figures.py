@@ -60,7 +60,8 @@ def sets():
     )
     own = {"joints": ("row", [3, 1]), "amplitude": ("row", np.radians([75.0, 30.0])), "frequency": ("row", [1.1, 0.5])}
     table5 = xr.Dataset({"printed": ("row", [0.3, 0.1])}, coords=own, attrs={"drag_area": 0.02})
-    yaw = xr.Dataset({"yaw_mean": (("frequency", "trial"), np.ones((2, 3))), "printed": ("frequency", [0.1, 0.2])})
+    swims = (("row", "trial"), np.ones((2, 3)))
+    yaw = xr.Dataset({"yaw_mean": swims, "speed": swims, "printed": ("row", [0.1, np.nan])}, coords=own)
     runs = {f"n{n}_{f}Hz": swing() for n in (1, 2, 3) for f in (0.6, 1.1)}
     return {
         "strokes": strokes.assign_attrs(servo_speed_limit=7.0),
@@ -68,7 +69,7 @@ def sets():
         "hinges": hinges.assign_attrs(own_thickness=6e-3, own_length=0.05),
         "speeds": speeds,
         "table5": table5,
-        "yaw": yaw.assign_coords(frequency=[1.1, 1.3]),
+        "yaw": yaw,
         "steering": steering,
         "heading": heading,
     }, runs

@@ -8,7 +8,7 @@ from pathlib import Path
 
 # XLA is made for large arrays, a robot's are small:
 # - Without fusion emitters graphs compile in half the time; in few pieces they load sooner from the cache.
-# - A loop that moves up to 4 MB becomes one function. As a rule each of its kernels is handed to a pool of threads, which
+# - A loop that moves up to 4 MB becomes one function. Else each of its kernels is handed to a pool of threads, which
 #   takes longer than the kernel: a paddle's 8 s took 50 ms, and take 20. From 7 MB on functions compile twice as long.
 # - Products by a library cannot be part of such a function.
 _FOR_SMALL_GRAPHS = (

@@ -1,7 +1,7 @@
 """Figures of the rowing robot: its speed, its yaw as made, how it turns, how it holds its heading.
 
 Data, all in SI units: `speeds` (joints, amplitude, frequency): speed, and dropped (frequency) | drop_slope; `table5`
-(row): printed, ours | drag_area; `yaw` (frequency, trial): yaw_mean, and printed (frequency); `steering` (left): rate,
+(row): printed, ours | drag_area; `yaw` (row, trial): yaw_mean, speed, and printed (row); `steering` (left): rate,
 radius, speed, multiplier | right; `heading` (control, ...): yaw, amplitude.
 """
 
@@ -51,32 +51,39 @@ def speeds_panel(sets: Sets) -> Panel:
 
 
 def yaw_panel(sets: Sets) -> Panel:
-    """Mean yaw of robots as they may have been made."""
+    """Mean yaw and speed of robots as they may have been made, stroke by stroke of Table 5."""
     import plotly.graph_objects as go
+    from plotly.subplots import make_subplots
 
-    yaw, fig = sets["yaw"], go.Figure()
-    for i, frequency in enumerate(yaw["frequency"].values):
-        own = np.degrees(yaw["yaw_mean"].sel(frequency=frequency).values)
-        fig.add_scatter(
-            x=np.arange(1, own.size + 1),
-            y=own,
-            mode="markers",
-            marker={"color": CYCLE[i], "size": 10, "symbol": ("circle", "square")[i % 2]},
-            name=f"{frequency:g} Hz",
-        )
-        printed = [float(np.degrees(yaw["printed"].sel(frequency=frequency)))] * 2
-        line = {"color": CYCLE[i], "dash": "dash", "width": 1.4}
-        ends = [0.7, own.size + 0.3]
-        fig.add_scatter(x=ends, y=printed, mode="lines", line=line, name=f"{frequency:g} Hz, printed")
-    fig.update_xaxes(title="robot made within tolerances", dtick=1)
-    fig.update_yaxes(title="mean size of the yaw angle (deg)", rangemode="tozero")
-    dress(fig, 380).update_layout(showlegend=True, hovermode="closest", margin_t=60)
-    caption = (
-        "Simulated: ten seconds from rest, at 75 deg, of robots with three joints a paddle, whose paddles differ "
-        "within tolerances set beforehand; all else is perfect. Yaw comes from these differences alone. Dashed: what "
-        "the paper prints for its one robot (Table 5)."
+    made, table5, fig = sets["yaw"], sets["table5"], make_subplots(1, 2, horizontal_spacing=0.12)
+    names = ("joints", "amplitude", "frequency")
+    strokes = [*zip(*(made[name].values.tolist() for name in names), strict=True)]
+    speeds = dict(
+        zip(zip(*(table5[name].values.tolist() for name in names), strict=True), table5["printed"].values, strict=True)
     )
-    return Panel("Yaw of robots as made", caption, fig)
+    labels = [f"FP{n}JP<br>{np.degrees(a):.0f} deg<br>{f:g} Hz" for n, a, f in strokes]
+    shapes = (
+        (np.degrees(made["yaw_mean"].values), np.degrees(made["printed"].values)),
+        (made["speed"].values, [speeds[stroke] for stroke in strokes]),
+    )
+    count = made.sizes["trial"]
+    for column, (own, printed) in enumerate(shapes, start=1):
+        place = np.arange(len(strokes))[:, None] + np.linspace(-0.25, 0.25, count)
+        dots = go.Scatter(x=place.ravel(), y=own.ravel(), mode="markers", marker={"color": BLUE, "size": 6})
+        dash = {"color": VERMILLION, "size": 26, "symbol": "line-ew", "line": {"color": VERMILLION, "width": 3}}
+        told = go.Scatter(x=np.arange(len(strokes)), y=printed, mode="markers", marker=dash)
+        for trace, name in ((dots, "robots as made, simulated"), (told, "printed")):
+            fig.add_trace(trace.update(name=name, showlegend=column == 1), row=1, col=column)
+    fig.update_xaxes(tickvals=np.arange(len(strokes)), ticktext=labels, zeroline=False)
+    fig.update_yaxes(title="mean size of the yaw angle (deg)", type="log", tickvals=[0.1, 1, 10], col=1)
+    fig.update_yaxes(title="way made good (m/s)", col=2)
+    dress(fig, 420).update_layout(showlegend=True, hovermode="closest", margin_t=60, margin_b=80)
+    caption = (
+        f"Simulated: ten seconds from rest of {count} robots for each stroke, whose paddles differ within tolerances "
+        "set beforehand; all else is perfect. Yaw comes from these differences alone. Bars: what the paper prints for "
+        "its one robot (Table 5); it repeats at 75 deg the yaw with three joints for one, which is left out."
+    )
+    return Panel("Yaw and speed of robots as made", caption, fig)
 
 
 def steering_panel(sets: Sets) -> Panel:

@@ -13,7 +13,7 @@ import xarray as xr
 from scipy.optimize import brentq
 
 from . import swim
-from .swim import PRINTED, straight_speed
+from .swim import SPEEDS, straight_speed
 
 _PEAK = 1.1  # Hz
 
@@ -28,7 +28,7 @@ def calibrated_slope(drag_area: float) -> float:
     joints, amplitude, frequency = row = (3, math.radians(75), 1.3)
 
     def surplus(cn: float) -> float:
-        return straight_speed(joints, amplitude, frequency, drag_area, cn) - PRINTED[row]
+        return straight_speed(joints, amplitude, frequency, drag_area, cn) - SPEEDS[row]
 
     cn = float(np.asarray(brentq(surplus, 0.02, 1.0, xtol=1e-6)))
     return (1 - cn) / (frequency - _PEAK)

@@ -3,7 +3,7 @@
 import math
 import time
 from concurrent.futures import Executor, as_completed
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from nectosome.robots import build, describe
 
 from ..study import Kind, Progress, Study, printed, score
 from . import design, drop, heading, steering, swim, thrust
+from .swim import SPEEDS, YAWS
 from .trials import trials
 
 if TYPE_CHECKING:
@@ -28,10 +29,10 @@ ABOUT = (
     "measurements were published."
 )
 _JOINTS = (1, 2, 3)
-_YAWED = (1.1, 1.3)  # Hz: frequencies whose yaw the paper prints, at 75 deg
 _CYCLES = {f"n{n}_{f}Hz": (n, f) for f in (1.1, 0.6) for n in _JOINTS}  # joints, frequency; 0.6 Hz is that of Fig. 4
 _RATED = {f"n3_{f}Hz": (3, f) for f in (0.9, 1.0)}  # whose gain over loss the paper tells
 _WORKERS = 2  # processes
+_ROBOTS = 20  # made within tolerances; the paper swam five times with its one robot
 _LEFT = (5, 15, 30, 45, 55, 65, 70, 73, 75)  # deg: amplitudes of the side that rows less
 _KINDS: dict[str, Kind] = {"paddle/table5/fp3jp/75-1.1/speed": "calibration"}
 
@@ -42,7 +43,7 @@ def run(quick: bool, progress: Progress) -> Study:
     book = printed(NAME)
     data = _sweeps(quick, progress)
     with Workers(_WORKERS) as workers:
-        done = _parts(quick, book, data["hinges"], progress, workers.pool)
+        done = _parts(quick, data["hinges"], progress, workers.pool)
     runs = {name: done.pop(name) for name in (_RATED if quick else _CYCLES | _RATED)}
     data |= done
     numbers: dict[str, float | None] = {**_thrusts(data, runs), **_speeds(data)}
@@ -74,10 +75,8 @@ def _frequencies(coarse: bool) -> list[float]:
     return (np.arange(3, 14, 2 if coarse else 1) / 10).tolist()
 
 
-def _parts(
-    quick: bool, book: dict[str, Any], hinges: "xr.Dataset", tell: Progress, executor: Executor
-) -> "dict[str, xr.Dataset]":
-    """Cycles by name, and by figure `table5` (row), `yaw` (frequency, trial).
+def _parts(quick: bool, hinges: "xr.Dataset", tell: Progress, executor: Executor) -> "dict[str, xr.Dataset]":
+    """Cycles by name, and by figure `table5` (row), `yaw` (row, trial).
 
     And not if quick `best` (chosen), `front_power` and `front_stress` (level), `speeds` (joints, amplitude, frequency),
     `steering` (left), `heading` (control, time).
@@ -90,7 +89,7 @@ def _parts(
         waiting |= {submit(design.front, hinges, cost): f"front_{cost}" for cost in design.COSTS}
     tell("cycles, designs and swims", 0.3)
     area = drag_area.result()
-    waiting[submit(_yaw, area, book, 1 if quick else 5)] = "yaw"
+    waiting[submit(trials, YAWS if quick else SPEEDS, area, 1 if quick else _ROBOTS)] = "yaw"
     if not quick:
         one = with_values(describe("beetle1"), {"A": math.radians(75), "f": 1.1, "drag_area": area})
         waiting[submit(steering.turns, one, np.radians(_LEFT).tolist())] = "steering"
@@ -104,27 +103,17 @@ def _parts(
     return done
 
 
-def _yaw(area: float, book: dict[str, Any], count: int) -> "xr.Dataset":
-    """Trials of so many robots as made, and what the paper prints, by frequency."""
-    import xarray as xr
-
-    robot = with_values(describe("beetle"), {"A": math.radians(75), "drag_area": area})
-    made = [trials(with_values(robot, {"f": frequency}), count) for frequency in _YAWED]
-    frequencies = xr.DataArray(list(_YAWED), dims="frequency", name="frequency", attrs={"units": "Hz"})
-    angles = [math.radians(book[f"paddle/yaw/75-{frequency}"]["printed"]) for frequency in _YAWED]
-    return xr.concat(made, frequencies).assign(printed=("frequency", angles, {"units": "rad"}))
-
-
 def _speeds(data: "dict[str, xr.Dataset]") -> dict[str, float | None]:
     """Numbers of swims by scorecard row; None for the ratio to a speed that is none."""
-    table5 = data["table5"]
-    speed = dict(zip(swim.PRINTED, table5["ours"].values.tolist(), strict=True))
+    speed = dict(zip(SPEEDS, data["table5"]["ours"].values.tolist(), strict=True))
     best, fast, slow = (speed[3, math.radians(a), f] for a, f in ((75, 1.1), (75, 1.3), (30, 0.3)))
     rows = {(n, a, f): f"paddle/table5/fp{n}jp/{math.degrees(a):.0f}-{f}/speed" for n, a, f in speed}
-    yaw = data["yaw"]["yaw_mean"].mean("trial")
+    made = data["yaw"]
+    swims = zip(*(made[name].to_numpy().tolist() for name in ("joints", "amplitude", "frequency")), strict=True)
+    yaw = dict(zip(swims, np.degrees(made["yaw_mean"].to_numpy()).mean(axis=1).tolist(), strict=True))
     return (
         {rows[key]: value for key, value in speed.items()}
-        | {f"paddle/yaw/75-{f}": math.degrees(yaw.sel(frequency=f)) for f in _YAWED}
+        | {f"paddle/yaw/{'' if n == 3 else f'fp{n}jp/'}{math.degrees(a):.0f}-{f}": yaw[n, a, f] for n, a, f in YAWS}
         | {"paddle/speed-ratio/optimal": best / fast, "paddle/speed-ratio/baseline": best / slow if slow > 0 else None}
     )
 

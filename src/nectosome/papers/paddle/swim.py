@@ -20,11 +20,20 @@ from nectosome.solve import periodic
 
 from ..study import printed
 
-PRINTED = {  # Table 5: joints, amplitude [rad], frequency [Hz] -> speed [m/s]
-    (swim["joints"], math.radians(swim["amplitude"]), swim["frequency"]): entry["printed"]
-    for entry in printed("paddle").values()
-    if (swim := entry.get("swim"))
-}
+Swim = tuple[int, float, float]  # joints a paddle, amplitude [rad], frequency [Hz]
+
+
+def _table5(unit: str) -> dict[Swim, float]:
+    """What Table 5 prints in this unit."""
+    return {
+        (swim["joints"], math.radians(swim["amplitude"]), swim["frequency"]): entry["printed"]
+        for entry in printed("paddle").values()
+        if entry["unit"] == unit and (swim := entry.get("swim"))
+    }
+
+
+SPEEDS = _table5("m/s")
+YAWS = _table5("deg")  # averages; none where the table repeats that of another robot
 _FOUR = ("mass", "drag.normal", "flexure.young", "lower.stiffness", "lower.damping")
 
 
@@ -66,16 +75,15 @@ def straight_speed(joints: int, amplitude: float, frequency: float, drag_area: f
 
 def calibrated_drag_area() -> float:
     """Drag area of the hull along x [m2] at which the robot with three joints swims at the printed 0.323 m/s."""
-    (joints, amplitude, frequency), target = next(iter(PRINTED.items()))
+    (joints, amplitude, frequency), target = next(iter(SPEEDS.items()))
     found = brentq(lambda area: straight_speed(joints, amplitude, frequency, area) - target, 0.01, 0.03, xtol=1e-7)
     return float(np.asarray(found))
 
 
 def table5(drag_area: float) -> xr.Dataset:
     """Speeds of Table 5, printed and ours [m/s]: the first row is the calibration, the others are predictions."""
-    ours = [straight_speed(*row, drag_area) for row in PRINTED]
-    speeds = [*PRINTED.values()]
-    joints, amplitude, frequency = (list(x) for x in zip(*PRINTED, strict=True))
+    ours = [straight_speed(*row, drag_area) for row in SPEEDS]
+    speeds = [*SPEEDS.values()]
     return xr.Dataset(
         {
             "ours": ("row", ours, {"units": "m/s"}),
@@ -83,13 +91,19 @@ def table5(drag_area: float) -> xr.Dataset:
             "error": ("row", 100 * (np.divide(ours, speeds) - 1), {"units": "percent"}),
             "kind": ("row", ["calibration"] + ["prediction"] * (len(ours) - 1)),
         },
-        coords={
-            "joints": ("row", joints),
-            "amplitude": ("row", amplitude, {"units": "rad"}),
-            "frequency": ("row", frequency, {"units": "Hz"}),
-        },
+        coords=strokes(SPEEDS),
         attrs={"drag_area": drag_area},
     )
+
+
+def strokes(swims: Iterable[Swim]) -> dict[str, tuple]:
+    """Coordinates of swims, one a row."""
+    joints, amplitude, frequency = (list(x) for x in zip(*swims, strict=True))
+    return {
+        "joints": ("row", joints),
+        "amplitude": ("row", amplitude, {"units": "rad"}),
+        "frequency": ("row", frequency, {"units": "Hz"}),
+    }
 
 
 def curves(drag_area: float, frequencies: Iterable[float] = np.linspace(0.3, 1.3, 11)) -> xr.Dataset:

@@ -1,18 +1,18 @@
 """Trials of section 6.2 with robots as they may have been made: ten seconds from rest, yaw by IMU, way made good."""
 
-from concurrent.futures import Executor
-from functools import partial
+import math
+from collections.abc import Iterable
 
 import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
 from nectosome.core import Status
-from nectosome.io import RobotDescription
-from nectosome.robots import build
+from nectosome.io import RobotDescription, with_values
+from nectosome.robots import beetle, build
 from nectosome.solve import simulate
 
-from .swim import hull_centre
+from .swim import YAWS, Swim, hull_centre, strokes
 from .tolerances import YAW_NOISE, made
 
 _SECONDS, SAMPLE = 10.0, 0.1  # s
@@ -43,12 +43,16 @@ def trial(robot: RobotDescription, seed: int) -> dict[str, float]:
     return {"yaw_mean": seen.mean(), "yaw_max": seen.max(), "speed": (centre[-1] - centre[0]) / _SECONDS}
 
 
-def trials(robot: RobotDescription, count: int, executor: Executor | None = None) -> xr.Dataset:
-    """Trials of so many robots of one kind, seeds 0, 1, ...; the first five stand for the paper's five."""
-    each = map if executor is None else executor.map
-    rows = list(each(partial(trial, robot), range(count)))
+def trials(swims: Iterable[Swim], drag_area: float, count: int) -> xr.Dataset:
+    """Trials of so many robots in each of these swims (row, trial), seeds 0, 1, ...; and the printed mean yaw (row)."""
+    swims, found = list(swims), []
+    for joints, amplitude, frequency in swims:
+        robot = with_values(beetle(joints), {"A": amplitude, "f": frequency, "drag_area": drag_area})
+        found.append([trial(robot, seed) for seed in range(count)])
     units = {"yaw_mean": "rad", "yaw_max": "rad", "speed": "m/s"}
-    return xr.Dataset(
-        {name: ("trial", [row[name] for row in rows], {"units": unit}) for name, unit in units.items()},
-        attrs={"tolerances": "nectosome.papers.paddle.tolerances"},
-    )
+    every = {
+        name: (("row", "trial"), [[one[name] for one in row] for row in found], {"units": unit})
+        for name, unit in units.items()
+    }
+    printed = [math.radians(YAWS.get(swim, math.nan)) for swim in swims]
+    return xr.Dataset({**every, "printed": ("row", printed, {"units": "rad"})}, coords=strokes(swims))
