@@ -4,6 +4,8 @@ Springs, masses and the servo's sine are the same in both codes; drags are not (
 each code is held against its own fine run: root mean square of the angles over all samples, hinges and robots.
 """
 
+import multiprocessing
+import os
 import statistics
 import time
 from collections.abc import Callable
@@ -31,10 +33,22 @@ _AIM = 10.0  # s, of the sweep
 def main() -> None:
     print(f"\npaddle without stops, {SECONDS:.0f} s: MuJoCo {mujoco.__version__}; medians of interleaved runs")
     for hinges in (3, 4):
-        _one(hinges)
-    for threads in (1, 2):
-        _grid(threads)
+        _on_one_core(_one, hinges)
+    _on_one_core(_grid, 1)
+    _grid(2)
     _sweep()
+
+
+def _on_one_core(f: Callable[[int], None], x: int) -> None:
+    """F(x) in a process of its own, whose threads share one core."""
+    cores = os.sched_getaffinity(0)
+    process = multiprocessing.get_context("spawn").Process(target=f, args=(x,))
+    os.sched_setaffinity(0, {min(cores)})
+    process.start()
+    os.sched_setaffinity(0, cores)
+    process.join()
+    if process.exitcode:
+        raise RuntimeError(f"{f.__name__}({x}) ended with exit code {process.exitcode}.")
 
 
 def _one(hinges: int) -> None:

@@ -8,13 +8,13 @@ from pathlib import Path
 
 # XLA is made for large arrays, a robot's are small:
 # - Without fusion emitters graphs compile in half the time; in few pieces they load sooner from the cache.
-# - A loop that moves up to 4 MB becomes one function. Else each of its kernels is handed to a pool of threads, which
-#   takes longer than the kernel: a paddle's 8 s took 50 ms, and take 20. From 7 MB on functions compile twice as long.
+# - A loop that moves up to 0.5 MB becomes one function. Else each of its kernels is handed to a pool of threads, which
+#   takes longer than the kernel: a paddle's 8 s took 50 ms, and take 20. Larger functions take too long to compile.
 # - Products by a library cannot be part of such a function.
 _FOR_SMALL_GRAPHS = (
     "--xla_cpu_use_fusion_emitters=false",
     "--xla_cpu_parallel_codegen_split_count=2",
-    "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=4000000",
+    "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=500000",
     "--xla_cpu_experimental_ynn_fusion_type=",
 )
 
