@@ -11,14 +11,14 @@ _stop: Any = None  # in a worker: the event that says stop
 _count: Any = None  # in a worker: the shared number of evaluations computed
 
 
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NPROC")  # NPROC is read by XLA
 
 
 class Workers:
     """A pool of spawned processes, with an event that stops them and a count of what they compute.
 
-    Their linear algebra has one thread each, unless the environment says otherwise: theirs are small matrices, and many
-    threads on few processors wait for each other.
+    Their linear algebra and XLA have one thread each, unless the environment says otherwise: theirs are small matrices,
+    and many threads on few processors wait for each other.
     """
 
     def __init__(self, number: int):
