@@ -13,7 +13,8 @@ BENCHMARKS = {
     "steady": True,
     "search": False,
     "cantilever": True,
-    "paddle": False,
+    "paddle": True,
+    "batches": False,
     "command_line": False,
     "reading": True,
 }

@@ -2,10 +2,14 @@
 
 On one core. Errors are root mean squares over 101 moments, against the finest run of the same model: inextensible
 rods (ours, SoRoMoX) against ours; PyElastica's, which shears and stretches, against its own, extrapolated.
+SoRoMoX runs on JAX too: in a process of its own, so that JAX is set up for each as its users have it.
 """
 
 import statistics
+from concurrent.futures import Executor, ProcessPoolExecutor
 from importlib.metadata import version
+from multiprocessing import get_context
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,24 +30,38 @@ def main() -> None:
     codes = ", ".join(f"{name} {version(name)}" for name in ("nectosome", "soromox", "pyelastica"))
     print(f"\ntapered cantilever, 1 s from level, float64, one core: {codes}")
     print("  nectosome: implicit, adaptive; SoRoMoX: Tsit5, adaptive; PyElastica: position Verlet; medians of 3")
-    fine, ours = _inextensible("undamped", 0.0)
-    _inextensible(f"Kelvin-Voigt damping {_VISCOSITY:.0f} Pa s", _VISCOSITY)
+    with ProcessPoolExecutor(1, get_context("spawn"), _in_double_precision) as apart:
+        apart.submit(int).result()  # it is there before nectosome sets JAX up here
+        fine, ours = _inextensible("undamped", 0.0, apart)
+        _inextensible(f"Kelvin-Voigt damping {_VISCOSITY:.0f} Pa s", _VISCOSITY, apart)
     _shearing(fine, ours)
 
 
-def _inextensible(damping: str, viscosity: float) -> tuple[np.ndarray, list[Row]]:
+def _in_double_precision() -> None:
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+
+
+def _inextensible(damping: str, viscosity: float, apart: Executor) -> tuple[np.ndarray, list[Row]]:
     """Ours beside SoRoMoX; our finest run, and our rows."""
     fine = nectosome(*_FINEST, viscosity, method="explicit")()[0]
     _header(f"{damping}, inextensible")
-    ours, theirs = (
-        [
-            _row(f"{name}, order {o}, {p} points, rtol {r:.0e}", code(o, p, r, viscosity), fine)
-            for o, p, r in _RESOLUTIONS
-        ]
-        for name, code in (("nectosome", nectosome), ("SoRoMoX", soromox))
-    )
+    names = [f"order {o}, {p} points, rtol {r:.0e}" for o, p, r in _RESOLUTIONS]
+    ours = [
+        _row(f"nectosome, {name}", _timed(nectosome(*of, viscosity)), fine)
+        for name, of in zip(names, _RESOLUTIONS, strict=True)
+    ]
+    theirs = [
+        _row(f"SoRoMoX, {name}", apart.submit(_soromox, *of, viscosity).result(), fine)
+        for name, of in zip(names, _RESOLUTIONS, strict=True)
+    ]
     _compare("SoRoMoX", ours, theirs)
     return fine, ours
+
+
+def _soromox(order: int, points: int, rtol: float, viscosity: float) -> "_Timed":
+    return _timed(soromox(order, points, rtol, viscosity))
 
 
 def _shearing(fine: np.ndarray, ours: list[Row]) -> None:
@@ -51,10 +69,12 @@ def _shearing(fine: np.ndarray, ours: list[Row]) -> None:
     coarse, finest = pyelastica(*_FINER)()[0], pyelastica(*_FINEST_ELEMENTS)()[0]
     limit = finest + (finest - coarse) / 3
     _header("undamped, with shear and extension")
-    theirs = [_row(f"PyElastica, {n} elements, step {h:.1e} s", pyelastica(n, h), limit) for n, h in _PYELASTICA]
+    theirs = [
+        _row(f"PyElastica, {n} elements, step {h:.1e} s", _timed(pyelastica(n, h)), limit) for n, h in _PYELASTICA
+    ]
     shearing = nectosome(*_FINEST_SHEARING, strains=COSSERAT)()[0]
     same = [
-        _row(f"nectosome, order {o}, {p} points, rtol {r:.0e}", nectosome(o, p, r, strains=COSSERAT), shearing)
+        _row(f"nectosome, order {o}, {p} points, rtol {r:.0e}", _timed(nectosome(o, p, r, strains=COSSERAT)), shearing)
         for o, p, r in _RESOLUTIONS
     ]
     print(f"  finest runs of both, with shear and extension: {_off(limit, shearing):.3f} mm apart;")
@@ -67,8 +87,16 @@ def _header(what: str) -> None:
     print(f"\n  {what:48s}   error     time    first run   a step")
 
 
-def _row(name: str, run: Run, reference: np.ndarray) -> Row:
-    """Time a run and print its row."""
+class _Timed(NamedTuple):
+    """What a run gives, and the times it takes [s]: at first, with compilation, and then."""
+
+    tip: np.ndarray
+    steps: int
+    first: float
+    seconds: float
+
+
+def _timed(run: Run) -> _Timed:
     began = now()
     tip, steps = run()
     first = now() - began
@@ -77,9 +105,14 @@ def _row(name: str, run: Run, reference: np.ndarray) -> Row:
         began = now()
         run()
         times.append(now() - began)
-    row = Row(_off(tip, reference), statistics.median(times))
-    each = f"{1e6 * row.seconds / steps:6.0f} us x {steps}" if steps else ""
-    print(f"  {name:48s} {row.error:7.4f} mm {1e3 * row.seconds:7.0f} ms {first:7.1f} s   {each}", flush=True)
+    return _Timed(tip, steps, first, statistics.median(times))
+
+
+def _row(name: str, run: _Timed, reference: np.ndarray) -> Row:
+    """Print the row of a run."""
+    row = Row(_off(run.tip, reference), run.seconds)
+    each = f"{1e6 * row.seconds / run.steps:6.0f} us x {run.steps}" if run.steps else ""
+    print(f"  {name:48s} {row.error:7.4f} mm {1e3 * row.seconds:7.0f} ms {run.first:7.1f} s   {each}", flush=True)
     return row
 
 

@@ -1,11 +1,9 @@
-"""8 s of a rowing paddle without stops, one and a grid of 110, beside MuJoCo; and the whole sweep of the paddle.
+"""8 s of a rowing paddle without stops, one and a grid of 110, beside MuJoCo, on one core.
 
 Springs, masses and the servo's sine are the same in both codes; drags are not (blades here, MuJoCo's ellipsoids), so
 each code is held against its own fine run: root mean square of the angles over all samples, hinges and robots.
 """
 
-import multiprocessing
-import os
 import statistics
 import time
 from collections.abc import Callable
@@ -13,9 +11,6 @@ from typing import Any
 
 import mujoco
 import numpy as np
-
-from nectosome.core import Status
-from nectosome.design.sweep import sweep
 
 from .paddles import SAMPLE, SECONDS, Run, one_here, one_there, some_here, some_there
 from .timing import Row, time_at
@@ -25,30 +20,15 @@ _TOLERANCES, _FINEST = (1e-2, 3e-3, 1e-3, 1e-4, 1e-5), 1e-10
 # steps a sample; those of 12.5 ms are stable with three hinges, not with four
 _STEPS = {"RK4": (8, 10, 12, 20, 40), "implicitfast": (20, 40, 100, 200, 400), "Euler": (20, 40, 100, 200, 400)}
 _FINEST_STEPS = 200
-_AMPLITUDES, _FREQUENCIES = np.radians(np.arange(30.0, 76.0, 5.0)), np.arange(3, 14) / 10
+AMPLITUDES, FREQUENCIES = np.radians(np.arange(30.0, 76.0, 5.0)), np.arange(3, 14) / 10
 _LANES = 55
-_AIM = 10.0  # s, of the sweep
 
 
 def main() -> None:
     print(f"\npaddle without stops, {SECONDS:.0f} s: MuJoCo {mujoco.__version__}; medians of interleaved runs")
     for hinges in (3, 4):
-        _on_one_core(_one, hinges)
-    _on_one_core(_grid, 1)
-    _grid(2)
-    _sweep()
-
-
-def _on_one_core(f: Callable[[int], None], x: int) -> None:
-    """F(x) in a process of its own, whose threads share one core."""
-    cores = os.sched_getaffinity(0)
-    process = multiprocessing.get_context("spawn").Process(target=f, args=(x,))
-    os.sched_setaffinity(0, {min(cores)})
-    process.start()
-    os.sched_setaffinity(0, cores)
-    process.join()
-    if process.exitcode:
-        raise RuntimeError(f"{f.__name__}({x}) ended with exit code {process.exitcode}.")
+        _one(hinges)
+    grid(1)
 
 
 def _one(hinges: int) -> None:
@@ -61,9 +41,9 @@ def _one(hinges: int) -> None:
     _compare(*_rows((here, there), ends, 5))
 
 
-def _grid(threads: int) -> None:
+def grid(threads: int) -> None:
     """110 paddles of 3 hinges."""
-    grid = np.array([(A, f) for A in _AMPLITUDES for f in _FREQUENCIES])
+    grid = np.array([(A, f) for A in AMPLITUDES for f in FREQUENCIES])
     print(f"\n  {len(grid)} paddles of 3 hinges, {threads} {'thread' if threads == 1 else 'threads'}")
     here = {f"explicit, rtol {r:.0e}": some_here(3, grid, r, _LANES, threads) for r in _TOLERANCES[:-1]}
     there = {f"RK4, {_milli(k)}": some_there(3, grid, "RK4", k, threads) for k in _STEPS["RK4"]}
@@ -71,21 +51,11 @@ def _grid(threads: int) -> None:
     _compare(*_rows((here, there), ends, 3))
 
 
-def _sweep() -> None:
-    """The sweep of the paper: mean thrust of the paddle with its stops, at its cycle."""
-    over = {"N": (1, 2, 3), "A": tuple(_AMPLITUDES), "f": tuple(_FREQUENCIES)}
-    print("\n  sweep of the shipped paddle, with stops: N = 1, 2, 3, 330 cycles, two threads")
-    for what in ("first, with compilation", "compiled"):
-        wall, spent, found = _clock(lambda: sweep("paddle", over, workers=2))
-        solved = int(np.isin(found["status"], (Status.SOLVED.name, Status.SETTLED.name)).sum())
-        print(f"    {what:24s} {wall:6.1f} s, processor {spent:6.1f} s (aim {_AIM:.0f} s), {solved} solved", flush=True)
-
-
 def _milli(steps: int) -> str:
     return f"{1e3 * SAMPLE / steps:.3g} ms"
 
 
-def _clock(run: Callable[[], Any]) -> tuple[float, float, Any]:
+def timed(run: Callable[[], Any]) -> tuple[float, float, Any]:
     """Wall and processor time [s] of a call, and what it gives."""
     wall, spent = time.perf_counter(), time.process_time()
     out = run()
@@ -94,12 +64,12 @@ def _clock(run: Callable[[], Any]) -> tuple[float, float, Any]:
 
 def _rows(codes: tuple[dict[str, Run], ...], ends: tuple[Run, ...], repeats: int) -> list[list[tuple[Row, Row]]]:
     """Rows of each code by processor and by wall time. Runs take turns, so that all of them see the same machine."""
-    first = [{name: _clock(run) for name, run in code.items()} for code in codes]
+    first = [{name: timed(run) for name, run in code.items()} for code in codes]
     times = [{name: [] for name in code} for code in codes]
     for _ in range(repeats):
         for code, kept in zip(codes, times, strict=True):
             for name, run in code.items():
-                kept[name].append(_clock(run)[:2])
+                kept[name].append(timed(run)[:2])
     rows = []
     for code, began, kept, end in zip(("nectosome", "MuJoCo"), first, times, ends, strict=True):
         fine = end()

@@ -61,7 +61,8 @@ def sets():
     own = {"joints": ("row", [3, 1]), "amplitude": ("row", np.radians([75.0, 30.0])), "frequency": ("row", [1.1, 0.5])}
     table5 = xr.Dataset({"printed": ("row", [0.3, 0.1])}, coords=own, attrs={"drag_area": 0.02})
     swims = (("row", "trial"), np.ones((2, 3)))
-    yaw = xr.Dataset({"yaw_mean": swims, "speed": swims, "printed": ("row", [0.1, np.nan])}, coords=own)
+    told = {"printed_yaw": ("row", [0.1, np.nan]), "printed_speed": ("row", [0.3, 0.1])}
+    yaw = xr.Dataset({"yaw_mean": swims, "speed": swims, **told}, coords=own)
     runs = {f"n{n}_{f}Hz": swing() for n in (1, 2, 3) for f in (0.6, 1.1)}
     return {
         "strokes": strokes.assign_attrs(servo_speed_limit=7.0),

@@ -22,7 +22,7 @@ class Rigid(NamedTuple):
         return points @ self.rotation.T + self.translation
 
 
-def align(points: Float[np.ndarray, "n d"], targets: Float[np.ndarray, "n d"]) -> Rigid:
+def align_points(points: Float[np.ndarray, "n d"], targets: Float[np.ndarray, "n d"]) -> Rigid:
     r"""Rotation R and translation T with the least $\sum_k |e_k - (R s_k + T)|^2$, points s to targets e.
 
     With centred points $H = \sum_k s_k e_k^T = U \Lambda V^T$ (Arun et al. 1987)
@@ -34,7 +34,7 @@ def align(points: Float[np.ndarray, "n d"], targets: Float[np.ndarray, "n d"]) -
     scale them first. Raises ValueError without points.
     """
     if len(points) == 0:
-        raise ValueError("align: no points; at least one is needed.")
+        raise ValueError("align_points: no points; at least one is needed.")
     s, e = points.mean(axis=0), targets.mean(axis=0)
     U, _, Vt = np.linalg.svd((points - s).T @ (targets - e))
     signs = np.ones(len(s))
@@ -43,10 +43,10 @@ def align(points: Float[np.ndarray, "n d"], targets: Float[np.ndarray, "n d"]) -
     return Rigid(R, e - R @ s)
 
 
-def align_robustly(
-    points: Float[np.ndarray, "n d"], targets: Float[np.ndarray, "n d"], seed: int = 0
+def align_inliers(
+    points: Float[np.ndarray, "n d"], targets: Float[np.ndarray, "n d"]
 ) -> tuple[Rigid, Bool[np.ndarray, "n"]]:
-    r"""`align` without outliers, and which points were kept.
+    r"""`align_points` without outliers, and which points were kept.
 
     Of the maps that d points each determine, all of them or 500 drawn at random, the one with the least median of
     squares (Rousseeuw 1984), a RANSAC that needs no threshold. Its scatter $1.4826 (1 + 5/(n - d)) \sqrt{\mathrm{med}}$
@@ -54,14 +54,14 @@ def align_robustly(
     """
     n, d = points.shape
     if n < 2 * d:
-        return align(points, targets), np.ones(n, bool)
+        return align_points(points, targets), np.ones(n, bool)
     if comb(n, d) <= _TRIALS:
         subsets = [list(s) for s in combinations(range(n), d)]
     else:
-        rng = np.random.default_rng(seed)
+        rng = np.random.default_rng(0)
         subsets = [rng.choice(n, d, replace=False) for _ in range(_TRIALS)]
-    far = [np.linalg.norm(targets - align(points[k], targets[k])(points), axis=1) for k in subsets]
+    far = [np.linalg.norm(targets - align_points(points[k], targets[k])(points), axis=1) for k in subsets]
     best = min(far, key=np.median)
     scatter = 1.4826 * (1 + 5 / (n - d)) * float(np.median(best))
     kept = best <= max(_SIGMAS * scatter, 1e-12 * float(np.abs(targets).max()))
-    return align(points[kept], targets[kept]), kept
+    return align_points(points[kept], targets[kept]), kept

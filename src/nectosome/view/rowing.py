@@ -1,8 +1,8 @@
 """Figures of the rowing robot: its speed, its yaw as made, how it turns, how it holds its heading.
 
 Data, all in SI units: `speeds` (joints, amplitude, frequency): speed, and dropped (frequency) | drop_slope; `table5`
-(row): printed, ours | drag_area; `yaw` (row, trial): yaw_mean, speed, and printed (row); `steering` (left): rate,
-radius, speed, multiplier | right; `heading` (control, ...): yaw, amplitude.
+(row): printed, ours | drag_area; `yaw` (row, trial): yaw_mean, speed, and printed_yaw, printed_speed (row);
+`steering` (left): rate, radius, speed, multiplier | right; `heading` (control, ...): yaw, amplitude.
 """
 
 from collections.abc import Mapping
@@ -52,35 +52,32 @@ def speeds_panel(sets: Sets) -> Panel:
 
 def yaw_panel(sets: Sets) -> Panel:
     """Mean yaw and speed of robots as they may have been made, stroke by stroke of Table 5."""
-    import plotly.graph_objects as go
     from plotly.subplots import make_subplots
 
-    made, table5, fig = sets["yaw"], sets["table5"], make_subplots(1, 2, horizontal_spacing=0.12)
-    names = ("joints", "amplitude", "frequency")
-    strokes = [*zip(*(made[name].values.tolist() for name in names), strict=True)]
-    speeds = dict(
-        zip(zip(*(table5[name].values.tolist() for name in names), strict=True), table5["printed"].values, strict=True)
-    )
+    made, fig = sets["yaw"], make_subplots(1, 2, horizontal_spacing=0.12)
+    rows, count = np.arange(made.sizes["row"]), made.sizes["trial"]
+    strokes = zip(*(made[name].values for name in ("joints", "amplitude", "frequency")), strict=True)
     labels = [f"FP{n}JP<br>{np.degrees(a):.0f} deg<br>{f:g} Hz" for n, a, f in strokes]
-    shapes = (
-        (np.degrees(made["yaw_mean"].values), np.degrees(made["printed"].values)),
-        (made["speed"].values, [speeds[stroke] for stroke in strokes]),
-    )
-    count = made.sizes["trial"]
-    for column, (own, printed) in enumerate(shapes, start=1):
-        place = np.arange(len(strokes))[:, None] + np.linspace(-0.25, 0.25, count)
-        dots = go.Scatter(x=place.ravel(), y=own.ravel(), mode="markers", marker={"color": BLUE, "size": 6})
-        dash = {"color": VERMILLION, "size": 26, "symbol": "line-ew", "line": {"color": VERMILLION, "width": 3}}
-        told = go.Scatter(x=np.arange(len(strokes)), y=printed, mode="markers", marker=dash)
-        for trace, name in ((dots, "robots as made, simulated"), (told, "printed")):
-            fig.add_trace(trace.update(name=name, showlegend=column == 1), row=1, col=column)
-    fig.update_xaxes(tickvals=np.arange(len(strokes)), ticktext=labels, zeroline=False)
+    beside = 0.5 * (np.arange(count) - 0.5 * (count - 1)) / count
+    bar = {"color": VERMILLION, "size": 26, "symbol": "line-ew", "line": {"color": VERMILLION, "width": 3}}
+    for column, (own, printed) in enumerate(
+        (
+            (np.degrees(made["yaw_mean"].values), np.degrees(made["printed_yaw"].values)),
+            (made["speed"].values, made["printed_speed"].values),
+        ),
+        start=1,
+    ):
+        style: Any = {"mode": "markers", "row": 1, "col": column, "showlegend": column == 1}
+        places, dot = np.add.outer(rows, beside).ravel(), {"color": BLUE, "size": 6}
+        fig.add_scatter(x=places, y=own.ravel(), marker=dot, name="robots as made, simulated", **style)
+        fig.add_scatter(x=rows, y=printed, marker=bar, name="printed", **style)
+    fig.update_xaxes(tickvals=rows, ticktext=labels, zeroline=False)
     fig.update_yaxes(title="mean size of the yaw angle (deg)", type="log", tickvals=[0.1, 1, 10], col=1)
     fig.update_yaxes(title="way made good (m/s)", col=2)
     dress(fig, 420).update_layout(showlegend=True, hovermode="closest", margin_t=60, margin_b=80)
     caption = (
-        f"Simulated: ten seconds from rest of {count} robots for each stroke, whose paddles differ within tolerances "
-        "set beforehand; all else is perfect. Yaw comes from these differences alone. Bars: what the paper prints for "
+        "Simulated: ten seconds from rest, a dot for each robot as made: its paddles differ within tolerances set "
+        "beforehand, all else is perfect. Yaw comes from these differences alone. Bars: what the paper prints for "
         "its one robot (Table 5); it repeats at 75 deg the yaw with three joints for one, which is left out."
     )
     return Panel("Yaw and speed of robots as made", caption, fig)

@@ -12,7 +12,7 @@ from nectosome.io import RobotDescription, with_values
 from nectosome.robots import beetle, build
 from nectosome.solve import simulate
 
-from .swim import YAWS, Swim, hull_centre, strokes
+from .swim import SPEEDS, YAWS, Swim, hull_centre, strokes
 from .tolerances import YAW_NOISE, made
 
 _SECONDS, SAMPLE = 10.0, 0.1  # s
@@ -44,7 +44,7 @@ def trial(robot: RobotDescription, seed: int) -> dict[str, float]:
 
 
 def trials(swims: Iterable[Swim], drag_area: float, count: int) -> xr.Dataset:
-    """Trials of so many robots in each of these swims (row, trial), seeds 0, 1, ...; and the printed mean yaw (row)."""
+    """Trials of so many robots in each of these swims (row, trial), seeds 0, 1, ...; and what is printed (row)."""
     swims, found = list(swims), []
     for joints, amplitude, frequency in swims:
         robot = with_values(beetle(joints), {"A": amplitude, "f": frequency, "drag_area": drag_area})
@@ -54,5 +54,8 @@ def trials(swims: Iterable[Swim], drag_area: float, count: int) -> xr.Dataset:
         name: (("row", "trial"), [[one[name] for one in row] for row in found], {"units": unit})
         for name, unit in units.items()
     }
-    printed = [math.radians(YAWS.get(swim, math.nan)) for swim in swims]
-    return xr.Dataset({**every, "printed": ("row", printed, {"units": "rad"})}, coords=strokes(swims))
+    printed = {
+        "printed_yaw": ("row", [math.radians(YAWS.get(swim, math.nan)) for swim in swims], {"units": "rad"}),
+        "printed_speed": ("row", [SPEEDS[swim] for swim in swims], {"units": "m/s"}),
+    }
+    return xr.Dataset({**every, **printed}, coords=strokes(swims))
