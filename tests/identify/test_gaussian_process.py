@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from nectosome.identify import gaussian_process
+from nectosome.identify import Term, gaussian_process
 
 GRID = np.stack(np.meshgrid(*[np.linspace(0, 1, 6)] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
 
@@ -28,13 +28,14 @@ def test_intervals_cover_what_they_say():
     """Functions drawn from the priors themselves, with noise: 95 % intervals hold the truth in 95 % of the cases."""
     rng, inside = np.random.default_rng(0), []
     for _ in range(400):
-        size, lengths = np.exp(rng.normal()), 0.8 * np.exp(0.8 * rng.normal(size=2))
+        size, part, lengths = np.exp(rng.normal()), 0.25 * np.exp(rng.normal()), 2 * np.exp(0.8 * rng.normal(size=2))
         r = np.sqrt(5 * np.sum(((GRID[:, None] - GRID) / lengths) ** 2, axis=-1))
-        K = size**2 * (1 + r + r**2 / 3) * np.exp(-r)
+        K = size**2 * (1 + part**2 * (1 + r + r**2 / 3) * np.exp(-r))
         truth = np.linalg.cholesky(K + 1e-10 * size**2 * np.eye(len(GRID))) @ rng.normal(size=len(GRID))
         known = rng.choice(len(GRID), 8, replace=False)
         noise = np.full(8, 0.05 * size)
-        found = gaussian_process(GRID[known], truth[known] + noise * rng.normal(size=8), noise, GRID)
+        term = Term(size, np.ones(8), np.ones(len(GRID)))
+        found = gaussian_process(GRID[known], truth[known] + noise * rng.normal(size=8), noise, GRID, [term])
         rest = np.setdiff1d(np.arange(len(GRID)), known)
         inside.append(np.mean(np.abs(found.mean - truth)[rest] <= norm.ppf(0.975) * found.error[rest]))
     assert 0.92 < np.mean(inside) < 0.97
@@ -51,9 +52,20 @@ def test_units_and_the_order_of_axes_do_not_matter():
     np.testing.assert_allclose(turned.mean, one.mean, atol=0.02)  # draws of the lengths change places
 
 
+def test_a_shape_carries_what_is_measured_elsewhere():
+    """What goes with a known shape is told where the shape is large from where it is small; so are two at once."""
+    x, s = GRID[GRID[:, 0] < 0.5], 1 + 10 * GRID[:, 0] ** 2
+    here = s[GRID[:, 0] < 0.5]
+    terms = [Term(1.0, here, s), Term(1.0, np.ones(len(x)), np.ones(len(s)))]
+    found = gaussian_process(x, 0.7 * here - 0.2, np.full(len(x), 1e-4), GRID, terms)
+    np.testing.assert_allclose(found.mean, 0.7 * s - 0.2, rtol=0.02)
+    assert np.all(np.abs(found.mean - 0.7 * s + 0.2) < 3 * found.error + 1e-3)
+    alone = gaussian_process(x, 0.7 * here - 0.2, np.full(len(x), 1e-4), GRID)
+    assert np.abs(alone.mean - 0.7 * s + 0.2).max() > 0.5
+
+
 def test_nothing_known_and_numbers_that_are_none():
-    empty = gaussian_process(np.zeros((0, 2)), np.zeros(0), np.zeros(0), GRID)
-    assert np.all(empty.mean == 0)
-    assert np.all(np.isinf(empty.error))
+    with pytest.raises(ValueError, match="no points"):
+        gaussian_process(np.zeros((0, 2)), np.zeros(0), np.zeros(0), GRID)
     with pytest.raises(ValueError, match="finite"):
         gaussian_process(GRID[:2], np.array([1.0, np.nan]), np.zeros(2), GRID)

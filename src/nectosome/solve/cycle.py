@@ -25,6 +25,7 @@ class CycleMeans(NamedTuple):
     load_force: Float[Array, "loads parts 3"]  # [N]
     load_power: Float[Array, "loads parts"]  # [W], positive into the robot
     force: Float[Array, "3"]  # of all loads on all parts [N]
+    force_peak: Float[Array, "3"]  # the largest magnitude of each of its components [N]
     reaction: Float[Array, "prescribed"]  # what the drives of prescribed joints give [N m, N]
     reaction_power: Float[Array, "prescribed"]  # [W]
     energy: Float[Array, "3"]  # kinetic, of the water carried along, elastic [J]
@@ -49,7 +50,8 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
     $\bar P_d$ of driving forces, and the mass m of the robot:
 
     - force: minus what holds a robot that is held, since the rate of momentum has no mean; and better told by samples
-      than the mean of the reactions, which feel every stop that is hit.
+      than the mean of the reactions, which feel every stop that is hit. Its peak is what a load cell shows behind a
+      low pass that takes such blows away.
     - power $P = \sum \bar P_r + \sum \bar P_d$; what a drive gets back in a part of the cycle counts as given back.
     - speed $U = |x(T) - x(0)|/T$.
     - turn_rate $\mathrm{atan2}(Q_{yx} - Q_{xy}, Q_{xx} + Q_{yy})/T$, $Q = R(T) R(0)^T$: the heading gained, less
@@ -74,6 +76,7 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
         load_force=mean.load_force,
         load_power=mean.load_power,
         force=jnp.sum(mean.load_force, axis=(0, 1)),
+        force_peak=_largest(jnp.sum(once.load_force, axis=(1, 2))),
         reaction=mean.reaction,
         reaction_power=mean.reaction_power,
         energy=mean.energy,
@@ -129,6 +132,7 @@ _OF_A_CYCLE: dict[str, tuple[tuple[str, ...], str]] = {
     "bending_strain_peak": (("part",), "1"),
     "bending_stress_peak": (("part",), "Pa"),
     "force": (("axis",), "N"),
+    "force_peak": (("axis",), "N"),
     "power": ((), "W"),
     "speed": ((), "m/s"),
     "turn_rate": ((), "rad/s"),

@@ -1,0 +1,53 @@
+"""How far predictions are from what was measured."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from scipy.stats import norm
+
+_LEAST = 0.01  # of the largest measured value: a percentage of less says nothing
+
+
+class Errors(NamedTuple):
+    """Errors relative to what was measured, in percent."""
+
+    mean: float  # of |e|/|F|
+    signed: float  # mean of e/|F|
+    largest: float  # of |e|/|F|
+    total: float  # sum of |e| over sum of |F|
+    coverage: float  # share of the values in their 95 % intervals; NaN without errors
+    floor: float  # what noise alone makes the mean
+    small: int  # values below a hundredth of the largest, left out of all but total and coverage
+
+
+def errors_of(
+    predicted: Float[np.ndarray, "n"],
+    measured: Float[np.ndarray, "n"],
+    error: Float[np.ndarray, "n"],
+    noise: Float[np.ndarray, "n"],
+) -> Errors:
+    r"""Errors e of predictions with standard errors, against measured values F with noise of standard deviation sigma.
+
+    The paper's eq. 30 with magnitudes and the number of values put in. The floor is the mean of
+    $\sqrt{2/\pi} \sigma/|F|$; the intervals are those of a measured value, $\pm 1.96 \sqrt{error^2 + \sigma^2}$.
+    """
+    e, size = predicted - measured, np.abs(measured)
+    large = size >= _LEAST * size.max(initial=0.0)
+    large &= size > 0
+    relative = 100 * e[large] / size[large]
+    wide = norm.ppf(0.975) * np.hypot(error, noise)
+    known = np.isfinite(error)
+    return Errors(
+        mean=_mean(np.abs(relative)),
+        signed=_mean(relative),
+        largest=float(np.max(np.abs(relative), initial=0.0)) if large.any() else np.nan,
+        total=float(100 * np.sum(np.abs(e)) / np.sum(size)) if size.any() else np.nan,
+        coverage=_mean(100.0 * (np.abs(e) <= wide)[known]),
+        floor=_mean(100 * np.sqrt(2 / np.pi) * noise[large] / size[large]),
+        small=int(np.sum(~large)),
+    )
+
+
+def _mean(x: Float[np.ndarray, "n"]) -> float:
+    return float(np.mean(x)) if x.size else float("nan")

@@ -1,0 +1,145 @@
+"""What is left between a simulator and experiments, made a function of the conditions in one way or another.
+
+Each way takes what is `Given` and gives a function that corrects the simulator at other conditions.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.interpolate import RBFInterpolator
+
+from .alignment import align_inliers
+from .gaussian_process import Surface, Term, gaussian_process
+from .parameter import Field
+
+
+class Simulated(NamedTuple):
+    """What a simulator gives at some conditions, with its parameter as told."""
+
+    x: Float[np.ndarray, "n d"]  # in the unit box
+    values: Float[np.ndarray, "n"]
+    field: Surface  # of the parameter, its u; zeros where none is told
+    slopes: Float[np.ndarray, "n"]  # of the values by u
+
+
+class Given(NamedTuple):
+    """What a correction is made of."""
+
+    simulated: Simulated  # where something was measured
+    measured: Float[np.ndarray, "m"]
+    errors: Float[np.ndarray, "m"]
+    field: Field | None
+
+
+Correction = Callable[[Simulated], Surface]
+
+
+def nothing(given: Given | None = None) -> Correction:
+    """The simulator as it is, with its parameter as told."""
+    return lambda there: Surface(there.values, _no_error(there))
+
+
+def rigid(given: Given) -> Correction:
+    r"""Rotation and translation of the points (x, F), simulated to measured (`align_inliers`).
+
+    The paper's $S_T = (M S^T)^T$ (Hu et al. 2024, eq. 29): a point keeps its conditions, though it is moved along them
+    too. Values are scaled like the conditions, from the least to the largest simulated one: a rotation mixes them.
+    """
+    low, size = given.simulated.values.min(), float(np.ptp(given.simulated.values)) or 1.0
+
+    def points(x: Float[np.ndarray, "n d"], values: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n e"]:
+        return np.column_stack([x, (values - low) / size])
+
+    x = given.simulated.x
+    move, _ = align_inliers(points(x, given.simulated.values), points(x, given.measured))
+
+    def corrected(there: Simulated) -> Surface:
+        return Surface(low + size * move(points(there.x, there.values))[:, -1], _no_error(there))
+
+    return corrected
+
+
+def affine(given: Given) -> Correction:
+    """A linear function of the conditions and of what is simulated, by least squares.
+
+    Where there are fewer experiments than coefficients, the one that changes least.
+    """
+
+    def terms(of: Simulated) -> Float[np.ndarray, "n k"]:
+        return np.column_stack([np.ones(len(of.x)), of.x, of.values])
+
+    change, *_ = np.linalg.lstsq(terms(given.simulated), given.measured - given.simulated.values)
+    return lambda there: Surface(there.values + terms(there) @ change, _no_error(there))
+
+
+_SMOOTHING = (0.0, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0)
+
+
+def thin_plate(given: Given) -> Correction:
+    """A thin plate through the differences, as stiff as leaving each of them out asks for (Duchon 1977; Wahba 1990).
+
+    The mean of the differences where they are too few, or lie in a line.
+    """
+    x, left = given.simulated.x, given.measured - given.simulated.values
+    n, d = x.shape
+    if n < d + 3 or np.linalg.matrix_rank(np.column_stack([np.ones(n), x])) <= d:
+        return lambda there: Surface(there.values + left.mean(), _no_error(there))
+
+    def plate(kept: Bool[np.ndarray, "m"], smoothing: float) -> RBFInterpolator:
+        return RBFInterpolator(x[kept], left[kept], smoothing=smoothing, kernel="thin_plate_spline")
+
+    def wrong(smoothing: float) -> float:
+        rows = np.arange(n)
+        return sum((plate(rows != k, smoothing)(x[[k]])[0] - left[k]) ** 2 for k in rows if _spans(x[rows != k]))
+
+    found = plate(np.ones(n, bool), min(_SMOOTHING, key=wrong))
+    return lambda there: Surface(there.values + found(there.x), _no_error(there))
+
+
+def _spans(x: Float[np.ndarray, "m d"]) -> bool:
+    """Whether points are on no line (plane, ...)."""
+    return bool(np.linalg.matrix_rank(np.column_stack([np.ones(len(x)), x])) > x.shape[1])
+
+
+def gaussian(given: Given) -> Correction:
+    r"""Gaussian processes of what is left: one that is added, one that scales, and one of the parameter.
+
+    $$ y = F + F' (u - \bar u) + F g_1 + g_2 $$
+
+    with the simulator's values F and slopes F' at the told parameter $\bar u$ (after Kennedy and O'Hagan 2001, whose
+    scale is constant). Where something else than y tells u, such as peaks, that is measured too; so errors of the
+    parameter are counted once, and in common.
+    """
+    at, field = given.simulated, given.field
+    left = given.measured - at.values
+    size = max(_rms(left), float(given.errors.mean()), 1e-300)
+    scale = size / max(_rms(at.values), 1e-300)
+    m = len(left)
+    told = (field.x, field.u, field.errors) if field is not None and field.apart else (at.x[:0], left[:0], left[:0])
+    extra = len(told[1])
+    x, noise = np.concatenate([told[0], at.x]), np.concatenate([told[2], given.errors])
+    y = np.concatenate([told[1], left + at.slopes * at.field.mean])
+
+    def corrected(there: Simulated) -> Surface:
+        nothing = np.zeros(extra)
+        terms = [
+            Term(size, np.concatenate([nothing, np.ones(m)]), np.ones(len(there.x))),
+            Term(scale, np.concatenate([nothing, at.values]), there.values),
+        ]
+        if field is not None:
+            spread = max(_rms(field.u), float(field.errors.mean()))
+            terms.append(Term(spread, np.concatenate([np.ones(extra), at.slopes]), there.slopes))
+        found = gaussian_process(x, y, noise, there.x, terms)
+        return Surface(there.values - there.slopes * there.field.mean + found.mean, found.error)
+
+    return corrected
+
+
+def _rms(x: Float[np.ndarray, "n"]) -> float:
+    return float(np.sqrt(np.mean(x**2)))
+
+
+def _no_error(there: Simulated) -> Float[np.ndarray, "n"]:
+    return np.full(len(there.x), np.nan)

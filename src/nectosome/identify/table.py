@@ -1,0 +1,135 @@
+"""What a simulator gives over a grid of conditions, and over one parameter of its own where that is an axis too."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
+
+from nectosome.io import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class Table:
+    """Values at every point of a grid of conditions, for each value of a parameter that the simulator does not know.
+
+    To simulate again with another parameter is to interpolate along its axis: it takes no simulator. A simulator whose
+    parameters are all known has one level of it.
+    """
+
+    names: tuple[str, ...]  # of the conditions
+    levels: tuple[Float[np.ndarray, "_"], ...]  # of each condition, increasing
+    values: Float[np.ndarray, "*n p"]
+    parameter: Float[np.ndarray, "p"]  # increasing
+    nominal: float  # what the simulator takes it to be
+    called: str = "parameter"
+    unit: str = ""  # of the values
+
+    @property
+    def points(self) -> Float[np.ndarray, "k d"]:
+        """All points of the grid, the last condition running fastest."""
+        return np.stack(np.meshgrid(*self.levels, indexing="ij"), axis=-1).reshape(-1, len(self.levels))
+
+    def in_box(self, points: Float[np.ndarray, "m d"]) -> Float[np.ndarray, "m d"]:
+        """Conditions scaled to 0..1 between the ends of the grid."""
+        low, high = (np.array([x[k] for x in self.levels]) for k in (0, -1))
+        return (points - low) / (high - low)
+
+    def curves(self, points: Float[np.ndarray, "m d"]) -> Float[np.ndarray, "m p"]:
+        """Values at any conditions within the grid, for each level of the parameter: cubic where four levels are there.
+
+        Raises InputError outside of the grid.
+        """
+        for name, level, x in zip(self.names, self.levels, points.T, strict=True):
+            slack = 1e-9 * (level[-1] - level[0])
+            outside = x[~((x >= level[0] - slack) & (x <= level[-1] + slack))]
+            if outside.size:
+                raise InputError(
+                    f"{outside[0]:.6g} is outside of the simulated grid, which goes from {level[0]:.6g} to "
+                    f"{level[-1]:.6g}. Simulate a wider grid, or leave this experiment out.",
+                    field=name,
+                )
+        clamped = np.stack([np.clip(x, v[0], v[-1]) for v, x in zip(self.levels, points.T, strict=True)], axis=-1)
+        method = "cubic" if min(v.size for v in self.levels) >= 4 else "linear"
+        return RegularGridInterpolator(self.levels, self.values, method=method)(clamped)
+
+    def simulated(
+        self, points: Float[np.ndarray, "m d"], parameter: Float[np.ndarray, "m"] | None = None
+    ) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m"]]:
+        """Values at conditions with a parameter at each, else the nominal one; and their slopes by the parameter.
+
+        Raises InputError where the parameter is outside of the table.
+        """
+        curves = self.curves(points)
+        if self.parameter.size == 1:
+            return curves[:, 0], np.zeros(len(points))
+        x = np.full(len(points), self.nominal) if parameter is None else parameter
+        if not np.all((x >= self.parameter[0]) & (x <= self.parameter[-1])):
+            ends = f"{self.parameter[0]:.6g} to {self.parameter[-1]:.6g}"
+            raise InputError(
+                f"must be within the simulated grid, {ends}. Simulate more values of it.", field=self.called
+            )
+        along = PchipInterpolator(self.parameter, curves, axis=1)
+        k = np.clip(np.searchsorted(self.parameter, x, side="right") - 1, 0, self.parameter.size - 2)
+        c3, c2, c1, c0 = along.c[:, k, np.arange(len(points))]
+        h = x - self.parameter[k]
+        return c0 + h * (c1 + h * (c2 + h * c3)), c1 + h * (2 * c2 + 3 * h * c3)
+
+    def matching(
+        self,
+        points: Float[np.ndarray, "m d"],
+        values: Float[np.ndarray, "m"],
+        errors: Float[np.ndarray, "m"],
+    ) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m"]]:
+        """Parameter with which the simulator gives these values, and its standard error; NaN where no level does.
+
+        The nearest to the nominal one where there are several.
+        """
+        found = np.full(len(values), np.nan)
+        for i, (curve, value) in enumerate(zip(self.curves(points), values, strict=True)):
+            roots = PchipInterpolator(self.parameter, curve).solve(value, extrapolate=False)
+            if roots.size and np.isfinite(roots).all():
+                found[i] = roots[np.argmin(np.abs(roots - self.nominal))]
+        known, told = np.isfinite(found), np.full(len(values), np.nan)
+        slope = np.abs(self.simulated(points[known], found[known])[1])
+        with np.errstate(divide="ignore"):
+            told[known] = errors[known] / slope
+        return found, told
+
+
+def table_of(simulated: "xr.DataArray", parameter: str | None = None, nominal: float = 1.0) -> Table:
+    """Table of a labelled grid, whose dimensions are the conditions and, where it is named, a parameter.
+
+    Raises InputError where a dimension is missing, has fewer than two levels or one twice, where values are missing,
+    and where the nominal parameter is not within the grid's.
+    """
+    names = tuple(str(dim) for dim in simulated.dims if dim != parameter)
+    if parameter is not None and parameter not in simulated.dims:
+        raise InputError(f"is no dimension of the simulated grid, which has {', '.join(names)}.", field=parameter)
+    if not names:
+        raise InputError("the simulated grid has no condition: at least one dimension beside the parameter is needed.")
+    grid = simulated.transpose(*names, *([] if parameter is None else [parameter]))
+    grid = grid.sortby([*grid.dims])
+    levels = [np.asarray(grid[name].values, dtype=float) for name in grid.dims]
+    for name, level in zip(grid.dims, levels, strict=True):
+        if level.size < 2 or not np.all(np.diff(level) > 0):
+            raise InputError("needs two levels or more in the simulated grid, each once.", field=str(name))
+    values, unit = np.asarray(grid.values, dtype=float), str(simulated.attrs.get("units", ""))
+    missing = int(np.sum(~np.isfinite(values)))
+    if missing:
+        raise InputError(
+            f"{missing} of {values.size} values of the simulated grid are no numbers.", field=str(simulated.name)
+        )
+    if parameter is None:
+        return Table(names, tuple(levels), values[..., None], np.array([nominal]), nominal, unit=unit)
+    if not levels[-1][0] < nominal < levels[-1][-1]:
+        raise InputError(
+            f"is {nominal:g} in the simulator itself, which must lie between the ends of the simulated grid, "
+            f"{levels[-1][0]:g} and {levels[-1][-1]:g}.",
+            field=parameter,
+        )
+    return Table(names, tuple(levels[:-1]), values, levels[-1], nominal, parameter, unit)
