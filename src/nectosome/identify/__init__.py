@@ -4,12 +4,13 @@ from .alignment import Rigid, align_inliers, align_points
 from .experiments import Experiments, Told
 from .gaussian_process import Surface, Term, gaussian_process
 from .metrics import Errors, errors_of
-from .plan import Next, next_experiments, uniform_plan
+from .plan import Aim, Next, next_experiments, uniform_plan
 from .sim2real import METHODS, Corrected, SimToReal, leave_one_out
 from .table import Table, table_of
 
 __all__ = [
     "METHODS",
+    "Aim",
     "Corrected",
     "Errors",
     "Experiments",

@@ -10,6 +10,7 @@ from scipy.stats import norm, qmc
 _DRAWS = 512  # of the hyperparameters, a power of 2
 _LENGTH, _LENGTH_SPREAD = 2.0, 0.8  # median of a length in boxes, standard deviation of its logarithm
 _SHARE, _SHARE_SPREAD = 0.25, 1.0  # the same of what varies, as a share of a term's size
+_DOUBT_SPREAD = 1.5  # standard deviation of the logarithm of how far doubts are right
 _WIDER, _LEAST = 1.5, 0.05  # variance of the second draws: times that of the first, and at least
 _ROUNDING = 1e-6  # noise that is always there, of the size
 _NO_SHARE = 1e-4  # of the largest: draws that count as nothing
@@ -36,6 +37,7 @@ def gaussian_process(
     noise: Float[np.ndarray, "m"],
     at: Float[np.ndarray, "n d"],
     terms: Sequence[Term] | None = None,
+    doubt: Float[np.ndarray, "m"] | None = None,
 ) -> Surface:
     r"""What is measured as y at points x of the unit box with standard errors `noise`, at other points.
 
@@ -43,12 +45,14 @@ def gaussian_process(
 
     with constants $c_b$, normal with the standard deviation $A_b$ that a term's `size` tells, and functions $g_b$ of
     zero mean and covariance $a_b^2 k(r)$, $k = (1 + \sqrt5 r + \tfrac53 r^2) e^{-\sqrt5 r}$ (Matern 5/2),
-    $r^2 = \sum_i (x_i - x'_i)^2/l_{bi}^2$. Without `terms` there is one, whose shape is 1.
+    $r^2 = \sum_i (x_i - x'_i)^2/l_{bi}^2$. Without `terms` there is one, whose shape is 1. What is doubted has besides
+    its noise an error of the size `doubt`, times a factor for all of them that is not known.
 
-    Few points do not tell the sizes a and the lengths l: they are not fitted but averaged over, so that the error holds
-    what is not known of them (Rasmussen and Williams 2006, ch. 5). Each of 512 draws is weighed by its likelihood. The
-    first draws are from log-normal priors, a quarter of A by a factor of e, and 2 boxes by one of 2.2; they tell where
-    the second ones are taken (Cappe et al. 2004). Raises ValueError without points, and for what is no finite number.
+    Few points do not tell the sizes a, the lengths l and that factor: they are not fitted but averaged over, so that
+    the error holds what is not known of them (Rasmussen and Williams 2006, ch. 5). Each of 512 draws is weighed by its
+    likelihood. The first draws are from log-normal priors, a quarter of A by a factor of e, 2 boxes by one of 2.2, and
+    1 by one of 4.5; they tell where the second ones are taken (Cappe et al. 2004). Raises ValueError without points,
+    and for what is no finite number.
     """
     if not len(x):
         raise ValueError("gaussian_process: no points; at least one is needed.")
@@ -57,8 +61,9 @@ def gaussian_process(
         terms = [Term(size, np.ones(len(x)), np.ones(len(at)))]
     if not all(np.isfinite(v).all() for v in (x, y, noise, at, *(v for term in terms for v in term))):
         raise ValueError("gaussian_process: points, values, errors and shapes must be finite numbers.")
-    sobol = norm.ppf(qmc.Sobol(len(terms) * (1 + x.shape[1]), rng=np.random.default_rng(0)).random(_DRAWS))
-    first = _Draws(x, y, noise, terms, sobol)
+    known = _Known(x, y, noise, np.zeros(len(x)) if doubt is None else doubt)
+    sobol = norm.ppf(qmc.Sobol(1 + len(terms) * (1 + x.shape[1]), rng=np.random.default_rng(0)).random(_DRAWS))
+    first = _Draws(known, terms, sobol)
     share = first.shares(np.zeros(_DRAWS))
     centre = share @ sobol
     spread = (share[:, None] * (sobol - centre)).T @ (sobol - centre)
@@ -66,29 +71,32 @@ def gaussian_process(
     second = centre + sobol @ root.T
     # by how much likelier a draw is under the priors than where it was drawn
     prior = 0.5 * np.sum(sobol**2, axis=1) - 0.5 * np.sum(second**2, axis=1)
-    found = _Draws(x, y, noise, terms, second)
+    found = _Draws(known, terms, second)
     return found.surface(found.shares(prior), at)
+
+
+class _Known(NamedTuple):
+    """What was measured."""
+
+    x: Float[np.ndarray, "m d"]
+    y: Float[np.ndarray, "m"]
+    noise: Float[np.ndarray, "m"]
+    doubt: Float[np.ndarray, "m"]
 
 
 class _Draws:
     """Covariances of measured values for many draws of the hyperparameters, and how likely the values are."""
 
-    def __init__(
-        self,
-        x: Float[np.ndarray, "m d"],
-        y: Float[np.ndarray, "m"],
-        noise: Float[np.ndarray, "m"],
-        terms: Sequence[Term],
-        draws: Float[np.ndarray, "r k"],
-    ):
-        self.x, self.terms, b = x, terms, len(terms)
+    def __init__(self, known: _Known, terms: Sequence[Term], draws: Float[np.ndarray, "r k"]):
+        self.x, self.terms, b, m = known.x, terms, len(terms), len(known.x)
         sizes = np.array([term.size for term in terms])
         self.a = _SHARE * sizes * np.exp(_SHARE_SPREAD * draws[:, :b])
-        self.lengths = _LENGTH * np.exp(_LENGTH_SPREAD * draws[:, b:]).reshape(len(draws), b, -1)
-        own = self._covariance(x, [term.shape for term in terms], slice(None))
-        diagonal = noise**2 + _ROUNDING**2 * np.einsum("rii->r", own)[:, None] / len(x)
-        self.L = np.linalg.cholesky(own + diagonal[:, :, None] * np.eye(len(x)))
-        self.values = np.linalg.solve(self.L, np.broadcast_to(y[:, None], (len(draws), len(x), 1)))[:, :, 0]
+        self.lengths = _LENGTH * np.exp(_LENGTH_SPREAD * draws[:, b:-1]).reshape(len(draws), b, -1)
+        own = self._covariance(self.x, [term.shape for term in terms], slice(None))
+        noise = np.hypot(known.noise, known.doubt * np.exp(_DOUBT_SPREAD * draws[:, -1:]))
+        diagonal = noise**2 + _ROUNDING**2 * np.einsum("rii->r", own)[:, None] / m
+        self.L = np.linalg.cholesky(own + diagonal[:, :, None] * np.eye(m))
+        self.values = np.linalg.solve(self.L, np.broadcast_to(known.y[:, None], (len(draws), m, 1)))[:, :, 0]
 
     def _covariance(
         self, at: Float[np.ndarray, "n d"], shapes: Sequence[Float[np.ndarray, "n"]], of: slice | np.ndarray

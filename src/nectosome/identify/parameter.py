@@ -11,6 +11,8 @@ from .experiments import Experiments, Told
 from .gaussian_process import Surface, gaussian_process
 from .table import Table
 
+_DOUBT = 0.1  # of a parameter: how far off it may be told, usually
+
 
 @dataclass(frozen=True)
 class Field:
@@ -23,6 +25,7 @@ class Field:
     x: Float[np.ndarray, "m d"]  # conditions in the unit box, of experiments that tell something
     u: Float[np.ndarray, "m"]
     errors: Float[np.ndarray, "m"]  # of u
+    doubt: Float[np.ndarray, "m"]  # what a tenth of the parameter is of u
     apart: bool
 
     def at(self, x: Float[np.ndarray, "n d"]) -> Surface:
@@ -55,8 +58,9 @@ def field_of(table: Table, experiments: Experiments) -> Field:
         )
     p, n = told.values[known], table.nominal
     u = np.log((p - low) / (high - p)) - np.log((n - low) / (high - n))
-    errors = told.errors[known] * (high - low) / ((p - low) * (high - p))
-    return Field(table, table.in_box(experiments.conditions[known]), u, errors, told.apart)
+    steep = (high - low) / ((p - low) * (high - p))
+    x = table.in_box(experiments.conditions[known])
+    return Field(table, x, u, steep * told.errors[known], steep * _DOUBT * np.abs(p), told.apart)
 
 
 def matched(table: Table, experiments: Experiments) -> Told:

@@ -33,6 +33,8 @@ class Given(NamedTuple):
     field: Field | None
 
 
+_ROUGH = 1e-3  # of a simulated value: what time steps, samples and interpolation leave of it
+
 Correction = Callable[[Simulated], Surface]
 
 
@@ -109,30 +111,32 @@ def gaussian(given: Given) -> Correction:
     $$ y = F + F' (u - \bar u) + F g_1 + g_2 $$
 
     with the simulator's values F and slopes F' at the told parameter $\bar u$ (after Kennedy and O'Hagan 2001, whose
-    scale is constant). Where something else than y tells u, such as peaks, that is measured too; so errors of the
-    parameter are counted once, and in common.
+    scale is constant). Where something else than y tells u, such as peaks, that is measured too, but doubted: so errors
+    of the parameter are counted once, and what does not fit the values counts for little. A thousandth of F is never
+    known: a table is no smoother.
     """
     at, field = given.simulated, given.field
-    left = given.measured - at.values
+    left, rough = given.measured - at.values, _ROUGH * np.abs(at.values)
     size = max(_rms(left), float(given.errors.mean()), 1e-300)
     scale = size / max(_rms(at.values), 1e-300)
-    m = len(left)
-    told = (field.x, field.u, field.errors) if field is not None and field.apart else (at.x[:0], left[:0], left[:0])
-    extra = len(told[1])
-    x, noise = np.concatenate([told[0], at.x]), np.concatenate([told[2], given.errors])
+    none = np.zeros(0)
+    told = (field.x, field.u, field.errors, field.doubt) if field and field.apart else (at.x[:0], none, none, none)
+    x, before, after = np.concatenate([told[0], at.x]), np.zeros(len(told[0])), np.ones(len(at.x))
     y = np.concatenate([told[1], left + at.slopes * at.field.mean])
+    noise = np.concatenate([told[2], np.hypot(given.errors, rough)])
+    doubt = np.concatenate([told[3], 0 * after])
 
     def corrected(there: Simulated) -> Surface:
-        nothing = np.zeros(extra)
         terms = [
-            Term(size, np.concatenate([nothing, np.ones(m)]), np.ones(len(there.x))),
-            Term(scale, np.concatenate([nothing, at.values]), there.values),
+            Term(size, np.concatenate([before, after]), np.ones(len(there.x))),
+            Term(scale, np.concatenate([before, at.values]), there.values),
         ]
-        if field is not None:
+        if field:
             spread = max(_rms(field.u), float(field.errors.mean()))
-            terms.append(Term(spread, np.concatenate([np.ones(extra), at.slopes]), there.slopes))
-        found = gaussian_process(x, y, noise, there.x, terms)
-        return Surface(there.values - there.slopes * there.field.mean + found.mean, found.error)
+            terms.append(Term(spread, np.concatenate([before + 1, at.slopes]), there.slopes))
+        found = gaussian_process(x, y, noise, there.x, terms, doubt)
+        mean = there.values - there.slopes * there.field.mean + found.mean
+        return Surface(mean, np.hypot(found.error, _ROUGH * np.abs(there.values)))
 
     return corrected
 

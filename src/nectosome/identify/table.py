@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
-from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
+from scipy.interpolate import CubicSpline
 
 from nectosome.io import InputError
 
@@ -40,7 +40,7 @@ class Table:
         return (points - low) / (high - low)
 
     def curves(self, points: Float[np.ndarray, "m d"]) -> Float[np.ndarray, "m p"]:
-        """Values at any conditions within the grid, for each level of the parameter: cubic where four levels are there.
+        """Values at any conditions within the grid, for each level of the parameter: cubic splines along all axes.
 
         Raises InputError outside of the grid.
         """
@@ -53,9 +53,10 @@ class Table:
                     f"{level[-1]:.6g}. Simulate a wider grid, or leave this experiment out.",
                     field=name,
                 )
-        clamped = np.stack([np.clip(x, v[0], v[-1]) for v, x in zip(self.levels, points.T, strict=True)], axis=-1)
-        method = "cubic" if min(v.size for v in self.levels) >= 4 else "linear"
-        return RegularGridInterpolator(self.levels, self.values, method=method)(clamped)
+        out = np.broadcast_to(self.values, (len(points), *self.values.shape))
+        for level, x in zip(self.levels, points.T, strict=True):
+            out = np.einsum("mn,mn...->m...", CubicSpline(level, np.eye(level.size))(x), out)
+        return out
 
     def simulated(
         self, points: Float[np.ndarray, "m d"], parameter: Float[np.ndarray, "m"] | None = None
@@ -73,7 +74,7 @@ class Table:
             raise InputError(
                 f"must be within the simulated grid, {ends}. Simulate more values of it.", field=self.called
             )
-        along = PchipInterpolator(self.parameter, curves, axis=1)
+        along = CubicSpline(self.parameter, curves, axis=1)
         k = np.clip(np.searchsorted(self.parameter, x, side="right") - 1, 0, self.parameter.size - 2)
         c3, c2, c1, c0 = along.c[:, k, np.arange(len(points))]
         h = x - self.parameter[k]
@@ -91,7 +92,7 @@ class Table:
         """
         found = np.full(len(values), np.nan)
         for i, (curve, value) in enumerate(zip(self.curves(points), values, strict=True)):
-            roots = PchipInterpolator(self.parameter, curve).solve(value, extrapolate=False)
+            roots = CubicSpline(self.parameter, curve).solve(value, extrapolate=False)
             if roots.size and np.isfinite(roots).all():
                 found[i] = roots[np.argmin(np.abs(roots - self.nominal))]
         known, told = np.isfinite(found), np.full(len(values), np.nan)

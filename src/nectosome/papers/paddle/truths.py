@@ -1,0 +1,124 @@
+"""Synthetic experiments on paddles that differ from the model: what a load cell would show, by recipes told in full.
+
+The paper published no recordings. Each truth gives mean and peak thrust on the grid of Fig. 5, over the amplitude A and
+the frequency f; a and b are these, scaled from 0 to 1.
+
+| truth | recipe |
+|---|---|
+| `multiplicative` | the model with Cn = 0.8 + 0.2 exp(-1.2 (a + b)), which falls with both as in Fig. 5a |
+| `offset` | 0.02 N more: the speed of 0.093 m/s at 30 deg and 0.3 Hz takes as much, where the model has no thrust |
+| `tilt` | 0.02 N + 0.04 N a + 0.06 N b more |
+| `drop` | as `offset`, times 1 - 2.5 (f - 1.1 Hz)/Hz above 1.1 Hz: a half is left at 1.3 Hz |
+| `physics` | another robot, told in `other_physics` |
+"""
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Float
+from scipy.interpolate import CubicSpline
+
+from nectosome.design.sweep import sweep
+from nectosome.io import AddedMassLoad, RobotDescription, with_values
+from nectosome.robots import describe
+
+Vector = Float[np.ndarray, "n"]
+
+AMPLITUDES = np.radians(np.arange(30.0, 76.0, 5.0))
+FREQUENCIES = np.arange(3, 14) / 10
+COEFFICIENTS = (0.2, 0.4, 0.6, 0.8, 1.0, 1.25, 1.5, 2.0)  # Cn at which the model is simulated
+NAMES = ("multiplicative", "offset", "tilt", "drop", "physics")
+_TRUE = (0.8, 0.84, 0.88, 0.92, 0.96, 1.0)  # Cn between which the truth's is found
+_WIDER = np.radians(np.arange(20.0, 76.0, 5.0))  # amplitudes that a servo may reach where it is told those above
+_OFFSET, _TILT = 0.02, (0.04, 0.06)  # N
+_PEAK, _DROP = 1.1, 2.5  # Hz, 1/Hz
+_YIELD, _LAG = 0.05, 0.02  # rad/(N m), s
+_SOFT = {"segment1": 1.0, "segment2": 2.0, "segment3": 3.0}  # deg
+_LEAK, _CARRIED = 0.8, 0.2
+
+
+def thrust(robot: str | RobotDescription, amplitudes: Vector, settings: tuple[str, ...] = ()) -> xr.Dataset:
+    """Mean and peak thrust [N], and the servo's largest torque [N m], over amplitude [rad] and frequency [Hz]."""
+    found = sweep(robot, {"A": amplitudes.tolist(), "f": FREQUENCIES.tolist()}, settings)
+    return xr.Dataset(
+        {
+            "mean": -found["force"].sel(axis="y", drop=True),
+            "peak": found["force_peak"].sel(axis="y", drop=True),
+            "torque": found["reaction_peak"].sel(prescribed="arm.angle", drop=True),
+        }
+    )
+
+
+def by_coefficient(coefficients: Sequence[float] = COEFFICIENTS) -> xr.Dataset:
+    """The model's thrust over Cn, amplitude and frequency."""
+    curves = [thrust("paddle", AMPLITUDES, (f"Cn={cn:g}",)) for cn in coefficients]
+    return xr.concat(curves, xr.IndexVariable("Cn", [*coefficients]))
+
+
+def truths(names: Sequence[str] = NAMES) -> xr.Dataset:
+    """Mean and peak thrust [N] of each truth, over `truth`, A and f. Synthetic."""
+    falling = _with_coefficients(by_coefficient(_TRUE))
+    made: dict[str, Callable[[], xr.Dataset]] = {
+        "multiplicative": lambda: falling,
+        "offset": lambda: falling + _OFFSET,
+        "tilt": lambda: falling + _OFFSET + _TILT[0] * _scaled(falling["A"]) + _TILT[1] * _scaled(falling["f"]),
+        "drop": lambda: (falling + _OFFSET) * (1 - _DROP * np.maximum(0.0, falling["f"] - _PEAK)),
+        "physics": other_physics,
+    }
+    return xr.concat([made[name]() for name in names], xr.IndexVariable("truth", [*names]))
+
+
+def coefficient(A: xr.DataArray, f: xr.DataArray) -> xr.DataArray:
+    """Cn of the truths that are the model otherwise."""
+    return 0.8 + 0.2 * xr.ufuncs.exp(-1.2 * (_scaled(A) + _scaled(f)))
+
+
+def other_physics() -> xr.Dataset:
+    """Thrust of a robot that differs from the model in what it does not know.
+
+    - Blades carry water along, a fifth of what a plate does in potential flow, rho pi w^2/4 a length.
+    - Stops are soft, by 1, 2 and 3 deg from the servo on.
+    - Water leaks round the tip: Cn of the last segment is 0.8.
+    - The servo lags behind by 20 ms and yields by 0.05 rad/(N m): with the largest torque M of the stroke that it is
+      told, the amplitude is (A - 0.05 rad/(N m) M)/sqrt(1 + (2 pi f 0.02 s)^2).
+    """
+    robot = describe("paddle")
+    water = AddedMassLoad(kind="added_mass", normal=_CARRIED)
+    limbs = {
+        name: limb.model_copy(update={"loads": {**limb.loads, "water": water}}) if name in _SOFT else limb
+        for name, limb in robot.limbs.items()
+    }
+    values = {f"limbs.{name}.joint.lower.softness": math.radians(angle) for name, angle in _SOFT.items()}
+    values["limbs.segment3.loads.drag.normal"] = _LEAK
+    return _lagging(thrust(with_values(robot.model_copy(update={"limbs": limbs}), values), _WIDER))
+
+
+def _lagging(told: xr.Dataset) -> xr.Dataset:
+    """Thrust at the amplitudes that are told, of a servo that lags and yields."""
+    got = (told["A"] - _YIELD * told["torque"]).sel(A=AMPLITUDES) / np.sqrt(1 + (2 * np.pi * told["f"] * _LAG) ** 2)
+    return _along(told[["mean", "peak"]], "A", got)
+
+
+def _with_coefficients(curves: xr.Dataset) -> xr.Dataset:
+    """Thrust with the Cn of the truths."""
+    return _along(curves[["mean", "peak"]], "Cn", coefficient(curves["A"], curves["f"]))
+
+
+def _along(curves: xr.Dataset, dim: str, at: xr.DataArray) -> xr.Dataset:
+    """Curves over a dimension at a value of it for each A and f: cubic splines."""
+    out = {}
+    for name, curve in curves.items():
+        values = curve.transpose(dim, *(d for d in at.dims if d in curve.dims and d != dim), ...)
+        out[name] = xr.zeros_like(at)
+        for index in np.ndindex(at.shape):
+            here = dict(zip(at.dims, index, strict=True))
+            column = values.isel({d: k for d, k in here.items() if d != dim})
+            out[name][here] = CubicSpline(values[dim], column)(float(at[here]))
+    return xr.Dataset(out)
+
+
+def _scaled(x: xr.DataArray) -> xr.DataArray:
+    """A condition from 0 to 1."""
+    return (x - x.min()) / (x.max() - x.min())
