@@ -73,13 +73,48 @@ def sets():
         "yaw": yaw,
         "steering": steering,
         "heading": heading,
+        **transfers(),
     }, runs
+
+
+def transfers():
+    """Corrections of two methods on two truths, three experiments by two plans."""
+    methods, ratios = ["cn", "svd", "cn-svd", "gp", "cn-gp"], [0.0, 0.25]
+    of = ("case", "correction", "ratio")
+    errors = {name: (of, np.full((4, 5, 2), 93.4)) for name in ("mean", "coverage")}
+    keys = {"truth": ["drop", "drop", "held-out", "held-out"], "noise": [0.02, 0.0] * 2, "seed": [0] * 4}
+    found = xr.Dataset(
+        {**errors, "floor": (of, np.full((4, 5, 2), 1.6)), "printed": (of[1:], np.full((5, 2), np.nan))},
+        coords={"correction": methods, "ratio": ratios} | {name: ("case", x) for name, x in keys.items()},
+    )
+    what = ["simulated", "measured", "cn", "svd", "cn-svd", "cn-gp"]
+    grid = {"A": [0.5, 1.0], "f": [0.5, 0.7, 1.1]}
+    thrust = (("what", "A", "f"), np.arange(1.0, 37.0).reshape(6, 2, 3))
+    maps = xr.Dataset(
+        {"thrust": thrust, "made": (("A", "f"), np.eye(2, 3) > 0)}, {"what": what, **grid}, {"ratio": 0.3}
+    )
+    numbers = (("truth", "seed", "plan", "count"), np.arange(18.0).reshape(1, 2, 3, 3))
+    plans = xr.Dataset(
+        {"total": numbers, "found": numbers},
+        coords={"truth": ["drop"], "plan": ["uniform", "error", "highest"], "count": [4, 5, 6]},
+    )
+    return {"transfer": found, "transfer_maps": maps, "transfer_plans": plans}
+
+
+def test_corrections_are_called_synthetic_and_tell_their_intervals(sets):
+    panels = [panel for panel in paddle.panels(sets[0], {}) if "Sim-to-real" in panel.title]
+    assert len(panels) == 3
+    assert all("Synthetic experiments" in panel.caption for panel in panels)
+    assert "93.4 % (noise of 2 %) and 93.4 % (without noise)" in panels[0].caption
+    points = next(trace for trace in panels[2].figure.data if trace.name == "measured")
+    np.testing.assert_allclose(points.x, [0.5, 0.7])
+    np.testing.assert_allclose(points.y, np.degrees([0.5, 1.0]))
 
 
 def test_figures_are_there_for_which_there_are_data(sets):
     data, runs = sets
-    assert len(paddle.panels(data, runs)) == 12
-    assert len(paddle.panels(data, {})) == 9
+    assert len(paddle.panels(data, runs)) == 16
+    assert len(paddle.panels(data, {})) == 13
     assert paddle.panels({}, {}) == []
 
 

@@ -3,7 +3,7 @@
 Data, all in SI units: `strokes` (joints, amplitude, frequency) and `joints` (joints): thrust, power, thrust_per_power,
 servo_speed | servo_speed_limit; `hinges` (thickness, length): thrust, power, stress, front_power, front_stress |
 own_thickness, own_length; `best` (chosen), `front_power` and `front_stress` (level): designs between these points.
-Runs: cycles `n1_1.1Hz` and so on. Those of swims are in `rowing.py`.
+Runs: cycles `n1_1.1Hz` and so on. Those of swims are in `rowing.py`, of corrections in `transfer.py`.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,6 +17,7 @@ from .fronts import Cost, fronts
 from .heatmap import Axis, Line, diverging, maps, sequential
 from .rowing import heading_panel, speeds_panel, steering_panel, yaw_panel
 from .style import BLUE, CYCLE, GREY, Panel, dress
+from .transfer import errors_panel, maps_panel, plans_panel, truths_panel
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -42,6 +43,10 @@ def panels(data: Sets, runs: Sets) -> list[Panel]:
         (("yaw",), yaw_panel),
         (("steering",), steering_panel),
         (("heading",), heading_panel),
+        (("transfer",), errors_panel),
+        (("transfer",), truths_panel),
+        (("transfer_maps",), maps_panel),
+        (("transfer_plans",), plans_panel),
     ]
     given = {**data, **runs}
     return [make(given) for needed, make in makers if all(name in given for name in needed)]

@@ -30,6 +30,9 @@ from nectosome.identify import (
 from nectosome.io import get_value
 from nectosome.robots import describe
 
+from ..study import printed
+from .truths import HELD_OUT
+
 SCORED = ("cn", "svd", "cn-svd", "cn-gp")
 METHODS = (*SCORED, "affine", "thin-plate", "gp")
 RATIOS = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25)
@@ -90,8 +93,8 @@ def compared(
 ) -> xr.Dataset:
     """Errors [percent] of each method for each share of experiments, over truths, noises and seeds.
 
-    `found` is the true thrust where a method finds the largest, of the largest there is [percent]. Without noise there
-    is one seed.
+    `found` is the true thrust where a method finds the largest, of the largest there is [percent]; `printed` the mean
+    errors of Table 3. Without noise there is one seed.
     """
     names = [str(name) for name in truths["truth"].values]
     cases = [(t, n, s) for t, n, s in product(names, noises, range(seeds)) if n or not s]
@@ -101,7 +104,14 @@ def compared(
     ]
     own = xr.concat([future.result() for future in waiting], "case")
     keys = {k: ("case", list(v)) for k, v in zip(("truth", "noise", "seed"), zip(*cases, strict=True), strict=True)}
-    return own.assign_coords(keys)
+    book, methods = printed("paddle"), own["correction"].values
+    told = [[book.get(_row(m, r, "mean"), {}).get("printed", np.nan) for r in RATIOS] for m in methods]
+    return own.assign(printed=(("correction", "ratio"), told, {"units": "percent"})).assign_coords(keys)
+
+
+def _row(method: str, ratio: float, what: str) -> str:
+    """Row of the scorecard for a number of Table 3."""
+    return f"paddle/table3/{method}/r{ratio:.2f}/{what}"
 
 
 def _judged(one: Campaign, methods: Sequence[str]) -> xr.Dataset:
@@ -127,6 +137,23 @@ def _coverage(one: Campaign, found: Surface, rows: Int[np.ndarray, "m"]) -> floa
     rest = np.setdiff1d(np.arange(len(one.true)), rows)
     inside = np.abs(found.mean - one.true) <= norm.ppf(0.975) * found.error
     return float(100 * inside[rest].mean()) if np.isfinite(found.error).all() else float("nan")
+
+
+def numbers(found: xr.Dataset) -> dict[str, float]:
+    """Rows of the scorecard from what `compared` gives, of experiments with noise."""
+    noisy = found.isel(case=np.flatnonzero(found["noise"] == NOISE))
+    blind = noisy["truth"] == HELD_OUT
+    known, unknown, drop = (
+        noisy.isel(case=np.flatnonzero(which)) for which in (~blind, blind, noisy["truth"] == "drop")
+    )
+    rows = {
+        _row(how, r, short): float(known[name].sel(correction=how, ratio=r).median())
+        for how, r, (name, short) in product(SCORED, RATIOS, (("mean", "mean"), ("largest", "max")))
+    }
+    for how in ("cn-svd", "cn-gp"):
+        rows[f"paddle/table3/held-out/{how}/mean"] = float(unknown["mean"].sel(correction=how)[:, 1:].median())
+        rows[f"paddle/optimum/{how}"] = float(drop["found"].sel(correction=how, ratio=RATIOS[-1]).median())
+    return rows | {"paddle/optimum/sim": float(drop["found"].sel(correction="cn", ratio=0.0).median())}
 
 
 def mapped(simulated: xr.Dataset, truth: xr.Dataset) -> xr.Dataset:

@@ -14,18 +14,15 @@ the frequency f; a and b are these, scaled from 0 to 1.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
-from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
 from nectosome.design.sweep import sweep
 from nectosome.io import AddedMassLoad, RobotDescription, get_value, with_values
 from nectosome.robots import describe
-
-Vector = Float[np.ndarray, "n"]
 
 AMPLITUDES = np.radians(np.arange(30.0, 76.0, 5.0))
 FREQUENCIES = np.arange(3, 14) / 10
@@ -45,9 +42,10 @@ _RING, _AT, _WIDE = 0.12, 0.8, 0.15  # -, Hz, Hz
 _GAIN, _ZERO = 1.04, 0.008  # -, N
 
 
-def thrust(robot: str | RobotDescription, amplitudes: Vector, settings: tuple[str, ...] = ()) -> xr.Dataset:
-    """Mean and peak thrust [N], and the servo's largest torque [N m], over amplitude [rad] and frequency [Hz]."""
-    found = sweep(robot, {"A": amplitudes.tolist(), "f": FREQUENCIES.tolist()}, settings)
+def thrust(robot: str | RobotDescription, over: Mapping[str, Sequence[float]] | None = None) -> xr.Dataset:
+    """Mean and peak thrust [N], and the servo's largest torque [N m], on the grid and over other quantities."""
+    grid = {"A": AMPLITUDES.tolist(), "f": FREQUENCIES.tolist()}
+    found = sweep(robot, {**grid, **(over or {})})
     return xr.Dataset(
         {
             "mean": -found["force"].sel(axis="y", drop=True),
@@ -58,9 +56,8 @@ def thrust(robot: str | RobotDescription, amplitudes: Vector, settings: tuple[st
 
 
 def by_coefficient(coefficients: Sequence[float] = COEFFICIENTS) -> xr.Dataset:
-    """The model's thrust over Cn, amplitude and frequency."""
-    curves = [thrust("paddle", AMPLITUDES, (f"Cn={cn:g}",)) for cn in coefficients]
-    return xr.concat(curves, xr.IndexVariable("Cn", [*coefficients]))
+    """The model's thrust over A, f and Cn."""
+    return thrust("paddle", {"Cn": coefficients})
 
 
 def truths(names: Sequence[str] = NAMES) -> xr.Dataset:
@@ -99,7 +96,7 @@ def other_physics() -> xr.Dataset:
     }
     values = {f"limbs.{name}.joint.lower.softness": math.radians(angle) for name, angle in _SOFT.items()}
     values["limbs.segment3.loads.drag.normal"] = _LEAK
-    return _lagging(thrust(with_values(robot.model_copy(update={"limbs": limbs}), values), _WIDER))
+    return _lagging(thrust(with_values(robot.model_copy(update={"limbs": limbs}), values), {"A": _WIDER.tolist()}))
 
 
 def held_out() -> xr.Dataset:
@@ -114,7 +111,7 @@ def held_out() -> xr.Dataset:
     values = {f"limbs.{name}.loads.drag.normal": cn for name, cn in _BLADES.items()}
     stiff = {f"limbs.{name}.joint.flexure.young" for name in _BLADES}
     values |= {path: _STIFFER * get_value(robot, path) for path in stiff}
-    told = thrust(with_values(robot, values), AMPLITUDES)
+    told = thrust(with_values(robot, values))
     reached = told["A"] - (1 - _KEPT) * np.maximum(0.0, told["A"] - _FULL) + 0 * told["f"]
     ring = 1 + _RING * xr.ufuncs.exp(-(((told["f"] - _AT) / _WIDE) ** 2))
     return _GAIN * ring * _along(told[["mean", "peak"]], "A", reached) + _ZERO

@@ -1,0 +1,104 @@
+"""Corrections of the paddle: scores on made-up grids, and synthetic truths of the robot itself."""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from nectosome.design.sweep import sweep
+from nectosome.papers.paddle import transfer, truths
+from nectosome.papers.study import printed
+
+A, F, CN = np.radians(np.arange(30.0, 76.0, 5.0)), np.arange(3, 14) / 10, np.array([0.4, 0.7, 1.0, 1.3, 1.6])
+
+
+def paddle(A, f, Cn):
+    """Mean and peak of a made-up thrust [N]: peaks as in `drag_coefficient`."""
+    scale = 1 / transfer.drag_coefficient(np.ones(1), np.ones(1), np.ones(1))[0]
+    return xr.Dataset({"mean": 0.5 * Cn**1.1 * A**1.5 * f**2, "peak": scale * Cn * (A * f) ** 2})
+
+
+@pytest.fixture(scope="module")
+def grids():
+    dims = {"A": A, "f": F, "Cn": CN}
+    a, f, cn = (xr.DataArray(x, dims=name, coords={name: x}) for name, x in dims.items())
+    true = paddle(a, f, 0.8 + 0 * a * f)
+    names = ["drop", "tilt", truths.HELD_OUT]
+    made = [true, true + 0.02 + 0.05 * a, true * (1 + 0.1 * f)]
+    return paddle(a, f, cn), xr.concat([x.transpose("A", "f") for x in made], xr.IndexVariable("truth", names))
+
+
+@pytest.fixture(scope="module")
+def found(grids):
+    with ThreadPoolExecutor(2) as pool:
+        return transfer.compared(*grids, 1, [transfer.NOISE], pool)
+
+
+def test_a_coefficient_alone_is_told_by_peaks(grids):
+    """Where nothing but Cn is wrong all that knows of it is right: to 0.2 %, the table's error; SVD alone is not."""
+    with ThreadPoolExecutor(2) as pool:
+        exact = transfer.compared(grids[0], grids[1].sel(truth=["drop"]), 1, [0.0], pool).squeeze("case")
+    mean = exact["mean"].sel(ratio=0.25)
+    for how in ("cn", "cn-svd", "cn-gp"):
+        assert mean.sel(correction=how) < 0.2
+    assert mean.sel(correction="svd") > 5
+    start = 100 * ((grids[0]["mean"].sel(Cn=1.0) / grids[1]["mean"].sel(truth="drop")) - 1).mean()
+    np.testing.assert_allclose(exact["mean"].sel(ratio=0.0), start, rtol=0.02)
+    np.testing.assert_allclose(exact["signed"].sel(ratio=0.0), start, rtol=0.02)
+
+
+def test_noise_sets_a_floor(found):
+    """The mean of |e| of 2 % noise is 1.6 %, and that of the best method a little more, from 28 noisy experiments."""
+    np.testing.assert_allclose(found["floor"], 2 * math.sqrt(2 / math.pi), rtol=1e-6)
+    assert np.all(found["mean"].sel(correction="cn-gp", ratio=0.25) < 2.2)
+
+
+def test_every_row_gets_its_number(found):
+    rows = transfer.numbers(found)
+    assert set(rows) == {row for row in printed("paddle") if "/table3/" in row or "/optimum/" in row}
+    assert rows["paddle/optimum/sim"] == 100.0
+    assert float(found["printed"].sel(correction="svd", ratio=0.25)) == 6.73
+    assert bool(found["printed"].sel(correction="cn-gp").isnull().all())
+
+
+def test_maps_and_plans_are_filled(grids, monkeypatch):
+    monkeypatch.setattr(transfer, "_LAST", 7)
+    simulated, made = grids
+    shown = transfer.mapped(simulated, made.sel(truth="tilt"))
+    assert int(shown["made"].sum()) == 33
+    np.testing.assert_allclose(shown["thrust"].sel(what="simulated"), simulated["mean"].sel(Cn=1.0), rtol=1e-6)
+    with ThreadPoolExecutor(2) as pool:
+        plans = transfer.planned(simulated, made.sel(truth=["tilt"]), 1, pool)
+    assert plans["total"].shape == (1, 1, 3, 4)
+    assert np.ptp(plans["total"].isel(count=0).values) == 0  # all begin with the same experiments
+    assert np.all(plans["total"].isel(count=-1, plan=[0, 1]) < plans["total"].isel(count=0, plan=0))
+
+
+@pytest.mark.slow
+def test_peaks_of_the_robot_tell_its_coefficient():
+    """Within 6 % everywhere on the grid, where the stroke is widest within 1.2 %."""
+    found = sweep("paddle", {"A": A.tolist(), "f": F.tolist(), "Cn": [0.6, 1.0]})
+    peak = found["force_peak"].sel(axis="y")
+    told = transfer.drag_coefficient(peak, found["A"], found["f"]) / found["Cn"]
+    assert float(np.abs(told - 1).max()) < 0.06
+    assert float(np.abs(told - 1).sel(A=A[-1]).max()) < 0.012
+
+
+@pytest.mark.slow
+def test_truths_are_as_told():
+    """An offset is 0.02 N, half is left at 1.3 Hz; Cn falls with both conditions; others differ from the model."""
+    made = truths.truths((*truths.NAMES, truths.HELD_OUT))
+    mean, falling = made["mean"], truths.coefficient(made["A"], made["f"])
+    assert bool(made["mean"].notnull().all())
+    np.testing.assert_allclose(mean.sel(truth="offset") - mean.sel(truth="multiplicative"), 0.02, atol=1e-12)
+    np.testing.assert_allclose(mean.sel(truth="drop", f=1.3), 0.5 * mean.sel(truth="offset", f=1.3), rtol=1e-12)
+    assert bool((falling.diff("A") < 0).all()) and bool((falling.diff("f") < 0).all())
+    again = sweep("paddle", {"A": [A[4]], "f": [F[7]]}, [f"Cn={float(falling[4, 7]):.6f}"])
+    own = -float(again["force"].sel(axis="y").squeeze())
+    assert float(mean.sel(truth="multiplicative")[4, 7]) == pytest.approx(own, rel=2e-3)
+    model = -sweep("paddle", {"A": A.tolist(), "f": F.tolist()})["force"].sel(axis="y", drop=True)
+    for name in ("physics", truths.HELD_OUT):
+        large = model > 0.05
+        assert 0.1 < float(np.abs(mean.sel(truth=name) / model - 1).where(large).mean()) < 0.5
