@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.interpolate import RBFInterpolator
 
-from .alignment import align_inliers
+from .alignment import align_inliers, align_points
 from .gaussian_process import Surface, Term, gaussian_process
 from .parameter import Field
 
@@ -18,6 +18,7 @@ from .parameter import Field
 class Simulated(NamedTuple):
     """What a simulator gives at some conditions, with its parameter as told."""
 
+    conditions: Float[np.ndarray, "n d"]
     x: Float[np.ndarray, "n d"]  # in the unit box
     values: Float[np.ndarray, "n"]
     field: Surface  # of the parameter, its u; zeros where none is told
@@ -61,6 +62,20 @@ def rigid(given: Given) -> Correction:
         return Surface(low + size * move(points(there.x, there.values))[:, -1], _no_error(there))
 
     return corrected
+
+
+def rigid_raw(given: Given) -> Correction:
+    """Rotation and translation as printed: of the points (conditions, F) in SI units, all of them (`align_points`).
+
+    A rotation then mixes radians, hertz and newtons: it depends on their units.
+    """
+
+    def points(of: Simulated, values: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n e"]:
+        return np.column_stack([of.conditions, values])
+
+    at = given.simulated
+    move = align_points(points(at, at.values), points(at, given.measured))
+    return lambda there: Surface(move(points(there, there.values))[:, -1], _no_error(there))
 
 
 def affine(given: Given) -> Correction:

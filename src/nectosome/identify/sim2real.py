@@ -13,7 +13,7 @@ from nectosome.io.errors import did_you_mean
 from .experiments import Experiments
 from .gaussian_process import Surface
 from .parameter import Field, field_of
-from .residuals import Correction, Given, Simulated, affine, gaussian, nothing, rigid, thin_plate
+from .residuals import Correction, Given, Simulated, affine, gaussian, nothing, rigid, rigid_raw, thin_plate
 from .table import Table
 
 
@@ -28,6 +28,8 @@ METHODS = {
     "cn": Method(True, nothing),
     "svd": Method(False, rigid),
     "cn-svd": Method(True, rigid),
+    "svd-raw": Method(False, rigid_raw),
+    "cn-svd-raw": Method(True, rigid_raw),
     "affine": Method(False, affine),
     "cn-affine": Method(True, affine),
     "thin-plate": Method(False, thin_plate),
@@ -49,11 +51,11 @@ class Corrected:
         """The simulator with its parameter as told."""
         x, none = self.table.in_box(conditions), np.zeros(len(conditions))
         if self.field is None:
-            return Simulated(x, self.table.simulated(conditions)[0], Surface(none, none), none)
+            return Simulated(conditions, x, self.table.simulated(conditions)[0], Surface(none, none), none)
         field = self.field.at(x)
         parameter, steep = self.field.parameter(field.mean)
         values, slopes = self.table.simulated(conditions, parameter)
-        return Simulated(x, values, field, slopes * steep)
+        return Simulated(conditions, x, values, field, slopes * steep)
 
     def predict(self, conditions: Float[np.ndarray, "n d"]) -> Surface:
         """Corrected values, and their errors where the method tells them (NaN else). Raises InputError off the grid."""
@@ -73,8 +75,8 @@ class SimToReal:
     """How to correct a simulator; `fit` does it.
 
     "cn" takes the table's parameter, whatever it is, from what the experiments tell of it; "svd", "affine",
-    "thin-plate" and "gp" correct what is left (`residuals`). "cn-svd" is the method of Hu et al. 2024; only "cn", "gp"
-    and "cn-gp" tell errors. Raises InputError for a method that there is not.
+    "thin-plate" and "gp" correct what is left (`residuals`). "cn-svd" is the method of Hu et al. 2024, "cn-svd-raw" as
+    they print it; only "gp" and "cn-gp" tell errors. Raises InputError for a method that there is not.
     """
 
     method: str = "cn-gp"

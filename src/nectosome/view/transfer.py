@@ -23,6 +23,7 @@ _STYLES = {  # name, colour, dash
     "svd": ("SVD", VERMILLION, "solid"),
     "cn-svd": ("Cn-SVD", PURPLE, "solid"),
     "cn-gp": ("Cn and Gaussian process", BLUE, "solid"),
+    "cn-svd-raw": ("Cn-SVD, raw axes as printed", PURPLE, "dot"),
     "affine": ("affine", GREY, "dot"),
     "thin-plate": ("thin plate", GREEN, "dot"),
     "gp": ("Gaussian process", SKY, "dot"),

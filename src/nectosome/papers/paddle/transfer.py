@@ -34,7 +34,7 @@ from ..study import printed
 from .truths import HELD_OUT
 
 SCORED = ("cn", "svd", "cn-svd", "cn-gp")
-METHODS = (*SCORED, "affine", "thin-plate", "gp")
+METHODS = (*SCORED, "cn-svd-raw", "affine", "thin-plate", "gp")
 RATIOS = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25)
 NOISE = 0.02
 MAPPED = 0.3  # the share that Fig. 5 shows
