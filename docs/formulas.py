@@ -18,8 +18,8 @@ from mkdocs.plugins import event_priority
 _TOKEN = re.compile(r"\\[a-zA-Z]+\*?|\\.|[0-9]+(?:\.[0-9]+)?|[^\s]", re.DOTALL)
 _GREEK = dict(
     zip(
-        "alpha beta gamma delta epsilon eta theta lambda mu nu xi pi rho sigma tau phi omega Omega Phi Delta".split(),  # noqa: SIM905
-        "αβγδϵηθλμνξπρστϕωΩΦΔ",
+        "alpha beta gamma delta epsilon eta theta lambda mu nu xi pi rho sigma tau phi omega Omega Phi Delta Lambda".split(),  # noqa: SIM905
+        "αβγδϵηθλμνξπρστϕωΩΦΔΛ",
         strict=True,
     )
 )
@@ -28,6 +28,8 @@ _SIGNS = {
     "int": "∫",
     "oint": "∮",
     "times": "×",
+    "pm": "±",
+    "dots": "…",
     "cdot": "·",
     "le": "≤",
     "ge": "≥",
@@ -42,7 +44,7 @@ _SIGNS = {
 }
 _ACCENTS = {"dot": ".", "ddot": "..", "hat": "^", "bar": "¯", "tilde": "~"}
 _SPACES = {"quad": "1em", ",": "0.17em", ";": "0.28em", " ": "0.25em", "!": "0em"}
-_FUNCTIONS = {"exp", "sin", "cos", "arcsin", "arctan", "cot", "ln", "max", "min"}
+_FUNCTIONS = {"det", "exp", "sin", "cos", "arcsin", "arctan", "cot", "ln", "max", "min"}
 
 
 class _Reader:
