@@ -53,12 +53,12 @@ def recording(a, f, *, name="run.csv", units=("rad", "Hz", "N"), **how) -> xr.Da
 
 
 def write_campaign(folder: Path, plan=PLAN, scatter=0.02) -> Path:
-    """Recordings and the campaign that lists them; every third of the conditions is measured three times."""
+    """Recordings and the campaign that lists them; all conditions are measured twice, every third three times."""
     rng = np.random.default_rng(3)
     lines = ["columns: {force: {column: F, unit: N}}", "time: {column: t, unit: s}", "recordings:"]
     folder.mkdir(exist_ok=True)
     for k, (i, j) in enumerate(plan):
-        for repeat in range(3 if k % 3 == 0 else 1):
+        for repeat in range(3 if k % 3 == 0 else 2):
             name = f"run_{i}_{j}_{repeat}.csv"
             rows = np.transpose(signal(A[i], FREQUENCIES[j], scale=1 + scatter * rng.normal()))
             np.savetxt(folder / name, rows, fmt="%.9g", delimiter=",", header="t,F", comments="")

@@ -30,29 +30,42 @@ def test_a_campaign_gives_means_and_peaks_of_settled_cycles(tmp_path):
         assert (row.mean, row.peak) == pytest.approx((mean(a, f), peak(a, f)), rel=1e-7)
         assert row.seconds == pytest.approx(row.repeats * 199 / (40 * f), rel=1e-7)
         assert row.notes == ("the first cycle of recordings with three or more is left out, as start-up",)
-    assert [row.repeats for row in observed[:4]] == [3, 1, 1, 3]
+    assert [row.repeats for row in observed[:4]] == [3, 2, 2, 3]
 
 
 def test_the_scatter_of_repeats_is_pooled_as_a_share_of_the_mean():
-    """Two repeats 2 d apart have a variance of 2 d^2, three at -d, 0, d one of d^2: pooled over 1 + 2 degrees."""
+    """Two repeats 2 d apart have a variance of 2 d^2, three at -d, 0, d one of d^2: pooled over 1 + 2 degrees.
+
+    The least constant that is tried, a thousandth of the largest mean, takes part: 1 in 1000.
+    """
     (a, f), (b, g), (c, h) = THREE
     repeats = [recording(a, f, scale=s) for s in (0.98, 1.02)] + [recording(b, g, scale=s) for s in (0.97, 1, 1.03)]
     observed = rows([*repeats, recording(c, h)])
     sigma = np.sqrt((2 * 0.02**2 + 2 * 0.03**2) / 3)
     for row, n in zip(observed, (2, 3, 1), strict=True):
         assert row.repeats == n
-        assert row.error == pytest.approx(sigma * row.mean / np.sqrt(n), rel=1e-6)
-        assert row.peak_error == pytest.approx(sigma * row.peak / np.sqrt(n), rel=1e-6)
+        assert row.error == pytest.approx(sigma * row.mean / np.sqrt(n), rel=1e-3)
+        assert row.peak_error == pytest.approx(sigma * row.peak / np.sqrt(n), rel=1e-3)
+
+
+def test_scatter_that_is_the_same_everywhere_is_found_as_such():
+    """Three repeats at -d, 0, d of all conditions: d / sqrt(3), though means differ 15 times (0.5 % by the last r)."""
+    runs = [*three(), *three(), *three()]
+    for k, run in enumerate(runs):
+        run["force"] += (-0.05, 0.0, 0.05)[k // 3]
+    for row in rows(runs):
+        assert row.repeats == 3
+        assert row.error == pytest.approx(0.05 / np.sqrt(3), rel=0.006)
 
 
 def test_a_repeat_far_from_the_others_is_left_out():
-    runs = [recording(*THREE[0], scale=s, name=f"run_{s}.csv") for s in (1.0, 1.01, 0.99, 1.3)]
-    runs += [recording(*THREE[1], scale=s) for s in (1.0, 1.02, 0.99)]
-    row, other, _ = rows([*runs, *three()[2:]])
+    runs = [recording(*THREE[2], scale=s, name=f"run_{s}.csv") for s in (1.0, 1.01, 0.99, 1.3)]
+    runs += [recording(a, f, scale=s) for a, f in THREE[:2] for s in (1.0, 1.02, 0.99)]
+    row, *others = rows(runs)
     assert row.repeats == 3
-    assert row.mean == pytest.approx(mean(*THREE[0]), rel=1e-9)
+    assert row.mean == pytest.approx(mean(*THREE[2]), rel=1e-9)
     assert "run_1.3.csv: left out, far from the other repeats" in row.notes
-    assert other.repeats == 3
+    assert [other.repeats for other in others] == [3, 3]
 
 
 def test_of_two_repeats_none_is_left_out():

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from jaxtyping import Float
 
 from nectosome.io import InputError
 
@@ -15,7 +16,7 @@ from .table import Table
 if TYPE_CHECKING:
     import xarray as xr
 
-_LEAST = 0.01  # of the largest mean: scatter is relative to no less
+_CONSTANT = np.geomspace(1e-3, 10, 41)  # of the largest mean: sizes below it scatter alike
 _FAR = 6.0  # robust standard deviations: a repeat farther off is left out
 _CONDITIONS = 3  # at least
 
@@ -49,10 +50,11 @@ def observe(
     and so are those with missing values. The peak of a cycle is the largest magnitude in it, after a zero-phase low
     pass [Hz] where one is given.
 
-    The scatter of repeats is a share of their mean, $\sigma^2 = \sum_{ki} (x_{ki}/\bar x_k - 1)^2 / \sum_k (n_k - 1)$,
-    pooled over all conditions k. Without any repeats it is that of cycles, or of samples, as far as they are
-    independent (`signals.mean`). Of three repeats and more those are left out that are 6 robust standard deviations,
-    pooled too, from the median. Raises InputError that names the file, and for fewer than three conditions.
+    Repeats scatter by a constant and by a share of their mean, $\sigma_k = s \sqrt{r^2 + \bar x_k^2}$ with r of most
+    likelihood and $s^2 = \sum_{ki} (x_{ki} - \bar x_k)^2 / (r^2 + \bar x_k^2) / \sum_k (n_k - 1)$, pooled over all
+    conditions k. Without any repeats it is the scatter of cycles, or of samples, as far as they are independent
+    (`signals.mean`). Of three repeats and more those are left out that are 6 robust standard deviations, pooled too,
+    from the median. Raises InputError that names the file, and for fewer than three conditions.
     """
     grid = simulated if parameter is None else simulated.isel({parameter: 0}, drop=True)
     groups: dict[tuple[float, ...], list[Recorded]] = {}
@@ -84,30 +86,52 @@ def experiments_of(observed: Sequence[Observed], table: Table, peaks: Table | No
 
 
 def _without_outliers(groups: Sequence[list[Recorded]]) -> list[list[Recorded]]:
-    least = _LEAST * max(abs(run.mean) for runs in groups for run in runs)
-    off = []
-    for runs in groups:
-        means = np.array([run.mean for run in runs])
-        middle = float(np.median(means))
-        off.append(np.abs(means - middle) / max(abs(middle), least, 1e-300))
+    means = [np.array([run.mean for run in runs]) for runs in groups]
+    at = np.array([abs(np.median(x)) for x in means])
+    off = [np.abs(x - np.median(x)) for x in means]
     # the least deviation of a group tells nothing: it is 0, or that of two repeats is the same
-    pooled = [np.sort(x)[1:] * np.sqrt(len(x) / (len(x) - 1)) for x in off if len(x) > 1]
-    far = max(_FAR * 1.4826 * float(np.median(np.concatenate(pooled))), 1e-9) if pooled else np.inf
+    told = [np.sort(d)[1:] * np.sqrt(len(d) / (len(d) - 1)) if len(d) > 1 else d[:0] for d in off]
+    if not sum(map(len, told)):
+        return [*groups]
+    size = _sizes(told, at, np.ones(len(at)), 1)
+    z = np.concatenate([d / x for d, x in zip(told, size, strict=True)])
+    far = _FAR * 1.4826 * np.median(z) * size + 1e-9 * at.max()
     return [
-        [run for run, x in zip(runs, deviations, strict=True) if x <= far or len(runs) < 3]
-        for runs, deviations in zip(groups, off, strict=True)
+        [run for run, d in zip(runs, deviations, strict=True) if d <= most or len(runs) < 3]
+        for runs, deviations, most in zip(groups, off, far, strict=True)
     ]
 
 
-def _errors(groups: Sequence[Sequence[float]]) -> list[float]:
+def _errors(groups: Sequence[Sequence[float]]) -> Float[np.ndarray, "k"]:
     """Standard error of the mean of each group, by the pooled scatter; NaN where there are no repeats."""
-    means = [float(np.mean(x)) for x in groups]
-    least = max(_LEAST * max(map(abs, means)), 1e-300)
-    sizes = [max(abs(mean), least) for mean in means]
-    free = sum(len(x) - 1 for x in groups)
-    squares = sum(np.sum((np.array(x) - m) ** 2) / s**2 for x, m, s in zip(groups, means, sizes, strict=True))
-    scatter = float(np.sqrt(squares / free)) if free else np.nan
-    return [scatter * size / float(np.sqrt(len(x))) for size, x in zip(sizes, groups, strict=True)]
+    counts = np.array([len(x) for x in groups])
+    means = np.array([np.mean(x) for x in groups])
+    off = [np.array(x) - mean if len(x) > 1 else np.zeros(0) for x, mean in zip(groups, means, strict=True)]
+    free = int(np.sum(counts - 1))
+    if not free:
+        return np.full(len(counts), np.nan)
+    size = _sizes(off, np.abs(means), 1 - 1 / counts, 2)
+    squares = sum(np.sum((d / x) ** 2) for d, x in zip(off, size, strict=True))
+    return np.sqrt(squares / free / counts) * size
+
+
+def _sizes(
+    off: Sequence[Float[np.ndarray, "_"]], at: Float[np.ndarray, "k"], weight: Float[np.ndarray, "k"], power: int
+) -> Float[np.ndarray, "k"]:
+    r"""Sizes $\sqrt{r^2 + x_k^2}$ that deviations are in proportion to, with the likeliest of some r.
+
+    The least, which makes it a share, where no other's log-likelihood is higher by more than 1 (Akaike 1974). As of
+    normal deviations for the power 2, and of Laplace's, which outliers change less, for 1.
+    """
+    k = np.repeat(np.arange(len(at)), [len(d) for d in off])
+    z, w = np.abs(np.concatenate(off)), weight[k]
+    tried = []
+    for r in _CONSTANT * max(at.max(), 1e-300):
+        size = np.hypot(r, at)
+        scale = (np.sum((z / size[k]) ** power) / w.sum()) ** (1 / power)
+        tried.append((float(w @ np.log(max(scale, 1e-300) * size[k])), r))
+    best = min(tried)
+    return np.hypot(best[1] if best[0] < tried[0][0] - 1 else tried[0][1], at)
 
 
 def _averaged(every: Sequence[Recorded], kept: Sequence[Recorded], error: float, peak_error: float) -> Observed:
@@ -125,5 +149,13 @@ def _averaged(every: Sequence[Recorded], kept: Sequence[Recorded], error: float,
     mean, peak = (float(np.mean([getattr(run, what) for run in kept])) for what in ("mean", "peak"))
     files, seconds = tuple(run.file for run in every), sum(run.seconds for run in every)
     return Observed(
-        kept[0].conditions, mean, error, peak, peak_error, len(kept), files, seconds, tuple(dict.fromkeys(notes))
+        kept[0].conditions,
+        mean,
+        float(error),
+        peak,
+        float(peak_error),
+        len(kept),
+        files,
+        seconds,
+        tuple(dict.fromkeys(notes)),
     )
