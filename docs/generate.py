@@ -26,7 +26,19 @@ from nectosome.io.structure import Slot, slot
 ROOT = Path(__file__).parents[1]
 OUT = ROOT / "out"
 GENERATED = ROOT / "docs" / "generated"
-COMMANDS = ("simulate", "steady", "periodic", "sweep", "design", "measure", "show", "check", "schema", "reproduce")
+COMMANDS = (
+    "simulate",
+    "steady",
+    "periodic",
+    "sweep",
+    "design",
+    "measure",
+    "correct",
+    "show",
+    "check",
+    "schema",
+    "reproduce",
+)
 NOT_RUN = "Nothing has been computed here yet: `make run` fills this page.\n"
 
 

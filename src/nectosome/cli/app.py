@@ -12,6 +12,7 @@ from cyclopts import App, CycloptsError, Parameter
 from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
 
 from nectosome.cli.check import check, schema
+from nectosome.cli.correct import correct
 from nectosome.cli.design import design
 from nectosome.cli.measure import measure
 from nectosome.cli.output import tell
@@ -33,7 +34,7 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for command in (reproduce, simulate, steady, periodic, sweep, design, measure, show, check, schema):
+for command in (reproduce, simulate, steady, periodic, sweep, design, measure, correct, show, check, schema):
     app.command(command)
 
 

@@ -4,7 +4,9 @@ from .alignment import Rigid, align_inliers, align_points
 from .experiments import Experiments, Told
 from .gaussian_process import Surface, Term, gaussian_process
 from .metrics import Errors, errors_of
+from .observe import Observed, experiments_of, observe
 from .plan import Aim, Next, next_experiments, uniform_plan
+from .results import corrected_data
 from .sim2real import METHODS, Corrected, SimToReal, leave_one_out
 from .table import Table, table_of
 
@@ -15,6 +17,7 @@ __all__ = [
     "Errors",
     "Experiments",
     "Next",
+    "Observed",
     "Rigid",
     "SimToReal",
     "Surface",
@@ -23,10 +26,13 @@ __all__ = [
     "Told",
     "align_inliers",
     "align_points",
+    "corrected_data",
     "errors_of",
+    "experiments_of",
     "gaussian_process",
     "leave_one_out",
     "next_experiments",
+    "observe",
     "table_of",
     "uniform_plan",
 ]

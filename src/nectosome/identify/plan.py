@@ -14,6 +14,7 @@ from .table import Table
 
 Aim = Literal["error", "highest", "lowest"]
 _SAME = 1e-6  # boxes: conditions as near are the same
+_UNLIKELY = 1e-3  # probability below which a value is not expected to better another
 
 
 class Next(NamedTuple):
@@ -75,13 +76,15 @@ def _least_known(found: Surface, unit: str) -> tuple[int, str]:
 
 
 def _best(found: Surface, fitted: Corrected, experiments: Experiments, aim: Aim) -> tuple[int, str]:
-    """Where the best value so far is expected to be bettered most."""
+    """Where the best value so far is expected to be bettered most; where the least is known if nothing may do so."""
     sign, unit = (1.0 if aim == "highest" else -1.0), fitted.table.unit
     best = float(np.max(sign * fitted.predict(experiments.conditions).mean))
     error = np.maximum(found.error, 1e-300)
     z = (sign * found.mean - best) / error
     gain = error * (z * norm.cdf(z) + norm.pdf(z))
     k = int(np.argmax(gain))
+    if norm.cdf(z[k]) < _UNLIKELY:
+        return int(np.argmax(found.error)), f"least known, since nothing is likely to better the {aim} so far"
     return k, f"may better the {aim} so far, {sign * best:.3g} {unit}, by {gain[k]:.2g} {unit} on the mean"
 
 

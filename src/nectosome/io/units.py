@@ -201,6 +201,11 @@ def show_quantity(value: float, dimension: str) -> str:
     return f"{value / float(_scale(best, kind)):.4g} {best}".strip()
 
 
+def shown_unit(unit: str) -> tuple[float, str]:
+    """Return the factor from an SI unit to the one in which people like to read an axis of it, and that unit."""
+    return (180 / math.pi, "deg") if unit == "rad" else (1.0, unit)
+
+
 def _digits_before(number: float) -> float:
     """How far a number is from lying between 1 and 1000, in decades."""
     decades = math.log10(abs(number)) if number else 0.0

@@ -1,6 +1,7 @@
 """What people look at: the report of all studies, the page of a run, recordings as they were read."""
 
+from .correction import show_correction
 from .recordings import show_recordings
 from .report import show_run, write_figures, write_report
 
-__all__ = ["show_recordings", "show_run", "write_figures", "write_report"]
+__all__ = ["show_correction", "show_recordings", "show_run", "write_figures", "write_report"]

@@ -1,0 +1,118 @@
+"""`nectosome correct`: a simulator made to agree with a few experiments."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from nectosome.cli.options import read_count, read_quantity
+from nectosome.cli.output import check_target, write
+from nectosome.cli.progress import progress_bar
+from nectosome.io import InputError, did_you_mean, load_dataset, provenance, save_dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from nectosome.measure import Campaign
+
+_AIMS = ("error", "highest", "lowest")
+
+
+def correct(
+    *,
+    sim: Annotated[Path, Parameter(help="Simulated grid (.nc), as sweep --save writes it.")],
+    measured: Annotated[Path, Parameter(help="Campaign (.yaml): recordings and the conditions of each.")],
+    method: Annotated[
+        str | None,
+        Parameter(help="cn-gp, cn-svd, gp, cn, ...; left out, cn-gp, or gp where no parameter is simulated."),
+    ] = None,
+    upcoming: Annotated[
+        str, Parameter("--next", help="How many experiments to propose.", allow_leading_hyphen=True)
+    ] = "3",
+    aim: Annotated[str, Parameter(help="What they are for: error, highest or lowest.")] = "error",
+    quantity: Annotated[
+        str | None,
+        Parameter(
+            help="Such as force.y; -force.y where the sensor reads the other way. Left out, the one that both have.",
+            allow_leading_hyphen=True,
+        ),
+    ] = None,
+    parameter: Annotated[
+        str | None, Parameter(help="NAME=VALUE that the simulator takes, such as Cn=1; left out, that of the sweep.")
+    ] = None,
+    lowpass: Annotated[
+        str | None, Parameter(help="Cutoff for the peaks of recordings, such as 10Hz.", allow_leading_hyphen=True)
+    ] = None,
+    save: Annotated[Path | None, Parameter(help="Write the corrected grid to this netCDF file (.nc).")] = None,
+    plot: Annotated[Path | None, Parameter(help="Write a page with figures (.html).")] = None,
+) -> None:
+    """Correct a simulated grid with a few experiments, tell how well, and which experiments to make next."""
+    count = read_count(upcoming, "--next", least=1, most=50)
+    if aim not in _AIMS:
+        raise InputError(f'"{aim}" is no aim.{did_you_mean(aim, _AIMS)}', field="--aim")
+    cutoff = None if lowpass is None else read_quantity(lowpass, "frequency", "--lowpass")
+    if cutoff is not None and cutoff <= 0:
+        raise InputError(f'"{lowpass}" is out of range: it must be more than 0 Hz.', field="--lowpass")
+    for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
+        if target is not None:
+            check_target(target, option, suffix)
+
+    from nectosome.cli.correction import correction_page
+    from nectosome.cli.grids import parameter_of, quantity_of
+    from nectosome.identify import (
+        SimToReal,
+        corrected_data,
+        experiments_of,
+        leave_one_out,
+        next_experiments,
+        observe,
+        table_of,
+    )
+    from nectosome.measure import load_campaign
+
+    how = SimToReal(method or "cn-gp")  # a mistake in its name is told before anything is read
+    grid = load_dataset(sim)
+    recordings = _read(load_campaign(measured))
+    columns = [str(name) for name in recordings[0].data_vars]
+    simulated, peak, column = quantity_of(grid, columns, quantity)
+    told = [str(name) for name, value in recordings[0].coords.items() if value.ndim == 0]
+    name, nominal = parameter_of(simulated, told, parameter, str(grid.attrs.get("robot", "")))
+    table = table_of(simulated, name, nominal)
+    peaks = None if peak is None else table_of(peak, name, nominal)
+    observed = observe(recordings, simulated, column, name, lowpass=cutoff)
+    experiments = experiments_of(observed, table, peaks)
+    if method is None and name is None:
+        how = SimToReal("gp")
+    with progress_bar("correcting") as update:
+        fitted = how.fit(table, experiments)
+        update("leaving each out", 0.2)
+        left_out = leave_one_out(how, table, experiments)
+        update("next experiments", 0.8)
+        planned = next_experiments(how, table, experiments, count, aim)
+        found = corrected_data(fitted, simulated, experiments, left_out, planned)
+    asked: dict[str, Any] = {"sim": sim, "measured": measured, "method": how.method, "next": count, "aim": aim}
+    asked |= {"quantity": quantity, "parameter": parameter, "lowpass": lowpass}
+    found.attrs |= {
+        "title": f"{column} of {sim.name}, corrected with {measured.name}",
+        "method": how.method,
+        "nominal": nominal,
+        "told_by": "peaks" if experiments.told else "values",
+        "provenance": json.dumps(provenance({key: value and str(value) for key, value in asked.items()})),
+    }
+    write(correction_page(found, observed, aim))
+    if save is not None:
+        save_dataset(found, save)
+    if plot is not None:
+        from nectosome.view import show_correction
+
+        show_correction(found, plot, aim)
+
+
+def _read(campaign: "Campaign") -> "list[xr.Dataset]":
+    recordings = []
+    with progress_bar("reading") as update:
+        for k, planned in enumerate(campaign.planned):
+            update(planned.path.name, k / len(campaign.planned))
+            recordings.append(planned.read())
+    return recordings

@@ -1,0 +1,161 @@
+"""Recordings of a campaign as experiments: repeats averaged, with standard errors and without outliers."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+from nectosome.io import InputError
+
+from .experiments import Experiments, Told
+from .recorded import Recorded, recorded
+from .table import Table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_CONSTANT = np.geomspace(1e-3, 10, 41)  # of the largest mean: sizes below it scatter alike
+_FAR = 6.0  # robust standard deviations: a repeat farther off is left out
+_CONDITIONS = 3  # at least
+
+
+@dataclass(frozen=True)
+class Observed:
+    """What was measured at some conditions, in SI units; repeats are averaged."""
+
+    conditions: Mapping[str, float]
+    mean: float
+    error: float  # standard error
+    peak: float  # largest magnitude of a cycle, mean over cycles and repeats
+    peak_error: float  # NaN where nothing tells it
+    repeats: int
+    files: tuple[str, ...]
+    seconds: float  # recorded, with what was left out
+    notes: tuple[str, ...]  # what was left out
+
+
+def observe(
+    recordings: "Iterable[xr.Dataset]",
+    simulated: "xr.DataArray",
+    column: str,
+    parameter: str | None = None,
+    *,
+    lowpass: float | None = None,
+) -> list[Observed]:
+    r"""Mean and peak of a column at each of the conditions, the dimensions of a simulated grid but its parameter.
+
+    Where `f` [Hz] is a condition recordings are cut into cycles: the first of three or more is left out, as start-up,
+    and so are those with missing values. The peak of a cycle is the largest magnitude in it, after a zero-phase low
+    pass [Hz] where one is given.
+
+    Repeats scatter by a constant and by a share of their mean, $\sigma_k = s \sqrt{r^2 + \bar x_k^2}$ with r of most
+    likelihood and $s^2 = \sum_{ki} (x_{ki} - \bar x_k)^2 / (r^2 + \bar x_k^2) / \sum_k (n_k - 1)$, pooled over all
+    conditions k. Without any repeats it is the scatter of cycles, or of samples, as far as they are independent
+    (`signals.mean`). Of three repeats and more those are left out that are 6 robust standard deviations, pooled too,
+    from the median. Raises InputError that names the file, and for fewer than three conditions.
+    """
+    grid = simulated if parameter is None else simulated.isel({parameter: 0}, drop=True)
+    groups: dict[tuple[float, ...], list[Recorded]] = {}
+    for recording in recordings:
+        run = recorded(recording, grid, column, lowpass)
+        same = tuple(float(f"{x:.9g}") for x in run.conditions.values())  # 30 deg and 0.523598776 rad
+        groups.setdefault(same, []).append(run)
+    if len(groups) < _CONDITIONS:
+        few = f"{len(groups)} different conditions were measured, too few: at least {_CONDITIONS} are needed"
+        raise InputError(f"{few}.", field="recordings")
+    every = [*groups.values()]
+    kept = _without_outliers(every)
+    means, peaks = (_errors([[getattr(run, what) for run in runs] for runs in kept]) for what in ("mean", "peak"))
+    return [_averaged(*row) for row in zip(every, kept, means, peaks, strict=True)]
+
+
+def experiments_of(observed: Sequence[Observed], table: Table, peaks: Table | None = None) -> Experiments:
+    """Experiments at the conditions of a table; with a table of simulated peaks the measured ones tell its parameter.
+
+    Without it, and where nothing tells the errors of peaks, the values tell it. Raises InputError for conditions
+    outside of the grid.
+    """
+    points = np.array([[row.conditions[name] for name in table.names] for row in observed])
+    values, errors, tops, top_errors = np.array([[r.mean, r.error, r.peak, r.peak_error] for r in observed]).T
+    told = None
+    if peaks is not None and peaks.parameter.size > 1 and np.isfinite(top_errors).any():
+        told = Told(*peaks.matching(points, tops, top_errors), apart=True)
+    return Experiments(points, values, errors, told)
+
+
+def _without_outliers(groups: Sequence[list[Recorded]]) -> list[list[Recorded]]:
+    means = [np.array([run.mean for run in runs]) for runs in groups]
+    at = np.array([abs(np.median(x)) for x in means])
+    off = [np.abs(x - np.median(x)) for x in means]
+    # the least deviation of a group tells nothing: it is 0, or that of two repeats is the same
+    told = [np.sort(d)[1:] * np.sqrt(len(d) / (len(d) - 1)) if len(d) > 1 else d[:0] for d in off]
+    if not sum(map(len, told)):
+        return [*groups]
+    size = _sizes(told, at, np.ones(len(at)), 1)
+    z = np.concatenate([d / x for d, x in zip(told, size, strict=True)])
+    far = _FAR * 1.4826 * np.median(z) * size + 1e-9 * at.max()
+    return [
+        [run for run, d in zip(runs, deviations, strict=True) if d <= most or len(runs) < 3]
+        for runs, deviations, most in zip(groups, off, far, strict=True)
+    ]
+
+
+def _errors(groups: Sequence[Sequence[float]]) -> Float[np.ndarray, "k"]:
+    """Standard error of the mean of each group, by the pooled scatter; NaN where there are no repeats."""
+    counts = np.array([len(x) for x in groups])
+    means = np.array([np.mean(x) for x in groups])
+    off = [np.array(x) - mean if len(x) > 1 else np.zeros(0) for x, mean in zip(groups, means, strict=True)]
+    free = int(np.sum(counts - 1))
+    if not free:
+        return np.full(len(counts), np.nan)
+    size = _sizes(off, np.abs(means), 1 - 1 / counts, 2)
+    squares = sum(np.sum((d / x) ** 2) for d, x in zip(off, size, strict=True))
+    return np.sqrt(squares / free / counts) * size
+
+
+def _sizes(
+    off: Sequence[Float[np.ndarray, "_"]], at: Float[np.ndarray, "k"], weight: Float[np.ndarray, "k"], power: int
+) -> Float[np.ndarray, "k"]:
+    r"""Sizes $\sqrt{r^2 + x_k^2}$ that deviations are in proportion to, with the likeliest of some r.
+
+    The least, which makes it a share, where no other's log-likelihood is higher by more than 1 (Akaike 1974). As of
+    normal deviations for the power 2, and of Laplace's, which outliers change less, for 1.
+    """
+    k = np.repeat(np.arange(len(at)), [len(d) for d in off])
+    z, w = np.abs(np.concatenate(off)), weight[k]
+    tried = []
+    for r in _CONSTANT * max(at.max(), 1e-300):
+        size = np.hypot(r, at)
+        scale = (np.sum((z / size[k]) ** power) / w.sum()) ** (1 / power)
+        tried.append((float(w @ np.log(max(scale, 1e-300) * size[k])), r))
+    best = min(tried)
+    return np.hypot(best[1] if best[0] < tried[0][0] - 1 else tried[0][1], at)
+
+
+def _averaged(every: Sequence[Recorded], kept: Sequence[Recorded], error: float, peak_error: float) -> Observed:
+    """One row. Raises InputError where nothing tells its standard error."""
+    if np.isnan(error):  # no repeats of any conditions
+        error, peak_error = kept[0].error, kept[0].peak_error
+    if np.isnan(error):
+        raise InputError(
+            "holds a single cycle, and no conditions were measured twice: nothing tells how much means scatter. "
+            "Repeat some conditions, or record longer.",
+            file=kept[0].file,
+        )
+    notes = [note for run in every for note in run.notes]
+    notes += [f"{run.file}: left out, far from the other repeats" for run in every if run not in kept]
+    mean, peak = (float(np.mean([getattr(run, what) for run in kept])) for what in ("mean", "peak"))
+    files, seconds = tuple(run.file for run in every), sum(run.seconds for run in every)
+    return Observed(
+        kept[0].conditions,
+        mean,
+        float(error),
+        peak,
+        float(peak_error),
+        len(kept),
+        files,
+        seconds,
+        tuple(dict.fromkeys(notes)),
+    )

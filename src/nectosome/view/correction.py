@@ -1,0 +1,175 @@
+"""Figures of a correction: the grid as simulated and as corrected, and how well experiments are predicted.
+
+They take what `identify.corrected_data` gives.
+"""
+
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from jaxtyping import Float
+
+from nectosome.io.units import shown_unit
+
+from .heatmap import Axis, diverging, maps, sequential
+from .page import panel_html, write_page
+from .style import BLACK, BLUE, GREY, VERMILLION, Panel, dress, plain, span
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+    import xarray as xr
+
+_SIDES = 1.96  # standard errors to each side of a 95 % interval
+_BOTH = 0.1  # values count as both positive and negative where the shorter side is more than that share of the longer
+
+
+def show_correction(found: "xr.Dataset", path: str | Path, aim: str = "highest") -> None:
+    """Write a page with the figures of a correction. Raises InputError where it cannot."""
+    title = str(found.attrs["title"])
+    parts = [panel_html(panel, f"correction-{k}") for k, panel in enumerate(panels(found, aim))]
+    write_page(path, title, [f"<h1>{escape(title)}</h1>", *parts])
+
+
+def panels(found: "xr.Dataset", aim: str = "highest") -> list[Panel]:
+    """Maps of two conditions or curves of one; predictions of the experiments in any case."""
+    conditions = len(found.attrs["conditions"].split())
+    shown = [curves_panel(found, aim)] if conditions == 1 else map_panels(found, aim) if conditions == 2 else []
+    return [*shown, predictions_panel(found)]
+
+
+def map_panels(found: "xr.Dataset", aim: str) -> list[Panel]:
+    """The grid as simulated and corrected, what is not known of it, and the parameter."""
+    name = str(found.attrs["quantity"])
+    before, after = found["simulated"], found[name]
+    both = np.stack([before.values, after.values])
+    sides = np.abs([both.min(), both.max()])
+    axis = diverging if both.min() < 0 < both.max() and sides.min() > _BOTH * sides.max() else sequential
+    unit = _unit(after)
+    best = "lowest" if aim == "lowest" else "highest"
+    caption = (
+        f"{name}, as simulated and as corrected by {found.attrs['method']}. Dots: measured; diamonds: the next "
+        f"experiments; star: the {best}."
+    )
+    shown = {"simulated": before, "corrected": after}
+    out = [Panel("Corrected grid", caption, _maps(found, shown, axis(both, unit), best))]
+    half = _SIDES * found[f"{name}_error"]
+    if half.notnull().all():
+        colours = sequential(half.values, unit)
+        what = "Half of the 95 % interval of the corrected value, without the noise of a measurement."
+        out.append(Panel("What is not known", what, _maps(found, {"half of the 95 % interval": half}, colours)))
+    told = found["parameter"]
+    if told.notnull().all():
+        called = str(found.attrs["parameter"])
+        colours = sequential(told.values, _unit(told) if told.attrs["units"] else called)
+        what = f"{called} as the experiments tell it; the simulator took {float(found.attrs['nominal']):.4g}."
+        out.append(Panel("The simulator's parameter", what, _maps(found, {called: told}, colours)))
+    return out
+
+
+def _maps(
+    found: "xr.Dataset", shown: "dict[str, xr.DataArray]", colours: dict[str, Any], best: str | None = None
+) -> "go.Figure":
+    """Maps with the experiments on them; the condition with more levels goes to the right."""
+    down, across = sorted(found.attrs["conditions"].split(), key=lambda name: found.sizes[name])
+    values = {plain(title): x.transpose(down, across) for title, x in shown.items()}
+    x, y = (Axis(_scaled(found[name]), _title(found[name])) for name in (across, down))
+    fig = maps(x, y, {title: z.values for title, z in values.items()}, colours)
+    for col, z in enumerate(values.values(), start=1):
+        marks = [("measured", "circle", BLACK, 7), ("next", "diamond-open", VERMILLION, 12)]
+        for kind, symbol, colour, size in marks:
+            at = [_scaled(found[f"{kind}_{name}"]) for name in (across, down)]
+            marker = {"symbol": symbol, "color": colour, "size": size, "line": {"color": "white", "width": 1}}
+            marker |= {"line": {"color": colour, "width": 2.5}} if kind == "next" else {}
+            _points(fig, at, kind, marker, col)
+        if best is not None:
+            there = z.isel(z.argmin(...) if best == "lowest" else z.argmax(...))
+            marker = {"symbol": "star", "size": 16, "color": "white", "line": {"color": BLACK, "width": 1.5}}
+            _points(fig, [np.atleast_1d(_scaled(there[name])) for name in (across, down)], best, marker, col)
+    return fig
+
+
+def _points(fig: "go.Figure", at: Sequence[np.ndarray], name: str, marker: dict[str, Any], col: int) -> None:
+    style = {"mode": "markers", "marker": marker, "name": name, "showlegend": col == 1, "cliponaxis": False}
+    hover = f"{name}: %{{x:.4g}}, %{{y:.4g}}<extra></extra>"
+    fig.add_scatter(x=at[0], y=at[1], hovertemplate=hover, row=1, col=col, **style)
+
+
+def curves_panel(found: "xr.Dataset", aim: str) -> Panel:
+    """Simulated and corrected curves over the only condition, with a 95 % band."""
+    import plotly.graph_objects as go
+
+    name, condition = str(found.attrs["quantity"]), str(found.attrs["conditions"])
+    x, y, error = _scaled(found[condition]), found[name].values, _SIDES * found[f"{name}_error"].values
+    fig = go.Figure()
+    if np.isfinite(error).all():
+        band = {"x": np.concatenate([x, x[::-1]]), "y": np.concatenate([y + error, (y - error)[::-1]])}
+        fill = {"fill": "toself", "fillcolor": "rgba(0,114,178,0.2)", "line_width": 0, "hoverinfo": "skip"}
+        fig.add_scatter(**band, **fill, mode="lines", name="95 %")
+    dashed = {"color": GREY, "dash": "dash"}
+    fig.add_scatter(x=x, y=found["simulated"].values, mode="lines", name="simulated", line=dashed)
+    fig.add_scatter(x=x, y=y, mode="lines", name="corrected", line={"color": BLUE})
+    for kind, value, symbol, colour in (
+        ("measured", "measured", "circle", BLACK),
+        ("next", "expected", "diamond-open", VERMILLION),
+    ):
+        bars = {"array": _SIDES * found[f"{value}_error"].values, "thickness": 1, "width": 3}
+        fig.add_scatter(
+            x=_scaled(found[f"{kind}_{condition}"]),
+            y=found[value].values,
+            error_y=bars if kind == "measured" else None,
+            mode="markers",
+            marker={"symbol": symbol, "color": colour, "size": 7 if kind == "measured" else 12},
+            name=kind,
+        )
+    k = int(np.argmin(y) if aim == "lowest" else np.argmax(y))
+    star = {"symbol": "star", "size": 16, "color": "white", "line": {"color": BLACK, "width": 1.5}}
+    fig.add_scatter(x=x[[k]], y=y[[k]], mode="markers", marker=star, name="lowest" if aim == "lowest" else "highest")
+    fig.update_xaxes(title=_title(found[condition]))
+    fig.update_yaxes(title=f"{plain(name)} ({_unit(found[name])})")
+    dress(fig, 460).update_layout(showlegend=True, hovermode="closest", margin_t=60)
+    caption = (
+        f"{name} as simulated and as corrected by {found.attrs['method']}, with 95 % intervals of the curve and of "
+        "what was measured. Diamonds: the next experiments."
+    )
+    return Panel("Corrected curve", caption, fig)
+
+
+def predictions_panel(found: "xr.Dataset") -> Panel:
+    """Measured values against what the others tell of them, and against the simulator."""
+    import plotly.graph_objects as go
+
+    measured, told = found["measured"].values, found["predicted"].values
+    unit, fig = _unit(found["measured"]), go.Figure()
+    ends = span([*measured, *told, *found["simulated_there"].values])
+    fig.add_scatter(x=ends, y=ends, mode="lines", line={"color": GREY, "dash": "dot"}, name="as measured")
+    grey = {"symbol": "circle-open", "color": GREY, "size": 9}
+    own = found["simulated_there"].values
+    fig.add_scatter(x=own, y=measured, mode="markers", marker=grey, name="simulator as it was")
+    bars = {
+        f"error_{way}": {"array": _SIDES * np.nan_to_num(found[f"{kind}_error"].values), "thickness": 1, "width": 3}
+        for way, kind in (("x", "predicted"), ("y", "measured"))
+    }
+    marker = {"color": BLUE, "size": 8}
+    fig.add_scatter(x=told, y=measured, mode="markers", marker=marker, name="corrected, by the others", **bars)
+    fig.update_xaxes(title=f"predicted ({unit})", range=ends)
+    fig.update_yaxes(title=f"measured ({unit})", range=ends)
+    dress(fig, 560).update_layout(showlegend=True, hovermode="closest", margin_t=60)
+    caption = (
+        "Each experiment against what the correction by all others predicts of it (leave-one-out), with 95 % "
+        "intervals, and against the simulator as it was."
+    )
+    return Panel("Predicted and measured", caption, fig)
+
+
+def _scaled(x: "xr.DataArray") -> Float[np.ndarray, "..."]:
+    return shown_unit(str(x.attrs.get("units", "")))[0] * x.values
+
+
+def _unit(x: "xr.DataArray") -> str:
+    return plain(shown_unit(str(x.attrs.get("units", "")))[1] or "1")
+
+
+def _title(x: "xr.DataArray") -> str:
+    return f"{plain(x.name)} ({_unit(x)})"
