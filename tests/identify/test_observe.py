@@ -36,12 +36,13 @@ def test_a_campaign_gives_means_and_peaks_of_settled_cycles(tmp_path):
 def test_the_scatter_of_repeats_is_pooled_as_a_share_of_the_mean():
     """Two repeats 2 d apart have a variance of 2 d^2, three at -d, 0, d one of d^2: pooled over 1 + 2 degrees.
 
+    Three degrees of freedom widen it by Student's t, 3.182 at 95 %, to the normal distribution's 1.96.
     The least constant that is tried, a thousandth of the largest mean, takes part: 1 in 1000.
     """
     (a, f), (b, g), (c, h) = THREE
     repeats = [recording(a, f, scale=s) for s in (0.98, 1.02)] + [recording(b, g, scale=s) for s in (0.97, 1, 1.03)]
     observed = rows([*repeats, recording(c, h)])
-    sigma = np.sqrt((2 * 0.02**2 + 2 * 0.03**2) / 3)
+    sigma = np.sqrt((2 * 0.02**2 + 2 * 0.03**2) / 3) * 3.18245 / 1.95996
     for row, n in zip(observed, (2, 3, 1), strict=True):
         assert row.repeats == n
         assert row.error == pytest.approx(sigma * row.mean / np.sqrt(n), rel=1e-3)
@@ -49,13 +50,16 @@ def test_the_scatter_of_repeats_is_pooled_as_a_share_of_the_mean():
 
 
 def test_scatter_that_is_the_same_everywhere_is_found_as_such():
-    """Three repeats at -d, 0, d of all conditions: d / sqrt(3), though means differ 15 times (0.5 % by the last r)."""
+    """Three repeats at -d, 0, d of all conditions: d / sqrt(3), though means differ 15 times (0.5 % by the last r).
+
+    Wider by Student's t of six degrees of freedom, 2.447 at 95 %.
+    """
     runs = [*three(), *three(), *three()]
     for k, run in enumerate(runs):
         run["force"] += (-0.05, 0.0, 0.05)[k // 3]
     for row in rows(runs):
         assert row.repeats == 3
-        assert row.error == pytest.approx(0.05 / np.sqrt(3), rel=0.006)
+        assert row.error == pytest.approx(0.05 / np.sqrt(3) * 2.44691 / 1.95996, rel=0.006)
 
 
 def test_a_repeat_far_from_the_others_is_left_out():

@@ -236,7 +236,10 @@ def test_next_experiments_are_where_they_tell_most(table):
     best, *_ = next_experiments(SimToReal("gp"), table, given, 1, "highest")
     np.testing.assert_allclose(best.conditions, [1.3, 1.3])
     assert "may better the highest so far" in best.reason
-    lowest, *_ = next_experiments(SimToReal("gp"), table, given, 1, "lowest")
+    lowest, *_ = next_experiments(SimToReal("gp"), table, given, 1, "lowest")  # the lowest was measured
+    assert "nothing is likely to better the lowest so far" in lowest.reason
+    fast = given.take(given.conditions[:, 1] > 0.4)
+    lowest, *_ = next_experiments(SimToReal("gp"), table, fast, 1, "lowest")
     assert lowest.conditions[1] == pytest.approx(0.3)
     far, *_ = next_experiments(SimToReal("svd"), table, given, 1)
     assert far.conditions[0] == pytest.approx(1.3)

@@ -44,10 +44,13 @@ def correct(
     lowpass: Annotated[
         str | None, Parameter(help="Cutoff for the peaks of recordings, such as 10Hz.", allow_leading_hyphen=True)
     ] = None,
-    save: Annotated[Path | None, Parameter(help="Write the corrected grid to this netCDF file (.nc).")] = None,
-    plot: Annotated[Path | None, Parameter(help="Write a page with figures (.html).")] = None,
+    save: Annotated[Path, Parameter(help="Where the corrected grid goes (.nc).")] = Path("corrected.nc"),
+    plot: Annotated[Path, Parameter(help="Where the page with figures goes (.html).")] = Path("corrected.html"),
 ) -> None:
-    """Correct a simulated grid with a few experiments, tell how well, and which experiments to make next."""
+    """Correct a simulated grid with a few experiments, tell how well, and which experiments to make next.
+
+    The corrected grid and figures are written into the current folder, unless other files are named.
+    """
     count = read_count(upcoming, "--next", least=1, most=50)
     if aim not in _AIMS:
         raise InputError(f'"{aim}" is no aim.{did_you_mean(aim, _AIMS)}', field="--aim")
@@ -55,8 +58,7 @@ def correct(
     if cutoff is not None and cutoff <= 0:
         raise InputError(f'"{lowpass}" is out of range: it must be more than 0 Hz.', field="--lowpass")
     for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
-        if target is not None:
-            check_target(target, option, suffix)
+        check_target(target, option, suffix)
 
     from nectosome.cli.correction import correction_page
     from nectosome.cli.grids import parameter_of, quantity_of
@@ -100,13 +102,11 @@ def correct(
         "told_by": "peaks" if experiments.told else "values",
         "provenance": json.dumps(provenance({key: value and str(value) for key, value in asked.items()})),
     }
-    write(correction_page(found, observed, aim))
-    if save is not None:
-        save_dataset(found, save)
-    if plot is not None:
-        from nectosome.view import show_correction
+    from nectosome.view import show_correction
 
-        show_correction(found, plot, aim)
+    save_dataset(found, save)
+    show_correction(found, plot, aim)
+    write(correction_page(found, observed, aim), f"written: {save}, {plot}")
 
 
 def _read(campaign: "Campaign") -> "list[xr.Dataset]":

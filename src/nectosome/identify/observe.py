@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
+from scipy.stats import norm
+from scipy.stats import t as student_t
 
 from nectosome.io import InputError
 
@@ -103,7 +105,10 @@ def _without_outliers(groups: Sequence[list[Recorded]]) -> list[list[Recorded]]:
 
 
 def _errors(groups: Sequence[Sequence[float]]) -> Float[np.ndarray, "k"]:
-    """Standard error of the mean of each group, by the pooled scatter; NaN where there are no repeats."""
+    """Standard error of the mean of each group, by the pooled scatter; NaN where there are no repeats.
+
+    Wider by what Student's t has on the normal distribution at 95 %, since few repeats do not tell the scatter well.
+    """
     counts = np.array([len(x) for x in groups])
     means = np.array([np.mean(x) for x in groups])
     off = [np.array(x) - mean if len(x) > 1 else np.zeros(0) for x, mean in zip(groups, means, strict=True)]
@@ -112,7 +117,8 @@ def _errors(groups: Sequence[Sequence[float]]) -> Float[np.ndarray, "k"]:
         return np.full(len(counts), np.nan)
     size = _sizes(off, np.abs(means), 1 - 1 / counts, 2)
     squares = sum(np.sum((d / x) ** 2) for d, x in zip(off, size, strict=True))
-    return np.sqrt(squares / free / counts) * size
+    wider = student_t.ppf(0.975, free) / norm.ppf(0.975)
+    return wider * np.sqrt(squares / free / counts) * size
 
 
 def _sizes(
