@@ -102,6 +102,7 @@ def test_wrong_corrections_are_answered_in_a_sentence(nectosome, tmp_path):
         "unknown": ("A: 20 deg", "A: 20 deg, depth: 0.3 m"),
         "outside": ("A: 20 deg", "A: 10 deg"),
         "unit_of_column": ("unit: N", "unit: mm"),
+        "sign": ("unit: N", "unit: N, sign: -1"),
         "column": ("force: {column: F", "thrust: {column: F"),
         "missing": ("run_0_0_0.csv", "run_9.csv"),
         "cut": ("run_0_0_0.csv", "cut.csv"),

@@ -32,10 +32,23 @@ def _read(observed: Sequence[Observed]) -> list[str]:
     noise = np.median([row.error / abs(row.mean) for row in observed if row.mean != 0])
     repeated = sum(row.repeats > 1 for row in observed)
     first = f"{count(files, 'recording')}, {number(seconds)} s in all, at {count(len(observed), 'condition')}"
-    notes = [*dict.fromkeys(note for row in observed for note in row.notes)]
+    notes = _gathered([*dict.fromkeys(note for row in observed for note in row.notes)])
     more = [f"and {count(len(notes) - _NOTES, 'more note')}"] if len(notes) > _NOTES else []
     told = f"{repeated} of them repeated; standard error of a mean: {100 * noise:.2g} % (median)"
     return [f"{first}, {told}", *notes[:_NOTES], *more]
+
+
+def _gathered(notes: Sequence[str]) -> list[str]:
+    """Notes `file: what`, those that say the same of several files as one."""
+    files: dict[str, list[str]] = {}
+    for note in notes:
+        file, _, what = note.partition(": ")
+        files.setdefault(what or note, []).append(file)
+    return [
+        (f"{named[0]}: {what}" if what != named[0] else what)
+        + (f" (and {len(named) - 1} more files)" if named[1:] else "")
+        for what, named in files.items()
+    ]
 
 
 def _tables(found: "xr.Dataset", aim: str) -> list[Table]:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _CONSTANT = np.geomspace(1e-3, 10, 41)  # of the largest mean: sizes below it scatter alike
 _FAR = 6.0  # robust standard deviations: a repeat farther off is left out
 _CONDITIONS = 3  # at least
+_AGAINST = 0.5  # cosine between measured and simulated values: below minus this a sign is wrong
 
 
 @dataclass(frozen=True)
@@ -77,10 +78,14 @@ def experiments_of(observed: Sequence[Observed], table: Table, peaks: Table | No
     """Experiments at the conditions of a table; with a table of simulated peaks the measured ones tell its parameter.
 
     Without it, and where nothing tells the errors of peaks, the values tell it. Raises InputError for conditions
-    outside of the grid.
+    outside of the grid, and where what is measured has the other sign.
     """
     points = np.array([[row.conditions[name] for name in table.names] for row in observed])
     values, errors, tops, top_errors = np.array([[r.mean, r.error, r.peak, r.peak_error] for r in observed]).T
+    there = table.simulated(points)[0]
+    if there @ values < -_AGAINST * np.linalg.norm(there) * np.linalg.norm(values):
+        against = "goes against what is simulated nearly everywhere: one of them has the other sign"
+        raise InputError(f"{against}. Turn it in the campaign (sign: -1) or in the quantity.", field="measured")
     told = None
     if peaks is not None and peaks.parameter.size > 1 and np.isfinite(top_errors).any():
         told = Told(*peaks.matching(points, tops, top_errors), apart=True)
