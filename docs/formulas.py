@@ -18,8 +18,8 @@ from mkdocs.plugins import event_priority
 _TOKEN = re.compile(r"\\[a-zA-Z]+\*?|\\.|[0-9]+(?:\.[0-9]+)?|[^\s]", re.DOTALL)
 _GREEK = dict(
     zip(
-        "alpha beta gamma delta epsilon eta theta lambda mu nu xi pi rho sigma tau phi omega Omega Phi Delta Lambda".split(),  # noqa: SIM905
-        "αβγδϵηθλμνξπρστϕωΩΦΔΛ",
+        "alpha beta gamma delta epsilon eta theta lambda mu nu xi pi rho sigma tau phi omega Omega Phi Delta Lambda Sigma".split(),  # noqa: SIM905
+        "αβγδϵηθλμνξπρστϕωΩΦΔΛΣ",
         strict=True,
     )
 )
