@@ -4,8 +4,21 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
-from nectosome.core import Constant, Rate, Recording, Sine, Solution, Status, Steps, Stroke, UniformCurrent, Water
+from nectosome.core import (
+    Constant,
+    Cycle,
+    Rate,
+    Recording,
+    Sine,
+    Solution,
+    Status,
+    Steps,
+    Stroke,
+    UniformCurrent,
+    Water,
+)
 
 number = jnp.asarray
 SMOOTH = {
@@ -14,6 +27,7 @@ SMOOTH = {
     "sine": Sine(number(0.4), number(1.5), number(0.3), number(-0.1)),
     "stroke": Stroke(number(0.4), number(1.5), number(0.3), number(-0.1), number(0.3)),
     "stroke with a ramp": Stroke(number(0.4), number(1.5), number(0.3), number(-0.1), number(0.6), number(0.8)),
+    "cycle": Cycle(jnp.array([0.3, -0.2, 0.8, 0.1, 0.4]), number(1.5), number(0.3)),
     "vector": Sine(jnp.array([0.4, 0.1]), jnp.array([1.5, 0.0]), jnp.array([0.3, 1.0]), jnp.zeros(2)),
 }
 RECORDING = Recording(jnp.array([0.0, 0.5, 0.6, 2.0]), jnp.array([1.0, 2.0, 0.0, 0.7]))
@@ -30,6 +44,16 @@ def test_derivatives_are_those_of_the_value(name, t):
     told, found = compare(number(t))
     for a, b in zip(told, found, strict=True):
         np.testing.assert_allclose(a, b, atol=1e-12)
+
+
+def test_a_cycle_is_the_periodic_spline_through_its_values():
+    """As SciPy's; its phase and its period count as those of a sine do."""
+    values, f, phase = np.array([0.3, -0.2, 0.8, 0.1, 0.4]), 1.5, 0.3
+    spline = CubicSpline(np.arange(6) / 5, [*values, values[0]], bc_type="periodic")
+    for t in (-3.1, 0.0, 0.26, 7.77):
+        turns = (f * t + phase / (2 * np.pi)) % 1
+        wanted = [f**k * spline(turns, k) for k in range(3)]
+        np.testing.assert_allclose(SMOOTH["cycle"](number(t)), wanted, rtol=1e-9, atol=1e-9)
 
 
 def test_a_stroke_of_equal_halves_is_a_sine():

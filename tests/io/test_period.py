@@ -44,6 +44,8 @@ HELD = hinge("kind: constant, value: 1 rad")
         ([sine("2 Hz"), hinge("kind: sine, amplitude: 0 rad, frequency: 3 Hz"), sine("0 Hz")], 0.5),
         ([f"kind: planar, axis: z, motion: {{x: {{{WAVE}, frequency: 0.5 Hz}}, angle: {TURN}}}"], 30.0),
         (["kind: spherical, drive: {y: {kind: sine, amplitude: 1 N m, frequency: 5 Hz}}"], 0.2),
+        ([f"{SLIDE}, force: {{kind: cycle, values: [0 N, 1 N, 2 N, 0 N], frequency: 4 Hz}}", sine("2 Hz")], 0.5),
+        ([f"{SLIDE}, force: {{kind: cycle, values: [1 N, 1 N, 1 N, 1 N], frequency: 3 Hz}}", sine("2 Hz")], 0.5),
         (["kind: free, motion: {yaw: {kind: sine, amplitude: 1 rad, frequency: 2 Hz}}"], 0.5),
     ],
 )  # fmt: skip

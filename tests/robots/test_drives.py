@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
-from nectosome.io import InputError, parse_robot
+from nectosome.io import InputError, get_value, parse_robot, with_values
 from nectosome.robots import build
 from nectosome.solve import simulate
 
@@ -17,6 +19,21 @@ body:
   radius: 0.1 m
   mass: 2 kg
   joint: {joint}
+"""
+
+
+JET = """
+name: jet
+water: {{gravity: 0 m/s2, density: 1000 kg/m3}}
+body:
+  kind: rigid
+  shape: point
+  mass: 0.755 kg
+  inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
+  joint: {{kind: prismatic, axis: x, force: {{kind: cycle, values: [{values}], frequency: 1.8 Hz}}}}
+  loads:
+    drag: {{kind: lumped_drag, drag_area: [0.01 m2, 0 m2, 0 m2]}}
+    water: {{kind: given_added_mass, mass: [2.745 kg, 0 kg, 0 kg]}}
 """
 
 
@@ -53,6 +70,33 @@ def test_a_spherical_joint_follows_its_angles():
     robot = ball("{kind: spherical, motion: {yaw: {kind: rate, rate: 90 deg/s}}}")
     rotation = simulate(robot, 1.0, samples=2).to_dataset()["rotation"].values[-1, 0]
     assert rotation == pytest.approx(np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]]), abs=1e-12)
+
+
+def test_pulses_drive_a_body_along_a_line_through_water():
+    """(M + m_a) v' = tau(t) - rho/2 Cd A v|v| with a thrust tau of eight values a cycle, by SciPy."""
+    values, f = np.array([0.0, -0.1, -0.2, -0.1, 0.0, 0.4, 0.9, 0.4]), 1.8
+    robot = build(parse_robot(JET.format(values=", ".join(f"{x} N" for x in values))))
+    run = simulate(robot, 2.0, samples=21, method="implicit", rtol=1e-7, atol=1e-9).value
+    thrust = CubicSpline(np.arange(9) / 8 / f, [*values, values[0]], bc_type="periodic")
+    own = solve_ivp(
+        lambda t, x: [x[1], (thrust(t) - 5.0 * x[1] * abs(x[1])) / 3.5],
+        (0.0, 2.0),
+        [0.0, 0.0],
+        t_eval=np.linspace(0, 2, 21),
+        rtol=1e-10,
+        atol=1e-12,
+        max_step=0.01,
+    )
+    np.testing.assert_allclose(run.state.v[:, 0], own.y[1], atol=1e-7)
+    np.testing.assert_allclose(run.state.q[:, 0], own.y[0], atol=1e-7)
+    assert own.y[1, -1] > 0.05
+
+
+def test_values_of_a_cycle_are_numbers_of_the_robot():
+    description = parse_robot(JET.format(values="0 N, 1 N, 0 N, 0.5 N"))
+    assert get_value(with_values(description, {"body.joint.force.values.1": 2.0}), "body.joint.force.values.1") == 2.0
+    with pytest.raises(InputError, match="at least 4"):
+        parse_robot(JET.format(values="0 N, 1 N"))
 
 
 def test_a_joint_is_not_moved_and_driven_at_once():

@@ -2,7 +2,7 @@
 
 from . import runtime as _runtime  # noqa: F401  first: sets up JAX
 from .se3 import safe_norm
-from .signal import Constant, Rate, Recording, Signal, Sine, Stack, Steps, Stroke
+from .signal import Constant, Cycle, Rate, Recording, Signal, Sine, Stack, Steps, Stroke
 from .solution import Solution, Status
 from .system import JointLoad, Load, Mechanical, State, Strips, System
 from .water import STANDARD_GRAVITY, UniformCurrent, Water
@@ -10,6 +10,7 @@ from .water import STANDARD_GRAVITY, UniformCurrent, Water
 __all__ = [
     "STANDARD_GRAVITY",
     "Constant",
+    "Cycle",
     "JointLoad",
     "Load",
     "Mechanical",

@@ -4,6 +4,7 @@ from abc import abstractmethod
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 Triple = tuple[Array, Array, Array]
@@ -87,6 +88,33 @@ class Stroke(Signal):
             ddg = 60 * x * (1 - x) * (1 - 2 * x) / self.ramp**2
             u, du, ddu = g * u, g * du + dg * u, g * ddu + 2 * dg * du + ddg * u
         return self.offset + self.amplitude * u, self.amplitude * du, self.amplitude * ddu
+
+
+class Cycle(Signal):
+    """Values that are gone through in each period, evenly spread over it: a periodic cubic spline.
+
+    The first is at time 0, earlier by `phase` [rad].
+    """
+
+    values: Float[Array, "n"]
+    frequency: Float[Array, ""]  # of the whole cycle [Hz]
+    phase: Float[Array, ""]
+
+    def __call__(self, t: Float[Array, ""]) -> Triple:
+        """Value and derivatives; the second one is continuous too."""
+        n = self.values.shape[0]
+        # second derivatives m at the knots, a sample being 1: m[k-1] + 4 m[k] + m[k+1] = 6 (u[k-1] - 2 u[k] + u[k+1])
+        beside = np.roll(np.eye(n), 1, axis=0) + np.roll(np.eye(n), -1, axis=0)
+        m = (np.linalg.solve(4 * np.eye(n) + beside, 6 * (beside - 2 * np.eye(n)))) @ self.values
+        s = self.frequency * t + self.phase / (2 * jnp.pi)
+        s = n * (s - jnp.floor(s))
+        k = jnp.clip(jnp.floor(s).astype(int), 0, n - 1)
+        x, after = s - k, (k + 1) % n
+        y = 1 - x
+        u = y * self.values[k] + x * self.values[after] + ((y**3 - y) * m[k] + (x**3 - x) * m[after]) / 6
+        du = self.values[after] - self.values[k] + ((1 - 3 * y**2) * m[k] + (3 * x**2 - 1) * m[after]) / 6
+        w = n * self.frequency
+        return u, w * du, w**2 * (y * m[k] + x * m[after])
 
 
 class Recording(Signal):

@@ -101,6 +101,15 @@ class SineTorque(Described):
     offset: Torque = 0.0
 
 
+class CycleTorque(Described):
+    """The torque that goes through `values` [N m] in each period, evenly spread, as a smooth curve [Hz; rad]."""
+
+    kind: Literal["cycle"]
+    values: Annotated[tuple[Torque, ...], Field(min_length=4)]
+    frequency: Frequency
+    phase: Angle = 0.0
+
+
 class ConstantForce(Described):
     """The force `value` [N], held."""
 
@@ -118,7 +127,19 @@ class SineForce(Described):
     offset: Force = 0.0
 
 
+class CycleForce(Described):
+    """The force that goes through `values` [N] in each period, evenly spread, as a smooth curve [Hz; rad].
+
+    The first of them, at least four, is at time 0, earlier by `phase`; between them is a periodic cubic spline.
+    """
+
+    kind: Literal["cycle"]
+    values: Annotated[tuple[Force, ...], Field(min_length=4)]
+    frequency: Frequency
+    phase: Angle = 0.0
+
+
 AngleSignal = Annotated[ConstantAngle | RateAngle | SineAngle | StrokeAngle, Field(discriminator="kind")]
 LengthSignal = Annotated[ConstantLength | RateLength | SineLength, Field(discriminator="kind")]
-TorqueSignal = Annotated[ConstantTorque | SineTorque, Field(discriminator="kind")]
-ForceSignal = Annotated[ConstantForce | SineForce, Field(discriminator="kind")]
+TorqueSignal = Annotated[ConstantTorque | SineTorque | CycleTorque, Field(discriminator="kind")]
+ForceSignal = Annotated[ConstantForce | SineForce | CycleForce, Field(discriminator="kind")]

@@ -49,7 +49,8 @@ def _frequencies(description: RobotDescription) -> Iterator[tuple[str, float]]:
         for path, signal in _signals(limb.joint, place):
             if isinstance(signal, StrokeAngle) and signal.ramp:
                 raise InputError("what begins slowly does not repeat itself. Set it to 0 s.", field=f"{path}.ramp")
-            if signal.kind in ("sine", "stroke") and signal.frequency and signal.amplitude:
+            moves = len(set(signal.values)) > 1 if signal.kind == "cycle" else getattr(signal, "amplitude", 0.0)
+            if signal.kind in ("sine", "stroke", "cycle") and signal.frequency and moves:
                 yield f"{path}.frequency", signal.frequency
             if signal.kind == "rate" and signal.rate:
                 if isinstance(signal, RateLength):

@@ -54,6 +54,8 @@ def sentence(mistake: Any, spot: Spot) -> str:
     if kind in ("missing", "too_long") and spot.in_row and spot.around is not None:
         given = len(spot.data) if isinstance(spot.data, list) else 1
         return f"{_row(get_args(spot.around.hint))} expected, {given} given."
+    if kind == "too_short":
+        return f"at least {mistake['ctx']['min_length']} values expected, {mistake['ctx']['actual_length']} given."
     if kind == "missing":
         return f"is missing. {wanted(spot.slot)}".strip()
     if kind in ("union_tag_invalid", "union_tag_not_found") and spot.slot is not None:

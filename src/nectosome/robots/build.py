@@ -12,7 +12,7 @@ from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from nectosome import loads as ld
-from nectosome.core import Constant, Rate, Signal, Sine, Stack, Stroke, UniformCurrent, Water
+from nectosome.core import Constant, Cycle, Rate, Signal, Sine, Stack, Stroke, UniformCurrent, Water
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot_t, rotation_from_rpy
 from nectosome.io import RobotDescription, get_value, numeric_paths, resolve, with_values
@@ -171,10 +171,11 @@ def _unit(xs) -> Float[Array, "3"]:
 
 
 def _signal(s) -> Signal:
-    one: dict[str, Array | None] = {n: _number(getattr(s, n)) for n in type(s).model_fields if n != "kind"}
+    numbers = {n: getattr(s, n) for n in type(s).model_fields if n != "kind"}
+    one: dict[str, Array | None] = {n: (_vector if isinstance(x, tuple) else _number)(x) for n, x in numbers.items()}
     if s.kind == "stroke" and _is_zero(s.ramp):
         one["ramp"] = None
-    return {"constant": Constant, "rate": Rate, "sine": Sine, "stroke": Stroke}[s.kind](**one)
+    return {"constant": Constant, "rate": Rate, "sine": Sine, "stroke": Stroke, "cycle": Cycle}[s.kind](**one)
 
 
 def _joint(j: dj.Joint) -> tuple[Joint, Signal | None, Signal | None]:
