@@ -83,6 +83,7 @@ def transfers():
     of = ("case", "correction", "ratio")
     errors = {name: (of, np.full((4, 5, 2), 93.4)) for name in ("mean", "coverage")}
     keys = {"truth": ["drop", "drop", "held-out", "held-out"], "noise": [0.02, 0.0] * 2, "seed": [0] * 4}
+    keys["recipe"] = ["half at 1.3 Hz", "half at 1.3 Hz", "blind", "blind"]
     found = xr.Dataset(
         {**errors, "floor": (of, np.full((4, 5, 2), 1.6)), "printed": (of[1:], np.full((5, 2), np.nan))},
         coords={"correction": methods, "ratio": ratios} | {name: ("case", x) for name, x in keys.items()},
@@ -103,7 +104,10 @@ def transfers():
 
 def test_corrections_are_called_synthetic_and_tell_their_intervals(sets):
     panels = [panel for panel in paddle.panels(sets[0], {}) if "Sim-to-real" in panel.title]
-    assert len(panels) == 3
+    assert len(panels) == 4
+    recipes, *panels = panels
+    assert "<td>half at 1.3 Hz</td>" in recipes.figure
+    assert "synthetic" in recipes.caption
     assert all("Synthetic experiments" in panel.caption for panel in panels)
     assert "93.4 % (noise of 2 %) and 93.4 % (without noise)" in panels[0].caption
     points = next(trace for trace in panels[2].figure.data if trace.name == "measured")
@@ -113,8 +117,8 @@ def test_corrections_are_called_synthetic_and_tell_their_intervals(sets):
 
 def test_figures_are_there_for_which_there_are_data(sets):
     data, runs = sets
-    assert len(paddle.panels(data, runs)) == 16
-    assert len(paddle.panels(data, {})) == 13
+    assert len(paddle.panels(data, runs)) == 17
+    assert len(paddle.panels(data, {})) == 14
     assert paddle.panels({}, {}) == []
 
 

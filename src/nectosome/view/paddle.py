@@ -17,7 +17,7 @@ from .fronts import Cost, fronts
 from .heatmap import Axis, Line, diverging, maps, sequential
 from .rowing import heading_panel, speeds_panel, steering_panel, yaw_panel
 from .style import BLUE, CYCLE, GREY, Panel, dress
-from .transfer import errors_panel, maps_panel, plans_panel, truths_panel
+from .transfer import errors_panel, maps_panel, plans_panel, recipes_panel, truths_panel
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -43,6 +43,7 @@ def panels(data: Sets, runs: Sets) -> list[Panel]:
         (("yaw",), yaw_panel),
         (("steering",), steering_panel),
         (("heading",), heading_panel),
+        (("transfer",), recipes_panel),
         (("transfer",), errors_panel),
         (("transfer",), truths_panel),
         (("transfer_maps",), maps_panel),

@@ -1,6 +1,6 @@
 """Figures of sim-to-real corrections of the paddle on synthetic experiments.
 
-Data: `transfer` (case, correction, ratio): mean, coverage [percent] of cases with a truth, noise and seed; printed
+Data: `transfer` (case, correction, ratio): mean, coverage [percent] of cases with a truth, recipe, noise, seed; printed
 (correction, ratio); `transfer_maps` (what, A, f): thrust [N], made (A, f) | ratio; `transfer_plans` (truth, seed, plan,
 count): total, found [percent].
 """
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .heatmap import Axis, diverging, maps
-from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Panel, dress
+from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Panel, dress, plain
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -33,6 +33,26 @@ _AIMS = {
     "error": ("where least is known", BLUE, "solid"),
     "highest": ("for the largest", ORANGE, "dash"),
 }
+
+
+def recipes_panel(sets: Sets) -> Panel:
+    """What is true in each of the synthetic experiments."""
+    found = sets["transfer"]
+    noisy = found.isel(case=np.flatnonzero(found["noise"] == found["noise"].max()))
+    rows = []
+    for name in dict.fromkeys(noisy["truth"].values.tolist()):
+        here = noisy.isel(case=np.flatnonzero(noisy["truth"] == name))
+        start = float(here["mean"].sel(correction="cn", ratio=0.0).median())
+        recipe = plain(here["recipe"].values[0])
+        rows.append(f'<tr><td>{plain(name)}</td><td>{recipe}</td><td class="number">{start:.1f} %</td></tr>')
+    head = '<tr><th>truth</th><th>recipe</th><th class="number">error of the model</th></tr>'
+    body = "\n".join(rows)
+    text = f'<div class="wide"><table>\n<thead>{head}</thead>\n<tbody>\n{body}\n</tbody></table></div>'
+    caption = (
+        "The paper published no recordings: these are synthetic. a and b are amplitude and frequency, scaled from 0 to "
+        "1 over the grid of Fig. 5. Peaks of the thrust, which tell Cn, follow the same recipes."
+    )
+    return Panel("Sim-to-real: synthetic truths", caption, text)
 
 
 def errors_panel(sets: Sets) -> Panel:

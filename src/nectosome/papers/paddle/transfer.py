@@ -106,7 +106,9 @@ def compared(
     keys = {k: ("case", list(v)) for k, v in zip(("truth", "noise", "seed"), zip(*cases, strict=True), strict=True)}
     book, methods = printed("paddle"), own["correction"].values
     told = [[book.get(_row(m, r, "mean"), {}).get("printed", np.nan) for r in RATIOS] for m in methods]
-    return own.assign(printed=(("correction", "ratio"), told, {"units": "percent"})).assign_coords(keys)
+    recipes = [str(truths["recipe"].sel(truth=t).item()) for t, _, _ in cases]
+    own["printed"] = (("correction", "ratio"), told, {"units": "percent"})
+    return own.assign_coords({**keys, "recipe": ("case", recipes)})
 
 
 def _row(method: str, ratio: float, what: str) -> str:
