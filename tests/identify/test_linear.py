@@ -121,3 +121,13 @@ def test_a_function_of_parameters_has_the_error_of_its_slope(speed):
     mass = found.of(lambda theta: 1 / theta[1:])
     assert mass.errors[0] == pytest.approx(found.errors[1] / found.values[1] ** 2)
     assert found.percent[0] == pytest.approx(100 * found.errors[0] / abs(found.values[0]))
+
+
+def test_a_term_may_start_from_nothing(speed):
+    """Drag in proportion to the speed, which is not there: found as 0 within its error."""
+    noisy = Trial(
+        TIME, speed + NOISE * np.random.default_rng(4).normal(size=TIME.size), lambda t, v: jnp.append(surge(t, v), v)
+    )
+    found = output_error([noisy], np.append(TRUE, 0.0))
+    assert np.isfinite(found.covariance).all()
+    assert abs(found.values[2]) < 3 * found.errors[2]

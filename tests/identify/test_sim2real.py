@@ -119,13 +119,51 @@ def test_peaks_that_are_wrong_are_doubted(table):
 
 @pytest.mark.parametrize("method", [m for m in METHODS if "raw" not in m])
 def test_units_do_not_matter(table, method):
-    """Thrust in mN, frequency in 1/min: the same corrected values."""
+    """Thrust in uN, frequency in 1/min: the same corrected values."""
     given = experiments(table, offset, 8, 0.02)
-    scaled = table_of(xr.DataArray(1e3 * table.values, {"A": A, "f": 60 * F, "p": P}, name="thrust"), "p")
-    other = Experiments(given.conditions * [1, 60], 1e3 * given.values, 1e3 * given.errors, given.told)
+    scaled = table_of(xr.DataArray(1e6 * table.values, {"A": A, "f": 60 * F, "p": P}, name="thrust"), "p")
+    other = Experiments(given.conditions * [1, 60], 1e6 * given.values, 1e6 * given.errors, given.told)
     one = SimToReal(method).fit(table, given).predict(table.points)
     two = SimToReal(method).fit(scaled, other).predict(scaled.points)
-    np.testing.assert_allclose(two.mean, 1e3 * one.mean, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(two.mean, 1e6 * one.mean, rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("method", ["gp", "cn-gp"])
+def test_what_is_already_right_or_nothing_at_all_is_no_accident(table, method):
+    """Exact values of the simulator itself, without errors; and values where the simulator has none."""
+    points = table.points[::5]
+    own = model(*points.T, 1.0)
+    exact = Experiments(points, own, 0 * own, Told(0 * own + 1.0, 0 * own, True))
+    found = SimToReal(method).fit(table, exact).predict(table.points)
+    np.testing.assert_allclose(found.mean, model(*table.points.T, 1.0), rtol=5e-3)
+    nothing = table_of(xr.DataArray(0 * table.values, {"A": A, "f": F, "p": P}, name="thrust"), "p")
+    for values in (0 * own, 0.3 + 0 * own):
+        given = Experiments(points, values, 0.01 * values, Told(0 * own + 0.9, 0 * own + 0.01, True))
+        found = SimToReal(method).fit(nothing, given).predict(table.points)
+        np.testing.assert_allclose(found.mean, values[0], atol=0.01)
+
+
+def test_leaving_out_the_only_one_that_tells_is_refused_with_a_reason(table):
+    given = experiments(table, offset, 5)
+    p = np.array([np.nan, np.nan, 0.9, np.nan, np.nan])
+    lonely = Experiments(given.conditions, given.values, given.errors, Told(p, 0.01 * p, True))
+    SimToReal("cn-gp").fit(table, lonely)
+    with pytest.raises(InputError, match="only experiment 3 tells it"):
+        leave_one_out(SimToReal("cn-gp"), table, lonely)
+
+
+def test_three_conditions_are_corrected_and_planned_too():
+    grid = np.meshgrid(A[::2], F[::2], [1.0, 2.0, 3.0], indexing="ij")
+    cube = xr.DataArray(model(grid[0], grid[1], 1.0) * grid[2], {"A": A[::2], "f": F[::2], "h": [1.0, 2.0, 3.0]})
+    table = table_of(cube.rename("thrust"))
+    rows = uniform_plan(table.in_box(table.points), 12)
+    values = 0.8 * table.simulated(table.points[rows])[0] + 0.05
+    given = Experiments(table.points[rows], values, 0.01 * values)
+    found = SimToReal("gp").fit(table, given).predict(table.points)
+    right = 0.8 * table.simulated(table.points)[0] + 0.05
+    assert np.abs(found.mean - right).mean() < 0.02 * right.mean()
+    (one,) = next_experiments(SimToReal("gp"), table, given, 1)
+    assert one.conditions.shape == (3,)
 
 
 def test_raw_axes_mix_units(table):

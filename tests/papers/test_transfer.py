@@ -25,10 +25,11 @@ def grids():
     dims = {"A": A, "f": F, "Cn": CN}
     a, f, cn = (xr.DataArray(x, dims=name, coords={name: x}) for name, x in dims.items())
     true = paddle(a, f, 0.8 + 0 * a * f)
-    names = ["drop", "tilt", truths.HELD_OUT]
-    made = [true, true + 0.02 + 0.05 * a, true * (1 + 0.1 * f)]
+    names = ["exact", "drop", "tilt", truths.HELD_OUT]
+    falling = 1 - 1.6 * np.maximum(0.0, f - 0.8)
+    made = [true, true * falling, true + 0.02 + 0.05 * a, true * (1 + 0.1 * f)]
     truth = xr.concat([x.transpose("A", "f") for x in made], xr.IndexVariable("truth", names))
-    return paddle(a, f, cn), truth.assign_coords(recipe=("truth", ["exact", "tilted", "steeper"]))
+    return paddle(a, f, cn), truth.assign_coords(recipe=("truth", ["exact", "falling", "tilted", "steeper"]))
 
 
 @pytest.fixture(scope="module")
@@ -40,12 +41,12 @@ def found(grids):
 def test_a_coefficient_alone_is_told_by_peaks(grids):
     """Where nothing but Cn is wrong all that knows of it is right: to 0.2 %, the table's error; SVD alone is not."""
     with ThreadPoolExecutor(2) as pool:
-        exact = transfer.compared(grids[0], grids[1].sel(truth=["drop"]), 1, [0.0], pool).squeeze("case")
+        exact = transfer.compared(grids[0], grids[1].sel(truth=["exact"]), 1, [0.0], pool).squeeze("case")
     mean = exact["mean"].sel(ratio=0.25)
     for how in ("cn", "cn-svd", "cn-gp"):
         assert mean.sel(correction=how) < 0.2
     assert mean.sel(correction="svd") > 5
-    start = 100 * ((grids[0]["mean"].sel(Cn=1.0) / grids[1]["mean"].sel(truth="drop")) - 1).mean()
+    start = 100 * ((grids[0]["mean"].sel(Cn=1.0) / grids[1]["mean"].sel(truth="exact")) - 1).mean()
     np.testing.assert_allclose(exact["mean"].sel(ratio=0.0), start, rtol=0.02)
     np.testing.assert_allclose(exact["signed"].sel(ratio=0.0), start, rtol=0.02)
 
@@ -59,7 +60,8 @@ def test_noise_sets_a_floor(found):
 def test_every_row_gets_its_number(found):
     rows = transfer.numbers(found)
     assert set(rows) == {row for row in printed("paddle") if "/table3/" in row or "/optimum/" in row}
-    assert rows["paddle/optimum/sim"] == 100.0
+    assert rows["paddle/optimum/sim"] < 80
+    assert rows["paddle/optimum/cn-gp"] > 95
     assert float(found["printed"].sel(correction="svd", ratio=0.25)) == 6.73
     assert bool(found["printed"].sel(correction="cn-gp").isnull().all())
 

@@ -98,6 +98,9 @@ def _next(found: "xr.Dataset") -> Table:
 def _lines(found: "xr.Dataset") -> list[str]:
     """What was told of the parameter, and what does not fit."""
     lines, parameter = list[str](), found["parameter_there"]
+    size = abs(found["measured"].values)
+    if small := int(np.sum(size < 0.01 * size.max())):
+        lines.append(f"{count(small, 'experiment')} below 1 % of the largest left out of all errors but total")
     if found.attrs["parameter"]:
         low, high = (number(float(x)) for x in (parameter.min(), parameter.max()))
         ends = f"{low} to {high} {parameter.attrs['units']}".strip()

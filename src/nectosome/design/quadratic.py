@@ -6,6 +6,7 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 
 _FAR = 1e-14  # squared residual of an inconsistent program: its solution would be 1e7 times farther than need be
+_NONE = 1e-200  # a row of A as long, or shorter, has no direction
 
 
 def minimise_quadratic(
@@ -23,12 +24,15 @@ def minimise_quadratic(
     shift = solve_triangular(L, c, lower=True)
     # with z = L^T d + shift: minimise |z| subject to G z >= h, rows of G of length one
     G = -solve_triangular(L, A.T, lower=True).T
-    length = np.maximum(np.linalg.norm(G, axis=1), 1e-300)
-    h = (-b + G @ shift) / length
-    G = G / length[:, None]
+    length = np.linalg.norm(G, axis=1)
+    some = length > _NONE
+    if np.any(b[~some] < 0):  # what d does not change cannot be mended
+        return None
+    multipliers = np.zeros(b.size)
+    G, h = G[some] / length[some, None], (-b[some] + G[some] @ shift) / length[some]
     far = h.max(initial=0.0)
     if far <= 0:
-        return solve_triangular(L, -shift, lower=True, trans=1), np.zeros(b.size)
+        return solve_triangular(L, -shift, lower=True, trans=1), multipliers
     E = np.vstack([G.T, h / far])
     target = np.zeros(c.size + 1)
     target[-1] = 1.0
@@ -39,8 +43,9 @@ def minimise_quadratic(
     rest = target - E @ y
     if rest @ rest < _FAR:
         return None
-    multipliers = far * y / rest[-1]
-    d = solve_triangular(L, G.T @ multipliers - shift, lower=True, trans=1)
+    force = far * y / rest[-1]
+    d = solve_triangular(L, G.T @ force - shift, lower=True, trans=1)
     if np.any(A @ d - b > 1e-8 * (1 + np.abs(b))):
         return None
-    return d, multipliers / length
+    multipliers[some] = force / length[some]
+    return d, multipliers

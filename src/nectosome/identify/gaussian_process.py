@@ -13,6 +13,7 @@ _SHARE, _SHARE_SPREAD = 0.25, 1.0  # the same of what varies, as a share of a te
 _DOUBT_SPREAD = 1.5  # standard deviation of the logarithm of how far doubts are right
 _WIDER, _LEAST = 1.5, 0.05  # variance of the second draws: times that of the first, and at least
 _ROUNDING = 1e-6  # noise that is always there, of the size
+_TINY = 1e-140  # instead of a size of 0; its square is a number too
 _NO_SHARE = 1e-4  # of the largest: draws that count as nothing
 
 
@@ -57,7 +58,7 @@ def gaussian_process(
     if not len(x):
         raise ValueError("gaussian_process: no points; at least one is needed.")
     if terms is None:
-        size = max(float(np.sqrt(np.mean(y**2))), float(noise.mean()), 1e-300)
+        size = max(float(np.sqrt(np.mean(y**2))), float(noise.mean()), _TINY)
         terms = [Term(size, np.ones(len(x)), np.ones(len(at)))]
     if not all(np.isfinite(v).all() for v in (x, y, noise, at, *(v for term in terms for v in term))):
         raise ValueError("gaussian_process: points, values, errors and shapes must be finite numbers.")
@@ -94,7 +95,7 @@ class _Draws:
         self.lengths = _LENGTH * np.exp(_LENGTH_SPREAD * draws[:, b:-1]).reshape(len(draws), b, -1)
         own = self._covariance(self.x, [term.shape for term in terms], slice(None))
         noise = np.hypot(known.noise, known.doubt * np.exp(_DOUBT_SPREAD * draws[:, -1:]))
-        diagonal = noise**2 + _ROUNDING**2 * np.einsum("rii->r", own)[:, None] / m
+        diagonal = noise**2 + _ROUNDING**2 * np.maximum(np.einsum("rii->ri", own), _TINY)
         self.L = np.linalg.cholesky(own + diagonal[:, :, None] * np.eye(m))
         self.values = np.linalg.solve(self.L, np.broadcast_to(known.y[:, None], (len(draws), m, 1)))[:, :, 0]
 

@@ -21,7 +21,7 @@ from nectosome.measure.signals.noise import correlation_time
 Regressors = Callable[[Array, Array], Array]  # (time, state) -> [k], for JAX
 _ROUNDS = 20  # of instruments
 _CLOSE = 1e-10  # relative, of parameters from round to round
-_SETTLED = 0.1  # of the state's size: means of the two halves may differ by as much
+_SETTLED = 0.1  # of the state's root mean square: means of the two halves may differ by as much
 _NOISY = 0.1  # of what is left of increments: a share of noise that biases
 _TOGETHER = 5.0  # samples that residuals hang together for: more than noise does by chance
 _QUARTERS = 4  # steps from sample to sample
@@ -61,8 +61,8 @@ class Estimate(NamedTuple):
     def of(self, f: Callable[[Array], Array]) -> Self:
         """Estimate of a function of the parameters: first order, $J \\Sigma J^T$ (the delta method)."""
         at = jnp.asarray(self.values)
-        J = np.asarray(jax.jacfwd(f)(at))
-        return self._replace(values=np.asarray(f(at)), covariance=J @ self.covariance @ J.T)
+        J = np.atleast_2d(jax.jacfwd(f)(at))
+        return self._replace(values=np.atleast_1d(f(at)), covariance=J @ self.covariance @ J.T)
 
 
 def increments(trials: Sequence[Trial]) -> Estimate:
@@ -95,7 +95,7 @@ def windows(trials: Sequence[Trial], lengths: Sequence[float]) -> Estimate:
 
 
 def instruments(trials: Sequence[Trial], lengths: Sequence[float]) -> Estimate:
-    """As `windows`, with regressors of the model's own motion as instruments, which no noise of samples is in.
+    """As `windows`, with regressors of the model's own motion as instruments, which hold the first sample's noise only.
 
     From round to round the motion is that of the parameters found before (Young 2011, ch. 8).
     """
@@ -118,7 +118,8 @@ def output_error(trials: Sequence[Trial], start: Float[np.ndarray, "k"]) -> Esti
     """
     k, m = len(start), len(trials)
     begin = np.concatenate([start, [trial.state[0] for trial in trials]])
-    size = np.concatenate([np.abs(start) + 1e-300, [np.ptp(trial.state) + 1e-300 for trial in trials]])
+    size = np.abs(np.concatenate([start, [np.ptp(trial.state) for trial in trials]]))
+    size[size == 0] = 1.0
 
     def split(p: Float[np.ndarray, "q"]) -> list[tuple[Trial, np.ndarray, float]]:
         return [(trial, p[:k] * size[:k], p[k + i] * size[k + i]) for i, trial in enumerate(trials)]
@@ -200,7 +201,7 @@ def _integral(time: Float[np.ndarray, "n"], H: Float[np.ndarray, "n k"]) -> Floa
 def _unsettled(trials: Sequence[Trial]) -> tuple[str, ...]:
     """What is told of trials whose halves have other means."""
     halves = [[float(np.mean(part)) for part in np.array_split(trial.state, 2)] for trial in trials]
-    far = [abs(a - b) > _SETTLED * max(abs(a), abs(b)) for a, b in halves]
+    far = [abs(a - b) > _SETTLED * np.sqrt(np.mean(t.state**2)) for (a, b), t in zip(halves, trials, strict=True)]
     return (f"not settled: {sum(far)} of {len(trials)} recordings change from half to half",) if any(far) else ()
 
 

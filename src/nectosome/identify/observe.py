@@ -55,9 +55,10 @@ def observe(
 
     Repeats scatter by a constant and by a share of their mean, $\sigma_k = s \sqrt{r^2 + \bar x_k^2}$ with r of most
     likelihood and $s^2 = \sum_{ki} (x_{ki} - \bar x_k)^2 / (r^2 + \bar x_k^2) / \sum_k (n_k - 1)$, pooled over all
-    conditions k. Without any repeats it is the scatter of cycles, or of samples, as far as they are independent
-    (`signals.mean`). Of three repeats and more those are left out that are 6 robust standard deviations, pooled too,
-    from the median. Raises InputError that names the file, and for fewer than three conditions.
+    conditions k. No error is less than what the scatter of cycles tells, or of samples, as far as they are independent
+    (`signals.mean`); it counts alone where nothing was repeated. Of three repeats and more those are left out that are
+    6 robust standard deviations, pooled too, from the median. Raises InputError that names the file, and for fewer
+    than three conditions.
     """
     grid = simulated if parameter is None else simulated.isel({parameter: 0}, drop=True)
     groups: dict[tuple[float, ...], list[Recorded]] = {}
@@ -70,6 +71,8 @@ def observe(
         raise InputError(f"{few}.", field="recordings")
     every = [*groups.values()]
     kept = _without_outliers(every)
+    if not any(run.mean for runs in kept for run in runs):
+        raise InputError(f"{column} is 0 throughout: nothing was measured.", field="recordings")
     means, peaks = (_errors([[getattr(run, what) for run in runs] for runs in kept]) for what in ("mean", "peak"))
     return [_averaged(*row) for row in zip(every, kept, means, peaks, strict=True)]
 
@@ -102,7 +105,7 @@ def _without_outliers(groups: Sequence[list[Recorded]]) -> list[list[Recorded]]:
         return [*groups]
     size = _sizes(told, at, np.ones(len(at)), 1)
     z = np.concatenate([d / x for d, x in zip(told, size, strict=True)])
-    far = _FAR * 1.4826 * np.median(z) * size + 1e-9 * at.max()
+    far = _FAR * 1.4826 * np.sort(z)[(len(z) - 1) // 2] * size + 1e-9 * at.max()
     return [
         [run for run, d in zip(runs, deviations, strict=True) if d <= most or len(runs) < 3]
         for runs, deviations, most in zip(groups, off, far, strict=True)
@@ -140,15 +143,18 @@ def _sizes(
     for r in _CONSTANT * max(at.max(), 1e-300):
         size = np.hypot(r, at)
         scale = (np.sum((z / size[k]) ** power) / w.sum()) ** (1 / power)
-        tried.append((float(w @ np.log(max(scale, 1e-300) * size[k])), r))
+        tried.append((float(w @ (np.log(max(scale, 1e-300)) + np.log(size[k]))), r))
     best = min(tried)
     return np.hypot(best[1] if best[0] < tried[0][0] - 1 else tried[0][1], at)
 
 
 def _averaged(every: Sequence[Recorded], kept: Sequence[Recorded], error: float, peak_error: float) -> Observed:
     """One row. Raises InputError where nothing tells its standard error."""
-    if np.isnan(error):  # no repeats of any conditions
-        error, peak_error = kept[0].error, kept[0].peak_error
+    # where few conditions were repeated cycles may scatter more than these repeats do by chance
+    error, peak_error = np.fmax(
+        [error, peak_error],
+        [np.sqrt(np.sum([getattr(run, name) ** 2 for run in kept])) / len(kept) for name in ("error", "peak_error")],
+    )
     if np.isnan(error):
         raise InputError(
             "holds a single cycle, and no conditions were measured twice: nothing tells how much means scatter. "

@@ -49,7 +49,7 @@ def field_of(table: Table, experiments: Experiments) -> Field:
         )
     told = experiments.told or matched(table, experiments)
     low, high = table.parameter[[0, -1]]
-    known = np.isfinite(told.errors) & (told.values > low) & (told.values < high)
+    known = np.isfinite(told.errors) & table.holds(told.values)
     if not known.any():
         raise InputError(
             f"no experiment tells it within the simulated grid, {low:g} to {high:g}. Simulate more values of it, or "

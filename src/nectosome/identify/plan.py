@@ -95,7 +95,9 @@ def _believing(fitted: Corrected, experiments: Experiments, one: Next) -> Experi
         parameter = fitted.parameter(one.conditions[None])
         values = np.append(told.values, parameter.mean)
         told = replace(
-            told, values=values, errors=np.append(told.errors, _noise(told.errors, told.values) * parameter.mean)
+            told,
+            values=values,
+            errors=np.append(told.errors, _noise(told.errors, told.values) * np.abs(parameter.mean)),
         )
     return Experiments(
         np.concatenate([experiments.conditions, one.conditions[None]]),

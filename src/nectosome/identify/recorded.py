@@ -49,10 +49,11 @@ def recorded(recording: "xr.Dataset", simulated: "xr.DataArray", column: str, lo
     signal = recording[column].compute()
     _same_unit(signal, simulated, file, column)
     conditions = _conditions(recording, simulated, file)
-    cyclic = conditions.get(_FREQUENCY, 0.0) > 0 and unit_of(simulated[_FREQUENCY]) == "Hz"
+    told = recording.coords.get(_FREQUENCY)  # also where the grid has a single one
+    cyclic = told is not None and told.ndim == 0 and float(told) > 0 and unit_of(told) == "Hz"
     time = signal["time"].values
     try:
-        numbers = _numbers(signal, conditions[_FREQUENCY] if cyclic else None, lowpass, file)
+        numbers = _numbers(signal, float(told) if told is not None and cyclic else None, lowpass, file)
     except ValueError as error:
         raise InputError(str(error), file=file, field=column) from None
     said = [f"{file}: {note}" for note in (*about["repairs"], *about["odd"]) if _concerns(note, recording, column)]

@@ -34,6 +34,7 @@ class Given(NamedTuple):
     field: Field | None
 
 
+_TINY = 1e-100  # sizes below it are none
 _ROUGH = 1e-3  # of a simulated value: what time steps, samples and interpolation leave of it
 
 Correction = Callable[[Simulated], Surface]
@@ -132,8 +133,8 @@ def gaussian(given: Given) -> Correction:
     """
     at, field = given.simulated, given.field
     left, rough = given.measured - at.values, _ROUGH * np.abs(at.values)
-    size = max(_rms(left), float(given.errors.mean()), 1e-300)
-    scale = size / max(_rms(at.values), 1e-300)
+    size, of = max(_rms(left), float(given.errors.mean()), _TINY), _rms(at.values)
+    scale = size / of if of > _TINY else 1.0
     none = np.zeros(0)
     told = (field.x, field.u, field.errors, field.doubt) if field and field.apart else (at.x[:0], none, none, none)
     x, before, after = np.concatenate([told[0], at.x]), np.zeros(len(told[0])), np.ones(len(at.x))
@@ -147,7 +148,7 @@ def gaussian(given: Given) -> Correction:
             Term(scale, np.concatenate([before, at.values]), there.values),
         ]
         if field:
-            spread = max(_rms(field.u), float(field.errors.mean()))
+            spread = max(_rms(field.u), float(field.errors.mean()), _TINY)
             terms.append(Term(spread, np.concatenate([before + 1, at.slopes]), there.slopes))
         found = gaussian_process(x, y, noise, there.x, terms, doubt)
         mean = there.values - there.slopes * there.field.mean + found.mean

@@ -16,6 +16,8 @@ from .parameter import Field, field_of
 from .residuals import Correction, Given, Simulated, affine, gaussian, nothing, rigid, rigid_raw, thin_plate
 from .table import Table
 
+_BLOCK = 1000  # conditions at once: memory goes with them
+
 
 class Method(NamedTuple):
     """How a simulator is corrected."""
@@ -59,7 +61,9 @@ class Corrected:
 
     def predict(self, conditions: Float[np.ndarray, "n d"]) -> Surface:
         """Corrected values, and their errors where the method tells them (NaN else). Raises InputError off the grid."""
-        return self.correction(self.simulated(conditions))
+        blocks = [conditions[k : k + _BLOCK] for k in range(0, max(len(conditions), 1), _BLOCK)]
+        found = [self.correction(self.simulated(block)) for block in blocks]
+        return Surface(*(np.concatenate(x) for x in zip(*found, strict=True)))
 
     def parameter(self, conditions: Float[np.ndarray, "n d"]) -> Surface:
         """The parameter and its error: the nominal one where none is told."""
@@ -98,11 +102,19 @@ class SimToReal:
 def leave_one_out(how: SimToReal, table: Table, experiments: Experiments) -> Surface:
     """What the others tell of each experiment: the error that a user can know who has no more of them.
 
-    Raises InputError for fewer than two experiments, and where the others tell nothing of a parameter.
+    Raises InputError for fewer than two experiments, and where only one of them tells a parameter.
     """
     m = len(experiments.values)
     if m < 2:
         raise InputError(f"{m} experiment; two are needed to leave one out.")
-    rows = np.arange(m)
+    rows, told = np.arange(m), experiments.told
+    known = (
+        None
+        if told is None or not METHODS[how.method].parameter
+        else np.isfinite(told.errors) & table.holds(told.values)
+    )
+    if known is not None and known.sum() == 1:
+        only = f"only experiment {np.flatnonzero(known)[0] + 1} tells it, and without it none does"
+        raise InputError(f"{only}. Measure more, or take a method that needs none, such as gp.", field=table.called)
     found = [how.fit(table, experiments.take(rows != k)).predict(experiments.conditions[[k]]) for k in rows]
     return Surface(*(np.concatenate(x) for x in zip(*found, strict=True)))

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
 
 from nectosome.io import InputError
@@ -38,6 +38,10 @@ class Table:
         """Conditions scaled to 0..1 between the ends of the grid."""
         low, high = (np.array([x[k] for x in self.levels]) for k in (0, -1))
         return (points - low) / (high - low)
+
+    def holds(self, parameter: Float[np.ndarray, "m"]) -> Bool[np.ndarray, "m"]:
+        """Whether values of the parameter lie between the table's ends; no for NaN."""
+        return (parameter > self.parameter[0]) & (parameter < self.parameter[-1])
 
     def curves(self, points: Float[np.ndarray, "m d"]) -> Float[np.ndarray, "m p"]:
         """Values at any conditions within the grid, for each level of the parameter: cubic splines along all axes.

@@ -112,7 +112,7 @@ def _parts(quick: bool, hinges: "xr.Dataset", tell: Progress, executor: Executor
 def _transfer(quick: bool, tell: Progress, pool: Executor) -> "dict[str, xr.Dataset]":
     """By figure `transfer` (case, correction, ratio), and not if quick `transfer_maps` and `transfer_plans`.
 
-    If quick, one seed of the truths that take no other robot, with noise.
+    If quick, one seed, with noise, and without the truth whose robot carries water along, which needs another program.
     """
     tell("synthetic experiments", 0.8)
     simulated = truths.by_coefficient()
