@@ -274,11 +274,13 @@ def renew_readme(rows: list[dict[str, Any]]) -> None:
 
 
 def readme_table(rows: list[dict[str, Any]]) -> Iterator[str]:
-    """Lines of the README's table."""
+    """Lines of the README's table: what is compared with experiments of ours is no comparison with a paper's."""
     yield "| quantity | printed | computed | error | verdict |"
     yield "|---|---:|---:|---:|---|"
     for row in rows:
         quantity, printed, ours, verdict = row["quantity"], row["printed"], row["ours"], row["verdict"]
+        if row["kind"] == "synthetic":
+            continue
         if printed is not None and row["unit"] == "m/s":
             error = "" if row["error"] is None else f"{row['error']:+.1f} %"
             yield f"| {quantity} | {printed:.3f} m/s | {ours:.4f} m/s | {error} | {verdict} |"
