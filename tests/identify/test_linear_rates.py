@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from nectosome.identify import Trial, increments, instruments, output_error, windows
+from nectosome.identify.linear import Trial, increments, instruments, output_error, windows
 
 MASS, ADDED, DRAG = 0.755, 2.768, 5.094  # kg, kg, kg/m
 TRUE = np.array([-DRAG / (MASS + ADDED), 1 / (MASS + ADDED)])

@@ -35,13 +35,15 @@ def grids():
 @pytest.fixture(scope="module")
 def found(grids):
     with ThreadPoolExecutor(2) as pool:
-        return transfer.compared(*grids, 1, [transfer.NOISE], pool)
+        return transfer.compared(*grids, transfer.SCORED, 1, [transfer.NOISE], pool)
 
 
 def test_a_coefficient_alone_is_told_by_peaks(grids):
     """Where nothing but Cn is wrong all that knows of it is right: to 0.2 %, the table's error; SVD alone is not."""
     with ThreadPoolExecutor(2) as pool:
-        exact = transfer.compared(grids[0], grids[1].sel(truth=["exact"]), 1, [0.0], pool).squeeze("case")
+        exact = transfer.compared(grids[0], grids[1].sel(truth=["exact"]), transfer.SCORED, 1, [0.0], pool).squeeze(
+            "case"
+        )
     mean = exact["mean"].sel(ratio=0.25)
     for how in ("cn", "cn-svd", "cn-gp"):
         assert mean.sel(correction=how) < 0.2
@@ -116,7 +118,7 @@ def test_corrections_of_the_robot_keep_what_is_told_of_them():
     """
     made = truths.truths((*truths.NAMES, truths.HELD_OUT))
     with ThreadPoolExecutor(2) as pool:
-        found = transfer.compared(truths.by_coefficient(), made, 3, [transfer.NOISE], pool)
+        found = transfer.compared(truths.by_coefficient(), made, transfer.SCORED, 3, [transfer.NOISE], pool)
 
     def error(how, *names):
         cases = found.isel(case=np.flatnonzero(found["truth"].isin(names)))

@@ -38,7 +38,6 @@ def corrected(over, *, errors=True):
         {
             "title": "a <b>",
             "quantity": "force",
-            "conditions": " ".join(over),
             "parameter": "Cn",
             "nominal": 1.0,
             "method": "gp",
@@ -72,9 +71,9 @@ def test_experiments_lie_on_the_map_in_degrees(aim):
 def test_bars_and_bands_are_those_of_95_percent():
     curve, scatter = (panel.figure for panel in correction.panels(corrected(["A"])))
     bars = next(trace for trace in scatter.data if trace.error_x.array is not None)
-    np.testing.assert_allclose(bars.error_x.array, [1.96, 3.92, 5.88])
+    np.testing.assert_allclose(bars.error_x.array, [1.96, 3.92, 5.88], rtol=2e-5)
     band = next(trace for trace in curve.data if trace.fill == "toself")
-    np.testing.assert_allclose(band.y[:4], np.arange(1, 5) * 1.196)
+    np.testing.assert_allclose(band.y[:4], np.arange(1, 5) * 1.196, rtol=2e-5)
 
 
 def test_a_page_is_written_with_what_looks_like_tags_kept_harmless(tmp_path):

@@ -11,12 +11,12 @@ from rich.text import Text
 from nectosome.cli.check import count
 from nectosome.cli.page import columns, number, page
 from nectosome.identify import Errors, Observed, errors_of
+from nectosome.identify.metrics import SIDES
 from nectosome.io.units import shown_unit
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_SIDES = 1.96  # standard errors to each side of a 95 % interval
 _ODD = 4.0  # standard errors from what the others tell: measure again
 _NOTES = 12  # shown
 
@@ -24,7 +24,11 @@ _NOTES = 12  # shown
 def correction_page(found: "xr.Dataset", observed: Sequence[Observed], aim: str) -> Group:
     """Return the page of what `corrected_data` holds."""
     title = Text(str(found.attrs["title"]), "bold")
-    return page(Text("\n").join([title, Text(""), *map(Text, _read(observed))]), _tables(found, aim), _lines(found))
+    return page(
+        Text("\n").join([title, Text(""), *map(Text, _read(observed))]),
+        _tables(found, aim),
+        [*_lines(found), *_cost(found, observed)],
+    )
 
 
 def _read(observed: Sequence[Observed]) -> list[str]:
@@ -64,6 +68,8 @@ def _errors(found: "xr.Dataset") -> Table:
     for name, e in (("simulator as it was", before), (f"corrected ({found.attrs['method']}), by the others", after)):
         table.add_row(name, *map(number, (e.mean, e.signed, e.largest, e.total)), _covered(e))
     table.add_row("noise alone", number(after.floor))
+    if after.small:
+        table.add_row(f"{count(after.small, 'experiment')} below 1 % of the largest: in total and intervals only")
     return table
 
 
@@ -77,10 +83,9 @@ def _optimum(found: "xr.Dataset", aim: str) -> Table:
     what = "lowest" if aim == "lowest" else "highest"
     table = columns(f"{what} on the grid", name, "95 %", "at")
     for row, values in (("simulator as it was", found["simulated"]), ("corrected", found[name])):
-        at = values.isel(values.argmin(...) if aim == "lowest" else values.argmax(...))
-        error = (
-            float(found[f"{name}_error"].sel({dim: at[dim] for dim in values.dims})) if row == "corrected" else np.nan
-        )
+        place = values.argmin(...) if aim == "lowest" else values.argmax(...)
+        at = values.isel(place)
+        error = float(found[f"{name}_error"].isel(place)) if row == "corrected" else np.nan
         table.add_row(row, *_value(float(at), error, values), _place([at[dim] for dim in values.dims]))
     return table
 
@@ -89,7 +94,7 @@ def _next(found: "xr.Dataset") -> Table:
     table = columns("next experiment", "expected", "95 %", "")
     for k in range(found.sizes["next"]):
         one = found.isel(next=k)
-        place = _place([one[f"next_{name}"] for name in found.attrs["conditions"].split()], "next_")
+        place = _place([one[f"next_{name}"] for name in found["simulated"].dims], "next_")
         told = _value(float(one["expected"]), float(one["expected_error"]), one["expected"])
         table.add_row(place, *told, str(one["reason"].item()))
     return table
@@ -98,9 +103,6 @@ def _next(found: "xr.Dataset") -> Table:
 def _lines(found: "xr.Dataset") -> list[str]:
     """What was told of the parameter, and what does not fit."""
     lines, parameter = list[str](), found["parameter_there"]
-    size = abs(found["measured"].values)
-    if small := int(np.sum(size < 0.01 * size.max())):
-        lines.append(f"{count(small, 'experiment')} below 1 % of the largest left out of all errors but total")
     if found.attrs["parameter"]:
         low, high = (number(float(x)) for x in (parameter.min(), parameter.max()))
         ends = f"{low} to {high} {parameter.attrs['units']}".strip()
@@ -111,6 +113,12 @@ def _lines(found: "xr.Dataset") -> list[str]:
     return [*lines, *_odd(found)]
 
 
+def _cost(found: "xr.Dataset", observed: Sequence[Observed]) -> list[str]:
+    """What the next experiments take, if they are made as those before."""
+    seconds = found.sizes["next"] * float(np.median([row.seconds for row in observed]))
+    return [f"the next {count(found.sizes['next'], 'experiment')} take about {number(seconds)} s"] if seconds else []
+
+
 def _odd(found: "xr.Dataset") -> list[str]:
     """Which experiments do not fit the others."""
     off = abs(found["measured"] - found["predicted"]).values
@@ -119,7 +127,7 @@ def _odd(found: "xr.Dataset") -> list[str]:
         return [f"{found.attrs['method']} tells no intervals, and so not which experiments do not fit the others"]
     lines = []
     for k in np.flatnonzero(off > _ODD * error):
-        place = _place([found[f"measured_{name}"][k] for name in found.attrs["conditions"].split()], "measured_")
+        place = _place([found[f"measured_{name}"][k] for name in found["simulated"].dims], "measured_")
         value, told = (number(float(found[name][k])) for name in ("measured", "predicted"))
         far = f"{off[k] / max(error[k], 1e-300):.1f} standard errors"
         lines.append(f"measure again: {place}: {value}, where the others tell {told}, {far} away")
@@ -128,7 +136,7 @@ def _odd(found: "xr.Dataset") -> list[str]:
 
 def _value(value: float, error: float, like: "xr.DataArray") -> tuple[str, str]:
     """A value with its unit and half of its 95 % interval, where there is one."""
-    return f"{number(value)} {like.attrs['units']}".strip(), f"± {_SIDES * error:.2g}" if error == error else ""
+    return f"{number(value)} {like.attrs['units']}".strip(), f"± {SIDES * error:.2g}" if error == error else ""
 
 
 def _place(conditions: "Sequence[xr.DataArray]", prefix: str = "") -> str:

@@ -1,9 +1,8 @@
-"""Identification: what measurements say of a model."""
+"""Identification: what measurements say of a model. `linear` needs JAX: it is not imported here."""
 
 from .alignment import Rigid, align_inliers, align_points
 from .experiments import Experiments, Told
 from .gaussian_process import Surface, Term, gaussian_process
-from .linear import Estimate, Trial, increments, instruments, output_error, windows
 from .metrics import Errors, errors_of
 from .observe import Observed, experiments_of, observe
 from .plan import Aim, Next, next_experiments, uniform_plan
@@ -16,7 +15,6 @@ __all__ = [
     "Aim",
     "Corrected",
     "Errors",
-    "Estimate",
     "Experiments",
     "Next",
     "Observed",
@@ -26,20 +24,15 @@ __all__ = [
     "Table",
     "Term",
     "Told",
-    "Trial",
     "align_inliers",
     "align_points",
     "corrected_data",
     "errors_of",
     "experiments_of",
     "gaussian_process",
-    "increments",
-    "instruments",
     "leave_one_out",
     "next_experiments",
     "observe",
-    "output_error",
     "table_of",
     "uniform_plan",
-    "windows",
 ]

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import norm
 
+SIDES = float(norm.ppf(0.975))  # standard errors to each side of a 95 % interval
 _LEAST = 0.01  # of the largest measured value: a percentage of less says nothing
 
 
@@ -36,7 +37,7 @@ def errors_of(
     large = size >= _LEAST * size.max(initial=0.0)
     large &= size > 0
     relative = 100 * e[large] / size[large]
-    wide = norm.ppf(0.975) * np.hypot(error, noise)
+    wide = SIDES * np.hypot(error, noise)
     known = np.isfinite(error)
     return Errors(
         mean=_mean(np.abs(relative)),

@@ -9,6 +9,7 @@ from scipy.stats import norm
 
 from .experiments import Experiments
 from .gaussian_process import Surface
+from .metrics import SIDES
 from .sim2real import Corrected, SimToReal
 from .table import Table
 
@@ -72,7 +73,7 @@ def next_experiments(
 def _least_known(found: Surface, unit: str) -> tuple[int, str]:
     """Where the error is largest."""
     k = int(np.argmax(found.error))
-    return k, f"least known: within {1.96 * found.error[k]:.3g} {unit} at 95 %"
+    return k, f"least known: within {SIDES * found.error[k]:.3g} {unit} at 95 %"
 
 
 def _best(found: Surface, fitted: Corrected, experiments: Experiments, aim: Aim) -> tuple[int, str]:

@@ -77,5 +77,5 @@ def corrected_data(
         coords={key: (key, x, unit(key)) for key, x in zip(names, table.levels, strict=True)}
         | {f"measured_{k}": ("experiment", x, unit(k)) for k, x in zip(names, experiments.conditions.T, strict=True)}
         | {f"next_{k}": ("next", x, unit(k)) for k, x in zip(names, points.T, strict=True)},
-        attrs={"quantity": name, "conditions": " ".join(names), "parameter": table.called if told else ""},
+        attrs={"quantity": name, "parameter": table.called if told else ""},
     )

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
+from nectosome.identify.metrics import SIDES
 from nectosome.io.units import shown_unit
 
 from .heatmap import Axis, diverging, maps, sequential
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
     import xarray as xr
 
-_SIDES = 1.96  # standard errors to each side of a 95 % interval
 _BOTH = 0.1  # values count as both positive and negative where the shorter side is more than that share of the longer
 
 
@@ -34,7 +34,7 @@ def show_correction(found: "xr.Dataset", path: str | Path, aim: str = "highest")
 
 def panels(found: "xr.Dataset", aim: str = "highest") -> list[Panel]:
     """Maps of two conditions or curves of one; predictions of the experiments in any case."""
-    conditions = len(found.attrs["conditions"].split())
+    conditions = found["simulated"].ndim
     shown = [curves_panel(found, aim)] if conditions == 1 else map_panels(found, aim) if conditions == 2 else []
     return [*shown, predictions_panel(found)]
 
@@ -54,7 +54,7 @@ def map_panels(found: "xr.Dataset", aim: str) -> list[Panel]:
     )
     shown = {"simulated": before, "corrected": after}
     out = [Panel("Corrected grid", caption, _maps(found, shown, axis(both, unit), best))]
-    half = _SIDES * found[f"{name}_error"]
+    half = SIDES * found[f"{name}_error"]
     if half.notnull().all():
         colours = sequential(half.values, unit)
         what = "Half of the 95 % interval of the corrected value, without the noise of a measurement."
@@ -72,7 +72,7 @@ def _maps(
     found: "xr.Dataset", shown: "dict[str, xr.DataArray]", colours: dict[str, Any], best: str | None = None
 ) -> "go.Figure":
     """Maps with the experiments on them; the condition with more levels goes to the right."""
-    down, across = sorted(found.attrs["conditions"].split(), key=lambda name: found.sizes[name])
+    down, across = sorted(found["simulated"].dims, key=lambda name: found.sizes[name])
     values = {plain(title): x.transpose(down, across) for title, x in shown.items()}
     x, y = (Axis(_scaled(found[name]), _title(found[name])) for name in (across, down))
     fig = maps(x, y, {title: z.values for title, z in values.items()}, colours)
@@ -100,8 +100,8 @@ def curves_panel(found: "xr.Dataset", aim: str) -> Panel:
     """Simulated and corrected curves over the only condition, with a 95 % band."""
     import plotly.graph_objects as go
 
-    name, condition = str(found.attrs["quantity"]), str(found.attrs["conditions"])
-    x, y, error = _scaled(found[condition]), found[name].values, _SIDES * found[f"{name}_error"].values
+    name, (condition,) = str(found.attrs["quantity"]), found["simulated"].dims
+    x, y, error = _scaled(found[condition]), found[name].values, SIDES * found[f"{name}_error"].values
     fig = go.Figure()
     if np.isfinite(error).all():
         band = {"x": np.concatenate([x, x[::-1]]), "y": np.concatenate([y + error, (y - error)[::-1]])}
@@ -114,7 +114,7 @@ def curves_panel(found: "xr.Dataset", aim: str) -> Panel:
         ("measured", "measured", "circle", BLACK),
         ("next", "expected", "diamond-open", VERMILLION),
     ):
-        bars = {"array": _SIDES * found[f"{value}_error"].values, "thickness": 1, "width": 3}
+        bars = {"array": SIDES * found[f"{value}_error"].values, "thickness": 1, "width": 3}
         fig.add_scatter(
             x=_scaled(found[f"{kind}_{condition}"]),
             y=found[value].values,
@@ -148,7 +148,7 @@ def predictions_panel(found: "xr.Dataset") -> Panel:
     own = found["simulated_there"].values
     fig.add_scatter(x=own, y=measured, mode="markers", marker=grey, name="simulator as it was")
     bars = {
-        f"error_{way}": {"array": _SIDES * np.nan_to_num(found[f"{kind}_error"].values), "thickness": 1, "width": 3}
+        f"error_{way}": {"array": SIDES * np.nan_to_num(found[f"{kind}_error"].values), "thickness": 1, "width": 3}
         for way, kind in (("x", "predicted"), ("y", "measured"))
     }
     marker = {"color": BLUE, "size": 8}

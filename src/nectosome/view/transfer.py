@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Sets = Mapping[str, "xr.Dataset"]
+_HELD_OUT = "held-out"
 _STYLES = {  # name, colour, dash
     "cn": ("Cn from peaks", ORANGE, "solid"),
     "svd": ("SVD", VERMILLION, "solid"),
@@ -37,11 +38,8 @@ _AIMS = {
 
 def recipes_panel(sets: Sets) -> Panel:
     """What is true in each of the synthetic experiments."""
-    found = sets["transfer"]
-    noisy = found.isel(case=np.flatnonzero(found["noise"] == found["noise"].max()))
     rows = []
-    for name in dict.fromkeys(noisy["truth"].values.tolist()):
-        here = noisy.isel(case=np.flatnonzero(noisy["truth"] == name))
+    for name, here in _truths(sets["transfer"]).items():
         start = float(here["mean"].sel(correction="cn", ratio=0.0).median())
         recipe = plain(here["recipe"].values[0])
         rows.append(f'<tr><td>{plain(name)}</td><td>{recipe}</td><td class="number">{start:.1f} %</td></tr>')
@@ -60,12 +58,12 @@ def errors_panel(sets: Sets) -> Panel:
     from plotly.subplots import make_subplots
 
     found = sets["transfer"]
-    known = found.isel(case=np.flatnonzero(found["truth"] != "held-out"))
+    known = _cases(found, found["truth"] != _HELD_OUT)
     noises = sorted(set(known["noise"].values.tolist()), reverse=True)
     titles = [f"noise of {100 * noise:g} %" if noise else "without noise" for noise in noises]
     fig = make_subplots(1, len(noises), shared_yaxes=True, horizontal_spacing=0.05, subplot_titles=titles)
     for col, noise in enumerate(noises, start=1):
-        here = known.isel(case=np.flatnonzero(known["noise"] == noise))
+        here = _cases(known, known["noise"] == noise)
         _lines(fig, here, {"row": 1, "col": col})
         for method in ("cn", "svd", "cn-svd"):
             marker = {"symbol": "cross-thin", "size": 9, "line": {"color": _STYLES[method][1], "width": 2}}
@@ -94,10 +92,8 @@ def truths_panel(sets: Sets) -> Panel:
     """The same, truth by truth."""
     from plotly.subplots import make_subplots
 
-    found = sets["transfer"]
-    noisy = found.isel(case=np.flatnonzero(found["noise"] == found["noise"].max()))
-    names = list(dict.fromkeys(noisy["truth"].values.tolist()))
-    rows = -(-len(names) // 3)
+    truths = _truths(sets["transfer"])
+    rows = -(-len(truths) // 3)
     fig = make_subplots(
         rows,
         3,
@@ -105,15 +101,13 @@ def truths_panel(sets: Sets) -> Panel:
         shared_yaxes=True,
         horizontal_spacing=0.03,
         vertical_spacing=0.1,
-        subplot_titles=names,
+        subplot_titles=list(truths),
     )
-    for k, name in enumerate(names):
-        here = noisy.isel(case=np.flatnonzero(noisy["truth"] == name))
+    for k, here in enumerate(truths.values()):
         _lines(fig, here, {"row": 1 + k // 3, "col": 1 + k % 3}, ("cn", "svd", "cn-svd", "gp", "cn-gp"), legend=k == 0)
     _axes(fig, rows)
     dress(fig, 620).update_layout(showlegend=True, margin_t=80, legend_y=1.05)
-    blind = noisy.isel(case=np.flatnonzero(noisy["truth"] == "held-out"))
-    inside = float(blind["coverage"].sel(correction="cn-gp").mean())
+    inside = float(truths[_HELD_OUT]["coverage"].sel(correction="cn-gp").mean())
     caption = (
         "Synthetic experiments with noise, medians over seeds: each truth has a recipe of its own. That of the "
         "held-out one was written when the methods were done; 95 % intervals of Cn and Gaussian process hold "
@@ -156,9 +150,8 @@ def plans_panel(sets: Sets) -> Panel:
     found = sets["transfer_plans"].median("seed")
     words = {"total": "sum |e| / sum F (percent)", "found": "optimum found (percent of largest)"}
     shown = [(name, str(truth)) for name in words for truth in found["truth"].values]
-    shown = [
-        one for one in shown if np.ptp(found[one[0]].sel(truth=one[1]).values) > 0
-    ]  # an optimum may be found at once
+    # an optimum may be found at once
+    shown = [(name, truth) for name, truth in shown if np.ptp(found[name].sel(truth=truth).values) > 0]
     fig = make_subplots(1, len(shown), horizontal_spacing=0.09, subplot_titles=[truth for _, truth in shown])
     for col, (name, truth) in enumerate(shown, start=1):
         for plan, (word, colour, dash) in _AIMS.items():
@@ -175,6 +168,16 @@ def plans_panel(sets: Sets) -> Panel:
         "four are spread evenly; then each is chosen by what those before it told. Each experiment costs the same."
     )
     return Panel("Which experiment next", caption, fig)
+
+
+def _cases(found: "xr.Dataset", which: "xr.DataArray") -> "xr.Dataset":
+    return found.isel(case=np.flatnonzero(which))
+
+
+def _truths(found: "xr.Dataset") -> "dict[str, xr.Dataset]":
+    """Cases with noise, by truth."""
+    noisy = _cases(found, found["noise"] == found["noise"].max())
+    return {name: _cases(noisy, noisy["truth"] == name) for name in dict.fromkeys(noisy["truth"].values.tolist())}
 
 
 def _lines(

@@ -118,11 +118,8 @@ def _transfer(quick: bool, tell: Progress, pool: Executor) -> "dict[str, xr.Data
     simulated = truths.by_coefficient()
     made = truths.truths((*truths.NAMES[: 4 if quick else None], truths.HELD_OUT))
     tell("sim-to-real", 0.85)
-    found = {
-        "transfer": transfer.compared(
-            simulated, made, 1 if quick else 5, [transfer.NOISE, 0.0][: 1 if quick else 2], pool
-        )
-    }
+    what = (transfer.SCORED, 1, [transfer.NOISE]) if quick else (transfer.METHODS, 5, [transfer.NOISE, 0.0])
+    found = {"transfer": transfer.compared(simulated, made, *what, pool)}
     if not quick:
         found["transfer_maps"] = transfer.mapped(simulated, made.sel(truth="drop"))
         tell("plans of experiments", 0.95)

@@ -13,13 +13,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 from jaxtyping import Float, Int
-from scipy.stats import norm
 
 from nectosome.identify import (
     Aim,
     Experiments,
     SimToReal,
-    Surface,
     Table,
     Told,
     errors_of,
@@ -89,7 +87,12 @@ def campaign(simulated: xr.Dataset, truth: xr.Dataset, seed: int, noise: float =
 
 
 def compared(
-    simulated: xr.Dataset, truths: xr.Dataset, seeds: int, noises: Sequence[float], pool: Executor
+    simulated: xr.Dataset,
+    truths: xr.Dataset,
+    methods: Sequence[str],
+    seeds: int,
+    noises: Sequence[float],
+    pool: Executor,
 ) -> xr.Dataset:
     """Errors [percent] of each method for each share of experiments, over truths, noises and seeds.
 
@@ -98,13 +101,10 @@ def compared(
     """
     names = [str(name) for name in truths["truth"].values]
     cases = [(t, n, s) for t, n, s in product(names, noises, range(seeds)) if n or not s]
-    waiting = [
-        pool.submit(_judged, campaign(simulated, truths.sel(truth=t), s, n), METHODS if seeds > 1 else SCORED)
-        for t, n, s in cases
-    ]
+    waiting = [pool.submit(_judged, campaign(simulated, truths.sel(truth=t), s, n), methods) for t, n, s in cases]
     own = xr.concat([future.result() for future in waiting], "case")
     keys = {k: ("case", list(v)) for k, v in zip(("truth", "noise", "seed"), zip(*cases, strict=True), strict=True)}
-    book, methods = printed("paddle"), own["correction"].values
+    book = printed("paddle")
     told = [[book.get(_row(m, r, "mean"), {}).get("printed", np.nan) for r in RATIOS] for m in methods]
     recipes = [str(truths["recipe"].sel(truth=t).item()) for t, _, _ in cases]
     own["printed"] = (("correction", "ratio"), told, {"units": "percent"})
@@ -130,15 +130,10 @@ def _judged(one: Campaign, methods: Sequence[str]) -> xr.Dataset:
 def _errors(one: Campaign, method: str, rows: Int[np.ndarray, "m"]) -> tuple[float, ...]:
     found = SimToReal(method).fit(one.table, one.at(rows)).predict(one.table.points)
     e = errors_of(found.mean, one.mean, found.error, one.noise * np.abs(one.mean))
+    rest = np.setdiff1d(np.arange(len(one.true)), rows)  # the truth where nothing was measured
+    coverage = errors_of(found.mean[rest], one.true[rest], found.error[rest], 0 * one.true[rest]).coverage
     best = 100 * one.true[np.argmax(found.mean)] / one.true.max()
-    return e.mean, e.largest, e.signed, e.total, e.floor, _coverage(one, found, rows), float(best)
-
-
-def _coverage(one: Campaign, found: Surface, rows: Int[np.ndarray, "m"]) -> float:
-    """Share of the points that were not measured whose true value is in its 95 % interval [percent]; NaN if none."""
-    rest = np.setdiff1d(np.arange(len(one.true)), rows)
-    inside = np.abs(found.mean - one.true) <= norm.ppf(0.975) * found.error
-    return float(100 * inside[rest].mean()) if np.isfinite(found.error).all() else float("nan")
+    return e.mean, e.largest, e.signed, e.total, e.floor, coverage, float(best)
 
 
 def numbers(found: xr.Dataset) -> dict[str, float]:

@@ -13,9 +13,9 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import CubicSpline
 
 from nectosome.design.sweep import sweep
+from nectosome.identify import table_of
 from nectosome.io import AddedMassLoad, RobotDescription, get_value, with_values
 from nectosome.robots import describe
 
@@ -135,15 +135,12 @@ def _with_coefficients(curves: xr.Dataset) -> xr.Dataset:
 
 
 def _along(curves: xr.Dataset, dim: str, at: xr.DataArray) -> xr.Dataset:
-    """Curves over a dimension at a value of it for each A and f: cubic splines."""
+    """Curves over a dimension at a value of it for each A and f."""
     out = {}
     for name, curve in curves.items():
-        values = curve.transpose(dim, *(d for d in at.dims if d in curve.dims and d != dim), ...)
-        out[name] = xr.zeros_like(at)
-        for index in np.ndindex(at.shape):
-            here = dict(zip(at.dims, index, strict=True))
-            column = values.isel({d: k for d, k in here.items() if d != dim})
-            out[name][here] = CubicSpline(values[dim], column)(float(at[here]))
+        table = table_of(curve, dim, float(curve[dim].mean()))
+        points = np.stack([at[d].broadcast_like(at).to_numpy().ravel() for d in table.names], axis=-1)
+        out[name] = at.copy(data=table.simulated(points, at.to_numpy().ravel())[0].reshape(at.shape))
     return xr.Dataset(out)
 
 
