@@ -1,8 +1,8 @@
-r"""Motion in the plane, for robots of rigid links whose joints all turn about z or slide across it.
+r"""Motion in a plane, for robots of rigid links whose joints all turn about its normal or slide within it.
 
 The equations are the robot's, with three numbers a twist instead of six. For a link with angular velocity w and
 velocity v of its root, inertia M (3 x 3, with the water it carries) about its root and momentum
-$(m, f) = M (w, v)$, along the axes of the world,
+$(m, f) = M (w, v)$, along the axes of the plane, which do not move,
 
 $$ M \begin{bmatrix} \dot w \\ \dot v - w \times v \end{bmatrix}
    + \begin{bmatrix} v \times f \\ w \times f \end{bmatrix} = F $$
@@ -13,24 +13,23 @@ Accelerations are found joint by joint with articulated inertias, without a mass
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, Mechanical, State, se2
 from nectosome.core.linear import kept
 
-from .plane_links import Alike, Body, Moving, moved, turned_by, world
+from .plane_links import Alike, Body, Moving, ground, moved, turned_by
 from .robot import Robot
 
 
 class InPlane(Mechanical):
-    """A robot that moves in the plane. Its states are those of the robot."""
+    """A robot that moves in a plane. Its states are those of the robot."""
 
     robot: Robot
     bodies: tuple[Body, ...]
     wetted: tuple[Alike, ...]
-    members: tuple[tuple[int, ...], ...] = eqx.field(static=True)  # links of each of these
+    members: tuple[tuple[tuple[int, int], ...], ...] = eqx.field(static=True)  # part and body of each of these
 
     def initial(self) -> State:
         """As the robot's."""
@@ -45,43 +44,44 @@ class InPlane(Mechanical):
         return q
 
     def state_rates(self, t: Array, x: State, u: Any = None) -> Any:
-        """Loads with states are not taken into the plane."""
-        return x.z
+        """Rates of the load states."""
+        return self._inertias(t, x, self._moving(t, x, self._turns(t, x)))[2]
 
     def residual(self, t: Array, x: State, a: Float[Array, "n"], u: Array | None = None) -> Float[Array, "n"]:
         """Unbalanced forces [N m, N] at accelerations a: down the tree and up again (recursive Newton-Euler)."""
-        links, missing = self._moving(t, x), -self._joint_forces(t, x, u)
-        inertias, held = self._inertias(t, links)
+        links, missing = self._moving(t, x, self._turns(t, x)), -self._joint_forces(t, x, u)
+        inertias, held, _ = self._inertias(t, x, links)
         accelerations: list[se2.Twist] = []
         wrenches: list[se2.Wrench] = []
         for k, link in enumerate(links):
             A = se2.add(self._of_parent(k, accelerations, link), link.bias)
-            for S, i in zip(link.motions, self._free(k), strict=False):
+            for S, i in zip(link.motions, self._free(self.bodies[k].part), strict=False):
                 A = se2.add(A, se2.scale(a[i], S))
             accelerations.append(A)
             wrenches.append(se2.add(se2.times(inertias[k], A), held[k]))
         for k, link in reversed([*enumerate(links)]):
-            for S, i in zip(link.motions, self._free(k), strict=False):
+            for S, i in zip(link.motions, self._free(self.bodies[k].part), strict=False):
                 missing = missing.at[i].add(se2.dot(S, wrenches[k]))
-            parent = self._parent(k)
+            parent = self.bodies[k].parent
             if parent >= 0:
                 wrenches[parent] = se2.add(wrenches[parent], se2.taken_back(wrenches[k], link.step))
         return missing
 
     def rates(self, t: Array, x: State, u: Array | None = None) -> State:
         """Time derivative of the state, by articulated inertias."""
-        links, force = self._moving(t, x), self._joint_forces(t, x, u)
-        inertias, wrenches = self._inertias(t, links)
+        turns = self._turns(t, x)
+        links, force = self._moving(t, x, turns), self._joint_forces(t, x, u)
+        inertias, wrenches, z = self._inertias(t, x, links)
         pushed: list[list[tuple]] = [[] for _ in links]
         for k, link in reversed([*enumerate(links)]):
             inertia, wrench = inertias[k], wrenches[k]
-            for S, i in reversed([*zip(link.motions, self._free(k), strict=False)]):
+            for S, i in reversed([*zip(link.motions, self._free(self.bodies[k].part), strict=False)]):
                 U = se2.times(inertia, S)
                 D = se2.dot(S, U)
                 left = (force[i] - se2.dot(S, wrench)) / D
                 inertia, wrench = se2.freed(inertia, U, D), se2.add(wrench, se2.scale(left, U))
                 pushed[k].insert(0, (U, D, left, S, i))
-            parent = self._parent(k)
+            parent = self.bodies[k].parent
             if parent >= 0:
                 wrench = se2.add(wrench, se2.times(inertia, link.bias))
                 wrenches[parent] = se2.add(wrenches[parent], se2.taken_back(wrench, link.step))
@@ -94,58 +94,75 @@ class InPlane(Mechanical):
                 out[i] = left - se2.dot(U, A) / D
                 A = se2.add(A, se2.scale(out[i], S))
             accelerations.append(A)
-        _, moved = jax.jvp(lambda step: self.advance(x.q, x.v, step), (jnp.zeros(()),), (jnp.ones(()),))
-        return State(moved, jnp.stack([*out]) if out else x.v, x.z)
+        return State(self._drift(x, turns), jnp.stack([*out]) if out else x.v, z)
 
-    def _parent(self, k: int) -> int:
-        return self.robot.tree.parts[k].parent
-
-    def _free(self, k: int) -> range:
-        """Indices of the unknown coordinates of a link's joint."""
-        tree = self.robot.tree
-        first = sum(part.joint.nv for part in tree.parts[:k] if part.prescribed is None)
-        part = tree.parts[k]
-        return range(first, first + (part.joint.nv if part.prescribed is None else 0))
+    def _free(self, part: int) -> range:
+        """Indices of the unknown coordinates of a part's joint."""
+        parts = self.robot.tree.parts
+        first = sum(before.joint.nv for before in parts[:part] if before.prescribed is None)
+        return range(first, first + (parts[part].joint.nv if parts[part].prescribed is None else 0))
 
     def _of_parent(self, k: int, of_links: list[se2.Twist], link: Moving) -> se2.Twist:
         """Twist or acceleration that a link's root shares with its parent."""
-        parent = self._parent(k)
-        return se2.carried(of_links[parent], link.step) if parent >= 0 else world().twist
+        parent = self.bodies[k].parent
+        return se2.carried(of_links[parent], link.step) if parent >= 0 else ground().twist
 
-    def _moving(self, t: Array, x: State) -> list[Moving]:
-        joints = [self._joint(k, t, x) for k in range(len(self.bodies))]
-        angles = jnp.stack([turned_by(body, q) for body, (q, _, _) in zip(self.bodies, joints, strict=True)])
+    def _turns(self, t: Array, x: State) -> dict[int, se2.Vector]:
+        """Cosine and sine of the angle that each turning joint has turned its link by."""
+        turning = [k for k, body in enumerate(self.bodies) if body.turn]
+        if not turning:
+            return {}
+        angles = jnp.stack([turned_by(self.bodies[k], self._joint(self.bodies[k].part, t, x)[0]) for k in turning])
         cosines, sines = kept(jnp.stack([jnp.cos(angles), jnp.sin(angles)]))
+        return {k: (cosines[i], sines[i]) for i, k in enumerate(turning)}
+
+    def _moving(self, t: Array, x: State, turns: dict[int, se2.Vector]) -> list[Moving]:
         links: list[Moving] = []
-        for k, (body, motion) in enumerate(zip(self.bodies, joints, strict=True)):
-            parent = self._parent(k)
-            before = links[parent] if parent >= 0 else world()
-            links.append(moved(body, before, (cosines[k], sines[k]), *motion))
+        for k, body in enumerate(self.bodies):
+            before = links[body.parent] if body.parent >= 0 else ground()
+            links.append(moved(body, before, turns.get(k), *self._joint(body.part, t, x)))
         return links
 
-    def _joint(self, k: int, t: Array, x: State) -> tuple[Array, Array, Array | None]:
-        """Coordinates and velocities of a link's joint; accelerations of one that is prescribed."""
-        part, free = self.robot.tree.parts[k], self._free(k)
+    def _drift(self, x: State, turns: dict[int, se2.Vector]) -> Float[Array, "n"]:
+        """Rates of the coordinates: the velocities, turned where they are along axes that turn."""
+        out = [x.v[i] for i in range(x.v.shape[0])]
+        for k, body in enumerate(self.bodies):
+            free = self._free(body.part)
+            if len(free) and len(body.slides) == 2:
+                c, s = turns[k]
+                i, j = free[:2]
+                out[i], out[j] = se2.turned((c, body.turn[0] * s), (x.v[i], x.v[j]))
+        return jnp.stack(out) if out else x.v
+
+    def _joint(self, index: int, t: Array, x: State) -> tuple[Array, Array, Array | None]:
+        """Coordinates and velocities of a part's joint; accelerations of one that is prescribed."""
+        part, free = self.robot.tree.parts[index], self._free(index)
         if part.prescribed is None:
             return x.q[free.start : free.stop], x.v[free.start : free.stop], None
         given = (jnp.broadcast_to(y, (part.joint.nv,)) for y in part.prescribed(t))
         q, v, a = kept(jnp.stack(part.joint.prescribed(*given)))
         return q, v, a
 
-    def _inertias(self, t: Array, links: list[Moving]) -> tuple[list[se2.Inertia], list[se2.Wrench]]:
-        """Inertias of the links along the axes of the world, and the wrenches that hold them without acceleration."""
-        inertias, held = [], []
+    def _inertias(
+        self, t: Array, x: State, links: list[Moving]
+    ) -> tuple[list[se2.Inertia], list[se2.Wrench], tuple[Any, ...]]:
+        """Inertias of the links, the wrenches that hold them without acceleration, and the rates of load states."""
+        inertias, held, rates = [], [], [*x.z]
         for link, body in zip(links, self.bodies, strict=True):
             inertia = se2.turned_inertia(link.heading, body.inertia)
-            w, x, y = link.twist
-            even = se2.times(inertia, (jnp.zeros(()), w * y, -w * x))
+            w, vx, vy = link.twist
+            even = se2.times(inertia, (jnp.zeros(()), w * vy, -w * vx))
             inertias.append(inertia)
             held.append(se2.add(even, se2.gyroscopic(link.twist, se2.times(inertia, link.twist))))
         for alike, members in zip(self.wetted, self.members, strict=True):
-            each = alike.wrenches(t, [links[k] for k in members], self.robot.water)
-            for k, wrench in zip(members, each, strict=True):
+            acting = [acting_on(self.robot, part) for part, _ in members]
+            states = [tuple(x.z[i] for i in each) for each in acting]
+            wrenches, of_states = alike.wrenches(t, [links[k] for _, k in members], states, self.robot.water)
+            for (_, k), wrench, each, found in zip(members, wrenches, acting, of_states, strict=True):
                 held[k] = se2.add(held[k], se2.scale(-jnp.ones(()), wrench))
-        return inertias, held
+                for i, rate in zip(each, found, strict=True):
+                    rates[i] = rate
+        return inertias, held, tuple(rates)
 
     def _joint_forces(self, t: Array, x: State, u: Array | None) -> Float[Array, "n"]:
         """Forces of springs, dampers, stops and drives along the unknown coordinates."""
@@ -161,3 +178,9 @@ class InPlane(Mechanical):
             if part.drive is not None:
                 out = out.at[free.start : free.stop].add(part.drive(t)[0])
         return out
+
+
+def acting_on(robot: Robot, part: int) -> dict[int, Load]:
+    """Which of the robot's loads act on the stations of a part; added mass is with the inertias."""
+    own = {i: a.load for i, a in enumerate(robot.loads) if a.part == part}
+    return {i: load for i, load in own.items() if isinstance(load, Load) and not load.inertial}

@@ -1,6 +1,6 @@
 """The links of a robot that moves in the plane: how they move, and what loads do to them."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -13,8 +13,10 @@ from .links import Link
 
 
 class Body(eqx.Module):
-    """A link as it lies when all joints are at 0, along the axes of the world."""
+    """A link, with all that is fixed to it, as it lies when all joints are at 0, along the axes of the plane."""
 
+    part: int = eqx.field(static=True)  # of the robot
+    parent: int = eqx.field(static=True)  # body, or -1
     offset: se2.Vector  # of its joint from the parent's root [m]
     slides: tuple[se2.Vector, ...]  # along which its joint slides
     turn: tuple[Array, ...]  # sense in which its joint turns about z; () where it does not
@@ -37,18 +39,25 @@ class Alike(eqx.Module):
 
     body: Link
     loads: tuple[Load, ...]
-    rotation: Float[Array, "*m n 3 3"]
+    plane: Float[Array, "*m 3 3"]  # its axes in the world, as columns
+    rotation: Float[Array, "*m n 3 3"]  # of the stations, to the plane's axes
     position: Float[Array, "*m n 3"]
     inertia: Float[Array, "*m n 6 6"]
 
-    def wrenches(self, t: Array, links: list[Moving], water: Water) -> list[se2.Wrench]:
-        """What the loads do to the links about their roots, world axes."""
+    def wrenches(
+        self, t: Array, links: list[Moving], states: list[tuple[Any, ...]], water: Water
+    ) -> tuple[list[se2.Wrench], list[tuple[Any, ...]]]:
+        """What the loads do to the links about their roots, the plane's axes; and the rates of the loads' states."""
         moves = jnp.stack([jnp.stack([*link.heading, *link.place, *link.twist]) for link in links])
-        total = jax.vmap(lambda one, move: loaded(one, t, move, water))(self, moves)
-        return [tuple(row) for row in total]
+        if len(links) == 1:
+            total, rates = loaded(jax.tree.map(lambda x: x[0], self), t, moves[0], states[0], water)
+            return [tuple(total)], [rates]
+        z = jax.tree.map(lambda *x: jnp.stack(x), *states)
+        total, rates = jax.vmap(lambda one, move, z: loaded(one, t, move, z, water))(self, moves, z)
+        return [tuple(row) for row in total], [jax.tree.map(lambda x, k=k: x[k], rates) for k in range(len(links))]
 
 
-def world() -> Moving:
+def ground() -> Moving:
     """What the first link hangs on: it does not move."""
     zero = jnp.zeros(())
     still, origin = (zero, zero, zero), (zero, zero)
@@ -56,11 +65,11 @@ def world() -> Moving:
 
 
 def turned_by(body: Body, q: Array) -> se2.Number:
-    """Angle [rad] by which the joint has turned the link against its parent."""
-    return body.turn[0] * q[-1] if body.turn else jnp.zeros(())
+    """Angle [rad] by which a joint that turns has turned the link against its parent."""
+    return body.turn[0] * q[-1]
 
 
-def moved(body: Body, before: Moving, turn: se2.Vector, q: Array, v: Array, a: Array | None) -> Moving:
+def moved(body: Body, before: Moving, turn: se2.Vector | None, q: Array, v: Array, a: Array | None) -> Moving:
     """Link behind a joint with coordinates q, which turn it so, and velocities v; a of a joint that is prescribed."""
     zero = jnp.zeros(())
     w = before.twist[0]
@@ -69,7 +78,7 @@ def moved(body: Body, before: Moving, turn: se2.Vector, q: Array, v: Array, a: A
         ex, ey = se2.turned(before.heading, axis)
         x, y = x + q[i] * ex, y + q[i] * ey
     step, heading, spin = (x, y), before.heading, zero
-    if body.turn:
+    if turn is not None:
         (sense,) = body.turn
         heading = se2.turned(heading, turn)
         spin = sense * v[-1]
@@ -88,17 +97,20 @@ def moved(body: Body, before: Moving, turn: se2.Vector, q: Array, v: Array, a: A
     return Moving(heading, place, step, twist, bias, tuple(motions))
 
 
-def loaded(alike: Alike, t: Array, moves: Float[Array, "7"], water: Water) -> Float[Array, "3"]:
-    """Wrench of all loads on one link that moves as it says: heading, place, twist."""
+def loaded(
+    alike: Alike, t: Array, moves: Float[Array, "7"], z: tuple[Any, ...], water: Water
+) -> tuple[Float[Array, "3"], tuple[Any, ...]]:
+    """Wrench of all loads on one link that moves as it says: heading, place, twist; rates of their states z."""
     body, R, at = alike.body, alike.rotation, alike.position
     c, s, X, Y, w, x, y = moves
     # along axes that turn with the link
     x, y = c * x + s * y - w * at[:, 1], c * y - s * x + w * at[:, 0]
     Rx, Ry, Rz = R[:, 0], R[:, 1], R[:, 2]
     place = [X + c * at[:, 0] - s * at[:, 1], Y + s * at[:, 0] + c * at[:, 1], at[:, 2]]
+    turned = [c * Rx - s * Ry, s * Rx + c * Ry, Rz]
     strips = Strips(
-        rotation=jnp.stack([c * Rx - s * Ry, s * Rx + c * Ry, Rz], axis=1),
-        position=jnp.stack(place, axis=1),
+        rotation=jnp.stack([_combined(row, turned) for row in alike.plane], axis=1),
+        position=jnp.stack([_combined(row, place) for row in alike.plane], axis=1),
         angular_velocity=Rz * w,
         velocity=Rx * x[:, None] + Ry * y[:, None],
         x=body.x,
@@ -107,14 +119,16 @@ def loaded(alike: Alike, t: Array, moves: Float[Array, "7"], water: Water) -> Fl
         volume=body.volume,
         inertia=alike.inertia,
     )
-    wrenches = [load.force(t, strips, (), water)[0] for load in alike.loads]
-    total = sum((wrench for wrench in wrenches if wrench is not None), jnp.zeros((at.shape[0], 6)))
-    fx, fy = _dot(Rx, total[:, 3:]), _dot(Ry, total[:, 3:])
-    m = _dot(Rz, total[:, :3]) + at[:, 0] * fy - at[:, 1] * fx
+    acting = [load.force(t, strips, state, water) for load, state in zip(alike.loads, z, strict=True)]
+    wrenches = [wrench for wrench, _ in acting if wrench is not None]
+    # number by number, of which XLA skips those that are 0 whatever the motion
+    total = [sum((wrench[:, i] for wrench in wrenches), jnp.zeros(at.shape[0])) for i in range(6)]
+    fx, fy = (_combined(axis.T, total[3:]) for axis in (Rx, Ry))
+    m = _combined(Rz.T, total[:3]) + at[:, 0] * fy - at[:, 1] * fx
     fx, fy = jnp.sum(fx), jnp.sum(fy)
-    return jnp.stack([jnp.sum(m), c * fx - s * fy, s * fx + c * fy])
+    return jnp.stack([jnp.sum(m), c * fx - s * fy, s * fx + c * fy]), tuple(rate for _, rate in acting)
 
 
-def _dot(a: Float[Array, "n 3"], b: Float[Array, "n 3"]) -> Float[Array, "n"]:
-    """Products of rows, number by number: XLA skips those that are 0 whatever the motion."""
-    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]
+def _combined(row: Float[Array, "3 *n"], x: list[Array]) -> Array:
+    """Sum of three with these shares."""
+    return row[0] * x[0] + row[1] * x[1] + row[2] * x[2]
