@@ -2,6 +2,7 @@
 
 import importlib
 import pkgutil
+from operator import attrgetter
 from typing import NamedTuple
 
 import equinox as eqx
@@ -40,6 +41,13 @@ _POINT = {"moment": MOMENT, "vector": FORCE, "arm": LENGTH}
 _STOP = {"at": NUMBER, "stiffness": MOMENT, "damping": (2, 1, -1), "softness": NUMBER}
 _LINEAR_STOP = {"at": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH}
 _DEAD_VECTOR, _THREE = jnp.array([0.5, -1.0, 2.0]), jnp.array([0.02, 0.03, 0.05])
+_LEG = {
+    **dict.fromkeys(("hip", "crank", "bearing", "length", "contact.softness"), LENGTH),
+    **dict.fromkeys(("start", "damping_ratio", "count", "contact.static_friction", "contact.dynamic_friction"), NUMBER),
+    "speed": RATE,
+    "contact.stiffness": LINE_FORCE,
+    **dict.fromkeys(("tangential", "normal"), (-1, 1, 0)),
+}
 _n = jnp.asarray
 EXAMPLES = [
     Example(
@@ -56,6 +64,16 @@ EXAMPLES = [
     Example(ld.SpheroidAddedMass(_n(0.1), _n(0.03)), {"half_length": LENGTH, "radius": LENGTH}),
     Example(
         ld.CylinderAddedMass(_n(0.2), _n(0.03), _n(0.9)), {"length": LENGTH, "radius": LENGTH, "coefficient": NUMBER}
+    ),
+    Example(
+        ld.Leg(
+            0.01 * _DEAD_VECTOR,
+            *(_n(0.01), _n([0.0, -0.03]), _n(0.05), _n(5.0), _n(0.4)),
+            ld.Contact(_n(200.0), _n(0.8), _n(0.6), _n(0.01), pulls=False),
+            *(_n(0.5), _n(0.3), _n(0.4), _n(2.0)),
+        ),
+        _LEG,
+        vertical=True,
     ),
     Example(ld.Weight(), vertical=True),
     Example(ld.Buoyancy(), vertical=True),
@@ -106,8 +124,16 @@ def _leaves(kind: type) -> set[type]:
 
 @every("example", EXAMPLES, ids=_name)
 def test_every_parameter_is_named_with_its_dimension(example: Example):
-    arrays = {name for name, x in vars(example.load).items() if eqx.is_inexact_array(x)}
-    assert arrays == set(example.dimensions)
+    assert set(_arrays(example.load)) == set(example.dimensions)
+
+
+def _arrays(x: eqx.Module, within: str = "") -> list[str]:
+    """Names of all numbers, those of parts with a dot."""
+    found = []
+    for name, value in vars(x).items():
+        found += _arrays(value, f"{name}.") if isinstance(value, ld.Contact) else []
+        found += [within + name] if eqx.is_inexact_array(value) else []
+    return found
 
 
 # --- the scene a load on a body sees -------------------------------------------------------------------------------
@@ -147,7 +173,8 @@ def water(place: str) -> Water:
     r = np.random.default_rng(7)
     stream = Stream(*(jnp.asarray(x) for x in (r.normal(size=3), r.normal(size=(3, 3)), 2.0, r.normal(size=3))))
     surface = jnp.asarray(0.1) if "surface" in place else None
-    return Water(jnp.asarray(1025.0), jnp.asarray(9.81), surface, stream if "current" in place else None)
+    floor = None if "deep" in place else jnp.asarray(0.1)
+    return Water(jnp.asarray(1025.0), jnp.asarray(9.81), surface, stream if "current" in place else None, floor)
 
 
 @eqx.filter_jit
@@ -218,16 +245,16 @@ _STRIPS_DIMENSIONS = {
     "half_width": LENGTH,
     "volume": (3, 0, 0),
 }
-_WATER_DIMENSIONS = {"density": DENSITY, "gravity": ACCELERATION, "surface": LENGTH}
+_WATER_DIMENSIONS = {"density": DENSITY, "gravity": ACCELERATION, "surface": LENGTH, "floor": LENGTH}
 _STREAM_DIMENSIONS = {"velocity": SPEED, "gradient": RATE, "rate": RATE, "origin": LENGTH}
 _UNITS = np.array([3.0, 0.2, 7.0])  # the same thing in units of length, mass and time that are so much smaller
 
 
 def _in_other_units(x, dimensions: dict[str, tuple[int, int, int]]):
     for name, powers in dimensions.items():
-        value = getattr(x, name)
+        value = attrgetter(name)(x)
         if value is not None:
-            x = eqx.tree_at(lambda x, name=name: getattr(x, name), x, value * np.prod(_UNITS**powers))
+            x = eqx.tree_at(attrgetter(name), x, value * np.prod(_UNITS**powers))
     return x
 
 

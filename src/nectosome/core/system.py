@@ -4,6 +4,7 @@ from abc import abstractmethod
 from typing import Any, ClassVar
 
 import equinox as eqx
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from .water import Water
@@ -62,6 +63,11 @@ class Strips(eqx.Module):
     def radius(self) -> Float[Array, "n"]:
         """Mean half axis of the section [m]."""
         return 0.5 * (self.half_width[:, 0] + self.half_width[:, 1])
+
+    def at_first(self, wrench: Float[Array, "6"]) -> Float[Array, "n 6"]:
+        """A wrench on the first station, nothing on the others."""
+        n = self.weight.shape[0]
+        return wrench[None] if n == 1 else jnp.zeros((n, 6)).at[0].set(wrench)
 
 
 class Load(eqx.Module):

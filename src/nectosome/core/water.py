@@ -1,4 +1,4 @@
-"""The water around a robot: density, gravity, free surface, current."""
+"""The water around a robot: density, gravity, free surface, floor, current."""
 
 from collections.abc import Callable
 
@@ -29,6 +29,7 @@ class Water(eqx.Module):
     gravity: Float[Array, ""]  # [m/s2], along -z
     surface: Float[Array, ""] | None = None  # height of the free surface [m]; None: deep water
     current: Current | None = None  # velocity of the water (t, x) -> [m/s], world frame; None: still
+    floor: Float[Array, ""] | None = None  # height of the ground that legs step on [m]; None: there is none
 
     def flow(self, t: Float[Array, ""], x: Float[Array, "n 3"]) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
         """Velocity c [m/s] of the water at points x and its material rate Dc/Dt = dc/dt + (c . grad) c [m/s2]."""

@@ -1,19 +1,27 @@
 """Loads: what the water, and anything else outside, does to a part."""
 
+import math
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from nectosome.io.describe_base import ZERO, Described, wrong
+from nectosome.io.describe_base import ZERO, Described, Position, wrong
 from nectosome.io.describe_place import Place
 from nectosome.io.fields import (
+    Angle,
+    AngularSpeed,
     Area,
+    Coordinate,
     Force,
+    Length,
     LineForce,
     NonNegativeInertia,
     NonNegativeMass,
     NonNegativeNumber,
     Number,
+    PositiveNumber,
+    PositiveStiffness,
+    QuadraticDrag,
     Torque,
 )
 
@@ -120,6 +128,41 @@ class DistributedForceLoad(Described):
     frame: Literal["world", "body"] = "world"
 
 
+class LegLoad(Described):
+    """A leg on a rigid part, in the part's x-z plane: a crank pulls it through a bearing, its foot steps on the floor.
+
+    The `crank` [m] turns about `hip` [m, in the part's frame] at `speed` [rad/s] from the angle `start` [rad], forward
+    from ahead over the top; `bearing` [m] is the place of the bearing from there, along x and z; `length` [m] goes from
+    the crank's pin to the foot. The leg is a spring of `stiffness` [N/m] and a damper, `damping_ratio` of the critical
+    one with the part's mass; `static_friction` and `dynamic_friction` are those of the floor, on which all damping
+    sets in over `softness` [m]. It only pushes, unless it `pulls`. `tangential` and `normal` [kg/m] times the squared
+    speed is the drag of its foot along and across the leg. It stands for `count` legs side by side.
+    """
+
+    kind: Literal["leg"]
+    hip: Position
+    crank: Length
+    bearing: tuple[Coordinate, Coordinate]
+    length: Length
+    speed: AngularSpeed
+    start: Angle = 0.0
+    stiffness: PositiveStiffness
+    damping_ratio: PositiveNumber
+    static_friction: NonNegativeNumber
+    dynamic_friction: NonNegativeNumber
+    softness: Length = 1e-3
+    pulls: bool = False
+    tangential: QuadraticDrag = 0.0
+    normal: QuadraticDrag = 0.0
+    count: PositiveNumber = 1.0
+
+    @model_validator(mode="after")
+    def _slides_through_its_bearing(self) -> Self:
+        if not self.crank < math.hypot(*self.bearing):
+            raise wrong("bearing", "the crank reaches its bearing: it must be further away than the crank is long.")
+        return self
+
+
 Load = Annotated[
     DragLoad
     | PlateDragLoad
@@ -129,6 +172,7 @@ Load = Annotated[
     | CylinderAddedMassLoad
     | GivenAddedMassLoad
     | ForceLoad
+    | LegLoad
     | DistributedForceLoad,
     Field(discriminator="kind"),
 ]

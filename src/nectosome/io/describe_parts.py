@@ -14,8 +14,8 @@ from nectosome.io.fields import (
     Curvature,
     Density,
     Length,
-    Mass,
     NonNegativeInertia,
+    NonNegativeMass,
     Number,
     Poisson,
     Pressure,
@@ -65,6 +65,8 @@ _NOT_ON_RODS = ("lumped_drag", "given_added_mass", "cylinder_added_mass", "spher
 class Rigid(Part):
     """A rigid body, along its own x axis from 0 to `length`; exactly one of `mass` and `density` is given.
 
+    What is fixed to another part may weigh nothing: it is counted there.
+
     Cylinder: `length`, `radius`, and `bend` [rad], the angle by which its axis turns about y, evenly over its length.
     Box: `length`, `width` (y), `height` (z). Spheroid: `length` (its full axis), `radius` (its equator). Point: none.
     `inertia` [kg m2] are the principal moments about the centre of mass, which lies at `centre_of_mass` [m] from the
@@ -79,7 +81,7 @@ class Rigid(Part):
     width: Length | None = None
     height: Length | None = None
     bend: Bend = 0.0
-    mass: Mass | None = None
+    mass: NonNegativeMass | None = None
     density: Density | None = None
     inertia: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] | None = None
     centre_of_mass: Position = ZERO
@@ -105,6 +107,8 @@ class Rigid(Part):
         if self.mass is None and self.density is None:
             also = "" if self.shape == "point" else " or a density"
             raise wrong("mass", f"is missing. Give a mass{also}.")
+        if self.mass == 0 and self.joint.kind != "fixed":
+            raise wrong("mass", "what moves against the part it sits on must weigh something, more than 0 kg.")
         if self.density is not None:
             if self.mass is not None:
                 raise wrong("density", "the mass is given already. Leave one of the two out.")

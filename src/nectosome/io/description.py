@@ -15,12 +15,14 @@ class WaterDescription(Described):
     """The water: `density` [kg/m3], and what is around it.
 
     `gravity` [m/s2] acts along -z; `surface` [m] is the height of the free surface, without one the water has no end;
-    `current` [m/s] is its velocity in the world, without one it is still.
+    `floor` [m] is the height of the ground that legs step on, without one there is none; `current` [m/s] is its
+    velocity in the world, without one it is still.
     """
 
     density: Density = 1000.0
     gravity: Gravity = 9.80665
     surface: Coordinate | None = None
+    floor: Coordinate | None = None
     current: Velocity | None = None
 
 

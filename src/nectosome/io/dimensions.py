@@ -41,6 +41,7 @@ DIMENSIONS = {
     "angular_stiffness": Dimension("angular stiffness", "N m/rad", '"0.5 N m/rad"', ("mN m/rad",)),
     "angular_damping": Dimension("angular damping", "N m s/rad", '"0.01 N m s/rad"', ("mN m s/rad",)),
     "stiffness": Dimension("stiffness", "N/m", '"200 N/m"', ("kN/m",)),
+    "quadratic_drag": Dimension("drag by squared speed", "kg/m", '"0.03 kg/m"'),
     "voltage": Dimension("voltage", "V", '"2.5 V" or "2500 mV"', ("mV",)),
     "current": Dimension("current", "A", '"0.3 A" or "300 mA"', ("mA",)),
     "temperature": Dimension("temperature", "K", '"293.15 K"'),

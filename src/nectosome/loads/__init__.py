@@ -9,18 +9,22 @@ from .added_mass import (
     lamb_coefficients,
 )
 from .buoyancy import Buoyancy, Weight
+from .contact import Contact
 from .drag import LumpedDrag, PlateDrag, StripDrag
 from .forces import LineForce, PointForce
+from .leg import Leg, Stride
 from .springs import Damper, Flexure, Spring
 from .stoppers import LowerStop, UpperStop
 
 __all__ = [
     "AddedMass",
     "Buoyancy",
+    "Contact",
     "CylinderAddedMass",
     "Damper",
     "Flexure",
     "GivenAddedMass",
+    "Leg",
     "LineForce",
     "LowerStop",
     "LumpedDrag",
@@ -28,6 +32,7 @@ __all__ = [
     "PointForce",
     "SpheroidAddedMass",
     "Spring",
+    "Stride",
     "StripAddedMass",
     "StripDrag",
     "UpperStop",

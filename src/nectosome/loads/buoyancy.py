@@ -51,18 +51,15 @@ def _wet_integral(d: Float[Array, "n"]) -> Float[Array, "n"]:
     return jnp.where(inside, within, jnp.where(d > 0, d, 0.0))
 
 
-def _downward(strips: Strips) -> Float[Array, "n 3"]:
-    """The direction -z of the world in each station's frame."""
-    return dot_t(strips.rotation, jnp.array([0.0, 0.0, -1.0]))
-
-
 class Weight(Load):
     """Gravity on the body's own matter: m g at the centre of mass."""
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench of gravity, inertia times the acceleration g."""
-        g = water.gravity * _downward(strips)
-        return jnp.einsum("nij,nj->ni", strips.inertia[:, :, 3:], g), z
+        x, y, z_ = (-water.gravity * strips.rotation[:, 2, i] for i in range(3))
+        columns = strips.inertia[:, :, 3:]
+        rows = [columns[:, i, 0] * x + columns[:, i, 1] * y + columns[:, i, 2] * z_ for i in range(6)]
+        return jnp.stack(rows, axis=-1), z
 
 
 class Buoyancy(Load):
@@ -71,8 +68,9 @@ class Buoyancy(Load):
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Force on each station; no moment, since stations sit on the axis."""
         displaced = water.density * strips.volume * wetted(strips, water)
-        push = -water.gravity * _downward(strips)
+        push = [water.gravity * strips.rotation[:, 2, i] for i in range(3)]
         if water.current is not None:
-            push = push + dot_t(strips.rotation, water.flow(t, strips.position)[1])
-        f = displaced[:, None] * push
-        return jnp.concatenate([jnp.zeros_like(f), f], axis=-1), z
+            rate = dot_t(strips.rotation, water.flow(t, strips.position)[1])
+            push = [p + rate[:, i] for i, p in enumerate(push)]
+        none = jnp.zeros_like(displaced)
+        return jnp.stack([none, none, none, *(displaced * p for p in push)], axis=-1), z

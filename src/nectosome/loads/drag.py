@@ -78,7 +78,7 @@ class LumpedDrag(Load):
         """Wrench on the centre; nothing on other stations."""
         v, w = strips.velocity[0], strips.angular_velocity[0]
         wet = wetted(strips, water)[0]
-        moment = -wet * self.rotational * jnp.abs(w) * w
-        force = -0.5 * water.density * wet * self.area * jnp.abs(v) * v
-        wrench = jnp.concatenate([moment, force])[None]
-        return jnp.pad(wrench, ((0, strips.weight.shape[0] - 1), (0, 0))), z
+        half = 0.5 * water.density * wet
+        moment = [-wet * self.rotational[i] * jnp.abs(w[i]) * w[i] for i in range(3)]
+        force = [-half * self.area[i] * jnp.abs(v[i]) * v[i] for i in range(3)]
+        return strips.at_first(jnp.stack([*moment, *force])), z

@@ -100,7 +100,8 @@ def _assemble(d: RobotDescription) -> Robot:
     weighs = not (isinstance(d.water.gravity, float) and d.water.gravity == 0.0)
     current = None if d.water.current is None else UniformCurrent(_vector(d.water.current))
     surface = None if d.water.surface is None else _number(d.water.surface)
-    water = Water(_number(d.water.density), _number(d.water.gravity), surface, current)
+    floor = None if d.water.floor is None else _number(d.water.floor)
+    water = Water(_number(d.water.density), _number(d.water.gravity), surface, current, floor)
 
     limbs: dict[str, dp.Rigid | dp.Rod] = {"body": d.body, **d.limbs}
     order = list(limbs)
@@ -125,9 +126,9 @@ def _assemble(d: RobotDescription) -> Robot:
         )
         attached += [Attached(key, i, _load(load, limb, body)) for key, load in limb.loads.items()]
         attached += _joint_loads(limb.joint, i)
-        if weighs:
+        if weighs and not (isinstance(limb, dp.Rigid) and _is_zero(limb.mass)):
             attached.append(Attached("weight", i, ld.Weight()))
-        if weighs or current is not None:
+        if (weighs or current is not None) and not (isinstance(limb, dp.Rigid) and _is_zero(limb.volume)):
             attached.append(Attached("buoyancy", i, ld.Buoyancy()))
     return make_robot(Tree(tuple(parts)), tuple(attached), water)
 
@@ -363,12 +364,30 @@ def _load(load: dl.Load, limb: dp.Rigid | dp.Rod, body: Link | Rod):
         return ld.SpheroidAddedMass(0.5 * _number(limb.length), _number(limb.radius))
     if isinstance(load, dl.CylinderAddedMassLoad):
         return ld.CylinderAddedMass(_number(limb.length), _number(limb.radius), _number(load.coefficient))
+    if isinstance(load, dl.LegLoad):
+        return _leg(load, _on_centre(body, _vector(load.hip)))
     if isinstance(load, dl.DistributedForceLoad):
         return ld.LineForce(_vector(load.force), load.frame == "body")
     station, arm = 0, jnp.zeros(3)
     if isinstance(body, Rod):
         station = body.weight.shape[0] - 1 if load.at == "tip" else _node(body, load.at)
     else:
-        place = body.tip_position if load.at == "tip" else jnp.zeros(3)
-        arm = dot_t(body.rotation[0], place - body.position[0])
+        arm = _on_centre(body, body.tip_position if load.at == "tip" else jnp.zeros(3))
     return ld.PointForce(_vector(load.moment), _vector(load.force), arm, station, load.frame == "body")
+
+
+def _on_centre(body: Link | Rod, place: Float[Array, "3"]) -> Float[Array, "3"]:
+    """From the centre of a rigid part to a place in the part's frame, in the centre's frame."""
+    assert isinstance(body, Link)
+    return dot_t(body.rotation[0], place - body.position[0])
+
+
+def _leg(leg: dl.LegLoad, hip: Float[Array, "3"]) -> ld.Leg:
+    ground = ("stiffness", "static_friction", "dynamic_friction", "softness")
+    own = ("crank", "length", "speed", "start", "damping_ratio", "tangential", "normal", "count")
+    return ld.Leg(
+        hip=hip,
+        bearing=_vector(leg.bearing),
+        contact=ld.Contact(**{name: _number(getattr(leg, name)) for name in ground}, pulls=leg.pulls),
+        **{name: _number(getattr(leg, name)) for name in own},
+    )

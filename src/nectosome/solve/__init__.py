@@ -2,6 +2,7 @@
 
 from .cycle import CycleMeans, cycle_means, mean_data, prepare_means
 from .equilibrium import Equilibrium, equilibrium
+from .pace import pace
 from .periodic import Periodic, periodic
 from .results import Results, Run, Trajectory, attributes_of, drive_limits, prepare_results
 from .screw import Screw, screw_of
@@ -28,6 +29,7 @@ __all__ = [
     "equilibrium",
     "find_symmetry",
     "mean_data",
+    "pace",
     "periodic",
     "prepare_means",
     "prepare_results",

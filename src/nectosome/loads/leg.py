@@ -1,0 +1,93 @@
+"""A leg that a crank drives through a three-bar mechanism, on compliant ground and through water."""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import Load, Strips, Water
+from nectosome.core.linear import kept
+
+from .contact import Contact, Pair
+
+
+class Stride(NamedTuple):
+    """State of a leg."""
+
+    crank: Float[Array, ""]  # angle of the crank [rad], from ahead over the top
+    stretch: Float[Array, "2"]  # of the leg along the ground, world axes [m]
+
+
+class Leg(Load):
+    r"""A massless leg L long from the pin of a crank through a bearing (Giorgio-Serchi et al. 2017, Figs. 3, 4).
+
+    In the x-z plane of the body: the crank turns the pin $P = O + r (\cos\phi, \sin\phi)$, the leg slides through the
+    bearing B, and its foot is at $q = P + L (B - P)/|B - P|$. On the ground the foot is pushed by a `Contact` with
+    the damping $c = 2 d_r \sqrt{k m}$, m the mass of the body it is on; in the water it sculls,
+
+    $$ F = -\lambda_t |v_t| v_t - \lambda_n |v_n| v_n $$
+
+    along and across the leg. Without a floor in the water it only sculls. One leg stands for `count` of them, side by
+    side. The crank turns at its given speed, whatever that takes.
+    """
+
+    hip: Float[Array, "3"]  # O, from the station, body frame [m]
+    crank: Float[Array, ""]  # r [m]
+    bearing: Float[Array, "2"]  # B - O along x and z of the body [m]
+    length: Float[Array, ""]  # L [m]
+    speed: Float[Array, ""]  # d phi/dt [rad/s]
+    start: Float[Array, ""]  # phi at the start [rad]
+    contact: Contact
+    damping_ratio: Float[Array, ""]  # d_r [-]
+    tangential: Float[Array, ""]  # lambda_t [kg/m]
+    normal: Float[Array, ""]  # lambda_n [kg/m]
+    count: Float[Array, ""]
+
+    def initial(self) -> Stride:
+        """The crank where it starts, the leg relaxed."""
+        return Stride(self.start, jnp.zeros(2))
+
+    def foot(self, crank: Float[Array, ""]) -> tuple[Pair, Pair, Pair]:
+        """Foot from O [m], its velocity against the body [m/s], and the leg's direction; along x and z of the body."""
+        c, s = kept(jnp.stack([jnp.cos(crank), jnp.sin(crank)]))
+        px, pz = self.crank * c, self.crank * s
+        ux, uz = self.bearing[0] - px, self.bearing[1] - pz
+        far = jnp.sqrt(ux * ux + uz * uz)
+        ux, uz = ux / far, uz / far
+        dpx, dpz = -self.speed * pz, self.speed * px
+        # the pin turns the leg by what of its velocity is across
+        turn = self.length / far * (uz * dpx - ux * dpz)
+        q = px + self.length * ux, pz + self.length * uz
+        return q, (dpx - turn * uz, dpz + turn * ux), (ux, uz)
+
+    def force(self, t: Array, strips: Strips, z: Stride, water: Water) -> tuple[Float[Array, "n 6"], Stride]:
+        """Wrench on the first station, and the rates of the crank and the stretch."""
+        (x, h), (dx, dh), (ux, uz) = self.foot(z.crank)
+        x, y, h = x + self.hip[0], self.hip[1], h + self.hip[2]
+        w, v = strips.angular_velocity[0], strips.velocity[0]
+        vx, vy, vz = v[0] + w[1] * h - w[2] * y + dx, v[1] + w[2] * x - w[0] * h, v[2] + w[0] * y - w[1] * x + dh
+        along = ux * vx + uz * vz
+        ax, az = vx - along * ux, vz - along * uz
+        scull_t, scull_n = self.tangential * jnp.abs(along) * along, self.normal * _length(ax, vy, az)
+        fx, fy, fz = -scull_t * ux - scull_n * ax, -scull_n * vy, -scull_t * uz - scull_n * az
+        rate = -z.stretch
+        if water.floor is not None:
+            R, p = strips.rotation[0], strips.position[0]
+            depth = water.floor - p[2] - R[2, 0] * x - R[2, 1] * y - R[2, 2] * h
+            drift = jnp.zeros(3) if water.current is None else water.flow(t, strips.position)[0][0]
+            gx, gy, gz = (R[i, 0] * vx + R[i, 1] * vy + R[i, 2] * vz + drift[i] for i in range(3))
+            damping = 2 * self.damping_ratio * jnp.sqrt(self.contact.stiffness * jnp.sum(strips.inertia[:, 3, 3]))
+            (nx, ny, nz), rate = self.contact.force(depth, (gx, gy, gz), (z.stretch[0], z.stretch[1]), damping)
+            rate = jnp.stack(rate)
+            free = 1 - self.contact.grip(depth)
+            fx, fy, fz = (free * f + R[0, i] * nx + R[1, i] * ny + R[2, i] * nz for i, f in enumerate((fx, fy, fz)))
+        fx, fy, fz = self.count * fx, self.count * fy, self.count * fz
+        wrench = jnp.stack([y * fz - h * fy, h * fx - x * fz, x * fy - y * fx, fx, fy, fz])
+        return strips.at_first(wrench), Stride(self.speed + 0.0, rate)
+
+
+def _length(x: Array, y: Array, z: Array) -> Array:
+    """Of a vector, with derivative 0 at 0."""
+    square = x * x + y * y + z * z
+    none = square == 0
+    return jnp.where(none, 0.0, jnp.sqrt(jnp.where(none, 1.0, square)))
