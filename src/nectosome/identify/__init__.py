@@ -1,6 +1,9 @@
 """Identification: what measurements say of a model. `linear` needs JAX: it is not imported here."""
 
 from .alignment import Rigid, align_inliers, align_points
+from .evolve import evolve
+from .evolved import Evolved, undominated
+from .evolvers import CmaEs, DifferentialEvolution, Evolver, Genetic, ParetoFront
 from .experiments import Experiments, Told
 from .gaussian_process import Surface, Term, gaussian_process
 from .metrics import Errors, errors_of
@@ -13,11 +16,17 @@ from .table import Table, table_of
 __all__ = [
     "METHODS",
     "Aim",
+    "CmaEs",
     "Corrected",
+    "DifferentialEvolution",
     "Errors",
+    "Evolved",
+    "Evolver",
     "Experiments",
+    "Genetic",
     "Next",
     "Observed",
+    "ParetoFront",
     "Rigid",
     "SimToReal",
     "Surface",
@@ -28,11 +37,13 @@ __all__ = [
     "align_points",
     "corrected_data",
     "errors_of",
+    "evolve",
     "experiments_of",
     "gaussian_process",
     "leave_one_out",
     "next_experiments",
     "observe",
     "table_of",
+    "undominated",
     "uniform_plan",
 ]
