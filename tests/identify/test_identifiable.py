@@ -87,6 +87,13 @@ def test_unlike_ranges_do_not_change_what_a_combination_is():
     assert identifiability(misfit, np.array([3.0, 3.0])).words() == ["a and b: only together, a b^-0.5"]
 
 
+def test_many_that_hang_together_are_counted():
+    """Two sums of five parameters; a sixth has no part in them."""
+    A = np.array([[1.0, 1, 1, 1, 1, 0], [1, -1, 2, -2, 3, 0]])
+    found = identifiability(linear(1e3 * A, np.full(6, 0.5), Ranges("abcdef", 0, 1)), np.full(6, 0.5))
+    assert found.words() == ["a, b, c, d and e: only together, 2 of 5 combinations told", "f: not told at all"]
+
+
 def test_what_does_nothing_is_not_told_at_all():
     misfit = Misfit(lambda x: 100 * (x[:, :1] - 0.4), Ranges(("does", "idle"), 0, 1))
     found = identifiability(misfit, np.array([0.4, 0.7]))

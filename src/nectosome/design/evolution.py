@@ -54,6 +54,7 @@ class Evolution(Solver):
             rng,
             tolstagnation=0,  # the fitness moves with the multipliers
         )
+        # cma warns when it is first imported, which is silenced above
         from cma.constraints_handler import AugmentedLagrangian  # pyright: ignore[reportMissingImports]
 
         class Quiet(AugmentedLagrangian):

@@ -28,6 +28,7 @@ _RANGE = 12.0  # information that a range of length 1 has of its own
 _NOTHING = 0.95  # of the error that the range alone leaves: as much is left where data tell nothing
 _COUPLED = 0.1  # entry of the projection onto what is untold: as much makes two parameters belong together
 _SMALL = 0.05  # weight in a combination that is not written
+_WRITTEN = 3  # parameters of a combination at most that is written out
 _FLAT = 1e-6  # information below which an interval is wider than any range
 
 
@@ -108,7 +109,9 @@ class Identifiability:
         for group in self._groups():
             called = " and ".join(filter(None, [", ".join(names[k] for k in group[:-1]), names[group[-1]]]))
             combinations = self._combinations(group)
-            if len(group) > 1 and combinations:
+            if len(group) > _WRITTEN and combinations:
+                out.append(f"{called}: only together, {len(combinations)} of {len(group)} combinations told")
+            elif len(group) > 1 and combinations:
                 out.append(f"{called}: only together, {', '.join(combinations)}")
             elif all(self.errors[k] > _NOTHING / np.sqrt(_RANGE) for k in group):
                 out.append(f"{called}: not told at all")
