@@ -105,6 +105,14 @@ def test_what_does_nothing_is_not_told_at_all():
     assert np.abs(idle.rise).max() < 1e-9
 
 
+def test_however_well_one_direction_is_told_another_is_not():
+    """Slopes of 1e12: their squares are known to 1e8 only, which is no information."""
+    misfit = Misfit(lambda x: x, Ranges("ab", 0, 1), lambda x: 1e12 * np.array([[0.6, 0.8]]))
+    found = identifiability(misfit, np.array([0.5, 0.5]))
+    assert found.rank == 1
+    assert found.words() == ["a and b: only together, +0.75 a +1 b"]
+
+
 def test_the_share_of_a_range_decides_what_is_told():
     """A standard error of 0.1 of the range, with the range's own 12: 1/sqrt(88 + 12)."""
     misfit = Misfit(lambda x: np.sqrt(88) * x[:, :1], Ranges("x", -1, 0))

@@ -60,23 +60,23 @@ class Identifiability:
 
     ranges: Ranges
     theta: Float[np.ndarray, "n"]
-    information: Float[np.ndarray, "n n"]  # F, of places in the ranges
+    root: Float[np.ndarray, "n n"]  # R of F = R^T R: as exact as the slopes are, which F is not
     share: float  # of a range: what has a smaller standard error counts as told
 
-    @cached_property
+    @property
     def eigenvalues(self) -> Float[np.ndarray, "n"]:
         """Information of each direction, the largest first."""
-        return np.linalg.eigvalsh(self.information)[::-1].clip(min=0.0)
+        return self._decomposed[0] ** 2
 
-    @cached_property
+    @property
     def directions(self) -> Float[np.ndarray, "n n"]:
         """Directions in the box of the ranges, one a row, the one told best first."""
-        return np.linalg.eigh(self.information)[1].T[::-1]
+        return self._decomposed[1]
 
-    @cached_property
+    @property
     def errors(self) -> Float[np.ndarray, "n"]:
         """Standard errors of the parameters, as shares of their ranges: 0.29 where nothing is told."""
-        return np.sqrt(np.diagonal(np.linalg.inv(self.information + _RANGE * np.eye(len(self.theta)))))
+        return np.sqrt(self.directions.T**2 @ (1 / (self.eigenvalues + _RANGE)))
 
     @property
     def told(self) -> Bool[np.ndarray, "n"]:
@@ -137,6 +137,11 @@ class Identifiability:
         )
 
     @cached_property
+    def _decomposed(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n n"]]:
+        """Singular values and right singular vectors of R."""
+        return np.linalg.svd(self.root)[1:]
+
+    @property
     def _untold(self) -> Float[np.ndarray, "n n"]:
         """Projection onto what is not told; the same however directions of equal information are chosen."""
         rest = self.directions[self.rank :]
@@ -179,8 +184,7 @@ def identifiability(misfit: Misfit, theta: Float[np.ndarray, "n"], share: float 
     """
     if not 0 < share <= 0.28:
         raise InputError(f"is {share:g}; it must lie between 0 and 0.28, what a range alone leaves.", field="share")
-    J = misfit.slopes(misfit.places(theta))
-    return Identifiability(misfit.ranges, np.asarray(theta, dtype=float), J.T @ J, share)
+    return Identifiability(misfit.ranges, np.asarray(theta, dtype=float), _root(misfit, theta), share)
 
 
 class Helpful(NamedTuple):
@@ -212,11 +216,17 @@ def most_helpful(known: Identifiability, candidates: Mapping[str, Misfit]) -> li
         same = misfit.ranges.names == known.ranges.names and np.array_equal(misfit.ranges.ends, known.ranges.ends)
         if not same:
             raise InputError("has other parameters or ranges than what is known.", field=name)
-        J = misfit.slopes(misfit.places(known.theta))
-        after = Identifiability(known.ranges, known.theta, known.information + J.T @ J, known.share)
+        root = np.linalg.qr(np.concatenate([known.root, _root(misfit, known.theta)])).R
+        after = Identifiability(known.ranges, known.theta, root, known.share)
         told = tuple(known.ranges.names[k] for k in np.flatnonzero(after.told & ~known.told))
         out.append(Helpful(name, after.parameters - known.parameters, told, after))
     return sorted(out, key=lambda one: -one.gain)
+
+
+def _root(misfit: Misfit, theta: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n n"]:
+    """R of the information R^T R of a misfit's data."""
+    n = len(theta)
+    return np.linalg.qr(np.concatenate([misfit.slopes(misfit.places(theta)), np.zeros((n, n))])).R
 
 
 def _power(name: str, exponent: float) -> str:

@@ -38,7 +38,9 @@ class Bootstrap(NamedTuple):
 def profile(misfit: Misfit, theta: Float[np.ndarray, "n"], name: str, coverage: float = 0.95) -> Profile:
     r"""Interval of one parameter from its profile likelihood (Raue et al. 2009), from a fit near theta on.
 
-    $$ \{ x : \min_{\theta, \theta_k = x} \chi^2 - \min_\theta \chi^2 \le \chi^2_1(coverage) \} $$
+    $$ \{ x : \min_{\theta, \theta_k = x} \chi^2 - \min_\theta \chi^2 \le c \} $$
+
+    with the quantile c of a chi-squared variable of one degree of freedom, 3.84 for 95 %.
 
     Steps of half a standard error and more lead to both sides as far as the first rise to that threshold, each fit
     starting from the nearest one. Where the bound comes first the end is not told. Where a better fit is met on the
