@@ -16,13 +16,10 @@ from markdown.inlinepatterns import InlineProcessor
 from mkdocs.plugins import event_priority
 
 _TOKEN = re.compile(r"\\[a-zA-Z]+\*?|\\.|[0-9]+(?:\.[0-9]+)?|[^\s]", re.DOTALL)
-_GREEK = dict(
-    zip(
-        "alpha beta gamma delta epsilon eta theta lambda mu nu xi pi rho sigma tau phi omega Omega Phi Delta Lambda Sigma".split(),  # noqa: SIM905
-        "αβγδϵηθλμνξπρστϕωΩΦΔΛΣ",
-        strict=True,
-    )
-)
+_LETTERS = """
+alpha beta gamma delta epsilon eta theta lambda mu nu xi pi rho sigma tau phi chi omega Omega Phi Delta Lambda Sigma
+"""
+_GREEK = dict(zip(_LETTERS.split(), "αβγδϵηθλμνξπρστϕχωΩΦΔΛΣ", strict=True))
 _SIGNS = {
     "sum": "∑",
     "int": "∫",

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from nectosome.design import Front, front, multistart
-from nectosome.design.pareto import undominated
 
 from .tasks import Known
 
@@ -31,14 +30,6 @@ def test_the_front_between_two_circles_is_the_line_between_their_centres(holes):
     assert np.all(np.diff(f[:, 1]) < 0)
     again = multistart(Known("circles", holes=holes), solver, 2, workers=2)
     assert [e.u.tobytes() for start in again.starts for e in start.evaluations] == [e.u.tobytes() for e in evaluations]
-
-
-def test_a_front_holds_what_nothing_beats():
-    cost, loss = [1.0, 2.0, 3.0, 5.0, 1.0, 4.0, 4.0], [-1.0, -2.0, -2.0, -3.0, -1.5, -3.0, -3.0]
-    assert undominated(cost, loss).tolist() == [4, 1, 5]
-    cost, loss = np.random.default_rng(0).normal(size=(2, 200))
-    beaten = (loss[:, None] >= loss) & (cost[:, None] >= cost) & ~np.eye(200, dtype=bool)
-    np.testing.assert_array_equal(np.sort(undominated(cost, loss)), np.flatnonzero(~beaten.any(axis=1)))
 
 
 def test_bad_options_are_told():

@@ -1,12 +1,12 @@
 """Evolution strategy with covariance matrix adaptation, constraints by an augmented Lagrangian (package cma)."""
 
-import math
-import warnings
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+
+from nectosome.identify.evolvers import covariance_strategy
 
 from .task import Evaluate, Evaluation, Outcome, Solver, require
 
@@ -45,29 +45,23 @@ class Evolution(Solver):
 
     def solve(self, evaluate: Evaluate, start: Float[np.ndarray, "n"], seed: int) -> Outcome:
         """Minimise from `start`."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # cma's own, about options it is given on purpose
-            from cma import CMAEvolutionStrategy  # pyright: ignore[reportMissingImports]
-            from cma.constraints_handler import AugmentedLagrangian  # pyright: ignore[reportMissingImports]
+        width, rng = evaluate.upper - evaluate.lower, np.random.default_rng(seed)
+        strategy = covariance_strategy(
+            (start - evaluate.lower) / width,
+            self.spread,
+            self.tolerance,
+            self.population,
+            rng,
+            tolstagnation=0,  # the fitness moves with the multipliers
+        )
+        # cma warns when it is first imported, which is silenced above
+        from cma.constraints_handler import AugmentedLagrangian  # pyright: ignore[reportMissingImports]
 
         class Quiet(AugmentedLagrangian):
             def _init_(self) -> None:
                 self.logging = 0  # else it makes a folder, and files in it, where the user stands
                 super()._init_()
 
-        width = evaluate.upper - evaluate.lower
-        rng = np.random.default_rng(seed)
-        options = {
-            "bounds": [[0.0] * start.size, [1.0] * start.size],
-            "randn": lambda *shape: rng.standard_normal(shape),  # its own numbers: cma's are those of the whole process
-            "seed": math.nan,
-            "tolx": self.tolerance,
-            "tolstagnation": 0,  # the fitness moves with the multipliers
-            "verbose": -9,
-        }
-        if self.population is not None:
-            options["popsize"] = self.population
-        strategy = CMAEvolutionStrategy((start - evaluate.lower) / width, self.spread, options)
         multipliers = Quiet(start.size) if evaluate.constraints else None
         asked = 0
         while asked < self.evaluations:

@@ -4,10 +4,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
-from numpy.typing import ArrayLike
+from jaxtyping import Float
 
-from nectosome.io.errors import InputError
+from nectosome.identify import undominated
+from nectosome.identify.evolvers import need_pymoo
 
 from .gradient import Gradient
 from .task import Evaluate, Evaluation, Outcome, Solver, require
@@ -56,12 +56,11 @@ class Front(Solver):
         return Outcome(True, f"{self.generations} generations, {min(self.polish, len(members))} designs polished")
 
     def _spread(self, evaluate: "_Seen", start: np.ndarray, seed: int) -> None:
-        try:
-            from pymoo.algorithms.moo.nsga2 import NSGA2  # pyright: ignore[reportMissingImports]
-            from pymoo.core.problem import ElementwiseProblem  # pyright: ignore[reportMissingImports]
-            from pymoo.optimize import minimize  # pyright: ignore[reportMissingImports]
-        except ImportError:
-            raise InputError('pymoo is needed for fronts: pip install "nectosome[pareto]".') from None
+        need_pymoo("fronts")
+        from pymoo.algorithms.moo.nsga2 import NSGA2  # pyright: ignore[reportMissingImports]
+        from pymoo.core.problem import ElementwiseProblem  # pyright: ignore[reportMissingImports]
+        from pymoo.optimize import minimize  # pyright: ignore[reportMissingImports]
+
         lower, upper, versus = evaluate.lower, evaluate.upper, self.versus
         others = [i for i in range(evaluate.constraints) if i != versus]
 
@@ -90,16 +89,8 @@ def front(
     Only those count that keep all other constraints.
     """
     fit = [e for e in evaluations if e.solved and np.delete(e.constraints, versus).max(initial=0.0) <= tolerance]
-    members = undominated([e.objective for e in fit], [e.constraints[versus] for e in fit])
-    return [fit[k] for k in members]
-
-
-def undominated(first: ArrayLike, second: ArrayLike) -> Int[np.ndarray, "m"]:
-    """Indices of the points, of two costs each [n], that no other one is as good as in both; by rising first cost."""
-    first, second = np.asarray(first, float), np.asarray(second, float)
-    order = np.lexsort((second, first))
-    before = np.minimum.accumulate(np.concatenate([[np.inf], second[order]]))[:-1]
-    return order[second[order] < before]
+    costs = np.array([(e.objective, e.constraints[versus]) for e in fit]).reshape(-1, 2)
+    return [fit[k] for k in undominated(costs)]
 
 
 class _Seen:

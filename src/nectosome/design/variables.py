@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from nectosome.io import InputError, RobotDescription, format_quantity, get_value, numeric_paths, resolve
 from nectosome.io.errors import shorten
+from nectosome.io.ranges import Ranges
 
 
 @dataclass(frozen=True)
@@ -51,23 +52,13 @@ def read_variable(name: str, text: str, description: RobotDescription) -> Variab
     return Variable(name, lower, upper, log, quantities[paths[0]].dimension)
 
 
-class Box:
+class Box(Ranges):
     """Variables together: from [0, 1]^n to their values and back."""
 
     def __init__(self, variables: tuple[Variable, ...]):
-        self.log = np.array([v.log for v in variables])
-        self.bounds = ends = np.array([(v.lower, v.upper) for v in variables])
-        self.ends = np.where(self.log[:, None], np.log(np.where(self.log[:, None], ends, 1.0)), ends)
+        names, lower, upper = ([getattr(v, of) for v in variables] for of in ("name", "lower", "upper"))
+        super().__init__(names, lower, upper, [v.name for v in variables if v.log])
 
-    def values(self, u: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
-        """SI values of a design; those of a design in [0, 1]^n are never outside of their ranges by rounding."""
-        u = np.asarray(u)
-        x = self.ends[:, 0] + u * (self.ends[:, 1] - self.ends[:, 0])
-        x = np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x)
-        return np.where((u >= 0) & (u <= 1), np.clip(x, self.bounds[:, 0], self.bounds[:, 1]), x)
-
-    def design(self, description: RobotDescription, variables: tuple[Variable, ...]) -> Float[np.ndarray, "n"]:
+    def design(self, description: RobotDescription) -> Float[np.ndarray, "n"]:
         """Place of a robot in the box; outside of [0, 1] where the robot is outside of it."""
-        x = np.array([float(get_value(description, v.name)) for v in variables])
-        x = np.where(self.log, np.log(np.where(self.log, x, 1.0)), x)
-        return (x - self.ends[:, 0]) / (self.ends[:, 1] - self.ends[:, 0])
+        return self.places(np.array([float(get_value(description, name)) for name in self.names]))

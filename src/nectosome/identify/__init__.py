@@ -1,9 +1,15 @@
 """Identification: what measurements say of a model. `linear` needs JAX: it is not imported here."""
 
 from .alignment import Rigid, align_inliers, align_points
+from .evolve import evolve
+from .evolved import Evolved, undominated
+from .evolvers import CmaEs, DifferentialEvolution, Evolver, Genetic, ParetoFront
 from .experiments import Experiments, Told
 from .gaussian_process import Surface, Term, gaussian_process
+from .identifiable import Helpful, Identifiability, Interval, identifiability, most_helpful
+from .intervals import Bootstrap, Profile, bootstrap, profile
 from .metrics import Errors, errors_of
+from .misfit import Fit, Misfit
 from .observe import Observed, experiments_of, observe
 from .plan import Aim, Next, next_experiments, uniform_plan
 from .results import corrected_data
@@ -13,11 +19,24 @@ from .table import Table, table_of
 __all__ = [
     "METHODS",
     "Aim",
+    "Bootstrap",
+    "CmaEs",
     "Corrected",
+    "DifferentialEvolution",
     "Errors",
+    "Evolved",
+    "Evolver",
     "Experiments",
+    "Fit",
+    "Genetic",
+    "Helpful",
+    "Identifiability",
+    "Interval",
+    "Misfit",
     "Next",
     "Observed",
+    "ParetoFront",
+    "Profile",
     "Rigid",
     "SimToReal",
     "Surface",
@@ -26,13 +45,19 @@ __all__ = [
     "Told",
     "align_inliers",
     "align_points",
+    "bootstrap",
     "corrected_data",
     "errors_of",
+    "evolve",
     "experiments_of",
     "gaussian_process",
+    "identifiability",
     "leave_one_out",
+    "most_helpful",
     "next_experiments",
     "observe",
+    "profile",
     "table_of",
+    "undominated",
     "uniform_plan",
 ]

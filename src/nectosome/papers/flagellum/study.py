@@ -183,10 +183,10 @@ def _search_data(
         run = runs[f"row{k}"]
         design = _design(task.description, book[f"flagellum/table2/row{k}/speed"]["design"])
         table2.append((design, steady_speed(run), float(run["reaction"][-1, 0])))
-    old = task.box.design(_design(task.description, {**_OLD, "young": 7.4e6}), task.variables)
+    old = task.box.design(_design(task.description, {**_OLD, "young": 7.4e6}))
     designs = {
         "old design": old,
-        "Table II, row 1": task.box.design(task.description, task.variables),
+        "Table II, row 1": task.box.design(task.description),
         "our optimum": best.u,
     }
     return {

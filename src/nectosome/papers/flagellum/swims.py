@@ -33,7 +33,7 @@ class Swimmer:
     def __init__(self, description: RobotDescription):
         self._task = design_task(description)
         self._evaluate = self._task.prepare()
-        self._place = self._task.box.design(description, self._task.variables)
+        self._place = self._task.box.design(description)
         self._unravel = ravel_pytree(build(description).initial())[1]
         self._memory = None
 

@@ -54,7 +54,7 @@ def best(start: dict[str, float], free: tuple[str, ...], limits: dict[str, float
     robot = with_hinges(describe("paddle"))
     at = {name: start.get(name, get_value(robot, name)) for name in RANGES}
     variables = [read_variable(name, text, robot) for name, text in RANGES.items()]
-    u = Box(tuple(variables)).design(with_values(robot, at), tuple(variables)).clip(0, 1)
+    u = Box(tuple(variables)).design(with_values(robot, at)).clip(0, 1)
     variables = [v if v.name in free else replace(v, lower=at[v.name], upper=at[v.name]) for v in variables]
     upper = tuple(Limit(name, True, value) for name, value in (_LOOSE | limits).items())
     task = MotionDesign(robot, tuple(variables), "thrust", upper, "-y")

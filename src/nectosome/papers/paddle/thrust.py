@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from nectosome.core import Status
-from nectosome.design.pareto import undominated
 from nectosome.design.sweep import sweep
+from nectosome.identify import undominated
 from nectosome.io import RevoluteJoint, RobotDescription, get_value
 from nectosome.robots import build, describe
 from nectosome.solve import periodic
@@ -42,7 +42,7 @@ def over_hinges(thicknesses: Sequence[float], lengths: Sequence[float]) -> xr.Da
     out = _named(found).assign(stress=stress.assign_attrs(units="Pa"))
     for cost in ("power", "stress"):
         members = np.zeros(out["thrust"].size, bool)
-        members[undominated(out[cost].values.ravel(), -out["thrust"].values.ravel())] = True
+        members[undominated(np.column_stack([out[cost].values.ravel(), -out["thrust"].values.ravel()]))] = True
         out[f"front_{cost}"] = (("thickness", "length"), members.reshape(out["thrust"].shape))
     own = {f"own_{quantity}": get_value(robot, quantity) for quantity in ("thickness", "length")}
     return out.assign_attrs(own)
