@@ -95,11 +95,16 @@ def surge(
     if found.values[1] <= 0:
         turned = "the speed falls where the thrust pushes: one of them has the other sign"
         raise InputError(f"{turned}. Turn it in the campaign (sign: -1).", field="thrust")
-    physical = found.of(lambda theta: jnp.stack([1 / theta[1] - mass, -theta[0] / theta[1]]))
-    told += [*found.warnings, *_odd(physical, mass)]
+    bodily = physical(found, mass)
+    told += [*found.warnings, *_odd(bodily, mass)]
     told += [BIASED] if method == "printed" else []
     told += [STATIC] if any(recording.static for recording in recordings) else []
-    return Surge(method, mass, found, physical, tuple(told))
+    return Surge(method, mass, found, bodily, tuple(told))
+
+
+def physical(rate: Estimate, mass: float) -> Estimate:
+    r"""Added mass $1/\gamma - M$ [kg] and drag $-\alpha/\gamma$ [kg/m] from those of alpha and gamma."""
+    return rate.of(lambda theta: jnp.stack([1 / theta[1] - mass, -theta[0] / theta[1]]))
 
 
 def _estimate(trials: Sequence[Trial], method: str, smooth: float | None, told: list[str]) -> Estimate:
