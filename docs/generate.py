@@ -279,7 +279,7 @@ def readme_table(rows: list[dict[str, Any]]) -> Iterator[str]:
     yield "|---|---:|---:|---:|---|"
     for row in rows:
         quantity, printed, ours, verdict = row["quantity"], row["printed"], row["ours"], row["verdict"]
-        if row["kind"] == "synthetic":
+        if row["kind"] == "synthetic" or ours is None:
             continue
         if printed is not None and row["unit"] == "m/s":
             error = "" if row["error"] is None else f"{row['error']:+.1f} %"

@@ -140,9 +140,8 @@ def output_error(trials: Sequence[Trial], start: Float[np.ndarray, "k"]) -> Esti
             slopes.append(-own * size)
         return state - np.concatenate(states), np.concatenate(slopes)
 
-    closely: Any = {"method": "lm", "xtol": 1e-12, "ftol": 1e-12, "gtol": 1e-12}
-    places = [lambda p, which=which: at(np.asarray(p).tobytes())[which] for which in (0, 1)]
-    found = least_squares(places[0], begin / size, jac=places[1], **closely)
+    closely: Any = {"method": "lm", "xtol": 1e-12, "ftol": 1e-12, "gtol": 1e-12, "jac": lambda p: at(p.tobytes())[1]}
+    found = least_squares(lambda p: at(p.tobytes())[0], begin / size, **closely)
     J, left = found.jac, found.fun
     together = max(correlation_time(left), 1.0)
     covariance = together * left @ left / (len(left) - k - m) * np.linalg.inv(J.T @ J)

@@ -1,6 +1,6 @@
 """How far the motion of a found model is from a recording, be it one that was fitted or another."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -26,9 +26,8 @@ def follow(trial: Trial, values: Float[np.ndarray, "k"]) -> Float[np.ndarray, "n
         states, slopes = with_slopes(*what, values, x0[0])
         return np.asarray(states), np.asarray(slopes)
 
-    found = least_squares(
-        lambda x0: at(x0)[0] - trial.state, trial.state[:1], jac=lambda x0: at(x0)[1][:, -1:], method="lm"
-    )
+    how: Any = {"method": "lm", "jac": lambda x0: at(x0)[1][:, -1:]}
+    found = least_squares(lambda x0: at(x0)[0] - trial.state, trial.state[:1], **how)
     return at(found.x)[0]
 
 

@@ -8,6 +8,7 @@ $$ (M + m_{as}) \dot v = -\Lambda v |v| + \tau $$
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import xarray as xr
@@ -104,7 +105,12 @@ def surge(
 
 def physical(rate: Estimate, mass: float) -> Estimate:
     r"""Added mass $1/\gamma - M$ [kg] and drag $-\alpha/\gamma$ [kg/m] from those of alpha and gamma."""
-    return rate.of(lambda theta: jnp.stack([1 / theta[1] - mass, -theta[0] / theta[1]]))
+    return rate.of(lambda theta: _bodily(theta, mass))
+
+
+@jax.jit
+def _bodily(theta: Array, mass: float) -> Array:
+    return jnp.stack([1 / theta[1] - mass, -theta[0] / theta[1]])
 
 
 def _estimate(trials: Sequence[Trial], method: str, smooth: float | None, told: list[str]) -> Estimate:
@@ -150,9 +156,7 @@ def _smoothed(trial: Trial, window: float, signals: int) -> tuple[Trial, Float[n
         raise ValueError(f"a window of {window:g} s has {samples} samples; {_ORDER + 2} to {len(trial.time)} will do")
     inputs = trial.inputs
     if signals == 2:
-        inputs = tuple(
-            CubicSpline(trial.time, savgol_filter(u(trial.time), samples, _ORDER)) for u in trial.inputs
-        )
+        inputs = tuple(CubicSpline(trial.time, savgol_filter(u(trial.time), samples, _ORDER)) for u in trial.inputs)
     state = np.asarray(savgol_filter(trial.state, samples, _ORDER))
     return trial._replace(state=state, inputs=inputs), savgol_coeffs(samples, _ORDER)
 

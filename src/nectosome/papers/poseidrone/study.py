@@ -9,9 +9,9 @@ from . import swim
 NAME = "poseidrone"
 TITLE = "PoseiDRONE"
 ABOUT = (
-    "An octopus-inspired robot that swims by a pulsed jet. Its added mass and drag are identified from speed and thrust; "
-    "no recordings were published, so that estimators are judged on synthetic ones, whose truth is known: the parameters "
-    "of Table 1 and a thrust whose shape Table 1's standard errors tell."
+    "An octopus-inspired robot that swims by a pulsed jet. Its added mass and drag are identified from speed and "
+    "thrust; no recordings were published, so that estimators are judged on synthetic ones, whose truth is known: "
+    "the parameters of Table 1, and a thrust whose shape the standard errors of Table 1 tell."
 )
 _PARTS: dict[str, tuple[float, Callable[[bool, Progress], Part]]] = {  # share of the time that each takes
     "swimming": (1.0, swim.part),
@@ -41,4 +41,7 @@ def _within(progress: Progress, begun: float, share: float) -> Progress:
 
 
 def _kind(row: str) -> Kind:
-    return next((kind for start, kind in _KINDS.items() if row.startswith(start)), "prediction")
+    for start, kind in _KINDS.items():
+        if row.startswith(start):
+            return kind
+    return "prediction"
