@@ -47,6 +47,7 @@ class SurgeRecording(NamedTuple):
     thrust: Float[np.ndarray, "m"]  # [N] along the speed
     static: bool = False  # whether the thrust was recorded apart, with the robot held
     notes: tuple[str, ...] = ()  # what was done to it
+    file: str = ""  # with the speed
 
     @property
     def trial(self) -> Trial:
