@@ -33,6 +33,8 @@ COMMANDS = (
     "sweep",
     "design",
     "measure",
+    "identify",
+    "identify swim",
     "correct",
     "show",
     "check",
@@ -199,7 +201,7 @@ def commands() -> str:
     environment = {**os.environ, "COLUMNS": "88", "NO_COLOR": "1", "TERM": "dumb"}
     parts = []
     for name in COMMANDS:
-        argv = [sys.executable, "-m", "nectosome", name, "--help"]
+        argv = [sys.executable, "-m", "nectosome", *name.split(), "--help"]
         done = subprocess.run(argv, capture_output=True, text=True, check=True, env=environment)
         text = "\n".join(line.rstrip() for line in done.stdout.strip().splitlines())
         parts.append(f"## {name}\n\n```text\n{text}\n```")

@@ -1,7 +1,7 @@
 """Make the synthetic recordings of this folder: PoseiDRONE as the paper's parameters have it, with noise.
 
 Speeds at 50 Hz as of a camera, with noise of 5 mm/s; thrusts of the held robot at 200 Hz, begun at another moment, with
-noise of 10 mN. Both have the crank's angle.
+noise of 5 mN. Both have the crank's angle.
 """
 
 import sys
@@ -11,13 +11,13 @@ import numpy as np
 
 from nectosome.papers.poseidrone.recordings import OMEGA, recording, thrust
 
-SECONDS, STEP, NOISE = 6.0, 0.005, 0.01  # of the thrust: s, s, N
+SECONDS, STEP, NOISE = 6.0, 0.005, 0.005  # of the thrust: s, s, N
 LATER = 0.4  # rad, by which the crank is ahead when the load cell begins
 
 
 def main(folder: Path) -> None:
     """Write two speeds and two thrusts."""
-    rng = np.random.default_rng(2)
+    rng = np.random.default_rng(1)
     for name, omega in OMEGA.items():
         swim = recording(name, rng)
         kept = swim.time < SECONDS

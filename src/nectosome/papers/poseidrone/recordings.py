@@ -22,7 +22,7 @@ OMEGA = {"train": 11.47, "test": 11.76}  # rad/s, of the paper's two recordings
 NOISE = 5e-3  # m/s
 _AMPLITUDE, _REFILL = 0.7975, 0.3952  # N, -
 _SECONDS, _STEP, _THRUST_STEP = 12.0, 0.02, 0.004  # s: of the swim, of the camera, of the load cell
-_SETTLED = 100.0  # s, before a recording begins
+_SETTLED = 60.0  # s, before a recording begins
 
 
 def body() -> tuple[float, float, float]:
