@@ -92,6 +92,11 @@ def test_what_is_wrong_is_told():
     clean = made(noise=0.0)
     assert STATIC in surge([clean._replace(static=True)], MASS).warnings
     assert any("negative" in warning for warning in surge([clean], 4.0).warnings)
+    hidden = surge([made(noise=0.1)], MASS)
+    assert any("hardly follows" in warning for warning in hidden.warnings)
+    shaken = clean._replace(speed=np.random.default_rng(0).normal(size=clean.time.size))
+    with pytest.raises(InputError, match="does not follow the thrust"):
+        surge([shaken], MASS, "windows")
     with pytest.raises(InputError, match="other sign"):
         surge([clean._replace(thrust=-clean.thrust)], MASS)
     with pytest.raises(InputError, match="no method"):

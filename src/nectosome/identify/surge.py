@@ -25,6 +25,7 @@ from .misfit import follow
 Method = Literal["output-error", "instruments", "windows", "printed"]
 METHODS: tuple[Method, ...] = ("output-error", "instruments", "windows", "printed")
 _ORDER = 3  # of the polynomials of the Savitzky-Golay filter
+_TOLD = 3.0  # standard errors that gamma must be from 0
 _PART = 0.1  # of the shortest recording: a window where the thrust has no period
 
 BIASED = (
@@ -94,11 +95,16 @@ def surge(
         raise InputError(f"nothing was found by {method}: {str(error).rstrip('.')}.", field="method") from None
     if not np.isfinite(found.covariance).all():
         raise InputError("no motion of the model fits the recordings.", field="method")
-    if found.values[1] <= 0:
+    gamma, error = found.values[1], found.errors[1]
+    if -_TOLD * error < gamma <= 0:
+        raise InputError("the speed does not follow the thrust: they are not of one motion, or noise hides it.")
+    if gamma <= 0:
         turned = "the speed falls where the thrust pushes: one of them has the other sign"
         raise InputError(f"{turned}. Turn it in the campaign (sign: -1).", field="thrust")
     bodily = physical(found, mass)
     told += [*found.warnings, *_odd(bodily, mass)]
+    if gamma < _TOLD * error:
+        told.append("the speed hardly follows the thrust: the added mass is not known, and its interval is too short")
     told += [BIASED] if method == "printed" else []
     told += [STATIC] if any(recording.static for recording in recordings) else []
     return Surge(method, mass, found, bodily, tuple(told))

@@ -35,7 +35,8 @@ def show_surge(found: "xr.Dataset", path: str | Path) -> None:
 
 def panels(sets: Sets) -> list[Panel]:
     """Figs. 9 and 10 on synthetic recordings, and the estimators."""
-    shown = [recording_panel(sets["swim"], k, sets["swim_as_printed"]) for k in range(sets["swim"].sizes["recording"])]
+    found, other = sets["swim"], sets["swim_as_printed"]
+    shown = [recording_panel(found, k, other, "synthetic") for k in range(found.sizes["recording"])]
     note = " The paper published no recordings: this one is synthetic."
     named = zip(shown, ("Fig. 9", "Fig. 10"), strict=True)
     shown = [panel._replace(title=f"{panel.title}, as {f}", caption=panel.caption + note) for panel, f in named]
@@ -52,22 +53,22 @@ def told_of(found: "xr.Dataset") -> str:
     return f"By {found.attrs['method']}: {', '.join(parts)}."
 
 
-def recording_panel(found: "xr.Dataset", k: int, other: "xr.Dataset | None" = None) -> Panel:
-    """Thrust, speed, what is left of it, and the way, of one recording; `other` is found by another method."""
+def recording_panel(found: "xr.Dataset", k: int, other: "xr.Dataset | None" = None, called: str = "measured") -> Panel:
+    """Thrust, speed, what is left of it, and the way, of one recording; `other` is found by the printed method."""
     from plotly.subplots import make_subplots
 
     one = found.isel(sample=np.flatnonzero(found["of"].values == k), recording=k)
     time, measured, computed = (one[name].values for name in ("time", "measured", "computed"))
-    titles = ("thrust (N)", "speed (m/s)", "measured - identified (m/s)", "way (m)")
+    titles = ("thrust (N)", "speed (m/s)", f"{called} - identified (m/s)", "way (m)")
     fig = make_subplots(4, 1, vertical_spacing=0.07, row_heights=[0.22, 0.3, 0.2, 0.28])
     thin: dict[str, Any] = {"mode": "lines", "showlegend": False}
     fig.add_scatter(x=time, y=one["thrust"].values, line_color=BLACK, row=1, col=1, **thin)
-    curves = [("measured", measured, GREY, "solid"), ("identified", computed, BLUE, "solid")]
+    curves = [(called, measured, GREY, "solid"), ("identified", computed, BLUE, "solid")]
     if other is not None:
         theirs = other["computed"].values[other["of"].values == k]
         curves.append(("identified as printed", theirs, VERMILLION, "dash"))
     for name, speed, colour, dash in curves:
-        line = {"color": colour, "dash": dash, "width": 1.5 if name == "measured" else 2}
+        line = {"color": colour, "dash": dash, "width": 1.5 if name == called else 2}
         fig.add_scatter(x=time, y=speed, name=name, mode="lines", line=line, row=2, col=1)
         fig.add_scatter(x=time, y=_way(time, speed), line=line, row=4, col=1, **thin)
     fig.add_scatter(x=time, y=measured - computed, line_color=GREY, row=3, col=1, **thin)
@@ -79,7 +80,7 @@ def recording_panel(found: "xr.Dataset", k: int, other: "xr.Dataset | None" = No
     fig.update_xaxes(title="time (s)", row=4, col=1)
     dress(fig, 760).update_layout(showlegend=True, margin_t=60, margin_l=96)
     used = "that was fitted" if one["used"].item() == "train" else "that was not fitted"
-    mean, std, most = (float(one[f"misfit_{name}"]) for name in ("mean", "std", "largest"))
+    mean, std, most = (round(float(one[f"misfit_{name}"]), 2) + 0.0 for name in ("mean", "std", "largest"))
     caption = (
         f"A recording {used}, {one['recording'].item()}. Error of the speed in percent of its root mean square: mean "
         f"{mean:.2f}, standard deviation {std:.3g}, largest {most:.3g}. The first {_SHOWN:g} s are shown; zoom out for "
