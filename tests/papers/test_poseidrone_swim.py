@@ -68,8 +68,8 @@ def test_the_printed_estimator_is_biased_and_the_recommended_is_not(quick):
 @pytest.mark.slow
 def test_200_draws_of_the_recommended_way_are_unbiased_with_honest_intervals():
     made = swim.draws(200, lambda what, share: None).sel(way="output error")
-    assert np.all(np.abs(swim.bias(made)) < 2)
-    assert np.all((swim.coverage(made) >= 90) & (swim.coverage(made) <= 98))
+    assert np.all(np.abs(made["bias"]) < 2)
+    assert np.all((made["coverage"] >= 90) & (made["coverage"] <= 98))
 
 
 def test_a_model_found_on_one_recording_predicts_the_other(quick):

@@ -1,7 +1,7 @@
 """Figures of a body in surge: speeds measured and computed, and what estimators of its parameters are worth.
 
 Data: `swim` as `identify.surge_data` has it; of the study of PoseiDRONE also `swim_as_printed`, the same by the printed
-estimator, and `swim_draws` (way, draw, parameter): value, low, high; truth (parameter).
+estimator, and `swim_draws`: value (way, draw, parameter), truth (parameter), bias, coverage [percent] (way, parameter).
 """
 
 import json
@@ -102,7 +102,6 @@ def estimators_panel(made: "xr.Dataset") -> Panel:
     ways = [str(way) for way in made["way"].values]
     fig = make_subplots(1, 3, shared_yaxes=True, horizontal_spacing=0.03, column_widths=[0.37, 0.37, 0.26])
     off = 100 * (made["value"] / made["truth"] - 1)
-    inside = 100 * ((made["low"] <= made["truth"]) & (made["truth"] <= made["high"])).mean("draw")
     for col, name in enumerate(names, start=1):
         for k, way in enumerate(ways):
             x = off.sel(parameter=name, way=way).values
@@ -112,17 +111,16 @@ def estimators_panel(made: "xr.Dataset") -> Panel:
         fig.update_xaxes(range=[-15, _MOST], row=1, col=col)
     for name, colour, symbol in zip(names, (BLUE, ORANGE), ("circle", "diamond"), strict=True):
         marker = {"color": colour, "size": 10, "symbol": symbol}
-        x, y = inside.sel(parameter=name).values, [plain(way) for way in ways]
+        x, y = made["coverage"].sel(parameter=name).values, [plain(way) for way in ways]
         fig.add_scatter(x=x, y=y, mode="markers", marker=marker, name=f"coverage, {_NAMES[name]}", row=1, col=3)
     fig.add_vline(x=95, line={"color": BLACK, "dash": "dash", "width": 1}, row=1, col=3)  # pyright: ignore[reportArgumentType]
     fig.update_xaxes(title="95 % intervals that hold (percent)", range=[-4, 104], row=1, col=3)
     fig.update_yaxes(autorange="reversed")
-    means = off.mean("draw")
     beyond = [
         f" {way[:1].upper()}{way[1:]} the {_NAMES[name]} is off by {x:.0f} %, which is not shown."
         for way in ways
         for name in names
-        if (x := float(means.sel(way=way, parameter=name))) > _MOST
+        if (x := float(made["bias"].sel(way=way, parameter=name))) > _MOST
     ]
     dress(fig, 420).update_layout(showlegend=True, hovermode="closest", margin_l=150, margin_t=50)
     fig.for_each_trace(lambda trace: trace.update(showlegend=trace.type == "scatter"))

@@ -7,11 +7,11 @@ import xarray as xr
 from jaxtyping import Float
 
 from nectosome.identify.linear import Estimate
-from nectosome.identify.surge import Surge, physical, surge
+from nectosome.identify.surge import Surge, SurgeRecording, physical, surge
 from nectosome.identify.surge_results import surge_data
 
 from ..study import Part, Progress, printed
-from .recordings import body, recording, settled
+from .recordings import body, recording
 
 _DRAWS = 200
 _QUICK = 40
@@ -51,42 +51,34 @@ def part(quick: bool, progress: Progress) -> Part:
     return Part({**_table1(), **table2, **_worth(data["swim_draws"])}, data)
 
 
-def _found(way: Way, mass: float, *recordings) -> Surge:
-    return surge(recordings, mass, way.method, way.smooth)
+def _found(way: Way, mass: float, swum: SurgeRecording) -> Surge:
+    return surge([swum], mass, way.method, way.smooth)
 
 
 def draws(count: int, progress: Progress) -> xr.Dataset:
     """Parameters found in each of several draws of noise, by each way.
 
-    `value`, `low`, `high` (way, draw, parameter), the latter ends of 95 % intervals; `truth` (parameter).
+    `value`, `low`, `high` (way, draw, parameter), the latter ends of 95 % intervals; `truth` (parameter); `bias` of the
+    mean and `coverage`, the share of intervals that hold the truth [percent] (way, parameter).
     """
     mass, *truth = body()
-    settled(11.47)
     rng = np.random.default_rng(1)
     found: list[list[Float[np.ndarray, "2 3"]]] = [[] for _ in WAYS]
     for k in range(count):
         progress("estimators on synthetic recordings", k / count)
-        made = recording("train", rng)
+        swum = recording("train", rng)
         for way, into in zip(WAYS.values(), found, strict=True):
-            estimate = _found(way, mass, made).physical
+            estimate = _found(way, mass, swum).physical
             into.append(np.column_stack([estimate.values, estimate.interval()]))
     values = np.array(found)
     dims = ("way", "draw", "parameter")
-    return xr.Dataset(
+    made = xr.Dataset(
         {name: (dims, values[..., i]) for i, name in enumerate(("value", "low", "high"))}
         | {"truth": ("parameter", np.array(truth))},
         coords={"way": [*WAYS], "parameter": ["added_mass", "drag"], "unit": ("parameter", ["kg", "kg/m"])},
     )
-
-
-def bias(made: xr.Dataset) -> xr.DataArray:
-    """Mean of what is found over what is true, minus one [percent] (way, parameter)."""
-    return 100 * (made["value"].mean("draw") / made["truth"] - 1)
-
-
-def coverage(made: xr.Dataset) -> xr.DataArray:
-    """Share of 95 % intervals that hold what is true [percent] (way, parameter)."""
-    return 100 * ((made["low"] <= made["truth"]) & (made["truth"] <= made["high"])).mean("draw")
+    inside = (made["low"] <= made["truth"]) & (made["truth"] <= made["high"])
+    return made.assign(bias=100 * (made["value"].mean("draw") / made["truth"] - 1), coverage=100 * inside.mean("draw"))
 
 
 def _worth(made: xr.Dataset) -> dict[str, float | None]:
@@ -94,11 +86,11 @@ def _worth(made: xr.Dataset) -> dict[str, float | None]:
     numbers: dict[str, float | None] = {}
     for name, way in WAYS.items():
         if way.row:
-            off = bias(made).sel(way=name)
+            off = made["bias"].sel(way=name)
             numbers |= {
                 f"poseidrone/swim/{way.row}/bias_mas": float(off.sel(parameter="added_mass")),
                 f"poseidrone/swim/{way.row}/bias_lambda": float(off.sel(parameter="drag")),
-                f"poseidrone/swim/{way.row}/coverage": float(coverage(made).sel(way=name).min()),
+                f"poseidrone/swim/{way.row}/coverage": float(made["coverage"].sel(way=name).min()),
             }
     return numbers
 
