@@ -33,6 +33,8 @@ COMMANDS = (
     "sweep",
     "design",
     "measure",
+    "identify",
+    "identify swim",
     "correct",
     "show",
     "check",
@@ -199,7 +201,7 @@ def commands() -> str:
     environment = {**os.environ, "COLUMNS": "88", "NO_COLOR": "1", "TERM": "dumb"}
     parts = []
     for name in COMMANDS:
-        argv = [sys.executable, "-m", "nectosome", name, "--help"]
+        argv = [sys.executable, "-m", "nectosome", *name.split(), "--help"]
         done = subprocess.run(argv, capture_output=True, text=True, check=True, env=environment)
         text = "\n".join(line.rstrip() for line in done.stdout.strip().splitlines())
         parts.append(f"## {name}\n\n```text\n{text}\n```")
@@ -279,7 +281,7 @@ def readme_table(rows: list[dict[str, Any]]) -> Iterator[str]:
     yield "|---|---:|---:|---:|---|"
     for row in rows:
         quantity, printed, ours, verdict = row["quantity"], row["printed"], row["ours"], row["verdict"]
-        if row["kind"] == "synthetic":
+        if row["kind"] == "synthetic" or ours is None:
             continue
         if printed is not None and row["unit"] == "m/s":
             error = "" if row["error"] is None else f"{row['error']:+.1f} %"

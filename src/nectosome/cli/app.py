@@ -14,6 +14,7 @@ from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
 from nectosome.cli.check import check, schema
 from nectosome.cli.correct import correct
 from nectosome.cli.design import design
+from nectosome.cli.identify import identify
 from nectosome.cli.measure import measure
 from nectosome.cli.output import tell
 from nectosome.cli.periodic import periodic
@@ -34,7 +35,7 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for command in (reproduce, simulate, steady, periodic, sweep, design, measure, correct, show, check, schema):
+for command in (reproduce, simulate, steady, periodic, sweep, design, measure, identify, correct, show, check, schema):
     app.command(command)
 
 

@@ -1,4 +1,4 @@
-r"""Models whose rate is linear in what is not known, $\dot x = H(t, x) \theta$, from recordings of x, in four ways.
+r"""Models whose rate is linear in what is not known, $\dot x = H(t, x, u) \theta$, from recordings of x, in four ways.
 
 `increments` is least squares on differences of neighbouring samples, as many papers do it: noise makes it biased, and
 its errors wrong. `windows` takes differences over longer times and the noise as it is; `instruments` takes regressors
@@ -6,33 +6,36 @@ from the model instead of from noisy samples; `output_error` fits the motion its
 """
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import lru_cache
 from typing import Any, NamedTuple, Self
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+from scipy.ndimage import convolve1d
 from scipy.optimize import least_squares
 from scipy.stats import norm
 
 from nectosome.measure.signals.noise import correlation_time
 
-Regressors = Callable[[Array, Array], Array]  # (time, state) -> [k], for JAX
+from .motion import Input, Regressors, at_samples, inputs_between, motion, with_slopes
+
 _ROUNDS = 20  # of instruments
 _CLOSE = 1e-10  # relative, of parameters from round to round
 _SETTLED = 0.1  # of the state's root mean square: means of the two halves may differ by as much
 _NOISY = 0.1  # of what is left of increments: a share of noise that biases
+_RAW = np.ones(1)  # kernel of no filter
 _TOGETHER = 5.0  # samples that residuals hang together for: more than noise does by chance
-_QUARTERS = 4  # steps from sample to sample
 
 
 class Trial(NamedTuple):
-    """One recording: evenly spread times [s], the state, and H with the inputs of this recording."""
+    """One recording: evenly spread times [s], the state, H, and the inputs of this recording that H takes after it."""
 
     time: Float[np.ndarray, "n"]
     state: Float[np.ndarray, "n"]
     regressors: Regressors
+    inputs: tuple[Input, ...] = ()
 
 
 class Estimate(NamedTuple):
@@ -84,14 +87,15 @@ def increments(trials: Sequence[Trial]) -> Estimate:
     return Estimate(values, left @ left / (len(y) - len(values)) * inverse, left, tuple(told))
 
 
-def windows(trials: Sequence[Trial], lengths: Sequence[float]) -> Estimate:
+def windows(trials: Sequence[Trial], lengths: Sequence[float], kernel: Float[np.ndarray, "w"] = _RAW) -> Estimate:
     r"""Least squares on $x(t + T) - x(t) = \int_t^{t + T} H \theta$ for all t and some lengths T [s]: trapezoids.
 
     Half and whole periods are good lengths: one tells what changes within a period, the other what lasts. Errors are
-    those of samples with independent noise of one size, $\Sigma = \sigma^2 P D D^T P^T$ with the differences D and
-    $P = (X^T X)^{-1} X^T$. Raises ValueError for a length that a recording has not.
+    those of samples with independent noise of one size, $\Sigma = \sigma^2 P D F F^T D^T P^T$ with the differences D,
+    the symmetric filter F that state and inputs have gone through alike (its `kernel`), and $P = (X^T X)^{-1} X^T$.
+    Raises ValueError for a length that a recording has not.
     """
-    return _solved(trials, lengths, None)
+    return _solved(trials, lengths, kernel, None)
 
 
 def instruments(trials: Sequence[Trial], lengths: Sequence[float]) -> Estimate:
@@ -101,8 +105,8 @@ def instruments(trials: Sequence[Trial], lengths: Sequence[float]) -> Estimate:
     """
     found = windows(trials, lengths)
     for _ in range(_ROUNDS):
-        motions = [np.asarray(_motion(t.regressors, t.time, found.values, t.state[0])) for t in trials]
-        before, found = found, _solved(trials, lengths, motions)
+        motions = [np.asarray(motion(*asked(t), found.values, t.state[0])) for t in trials]
+        before, found = found, _solved(trials, lengths, _RAW, motions)
         if np.all(np.abs(found.values - before.values) <= _CLOSE * np.abs(found.values)):
             return found
     return found._replace(warnings=(*found.warnings, f"not settled after {_ROUNDS} rounds of instruments"))
@@ -120,24 +124,24 @@ def output_error(trials: Sequence[Trial], start: Float[np.ndarray, "k"]) -> Esti
     begin = np.concatenate([start, [trial.state[0] for trial in trials]])
     size = np.abs(np.concatenate([start, [np.ptp(trial.state) for trial in trials]]))
     size[size == 0] = 1.0
+    longest = max(len(trial.time) for trial in trials)  # of one length all are one program
+    programs = [asked(trial, longest) for trial in trials]
+    state = np.concatenate([trial.state for trial in trials])
 
-    def split(p: Float[np.ndarray, "q"]) -> list[tuple[Trial, np.ndarray, float]]:
-        return [(trial, p[:k] * size[:k], p[k + i] * size[k + i]) for i, trial in enumerate(trials)]
+    @lru_cache(maxsize=1)  # the solver asks for residuals and slopes at one place after the other
+    def at(place: bytes) -> tuple[Float[np.ndarray, "r"], Float[np.ndarray, "r q"]]:
+        p = np.frombuffer(place) * size
+        states, slopes = [], []
+        for i, (trial, what) in enumerate(zip(trials, programs, strict=True)):
+            x, by = (np.asarray(y)[: len(trial.time)] for y in with_slopes(*what, p[:k], p[k + i]))
+            own = np.zeros((len(x), k + m))
+            own[:, :k], own[:, k + i] = by[:, :k], by[:, k]
+            states.append(x)
+            slopes.append(-own * size)
+        return state - np.concatenate(states), np.concatenate(slopes)
 
-    def residuals(p: Float[np.ndarray, "q"]) -> Float[np.ndarray, "r"]:
-        return np.concatenate([t.state - np.asarray(_motion(t.regressors, t.time, *at)) for t, *at in split(p)])
-
-    def slopes(p: Float[np.ndarray, "q"]) -> Float[np.ndarray, "r q"]:
-        rows = []
-        for i, (t, *at) in enumerate(split(p)):
-            by_theta, by_x0 = _slopes(t.regressors, t.time, *at)
-            own = np.zeros((len(t.time), k + m))
-            own[:, :k], own[:, k + i] = by_theta, by_x0
-            rows.append(-own * size)
-        return np.concatenate(rows)
-
-    closely: Any = {"jac": slopes, "method": "lm", "xtol": 1e-12, "ftol": 1e-12, "gtol": 1e-12}
-    found = least_squares(residuals, begin / size, **closely)
+    closely: Any = {"method": "lm", "xtol": 1e-12, "ftol": 1e-12, "gtol": 1e-12, "jac": lambda p: at(p.tobytes())[1]}
+    found = least_squares(lambda p: at(p.tobytes())[0], begin / size, **closely)
     J, left = found.jac, found.fun
     together = max(correlation_time(left), 1.0)
     covariance = together * left @ left / (len(left) - k - m) * np.linalg.inv(J.T @ J)
@@ -150,23 +154,32 @@ def output_error(trials: Sequence[Trial], start: Float[np.ndarray, "k"]) -> Esti
 
 
 def _solved(
-    trials: Sequence[Trial], lengths: Sequence[float], motions: Sequence[Float[np.ndarray, "n"]] | None
+    trials: Sequence[Trial],
+    lengths: Sequence[float],
+    kernel: Float[np.ndarray, "w"],
+    motions: Sequence[Float[np.ndarray, "n"]] | None,
 ) -> Estimate:
     """`windows`, with instruments from motions if there are any."""
-    parts = [_windowed(trial, lengths, None if motions is None else motions[i]) for i, trial in enumerate(trials)]
+    own = [None] * len(trials) if motions is None else motions
+    parts = [_windowed(trial, lengths, kernel, motion) for trial, motion in zip(trials, own, strict=True)]
     y, X, Z = (np.concatenate([part[i] for part in parts]) for i in range(3))
     inverse = np.linalg.inv(Z.T @ X)
     values = inverse @ Z.T @ y
     left = y - X @ values
-    spread = sum(part[3].T @ part[3] for part in parts)  # Z^T D D^T Z
-    # of D e the residuals keep all but what the parameters take
-    kept = 2 * len(y) - np.trace(inverse @ sum(part[3].T @ part[4] for part in parts))
+    spread = sum(part[3].T @ part[3] for part in parts)  # Z^T D F F^T D^T Z
+    # of D F e the residuals keep all but what the parameters take
+    kept = sum(part[5] for part in parts) - np.trace(inverse @ sum(part[3].T @ part[4] for part in parts))
     covariance = left @ left / kept * inverse @ spread @ inverse.T
     return Estimate(values, covariance, left, _unsettled(trials))
 
 
-def _windowed(trial: Trial, lengths: Sequence[float], motion: Float[np.ndarray, "n"] | None) -> tuple[np.ndarray, ...]:
-    """Differences, regressors and instruments of all windows of a trial; D^T of instruments and of regressors."""
+def _windowed(
+    trial: Trial,
+    lengths: Sequence[float],
+    kernel: Float[np.ndarray, "w"],
+    motion: Float[np.ndarray, "n"] | None,
+) -> tuple[Any, ...]:
+    """Differences, regressors and instruments of all windows of a trial; F^T D^T of both; the trace of D F F^T D^T."""
     step = float(np.mean(np.diff(trial.time)))
     n = len(trial.time)
     X = _integral(trial.time, _rows(trial))
@@ -184,12 +197,24 @@ def _windowed(trial: Trial, lengths: Sequence[float], motion: Float[np.ndarray, 
     for part, rows in zip(back, (instruments_, regressors), strict=True):
         np.add.at(part, j, rows)
         np.subtract.at(part, i, rows)
-    return trial.state[j] - trial.state[i], regressors, instruments_, *back
+    back = [convolve1d(part, kernel, axis=0, mode="nearest") for part in back]
+    alike = np.correlate(kernel, kernel, "full")[len(kernel) - 1 :]  # F F^T by lag
+    trace = sum(2 * len(a) * (alike[0] - (alike[n - len(a)] if n - len(a) < len(alike) else 0.0)) for a in first)
+    return trial.state[j] - trial.state[i], regressors, instruments_, *back, trace
 
 
 def _rows(trial: Trial) -> Float[np.ndarray, "n k"]:
     """H at the samples."""
-    return np.asarray(_at_samples(trial.regressors, trial.time, trial.state))
+    inputs = tuple(np.asarray(u(trial.time), float) for u in trial.inputs)
+    return np.asarray(at_samples(trial.regressors, trial.time, trial.state, inputs))
+
+
+def asked(trial: Trial, samples: int | None = None) -> tuple[Regressors, np.ndarray, tuple[np.ndarray, ...]]:
+    """What `motion` is asked for; with more samples than there are it stands still after the last."""
+    more = 0 if samples is None else samples - len(trial.time)
+    inputs = inputs_between(trial.time, trial.inputs)
+    time = np.pad(trial.time, (0, more), mode="edge")
+    return trial.regressors, time, tuple(np.pad(u, ((0, more), (0, 0)), mode="edge") for u in inputs)
 
 
 def _integral(time: Float[np.ndarray, "n"], H: Float[np.ndarray, "n k"]) -> Float[np.ndarray, "n k"]:
@@ -203,32 +228,3 @@ def _unsettled(trials: Sequence[Trial]) -> tuple[str, ...]:
     halves = [[float(np.mean(part)) for part in np.array_split(trial.state, 2)] for trial in trials]
     far = [abs(a - b) > _SETTLED * np.sqrt(np.mean(t.state**2)) for (a, b), t in zip(halves, trials, strict=True)]
     return (f"not settled: {sum(far)} of {len(trials)} recordings change from half to half",) if any(far) else ()
-
-
-@partial(jax.jit, static_argnums=0)
-def _at_samples(regressors: Regressors, time: Array, state: Array) -> Array:
-    return jax.vmap(regressors)(time, state)
-
-
-@partial(jax.jit, static_argnums=0)
-def _motion(regressors: Regressors, time: Array, theta: Array, x0: Array) -> Array:
-    """States at the times: the classical Runge-Kutta method in quarters of a sample."""
-
-    def rate(t: Array, x: Array) -> Array:
-        return regressors(t, x) @ theta
-
-    def step(x: Array, ends: tuple[Array, Array]) -> tuple[Array, Array]:
-        t, h = ends[0], (ends[1] - ends[0]) / _QUARTERS
-        for q in range(_QUARTERS):
-            s = t + q * h
-            a = rate(s, x)
-            b = rate(s + h / 2, x + h / 2 * a)
-            c = rate(s + h / 2, x + h / 2 * b)
-            x = x + h / 6 * (a + 2 * b + 2 * c + rate(s + h, x + h * c))
-        return x, x
-
-    _, states = jax.lax.scan(step, x0, (time[:-1], time[1:]))
-    return jnp.concatenate([x0[None], states])
-
-
-_slopes = partial(jax.jit, static_argnums=0)(jax.jacfwd(_motion, argnums=(2, 3)))

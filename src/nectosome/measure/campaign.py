@@ -14,6 +14,8 @@ from .sheet import Sheet, parse_sheet
 if TYPE_CHECKING:
     import xarray as xr
 
+_OWN = ("conditions", "time", "columns")  # what a recording may say for itself
+
 
 @dataclass(frozen=True)
 class Planned:
@@ -44,7 +46,8 @@ def load_campaign(path: str | Path) -> Campaign:
     """Read a campaign file: a sheet with a list of `recordings`, each a `file` (or a pattern) and its `conditions`.
 
     Files are looked for beside it; those that match one pattern are repeats of each other. Conditions of the sheet hold
-    for all. Raises InputError that names file, line and field.
+    for all; `time` and `columns` do for recordings that have none of their own. Raises InputError that names file, line
+    and field.
     """
     path = Path(path)
     source = str(path)
@@ -61,10 +64,15 @@ def load_campaign(path: str | Path) -> Campaign:
     seen: Counter[tuple[tuple[str, float, str], ...]] = Counter()
     for k, item in enumerate(listed):
         at: Key = ("recordings", k)
-        if not isinstance(item, dict) or not set(item) <= {"file", "conditions"} or "file" not in item:
+        if not isinstance(item, dict) or not set(item) <= {"file", *_OWN} or "file" not in item:
             raise wrong(at, "needs a file and its conditions, as in {file: run_1.csv, conditions: {f: 1.1 Hz}}.")
-        own = parse_sheet({"conditions": item.get("conditions") or {}}, _below(lines, at), source)
-        with_own = replace(sheet, conditions={**sheet.conditions, **own.conditions})
+        own = parse_sheet({k: item[k] for k in _OWN if item.get(k)}, _below(lines, at), source)
+        with_own = replace(
+            sheet,
+            conditions={**sheet.conditions, **own.conditions},
+            time=own.time or sheet.time,
+            columns=own.columns or sheet.columns,
+        )
         for file in _files(path.parent, str(item["file"]), wrong, (*at, "file")):
             key = tuple(sorted((name, *value) for name, value in with_own.conditions.items()))
             seen[key] += 1

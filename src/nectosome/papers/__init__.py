@@ -5,6 +5,7 @@ from collections.abc import Callable
 from .flagellum import study as flagellum
 from .measure import study as measure
 from .paddle import study as paddle
+from .poseidrone import study as poseidrone
 from .study import Progress, Study
 
 __all__ = ["STUDIES", "Progress", "Study"]
@@ -12,5 +13,6 @@ __all__ = ["STUDIES", "Progress", "Study"]
 STUDIES: dict[str, Callable[[bool, Progress], Study]] = {
     "flagellum": flagellum.run,
     "paddle": paddle.run,
+    "poseidrone": poseidrone.run,
     "measure": measure.run,
 }

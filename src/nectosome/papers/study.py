@@ -26,6 +26,15 @@ class Study:
     data: dict[str, "xr.Dataset"] = field(default_factory=dict)  # by figure, see `view/design.py`
 
 
+@dataclass(frozen=True)
+class Part:
+    """What one part of a study hands over: numbers by scorecard row, and what there is to draw."""
+
+    numbers: dict[str, float | None]
+    data: dict[str, "xr.Dataset"] = field(default_factory=dict)
+    runs: dict[str, "xr.Dataset"] = field(default_factory=dict)
+
+
 def printed(study: str) -> dict[str, dict[str, Any]]:
     """What a paper prints, by row id, from the `printed.toml` beside its study."""
     text = files("nectosome.papers").joinpath(study, "printed.toml").read_text(encoding="utf-8")

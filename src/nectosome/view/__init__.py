@@ -3,5 +3,6 @@
 from .correction import show_correction
 from .recordings import show_recordings
 from .report import show_run, write_figures, write_report
+from .swimming import show_surge
 
-__all__ = ["show_correction", "show_recordings", "show_run", "write_figures", "write_report"]
+__all__ = ["show_correction", "show_recordings", "show_run", "show_surge", "write_figures", "write_report"]

@@ -1,0 +1,53 @@
+"""The page of an identification in the terminal: parameters, how well recordings are met, what to beware of."""
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from nectosome.cli.check import count
+from nectosome.cli.page import columns, number, page
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from nectosome.identify.surge import SurgeRecording
+
+_NAMES = {"added_mass": "added mass m_as", "drag": "drag Lambda", "alpha": "alpha = -Lambda/m", "gamma": "gamma = 1/m"}
+
+
+def swim_page(found: "xr.Dataset", recordings: "Sequence[SurgeRecording]") -> Group:
+    """Return the page of what `surge_data` holds, and of what was done to recordings."""
+    train = int((found["used"] == "train").sum())
+    held = found.sizes["recording"] - train
+    said = f"{count(train, 'recording')} fitted, {held} held out; M = {number(found.attrs['mass'])} kg"
+    notes = [f"{recording.name}: {note}" for recording in recordings for note in recording.notes]
+    title = Text("\n").join([Text(str(found.attrs["title"]), "bold"), Text(""), *map(Text, [said, *notes])])
+    warnings = [f"beware: {warning}" for warning in json.loads(found.attrs["warnings"])]
+    return page(title, [_parameters(found), _errors(found)], warnings)
+
+
+def _parameters(found: "xr.Dataset") -> Table:
+    table = columns("parameter", "value", "95 % from", "to", "standard error", "%", "unit")
+    for name, what in _NAMES.items():
+        one = found.sel(parameter=name)
+        table.add_row(what, *(number(float(one[key])) for key in _SHOWN), str(one["unit"].item()))
+    return table
+
+
+_SHOWN = ("value", "low", "high", "error", "percent")
+
+
+def _errors(found: "xr.Dataset") -> Table:
+    """Errors of the computed speed, in percent of the root mean square of the measured one."""
+    table = columns("measured - computed speed, % of its rms", "mean", "std", "largest", "")
+    for k in range(found.sizes["recording"]):
+        one = found.isel(recording=k)
+        deviations = [f"{round(float(one[f'deviation_{name}']), 2) + 0.0:.2f}" for name in ("mean", "std", "largest")]
+        table.add_row(
+            str(one["recording"].item()), *deviations, "fitted" if one["used"].item() == "train" else "held out"
+        )
+    return table

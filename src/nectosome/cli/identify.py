@@ -1,0 +1,91 @@
+"""`nectosome identify`: parameters of a model, from recordings."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+from nectosome.cli.options import read_duration, read_quantity
+from nectosome.cli.output import check_target, write
+from nectosome.cli.progress import progress_bar
+from nectosome.io import InputError, did_you_mean, provenance, save_dataset
+
+identify = App(name="identify", help="Find parameters of a model from recordings.")
+
+
+@identify.command
+def swim(
+    *,
+    campaign: Annotated[Path, Parameter(help="Campaign (.yaml): recordings of speed and thrust.")],
+    mass: Annotated[str, Parameter(help="Mass of the robot, such as 0.755kg.", allow_leading_hyphen=True)],
+    method: Annotated[
+        str, Parameter(help="output-error, instruments, windows, or printed, as papers do it.")
+    ] = "output-error",
+    test: Annotated[
+        list[str] | None,
+        Parameter(help="Files with speeds that are not fitted but predicted.", consume_multiple=True),
+    ] = None,
+    smooth: Annotated[
+        str | None,
+        Parameter(help="Window of a filter, such as 0.2s, for windows and printed.", allow_leading_hyphen=True),
+    ] = None,
+    save: Annotated[Path | None, Parameter(help="Where parameters and speeds go (.nc).")] = None,
+    plot: Annotated[Path | None, Parameter(help="Where the page with figures goes (.html).")] = None,
+) -> None:
+    """Find added mass and drag of a swimmer from its speed and thrust: (M + m_as) dv/dt = -Lambda v|v| + thrust."""
+    kilograms = read_quantity(f"{mass}kg" if _bare(mass) else mass, "mass", "--mass")
+    if kilograms <= 0:
+        raise InputError(f'"{mass}" is out of range: it must be more than 0 kg.', field="--mass")
+    window = None if smooth is None else read_duration(smooth, "--smooth")
+    for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
+        if target is not None:
+            check_target(target, option, suffix)
+
+    from nectosome.measure import load_campaign
+
+    planned = load_campaign(campaign)
+    held_out = {*(test or ())}
+    for name in held_out - {one.path.name for one in planned.planned}:
+        known = did_you_mean(name, [one.path.name for one in planned.planned])
+        raise InputError(f'"{name}" is not in the campaign.{known}', field="--test")
+
+    from nectosome.cli.identification import swim_page
+    from nectosome.identify.surge import METHODS, surge
+    from nectosome.identify.surge_recordings import surge_recordings
+    from nectosome.identify.surge_results import surge_data
+
+    if method not in METHODS:
+        raise InputError(f'"{method}" is no method.{did_you_mean(method, METHODS)}', field="--method")
+    with progress_bar("identifying") as update:
+        recordings = surge_recordings([one.read() for one in planned.planned])
+        update("fitting", 0.3)
+        held = [recording for recording in recordings if recording.file in held_out]
+        fitted = [recording for recording in recordings if recording.file not in held_out]
+        for name in held_out - {recording.file for recording in held}:
+            raise InputError(f'"{name}" holds no speed: name the files that do.', field="--test")
+        if not fitted:
+            raise InputError("all recordings are held out: nothing is left to fit.", field="--test")
+        found = surge(fitted, kilograms, method, window)
+        data = surge_data(found, fitted, held)
+    asked = {"campaign": campaign, "mass": mass, "method": method, "smooth": smooth, "test": ", ".join(test or ())}
+    data.attrs |= {
+        "title": f"surge of {campaign.name} by {method}",
+        "provenance": json.dumps(provenance({key: value and str(value) for key, value in asked.items()})),
+    }
+    written = [str(target) for target in (save, plot) if target is not None]
+    if save is not None:
+        save_dataset(data, save)
+    if plot is not None:
+        from nectosome.view import show_surge
+
+        show_surge(data, plot)
+    write(swim_page(data, recordings), *([f"written: {', '.join(written)}"] if written else []))
+
+
+def _bare(text: str) -> bool:
+    """Whether a mass has no unit: it counts as kg."""
+    try:
+        return bool(float(text))
+    except ValueError:
+        return False

@@ -1,0 +1,47 @@
+"""The study of PoseiDRONE, part by part."""
+
+import time
+from collections.abc import Callable
+
+from ..study import Kind, Part, Progress, Study, printed, score
+from . import swim
+
+NAME = "poseidrone"
+TITLE = "PoseiDRONE"
+ABOUT = (
+    "An octopus-inspired robot that swims by a pulsed jet. Its added mass and drag are identified from speed and "
+    "thrust; no recordings were published, so that estimators are judged on synthetic ones, whose truth is known: "
+    "the parameters of Table 1, and a thrust whose shape the standard errors of Table 1 tell."
+)
+_PARTS: dict[str, tuple[float, Callable[[bool, Progress], Part]]] = {  # share of the time that each takes
+    "swimming": (1.0, swim.part),
+}
+_KINDS: dict[str, Kind] = {"poseidrone/swim/": "synthetic"}  # by the beginning of the row, else a prediction
+
+
+def run(quick: bool, progress: Progress) -> Study:
+    """All rows and figures; `quick` draws less noise."""
+    began = time.perf_counter()
+    book, done, begun = printed(NAME), Part({}), 0.0
+    for share, part in _PARTS.values():
+        made = part(quick, _within(progress, begun, share))
+        done = Part(done.numbers | made.numbers, done.data | made.data, done.runs | made.runs)
+        begun += share
+    progress("scorecard", 1.0)
+    missing = sorted(set(done.numbers) ^ set(book))
+    if missing:
+        raise RuntimeError(f"scorecard rows without a number, or numbers without a row: {missing}")
+    rows = [score(row, entry, done.numbers[row], _kind(row)) for row, entry in book.items()]
+    return Study(NAME, TITLE, ABOUT, rows, done.runs, time.perf_counter() - began, done.data)
+
+
+def _within(progress: Progress, begun: float, share: float) -> Progress:
+    """Progress of a part as that of the study."""
+    return lambda what, done: progress(what, begun + share * done)
+
+
+def _kind(row: str) -> Kind:
+    for start, kind in _KINDS.items():
+        if row.startswith(start):
+            return kind
+    return "prediction"
