@@ -29,7 +29,8 @@ def moves_in_plane(robot: Robot) -> bool:
     links = all(isinstance(part.body, Link) for part in robot.tree.parts)
     joints = all(isinstance(part.joint, Fixed | Revolute | Prismatic | Planar) for part in robot.tree.parts)
     stateless = not jax.tree.leaves(robot.initial().z)
-    if not (links and joints and stateless and robot.water.current is None):
+    reshaped = any(isinstance(a.load, Load) and a.load.reshapes for a in robot.loads)
+    if not (links and joints and stateless and robot.water.current is None) or reshaped:
         return False
     return float(remembered(_lean, robot)) < _STRAIGHT
 

@@ -11,7 +11,7 @@ from nectosome.core import STANDARD_GRAVITY, State, safe_norm
 from nectosome.core.remember import prepare
 from nectosome.core.se3 import matmul3
 from nectosome.mechanism import Diagnosis, Robot, load_names
-from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, VISCOUS
+from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS
 
 from .results import VARIABLES, Data, Names, blank, diagnose_all, labels
 
@@ -101,7 +101,7 @@ def _where(defined: Array, a: Array, b: Array) -> Array:
 
 def _towing(robot: Robot, mean: Diagnosis) -> Float[Array, ""]:
     """Power [W] that the loads on the root body take out."""
-    own = np.array([name not in (ADDED_MASS, VISCOUS, DRIVE) for name in load_names(robot)])
+    own = np.array([name not in (ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE) for name in load_names(robot)])
     return -jnp.sum(mean.load_power[own, 0])
 
 
