@@ -11,6 +11,7 @@ from .added_mass import (
 from .buoyancy import Buoyancy, Weight
 from .drag import LumpedDrag, PlateDrag, StripDrag
 from .forces import LineForce, PointForce
+from .jet import Jet, Motor, Pulse
 from .springs import Damper, Flexure, Spring
 from .stoppers import LowerStop, UpperStop
 
@@ -21,11 +22,14 @@ __all__ = [
     "Damper",
     "Flexure",
     "GivenAddedMass",
+    "Jet",
     "LineForce",
     "LowerStop",
     "LumpedDrag",
+    "Motor",
     "PlateDrag",
     "PointForce",
+    "Pulse",
     "SpheroidAddedMass",
     "Spring",
     "StripAddedMass",
