@@ -1,0 +1,1 @@
+"""PoseiDRONE (Giorgio-Serchi et al. 2017)."""
