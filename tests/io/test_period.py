@@ -25,6 +25,7 @@ def sine(frequency: str) -> str:
 STROKE = "kind: stroke, amplitude: 20 deg, frequency: 0.5 Hz"
 WAVE, TURN = "kind: sine, amplitude: 1 m", "{kind: rate, rate: 2 rpm}"
 SLIDE = "kind: prismatic, axis: x"
+SHOT = "{kind: recording, times: [0 s, 1 s], values: [0 N, 1 N]}"
 HELD = hinge("kind: constant, value: 1 rad")
 
 
@@ -61,6 +62,7 @@ def test_the_period_is_the_shortest_that_all_share(joints, period):
         ([HELD, f"{SLIDE}, motion: {{kind: rate, rate: 1 m/s}}"], "limbs.limb1.joint.motion.rate", "never comes back"),
         (["kind: free, motion: {x: {kind: rate, rate: 1 m/s}}"], "limbs.limb0.joint.motion.x.rate", "never comes back"),
         ([hinge(STROKE + ", ramp: 1 s")], "limbs.limb0.joint.motion.ramp", "begins slowly"),
+        ([f"{SLIDE}, force: {SHOT}"], "limbs.limb0.joint.force.values", "Cut one period out"),
         ([sine("1.4142136 Hz"), sine("1 Hz")], "limbs.limb1.joint.motion.frequency", "no common period"),
         ([sine("1 Hz"), sine("51 Hz")], "limbs.limb0.joint.motion.frequency", "within 50 cycles"),
         ([sine("1 Hz"), hinge("kind: rate, rate: 1 rad/s")], "limbs.limb1.joint.motion.rate", "no common period"),

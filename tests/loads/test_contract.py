@@ -14,7 +14,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
 import nectosome.loads as ld
-from nectosome.core import JointLoad, Load, Strips, Water
+from nectosome.core import JointLoad, Load, Rate, Strips, Water
 from nectosome.core.se3 import exp_so3
 
 NUMBER, LENGTH, AREA, MASS, INERTIA = (0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (2, 1, 0)
@@ -23,7 +23,10 @@ FORCE, MOMENT, LINE_FORCE = (1, 1, -2), (2, 1, -2), (0, 1, -2)
 
 
 class Example(NamedTuple):
-    """A load to try, the dimension (powers of length, mass, time) of its parameters, and what it is fixed to."""
+    """A load to try, the dimension (powers of length, mass, time) of its parameters, and what it is fixed to.
+
+    Parameters of what a load holds have names with a dot.
+    """
 
     load: Load | JointLoad
     dimensions: dict[str, tuple[int, int, int]] = {}  # noqa: RUF012
@@ -37,10 +40,22 @@ def _force(follower: bool) -> ld.PointForce:
     return ld.PointForce(moment, vector, arm, 2, follower)
 
 
+def _jet(crank: Rate | ld.Motor) -> ld.Jet:
+    """Of 1 L; filling at the angle and speed of the crank, which are those of the start of a motor."""
+    volume, along = 1e-3 * _n([1.0, 0.9, 0.7, 0.8]), _n([2.0, -1.0, 2.0]) / 3
+    return ld.Jet(volume, _n(1.3e-3), _n(1e-3), _n(0.5), _n(0.3), _n(1e6), along, _THREE, crank)
+
+
+_n = jnp.asarray
+_THREE = jnp.array([0.02, 0.03, 0.05])
+_JET = {"volume": (3, 0, 0), "nozzle": AREA, "inlet": AREA, "bell": NUMBER, "wake": NUMBER, "elastance": (-4, 1, -2)}
+_JET |= {"direction": NUMBER, "place": LENGTH}
+_MOTOR = {"stall_torque": MOMENT, "no_load_speed": RATE, "stall_current": NUMBER, "inertia": INERTIA}
+_MOTOR |= {"angle": NUMBER, "speed": RATE}
 _POINT = {"moment": MOMENT, "vector": FORCE, "arm": LENGTH}
 _STOP = {"at": NUMBER, "stiffness": MOMENT, "damping": (2, 1, -1), "softness": NUMBER}
 _LINEAR_STOP = {"at": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH}
-_DEAD_VECTOR, _THREE = jnp.array([0.5, -1.0, 2.0]), jnp.array([0.02, 0.03, 0.05])
+_DEAD_VECTOR = jnp.array([0.5, -1.0, 2.0])
 _LEG = {
     **dict.fromkeys(("hip", "crank", "bearing", "length", "contact.softness"), LENGTH),
     **dict.fromkeys(("start", "damping_ratio", "count", "contact.static_friction", "contact.dynamic_friction"), NUMBER),
@@ -48,7 +63,6 @@ _LEG = {
     "contact.stiffness": LINE_FORCE,
     **dict.fromkeys(("tangential", "normal"), (-1, 1, 0)),
 }
-_n = jnp.asarray
 EXAMPLES = [
     Example(
         ld.StripDrag(_n(1.1), _n(0.2), _n(-0.1)),
@@ -81,6 +95,11 @@ EXAMPLES = [
     Example(_force(follower=True), _POINT),
     Example(ld.LineForce(_DEAD_VECTOR, False), {"vector": LINE_FORCE}, turns=("vector",)),
     Example(ld.LineForce(_DEAD_VECTOR, True), {"vector": LINE_FORCE}),
+    Example(_jet(Rate(_n(-9.0), _n(2.5))), _JET | {"crank.rate": RATE, "crank.start": NUMBER}),
+    Example(
+        _jet(ld.Motor(*map(_n, (0.1, 20.0, 1.5, 1e-3, 1.2, 9.0)))),
+        _JET | {f"crank.{name}": powers for name, powers in _MOTOR.items()},
+    ),
     Example(ld.Spring(_n(3.0), _n(0.2)), {"stiffness": MOMENT, "rest": NUMBER}),
     Example(ld.Spring(_n(3.0), _n(0.2)), {"stiffness": LINE_FORCE, "rest": LENGTH}, joint="prismatic"),
     Example(ld.Spring(_n(3.0), _n(0.2), ld.Flexure(_n(0.1), _n(5.0))), {"stiffness": MOMENT, "rest": NUMBER}),
@@ -100,7 +119,8 @@ def _name(example: Example) -> str:
     load = example.load
     if isinstance(load, JointLoad):
         return f"{type(load).__name__}-{example.joint}"
-    return type(load).__name__ + ("-follower" if getattr(load, "follower", False) else "")
+    crank = f"-{type(load.crank).__name__}" if isinstance(load, ld.Jet) else ""
+    return type(load).__name__ + ("-follower" if getattr(load, "follower", False) else "") + crank
 
 
 ON_BODIES = [e for e in EXAMPLES if isinstance(e.load, Load)]
@@ -131,7 +151,7 @@ def _arrays(x: eqx.Module, within: str = "") -> list[str]:
     """Names of all numbers, those of parts with a dot."""
     found = []
     for name, value in vars(x).items():
-        found += _arrays(value, f"{name}.") if isinstance(value, ld.Contact) else []
+        found += _arrays(value, f"{name}.") if isinstance(value, ld.Contact | ld.Motor | Rate) else []
         found += [within + name] if eqx.is_inexact_array(value) else []
     return found
 
@@ -345,6 +365,21 @@ def test_added_mass_is_symmetric_and_never_negative(example: Example):
         close(m, jnp.swapaxes(m, 1, 2))
         assert jnp.all(jnp.linalg.eigvalsh(m) >= -1e-15)
         assert bool(jnp.any(m)) == example.load.inertial
+
+
+@every("example", [e for e in ON_BODIES if e.load.reshapes], ids=_name)
+def test_added_mass_that_changes_is_an_inertia_and_changes_as_it_says(example: Example):
+    load, w, z, t = example.load, water("deep"), example.load.initial(), jnp.asarray(0.3)
+    rate = load.force(t, strips(4), z, w)[1]
+    (now, told), (growth, _) = jax.jvp(lambda t, z: load.carried(t, z, w), (t, z), (jnp.ones(()), rate))
+    close(now, now.T)
+    assert jnp.min(jnp.linalg.eigvalsh(now)) >= -1e-15
+    assert jnp.max(jnp.abs(told)) > 0.1
+    close(told, growth, rel=1e-12, abs=1e-14)
+    other, t = _in_other_units(load, example.dimensions), t * _UNITS[2]
+    scaled = other.carried(t, other.initial(), _in_other_units(w, {"density": DENSITY}))
+    close(scaled[0], now * _matrix_units(), rel=1e-12, abs=1e-12)
+    close(scaled[1], told * _matrix_units() / _UNITS[2], rel=1e-12, abs=1e-12)
 
 
 @every("example", [e for e in ON_BODIES if e.load.inertial], ids=_name)

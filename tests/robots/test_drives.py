@@ -1,5 +1,7 @@
 """Joints of several coordinates from a description: made to move, or driven."""
 
+import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -90,6 +92,37 @@ def test_pulses_drive_a_body_along_a_line_through_water():
     np.testing.assert_allclose(run.state.v[:, 0], own.y[1], atol=1e-7)
     np.testing.assert_allclose(run.state.q[:, 0], own.y[0], atol=1e-7)
     assert own.y[1, -1] > 0.05
+
+
+RECORDED = "kind: recording, times: [{times}], values: [{values}]"
+
+
+def recorded(times: str, values: str):
+    cycle = "kind: cycle, values: [{values}], frequency: 1.8 Hz"
+    return parse_robot(JET.replace(cycle, RECORDED).format(times=times, values=values))
+
+
+def test_a_recorded_thrust_drives_a_body_as_straight_lines_do():
+    """Without drag: impulse over (M + m_a) of trapezoids, from a start before the recording to a hold after it."""
+    robot = build(recorded("0.1 s, 0.3 s, 0.4 s", "0.5 N, 1.5 N, -0.2 N"))
+    robot = eqx.tree_at(lambda r: r.loads[0].load.area, robot, jnp.zeros(3))
+    samples = [0.0, 0.1, 0.3, 0.4, 1.0]
+    run = simulate(robot, 1.0, samples=samples, rtol=1e-9, atol=1e-11).value
+    impulse = np.cumsum([0.0, 0.5 * 0.1, 1.0 * 0.2, 0.65 * 0.1, -0.2 * 0.6])
+    np.testing.assert_allclose(run.state.v[:, 0] * 3.5, impulse, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("times", "values", "why"),
+    [
+        ("0 s, 1 s", "1 N, 2 N, 3 N", "3 values at 2 times"),
+        ("0 s, 2 s, 2 s", "1 N, 2 N, 3 N", "2 s, number 3, comes after 2 s"),
+        ("0 s", "1 N", "at least 2"),
+    ],
+)
+def test_a_recording_that_is_none_is_refused(times, values, why):
+    with pytest.raises(InputError, match=why):
+        recorded(times, values)
 
 
 def test_values_of_a_cycle_are_numbers_of_the_robot():

@@ -78,6 +78,7 @@ class Load(eqx.Module):
 
     dissipative: ClassVar[bool] = False
     inertial: ClassVar[bool] = False  # nothing but added mass, whose force is that of the water carried along
+    reshapes: ClassVar[bool] = False  # changes the body's shape, and with it the water carried along: see `carried`
 
     def initial(self) -> Any:
         """Initial state z of the load; () when it has none."""
@@ -88,6 +89,13 @@ class Load(eqx.Module):
         also where it stands out of the water.
         """
         return None
+
+    def carried(self, t: Float[Array, ""], z: Any, water: Water) -> tuple[Float[Array, "6 6"], Float[Array, "6 6"]]:
+        """Added mass at the part's first station as it is now, and its rate; only of a load that `reshapes`.
+
+        It comes on top of `inertia`. The water gives the wrench -d(A V)/dt, and -dA/dt V is told apart from the rest.
+        """
+        raise NotImplementedError
 
     @abstractmethod
     def force(

@@ -5,24 +5,33 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from nectosome.io.describe_base import ZERO, Described, Position, wrong
+from nectosome.io.describe_base import ZERO, Axis, Described, Position, wrong
 from nectosome.io.describe_place import Place
+from nectosome.io.describe_signals import AngleSignal
 from nectosome.io.fields import (
     Angle,
     AngularSpeed,
     Area,
     Coordinate,
+    Current,
+    Elastance,
     Force,
+    Fraction,
     Length,
     LineForce,
     NonNegativeInertia,
     NonNegativeMass,
     NonNegativeNumber,
     Number,
+    PositiveAngularSpeed,
+    PositiveArea,
+    PositiveInertia,
     PositiveNumber,
     PositiveStiffness,
+    PositiveTorque,
     QuadraticDrag,
     Torque,
+    Volume,
 )
 
 
@@ -163,6 +172,55 @@ class LegLoad(Described):
         return self
 
 
+class CrankMotor(Described):
+    """A DC motor with its gear, as the crank feels it: from `stall_torque` [N m] at rest to none at `no_load_speed`.
+
+    The current goes with the torque, up to `stall_current` [A]; `inertia` [kg m2] is that of crank, gear and rotor.
+    The crank starts at `angle` [rad] with `speed` [rad/s].
+    """
+
+    stall_torque: PositiveTorque
+    no_load_speed: PositiveAngularSpeed
+    inertia: PositiveInertia
+    stall_current: Current = 0.0
+    angle: Angle = 0.0
+    speed: AngularSpeed = 0.0
+
+
+class JetLoad(Described):
+    """A pulsed jet of a rigid part: a chamber that a crank empties through a nozzle and that fills again.
+
+    `volume` [m3] of the chamber at angles evenly spread over a turn, at least four, the first at angle 0: a smooth
+    periodic curve. Water leaves through `nozzle` [m2] and comes in through `inlet` [m2], nozzle and valves together,
+    narrowed by the contraction of the flow. The thrust is along `direction` in the part's own frame; the chamber sits
+    at `place` [m] from the centre of the part's shape. `bell` is the added mass of the bell along the direction, in
+    masses of the water in its chamber (that water comes on top): both change with the volume, so leave them out of
+    other added masses. Water that comes in has the share `wake` of the body's velocity already: 0 in still water, 1 in
+    a wake that moves along with the body. The crank either follows `crank` [rad] or is turned by a `motor`, against the
+    water and against a shell of `elastance` [Pa/m3] that is at ease at the largest of the volumes.
+    """
+
+    kind: Literal["jet"]
+    volume: Annotated[tuple[Volume, ...], Field(min_length=4)]
+    nozzle: PositiveArea
+    inlet: PositiveArea
+    bell: NonNegativeNumber = 0.0
+    wake: Fraction = 0.0
+    elastance: Elastance = 0.0
+    direction: Axis = (1.0, 0.0, 0.0)
+    place: Position = ZERO
+    crank: AngleSignal | None = None
+    motor: CrankMotor | None = None
+
+    @model_validator(mode="after")
+    def _is_turned_once(self) -> Self:
+        if self.crank is None and self.motor is None:
+            raise wrong("crank", "is missing. Say how the crank turns, or give a motor.")
+        if self.crank is not None and self.motor is not None:
+            raise wrong("motor", "the crank's angle is given already. Leave one of the two out.")
+        return self
+
+
 Load = Annotated[
     DragLoad
     | PlateDragLoad
@@ -171,6 +229,7 @@ Load = Annotated[
     | SpheroidAddedMassLoad
     | CylinderAddedMassLoad
     | GivenAddedMassLoad
+    | JetLoad
     | ForceLoad
     | LegLoad
     | DistributedForceLoad,

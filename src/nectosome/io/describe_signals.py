@@ -1,10 +1,11 @@
 """Prescribed signals: what a joint is made to do over time, in the unit of what it drives."""
 
-from typing import Annotated, Literal
+from itertools import pairwise
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import AfterValidator, Field, model_validator
 
-from nectosome.io.describe_base import Described
+from nectosome.io.describe_base import Described, unfit, wrong
 from nectosome.io.fields import (
     Angle,
     AngularSpeed,
@@ -14,8 +15,20 @@ from nectosome.io.fields import (
     Frequency,
     Share,
     Speed,
+    Time,
     Torque,
 )
+
+
+def _increasing(times: tuple[float, ...]) -> tuple[float, ...]:
+    for k, (before, after) in enumerate(pairwise(times), start=1):
+        if not before < after:
+            raise unfit(f"the times must increase: {after:g} s, number {k + 1}, comes after {before:g} s.")
+    return times
+
+
+Times = Annotated[tuple[Time, ...], Field(min_length=2), AfterValidator(_increasing)]
+"""Times of samples [s], increasing."""
 
 
 class ConstantAngle(Described):
@@ -110,6 +123,22 @@ class CycleTorque(Described):
     phase: Angle = 0.0
 
 
+class RecordedTorque(Described):
+    """The torque that was recorded: `values` [N m] at `times` [s], at least two, joined by straight lines.
+
+    The times increase; before the first and after the last of them the torque stays as it is there.
+    """
+
+    kind: Literal["recording"]
+    times: Times
+    values: Annotated[tuple[Torque, ...], Field(min_length=2)]
+
+    @model_validator(mode="after")
+    def _one_value_a_time(self) -> Self:
+        _check_samples(self.times, self.values)
+        return self
+
+
 class ConstantForce(Described):
     """The force `value` [N], held."""
 
@@ -139,7 +168,28 @@ class CycleForce(Described):
     phase: Angle = 0.0
 
 
+class RecordedForce(Described):
+    """The force that was recorded: `values` [N] at `times` [s], at least two, joined by straight lines.
+
+    The times increase; before the first and after the last of them the force stays as it is there.
+    """
+
+    kind: Literal["recording"]
+    times: Times
+    values: Annotated[tuple[Force, ...], Field(min_length=2)]
+
+    @model_validator(mode="after")
+    def _one_value_a_time(self) -> Self:
+        _check_samples(self.times, self.values)
+        return self
+
+
+def _check_samples(times: tuple[float, ...], values: tuple[float, ...]) -> None:
+    if len(times) != len(values):
+        raise wrong("values", f"there are {len(values)} values at {len(times)} times. Give one for each time.")
+
+
 AngleSignal = Annotated[ConstantAngle | RateAngle | SineAngle | StrokeAngle, Field(discriminator="kind")]
 LengthSignal = Annotated[ConstantLength | RateLength | SineLength, Field(discriminator="kind")]
-TorqueSignal = Annotated[ConstantTorque | SineTorque | CycleTorque, Field(discriminator="kind")]
-ForceSignal = Annotated[ConstantForce | SineForce | CycleForce, Field(discriminator="kind")]
+TorqueSignal = Annotated[ConstantTorque | SineTorque | CycleTorque | RecordedTorque, Field(discriminator="kind")]
+ForceSignal = Annotated[ConstantForce | SineForce | CycleForce | RecordedForce, Field(discriminator="kind")]

@@ -26,6 +26,7 @@ DIMENSIONS = {
     "density": Dimension("density", "kg/m3", '"1062 kg/m3" or "1.062 g/cm3"'),
     "inertia": Dimension("moment of inertia", "kg m2", '"1.2e-4 kg m2"', ("g mm2",)),
     "pressure": Dimension("pressure", "Pa", '"7.4 MPa" or "7.4e6 Pa"', ("kPa", "MPa", "GPa")),
+    "elastance": Dimension("elastance", "Pa/m3", '"1e7 Pa/m3" or "10 kPa/L"', ("kPa/L",)),
     "viscosity": Dimension("viscosity", "Pa s", '"3000 Pa s" or "3 kPa s"'),
     "angle": Dimension("angle", "rad", '"45 deg" or "0.785 rad"', ("deg",)),
     "curvature": Dimension("curvature", "rad/m", '"2.5 rad/m" or "2.5 1/m"'),

@@ -17,9 +17,9 @@ def drive_period(description: RobotDescription) -> float:
     """Shortest time [s] after which all motions and drives of the description repeat themselves.
 
     What turns at a constant rate repeats itself after a turn. A ramp is refused: the motion that a robot keeps does not
-    depend on how it was begun, and nothing repeats itself while the ramp lasts. Raises InputError for a ramp, where
-    nothing goes to and fro or round, where something slides away for ever, and where there is no common period of at
-    most 50 cycles of the fastest drive.
+    depend on how it was begun, and nothing repeats itself while the ramp lasts; and so is a recording. Raises
+    InputError for a ramp and a recording, where nothing goes to and fro or round, where something slides away for ever,
+    and where there is no common period of at most 50 cycles of the fastest drive.
     """
     found = drive_frequencies(description)
     if not found:
@@ -38,17 +38,20 @@ def drive_period(description: RobotDescription) -> float:
 def drive_frequencies(description: RobotDescription) -> dict[str, float]:
     """Frequency [Hz], by its path, of everything that is made to go to and fro or round.
 
-    Raises InputError for a ramp, and where something slides away for ever.
+    Raises InputError for a ramp, for a recording, and where something slides away for ever.
     """
     return dict(_frequencies(description))
 
 
 def _frequencies(description: RobotDescription) -> Iterator[tuple[str, float]]:
     for part, limb in {"body": description.body, **description.limbs}.items():
-        place = f"{'body' if part == 'body' else f'limbs.{part}'}.joint"
-        for path, signal in _signals(limb.joint, place):
+        place = "body" if part == "body" else f"limbs.{part}"
+        for path, signal in [*_signals(limb.joint, f"{place}.joint"), *_cranks(limb.loads, f"{place}.loads")]:
             if isinstance(signal, StrokeAngle) and signal.ramp:
                 raise InputError("what begins slowly does not repeat itself. Set it to 0 s.", field=f"{path}.ramp")
+            if signal.kind == "recording" and len(set(signal.values)) > 1:
+                why = "a recording does not repeat itself. Cut one period out of it and give that as a cycle."
+                raise InputError(why, field=f"{path}.values")
             moves = len(set(signal.values)) > 1 if signal.kind == "cycle" else getattr(signal, "amplitude", 0.0)
             if signal.kind in ("sine", "stroke", "cycle") and signal.frequency and moves:
                 yield f"{path}.frequency", signal.frequency
@@ -56,6 +59,15 @@ def _frequencies(description: RobotDescription) -> Iterator[tuple[str, float]]:
                 if isinstance(signal, RateLength):
                     raise InputError("what slides on and on never comes back. Give the period.", field=f"{path}.rate")
                 yield f"{path}.rate", abs(signal.rate) / (2 * math.pi)
+
+
+def _cranks(loads: dict[str, Any], place: str) -> Iterator[tuple[str, Any]]:
+    """Path and description of the signal of each jet's crank. Raises InputError for a motor."""
+    for name, load in loads.items():
+        if load.kind == "jet" and load.motor is not None:
+            raise InputError("a motor finds its own speed. Simulate the robot.", field=f"{place}.{name}.motor")
+        if load.kind == "jet":
+            yield f"{place}.{name}.crank", load.crank
 
 
 def _signals(joint: Any, place: str) -> Iterator[tuple[str, Any]]:

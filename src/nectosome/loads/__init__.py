@@ -12,6 +12,7 @@ from .buoyancy import Buoyancy, Weight
 from .contact import Contact
 from .drag import LumpedDrag, PlateDrag, StripDrag
 from .forces import LineForce, PointForce
+from .jet import Jet, Motor, Pulse
 from .leg import Leg, Stride
 from .springs import Damper, Flexure, Spring
 from .stoppers import LowerStop, UpperStop
@@ -24,12 +25,15 @@ __all__ = [
     "Damper",
     "Flexure",
     "GivenAddedMass",
+    "Jet",
     "Leg",
     "LineForce",
     "LowerStop",
     "LumpedDrag",
+    "Motor",
     "PlateDrag",
     "PointForce",
+    "Pulse",
     "SpheroidAddedMass",
     "Spring",
     "Stride",

@@ -13,7 +13,7 @@ from .robot import Robot, times
 from .rods import Rod
 from .strain import Bending, bending_of
 
-ADDED_MASS, VISCOUS, DRIVE = "added_mass", "viscous", "drive"
+ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE = "added_mass", "shape_change", "viscous", "drive"
 
 
 class Diagnosis(NamedTuple):
@@ -39,25 +39,26 @@ class Diagnosis(NamedTuple):
 def load_names(robot: Robot) -> tuple[str, ...]:
     """Names of all loads, in order, then of what the mechanism itself adds."""
     own = dict.fromkeys(a.name for a in robot.loads if not (isinstance(a.load, Load) and a.load.inertial))
-    return (*own, ADDED_MASS, VISCOUS, DRIVE)
+    reshaped = any(isinstance(a.load, Load) and a.load.reshapes for a in robot.loads)
+    return (*own, ADDED_MASS, *([SHAPE_CHANGE] if reshaped else []), VISCOUS, DRIVE)
 
 
-def energies(robot: Robot, t: Array, q: Array, v: Array) -> Float[Array, "3"]:
+def energies(robot: Robot, t: Array, x: State) -> Float[Array, "3"]:
     """Kinetic energy of the body, of the water it carries (relative to the current), elastic energy of the rods [J]."""
     tree = robot.tree
-    q, v, _ = tree.complete(t, q, v)
+    q, v, _ = tree.complete(t, x.q, x.v)
     shape = tree.shape(q)
     twist = tree.twists(shape, v)
     relative, _ = robot.relative(t, shape, twist, twist)
     elastic = jnp.zeros(())
     for part, place in zip(tree.parts, tree.layout, strict=True):
         if isinstance(part.body, Rod):
-            x = q[place.q][part.joint.nq :]
-            elastic += 0.5 * x @ part.body.stiffness @ x
+            bent = q[place.q][part.joint.nq :]
+            elastic += 0.5 * bent @ part.body.stiffness @ bent
     return jnp.stack(
         [
             0.5 * jnp.sum(twist * times(robot.inertia, twist)),
-            0.5 * jnp.sum(relative * times(robot.added, relative)),
+            0.5 * jnp.sum(relative * times(robot.carried(t, x.z)[0], relative)),
             elastic,
         ]
     )
@@ -94,6 +95,12 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
     # the carried water's kinetic energy counts as energy; only a current gives power through it
     c = dot_t(shape.rotation, robot.water.flow(t, shape.position)[0])
     power = power.at[names.index(ADDED_MASS)].set(jnp.sum(acting.fluid[:, 3:] * c, axis=-1))
+    if acting.reshaping is not None:
+        # of -dA/dt V the carried water's energy V A V / 2 takes one half, the other comes from what changes the shape
+        relative, _ = robot.relative(t, shape, twist, twist)
+        given = jnp.sum(acting.reshaping[:, 3:] * c, axis=-1) + 0.5 * jnp.sum(acting.reshaping * relative, axis=-1)
+        wrench = wrench.at[names.index(SHAPE_CHANGE)].set(acting.reshaping)
+        power = power.at[names.index(SHAPE_CHANGE)].set(given)
     power = by_part(power) + joint_power
 
     world = dot(shape.rotation, wrench[:, :, 3:])
@@ -104,8 +111,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
     local = times(robot.inertia, twist)
     linear = dot(shape.rotation, local[:, 3:])
     angular = dot(shape.rotation, local[:, :3]) + cross(shape.position, linear)
-    one = jnp.ones(())
-    energy, energy_rate = jax.jvp(lambda t, q, v: energies(robot, t, q, v), (t, x.q, x.v), (one, rate.q, rate.v))
+    energy, energy_rate = jax.jvp(lambda t, x: energies(robot, t, x), (t, x), (jnp.ones(()), rate))
     return Diagnosis(
         a=rate.v,
         position=shape.position,

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Mechanical
+from nectosome.core import Load, Mechanical
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import compose, dot, matmul3
 
@@ -28,7 +28,8 @@ def moves_in_plane(robot: Robot) -> bool:
     """Whether nothing of a robot can leave a plane: all joints turn about its normal or slide in it, nothing flows."""
     links = all(isinstance(part.body, Link) for part in robot.tree.parts)
     joints = all(isinstance(part.joint, Fixed | Revolute | Prismatic | Planar) for part in robot.tree.parts)
-    if not (links and joints and robot.water.current is None):
+    reshaped = any(isinstance(a.load, Load) and a.load.reshapes for a in robot.loads)
+    if not (links and joints and robot.water.current is None) or reshaped:
         return False
     return float(remembered(_lean, robot)) < _STRAIGHT
 

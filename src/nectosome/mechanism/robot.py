@@ -5,7 +5,8 @@ With the body twists $V = J v$ of all stations, the equations are
 $$ \sum J^T \left( \mathcal M (J \dot v + \dot J v) - ad^T_V \mathcal M V - w \right) + K q + D v - \tau = 0 $$
 
 where $\mathcal M$ holds the body's own inertia and the added mass (the latter with the velocity relative to the water)
-and w the wrenches of the loads (Boyer et al. 2021, eq. 44; Armanini et al. 2022).
+and w the wrenches of the loads (Boyer et al. 2021, eq. 44; Armanini et al. 2022). Where a load changes the shape of a
+body, the water's momentum A V changes with its added mass A too, which gives the wrench $-\dot A V$.
 """
 
 from typing import Any, NamedTuple
@@ -40,6 +41,7 @@ class Forces(NamedTuple):
     joint_forces: tuple[Array | None, ...]  # of each load on its part's joint
     joint: Float[Array, "nv"]  # their sum, by velocity
     fluid: Float[Array, "n 6"]  # inertia force of the added mass, the wrench the water gives, station frame
+    reshaping: Float[Array, "n 6"] | None  # the wrench it gives as the added mass changes; None where it never does
     inertia: Float[Array, "n 6"]  # rate of momentum of the body's own matter
     elastic: Float[Array, "nv"]  # K q of the rods
     viscous: Float[Array, "nv"]  # D v of the rods
@@ -54,7 +56,7 @@ class Robot(Mechanical):
     loads: tuple[Attached, ...]
     water: Water
     inertia: Float[Array, "n 6 6"]  # of the body's own matter, at each station
-    added: Float[Array, "n 6 6"]  # added mass
+    added: Float[Array, "n 6 6"]  # added mass, but for what loads change (see `carried`)
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
@@ -122,10 +124,12 @@ class Robot(Mechanical):
         momentum = times(self.inertia, twist)
         inertia = times(self.inertia, rate) + coadjoint(twist, momentum)
         relative, relative_rate = self.relative(t, shape, twist, rate)
-        momentum = times(self.added, relative)
-        fluid = -times(self.added, relative_rate) - coadjoint(relative, momentum)
+        added, growth = self.carried(t, x.z)
+        momentum = times(added, relative)
+        fluid = -times(added, relative_rate) - coadjoint(relative, momentum)
+        reshaping = None if growth is None else -times(growth, relative)
 
-        wrench = fluid - inertia
+        wrench = fluid - inertia if reshaping is None else fluid + reshaping - inertia
         joint = jnp.zeros(v.shape)
         wrenches, joint_forces = [], []
         for attached, z in zip(self.loads, x.z, strict=True):
@@ -154,8 +158,30 @@ class Robot(Mechanical):
             drive = drive.at[tree.free_v].add(u)
         residual = elastic + viscous - joint - drive - pull(wrench)[0]
         return Forces(
-            shape, twist, tuple(wrenches), tuple(joint_forces), joint, fluid, inertia, elastic, viscous, drive, residual
+            shape=shape,
+            twist=twist,
+            wrenches=tuple(wrenches),
+            joint_forces=tuple(joint_forces),
+            joint=joint,
+            fluid=fluid,
+            reshaping=reshaping,
+            inertia=inertia,
+            elastic=elastic,
+            viscous=viscous,
+            drive=drive,
+            residual=residual,
         )
+
+    def carried(self, t: Array, z: Any) -> tuple[Float[Array, "n 6 6"], Float[Array, "n 6 6"] | None]:
+        """Added mass of all stations with load states z, and its rate; None where it never changes."""
+        added, growth = self.added, None
+        for attached, own in zip(self.loads, z, strict=True):
+            if isinstance(attached.load, Load) and attached.load.reshapes:
+                now, rate = attached.load.carried(t, own, self.water)
+                first = self.tree.layout[attached.part].stations.start
+                growth = (jnp.zeros_like(added) if growth is None else growth).at[first].add(rate)
+                added = added.at[first].add(now)
+        return added, growth
 
     def relative(self, t: Array, shape: Shape, twist: Array, rate: Array) -> tuple[Array, Array]:
         """Twist relative to the water and its rate in the station's frame, after Morison: the water brings Dc/Dt."""
@@ -177,12 +203,12 @@ class Robot(Mechanical):
     def mass_bias(self, t: Array, x: State, u: Array | None = None) -> tuple[Array, Array]:
         """Mass matrix (added mass included) and bias of the unknown coordinates."""
         acting = self.forces(t, x, jnp.zeros_like(x.v), u)
-        return self.mass(acting.shape), acting.residual[self.tree.free_v]
+        return self.mass(acting.shape, self.carried(t, x.z)[0]), acting.residual[self.tree.free_v]
 
-    def mass(self, shape: Shape) -> Float[Array, "nv nv"]:
-        """Mass matrix (added mass included) of the unknown coordinates."""
+    def mass(self, shape: Shape, added: Float[Array, "n 6 6"]) -> Float[Array, "nv nv"]:
+        """Mass matrix, with this added mass, of the unknown coordinates."""
         J = self.columns(shape)
-        return jnp.einsum("vni,wni->vw", J, times(self.inertia + self.added, J))
+        return jnp.einsum("vni,wni->vw", J, times(self.inertia + added, J))
 
     def columns(self, shape: Shape) -> Float[Array, "nv n 6"]:
         """Body twists of all stations for unit velocities of the unknown coordinates."""

@@ -12,7 +12,7 @@ from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from nectosome import loads as ld
-from nectosome.core import Constant, Cycle, Rate, Signal, Sine, Stack, Stroke, UniformCurrent, Water
+from nectosome.core import Constant, Cycle, Rate, Recording, Signal, Sine, Stack, Stroke, UniformCurrent, Water
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot_t, rotation_from_rpy
 from nectosome.io import RobotDescription, get_value, numeric_paths, resolve, with_values
@@ -171,12 +171,22 @@ def _unit(xs) -> Float[Array, "3"]:
     return axis / jnp.sqrt(jnp.sum(axis * axis))
 
 
+_SIGNALS = {
+    "constant": Constant,
+    "rate": Rate,
+    "sine": Sine,
+    "stroke": Stroke,
+    "cycle": Cycle,
+    "recording": Recording,
+}
+
+
 def _signal(s) -> Signal:
     numbers = {n: getattr(s, n) for n in type(s).model_fields if n != "kind"}
     one: dict[str, Array | None] = {n: (_vector if isinstance(x, tuple) else _number)(x) for n, x in numbers.items()}
     if s.kind == "stroke" and _is_zero(s.ramp):
         one["ramp"] = None
-    return {"constant": Constant, "rate": Rate, "sine": Sine, "stroke": Stroke, "cycle": Cycle}[s.kind](**one)
+    return _SIGNALS[s.kind](**one)
 
 
 def _joint(j: dj.Joint) -> tuple[Joint, Signal | None, Signal | None]:
@@ -345,6 +355,18 @@ def _rod(limb: dp.Rod) -> Rod:
     )
 
 
+def _jet(j: dl.JetLoad, body: Link) -> ld.Jet:
+    """Pulsed jet; its vectors are in the frame of the part's first station."""
+    crank = _signal(j.crank) if j.motor is None else ld.Motor(**{n: _number(x) for n, x in j.motor})
+    return ld.Jet(
+        volume=_vector(j.volume),
+        **{n: _number(getattr(j, n)) for n in ("nozzle", "inlet", "bell", "wake", "elastance")},
+        direction=dot_t(body.rotation[0], _unit(j.direction)),
+        place=dot_t(body.rotation[0], _vector(j.place)),
+        crank=crank,
+    )
+
+
 def _load(load: dl.Load, limb: dp.Rigid | dp.Rod, body: Link | Rod):
     """Load of a description."""
     if isinstance(load, dl.DragLoad):
@@ -366,6 +388,9 @@ def _load(load: dl.Load, limb: dp.Rigid | dp.Rod, body: Link | Rod):
         return ld.CylinderAddedMass(_number(limb.length), _number(limb.radius), _number(load.coefficient))
     if isinstance(load, dl.LegLoad):
         return _leg(load, _on_centre(body, _vector(load.hip)))
+    if isinstance(load, dl.JetLoad):
+        assert isinstance(body, Link)
+        return _jet(load, body)
     if isinstance(load, dl.DistributedForceLoad):
         return ld.LineForce(_vector(load.force), load.frame == "body")
     station, arm = 0, jnp.zeros(3)

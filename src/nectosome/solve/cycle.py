@@ -11,7 +11,7 @@ from nectosome.core import STANDARD_GRAVITY, State, safe_norm
 from nectosome.core.remember import prepare
 from nectosome.core.se3 import matmul3
 from nectosome.mechanism import Diagnosis, Robot, load_names
-from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, VISCOUS
+from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS
 
 from .results import VARIABLES, Data, Names, blank, diagnose_all, labels
 
@@ -60,7 +60,7 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
       that body as it moves, of what the drives give. Near to the quasi-propulsive efficiency (Maertens et al. 2015),
       which tows at the mean speed. NaN where the body stays, or the drives give no power.
     - cost_of_transport $P/(m g U)$ with standard gravity (Gabrielli and von Karman 1950; Tucker 1975). NaN where the
-      body stays.
+      body stays. It and the efficiency are NaN where a load changes the shape: its power is not among the drives'.
 
     Works under jit, vmap and derivatives.
     """
@@ -70,7 +70,8 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
     power = jnp.sum(mean.reaction_power) + jnp.sum(mean.load_power[load_names(robot).index(DRIVE)])
     speed = safe_norm(d.position[-1, 0] - d.position[0, 0]) / times[-1]
     fastest = jnp.max(safe_norm(jax.lax.stop_gradient(once.velocity)))
-    goes = speed > _STAYS * fastest
+    # what turns the crank of a jet is no drive of a joint: its power is not told here
+    goes = (speed > _STAYS * fastest) & (SHAPE_CHANGE not in load_names(robot))
     return CycleMeans(
         velocity=mean.velocity,
         load_force=mean.load_force,
@@ -101,7 +102,7 @@ def _where(defined: Array, a: Array, b: Array) -> Array:
 
 def _towing(robot: Robot, mean: Diagnosis) -> Float[Array, ""]:
     """Power [W] that the loads on the root body take out."""
-    own = np.array([name not in (ADDED_MASS, VISCOUS, DRIVE) for name in load_names(robot)])
+    own = np.array([name not in (ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE) for name in load_names(robot)])
     return -jnp.sum(mean.load_power[own, 0])
 
 

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 
 from ..study import Kind, Part, Progress, Study, printed, score
-from . import swim
+from . import static_free, swim
 
 NAME = "poseidrone"
 TITLE = "PoseiDRONE"
@@ -14,9 +14,13 @@ ABOUT = (
     "the parameters of Table 1, and a thrust whose shape the standard errors of Table 1 tell."
 )
 _PARTS: dict[str, tuple[float, Callable[[bool, Progress], Part]]] = {  # share of the time that each takes
-    "swimming": (1.0, swim.part),
+    "swimming": (0.7, swim.part),
+    "held and free": (0.3, static_free.part),
 }
-_KINDS: dict[str, Kind] = {"poseidrone/swim/": "synthetic"}  # by the beginning of the row, else a prediction
+_KINDS: dict[str, Kind] = {
+    "poseidrone/swim/": "synthetic",
+    "poseidrone/static-free/": "synthetic",
+}  # by the beginning of the row, else a prediction
 
 
 def run(quick: bool, progress: Progress) -> Study:
