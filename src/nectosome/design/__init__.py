@@ -1,5 +1,7 @@
 """Design: constrained optimisation of motions from many starts, and sweeps; both survive being killed."""
 
+from nectosome.io.variables import Box, Variable, read_variable
+
 from .composite import ratio_of, young_of
 from .constraints import Constraint, Limit, MotorLine, read_constraint
 from .evolution import Evolution
@@ -16,7 +18,6 @@ from .result import Result, Start
 from .solvers import SOLVERS, describe_solver, make_solver
 from .sweep import sweep
 from .task import Evaluate, Evaluation, Outcome, Solver, Task
-from .variables import Box, Variable, read_variable
 from .workers import Workers
 
 __all__ = [

@@ -8,11 +8,11 @@ from typing import Any
 
 from nectosome.io import InputError, RobotDescription, apply_settings, did_you_mean, dump_robot, parse_robot, resolve
 from nectosome.io.errors import shorten
+from nectosome.io.variables import read_variable
 from nectosome.io.yaml_text import Key, read_text, read_yaml
 
 from .constraints import read_constraint
 from .problem import MotionDesign
-from .variables import read_variable
 
 
 @dataclass(frozen=True)

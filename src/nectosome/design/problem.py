@@ -22,6 +22,7 @@ from nectosome.io import (
     resolve,
     with_values,
 )
+from nectosome.io.variables import Box, Variable
 from nectosome.mechanism import moves_in_plane
 from nectosome.robots import blueprint_of, build
 from nectosome.solve import Symmetry, find_symmetry
@@ -31,7 +32,6 @@ from .plans import CyclePlan, Numbers, Plan, SteadyPlan, judge, judge_with_slope
 from .quantities import QUANTITIES
 from .record import Compute
 from .task import Evaluation, Task
-from .variables import Box, Variable
 
 _TOLD = ("speed", "torque", "power", "drive_rate")  # remembered of every evaluation
 FORWARD = {

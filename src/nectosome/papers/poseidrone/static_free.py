@@ -188,7 +188,7 @@ def motor_turns(description: RobotDescription) -> dict[str, tuple]:
     return {f"motor_{name}": ("moment", np.asarray(x), {"units": unit}) for name, (x, unit) in data.items()}
 
 
-def numbers(found: xr.Dataset) -> dict[str, float]:
+def numbers(found: xr.Dataset) -> dict[str, float | None]:
     """Scorecard numbers, of the robot file's own share and of still water."""
     here = found.sel(share=found.attrs["own_share"], wake=0.0)
     return {

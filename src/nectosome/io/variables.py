@@ -1,4 +1,4 @@
-"""Design variables: a quantity of the robot by its path, and the range in which it may be chosen."""
+"""Variables: a quantity of the robot by its path, and the range in which it may be chosen."""
 
 import re
 from dataclasses import dataclass
