@@ -51,3 +51,28 @@ def _errors(found: "xr.Dataset") -> Table:
             str(one["recording"].item()), *deviations, "fitted" if one["used"].item() == "train" else "held out"
         )
     return table
+
+
+def crawl_page(found: "xr.Dataset") -> Group:
+    """Return the page of what `gait_data` holds."""
+    best = float(found["discrepancy"].min())
+    said = f"discrepancy {best:.3g} after {count(found.sizes['evaluation'], 'evaluation')}: {found.attrs['ended']}"
+    title = Text("\n").join([Text(str(found.attrs["title"]), "bold"), Text(""), Text(said)])
+    table = columns("parameter", "best", "as good from", "to", "range", "")
+    for name in found["parameter"].values:
+        one = found.sel(parameter=name)
+        ends = f"{number(float(one['low']))} to {number(float(one['high']))} {one['unit'].item()}".strip()
+        told = "told" if bool(one["told"]) else ""
+        table.add_row(str(name), *(number(float(one[key])) for key in ("value", "good_low", "good_high")), ends, told)
+    tables = [table]
+    for k in range(found.sizes["trial"]):
+        reached = columns(f"trial {k + 1}", *map(str, found["feature"].values))
+        units = found["unit_of_feature"].values
+        for row in ("target", "reached"):
+            values = found[row].values[k]
+            reached.add_row(row, *(f"{x:.6g} {unit}" for x, unit in zip(values, units, strict=True)))
+        tables.append(reached)
+    good = count(int(found.attrs["good"]), "candidate")
+    same = f"as good, of a discrepancy of at most {found.attrs['as_good']:.3g}: {good}"
+    rank = f"the features tell {found.attrs['rank']} of {found.sizes['parameter']} directions in the ranges"
+    return page(title, tables, [same, rank, *json.loads(found.attrs["words"])])

@@ -1,4 +1,4 @@
-"""`nectosome identify`: parameters of a model, from recordings."""
+"""`nectosome identify`: parameters of a model, from recordings and from features of gaits."""
 
 import json
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from nectosome.cli.options import read_duration, read_quantity
+from nectosome.cli.options import read_count, read_duration, read_quantity
 from nectosome.cli.output import check_target, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io import InputError, did_you_mean, provenance, save_dataset
@@ -81,6 +81,81 @@ def swim(
 
         show_surge(data, plot)
     write(swim_page(data, recordings), *([f"written: {', '.join(written)}"] if written else []))
+
+
+@identify.command
+def crawl(
+    *,
+    target: Annotated[Path, Parameter(help="Gaits (.yaml): the robot, what is unknown, features to come to.")],
+    solver: Annotated[str, Parameter(help="cmaes, genetic, differential, or front, one objective a trial.")] = "cmaes",
+    seed: Annotated[str, Parameter(help="Other seeds search elsewhere.", allow_leading_hyphen=True)] = "0",
+    evaluations: Annotated[
+        str, Parameter(help="At most so many walks of each trial.", allow_leading_hyphen=True)
+    ] = "3000",
+    goal: Annotated[str, Parameter(help="It ends at this discrepancy (eq. 13).", allow_leading_hyphen=True)] = "1e-6",
+    out: Annotated[
+        Path | None, Parameter(help="Folder in which walks are kept; the same command goes on there.")
+    ] = None,
+    save: Annotated[Path | None, Parameter(help="Where parameters and motion go (.nc).")] = None,
+    plot: Annotated[Path | None, Parameter(help="Where the page with figures goes (.html).")] = None,
+) -> None:
+    """Find parameters with which a robot walks as it was seen to, and tell which of them its gait tells."""
+    most = read_count(evaluations, "--evaluations", least=1, most=10_000_000)
+    number = read_count(seed, "--seed", least=0, most=999_999_999)
+    enough = read_quantity(goal, "number", "--goal")
+    for file, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
+        if file is not None:
+            check_target(file, option, suffix)
+    from nectosome.identify import CmaEs, DifferentialEvolution, Genetic, ParetoFront, evolve, identifiability
+    from nectosome.identify.gait_files import load_gait_fit
+
+    fit = load_gait_fit(target)
+    ways = {
+        "cmaes": CmaEs,
+        "genetic": Genetic,
+        "differential": DifferentialEvolution,
+        "front": lambda: ParetoFront(objectives=len(fit.trials)),
+    }
+    if solver not in ways:
+        raise InputError(f'"{solver}" is no solver.{did_you_mean(solver, ways)}', field="--solver")
+    if solver == "front" and len(fit.trials) < 2:
+        raise InputError("front is between several trials, and there is one. Take another solver.", field="--solver")
+    several = solver == "front"
+    with progress_bar("walking") as update:
+        found = evolve(
+            fit.by_trial if several else fit.summed,
+            fit.ranges,
+            ways[solver](),
+            evaluations=most,
+            target=None if several else enough,
+            seed=number,
+            key=fit.key,
+            folder=out,
+            progress=lambda done, best: update(f"discrepancy {best:.2g}", done / most),
+        )
+        if found.best is None:
+            raise InputError("no candidate walks: none of them gave features.", file=str(target))
+        update("what the features tell", 1.0)
+        told = identifiability(fit.misfit, found.best)
+        walked = fit.walked(found.best[None])
+    from nectosome.cli.identification import crawl_page
+    from nectosome.identify.gait_results import gait_data
+
+    data = gait_data(fit, found, walked, told, max(10 * found.value, enough))
+    asked = {"target": target, "solver": solver, "seed": number, "evaluations": most, "goal": enough}
+    data.attrs |= {
+        "title": f"{fit.description.name}, to gaits of {target.name} by {solver}",
+        "words": json.dumps(told.words()),
+        "provenance": json.dumps(provenance({key: str(value) for key, value in asked.items()})),
+    }
+    written = [str(file) for file in (save, plot) if file is not None]
+    if save is not None:
+        save_dataset(data, save)
+    if plot is not None:
+        from nectosome.view import show_gait
+
+        show_gait(data, plot)
+    write(crawl_page(data), *([f"written: {', '.join(written)}"] if written else []))
 
 
 def _bare(text: str) -> bool:

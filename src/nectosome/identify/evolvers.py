@@ -36,7 +36,7 @@ class Evolver(ABC):
 
 @dataclass(frozen=True)
 class CmaEs(Evolver):
-    r"""CMA-ES (Hansen 2016) from the middle of the box, then restarts from anywhere (BIPOP, Hansen 2009).
+    r"""CMA-ES (Hansen 2016) from anywhere in the box, with restarts from elsewhere (BIPOP, Hansen 2009).
 
     Restarts alternate, so that both kinds get as many evaluations: larger populations, twice as many each time, see the
     coarse shape of the objective; small ones $\lambda_0 (\lambda / 2 \lambda_0)^{u^2}$ with steps $\sigma_0 10^{-2u'}$,
@@ -66,7 +66,7 @@ class CmaEs(Evolver):
             raise InputError("needs two parameters or more. Take DifferentialEvolution for one.", field="CmaEs")
         rng = np.random.default_rng(seed)
         first = self.population or 4 + int(3 * math.log(n))
-        size, start, spread, spent = first, np.full(n, 0.5), self.spread, [0, 0]
+        size, start, spread, spent = first, rng.uniform(size=n), self.spread, [0, 0]
         large, doublings = True, 0
         for _ in range(1 + self.restarts):
             strategy = covariance_strategy(start, spread, self.tolerance, size, rng, tolfun=0, tolfunhist=0)

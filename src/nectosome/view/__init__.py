@@ -1,8 +1,9 @@
 """What people look at: the report of all studies, the page of a run, recordings as they were read."""
 
 from .correction import show_correction
+from .gaits import show_gait
 from .recordings import show_recordings
 from .report import show_run, write_figures, write_report
 from .swimming import show_surge
 
-__all__ = ["show_correction", "show_recordings", "show_run", "show_surge", "write_figures", "write_report"]
+__all__ = ["show_correction", "show_gait", "show_recordings", "show_run", "show_surge", "write_figures", "write_report"]

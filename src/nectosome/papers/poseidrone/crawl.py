@@ -1,0 +1,185 @@
+"""Crawling: parameters from four features of the gait, what these tell, and other densities and buoyancies.
+
+The legs' geometry is not printed: that of `poseidrone.yaml` is one with which Table 3's features come out.
+"""
+
+import math
+from itertools import combinations, product
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Float
+
+from nectosome.identify import CmaEs, Evolved, Identifiability, Misfit, evolve, identifiability
+from nectosome.identify.gait import FEATURES, discrepancy
+from nectosome.identify.gait_fit import GaitFit, GaitTrial
+from nectosome.identify.gait_results import gait_data
+from nectosome.identify.walks import Walks
+from nectosome.io import with_values
+from nectosome.io.variables import read_variable
+from nectosome.robots import describe
+
+from ..study import Part, Progress
+
+TARGET = (
+    0.0074045,
+    1.9831,
+    0.0403,
+    0.1272,
+)  # amplitude [m], frequency [Hz], speed [m/s], height [m] of the experiments (section 4.3)
+FOUND = 0.0074043, 1.9829, 0.040302, 0.12719  # by the paper's genetic algorithm (section 4.4)
+PRINTED = 2.012e-8  # discrepancy of what it found
+MASS, WATER = 0.755, 1025.0  # kg, kg/m3
+BOX = {  # Table 3; damping from 0.01, since a leg without any never comes to rest
+    "k": "25 N/m .. 400 N/m",
+    "d_r": "0.01 .. 1.5",
+    "mu_s": "0.6 .. 0.9",
+    "mu_d": "0.6 .. 0.9",
+    "m_a": "0.755 kg .. 7.55 kg",
+    "J": "3e-4 kg m2 .. 0.018 kg m2",
+    "drag_area": f"{0.11 / WATER} m2 .. {145 / WATER} m2",
+    "rotational_drag": "1e-4 kg m2 .. 1 kg m2",
+    "lambda_t": "0 kg/m .. 0.08 kg/m",
+    "lambda_n": "0 kg/m .. 0.3 kg/m",
+}
+ROWS = ("k", "dr", "mu_s", "mu_d", "m_ac", "J", "Lambda_t", "Lambda_r", "lambda_t", "lambda_n")
+SEEDS, WALKS, CLOSE = 5, 3000, 1e-6  # searches, evaluations of each at most, and a discrepancy that counts as found
+DENSITIES = (1100.0, 1140.0, 1178.0, 1238.0, 1300.0)  # kg/m3
+DISTANCES, ANGLES = (0.05, 0.07, 0.09, 0.11, 0.13), (0.0, 6.3, 12.6, 18.9, 25.2)  # b [m], beta [deg]
+OWN, HELD_OUT = (1238.0, 0.09, 12.6), 1178.0
+_MODULE = ("volume", "limbs.module.offset.0", "limbs.module.offset.2")
+_HEAVE, _LEAN = 1e-3, math.radians(1.0)  # standard errors of tracked positions [m] and angles
+_RARELY = 0.05  # of the time: feet that are on the ground for less do not carry
+
+
+def module(density: float, distance: float, angle: float) -> dict[str, float]:
+    """Quantities of the buoyancy module at a mean density [kg/m3], a distance [m] and an angle [deg]."""
+    beta = math.radians(angle)
+    return dict(zip(_MODULE, (MASS / density, distance * math.sin(beta), distance * math.cos(beta)), strict=True))
+
+
+def fit() -> GaitFit:
+    """The crawler, Table 3's unknowns, and features at 1238 kg/m3."""
+    description = describe("poseidrone")
+    variables = tuple(read_variable(name, span, description) for name, span in BOX.items())
+    return GaitFit(description, variables, (GaitTrial(TARGET, module(*OWN)),))
+
+
+def part(quick: bool, progress: Progress) -> Part:
+    """Fits from several seeds, what they tell, the density held out, and gaits over density and buoyancy."""
+    of = fit()
+    seeds = 1 if quick else SEEDS
+    searches: list[Evolved] = []
+    for seed in range(seeds):
+
+        def tell(done: int, best: float, seed: int = seed) -> None:
+            progress(f"crawling, search {seed + 1} of {seeds}: {best:.1e}", 0.8 * (seed + done / WALKS) / seeds)
+
+        aim = CLOSE if quick else PRINTED
+        searches.append(evolve(of.summed, of.ranges, CmaEs(), evaluations=WALKS, target=aim, seed=seed, progress=tell))
+    best = np.stack([found.rows[np.argmin(found.values[:, 0])] for found in searches])
+    progress("what the gait tells", 0.8)
+    told = _told(of, best[0])
+    data = {
+        f"crawl_fit_{seed}": gait_data(of, found, of.walked(row[None]), told["features"], 10 * CLOSE)
+        for seed, (found, row) in enumerate(zip(searches, best, strict=True))
+    }
+    data["crawl_told"] = _told_data(told)
+    progress("gaits", 0.9)
+    data["crawl_gaits"] = gaits(of, best[0])
+    return Part(_numbers(of, searches, best, told, data["crawl_gaits"]), data)
+
+
+def gaits(of: GaitFit, theta: Float[np.ndarray, "n"]) -> xr.Dataset:
+    """Speed [m/s] and which feet carry, over density [kg/m3], distance b [m] and angle beta [rad]."""
+    robot = with_values(of.description, dict(zip(of.ranges.names, theta.tolist(), strict=True)))
+    grid = [*product(DENSITIES, DISTANCES, ANGLES)]
+    found = Walks(robot, _MODULE)(np.array([[*module(*each).values()] for each in grid]))
+    shape = len(DENSITIES), len(DISTANCES), len(ANGLES)
+    stands = np.isinf(found.fell)
+    carries = found.duty > _RARELY
+    over = ("density", "distance", "angle")
+    return xr.Dataset(
+        {
+            "speed": (over, np.where(stands, found.gait[:, 2], np.nan).reshape(shape), {"units": "m/s"}),
+            "feet": (over, np.where(stands, 2 * carries.sum(axis=1), 0).reshape(shape)),
+            "duty": ((*over, "pair"), found.duty.reshape(*shape, 2)),
+        },
+        {
+            "density": ("density", np.array(DENSITIES), {"units": "kg/m3"}),
+            "distance": ("distance", np.array(DISTANCES), {"units": "m"}),
+            "angle": ("angle", np.radians(ANGLES), {"units": "rad"}),
+            "pair": ["front", "rear"],
+        },
+    )
+
+
+def _told(of: GaitFit, theta: Float[np.ndarray, "n"]) -> dict[str, Identifiability]:
+    """What is told by features; with heave and surge over time; with lean, and at a second density too."""
+
+    def series(densities: tuple[float, ...], lean: bool) -> Misfit:
+        trials = tuple(GaitTrial(of.trials[0].target, module(rho, *OWN[1:])) for rho in densities)
+        several = GaitFit(of.description, of.variables, trials)
+        sizes = [_HEAVE, _HEAVE, _LEAN][: 3 if lean else 2]
+
+        def residuals(rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m r"]:
+            seen = [one.series[:, :, : len(sizes)] / sizes for one in several.walked(rows)]
+            return np.concatenate([x.reshape(len(rows), -1) for x in seen], axis=1)
+
+        return Misfit(residuals, of.ranges, step=of.misfit.step)
+
+    return {
+        "features": identifiability(of.misfit, theta),
+        "series": identifiability(series(OWN[:1], lean=False), theta),
+        "both": identifiability(series((OWN[0], HELD_OUT), lean=True), theta),
+    }
+
+
+def _told_data(told: dict[str, Identifiability]) -> xr.Dataset:
+    names = next(iter(told.values())).ranges.names
+    return xr.Dataset(
+        {
+            "error": (("data", "parameter"), np.stack([one.errors for one in told.values()])),
+            "rank": ("data", [one.rank for one in told.values()]),
+            "words": ("data", ["; ".join(one.words()) for one in told.values()]),
+        },
+        {"data": list(told), "parameter": list(names)},
+    )
+
+
+def _numbers(
+    of: GaitFit,
+    searches: list[Evolved],
+    best: Float[np.ndarray, "s n"],
+    told: dict[str, Identifiability],
+    gaits_: xr.Dataset,
+) -> dict[str, float | None]:
+    own = gaits_["speed"].sel(density=OWN[0], distance=OWN[1]).isel(angle=ANGLES.index(OWN[2]))
+    values = np.array([found.value for found in searches])
+    enough = [int(np.argmax(found.history <= CLOSE)) + 1 for found in searches if found.value <= CLOSE]
+    scale = np.where(np.array(of.ranges.names) == "drag_area", WATER, 1.0)
+    printed = discrepancy(np.array(FOUND), np.array(TARGET), np.array(np.inf), of.seconds)
+    return {
+        "poseidrone/eq13/printed": float(printed),
+        "poseidrone/crawl/fit/discrepancy": float(np.median(values)),
+        "poseidrone/crawl/fit/share": 100 * len(enough) / len(searches),
+        "poseidrone/crawl/fit/evaluations": float(np.median(enough)) if enough else None,
+        **{f"poseidrone/table3/{row}": float(x) for row, x in zip(ROWS, best[0] * scale, strict=True)},
+        **{
+            f"poseidrone/crawl/holdout/{row}": x
+            for row, x in zip(("a", "f", "speed", "height"), _held_out(of, best), strict=True)
+        },
+        **{f"poseidrone/crawl/identifiable/{what}": float(one.rank) for what, one in told.items()},
+        "poseidrone/gait/fastest": 100 * float(own / gaits_["speed"].max()),
+        **{f"poseidrone/table4/{which}/{what}": None for which in ("train", "test") for what in ("mean", "std", "max")},
+    }
+
+
+def _held_out(of: GaitFit, best: Float[np.ndarray, "s n"]) -> list[float | None]:
+    """By how much predictions of equally good fits differ at the density held out: median over pairs [percent]."""
+    if len(best) < 2:
+        return [None] * len(FEATURES)
+    other = GaitFit(of.description, of.variables, (GaitTrial(of.trials[0].target, module(HELD_OUT, *OWN[1:])),))
+    (walked,) = other.walked(best)
+    pairs = [100 * np.abs(a / b - 1) for a, b in combinations(walked.gait, 2)]
+    return np.median(pairs, axis=0).tolist()

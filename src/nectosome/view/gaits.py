@@ -1,0 +1,98 @@
+"""Figures of a fit of gaits: how it went, what it found in the ranges, and the motion it comes to.
+
+Data: as `identify.gait_results.gait_data` has it; of several fits one after the other.
+"""
+
+import json
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .page import panel_html, write_page
+from .style import BLACK, BLUE, CYCLE, GREY, VERMILLION, Panel, dress, plain
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def show_gait(found: "xr.Dataset", path: str | Path) -> None:
+    """Write a page with all figures. Raises InputError where it cannot."""
+    title = str(found.attrs["title"])
+    told = "".join(f"<li>{escape(words)}</li>" for words in json.loads(found.attrs["words"]))
+    parts = [f"<h1>{escape(title)}</h1>", f"<p>What the features tell:</p><ul>{told}</ul>"]
+    shown = [history_panel([found]), parameters_panel([found]), motion_panel(found)]
+    write_page(path, title, parts + [panel_html(panel, f"gait-{k}") for k, panel in enumerate(shown)])
+
+
+def history_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",), aim: float | None = None) -> Panel:
+    """The lowest discrepancy so far, and one that is aimed at."""
+    import plotly.graph_objects as go
+
+    fig = go.Figure()
+    for k, (found, name) in enumerate(zip(fits, names, strict=True)):
+        best = np.minimum.accumulate(found["discrepancy"].values)
+        line = {"color": CYCLE[k % len(CYCLE)], "shape": "hv"}
+        fig.add_scatter(x=np.arange(1, best.size + 1), y=best, mode="lines", line=line, name=plain(name or "lowest"))
+    if aim is not None:
+        fig.add_hline(y=aim, line={"color": BLACK, "dash": "dot", "width": 1}, annotation_text="printed")
+    fig.update_xaxes(title="walks")
+    fig.update_yaxes(title="lowest discrepancy (eq. 13)", type="log", exponentformat="power")
+    dress(fig, 360).update_layout(showlegend=len(fits) > 1)
+    return Panel("Search", "Sum of the squared relative errors of the features, of the best candidate so far.", fig)
+
+
+def parameters_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",)) -> Panel:
+    """Where in their ranges parameters are found, and where candidates that are as good lie."""
+    import plotly.graph_objects as go
+
+    fig = go.Figure()
+    for k, (found, name) in enumerate(zip(fits, names, strict=True)):
+        low, size = found["low"].values, (found["high"] - found["low"]).values
+        place = {key: 100 * (found[key].values - low) / size for key in ("value", "good_low", "good_high")}
+        bars = {
+            "array": place["good_high"] - place["value"],
+            "arrayminus": place["value"] - place["good_low"],
+            "thickness": 2,
+            "width": 3,
+        }
+        rows = np.arange(found.sizes["parameter"]) + 0.12 * (k - (len(fits) - 1) / 2)
+        marker = {"color": CYCLE[k % len(CYCLE)], "size": 8}
+        hover = [f"{x:.4g} {unit}" for x, unit in zip(found["value"].values, found["unit"].values, strict=True)]
+        fig.add_scatter(
+            x=place["value"],
+            y=rows,
+            error_x=bars,
+            mode="markers",
+            marker=marker,
+            name=plain(name or "best"),
+            text=hover,
+            hovertemplate="%{text}<extra></extra>",
+        )
+    labels = [plain(str(name)) for name in fits[0]["parameter"].values]
+    fig.update_yaxes(tickvals=list(range(len(labels))), ticktext=labels, autorange="reversed", zeroline=False)
+    fig.update_xaxes(title="place in the range (percent)", range=(-3, 103))
+    dress(fig, 120 + 34 * len(labels)).update_layout(showlegend=len(fits) > 1)
+    caption = "Dots: the best of each search. Bars: between them lie candidates that are as good."
+    return Panel("Parameters found", caption, fig)
+
+
+def motion_panel(found: "xr.Dataset") -> Panel:
+    """Heave, surge and lean of the best candidate in the window, trial by trial."""
+    from plotly.subplots import make_subplots
+
+    titles = ("heave (mm)", "surge (mm)", "lean (deg)")
+    fig = make_subplots(1, 3, subplot_titles=titles, horizontal_spacing=0.07)
+    for trial in range(found.sizes["trial"]):
+        line = {"color": (BLUE, VERMILLION, GREY, BLACK)[trial % 4], "width": 1.5}
+        one = found.isel(trial=trial)
+        values = 1e3 * one["heave"].values, 1e3 * one["surge"].values, np.degrees(one["lean"].values)
+        for col, y in enumerate(values, start=1):
+            name = f"trial {trial + 1}"
+            x = found["time"].values
+            fig.add_scatter(x=x, y=y, line=line, name=name, showlegend=col == 1, row=1, col=col)
+    fig.update_xaxes(title="time in the window (s)")
+    dress(fig, 340).update_layout(showlegend=found.sizes["trial"] > 1)
+    return Panel("Motion of the best candidate", "Simulated, in the last part of the walk.", fig)
