@@ -37,10 +37,11 @@ def history_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",), ai
         line = {"color": CYCLE[k % len(CYCLE)], "shape": "hv"}
         fig.add_scatter(x=np.arange(1, best.size + 1), y=best, mode="lines", line=line, name=plain(name or "lowest"))
     if aim is not None:
-        fig.add_hline(y=aim, line={"color": BLACK, "dash": "dot", "width": 1}, annotation_text="printed")
+        most = max(found.sizes["evaluation"] for found in fits)
+        fig.add_scatter(x=[1, most], y=[aim, aim], mode="lines", line={"color": BLACK, "dash": "dot"}, name="printed")
     fig.update_xaxes(title="walks")
     fig.update_yaxes(title="lowest discrepancy (eq. 13)", type="log", exponentformat="power")
-    dress(fig, 360).update_layout(showlegend=len(fits) > 1)
+    dress(fig, 360).update_layout(showlegend=len(fits) > 1 or aim is not None, margin_t=60)
     return Panel("Search", "Sum of the squared relative errors of the features, of the best candidate so far.", fig)
 
 
@@ -74,7 +75,7 @@ def parameters_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",))
     labels = [plain(str(name)) for name in fits[0]["parameter"].values]
     fig.update_yaxes(tickvals=list(range(len(labels))), ticktext=labels, autorange="reversed", zeroline=False)
     fig.update_xaxes(title="place in the range (percent)", range=(-3, 103))
-    dress(fig, 120 + 34 * len(labels)).update_layout(showlegend=len(fits) > 1)
+    dress(fig, 140 + 34 * len(labels)).update_layout(showlegend=len(fits) > 1, margin_l=130, margin_t=60)
     caption = "Dots: the best of each search. Bars: between them lie candidates that are as good."
     return Panel("Parameters found", caption, fig)
 

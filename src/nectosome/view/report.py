@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from nectosome.io import provenance
 
-from . import design, flagellum, jets, measurements, paddle, robot3d, series, swimming
+from . import crawling, design, flagellum, jets, measurements, paddle, robot3d, series, swimming
 from .page import panel_html, write_library, write_page, write_panel
 from .scorecard import summary, table
 from .style import Panel
@@ -59,7 +59,7 @@ class Study(Protocol):
 _PANELS: dict[str, Callable[[Study], list[Panel]]] = {
     "flagellum": lambda study: flagellum.panels(study.runs) + design.panels(study.data, study.runs),
     "paddle": lambda study: paddle.panels(study.data, study.runs),
-    "poseidrone": lambda study: [*swimming.panels(study.data), *jets.panels(study.data)],
+    "poseidrone": lambda study: [*swimming.panels(study.data), *jets.panels(study.data), *crawling.panels(study.data)],
     "measure": lambda study: measurements.panels(study.data),
 }
 
