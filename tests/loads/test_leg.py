@@ -100,7 +100,7 @@ def _rate(t, s):
     v, c = np.array([vx, vy]), 2 * ratio * np.sqrt(k * MASS)
     body = R.T @ v
     force = R @ (-0.5 * drag * np.abs(body) * body) + [0.0, -WEIGHT]
-    bx, _ = R @ [0.0196389, 0.0878311]
+    bx, _ = R @ [0.0196329, 0.0878325]
     moment = 0.609854604e-3 * 1025 * G * bx - turning * abs(w) * w
     stretch = []
     phi = OMEGA * t - np.pi / 2

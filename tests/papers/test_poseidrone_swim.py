@@ -11,10 +11,17 @@ from nectosome.robots import build, describe
 from nectosome.solve import simulate
 from nectosome.view import write_report
 
+OWN = ("poseidrone/table1/", "poseidrone/table2/", "poseidrone/swim/")
+
 
 @pytest.fixture(scope="module")
 def quick():
-    return study.run(True, lambda what, share: None)
+    """The study as if swimming were all of it."""
+    rows = {row: entry for row, entry in printed("poseidrone").items() if row.startswith(OWN)}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study, "_PARTS", {"swimming": (1.0, swim.part)})
+        patch.setattr(study, "printed", lambda name: rows)
+        return study.run(True, lambda what, share: None)
 
 
 def test_the_robot_that_ships_has_the_parameters_of_table_1_and_the_thrust():

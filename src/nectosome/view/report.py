@@ -56,10 +56,15 @@ class Study(Protocol):
         ...
 
 
+_POSEIDRONE = {  # by data that a part of the study leaves
+    "swim": swimming.panels,
+    "static_free": jets.panels,
+    "crawl_told": crawling.panels,
+}
 _PANELS: dict[str, Callable[[Study], list[Panel]]] = {
     "flagellum": lambda study: flagellum.panels(study.runs) + design.panels(study.data, study.runs),
     "paddle": lambda study: paddle.panels(study.data, study.runs),
-    "poseidrone": lambda study: [*swimming.panels(study.data), *jets.panels(study.data), *crawling.panels(study.data)],
+    "poseidrone": lambda study: [p for key, of in _POSEIDRONE.items() if key in study.data for p in of(study.data)],
     "measure": lambda study: measurements.panels(study.data),
 }
 
