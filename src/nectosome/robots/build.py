@@ -3,7 +3,7 @@
 Every number of the description may be a JAX tracer; only names, kinds and counts are looked at while tracing.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -90,8 +90,11 @@ def blueprint_of(description: RobotDescription, also: tuple[str, ...] = ()) -> t
     return Blueprint(_Plan(description, paths)), jnp.array([float(values[path]) for path in paths])
 
 
-def fill(blueprint: Blueprint, numbers: Float[Array, "n"]) -> Robot:
-    """Robot of a blueprint with these numbers, traced."""
+def fill(blueprint: Blueprint, numbers: Float[Array, "n"] | Sequence[Float[Array, ""]]) -> Robot:
+    """Robot of a blueprint with these numbers, traced.
+
+    Numbers one by one let a loop in which some of them change work out once what the others say.
+    """
     plan = blueprint.plan
     return _assemble(with_values(plan.description, {path: numbers[k] for k, path in enumerate(plan.paths)}))
 

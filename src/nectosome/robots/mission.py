@@ -11,19 +11,20 @@ from jaxtyping import Array, Float, Int
 from scipy.optimize import brentq
 
 from nectosome.core import State
+from nectosome.core.remember import remembered
 from nectosome.io import dump_robot, provenance
 from nectosome.io.describe_mission import Event, Mission, Mode
 from nectosome.io.paths import numeric_paths
 from nectosome.mechanism import moves_in_plane
 from nectosome.solve import pace
 
-from .build import blueprint_of, fill
+from .build import blueprint_of, build
 from .scheduled import Measures, Ramps, Scheduled, measured, measures
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_STRETCH = 500  # steps between looks at what happened
+_STRETCH = 100  # steps between looks at what happened
 _SAMPLE = 0.02  # s between the moments that results keep
 _SURE = 1e-9  # s, to which an event is located within its step
 
@@ -57,14 +58,12 @@ class Flown(NamedTuple):
         return next((p.time for p in self.passed if p.mode == mode), None)
 
 
-@eqx.filter_jit
-def _stretch(system: Scheduled, t: Array, x: State, step: Array, count: int) -> tuple[State, Measures]:
-    """States and measures after each of `count` steps."""
-    _, states = pace(system, t, x, step, count, keep=lambda x: x)
-    return states, measured(system, t + step * (1 + jnp.arange(count)), states)
+def _stretch(system: Scheduled, t: Array, x: State, step: Array) -> tuple[State, Measures]:
+    """States and measures after each of some steps."""
+    _, states = pace(system, t, x, step, _STRETCH, keep=lambda x: x)
+    return states, measured(system, t + step * (1 + jnp.arange(_STRETCH)), states)
 
 
-@eqx.filter_jit
 def _begin(system: Scheduled) -> tuple[State, Measures]:
     x = system.initial()
     return x, measures(system, jnp.zeros(()), x)
@@ -81,7 +80,7 @@ def run_mission(
     `progress(mode, share of the modes)` is called now and then; the mission ends where it returns False.
     """
     system = _system(mission)
-    x, now = _begin(system)
+    x, now = remembered(_begin, system)
     t, passed, reason = 0.0, [], ""
     kept = _Kept()
     for k, mode in enumerate(mission.modes):
@@ -92,7 +91,7 @@ def run_mission(
             if progress is not None and progress(mode.name, k / len(mission.modes)) is False:
                 reason = f"cancelled in {mode.name}"
                 break
-            states, seen = _stretch(system, jnp.asarray(t), x, jnp.asarray(step), _STRETCH)
+            states, seen = remembered(_stretch, system, jnp.asarray(t), x, jnp.asarray(step))
             times = t + step * (1 + np.arange(_STRETCH))
             hit, broken = _first(mode, seen, times - began), np.flatnonzero(~np.isfinite(np.asarray(seen.z)))
             if broken.size and (hit is None or broken[0] <= hit):
@@ -123,8 +122,8 @@ class _Kept:
 
     def add(self, mode: int, system: Scheduled, times: Float[np.ndarray, "n"], seen: Measures) -> None:
         ramps = jax.tree.map(np.asarray, system.ramps)
-        values = np.stack([_at(ramps, t) for t in times]) if times.size else np.zeros((0, ramps.start.size))
-        self.pieces.append((times, jax.tree.map(np.asarray, seen), values, np.full(times.size, mode)))
+        seen = jax.tree.map(np.asarray, seen)
+        self.pieces.append((times, seen, _at(ramps, times[:, None]), np.full(times.size, mode)))
 
     def flown(self, mission: Mission, passed: tuple[Passed, ...], reason: str) -> Flown:
         time, seen, values, mode = jax.tree.map(lambda *x: np.concatenate(x), *self.pieces)
@@ -142,11 +141,11 @@ def _system(mission: Mission) -> Scheduled:
     blueprint, numbers = blueprint_of(mission.robot, paths)
     varying = tuple(blueprint.paths.index(path) for path in paths)
     values, none = numbers[jnp.array(varying, dtype=int)], jnp.zeros(len(paths))
-    flat = moves_in_plane(fill(blueprint, numbers))
+    flat = moves_in_plane(build(mission.robot))
     return Scheduled(blueprint, numbers, varying, Ramps(values, values, none, none), flat)
 
 
-def _at(ramps: Ramps, t: float) -> Float[np.ndarray, "k"]:
+def _at(ramps: Ramps, t: float | Float[np.ndarray, "n 1"]) -> Float[np.ndarray, "*n k"]:
     """Values of ramps, without JAX."""
     share = np.where(ramps.seconds > 0, (t - ramps.since) / np.where(ramps.seconds > 0, ramps.seconds, 1.0), 1.0)
     return np.asarray(ramps.start + np.clip(share, 0.0, 1.0) * (ramps.end - ramps.start))
@@ -203,8 +202,8 @@ def _locate(
     """Moment within the step after t at which the first event happens, state and measures there, and the event."""
 
     def ahead(h: float) -> tuple[State, Measures]:
-        states, seen = _stretch(system, jnp.asarray(t), x, jnp.asarray(h), 1)
-        return jax.tree.map(lambda a: a[0], states), jax.tree.map(lambda a: a[0], seen)
+        states, seen = remembered(_stretch, system, jnp.asarray(t), x, jnp.asarray(h))  # of which the first counts
+        return jax.tree.map(lambda a: a[0], (states, seen))
 
     def over(event: Event, h: float) -> float:
         return float(_over(event, ahead(h)[1], np.asarray(t + h - began)))

@@ -44,7 +44,7 @@ class Scheduled(System):
     def robot(self, t: Float[Array, ""]) -> Robot:
         """The robot as it is at time t."""
         now = dict(zip(self.varying, self.ramps.at(t), strict=True))
-        return fill(self.blueprint, jnp.stack([now.get(i, x) for i, x in enumerate(self.numbers)]))
+        return fill(self.blueprint, [now.get(i, x) for i, x in enumerate(self.numbers)])
 
     def initial(self) -> State:
         """State to start from, with the numbers as they are then."""
