@@ -16,7 +16,7 @@ from nectosome.io.settings import parse_setting
 from nectosome.io.validate import line_of, validate_as
 from nectosome.io.yaml_text import Key, read_text, read_yaml
 
-Happening = Literal["touchdown", "liftoff", "surface", "wall"]
+Happening = Literal["touchdown", "liftoff", "surface", "low_wall", "high_wall"]
 Place = Literal["x", "z", "pitch"]
 _LENGTH, _ANGLE = Quantity("length"), Quantity("angle")
 _PLACES: dict[str, Quantity] = {"x": _LENGTH, "z": _LENGTH, "pitch": _ANGLE}
@@ -29,7 +29,7 @@ class ModeDescription(Described):
 
     A value is reached at once, or evenly `in` a time: `0.61 L in 10 s`. `until` is a time in the mode (`20 s`),
     `touchdown` or `liftoff` (of the first, of the last foot), `surface` (the robot's top comes out of the water),
-    `wall` (its bumper touches one), a place such as `x > 0.9 m`, `z < 20 cm` or `pitch > 10 deg` of the body, or a
+    `low_wall` or `high_wall` (its bumper touches that at the smaller, at the larger x), a place such as `x > 0.9 m`, `z < 20 cm` or `pitch > 10 deg` of the body, or a
     list of these, of which the first counts. Where that does not come within `longest` [s] the mission ends.
     """
 
@@ -157,9 +157,9 @@ def _check_possible(happening: Happening, robot: RobotDescription) -> None:
     lacks = {
         "touchdown": [("legs", "leg" in loads), ("a floor in its water", water.floor is not None)],
         "surface": [("a surface of its water", water.surface is not None)],
-        "wall": [("a bumper", "bumper" in loads), ("walls in its water", water.walls is not None)],
+        "low_wall": [("a bumper", "bumper" in loads), ("walls in its water", water.walls is not None)],
     }
-    lacks["liftoff"] = lacks["touchdown"]
+    lacks |= {"liftoff": lacks["touchdown"], "high_wall": lacks["low_wall"]}
     for what, there in lacks[happening]:
         if not there:
             raise InputError(f"{robot.name} has no {happening}: it lacks {what}.")

@@ -1,7 +1,8 @@
 """Missions: a robot that goes from mode to mode, as time passes and things happen."""
 
+import json
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -178,10 +179,8 @@ def _over(event: Event, seen: Measures, since: Float[np.ndarray, "n"]) -> Float[
         return since - event.limit
     if event.kind in ("touchdown", "liftoff"):
         return np.asarray(seen.feet) * (1 if event.kind == "touchdown" else -1)
-    if event.kind == "surface":
-        return np.asarray(seen.top)
-    if event.kind == "wall":
-        return np.asarray(seen.wall)
+    if event.kind in ("surface", "low_wall", "high_wall"):
+        return np.asarray(getattr(seen, event.kind))
     return (np.asarray(getattr(seen, event.kind)) - event.limit) * (-1 if event.below else 1)
 
 
@@ -218,8 +217,8 @@ def _locate(
     return t + h, state, now, event
 
 
-def mission_data(flown: Flown) -> "xr.Dataset":
-    """A mission as labelled data, every 20 ms and at its events.
+def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Dataset":
+    """A mission as labelled data, every 20 ms and at its events; `settings` go into its provenance.
 
     `x`, `z` [m], `pitch` [rad], `surge`, `climb` [m/s], `mode` (time); `quantity_value` (time, quantity) of what modes
     set, with `quantity_unit`; `event_time` [s], `event`, `event_mode` (event). Attributes: robot, mission, status,
@@ -234,8 +233,7 @@ def mission_data(flown: Flown) -> "xr.Dataset":
     units = {"x": "m", "z": "m", "pitch": "rad", "surge": "m/s", "climb": "m/s"}
     known = numeric_paths(robot)
     names = np.array([mode.name for mode in flown.mission.modes], dtype=str)
-    of_events = zip(*flown.passed, strict=True) if flown.passed else ([], [], [])
-    modes, told, times = of_events
+    modes, told, times = zip(*flown.passed, strict=True) if flown.passed else ([], [], [])
     return xr.Dataset(
         {name: ("time", getattr(seen, name)[rows], {"units": unit}) for name, unit in units.items()}
         | {
@@ -256,12 +254,6 @@ def mission_data(flown: Flown) -> "xr.Dataset":
             "mission": flown.mission.text,
             "status": "SOLVED" if not flown.reason else "STOPPED",
             "status_reason": flown.reason or "every mode came to its end",
-            "provenance": _provenance(),
+            "provenance": json.dumps(provenance(settings or {})),
         },
     )
-
-
-def _provenance() -> str:
-    import json
-
-    return json.dumps(provenance({}))

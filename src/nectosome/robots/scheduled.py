@@ -65,8 +65,9 @@ class Measures(NamedTuple):
     surge: Float[Array, "*n"]  # velocity along the world's x [m/s]
     climb: Float[Array, "*n"]  # along z [m/s]
     feet: Float[Array, "*n"]  # how deep the foot that is deepest is in the floor [m]; -inf where there is none
-    top: Float[Array, "*n"]  # how high the highest station's edge is over the surface [m]; -inf without one
-    wall: Float[Array, "*n"]  # how deep a bumper is in a wall [m]; -inf where there is none
+    surface: Float[Array, "*n"]  # how high the highest station's edge is over the surface [m]; -inf without one
+    low_wall: Float[Array, "*n"]  # how deep a bumper is in the wall at the smaller x [m]; -inf where there is none
+    high_wall: Float[Array, "*n"]  # and in that at the larger x
 
 
 def measures(system: Scheduled, t: Float[Array, ""], x: State) -> Measures:
@@ -77,7 +78,7 @@ def measures(system: Scheduled, t: Float[Array, ""], x: State) -> Measures:
     shape = tree.shape(q)
     R, p = shape.rotation, shape.position
     velocity = R[0] @ tree.twists(shape, v)[0, 3:]
-    feet, wall, top = [none], [none], none
+    feet, walls, top = [none], [jnp.stack([none, none])], none
     for attached, z in zip(robot.loads, x.z, strict=True):
         first, load = tree.layout[attached.part].stations.start, attached.load
         if isinstance(load, Leg) and water.floor is not None:
@@ -85,11 +86,12 @@ def measures(system: Scheduled, t: Float[Array, ""], x: State) -> Measures:
             arm = load.hip + jnp.stack([ahead, jnp.zeros(()), above])
             feet.append(water.floor - p[first, 2] - R[first, 2] @ arm)
         if isinstance(load, Bumper) and water.walls is not None:
-            wall.append(jnp.max(load.depths(p[first, 0], water)))
+            walls.append(load.depths(p[first, 0], water))
     if water.surface is not None:
         half = jnp.concatenate([part.body.half_width for part in tree.parts])
         edge = jnp.sqrt(jnp.sum((half * R[:, 2, 1:]) ** 2, axis=1))
         top = jnp.max(p[:, 2] + edge) - water.surface
+    low, high = jnp.max(jnp.stack(walls), axis=0)
     return Measures(
         x=p[0, 0],
         z=p[0, 2],
@@ -97,8 +99,9 @@ def measures(system: Scheduled, t: Float[Array, ""], x: State) -> Measures:
         surge=velocity[0],
         climb=velocity[2],
         feet=jnp.max(jnp.stack(feet)),
-        top=top,
-        wall=jnp.max(jnp.stack(wall)),
+        surface=top,
+        low_wall=low,
+        high_wall=high,
     )
 
 

@@ -1,8 +1,17 @@
 """What people look at: the report of all studies, the page of a run, recordings as they were read."""
 
 from .correction import show_correction
+from .mission import show_mission
 from .recordings import show_recordings
 from .report import show_run, write_figures, write_report
 from .swimming import show_surge
 
-__all__ = ["show_correction", "show_recordings", "show_run", "show_surge", "write_figures", "write_report"]
+__all__ = [
+    "show_correction",
+    "show_mission",
+    "show_recordings",
+    "show_run",
+    "show_surge",
+    "write_figures",
+    "write_report",
+]
