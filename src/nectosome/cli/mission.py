@@ -9,7 +9,7 @@ from rich.text import Text
 
 from nectosome.cli.options import read_duration
 from nectosome.cli.output import check_target, tell, write
-from nectosome.cli.page import columns, number, page
+from nectosome.cli.page import columns, ending, number, page
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import InputError, save_dataset
 
@@ -76,10 +76,11 @@ def _told(found: "xr.Dataset") -> Any:
     """Modes and their events, and where the robot came."""
     table = columns("mode", "ended by", "at", "x", "z", "mean surge", "unit")
     began, start = 0.0, found["x"].values[0]
-    for name, event, time in zip(found["event_mode"].values, found["event"].values, found["event_time"].values, strict=True):
+    passed = (found[name].values for name in ("event_mode", "event", "event_time"))
+    for name, event, time in zip(*passed, strict=True):
         here = found.isel(time=int(abs(found["time"].values - time).argmin()))
         x, z = float(here["x"]), float(here["z"])
         surge = number((x - start) / (time - began)) if time > began else ""
         table.add_row(str(name), str(event), number(float(time)), number(x), number(z), surge, "s, m, m/s")
         began, start = float(time), x
-    return page(Text(found.attrs["title"], "bold"), [table], [f"status: {found.attrs['status']}, {found.attrs['status_reason']}"])
+    return page(Text(found.attrs["title"], "bold"), [table], [ending(found.attrs)])

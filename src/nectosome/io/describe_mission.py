@@ -17,7 +17,6 @@ from nectosome.io.validate import line_of, validate_as
 from nectosome.io.yaml_text import Key, read_text, read_yaml
 
 Happening = Literal["touchdown", "liftoff", "surface", "low_wall", "high_wall"]
-Place = Literal["x", "z", "pitch"]
 _LENGTH, _ANGLE = Quantity("length"), Quantity("angle")
 _PLACES: dict[str, Quantity] = {"x": _LENGTH, "z": _LENGTH, "pitch": _ANGLE}
 _DURATION = Quantity("time", minimum=0)
@@ -29,8 +28,9 @@ class ModeDescription(Described):
 
     A value is reached at once, or evenly `in` a time: `0.61 L in 10 s`. `until` is a time in the mode (`20 s`),
     `touchdown` or `liftoff` (of the first, of the last foot), `surface` (the robot's top comes out of the water),
-    `low_wall` or `high_wall` (its bumper touches that at the smaller, at the larger x), a place such as `x > 0.9 m`, `z < 20 cm` or `pitch > 10 deg` of the body, or a
-    list of these, of which the first counts. Where that does not come within `longest` [s] the mission ends.
+    `low_wall` or `high_wall` (its bumper touches that at the smaller, at the larger x), a place of the body such as
+    `x > 0.9 m`, `z < 20 cm` or `pitch > 10 deg`, or a list of these, of which the first counts. Where none comes
+    within `longest` [s] the mission ends.
     """
 
     name: Name
@@ -50,7 +50,7 @@ class Event(NamedTuple):
     """What ends a mode: a time in it [s], something that happens, or a place that is passed."""
 
     told: str
-    kind: Literal["time"] | Happening | Place
+    kind: str  # "time", a `Happening`, or one of x, z, pitch
     limit: float = 0.0  # [s, m or rad]
     below: bool = False  # a place has to be below its limit
 
@@ -92,7 +92,9 @@ def parse_mission(text: str, robot: RobotDescription, source: str = "mission") -
     modes = []
     for k, mode in enumerate(found.modes):
         if mode.name in seen:
-            raise _mistake(f"there is a mode of this name before, number {seen[mode.name]}.", ("modes", k, "name"), source, lines)
+            raise _mistake(
+                f"there is a mode of this name before, number {seen[mode.name]}.", ("modes", k, "name"), source, lines
+            )
         seen[mode.name] = k + 1
         changes: dict[str, Change] = {}
         for name, value in mode.set.items():

@@ -1,4 +1,4 @@
-r"""What the nearness of the floor adds to a rigid body's added mass and drag."""
+"""What the nearness of the floor adds to a rigid body's added mass and drag."""
 
 from typing import Any
 
@@ -11,11 +11,12 @@ from nectosome.core import Load, Strips, Water
 class NearFloor(Load):
     r"""Added mass and drag that come on as a body nears the floor, by its height h over it.
 
-    The share $s(h)$ is 1 up to `full`, 0 from `none` on, and $1 - 3 x^2 + 2 x^3$ between, x = (h - full)/(none - full).
-    Drag is $F_i = -\tfrac12 s \rho A_i |v_i| v_i$, $M_i = -s c_i |w_i| w_i$. Added mass s m (diagonal, body frame) makes
-    the water's kinetic energy $T = \tfrac12 s\, v \cdot m v$ depend on the place, so that Lagrange's equations ask for
-    $\partial T/\partial h = \tfrac12 s'(h)\, v \cdot m v$ upwards beside the change of momentum (Lamb 1932, art. 136-137):
-    without it, energy would come from nowhere. Nothing without a floor.
+    The share $s(h)$ is 1 up to `full`, 0 from `none` on, and $1 - 3 x^2 + 2 x^3$ between, with
+    $x = (h - full)/(none - full)$. Drag is $F_i = -\tfrac12 s \rho A_i |v_i| v_i$, $M_i = -s c_i |w_i| w_i$. Added mass
+    s m, diagonal in the body's frame, makes the water's kinetic energy $T = \tfrac12 s\, v \cdot m v$ depend on the
+    place, so that Lagrange's equations ask for $\partial T/\partial h = \tfrac12 s'(h)\, v \cdot m v$ upwards beside
+    the change of momentum (Lamb 1932, art. 136-137): without it, energy would come from nowhere. Nothing without a
+    floor.
     """
 
     mass: Float[Array, "3"]  # m along local x, y, z [kg]

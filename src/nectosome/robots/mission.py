@@ -170,7 +170,7 @@ _LONGEST = "longest"
 
 def _ends(mode: Mode) -> tuple[Event, ...]:
     """What ends a mode, its longest time last."""
-    return (*mode.until, Event(_LONGEST, _LONGEST, mode.longest))  # pyright: ignore[reportArgumentType]
+    return (*mode.until, Event(_LONGEST, _LONGEST, mode.longest))
 
 
 def _over(event: Event, seen: Measures, since: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
@@ -210,11 +210,16 @@ def _locate(
     found = []
     for event in _ends(mode):
         if over(event, step) >= 0:
-            h = 0.0 if over(event, 0.0) >= 0 else float(brentq(lambda h, e=event: over(e, h), 0.0, step, xtol=_SURE))
+            h = 0.0 if over(event, 0.0) >= 0 else _zero(lambda h, e=event: over(e, h), step)
             found.append((h, event))
     h, event = min(found, key=lambda pair: pair[0])
     state, now = ahead(h)
     return t + h, state, now, event
+
+
+def _zero(f: Callable[[float], float], step: float) -> float:
+    """Where f crosses 0 within a step."""
+    return float(brentq(f, 0.0, step, xtol=_SURE))  # pyright: ignore[reportArgumentType]
 
 
 def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Dataset":

@@ -51,10 +51,8 @@ def mission_panel(found: "xr.Dataset") -> Panel:
     fig.update_xaxes(title="time (s)", row=len(rows), col=1)
     dress(fig, 760).update_layout(margin_t=64, margin_l=96)
     _ribbon(fig, found)
-    events = ", ".join(
-        f"{plain(mode)} until {plain(event)} at {t:.2f} s"
-        for mode, event, t in zip(found["event_mode"].values, found["event"].values, found["event_time"].values, strict=True)
-    )
+    passed = zip(*(found[name].values for name in ("event_mode", "event", "event_time")), strict=True)
+    events = ", ".join(f"{mode} until {event} at {t:.2f} s" for mode, event, t in passed)
     caption = (
         f"Simulated, with a schedule that is synthetic: {events}. Surge speed as it is, and in red the mean over "
         f"{_SMOOTH:g} s; it is negative towards -x."
