@@ -21,7 +21,9 @@ body:
 
 def test_a_wall_gives_a_body_back_its_speed():
     """Half a period pi sqrt(m/k) of a spring that is v sqrt(m/k) = 5 cm deep, from 0.2 s on; to and fro without end."""
-    run = simulate(build(parse_robot(BOAT.format(damping=0))), 4.0, rtol=1e-9, atol=1e-11, method="explicit", samples=4001)
+    run = simulate(
+        build(parse_robot(BOAT.format(damping=0))), 4.0, rtol=1e-9, atol=1e-11, method="explicit", samples=4001
+    )
     t, x, v = np.asarray(run.value.time), np.asarray(run.value.state.q)[:, 0], np.asarray(run.value.state.v)[:, 0]
     turn = np.pi * np.sqrt(2 / 200)
     assert x.max() == pytest.approx(0.95, abs=1e-6)

@@ -26,13 +26,17 @@ body:
     water: {{kind: given_added_mass, mass: [0.5 kg, 0.5 kg, 0.5 kg]}}
     ground: {{kind: near_floor, mass: [3 kg, 4 kg, {across} kg], full: 0.3 m, none: 0.8 m}}
 """
-FREE = "{kind: free, start: {velocity: [0.3 m/s, 0.1 m/s, -0.5 m/s], angular_velocity: [0.1 rad/s, 2 rad/s, 0.3 rad/s]}}"
+FREE = (
+    "{kind: free, start: {velocity: [0.3 m/s, 0.1 m/s, -0.5 m/s], angular_velocity: [0.1 rad/s, 2 rad/s, 0.3 rad/s]}}"
+)
 PLANAR = "{kind: planar, axis: [0, -1, 0], start: {velocity: [0.3 m/s, 0 m/s, -0.5 m/s]}}"
 
 
 def test_a_body_that_passes_into_thicker_water_keeps_energy_and_what_is_level_of_its_momentum():
     """(m + s m_a) v_x stays as it is, and T = (m + s m_a) v^2/2; there is nothing that pushes along x."""
-    run = simulate(build(parse_robot(BODY.format(joint=PLANAR, across=3))), 1.8, rtol=1e-10, atol=1e-12, method="explicit")
+    run = simulate(
+        build(parse_robot(BODY.format(joint=PLANAR, across=3))), 1.8, rtol=1e-10, atol=1e-12, method="explicit"
+    )
     q, v = np.asarray(run.value.state.q), np.asarray(run.value.state.v)
     x = np.clip((q[:, 1] + 1 - 0.3) / 0.5, 0, 1)
     mass = 2.5 + 3 * (1 - 3 * x**2 + 2 * x**3)
@@ -44,7 +48,9 @@ def test_a_body_that_passes_into_thicker_water_keeps_energy_and_what_is_level_of
 
 def test_powers_balance_of_a_body_that_tumbles_towards_the_floor():
     """Added mass that differs by direction and turns with the body: energy to 1e-7, at every moment to rounding."""
-    run = simulate(build(parse_robot(BODY.format(joint=FREE, across=1))), 1.5, rtol=1e-10, atol=1e-12, method="explicit")
+    run = simulate(
+        build(parse_robot(BODY.format(joint=FREE, across=1))), 1.5, rtol=1e-10, atol=1e-12, method="explicit"
+    )
     ds = run.to_dataset()
     energy = ds["energy"].sum("form").values
     assert ds["energy"].sel(form="water").values[-1] > 2 * ds["energy"].sel(form="water").values[0]

@@ -20,7 +20,7 @@ from nectosome.mechanism import moves_in_plane
 from nectosome.solve import pace
 
 from .build import blueprint_of, build
-from .scheduled import Measures, Ramps, Scheduled, measured, measures
+from .scheduled import Measures, Ramps, Scheduled, measured
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,7 +67,7 @@ def _stretch(system: Scheduled, t: Array, x: State, step: Array) -> tuple[State,
 
 def _begin(system: Scheduled) -> tuple[State, Measures]:
     x = system.initial()
-    return x, measures(system, jnp.zeros(()), x)
+    return x, measured(system, jnp.zeros(1), jax.tree.map(lambda a: a[None], x))
 
 
 def run_mission(
@@ -86,7 +86,7 @@ def run_mission(
     kept = _Kept()
     for k, mode in enumerate(mission.modes):
         system = eqx.tree_at(lambda s: s.ramps, system, _changed(mission, system.ramps, mode, t))
-        kept.add(k, system, np.array([t]), jax.tree.map(lambda a: a[None], now))
+        kept.add(k, system, np.array([t]), now)
         began, event = t, _standing(mode, now)
         while event is None and not reason:
             if progress is not None and progress(mode.name, k / len(mission.modes)) is False:
@@ -104,7 +104,7 @@ def run_mission(
                 t, x = float(times[count - 1]), jax.tree.map(lambda a, n=count: a[n - 1], states)
             if hit is not None and not reason:
                 t, x, now, event = _locate(system, mode, t, x, step, began)
-                kept.add(k, system, np.array([t]), jax.tree.map(lambda a: a[None], now))
+                kept.add(k, system, np.array([t]), now)
         if event is not None and event.kind == "longest":
             wanted = " or ".join(e.told for e in mode.until)
             reason = f"{mode.name} took longer than {mode.longest:g} s without coming to {wanted}"
@@ -186,7 +186,7 @@ def _over(event: Event, seen: Measures, since: Float[np.ndarray, "n"]) -> Float[
 
 def _standing(mode: Mode, now: Measures) -> Event | None:
     """Event of a mode that stands already as it begins."""
-    return next((event for event in _ends(mode) if _over(event, now, np.zeros(())) >= 0), None)
+    return next((event for event in _ends(mode) if _over(event, now, np.zeros(1))[0] >= 0), None)
 
 
 def _first(mode: Mode, seen: Measures, since: Float[np.ndarray, "n"]) -> int | None:
@@ -202,10 +202,10 @@ def _locate(
 
     def ahead(h: float) -> tuple[State, Measures]:
         states, seen = remembered(_stretch, system, jnp.asarray(t), x, jnp.asarray(h))  # of which the first counts
-        return jax.tree.map(lambda a: a[0], (states, seen))
+        return jax.tree.map(lambda a: a[0], states), jax.tree.map(lambda a: a[:1], seen)
 
     def over(event: Event, h: float) -> float:
-        return float(_over(event, ahead(h)[1], np.asarray(t + h - began)))
+        return float(_over(event, ahead(h)[1], np.array([t + h - began]))[0])
 
     found = []
     for event in _ends(mode):

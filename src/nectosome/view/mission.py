@@ -24,7 +24,8 @@ def show_mission(found: "xr.Dataset", path: str | Path) -> None:
     """Write a page about one mission, whole or not at all. Raises InputError where it cannot be written."""
     title = str(found.attrs["title"])
     parts = [f"<h1>{escape(title)}</h1>", f"<p>{escape(str(found.attrs['status_reason']))}</p>"]
-    write_page(path, title, [*parts, panel_html(mission_panel(found), "mission"), panel_html(set_panel(found), "set")])
+    shown = [mission_panel(found), *([set_panel(found)] if found.sizes["quantity"] else [])]
+    write_page(path, title, [*parts, *(panel_html(panel, f"mission-{k}") for k, panel in enumerate(shown))])
 
 
 def mission_panel(found: "xr.Dataset") -> Panel:
@@ -76,8 +77,8 @@ def set_panel(found: "xr.Dataset") -> Panel:
         name = "<br>".join(path.removeprefix("body.").removeprefix("limbs.") for path in paths)
         title = {"text": f"{plain(name)}<br>({unit})".replace("&lt;br&gt;", "<br>"), "font": {"size": 11}}
         fig.update_yaxes(title=title, exponentformat="e", row=row, col=1)
-    fig.update_xaxes(title="time (s)", row=max(len(groups), 1), col=1)
-    dress(fig, 120 + 150 * max(len(groups), 1)).update_layout(margin_t=64, margin_l=120)
+    fig.update_xaxes(title="time (s)", row=len(groups), col=1)
+    dress(fig, 120 + 150 * len(groups)).update_layout(margin_t=64, margin_l=120)
     _ribbon(fig, found)
     return Panel("What the modes set", "Quantities of the robot as the mission changes them.", fig)
 
