@@ -20,7 +20,7 @@ def drop(tmp_path):
 def test_modes_and_events_are_told_and_kept(nectosome, ball, drop, tmp_path):
     answer = nectosome("mission", str(ball), drop, "--save", "run.nc", "--plot", "run.html", "--step", "10ms")
     assert (answer.code, answer.err) == (0, "")
-    assert "sink       z < -0.3 m" in answer.out
+    assert "sink  z < -0.3 m  1.047" in answer.out
     assert "every mode came to its end" in answer.out
     ds = load_dataset("run.nc")
     assert list(ds["event_mode"].values) == ["drop", "sink"]
