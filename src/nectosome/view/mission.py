@@ -3,6 +3,7 @@
 Data as `robots.mission_data` gives it.
 """
 
+from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -26,6 +27,12 @@ def show_mission(found: "xr.Dataset", path: str | Path) -> None:
     parts = [f"<h1>{escape(title)}</h1>", f"<p>{escape(str(found.attrs['status_reason']))}</p>"]
     shown = [mission_panel(found), *([set_panel(found)] if found.sizes["quantity"] else [])]
     write_page(path, title, [*parts, *(panel_html(panel, f"mission-{k}") for k, panel in enumerate(shown))])
+
+
+def panels(sets: Mapping[str, "xr.Dataset"]) -> list[Panel]:
+    """Fig. 6, and what was set."""
+    first = mission_panel(sets["mission"])
+    return [first._replace(title=f"{first.title}, as Fig. 6"), set_panel(sets["mission"])]
 
 
 def mission_panel(found: "xr.Dataset") -> Panel:
