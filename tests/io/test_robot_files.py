@@ -30,9 +30,9 @@ def test_the_flagellum_reads_back_exactly(flagellum):
 def test_any_values_read_back_exactly(flagellum, data):
     values = {}
     for path, quantity in numeric_paths(flagellum).items():
-        low = quantity.minimum
+        low, open_ = quantity.minimum, quantity.exclusive or path.endswith(".mass")  # what moves weighs something
         values[path] = data.draw(
-            st.floats(low, quantity.maximum, exclude_min=quantity.exclusive, allow_nan=False, allow_infinity=False)
+            st.floats(low, quantity.maximum, exclude_min=open_, allow_nan=False, allow_infinity=False)
         )
     values |= {"limbs.shaft.joint.position": 0.0, "limbs.shaft.joint.velocity": 0.0}  # its motion says where it is
     values |= {f"limbs.shaft.joint.axis.{i}": v for i, v in enumerate((1.0, 0.0, 0.0))}

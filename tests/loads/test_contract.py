@@ -100,6 +100,19 @@ EXAMPLES = [
         _jet(ld.Motor(*map(_n, (0.1, 20.0, 1.5, 1e-3, 1.2, 9.0)))),
         _JET | {f"crank.{name}": powers for name, powers in _MOTOR.items()},
     ),
+    Example(
+        ld.NearFloor(_THREE, _THREE, 0.1 * _THREE, _n(-0.02), _n(0.03)),
+        {"mass": MASS, "area": AREA, "rotational": INERTIA, "full": LENGTH, "none": LENGTH},
+        vertical=True,
+    ),
+    Example(
+        ld.PulsedThrust(_n([1.0, -0.2, 0.3, 0.7]), *map(_n, (11.0, 9.0, 0.4)), _n([2.0, -1.0, 2.0]) / 3, _THREE),
+        {"values": FORCE, "rated": RATE, "speed": RATE, "start": NUMBER, "direction": NUMBER, "place": LENGTH},
+    ),
+    Example(  # without walls, as everywhere here; `test_bumper` has some
+        ld.Bumper(*map(_n, (0.1, 200.0, 20.0, 1e-3))),
+        {"reach": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH},
+    ),
     Example(ld.Spring(_n(3.0), _n(0.2)), {"stiffness": MOMENT, "rest": NUMBER}),
     Example(ld.Spring(_n(3.0), _n(0.2)), {"stiffness": LINE_FORCE, "rest": LENGTH}, joint="prismatic"),
     Example(ld.Spring(_n(3.0), _n(0.2), ld.Flexure(_n(0.1), _n(5.0))), {"stiffness": MOMENT, "rest": NUMBER}),
@@ -369,15 +382,21 @@ def test_added_mass_is_symmetric_and_never_negative(example: Example):
 
 @every("example", [e for e in ON_BODIES if e.load.reshapes], ids=_name)
 def test_added_mass_that_changes_is_an_inertia_and_changes_as_it_says(example: Example):
-    load, w, z, t = example.load, water("deep"), example.load.initial(), jnp.asarray(0.3)
-    rate = load.force(t, strips(4), z, w)[1]
-    (now, told), (growth, _) = jax.jvp(lambda t, z: load.carried(t, z, w), (t, z), (jnp.ones(()), rate))
+    """As its load's state goes on, and as it moves."""
+    load, s, w, z, t = example.load, strips(4), water("surface"), example.load.initial(), jnp.asarray(0.3)
+    rate, drift = load.force(t, s, z, w)[1], jnp.einsum("nij,nj->ni", s.rotation, s.velocity)
+
+    def at(t: Array, place: Array, z) -> tuple[Array, Array]:
+        return load.carried(t, eqx.tree_at(lambda s: s.position, s, place), z, w)
+
+    (now, told), (growth, _) = jax.jvp(at, (t, s.position, z), (jnp.ones(()), drift, rate))
     close(now, now.T)
     assert jnp.min(jnp.linalg.eigvalsh(now)) >= -1e-15
     assert jnp.max(jnp.abs(told)) > 0.1
     close(told, growth, rel=1e-12, abs=1e-14)
     other, t = _in_other_units(load, example.dimensions), t * _UNITS[2]
-    scaled = other.carried(t, other.initial(), _in_other_units(w, {"density": DENSITY}))
+    moved = _in_other_units(s, _STRIPS_DIMENSIONS)
+    scaled = other.carried(t, moved, other.initial(), _in_other_units(w, _WATER_DIMENSIONS))
     close(scaled[0], now * _matrix_units(), rel=1e-12, abs=1e-12)
     close(scaled[1], told * _matrix_units() / _UNITS[2], rel=1e-12, abs=1e-12)
 

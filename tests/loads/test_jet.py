@@ -7,7 +7,7 @@ import pytest
 
 from nectosome.core import State
 from nectosome.io import InputError, drive_period, parse_robot
-from nectosome.mechanism import diagnose, load_names, moves_in_plane
+from nectosome.mechanism import diagnose, in_plane, load_names, moves_in_plane
 from nectosome.robots import bind, build
 from nectosome.solve import simulate
 
@@ -161,9 +161,21 @@ def test_slopes_of_a_swim_by_numbers_of_the_jet():
     np.testing.assert_allclose(jax.jacfwd(rates)(theta), ((ends[0] - ends[1]) / (2 * step[:, None])).T, rtol=2e-6)
 
 
-def test_the_period_is_a_turn_of_the_crank_and_the_plane_is_not_taken(surging):
+@pytest.mark.parametrize("crank", [CRANK, MOTOR])
+def test_in_the_plane_it_drives_as_in_space(crank):
+    """A jet that pushes aside of the centre, on a body that turns as it swims: the same rates."""
+    joint = "{kind: planar, axis: z, start: {angle: 0.4 rad}}"
+    robot = build(described(joint=joint, crank=crank, more="direction: [3, 1, 0], place: [10 mm, 20 mm, 0 mm]"))
+    assert moves_in_plane(robot)
+    x = robot.initial()
+    x = State(x.q, jnp.array([0.2, -0.1, 1.5]), x.z)
+    space, plane = jax.jit(lambda r, t: (r.rates(t, x), in_plane(r).rates(t, x)))(robot, jnp.asarray(0.13))
+    for one, other in zip(jax.tree.leaves(space), jax.tree.leaves(plane), strict=True):
+        np.testing.assert_allclose(other, one, rtol=1e-10, atol=1e-12)
+
+
+def test_the_period_is_a_turn_of_the_crank():
     assert drive_period(described()) == pytest.approx(2 * np.pi / OMEGA)
-    assert not moves_in_plane(surging)
     with pytest.raises(InputError, match="finds its own speed") as raised:
         drive_period(described(crank=MOTOR))
     assert raised.value.field == "body.loads.jet.motor"

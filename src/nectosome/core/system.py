@@ -78,7 +78,7 @@ class Load(eqx.Module):
 
     dissipative: ClassVar[bool] = False
     inertial: ClassVar[bool] = False  # nothing but added mass, whose force is that of the water carried along
-    reshapes: ClassVar[bool] = False  # changes the body's shape, and with it the water carried along: see `carried`
+    reshapes: ClassVar[bool] = False  # the water carried along changes, by shape or by place: see `carried`
 
     def initial(self) -> Any:
         """Initial state z of the load; () when it has none."""
@@ -90,10 +90,13 @@ class Load(eqx.Module):
         """
         return None
 
-    def carried(self, t: Float[Array, ""], z: Any, water: Water) -> tuple[Float[Array, "6 6"], Float[Array, "6 6"]]:
+    def carried(
+        self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
+    ) -> tuple[Float[Array, "6 6"], Float[Array, "6 6"]]:
         """Added mass at the part's first station as it is now, and its rate; only of a load that `reshapes`.
 
         It comes on top of `inertia`. The water gives the wrench -d(A V)/dt, and -dA/dt V is told apart from the rest.
+        Where it depends on the place, `force` gives the derivative of the energy V A V / 2 by the place.
         """
         raise NotImplementedError
 

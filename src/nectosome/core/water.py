@@ -1,4 +1,4 @@
-"""The water around a robot: density, gravity, free surface, floor, current."""
+"""The water around a robot: density, gravity, free surface, floor, walls, current."""
 
 from collections.abc import Callable
 
@@ -30,6 +30,7 @@ class Water(eqx.Module):
     surface: Float[Array, ""] | None = None  # height of the free surface [m]; None: deep water
     current: Current | None = None  # velocity of the water (t, x) -> [m/s], world frame; None: still
     floor: Float[Array, ""] | None = None  # height of the ground that legs step on [m]; None: there is none
+    walls: tuple[Float[Array, ""], Float[Array, ""]] | None = None  # x of the tank's walls [m]; None: there are none
 
     def flow(self, t: Float[Array, ""], x: Float[Array, "n 3"]) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
         """Velocity c [m/s] of the water at points x and its material rate Dc/Dt = dc/dt + (c . grad) c [m/s2]."""

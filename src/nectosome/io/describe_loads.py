@@ -14,6 +14,7 @@ from nectosome.io.fields import (
     Area,
     Coordinate,
     Current,
+    Damping,
     Elastance,
     Force,
     Fraction,
@@ -221,6 +222,60 @@ class JetLoad(Described):
         return self
 
 
+class NearFloorLoad(Described):
+    """Added mass and drag that a rigid part has near the floor, on top of what it has everywhere.
+
+    `mass` [kg], `drag_area` [m2] and `rotational` [kg m2] are along and about its own axes, as in `given_added_mass`
+    and `lumped_drag`. All of it is there where the part's centre is up to `full` [m] over the floor, nothing from
+    `none` [m] on, and in between it goes over smoothly.
+    """
+
+    kind: Literal["near_floor"]
+    mass: tuple[NonNegativeMass, NonNegativeMass, NonNegativeMass] = ZERO
+    drag_area: tuple[Area, Area, Area] = ZERO
+    rotational: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] = ZERO
+    full: Coordinate
+    none: Coordinate
+
+    @model_validator(mode="after")
+    def _goes_over(self) -> Self:
+        if not self.full < self.none:
+            raise wrong("none", "must be higher than full.")
+        return self
+
+
+class PulsedThrustLoad(Described):
+    """Thrust of a jet as it was measured over a turn of its crank, on a robot that was held.
+
+    `values` [N], at least four, are evenly spread over a turn, the first at angle 0: a smooth periodic curve. They were
+    measured at the speed `rated` [rad/s]; at another `speed` [rad/s] the thrust goes with its square. The crank starts
+    at `start` [rad]. The force is along `direction` in the part's own frame, at `place` [m] from the centre of its
+    shape.
+    """
+
+    kind: Literal["pulsed_thrust"]
+    values: Annotated[tuple[Force, ...], Field(min_length=4)]
+    rated: PositiveAngularSpeed
+    speed: AngularSpeed
+    start: Angle = 0.0
+    direction: Axis = (1.0, 0.0, 0.0)
+    place: Position = ZERO
+
+
+class BumperLoad(Described):
+    """The soft hull of a rigid part, which the walls of the tank push back: a spring and a damper that only push.
+
+    The hull ends at `reach` [m] ahead of and behind the part's centre, along the world's x. `stiffness` [N/m] and
+    `damping` [N s/m] are those of either end; the damper sets in over `softness` [m].
+    """
+
+    kind: Literal["bumper"]
+    reach: Length
+    stiffness: PositiveStiffness
+    damping: Damping = 0.0
+    softness: Length = 1e-3
+
+
 Load = Annotated[
     DragLoad
     | PlateDragLoad
@@ -232,6 +287,9 @@ Load = Annotated[
     | JetLoad
     | ForceLoad
     | LegLoad
-    | DistributedForceLoad,
+    | DistributedForceLoad
+    | NearFloorLoad
+    | PulsedThrustLoad
+    | BumperLoad,
     Field(discriminator="kind"),
 ]

@@ -59,7 +59,8 @@ _ON_SHAPES = {
     "spheroid_added_mass": ("spheroid",),
     "distributed_force": ("cylinder", "box", "spheroid"),
 }
-_NOT_ON_RODS = ("lumped_drag", "given_added_mass", "cylinder_added_mass", "spheroid_added_mass", "jet")
+_NOT_ON_RODS = ("lumped_drag", "given_added_mass", "cylinder_added_mass", "spheroid_added_mass")
+_NOT_ON_RODS += ("jet", "leg", "near_floor", "pulsed_thrust", "bumper")
 
 
 class Rigid(Part):

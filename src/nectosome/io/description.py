@@ -15,15 +15,25 @@ class WaterDescription(Described):
     """The water: `density` [kg/m3], and what is around it.
 
     `gravity` [m/s2] acts along -z; `surface` [m] is the height of the free surface, without one the water has no end;
-    `floor` [m] is the height of the ground that legs step on, without one there is none; `current` [m/s] is its
-    velocity in the world, without one it is still.
+    `floor` [m] is the height of the ground that legs step on, without one there is none; `walls` [m] are the places
+    along x of the tank's ends, without them there are none; `current` [m/s] is its velocity in the world, without one
+    it is still.
     """
 
     density: Density = 1000.0
     gravity: Gravity = 9.80665
     surface: Coordinate | None = None
     floor: Coordinate | None = None
+    walls: tuple[Coordinate, Coordinate] | None = None
     current: Velocity | None = None
+
+    @model_validator(mode="after")
+    def _holds_water(self) -> Self:
+        if self.walls is not None and not self.walls[0] < self.walls[1]:
+            raise wrong("walls", "the second wall must stand further along x than the first one.")
+        if self.surface is not None and self.floor is not None and not self.floor < self.surface:
+            raise wrong("surface", "the surface must be above the floor.")
+        return self
 
 
 class RobotDescription(Described):

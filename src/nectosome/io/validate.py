@@ -1,9 +1,9 @@
 """Plain data to a description; the first mistake that pydantic finds is told with its file, line and field."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from nectosome.io.description import RobotDescription
 from nectosome.io.errors import InputError, shorten
@@ -12,24 +12,33 @@ from nectosome.io.sentences import Spot, sentence
 from nectosome.io.structure import slot
 from nectosome.io.yaml_text import Key
 
+_Model = TypeVar("_Model", bound=BaseModel)
+
 
 def validate(data: Any, *, file: str | None = None, lines: Mapping[Key, int] | None = None) -> RobotDescription:
     """Return the description in plain `data`; InputError names file, line and field of the first mistake."""
+    return validate_as(RobotDescription, data, "A robot has at least a name and a body.", file=file, lines=lines)
+
+
+def validate_as(
+    model: type[_Model], data: Any, least: str, *, file: str | None = None, lines: Mapping[Key, int] | None = None
+) -> _Model:
+    """Return the `model` in plain `data`; `least` says in a sentence what it needs at least. Raises InputError."""
     if not isinstance(data, dict):
         what = "is empty" if data is None else "has no named fields"
-        raise InputError(f"this {what}. A robot has at least a name and a body.", file=file)
+        raise InputError(f"this {what}. {least}", file=file)
     found: list[Any] = []
     description = None
     try:
-        description = RobotDescription.model_validate(data, context=FROM_FILE)
+        description = model.model_validate(data, context=FROM_FILE)
     except ValidationError as error:
         found = error.errors(include_url=False)
     unknown = next((mistake for mistake in found if mistake["type"] == "extra_forbidden"), None)
-    empty = None if unknown else next(_empty(Spot((), slot(RobotDescription), data, None, None)), None)
+    empty = None if unknown else next(_empty(Spot((), slot(model), data, None, None)), None)
     if description is not None and empty is None:
         return description
     mistake: Any = {"type": "empty", "loc": empty.path} if empty else unknown or found[0]
-    spot = empty or _locate(mistake["loc"], data)
+    spot = empty or _locate(model, mistake["loc"], data)
     path = spot.path
     inner = mistake.get("ctx", {}).get("field")
     if inner is not None:
@@ -37,12 +46,12 @@ def validate(data: Any, *, file: str | None = None, lines: Mapping[Key, int] | N
     elif spot.in_row and mistake["type"] in ("missing", "too_long"):
         path = path[:-1]
     field = shorten(".".join(map(str, path)), 120) or None
-    raise InputError(sentence(mistake, spot), file=file, line=_line(path, lines or {}), field=field)
+    raise InputError(sentence(mistake, spot), file=file, line=line_of(path, lines or {}), field=field)
 
 
-def _locate(loc: tuple[int | str, ...], data: Any) -> Spot:
+def _locate(model: type[BaseModel], loc: tuple[int | str, ...], data: Any) -> Spot:
     """Follow pydantic's location through the data, past the marks it adds: kinds of a choice and `[key]`."""
-    spot = Spot((), slot(RobotDescription), data, None, None)
+    spot = Spot((), slot(model), data, None, None)
     after_choice = False
     for step in loc:
         if step == "[key]":
@@ -67,6 +76,6 @@ def _empty(spot: Spot) -> Iterator[Spot]:
             yield from _empty(spot.down(index))
 
 
-def _line(path: Key, lines: Mapping[Key, int]) -> int | None:
+def line_of(path: Key, lines: Mapping[Key, int]) -> int | None:
     """Return the line of `path`, or of the nearest group around it."""
     return next((lines[path[:n]] for n in range(len(path), -1, -1) if path[:n] in lines), None)

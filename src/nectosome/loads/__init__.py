@@ -8,17 +8,21 @@ from .added_mass import (
     StripAddedMass,
     lamb_coefficients,
 )
+from .bumper import Bumper
 from .buoyancy import Buoyancy, Weight
 from .contact import Contact
 from .drag import LumpedDrag, PlateDrag, StripDrag
 from .forces import LineForce, PointForce
 from .jet import Jet, Motor, Pulse
 from .leg import Leg, Stride
+from .near_floor import NearFloor
 from .springs import Damper, Flexure, Spring
 from .stoppers import LowerStop, UpperStop
+from .thruster import PulsedThrust
 
 __all__ = [
     "AddedMass",
+    "Bumper",
     "Buoyancy",
     "Contact",
     "CylinderAddedMass",
@@ -31,9 +35,11 @@ __all__ = [
     "LowerStop",
     "LumpedDrag",
     "Motor",
+    "NearFloor",
     "PlateDrag",
     "PointForce",
     "Pulse",
+    "PulsedThrust",
     "SpheroidAddedMass",
     "Spring",
     "Stride",

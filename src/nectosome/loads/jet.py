@@ -86,7 +86,9 @@ class Jet(Load):
         """Angle and speed of a crank that a motor turns."""
         return jnp.stack([self.crank.angle, self.crank.speed]) if isinstance(self.crank, Motor) else ()
 
-    def carried(self, t: Float[Array, ""], z: Any, water: Water) -> tuple[Float[Array, "6 6"], Float[Array, "6 6"]]:
+    def carried(
+        self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
+    ) -> tuple[Float[Array, "6 6"], Float[Array, "6 6"]]:
         """Water of the chamber and that carried by the bell, and its rate [kg m2, kg m, kg]."""
         angle, speed = self._crank(t, z)
         V, slope, _ = self._volume(angle)

@@ -58,7 +58,7 @@ def energies(robot: Robot, t: Array, x: State) -> Float[Array, "3"]:
     return jnp.stack(
         [
             0.5 * jnp.sum(twist * times(robot.inertia, twist)),
-            0.5 * jnp.sum(relative * times(robot.carried(t, x.z)[0], relative)),
+            0.5 * jnp.sum(relative * times(robot.carried(t, shape, twist, x.z)[0], relative)),
             elastic,
         ]
     )

@@ -147,21 +147,26 @@ class InPlane(Mechanical):
         self, t: Array, x: State, links: list[Moving]
     ) -> tuple[list[se2.Inertia], list[se2.Wrench], tuple[Any, ...]]:
         """Inertias of the links, the wrenches that hold them without acceleration, and the rates of load states."""
-        inertias, held, rates = [], [], [*x.z]
-        for link, body in zip(links, self.bodies, strict=True):
-            inertia = se2.turned_inertia(link.heading, body.inertia)
-            w, vx, vy = link.twist
-            even = se2.times(inertia, (jnp.zeros(()), w * vy, -w * vx))
-            inertias.append(inertia)
-            held.append(se2.add(even, se2.gyroscopic(link.twist, se2.times(inertia, link.twist))))
+        lying, rates = [body.inertia for body in self.bodies], [*x.z]
+        pushed = [ground().twist for _ in links]
         for alike, members in zip(self.wetted, self.members, strict=True):
             acting = [acting_on(self.robot, part) for part, _ in members]
             states = [tuple(x.z[i] for i in each) for each in acting]
-            wrenches, of_states = alike.wrenches(t, [links[k] for _, k in members], states, self.robot.water)
-            for (_, k), wrench, each, found in zip(members, wrenches, acting, of_states, strict=True):
-                held[k] = se2.add(held[k], se2.scale(-jnp.ones(()), wrench))
-                for i, rate in zip(each, found, strict=True):
+            acted = alike.acted(t, [links[k] for _, k in members], states, self.robot.water)
+            for (_, k), each, found in zip(members, acting, acted, strict=True):
+                pushed[k] = se2.add(pushed[k], found.wrench)
+                if found.carried is not None:
+                    lying[k] = se2.sum_of(lying[k], found.carried)
+                for i, rate in zip(each, found.rates, strict=True):
                     rates[i] = rate
+        inertias, held = [], []
+        for link, at_zero, wrench in zip(links, lying, pushed, strict=True):
+            inertia = se2.turned_inertia(link.heading, at_zero)
+            w, vx, vy = link.twist
+            even = se2.times(inertia, (jnp.zeros(()), w * vy, -w * vx))
+            needed = se2.add(even, se2.gyroscopic(link.twist, se2.times(inertia, link.twist)))
+            inertias.append(inertia)
+            held.append(se2.add(needed, se2.scale(-jnp.ones(()), wrench)))
         return inertias, held, tuple(rates)
 
     def _joint_forces(self, t: Array, x: State, u: Array | None) -> Float[Array, "n"]:

@@ -44,17 +44,22 @@ class Alike(eqx.Module):
     position: Float[Array, "*m n 3"]
     inertia: Float[Array, "*m n 6 6"]
 
-    def wrenches(
-        self, t: Array, links: list[Moving], states: list[tuple[Any, ...]], water: Water
-    ) -> tuple[list[se2.Wrench], list[tuple[Any, ...]]]:
-        """What the loads do to the links about their roots, the plane's axes; and the rates of the loads' states."""
+    def acted(self, t: Array, links: list[Moving], states: list[tuple[Any, ...]], water: Water) -> list["Acted"]:
+        """What the loads do to each of the links."""
         moves = jnp.stack([jnp.stack([*link.heading, *link.place, *link.twist]) for link in links])
         if len(links) == 1:
-            total, rates = loaded(jax.tree.map(lambda x: x[0], self), t, moves[0], states[0], water)
-            return [tuple(total)], [rates]
+            return [loaded(jax.tree.map(lambda x: x[0], self), t, moves[0], states[0], water)]
         z = jax.tree.map(lambda *x: jnp.stack(x), *states)
-        total, rates = jax.vmap(lambda one, move, z: loaded(one, t, move, z, water))(self, moves, z)
-        return [tuple(row) for row in total], [jax.tree.map(lambda x, k=k: x[k], rates) for k in range(len(links))]
+        found = jax.vmap(lambda one, move, z: loaded(one, t, move, z, water))(self, moves, z)
+        return [jax.tree.map(lambda x, k=k: x[k], found) for k in range(len(links))]
+
+
+class Acted(NamedTuple):
+    """What loads do to one link, about its root."""
+
+    wrench: se2.Wrench  # along the plane's axes
+    carried: se2.Inertia | None  # of the water that loads let change, as the link lies at 0; None where none does
+    rates: tuple[Any, ...]  # of the loads' states
 
 
 def ground() -> Moving:
@@ -97,14 +102,13 @@ def moved(body: Body, before: Moving, turn: se2.Vector | None, q: Array, v: Arra
     return Moving(heading, place, step, twist, bias, tuple(motions))
 
 
-def loaded(
-    alike: Alike, t: Array, moves: Float[Array, "7"], z: tuple[Any, ...], water: Water
-) -> tuple[Float[Array, "3"], tuple[Any, ...]]:
-    """Wrench of all loads on one link that moves as it says: heading, place, twist; rates of their states z."""
+def loaded(alike: Alike, t: Array, moves: Float[Array, "7"], z: tuple[Any, ...], water: Water) -> Acted:
+    """What all loads with states z do to one link that moves as it says: heading, place, twist."""
     body, R, at = alike.body, alike.rotation, alike.position
     c, s, X, Y, w, x, y = moves
     # along axes that turn with the link
-    x, y = c * x + s * y - w * at[:, 1], c * y - s * x + w * at[:, 0]
+    own = w, c * x + s * y, c * y - s * x
+    x, y = own[1] - w * at[:, 1], own[2] + w * at[:, 0]
     Rx, Ry, Rz = R[:, 0], R[:, 1], R[:, 2]
     place = [X + c * at[:, 0] - s * at[:, 1], Y + s * at[:, 0] + c * at[:, 1], at[:, 2]]
     turned = [c * Rx - s * Ry, s * Rx + c * Ry, Rz]
@@ -125,10 +129,29 @@ def loaded(
     total = [sum((wrench[:, i] for wrench in wrenches), jnp.zeros(at.shape[0])) for i in range(6)]
     fx, fy = (_combined(axis.T, total[3:]) for axis in (Rx, Ry))
     m = _combined(Rz.T, total[:3]) + at[:, 0] * fy - at[:, 1] * fx
-    fx, fy = jnp.sum(fx), jnp.sum(fy)
-    return jnp.stack([jnp.sum(m), c * fx - s * fy, s * fx + c * fy]), tuple(rate for _, rate in acting)
+    m, fx, fy = jnp.sum(m), jnp.sum(fx), jnp.sum(fy)
+    carried = None
+    for load, state in zip(alike.loads, z, strict=True):
+        if load.reshapes:
+            now, growth = (about_root(A[None], R[:1], at[:1]) for A in load.carried(t, strips, state, water))
+            carried = tuple(now) if carried is None else se2.sum_of(carried, tuple(now))
+            lost = se2.times(tuple(growth), own)
+            m, fx, fy = m - lost[0], fx - lost[1], fy - lost[2]
+    return Acted((m, *se2.turned((c, s), (fx, fy))), carried, tuple(rate for _, rate in acting))
 
 
 def _combined(row: Float[Array, "3 *n"], x: list[Array]) -> Array:
     """Sum of three with these shares."""
     return row[0] * x[0] + row[1] * x[1] + row[2] * x[2]
+
+
+def about_root(
+    inertia: Float[Array, "n 6 6"], rotation: Float[Array, "n 3 3"], position: Float[Array, "n 3"]
+) -> Float[Array, "6"]:
+    """Inertia of all stations together for motions (w, x, y) of the root: an `se2.Inertia`."""
+    Rx, Ry, Rz = rotation[:, 0], rotation[:, 1], rotation[:, 2]
+    none = jnp.zeros_like(Rx)
+    spin = jnp.concatenate([Rz, position[:, :1] * Ry - position[:, 1:2] * Rx], axis=1)
+    B = jnp.stack([spin, jnp.concatenate([none, Rx], axis=1), jnp.concatenate([none, Ry], axis=1)], axis=2)
+    M = jnp.einsum("nia,nij,njb->ab", B, inertia, B)
+    return jnp.stack([M[0, 0], M[0, 1], M[0, 2], M[1, 1], M[1, 2], M[2, 2]])

@@ -6,14 +6,14 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Mechanical
+from nectosome.core import Mechanical
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import compose, dot, matmul3
 
 from .joints import Fixed, Joint, Planar, Prismatic, Revolute, plane_frame
 from .links import Link
 from .plane import InPlane, acting_on
-from .plane_links import Alike, Body
+from .plane_links import Alike, Body, about_root
 from .robot import Robot
 
 _STRAIGHT = 1e-12  # how far an axis may lean
@@ -28,8 +28,7 @@ def moves_in_plane(robot: Robot) -> bool:
     """Whether nothing of a robot can leave a plane: all joints turn about its normal or slide in it, nothing flows."""
     links = all(isinstance(part.body, Link) for part in robot.tree.parts)
     joints = all(isinstance(part.joint, Fixed | Revolute | Prismatic | Planar) for part in robot.tree.parts)
-    reshaped = any(isinstance(a.load, Load) and a.load.reshapes for a in robot.loads)
-    if not (links and joints and robot.water.current is None) or reshaped:
+    if not (links and joints and robot.water.current is None):
         return False
     return float(remembered(_lean, robot)) < _STRAIGHT
 
@@ -46,7 +45,7 @@ def in_plane(robot: Robot) -> InPlane:
         link, R, p = lying[k]
         rotation, position = matmul3(R, link.rotation), dot(R, link.position) + p - lying[carrier][2]
         inertia = robot.inertia[place.stations] + robot.added[place.stations]
-        inertias[carrier].append(_about_root(inertia, rotation, position))
+        inertias[carrier].append(about_root(inertia, rotation, position))
         if acting := acting_on(robot, k):
             own = robot.inertia[place.stations]
             height = position.at[:, 2].add(lying[carrier][2][2])
@@ -126,15 +125,3 @@ def _turns(joint: Joint) -> tuple[Array, ...]:
     if isinstance(joint, Planar):
         return (joint.frame[:, 2],)
     return (joint.axis,) if isinstance(joint, Revolute) else ()
-
-
-def _about_root(
-    inertia: Float[Array, "n 6 6"], rotation: Float[Array, "n 3 3"], position: Float[Array, "n 3"]
-) -> Float[Array, "6"]:
-    """Inertia of all stations together for motions (w, x, y) of the root: an `se2.Inertia`."""
-    Rx, Ry, Rz = rotation[:, 0], rotation[:, 1], rotation[:, 2]
-    none = jnp.zeros_like(Rx)
-    spin = jnp.concatenate([Rz, position[:, :1] * Ry - position[:, 1:2] * Rx], axis=1)
-    B = jnp.stack([spin, jnp.concatenate([none, Rx], axis=1), jnp.concatenate([none, Ry], axis=1)], axis=2)
-    M = jnp.einsum("nia,nij,njb->ab", B, inertia, B)
-    return jnp.stack([M[0, 0], M[0, 1], M[0, 2], M[1, 1], M[1, 2], M[2, 2]])

@@ -40,6 +40,7 @@ class Forces(NamedTuple):
     wrenches: tuple[Array | None, ...]  # of each load on its part's stations, station frame
     joint_forces: tuple[Array | None, ...]  # of each load on its part's joint
     joint: Float[Array, "nv"]  # their sum, by velocity
+    added: Float[Array, "n 6 6"]  # added mass as it is now
     fluid: Float[Array, "n 6"]  # inertia force of the added mass, the wrench the water gives, station frame
     reshaping: Float[Array, "n 6"] | None  # the wrench it gives as the added mass changes; None where it never does
     inertia: Float[Array, "n 6"]  # rate of momentum of the body's own matter
@@ -124,7 +125,7 @@ class Robot(Mechanical):
         momentum = times(self.inertia, twist)
         inertia = times(self.inertia, rate) + coadjoint(twist, momentum)
         relative, relative_rate = self.relative(t, shape, twist, rate)
-        added, growth = self.carried(t, x.z)
+        added, growth = self.carried(t, shape, twist, x.z)
         momentum = times(added, relative)
         fluid = -times(added, relative_rate) - coadjoint(relative, momentum)
         reshaping = None if growth is None else -times(growth, relative)
@@ -163,6 +164,7 @@ class Robot(Mechanical):
             wrenches=tuple(wrenches),
             joint_forces=tuple(joint_forces),
             joint=joint,
+            added=added,
             fluid=fluid,
             reshaping=reshaping,
             inertia=inertia,
@@ -172,12 +174,15 @@ class Robot(Mechanical):
             residual=residual,
         )
 
-    def carried(self, t: Array, z: Any) -> tuple[Float[Array, "n 6 6"], Float[Array, "n 6 6"] | None]:
+    def carried(
+        self, t: Array, shape: Shape, twist: Array, z: Any
+    ) -> tuple[Float[Array, "n 6 6"], Float[Array, "n 6 6"] | None]:
         """Added mass of all stations with load states z, and its rate; None where it never changes."""
         added, growth = self.added, None
         for attached, own in zip(self.loads, z, strict=True):
             if isinstance(attached.load, Load) and attached.load.reshapes:
-                now, rate = attached.load.carried(t, own, self.water)
+                strips = self.strips(attached.part, t, shape, twist)
+                now, rate = attached.load.carried(t, strips, own, self.water)
                 first = self.tree.layout[attached.part].stations.start
                 growth = (jnp.zeros_like(added) if growth is None else growth).at[first].add(rate)
                 added = added.at[first].add(now)
@@ -203,7 +208,7 @@ class Robot(Mechanical):
     def mass_bias(self, t: Array, x: State, u: Array | None = None) -> tuple[Array, Array]:
         """Mass matrix (added mass included) and bias of the unknown coordinates."""
         acting = self.forces(t, x, jnp.zeros_like(x.v), u)
-        return self.mass(acting.shape, self.carried(t, x.z)[0]), acting.residual[self.tree.free_v]
+        return self.mass(acting.shape, acting.added), acting.residual[self.tree.free_v]
 
     def mass(self, shape: Shape, added: Float[Array, "n 6 6"]) -> Float[Array, "nv nv"]:
         """Mass matrix, with this added mass, of the unknown coordinates."""

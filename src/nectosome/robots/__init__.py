@@ -9,11 +9,14 @@ from nectosome.io import InputError, RobotDescription, apply_settings, did_you_m
 from .beetle import beetle, beetle_free
 from .build import Blueprint, bind, blueprint_of, build, fill
 from .flagella import flagella
+from .mission import Flown, Passed, mission_data, run_mission
 from .paddle import paddle
-from .shipped import file_names, file_of
+from .shipped import file_names, file_of, mission_of
 
 __all__ = [
     "Blueprint",
+    "Flown",
+    "Passed",
     "beetle",
     "beetle_free",
     "bind",
@@ -22,8 +25,11 @@ __all__ = [
     "describe",
     "fill",
     "flagella",
+    "mission_data",
+    "mission_of",
     "names",
     "paddle",
+    "run_mission",
 ]
 
 _FAMILIES = {"beetle": beetle, "beetle_free": beetle_free, "flagella": flagella, "paddle": paddle}

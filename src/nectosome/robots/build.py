@@ -91,7 +91,10 @@ def blueprint_of(description: RobotDescription, also: tuple[str, ...] = ()) -> t
 
 
 def fill(blueprint: Blueprint, numbers: Float[Array, "n"] | Sequence[Float[Array, ""]]) -> Robot:
-    """Robot of a blueprint with these numbers, traced."""
+    """Robot of a blueprint with these numbers, traced.
+
+    Numbers one by one let a loop in which some of them change work out once what the others say.
+    """
     plan = blueprint.plan
     return _assemble(with_values(plan.description, {path: numbers[k] for k, path in enumerate(plan.paths)}))
 
@@ -101,7 +104,8 @@ def _assemble(d: RobotDescription) -> Robot:
     current = None if d.water.current is None else UniformCurrent(_vector(d.water.current))
     surface = None if d.water.surface is None else _number(d.water.surface)
     floor = None if d.water.floor is None else _number(d.water.floor)
-    water = Water(_number(d.water.density), _number(d.water.gravity), surface, current, floor)
+    walls = None if d.water.walls is None else (_number(d.water.walls[0]), _number(d.water.walls[1]))
+    water = Water(_number(d.water.density), _number(d.water.gravity), surface, current, floor, walls)
 
     limbs: dict[str, dp.Rigid | dp.Rod] = {"body": d.body, **d.limbs}
     order = list(limbs)
@@ -391,6 +395,19 @@ def _load(load: dl.Load, limb: dp.Rigid | dp.Rod, body: Link | Rod):
     if isinstance(load, dl.JetLoad):
         assert isinstance(body, Link)
         return _jet(load, body)
+    if isinstance(load, dl.NearFloorLoad):
+        vectors = _vector(load.mass), _vector(load.drag_area), _vector(load.rotational)
+        return ld.NearFloor(*vectors, _number(load.full), _number(load.none))
+    if isinstance(load, dl.BumperLoad):
+        return ld.Bumper(*(_number(getattr(load, n)) for n in ("reach", "stiffness", "damping", "softness")))
+    if isinstance(load, dl.PulsedThrustLoad):
+        assert isinstance(body, Link)
+        return ld.PulsedThrust(
+            values=_vector(load.values),
+            **{n: _number(getattr(load, n)) for n in ("rated", "speed", "start")},
+            direction=dot_t(body.rotation[0], _unit(load.direction)),
+            place=dot_t(body.rotation[0], _vector(load.place)),
+        )
     if isinstance(load, dl.DistributedForceLoad):
         return ld.LineForce(_vector(load.force), load.frame == "body")
     station, arm = 0, jnp.zeros(3)

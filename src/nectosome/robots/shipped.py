@@ -13,3 +13,9 @@ def file_of(name: str) -> Path:
 def file_names() -> list[str]:
     """Names of the robots that ship as files."""
     return sorted(path.stem for path in _FOLDER.glob("*.yaml"))
+
+
+def mission_of(robot: str) -> Path | None:
+    """Mission file that ships for a robot that ships, by name; None where there is none."""
+    path = _FOLDER / "missions" / f"{robot}.yaml"
+    return path if robot in file_names() and path.exists() else None

@@ -56,7 +56,9 @@ class Equations(eqx.Module):
         """Mass matrix of the unknown velocities, added mass included."""
         tree = self.robot.tree
         q, *_ = tree.complete(jnp.zeros(()), p.q, jnp.zeros_like(p.rates))
-        return self.robot.mass(tree.shape(q), self.robot.carried(jnp.zeros(()), p.z)[0])
+        shape, t = tree.shape(q), jnp.zeros(())
+        still = jnp.zeros((shape.position.shape[0], 6))
+        return self.robot.mass(shape, self.robot.carried(t, shape, still, p.z)[0])
 
     def imbalance(self, p: Point) -> tuple[Float[Array, ""], Float[Array, "np"]]:
         """Largest residual, each relative to the sum of absolute values of all that acts there; and the reactions."""

@@ -7,13 +7,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Mechanical, State
+from nectosome.core import State, System
 
 _WHEN, _SHARES = (0.0, 0.5, 0.5, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6)
 
 
 def pace(
-    system: Mechanical,
+    system: System,
     t: Float[Array, ""],
     x: State,
     step: Float[Array, ""],

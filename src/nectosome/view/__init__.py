@@ -2,8 +2,18 @@
 
 from .correction import show_correction
 from .gaits import show_gait
+from .mission import show_mission
 from .recordings import show_recordings
 from .report import show_run, write_figures, write_report
 from .swimming import show_surge
 
-__all__ = ["show_correction", "show_gait", "show_recordings", "show_run", "show_surge", "write_figures", "write_report"]
+__all__ = [
+    "show_correction",
+    "show_gait",
+    "show_mission",
+    "show_recordings",
+    "show_run",
+    "show_surge",
+    "write_figures",
+    "write_report",
+]

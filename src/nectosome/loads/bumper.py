@@ -1,0 +1,45 @@
+"""What keeps a body between the walls of a tank."""
+
+from typing import Any
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import Load, Strips, Water
+
+
+class Bumper(Load):
+    r"""A soft hull that pushes off the walls of the tank, which stand across the world's x axis.
+
+    Where its ends, `reach` ahead of and behind the centre, are $\delta$ deep in a wall, with the velocity v into it,
+
+    $$ F = \max(k \delta + \xi c v,\ 0), \quad \xi = \min(\delta/\delta_0, 1) $$
+
+    away from it, through the centre; without friction. Nothing without walls.
+    """
+
+    reach: Float[Array, ""]  # [m]
+    stiffness: Float[Array, ""]  # k [N/m]
+    damping: Float[Array, ""]  # c [N s/m]
+    softness: Float[Array, ""]  # delta_0 [m]
+
+    def depths(self, x: Float[Array, ""], water: Water) -> Float[Array, "2"]:
+        """How deep a body whose centre is at x is in the first and the second wall [m], negative before it."""
+        assert water.walls is not None
+        return jnp.stack([water.walls[0] - x + self.reach, x + self.reach - water.walls[1]])
+
+    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
+        """Force of the walls on the centre."""
+        if water.walls is None:
+            return jnp.zeros((strips.weight.shape[0], 6)), z
+        v, R = strips.velocity[0], strips.rotation[0]
+        speed = sum(R[0, i] * v[i] for i in range(3))
+        if water.current is not None:
+            speed = speed + water.flow(t, strips.position[:1])[0][0, 0]
+        depth = self.depths(strips.position[0, 0], water)
+        into = jnp.stack([-speed, speed])
+        grip = jnp.clip(depth / self.softness, 0.0, 1.0)
+        push = jnp.maximum(self.stiffness * jnp.maximum(depth, 0.0) + grip * self.damping * into, 0.0)
+        fx = push[0] - push[1]
+        none = jnp.zeros(())
+        return strips.at_first(jnp.stack([none, none, none, *(R[0, i] * fx for i in range(3))])), z

@@ -1,0 +1,110 @@
+"""Figures of a mission: heave, surge speed, and a ribbon of its modes.
+
+Data as `robots.mission_data` gives it.
+"""
+
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .page import panel_html, write_page
+from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Panel, dress, plain, readable
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+    import xarray as xr
+
+_RIBBON = (SKY, ORANGE, GREY, GREEN, PURPLE, VERMILLION)
+_SMOOTH = 1.0  # s, of the mean speed
+
+
+def show_mission(found: "xr.Dataset", path: str | Path) -> None:
+    """Write a page about one mission, whole or not at all. Raises InputError where it cannot be written."""
+    title = str(found.attrs["title"])
+    parts = [f"<h1>{escape(title)}</h1>", f"<p>{escape(str(found.attrs['status_reason']))}</p>"]
+    shown = [mission_panel(found), *([set_panel(found)] if found.sizes["quantity"] else [])]
+    write_page(path, title, [*parts, *(panel_html(panel, f"mission-{k}") for k, panel in enumerate(shown))])
+
+
+def panels(sets: Mapping[str, "xr.Dataset"]) -> list[Panel]:
+    """Fig. 6, and what was set."""
+    first = mission_panel(sets["mission"])
+    return [first._replace(title=f"{first.title}, as Fig. 6"), set_panel(sets["mission"])]
+
+
+def mission_panel(found: "xr.Dataset") -> Panel:
+    """Heave, surge speed and place over time, with the modes."""
+    from plotly.subplots import make_subplots
+
+    time = found["time"].values
+    rows = (
+        ("z", "heave (m)", BLUE),
+        ("surge", "surge speed (m/s)", BLUE),
+        ("x", "place along the tank (m)", BLUE),
+        ("pitch", "pitch (deg)", BLUE),
+    )
+    fig = make_subplots(len(rows), 1, shared_xaxes=True, vertical_spacing=0.035)
+    for row, (name, title, colour) in enumerate(rows, start=1):
+        values = np.degrees(found[name].values) if name == "pitch" else found[name].values
+        line = {"color": colour, "width": 1 if name == "surge" else 1.8}
+        fig.add_scatter(x=time, y=values, name=readable(name), mode="lines", line=line, row=row, col=1)
+        fig.update_yaxes(title={"text": title.replace(" (", "<br>("), "font": {"size": 12}}, row=row, col=1)
+    ends = [np.searchsorted(time, t).clip(0, time.size - 1) for t in (time - 0.5 * _SMOOTH, time + 0.5 * _SMOOTH)]
+    went = found["x"].values[ends[1]] - found["x"].values[ends[0]]
+    mean = went / np.maximum(time[ends[1]] - time[ends[0]], 1e-9)
+    fig.add_scatter(x=time, y=mean, name=f"mean of {_SMOOTH:g} s", line={"color": VERMILLION}, row=2, col=1)
+    fig.update_xaxes(title="time (s)", row=len(rows), col=1)
+    dress(fig, 760).update_layout(margin_t=64, margin_l=96)
+    _ribbon(fig, found)
+    passed = zip(*(found[name].values for name in ("event_mode", "event", "event_time")), strict=True)
+    events = ", ".join(f"{mode} until {event} at {t:.2f} s" for mode, event, t in passed)
+    caption = (
+        f"Simulated, with a schedule that is synthetic: {events}. Surge speed as it is, and in red the mean over "
+        f"{_SMOOTH:g} s; it is negative towards -x."
+    )
+    return Panel("Heave and surge of a mission", caption, fig)
+
+
+def set_panel(found: "xr.Dataset") -> Panel:
+    """What the modes set, over time."""
+    from plotly.subplots import make_subplots
+
+    values = found["quantity_value"].values
+    groups: dict[tuple[str, bytes], list[str]] = {}
+    for k, path in enumerate(found["quantity"].values):
+        unit = str(found["quantity_unit"].values[k])
+        groups.setdefault((unit, values[:, k].tobytes()), []).append(str(path))
+    fig = make_subplots(len(groups), 1, shared_xaxes=True, vertical_spacing=0.06)
+    for row, ((unit, data), paths) in enumerate(groups.items(), start=1):
+        y = np.frombuffer(data)
+        fig.add_scatter(x=found["time"].values, y=y, mode="lines", line_color=BLACK, row=row, col=1)
+        name = "<br>".join(path.removeprefix("body.").removeprefix("limbs.") for path in paths)
+        title = {"text": f"{plain(name)}<br>({unit})".replace("&lt;br&gt;", "<br>"), "font": {"size": 11}}
+        fig.update_yaxes(title=title, exponentformat="e", row=row, col=1)
+    fig.update_xaxes(title="time (s)", row=len(groups), col=1)
+    dress(fig, 120 + 150 * len(groups)).update_layout(margin_t=64, margin_l=120)
+    _ribbon(fig, found)
+    return Panel("What the modes set", "Quantities of the robot as the mission changes them.", fig)
+
+
+def _ribbon(fig: "go.Figure", found: "xr.Dataset") -> None:
+    """Colour the time of each mode and write its name above."""
+    time, mode = found["time"].values, found["mode"].values
+    first = np.flatnonzero(np.append(True, mode[1:] != mode[:-1]))
+    for k, (a, b) in enumerate(zip(first, np.append(first[1:], time.size - 1), strict=True)):
+        colour = _RIBBON[k % len(_RIBBON)]
+        fig.add_vrect(x0=time[a], x1=time[b], fillcolor=colour, opacity=0.18, line_width=0, layer="below")  # pyright: ignore[reportArgumentType]
+        fig.add_annotation(
+            text=readable(plain(mode[a])),
+            x=0.5 * (time[a] + time[b]),
+            y=1.0,
+            xref="x",
+            yref="paper",
+            yanchor="bottom",
+            yshift=6 + 16 * (k % 2),
+            showarrow=False,
+            font={"size": 12, "color": BLACK},
+        )
