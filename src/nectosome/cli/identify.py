@@ -14,7 +14,7 @@ from nectosome.io import InputError, did_you_mean, provenance, save_dataset
 
 _SOLVERS = ("cmaes", "genetic", "differential", "front")
 
-identify = App(name="identify", help="Find parameters of a model from recordings.")
+identify = App(name="identify", help="Find parameters of a model from recordings and gaits.")
 
 
 @identify.command
