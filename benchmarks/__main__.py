@@ -15,8 +15,10 @@ BENCHMARKS = {
     "cantilever": True,
     "paddle": True,
     "batches": False,
+    "crawl": True,
     "command_line": False,
     "reading": True,
+    "crawl_search": False,
 }
 
 

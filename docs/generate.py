@@ -36,6 +36,7 @@ COMMANDS = (
     "measure",
     "identify",
     "identify swim",
+    "identify crawl",
     "correct",
     "show",
     "check",

@@ -1,6 +1,7 @@
 """`nectosome identify`: parameters of a model, from recordings and from features of gaits."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +12,9 @@ from nectosome.cli.output import check_target, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io import InputError, did_you_mean, provenance, save_dataset
 
-identify = App(name="identify", help="Find parameters of a model from recordings.")
+_SOLVERS = ("cmaes", "genetic", "differential", "front")
+
+identify = App(name="identify", help="Find parameters of a model from recordings and gaits.")
 
 
 @identify.command
@@ -103,9 +106,14 @@ def crawl(
     most = read_count(evaluations, "--evaluations", least=1, most=10_000_000)
     number = read_count(seed, "--seed", least=0, most=999_999_999)
     enough = read_quantity(goal, "number", "--goal")
+    if enough < 0:
+        raise InputError(f'"{goal}" is out of range: it must be at least 0.', field="--goal")
     for file, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
         if file is not None:
             check_target(file, option, suffix)
+    if solver not in _SOLVERS:
+        raise InputError(f'"{solver}" is no solver.{did_you_mean(solver, _SOLVERS)}', field="--solver")
+
     from nectosome.identify import CmaEs, DifferentialEvolution, Genetic, ParetoFront, evolve, identifiability
     from nectosome.identify.gait_files import load_gait_fit
 
@@ -116,8 +124,6 @@ def crawl(
         "differential": DifferentialEvolution,
         "front": lambda: ParetoFront(objectives=len(fit.trials)),
     }
-    if solver not in ways:
-        raise InputError(f'"{solver}" is no solver.{did_you_mean(solver, ways)}', field="--solver")
     if solver == "front" and len(fit.trials) < 2:
         raise InputError("front is between several trials, and there is one. Take another solver.", field="--solver")
     several = solver == "front"
@@ -133,6 +139,8 @@ def crawl(
             folder=out,
             progress=lambda done, best: update(f"discrepancy {best:.2g}", done / most),
         )
+        if several:  # of the front, the one with the least sum is told
+            found = replace(found, values=found.values.sum(axis=1, keepdims=True))
         if found.best is None:
             raise InputError("no candidate walks: none of them gave features.", file=str(target))
         update("what the features tell", 1.0)

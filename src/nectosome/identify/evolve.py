@@ -58,13 +58,14 @@ def evolve(
         raise InputError(f"is {evaluations}; at least 1 is needed.", field="evaluations")
     if target is not None and solver.objectives > 1:
         raise InputError("is of one objective; there are several. Leave it out.", field="target")
+    search = solver.search(len(ranges.names), seed)
+    first = next(search)  # a solver that refuses does so before anything is written
     with _journal(folder, ranges, solver, seed, key) if folder is not None else nullcontext() as journal:
         record = _Record(objective, ranges, solver.objectives, journal)
-        search = solver.search(len(ranges.names), seed)
         values, message, cancelled = None, "", False
         while not message:
             try:
-                u = next(search) if values is None else search.send(values)
+                u = first if values is None else search.send(values)
             except StopIteration as end:
                 message = end.value
                 break
@@ -91,7 +92,7 @@ def _journal(folder: str | Path, ranges: Ranges, solver: Evolver, seed: int, key
     path = Path(folder)
     try:
         path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise InputError(f"cannot be used: {reason(error)}.", file=str(path)) from None
     return Journal(path / FILE, hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest())
 

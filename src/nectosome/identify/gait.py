@@ -41,7 +41,7 @@ def discrepancy(
 ) -> Float[np.ndarray, "*batch"]:
     r"""Sum of the squares of $(f^* - f)/f^*$ over the features, and for a robot that fell at t a penalty (eq. 13).
 
-    $\lceil 100 + 5 (t_e - t) \rceil$ of the `seconds` $t_e$ that it was to walk; `fell` is inf where it did not.
+    $100 + 5 (t_e - t)$, rounded up, of the `seconds` $t_e$ that it was to walk; `fell` is inf where it did not.
     """
     off = np.sum(((target - found) / target) ** 2, axis=-1)
     stands = np.isinf(fell)

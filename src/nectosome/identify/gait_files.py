@@ -6,10 +6,9 @@ from typing import Any
 from nectosome.io import InputError, RobotDescription, did_you_mean, load_robot, numeric_paths, resolve
 from nectosome.io.errors import shorten
 from nectosome.io.units import parse_quantity
-from nectosome.io.variables import read_variable
+from nectosome.io.variables import Variable, read_variable
 from nectosome.io.yaml_text import Key, read_text, read_yaml
 from nectosome.robots import describe
-from nectosome.robots.shipped import file_names
 
 from .gait import FEATURES, UNITS
 from .gait_fit import GaitFit, GaitTrial
@@ -39,14 +38,15 @@ def load_gait_fit(path: str | Path) -> GaitFit:
     if not isinstance(trials, list) or not trials:
         raise file.wrong(("trials",), "needs at least one gait, with a dash before it.")
     description = _robot(file, data.get("robot"))
-    try:
-        variables = tuple(read_variable(str(name), str(span), description) for name, span in unknown.items())
-    except InputError as error:
-        raise file.wrong(("unknown", str(error.field)), error.message) from None
+    variables = tuple(_variable(file, name, span, description) for name, span in unknown.items())
     found = tuple(_trial(file, k, one, description) for k, one in enumerate(trials))
     kinds = {"seconds": "time", "window": "time", "error": "number"}
     numbers = {key: file.quantity((key,), data[key], kind) for key, kind in kinds.items() if key in data}
-    return GaitFit(description, variables, found, **numbers)
+    try:
+        return GaitFit(description, variables, found, **numbers)
+    except InputError as error:
+        line = lines.get((error.field or "",)) or lines.get(("unknown", error.field or ""))
+        raise InputError(error.message, file=str(path), line=line, field=error.field) from None
 
 
 class _File:
@@ -57,7 +57,7 @@ class _File:
 
     def wrong(self, at: Key, message: str) -> InputError:
         """The error of a field."""
-        line = self.lines.get(at) or self.lines.get(at[:-1])
+        line = self.lines.get(at) or (self.lines.get(at[:-1]) if at[:-1] else None)
         return InputError(message, file=str(self.path), line=line, field=shorten(".".join(map(str, at))))
 
     def quantity(self, at: Key, text: Any, dimension: str) -> float:
@@ -78,7 +78,14 @@ def _robot(file: _File, name: Any) -> RobotDescription:
     try:
         return load_robot(beside) if beside.suffix in (".yaml", ".yml") else describe(name)
     except InputError as error:
-        raise file.wrong(("robot",), str(error) or did_you_mean(name, file_names())) from None
+        raise file.wrong(("robot",), str(error)) from None
+
+
+def _variable(file: _File, name: str, span: Any, description: RobotDescription) -> Variable:
+    try:
+        return read_variable(name, str(span), description)
+    except InputError as error:
+        raise file.wrong(("unknown", name), error.message) from None
 
 
 def _trial(file: _File, k: int, one: Any, description: RobotDescription) -> GaitTrial:
@@ -89,7 +96,7 @@ def _trial(file: _File, k: int, one: Any, description: RobotDescription) -> Gait
         if key not in (*FEATURES, "set"):
             raise file.wrong((*at, str(key)), f"is not known here.{did_you_mean(str(key), (*FEATURES, 'set'))}")
     for name in FEATURES:
-        if name not in one:
+        if one.get(name) is None:
             raise file.wrong((*at, name), "is missing.")
     a, f, v, z = (file.quantity((*at, f), one[f], _DIMENSIONS[u]) for f, u in zip(FEATURES, UNITS, strict=True))
     changes, quantities = one.get("set", {}), numeric_paths(description)

@@ -30,6 +30,8 @@ class GaitTrial:
 class GaitFit:
     """A robot, what of it is unknown, and the gaits that it must come to.
 
+    Raises InputError for what `Walks` refuses, and for what is both unknown and given in a trial.
+
     - seconds: of a walk, a whole number of windows [s]; of the last one features are taken.
     - error: relative standard error of the features, for what they tell of the parameters.
     """
@@ -40,6 +42,9 @@ class GaitFit:
     seconds: float = 25.0
     window: float = 5.0
     error: float = 0.01
+
+    def __post_init__(self):
+        _ = self._walks  # raises before anything is begun
 
     @cached_property
     def ranges(self) -> Ranges:

@@ -23,6 +23,7 @@ from .gait import gait_of
 _LANES = 8  # side by side: few, so that small generations fill them
 _THREADS = 2
 _UPRIGHT = 0.5  # cosine of the angle by which a robot leans that has fallen
+_LONGEST = 3600.0  # s
 _THIN = 10  # steps from one kept sample to the next
 
 
@@ -52,7 +53,7 @@ class Walks:
     - step [s]: of the classical Runge-Kutta method.
 
     It has fallen when its body leans by more than 60 degrees or is under the floor. Raises InputError for a robot
-    without legs or floor, for unknown names, and where windows do not fit.
+    without legs or floor, for unknown names and those that stand for the same number, and where windows do not fit.
     """
 
     def __init__(
@@ -67,11 +68,23 @@ class Walks:
         limbs = (description.body, *description.limbs.values())
         walks = any(load.kind == "leg" for limb in limbs for load in limb.loads.values())
         if description.water.floor is None or not walks:
-            raise InputError("has no legs that step on a floor, so it has no gait.", field=description.name)
+            told = f"{description.name} has no legs that step on a floor, so it has no gait."
+            raise InputError(told, field="robot")
+        if not 0 < seconds <= _LONGEST:
+            told = f'"{seconds:g} s" is out of range: it must be more than 0 s and at most {_LONGEST:g} s.'
+            raise InputError(told, field="seconds")
         windows = round(seconds / window) if window > 0 else 0
         if windows < 1 or abs(windows * window - seconds) > 1e-9 * seconds:
             raise InputError(f"is {window:g} s; the {seconds:g} s of a walk must be so many of them.", field="window")
+        if abs(round(window / step) * step - window) > 1e-9 * window:
+            raise InputError(f"is {window:g} s; it must be a whole number of steps of {step:g} s.", field="window")
         groups = [resolve(description, path) for path in paths]
+        taken: dict[str, str] = {}
+        for name, group in zip(paths, groups, strict=True):
+            for path in group:
+                if path in taken:
+                    raise InputError(f"is given twice: {taken[path]} stands for it too.", field=name)
+                taken[path] = name
         self.seconds, self.window, self.step = seconds, window, step
         blueprint, self._numbers = blueprint_of(description, tuple(path for group in groups for path in group))
         self._blueprint = blueprint

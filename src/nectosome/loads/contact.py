@@ -16,7 +16,7 @@ _FALL = 0.05  # of the normal force: by how much more than static friction is as
 class Contact(eqx.Module):
     r"""Ground that a point at depth $\delta$ and velocity v pushes on through a spring k and a damper c.
 
-    $$ N = k \delta - \xi c\, v_z, \quad \xi = \min(\delta/\delta_0, 1), \qquad
+    $$ N = k \delta - \xi c\, v_z, \quad \xi = \min(\delta/\delta_0, 1), \quad
        f = k e - c\, v_h, \quad |F_h| \le \mu N $$
 
     The damper grows over the softness $\delta_0$, so that the force is continuous. e is how far the spring is
