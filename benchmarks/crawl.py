@@ -30,7 +30,7 @@ _BATCHES, _REPEATS = (128, 512), 3
 
 
 def main() -> None:
-    description = describe("poseidrone")
+    description = describe("poseidrone_crawl")
     own = np.array([float(get_value(description, name)) for name in NAMES])
     rows = own * (1 + _SPREAD * np.random.default_rng(0).uniform(-1, 1, (max(_BATCHES), own.size)))
     rows[0] = own
@@ -56,7 +56,7 @@ def main() -> None:
 
 def _alone() -> Callable[[], Any]:
     """One walk, compiled for one."""
-    robot = build(describe("poseidrone"))
+    robot = build(describe("poseidrone_crawl"))
     zero, step, count = jnp.zeros(()), jnp.asarray(_STEP), round(_SECONDS / _STEP)
     walk = jax.jit(lambda x: pace(in_plane(robot), zero, x, step, count, keep=lambda x: x.q))
     jax.block_until_ready(walk(robot.initial()))

@@ -28,7 +28,6 @@ OUT = ROOT / "out"
 GENERATED = ROOT / "docs" / "generated"
 COMMANDS = (
     "simulate",
-    "mission",
     "steady",
     "periodic",
     "sweep",

@@ -13,7 +13,7 @@ from .conftest import BALL
 GAIT = "amplitude: 7.4 mm, frequency: 1.98 Hz, speed: 40 mm/s, height: 127 mm"
 GOOD = f"""\
 about: two gaits
-robot: poseidrone
+robot: poseidrone_crawl
 unknown:
   k: 100 N/m .. 300 N/m
   d_r: 0.5 .. 1.5
@@ -29,12 +29,12 @@ GIVEN = ("identify", "crawl", "--target", "gaits.yaml")
 
 # what is put in the place of a text of the good file, and what the answer begins with
 CHANGES = {
-    "no_robot": ("robot: poseidrone", "about_robot: 3", "line 2, about_robot: is not known here."),
-    "robot_gone": ("robot: poseidrone\n", "", "robot: is missing."),
-    "robot": ("poseidrone", "poseidrome", 'line 2, robot: there is no robot called "poseidrome"'),
-    "robot_file": ("poseidrone", "nowhere.yaml", "line 2, robot: "),
-    "robot_bad_file": ("poseidrone", "bad_ball.yaml", "line 2, robot: "),
-    "robot_list": ("poseidrone", "[poseidrone]", "line 2, robot: "),
+    "no_robot": ("robot: poseidrone_crawl", "about_robot: 3", "line 2, about_robot: is not known here."),
+    "robot_gone": ("robot: poseidrone_crawl\n", "", "robot: is missing."),
+    "robot": ("poseidrone_crawl", "poseidrome", 'line 2, robot: there is no robot called "poseidrome"'),
+    "robot_file": ("poseidrone_crawl", "nowhere.yaml", "line 2, robot: "),
+    "robot_bad_file": ("poseidrone_crawl", "bad_ball.yaml", "line 2, robot: "),
+    "robot_list": ("poseidrone_crawl", "[poseidrone_crawl]", "line 2, robot: "),
     "no_legs": (REST, REST_OF.format("flagellum", "E: 1 MPa .. 2 MPa"), "line 2, robot: flagellum has no legs"),
     "no_legs_file": (
         REST,
@@ -48,7 +48,11 @@ CHANGES = {
     "wrong_range": ("100 N/m .. 300 N/m", "100 N .. 300 N", "line 4, unknown.k: "),
     "negative_range": ("100 N/m .. 300 N/m", "-100 N/m .. 300 N/m", "line 4, unknown.k: "),
     "log_of_zero": ("0.5 .. 1.5", "0 .. 1.5 log", "line 5, unknown.d_r: "),
-    "unknown_name": ("d_r: 0.5", "d_s: 0.5", 'line 5, unknown.d_s: there is no quantity called "d_s" in poseidrone.'),
+    "unknown_name": (
+        "d_r: 0.5",
+        "d_s: 0.5",
+        'line 5, unknown.d_s: there is no quantity called "d_s" in poseidrone_crawl.',
+    ),
     "no_quantity": ("d_r: 0.5", "body.kind: 0.5", 'line 5, unknown.body.kind: there is no quantity called "body.kind"'),
     "switch": ("d_r: 0.5", "body.loads.front.pulls: 0.5", "line 5, unknown.body.loads.front.pulls: there is no"),
     "nothing_unknown": ("  k: 100 N/m .. 300 N/m\n  d_r: 0.5 .. 1.5\n", "", "line 3, unknown: needs at least one"),
@@ -89,7 +93,7 @@ CHANGES = {
     "set_unit": ("volume: 0.64 L", "volume: 0.64 m", "line 10, trials.1.set.volume: "),
     "set_bare": ("volume: 0.64 L", "volume: 0.64", 'line 10, trials.1.set.volume: "0.64" has no unit.'),
     "set_minus": ("volume: 0.64 L", "volume: -0.64 L", "line 10, trials.1.set.volume: "),
-    "key_twice": ("about: two gaits", "robot: poseidrone", 'line 2: "robot" occurs twice here'),
+    "key_twice": ("about: two gaits", "robot: poseidrone_crawl", 'line 2: "robot" occurs twice here'),
 }
 WHOLE = {
     "empty": "",
@@ -102,7 +106,7 @@ WHOLE = {
     "trials_group": GOOD[: GOOD.index("  - ")] + f"  first: {{{GAIT}}}\n",
     "no_trials": GOOD[: GOOD.index("trials:")],
     "trial_word": GOOD[: GOOD.index("  - ")] + "  - fast\n",
-    "unknown_word": "robot: poseidrone\nunknown: k\ntrials: []\n",
+    "unknown_word": "robot: poseidrone_crawl\nunknown: k\ntrials: []\n",
 }
 
 
@@ -171,7 +175,7 @@ def test_a_search_is_written_and_goes_on_where_it_ended(nectosome, gaits):
     for words in ("after 12 evaluations", "trial 2", "reached", "as good", "the features tell", "written: more.nc"):
         assert words in more.out
     page = (gaits / "six.html").read_text()
-    for words in ("What the features tell", "Search", "poseidrone, to gaits of gaits.yaml by cmaes"):
+    for words in ("What the features tell", "Search", "poseidrone_crawl, to gaits of gaits.yaml by cmaes"):
         assert words in page
     other = nectosome(*asked, "--evaluations", "12", "--seed", "1")
     assert other.code == 2

@@ -1,4 +1,4 @@
-"""`nectosome mission`: what it prints, writes and refuses."""
+"""`nectosome simulate --mission`: what it prints, writes and refuses."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,9 @@ def drop(tmp_path):
 
 
 def test_modes_and_events_are_told_and_kept(nectosome, ball, drop, tmp_path):
-    answer = nectosome("mission", str(ball), drop, "--save", "run.nc", "--plot", "run.html", "--step", "10ms")
+    answer = nectosome(
+        "simulate", str(ball), "--mission", drop, "--save", "run.nc", "--plot", "run.html", "--step", "10ms"
+    )
     assert (answer.code, answer.err) == (0, "")
     assert "sink  z < -0.3 m  1.047" in answer.out
     assert "every mode came to its end" in answer.out
@@ -32,24 +34,25 @@ def test_modes_and_events_are_told_and_kept(nectosome, ball, drop, tmp_path):
 
 def test_a_mission_that_does_not_come_to_its_end_says_why(nectosome, ball, drop, tmp_path):
     (tmp_path / drop).write_text("modes: [{name: fly, until: z > 1 m, longest: 1 s}]")
-    answer = nectosome("mission", str(ball), drop, "--step", "10ms")
+    answer = nectosome("simulate", str(ball), "--mission", drop, "--step", "10ms")
     assert (answer.code, answer.err) == (1, "ball: fly took longer than 1 s without coming to z > 1 m.\n")
 
 
 @pytest.mark.parametrize(
     ("argv", "message"),
     [
-        (("ball.yaml", "none.yaml"), "none.yaml: cannot be read: No such file or directory."),
-        (("ball.yaml",), "file: no mission ships for ball.yaml. Give the file of one."),
-        (("ball.yaml", "bad.yaml"), 'bad.yaml, line 1, modes.0.until: "then" is nothing that a mode can end with.'),
-        (("ball.yaml", "drop.yaml", "--step", "1 s"), '--step: "1 s" is out of range: it must be at most 0.1 s.'),
-        (("ball.yaml", "drop.yaml", "--plot", "a.png"), '--plot: "a.png" does not end in .html'),
+        (("--mission", "none.yaml"), "none.yaml: cannot be read: No such file or directory."),
+        (("--mission", "bad.yaml"), 'bad.yaml, line 1, modes.0.until: "then" is nothing that a mode can end with.'),
+        (("--mission", "drop.yaml", "--step", "1 s"), "--step: 1 s is out of range: it must be at most 0.1 s."),
+        (("--mission", "drop.yaml", "--plot", "a.png"), '--plot: "a.png" does not end in .html'),
+        (("--mission", "drop.yaml", "--time", "3 s"), "--time: a mission takes even steps until its modes end."),
+        (("--step", "1 s"), "--step: is of a mission; else steps follow from --rtol."),
     ],
 )
 def test_a_mistake_is_told_in_a_sentence_and_nothing_is_written(nectosome, ball, drop, tmp_path, argv, message):
     (tmp_path / "bad.yaml").write_text("modes: [{name: a, until: then}]")
     before = sorted(tmp_path.iterdir())
-    answer = nectosome("mission", *argv, "--save", "run.nc")
+    answer = nectosome("simulate", "ball.yaml", *argv, "--save", "run.nc")
     assert answer.code == 2
     assert answer.err.startswith(message)
     assert answer.err.count("\n") == 1

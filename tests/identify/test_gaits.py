@@ -22,7 +22,7 @@ TRUE = np.array([205.8, 6.65])  # k, m_a
 @pytest.fixture(scope="module")
 def fit():
     """Two unknowns, and two trials whose features are those of walks of 3 s with known parameters."""
-    robot = describe("poseidrone")
+    robot = describe("poseidrone_crawl")
     variables = tuple(read_variable(name, crawl.BOX[name], robot) for name in ("k", "m_a"))
     changes = [{"volume": crawl.MASS / rho} for rho in (1238.0, 1178.0)]
     blank = tuple(GaitTrial((1.0, 1.0, 1.0, 1.0), change) for change in changes)
@@ -62,7 +62,9 @@ def test_walks_side_by_side_are_those_of_simulate(fit):
     """Heave and lean over the window, against an adaptive method of another order: to 10 um and 0.01 deg."""
     (one, _) = fit.walked(TRUE[None])
     times = np.linspace(0.0, 3.0, 301)
-    run = simulate(build(describe("poseidrone")), 3.0, samples=times.tolist(), method="explicit", rtol=1e-7, atol=1e-9)
+    run = simulate(
+        build(describe("poseidrone_crawl")), 3.0, samples=times.tolist(), method="explicit", rtol=1e-7, atol=1e-9
+    )
     q = np.asarray(run.value.state.q)[150:]
     np.testing.assert_allclose(one.series[0, :, 1], q[:, 1], atol=1e-5)
     np.testing.assert_allclose(one.series[0, :, 2], q[:, 2], atol=2e-4)
@@ -93,7 +95,7 @@ def test_two_trials_are_two_objectives_too(fit):
 
 def test_a_robot_that_leans_over_falls():
     """Buoyancy below the centre of mass: it turns over within the second."""
-    walks = Walks(describe("poseidrone"), ["limbs.module.offset.2"], seconds=3.0, window=1.5)
+    walks = Walks(describe("poseidrone_crawl"), ["limbs.module.offset.2"], seconds=3.0, window=1.5)
     found = walks(np.array([[-0.3], [0.0878325]]))
     assert 0.1 < found.fell[0] < 2.0
     assert np.isinf(found.fell[1])
@@ -103,8 +105,8 @@ def test_what_cannot_walk_is_refused():
     with pytest.raises(InputError, match="has no legs"):
         Walks(describe("flagellum"), ["water.density"])
     with pytest.raises(InputError, match="must be so many of them"):
-        Walks(describe("poseidrone"), ["k"], seconds=2.0, window=0.7)
-    robot = describe("poseidrone")
+        Walks(describe("poseidrone_crawl"), ["k"], seconds=2.0, window=0.7)
+    robot = describe("poseidrone_crawl")
     variables = (read_variable("k", crawl.BOX["k"], robot),)
     with pytest.raises(InputError, match="is unknown, and cannot be given too"):
         GaitFit(robot, variables, (GaitTrial(crawl.TARGET, {"k": 100.0}),)).walked(np.array([[100.0]]))
@@ -119,6 +121,6 @@ def test_the_file_that_ships_is_the_papers_fit():
 
 def test_the_robot_that_ships_has_the_papers_buoyancy():
     """0.755 kg at 1238 kg/m3, 0.09 m from the centre of mass, 12.6 deg ahead of straight above."""
-    robot = describe("poseidrone")
+    robot = describe("poseidrone_crawl")
     for path, value in crawl.module(*crawl.OWN).items():
         assert float(get_value(robot, path)) == pytest.approx(value, rel=1e-5)

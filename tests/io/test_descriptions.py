@@ -92,7 +92,7 @@ def test_python_gives_si_floats():
         {"name": "a", "body": {"kind": "rigid", "shape": "point", "mass": 2.5, "volume": "1 L"}}
     )
     assert (robot.body.mass, robot.body.volume) == (2.5, 0.001)
-    with pytest.raises(ValidationError, match="must be more than 0 kg"):
+    with pytest.raises(ValidationError, match="must be at least 0 kg"):
         RobotDescription.model_validate({"name": "a", "body": {"kind": "rigid", "shape": "point", "mass": -1.0}})
 
 

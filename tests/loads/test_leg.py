@@ -28,7 +28,7 @@ def walk():
     run = jax.jit(run, static_argnums=2)
 
     def walked(*changes, seconds=2.0, step=1e-3, robot=None):
-        robot = build(describe("poseidrone", list(changes))) if robot is None else robot
+        robot = build(describe("poseidrone_crawl", list(changes))) if robot is None else robot
         return np.asarray(run(robot, _n(step), round(seconds / step)))
 
     return walked
@@ -69,7 +69,7 @@ def test_a_robot_that_stands_presses_with_its_weight_in_water(walk):
 def _pushed(force):
     """Standing on slippery ground, pushed at its centre of mass by so many times its weight in water."""
     data = describe(
-        "poseidrone", [*STILL, "mu_s=0.2", "mu_d=0.1", "d_r=4", "body.joint.start.position.2=130.35 mm"]
+        "poseidrone_crawl", [*STILL, "mu_s=0.2", "mu_d=0.1", "d_r=4", "body.joint.start.position.2=130.35 mm"]
     ).model_dump(exclude_unset=True)
     data["body"]["loads"]["push"] = {"kind": "force", "force": (force * WEIGHT, 0.0, 0.0)}
     return build(RobotDescription.model_validate(data))
@@ -147,7 +147,7 @@ def test_steps_of_a_millisecond_are_fine_enough(walk):
 
 def _in_space(early=0.0):
     """The crawler with four legs of its own on a free body; cranks of the left ones are `early` [rad]."""
-    data = describe("poseidrone").model_dump(exclude_unset=True)
+    data = describe("poseidrone_crawl").model_dump(exclude_unset=True)
     legs = {}
     for name in ("front", "rear"):
         one = data["body"]["loads"].pop(name)
@@ -178,16 +178,16 @@ def test_legs_of_one_side_that_step_earlier_roll_the_body(walk):
 
 def test_without_a_floor_it_only_sculls_and_sinks(walk):
     """It falls, until drag carries its weight: 31.8 v^2 = W, and little by its legs."""
-    data = describe("poseidrone", [*STILL]).model_dump(exclude_unset=True)
+    data = describe("poseidrone_crawl", [*STILL]).model_dump(exclude_unset=True)
     data["water"].pop("floor")
     q = walk(robot=build(RobotDescription.model_validate(data)), seconds=6.0)
     assert (q[-2, 1] - q[-1, 1]) / 1e-3 == pytest.approx(np.sqrt(WEIGHT / 31.8), rel=0.02)
 
 
 def test_it_moves_in_a_plane():
-    assert moves_in_plane(build(describe("poseidrone")))
+    assert moves_in_plane(build(describe("poseidrone_crawl")))
 
 
 def test_a_crank_that_reaches_its_bearing_is_refused():
     with pytest.raises(InputError, match="the crank reaches its bearing"):
-        describe("poseidrone", ["body.loads.front.bearing.1=-10 mm"])
+        describe("poseidrone_crawl", ["body.loads.front.bearing.1=-10 mm"])

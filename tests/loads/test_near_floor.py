@@ -68,8 +68,8 @@ def accelerations(robot, q, v):
 
 def test_on_the_floor_the_mission_s_robot_is_the_crawler():
     """The same accelerations at any state up to 15 cm over the floor; 14 cm further up they are others."""
-    mission = build(describe("poseidrone_mission", ["volume=0.609854604 L", "legs=12.4602 rad/s"]))
-    crawler, r = build(describe("poseidrone")), np.random.default_rng(0)
+    mission = build(describe("poseidrone", ["volume=0.609854604 L", "legs=12.4602 rad/s"]))
+    crawler, r = build(describe("poseidrone_crawl")), np.random.default_rng(0)
     for height in (0.12, 0.13, 0.149, 0.29):
         q, v = _n([0.5, height, 0.2]), _n(0.1 * r.normal(size=3))
         mine, its = accelerations(mission, q, v), accelerations(crawler, q, v)
@@ -78,14 +78,14 @@ def test_on_the_floor_the_mission_s_robot_is_the_crawler():
 
 def test_in_open_water_it_is_the_swimmer():
     """(M + m_as) dv/dt = -Lambda |v| v in surge, but for its feet, which scull: 0.755 + 2.768 kg, 5.094 kg/m."""
-    robot = build(describe("poseidrone_mission", ["body.loads.front.count=1e-12", "body.loads.rear.count=1e-12"]))
+    robot = build(describe("poseidrone", ["body.loads.front.count=1e-12", "body.loads.rear.count=1e-12"]))
     found = accelerations(robot, _n([0.5, 0.3, 0.0]), _n([-0.08, 0.0, 0.0]))
     assert float(found[0]) == pytest.approx(5.094 * 0.08**2 / (0.755 + 2.768), rel=1e-6)
 
 
 def test_it_floats_with_97_percent_of_its_volume_in_the_water():
     """An ellipsoid stands out by the share (1 - d)^2 (2 + d)/4, its centre d half heights under the surface."""
-    robot, tilt = build(describe("poseidrone_mission")), np.radians(12.6)
+    robot, tilt = build(describe("poseidrone")), np.radians(12.6)
     d = brentq(lambda d: (1 - d) ** 2 * (2 + d) / 4 - 0.03, 0.0, 1.0)
     half = np.hypot(0.08 * np.sin(tilt), 0.0475982 * np.cos(tilt))
     low, high = (

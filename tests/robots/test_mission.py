@@ -88,7 +88,7 @@ def test_what_stands_already_ends_its_mode_at_once():
 @pytest.fixture(scope="module")
 def dives():
     """PoseiDRONE let down near the floor, five steps, up again: with steps of 1 ms and of half as much."""
-    robot = describe("poseidrone_mission", ["body.joint.start.position.2=0.2 m", "volume=0.65 L"])
+    robot = describe("poseidrone", ["body.joint.start.position.2=0.2 m", "volume=0.65 L"])
     modes = (
         "{name: dive, set: {volume: 0.609855 L in 1 s}, until: touchdown}",
         "{name: crawl, set: {legs: 12.4602 rad/s in 0.5 s}, until: 2.5 s}",

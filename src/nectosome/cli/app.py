@@ -16,7 +16,6 @@ from nectosome.cli.correct import correct
 from nectosome.cli.design import design
 from nectosome.cli.identify import identify
 from nectosome.cli.measure import measure
-from nectosome.cli.mission import mission
 from nectosome.cli.output import tell
 from nectosome.cli.periodic import periodic
 from nectosome.cli.reproduce import reproduce
@@ -37,7 +36,7 @@ app = App(
     result_action="return_value",
 )
 for command in (
-    *(reproduce, simulate, mission, steady, periodic, sweep),
+    *(reproduce, simulate, steady, periodic, sweep),
     *(design, measure, identify, correct, show, check, schema),
 ):
     app.command(command)

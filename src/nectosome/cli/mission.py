@@ -1,14 +1,12 @@
-"""`nectosome mission`: a robot that goes through modes as time passes and things happen."""
+"""A robot that goes through the modes of a mission as time passes and things happen: `simulate --mission`."""
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from cyclopts import Parameter
 from rich.text import Text
 
-from nectosome.cli.options import read_duration
-from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.output import tell, write
 from nectosome.cli.page import columns, ending, number, page
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import InputError, save_dataset
@@ -19,33 +17,16 @@ if TYPE_CHECKING:
 _LONGEST = 0.1  # s, of a step
 
 
-def mission(
-    robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")],
-    file: Annotated[Path | None, Parameter(help="Mission file; by default the one that ships for the robot.")] = None,
-    /,
-    *,
-    settings: Annotated[
-        list[str] | None, Parameter("--set", help="PATH=VALUE, such as omega=14.4rad/s; may be repeated.")
-    ] = None,
-    step: Annotated[str, Parameter(help="Length of a time step.", allow_leading_hyphen=True)] = "1ms",
-    save: Annotated[Path | None, Parameter(help="Write the run to this netCDF file (.nc).")] = None,
-    plot: Annotated[Path | None, Parameter(help="Write a page with the run to this file (.html).")] = None,
-) -> int:
-    """Take a robot through the modes of a mission and tell when each of them ended."""
-    seconds = read_duration(step, "--step")
-    if seconds > _LONGEST:
-        raise InputError(f'"{step}" is out of range: it must be at most {_LONGEST} s.', field="--step")
-    for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
-        if target is not None:
-            check_target(target, option, suffix)
+def fly(robot: str, settings: list[str] | None, file: Path, step: float, save: Path | None, plot: Path | None) -> int:
+    """Take a robot through the modes of a mission, tell when each of them ended, and return the exit code."""
+    if step > _LONGEST:
+        raise InputError(f"{step:g} s is out of range: it must be at most {_LONGEST} s.", field="--step")
 
     from nectosome import robots
     from nectosome.io.describe_mission import load_mission
 
     description = robots.describe(robot, settings or ())
-    path = file or robots.mission_of(robot)
-    if path is None:
-        raise InputError(f"no mission ships for {robot}. Give the file of one.", field="file")
+    path = robots.mission_of(str(file)) or file
     modes = load_mission(path, description)
     with progress_bar(description.name) as update:
 
@@ -54,10 +35,10 @@ def mission(
                 update(mode, share)
                 return going_on()
 
-            return robots.run_mission(modes, step=seconds, progress=progress)
+            return robots.run_mission(modes, step=step, progress=progress)
 
         flown = cancellable(compute)
-    asked = {"robot": robot, "mission": str(path), "set": settings or [], "step": seconds}
+    asked = {"robot": robot, "mission": str(path), "set": settings or [], "step": step}
     found = robots.mission_data(flown, asked)
     write(_told(found))
     if save is not None:

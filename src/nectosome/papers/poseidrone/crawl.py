@@ -1,6 +1,6 @@
 """Crawling: parameters from four features of the gait, what these tell, and other densities and buoyancies.
 
-The legs' geometry is not printed: that of `poseidrone.yaml` is one with which Table 3's features come out.
+The legs' geometry is not printed: that of `poseidrone_crawl.yaml` is one with which Table 3's features come out.
 """
 
 import math
@@ -60,7 +60,7 @@ def module(density: float, distance: float, angle: float) -> dict[str, float]:
 
 def fit() -> GaitFit:
     """The crawler, Table 3's unknowns, and features at 1238 kg/m3."""
-    description = describe("poseidrone")
+    description = describe("poseidrone_crawl")
     variables = tuple(read_variable(name, span, description) for name, span in BOX.items())
     return GaitFit(description, variables, (GaitTrial(TARGET, module(*OWN)),))
 

@@ -10,7 +10,7 @@ from nectosome.robots import Flown, describe, mission_data, mission_of, run_miss
 
 from ..study import Part, Progress
 
-ROBOT = "poseidrone_mission"
+ROBOT = "poseidrone"
 _TURNS = 10  # of the cranks, at the end of crawling: the paper takes the last 5 s
 _STEP, _QUICK = 5e-4, 1e-3  # s
 
