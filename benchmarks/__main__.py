@@ -16,6 +16,7 @@ BENCHMARKS = {
     "paddle": True,
     "batches": False,
     "crawl": True,
+    "mission": True,
     "command_line": False,
     "reading": True,
     "crawl_search": False,

@@ -124,3 +124,11 @@ def test_the_robot_that_ships_has_the_papers_buoyancy():
     robot = describe("poseidrone_crawl")
     for path, value in crawl.module(*crawl.OWN).items():
         assert float(get_value(robot, path)) == pytest.approx(value, rel=1e-5)
+
+
+@pytest.mark.slow
+def test_steps_of_a_millisecond_leave_the_gait_as_it_is():
+    """25 s with the values of Table 3: eq. 13 between steps of 1 ms and of a twentieth is at most 1e-6."""
+    robot, row = describe("poseidrone_crawl"), np.array([[205.8]])
+    coarse, fine = (Walks(robot, ["k"], step=step)(row) for step in (1e-3, 5e-5))
+    assert discrepancy(fine.gait[0], coarse.gait[0], fine.fell[0], 25.0) <= 1e-6
