@@ -9,7 +9,8 @@ import time
 import numpy as np
 import pytest
 
-from nectosome.identify import CmaEs, DifferentialEvolution, Genetic, ParetoFront, evolve, undominated
+from nectosome.core.strategies import undominated
+from nectosome.identify import CmaEs, DifferentialEvolution, Genetic, ParetoFront, evolve
 from nectosome.identify.evolve import FILE
 from nectosome.io import InputError
 from nectosome.io.ranges import Ranges

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.identify.evolvers import covariance_strategy
+from nectosome.core.strategies import covariance_strategy
 
 from .task import Evaluate, Evaluation, Outcome, Solver, require
 

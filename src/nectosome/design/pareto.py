@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.identify import undominated
-from nectosome.identify.evolvers import need_pymoo
+from nectosome.core.strategies import need_pymoo, undominated
 
 from .gradient import Gradient
 from .task import Evaluate, Evaluation, Outcome, Solver, require

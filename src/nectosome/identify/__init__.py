@@ -2,7 +2,7 @@
 
 from .alignment import Rigid, align_inliers, align_points
 from .evolve import evolve
-from .evolved import Evolved, undominated
+from .evolved import Evolved
 from .evolvers import CmaEs, DifferentialEvolution, Evolver, Genetic, ParetoFront
 from .experiments import Experiments, Told
 from .gaussian_process import Surface, Term, gaussian_process
@@ -58,6 +58,5 @@ __all__ = [
     "observe",
     "profile",
     "table_of",
-    "undominated",
     "uniform_plan",
 ]

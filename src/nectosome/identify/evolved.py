@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float, Int
 
+from nectosome.core.strategies import undominated
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -61,14 +63,3 @@ class Evolved:
             {"parameter": np.array(self.names, dtype=str)},
             {"message": self.message},
         )
-
-
-def undominated(values: Float[np.ndarray, "m k"]) -> Int[np.ndarray, "f"]:
-    """Indices of the rows of k costs that no other row equals or beats in all, by rising first cost; of equals one."""
-    kept: list[int] = []
-    front = np.empty_like(values)
-    for k in np.lexsort(values.T[::-1]):  # what beats a row comes before it
-        if not (front[: len(kept)] <= values[k]).all(axis=1).any():
-            front[len(kept)] = values[k]
-            kept.append(int(k))
-    return np.array(kept, dtype=int)

@@ -5,9 +5,7 @@ where a candidate has none, and returns in words why it has ended. The same n, s
 places. The number of candidates may differ from one generation to the next.
 """
 
-import importlib.util
 import math
-import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Generator
 from dataclasses import dataclass
@@ -16,6 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
+from nectosome.core.strategies import covariance_strategy, need_pymoo
 from nectosome.io import InputError
 
 Search = Generator[Float[np.ndarray, "m n"], Float[np.ndarray, "m k"], str]
@@ -138,36 +137,6 @@ class ParetoFront(Evolver):
         from pymoo.algorithms.moo.nsga2 import NSGA2  # pyright: ignore[reportMissingImports]
 
         return (yield from _of_pymoo(NSGA2(self.population), n, self.objectives, seed))
-
-
-def need_pymoo(what: str) -> None:
-    """Raise InputError where pymoo is not installed."""
-    if importlib.util.find_spec("pymoo") is None:
-        raise InputError(f'pymoo is needed for {what}: pip install "nectosome[pymoo]".')
-
-
-def covariance_strategy(
-    start: Float[np.ndarray, "n"],
-    spread: float,
-    tolerance: float,
-    population: int | None,
-    rng: np.random.Generator,
-    **options: Any,
-) -> Any:
-    """A `CMAEvolutionStrategy` in the unit box that draws from `rng` and leaves no files."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # cma's own, about options it is given on purpose
-        from cma import CMAEvolutionStrategy  # pyright: ignore[reportMissingImports]
-
-        own = {
-            "bounds": [[0.0] * start.size, [1.0] * start.size],
-            "randn": lambda *shape: rng.standard_normal(shape),  # cma's numbers are those of the whole process
-            "seed": math.nan,
-            "tolx": tolerance,
-            "verbose": -9,
-        }
-        size = {} if population is None else {"popsize": population}
-        return CMAEvolutionStrategy(start, spread, own | size | options)
 
 
 def _one_run(strategy: Any) -> Generator[np.ndarray, np.ndarray, int]:

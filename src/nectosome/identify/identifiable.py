@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from nectosome.io import InputError
 from nectosome.io.ranges import Ranges
@@ -95,7 +95,7 @@ class Identifiability:
 
     def intervals(self, coverage: float = 0.95) -> tuple[Interval, ...]:
         r"""Intervals by the data alone: normal on their scales with $F^{-1}$ (Laplace), cut at the bounds."""
-        u, wide = self.ranges.places(self.theta), norm.ppf(0.5 + coverage / 2)
+        u, wide = self.ranges.places(self.theta), ndtri(0.5 + coverage / 2)
         half = wide * np.sqrt(self.directions.T**2 @ (1 / np.maximum(self.eigenvalues, _FLAT)))
         ends = self.ranges.values(np.clip([u - half, u + half], 0.0, 1.0))
         return intervals_of(ends.T, np.stack([u - half > 0, u + half < 1], axis=1))

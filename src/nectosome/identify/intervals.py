@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 from scipy.optimize import brentq
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from .identifiable import Interval, identifiability, intervals_of
 from .misfit import Fit, Misfit
@@ -46,7 +46,7 @@ def profile(misfit: Misfit, theta: Float[np.ndarray, "n"], name: str, coverage: 
     starting from the nearest one. Where the bound comes first the end is not told. Where a better fit is met on the
     way, all begins anew from it. Raises InputError for an unknown parameter.
     """
-    k, threshold = misfit.index(name), float(chi2.ppf(coverage, 1))
+    k, threshold = misfit.index(name), float(chdtri(1, 1 - coverage))
     best = misfit.fit(theta)
     start = misfit.places(best.theta)[k]
     first = min(_STEP * float(identifiability(misfit, best.theta).errors[k]), _LARGEST)

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from scipy.ndimage import convolve1d
 from scipy.optimize import least_squares
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from nectosome.measure.signals.noise import correlation_time
 
@@ -58,7 +58,7 @@ class Estimate(NamedTuple):
 
     def interval(self, coverage: float = 0.95) -> Float[np.ndarray, "k 2"]:
         """Normal interval of each parameter that holds the true one with this probability."""
-        half = norm.ppf(0.5 + coverage / 2) * self.errors
+        half = ndtri(0.5 + coverage / 2) * self.errors
         return np.stack([self.values - half, self.values + half], axis=1)
 
     def of(self, f: Callable[[Array], Array]) -> Self:

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from scipy.stats import norm
+from scipy.special import ndtri
 
-SIDES = float(norm.ppf(0.975))  # standard errors to each side of a 95 % interval
+SIDES = float(ndtri(0.975))  # standard errors to each side of a 95 % interval
 _LEAST = 0.01  # of the largest measured value: a percentage of less says nothing
 
 

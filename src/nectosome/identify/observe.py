@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
-from scipy.stats import norm
-from scipy.stats import t as student_t
+from scipy.special import ndtri, stdtrit
 
 from nectosome.io import InputError
 
@@ -125,7 +124,7 @@ def _errors(groups: Sequence[Sequence[float]]) -> Float[np.ndarray, "k"]:
         return np.full(len(counts), np.nan)
     size = _sizes(off, np.abs(means), 1 - 1 / counts, 2)
     squares = sum(np.sum((d / x) ** 2) for d, x in zip(off, size, strict=True))
-    wider = student_t.ppf(0.975, free) / norm.ppf(0.975)
+    wider = stdtrit(free, 0.975) / ndtri(0.975)
     return wider * np.sqrt(squares / free / counts) * size
 
 

@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from .experiments import Experiments
 from .gaussian_process import Surface
@@ -82,9 +82,9 @@ def _best(found: Surface, fitted: Corrected, experiments: Experiments, aim: Aim)
     best = float(np.max(sign * fitted.predict(experiments.conditions).mean))
     error = np.maximum(found.error, 1e-300)
     z = (sign * found.mean - best) / error
-    gain = error * (z * norm.cdf(z) + norm.pdf(z))
+    gain = error * (z * ndtr(z) + np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi))
     k = int(np.argmax(gain))
-    if norm.cdf(z[k]) < _UNLIKELY:
+    if ndtr(z[k]) < _UNLIKELY:
         return int(np.argmax(found.error)), f"least known, since nothing is likely to better the {aim} so far"
     return k, f"may better the {aim} so far, {sign * best:.3g} {unit}, by {gain[k]:.2g} {unit} on the mean"
 

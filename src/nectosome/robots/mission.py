@@ -9,7 +9,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
-from scipy.optimize import brentq
 
 from nectosome.core import State
 from nectosome.core.remember import remembered
@@ -219,6 +218,8 @@ def _locate(
 
 def _zero(f: Callable[[float], float], step: float) -> float:
     """Where f crosses 0 within a step."""
+    from scipy.optimize import brentq  # takes half a second
+
     return float(brentq(f, 0.0, step, xtol=_SURE))  # pyright: ignore[reportArgumentType]
 
 

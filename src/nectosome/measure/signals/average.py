@@ -2,7 +2,7 @@
 
 import numpy as np
 import xarray as xr
-from scipy.stats import t as student_t
+from scipy.special import stdtrit
 
 from .labels import CORRELATED, SE, quantities, with_step
 
@@ -23,7 +23,7 @@ def average(recording: xr.Dataset, dim: str, function: str, coverage: float) -> 
         )
     if not 0 < coverage < 1:
         raise ValueError(f"{function}: coverage is {coverage:g}; it must lie between 0 and 1.")
-    wide = float(student_t.ppf(0.5 + coverage / 2, n - 1))
+    wide = float(stdtrit(n - 1, 0.5 + coverage / 2))
     new = {}
     for name in quantities(recording, dim):
         x = recording[name]

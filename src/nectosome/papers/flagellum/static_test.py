@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Array, Float
 from scipy.optimize import least_squares
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from nectosome.core import Status
 from nectosome.io import RobotDescription, apply_settings, parse_robot
@@ -46,7 +46,7 @@ def stiffness_test(seed: int = 1) -> Stiffness:
     model = _markers(description)
     fit = least_squares(lambda e: ((model(np.exp(e[0])) - seen) / _NOISE).ravel(), [np.log(3e6)], diff_step=1e-4)
     free = seen.size - 1
-    spread = np.sqrt(2 * fit.cost / free / np.sum(fit.jac**2)) * student.ppf(0.975, free)
+    spread = np.sqrt(2 * fit.cost / free / np.sum(fit.jac**2)) * stdtrit(free, 0.975)
     young = float(np.exp(fit.x[0]))
     low, high = (float(np.exp(fit.x[0] + sign * spread)) for sign in (-1, 1))
     shapes = xr.Dataset(

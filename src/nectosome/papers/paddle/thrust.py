@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from nectosome.core import Status
+from nectosome.core.strategies import undominated
 from nectosome.design.sweep import sweep
-from nectosome.identify import undominated
 from nectosome.io import RevoluteJoint, RobotDescription, get_value
 from nectosome.robots import build, describe
 from nectosome.solve import periodic
