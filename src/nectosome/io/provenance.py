@@ -1,6 +1,7 @@
 """Where a result comes from: versions, machine, time and settings."""
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 PACKAGES = ("jax", "jaxlib", "equinox", "numpy", "pydantic", "xarray", "h5netcdf")
@@ -23,6 +24,7 @@ def provenance(settings: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
+@cache  # each reads a file
 def _version(package: str) -> str:
     from importlib.metadata import PackageNotFoundError, version
 
