@@ -20,7 +20,7 @@ from nectosome.solve import pace
 
 from .gait import gait_of
 
-_LANES = 8  # side by side: few, so that small generations fill them
+_FEW, _MANY = 8, 25  # lanes side by side: small generations fill few, large ones go quicker with many
 _THREADS = 2
 _UPRIGHT = 0.5  # cosine of the angle by which a robot leans that has fallen
 _LONGEST = 3600.0  # s
@@ -95,9 +95,10 @@ class Walks:
     def __call__(self, rows: Float[np.ndarray, "m k"]) -> Walked:
         """Walk with each row of numbers."""
         m = len(rows)
-        padded = np.concatenate([rows, np.repeat(rows[-1:], -m % _LANES, axis=0)])
+        lanes = _MANY if m >= _THREADS * _MANY else _FEW
+        padded = np.concatenate([rows, np.repeat(rows[-1:], -m % lanes, axis=0)])
         with ThreadPoolExecutor(_THREADS) as pool:
-            parts = [*pool.map(self._lanes, np.split(padded, len(padded) // _LANES))]
+            parts = [*pool.map(self._lanes, np.split(padded, len(padded) // lanes))]
         return Walked(*(np.concatenate(each)[:m] for each in zip(*parts, strict=True)))
 
     def _lanes(self, rows: Float[np.ndarray, "w k"]) -> tuple[np.ndarray, ...]:
