@@ -15,6 +15,7 @@ import pytest
 
 from nectosome import solve
 from nectosome.io import load_dataset
+from nectosome.robots import names
 
 WEIGHT = 4 / 3 * np.pi * 0.02**3 * 1200 * 9.80665  # of the ball [N]
 SPEED = np.sqrt(WEIGHT / 6 / (0.5 * 1000 * 1.2e-3))  # where drag carries what buoyancy leaves of it [m/s]
@@ -158,6 +159,13 @@ def test_show_draws_the_parts_of_a_robot(nectosome):
     ):
         assert text in answer.out
     assert "4 torsion, 4 bending_y, 4 bending_z" in answer.out
+
+
+@pytest.mark.parametrize("robot", [name for name in names() if not name.startswith(("flagell", "beetle"))])
+def test_each_robot_that_ships_is_shown(nectosome, robot):
+    answer = nectosome("show", robot)
+    assert (answer.code, answer.err) == (0, "")
+    assert answer.out.startswith(robot.rstrip("0123456789"))
 
 
 def test_show_hands_a_run_to_the_view(nectosome, ball_run, monkeypatch):
