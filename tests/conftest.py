@@ -3,9 +3,10 @@
 from hypothesis import settings
 from jaxtyping import install_import_hook
 
-# `io` checks its own input; the rooms that hold arrays are checked by their annotations
+# `io` checks its own input; the rooms that JAX traces are checked by their annotations, once a program and not at each
+# call as those of numpy would be
 install_import_hook(
-    [f"nectosome.{room}" for room in ("core", "mechanism", "loads", "solve", "robots", "design")], "beartype.beartype"
+    [f"nectosome.{room}" for room in ("core", "mechanism", "loads", "solve", "robots")], "beartype.beartype"
 )
 
 settings.register_profile("nectosome", deadline=None, max_examples=30, derandomize=True)

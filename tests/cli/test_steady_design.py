@@ -122,7 +122,7 @@ def test_a_robot_without_drives_or_limits_is_designed_too_and_has_no_efficiency(
 
 
 @pytest.mark.skipif(os.name != "posix", reason="processes are killed the POSIX way")
-@pytest.mark.parametrize("by", [signal.SIGKILL, signal.SIGINT])
+@pytest.mark.parametrize("by", [signal.SIGINT, pytest.param(signal.SIGKILL, marks=pytest.mark.slow)])
 def test_a_design_that_is_stopped_goes_on_to_the_same_best(nectosome, whole, tmp_path, by):
     code = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # in the background it is deaf
     code += "if __name__ == '__main__': from nectosome.cli.app import run; run()"

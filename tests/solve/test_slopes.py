@@ -108,6 +108,7 @@ def compare(description, paths, measure, steps):
 PADDLE = ("limbs.segment1.joint.flexure.young", "A", "f")
 
 
+@pytest.mark.slow
 def test_the_slopes_of_a_paddles_thrust_are_those_of_differences():
     """Its hinge closes and opens its stop in each cycle."""
     compare(describe("paddle", ["N=1"]), PADDLE, mean_thrust, [1e-4])
