@@ -1,4 +1,6 @@
-"""Small robots whose drives repeat themselves."""
+"""Small robots: some whose drives repeat themselves, and one that is pushed and sinks."""
+
+from nectosome.io import parse_robot
 
 I, K, C, M0, F = 0.02, 0.8, 0.03, 0.05, 1.3  # kg m2, N m/rad, N m s/rad, N m, Hz
 DRIVEN = f"""
@@ -75,3 +77,20 @@ limbs:
       lower: {stiffness: 10 N m/rad, damping: 0.01 N m s/rad}
     loads: {drag: {kind: plate_drag, normal: 1}}
 """
+# 2 kg of which 2 L of water carry the weight; a crank of constant thrust, 1 N at 1 rad/s
+SUB = parse_robot("""
+name: sub
+water: {density: 1000 kg/m3, surface: 1 m, floor: 0 m, walls: [0 m, 1 m]}
+body:
+  kind: rigid
+  shape: point
+  mass: 2 kg
+  volume: 2 L
+  inertia: [1 kg m2, 1 kg m2, 1 kg m2]
+  joint: {kind: planar, axis: [0, -1, 0], start: {position: [0.2 m, 0 m, 0.5 m]}}
+  loads:
+    jet: {kind: pulsed_thrust, values: [1 N, 1 N, 1 N, 1 N], rated: 1 rad/s, speed: 0 rad/s}
+    hull: {kind: bumper, reach: 0.1 m, stiffness: 500 N/m, damping: 50 N s/m}
+    drag: {kind: lumped_drag, drag_area: [0 m2, 0 m2, 0.2 m2]}
+aliases: {jet: body.loads.jet.speed, volume: body.volume}
+""")

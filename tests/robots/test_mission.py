@@ -3,29 +3,13 @@
 
 import numpy as np
 import pytest
+from tests.small_robots import SUB
 
-from nectosome.io import InputError, parse_robot
+from nectosome.io import InputError
 from nectosome.io.describe_mission import parse_mission
 from nectosome.robots import describe, mission_data, run_mission
 
 G = 9.80665
-# 2 kg of which 2 L of water carry the weight; a crank of constant thrust, 1 N at 1 rad/s
-SUB = parse_robot("""
-name: sub
-water: {density: 1000 kg/m3, surface: 1 m, floor: 0 m, walls: [0 m, 1 m]}
-body:
-  kind: rigid
-  shape: point
-  mass: 2 kg
-  volume: 2 L
-  inertia: [1 kg m2, 1 kg m2, 1 kg m2]
-  joint: {kind: planar, axis: [0, -1, 0], start: {position: [0.2 m, 0 m, 0.5 m]}}
-  loads:
-    jet: {kind: pulsed_thrust, values: [1 N, 1 N, 1 N, 1 N], rated: 1 rad/s, speed: 0 rad/s}
-    hull: {kind: bumper, reach: 0.1 m, stiffness: 500 N/m, damping: 50 N s/m}
-    drag: {kind: lumped_drag, drag_area: [0 m2, 0 m2, 0.2 m2]}
-aliases: {jet: body.loads.jet.speed, volume: body.volume}
-""")
 SWIM = "{name: swim, set: {jet: 1 rad/s}, until: high_wall}"
 SINK = "{name: sink, set: {jet: 0 rad/s, volume: 1.9 L}, until: z < 10 cm}"
 RISE = "{name: rise, set: {volume: 2.1 L}, until: [20 s, surface]}"

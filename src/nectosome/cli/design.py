@@ -1,4 +1,4 @@
-"""`nectosome design`: the numbers of a robot that make its steady or periodic motion as good as it gets."""
+"""`nectosome design`: the numbers of a robot that make its motion as good as it gets, or its mission as short."""
 
 import time as clock
 from pathlib import Path
@@ -10,11 +10,12 @@ from rich.table import Table
 from nectosome.cli.output import tell, write
 from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
-from nectosome.io import InputError, dump_robot, save_dataset, show_quantity, write_atomic
+from nectosome.io import InputError, save_dataset, show_quantity, write_atomic
 from nectosome.io.errors import shorten
+from nectosome.io.yaml_text import read_text
 
 if TYPE_CHECKING:
-    from nectosome.design import Evaluation, MotionDesign, Result
+    from nectosome.design import Evaluation, Result, Varied
 
 
 def design(
@@ -23,15 +24,19 @@ def design(
     *,
     solver: Annotated[
         Literal["gradient", "pattern", "evolution"] | None,
-        Parameter(help="How each start is improved; gradient by default."),
+        Parameter(help="How each start is improved; gradient by default, evolution for a mission."),
     ] = None,
     starts: Annotated[
-        str | None, Parameter(help="How many starts, drawn at random; 12 by default.", allow_leading_hyphen=True)
+        str | None,
+        Parameter(help="How many starts, drawn at random; 12 by default, 2 of a mission.", allow_leading_hyphen=True),
     ] = None,
     seed: Annotated[str | None, Parameter(help="Of the random draws; 1 by default.", allow_leading_hyphen=True)] = None,
     objective: Annotated[str | None, Parameter(help="speed, efficiency, cost_of_transport, power, ...")] = None,
     vary: Annotated[
-        list[str] | None, Parameter("--vary", help='"PATH=LOW .. HIGH [log]": may vary; may be repeated.')
+        list[str] | None,
+        Parameter(
+            "--vary", help='"PATH=LOW .. HIGH [log]": may vary; in a mission MODE.PATH or MODE.until; repeatable.'
+        ),
     ] = None,
     fix: Annotated[list[str] | None, Parameter("--fix", help="PATH=VALUE: stays; may be repeated.")] = None,
     constraint: Annotated[
@@ -39,6 +44,9 @@ def design(
     ] = None,
     forward: Annotated[
         str | None, Parameter(help="x, -x, ... -z: where speed counts.", allow_leading_hyphen=True)
+    ] = None,
+    mission: Annotated[
+        Path | None, Parameter(help="Make this mission as short as it gets: a mission file, or a robot that ships.")
     ] = None,
     problem: Annotated[
         Path | None, Parameter(help="Problem file; ROBOT.design.yaml beside the robot by default.")
@@ -51,7 +59,7 @@ def design(
         raise InputError("name a robot, or the folder of a run with --resume.", field="design")
     number = None if starts is None else _whole(starts, "--starts", 1, 100_000)
     seeded = 1 if seed is None else _whole(seed, "--seed", 0, 2**31 - 1)
-    settled = (solver, seed, objective, vary, fix, constraint, forward, problem, out)
+    settled = (solver, seed, objective, vary, fix, constraint, forward, mission, problem, out)
     if resume is not None and any(option is not None for option in settled):
         raise InputError(
             "what the run in that folder was asked is settled; only --starts may go with it.", field="--resume"
@@ -77,12 +85,17 @@ def design(
             tuple(constraint or ()),
             objective,
             forward,
+            None if mission is None else read_text(robots.mission_of(str(mission)) or mission),
         )
-        chosen, number = room.make_solver(solver or "gradient"), number or 12
-        folder = out or Path("out") / f"design-{description.name}-{solver or 'gradient'}-{seeded}"
+        solver = solver or ("evolution" if wanted.mission else "gradient")
+        if wanted.mission and solver == "gradient":
+            raise InputError("a mission has no slopes. Take evolution or pattern.", field="--solver")
+        chosen, number = room.make_solver(solver), number or (2 if wanted.mission else 12)
+        folder = out or Path("out") / f"design-{description.name}-{solver}-{seeded}"
     task = wanted.task(description)
     weigh(robots.build(description), robot or str(resume))
-    task.plan()
+    if isinstance(task, room.MotionDesign):
+        task.plan()
     began = clock.perf_counter()
     with progress_bar(f"{description.name}, {number} starts") as update:
 
@@ -129,15 +142,11 @@ def _problem(robot: str, file: Path | None, vary: list[str] | None):
     return found or Problem()
 
 
-def _shown(e: "Evaluation", task: "MotionDesign") -> str:
-    from nectosome.design import QUANTITIES
-
-    return f"{e.outputs[task.objective]:.4g} {QUANTITIES[task.objective].unit}"
+def _shown(e: "Evaluation", task: "Varied") -> str:
+    return f"{e.outputs[task.objective]:.4g} {task.told[task.objective]}"
 
 
-def _tell(task: "MotionDesign", result: "Result", folder: Path, seconds: float) -> int:
-    from nectosome.design import QUANTITIES
-
+def _tell(task: "Varied", result: "Result", folder: Path, seconds: float) -> int:
     chosen = [start for start in result.best(5) if start.best is not None]
     if result.starts:
         save_dataset(result.to_dataset(), folder / "evaluations.nc")
@@ -146,8 +155,7 @@ def _tell(task: "MotionDesign", result: "Result", folder: Path, seconds: float) 
         tell(f"{task.description.name}: no design keeps all limits: {why}.")
         return 1
     table = Table(header_style="bold", title="best designs", title_justify="left")
-    told = list(dict.fromkeys((task.objective, "speed", "torque", "power")))
-    for name in (*task.names, *(f"{name} ({QUANTITIES[name].unit})" for name in told)):
+    for name in (*task.names, *(f"{name} ({unit})" for name, unit in task.told.items())):
         table.add_column(name, justify="right")
     for start in chosen:
         assert start.best is not None
@@ -155,10 +163,10 @@ def _tell(task: "MotionDesign", result: "Result", folder: Path, seconds: float) 
             show_quantity(float(x), v.dimension)
             for v, x in zip(task.variables, task.box.values(start.best.u), strict=True)
         ]
-        table.add_row(*values, *(f"{start.best.outputs[name]:.4g}" for name in told))
+        table.add_row(*values, *(f"{start.best.outputs[name]:.4g}" for name in task.told))
     best = chosen[0].best
     assert best is not None
-    write_atomic(folder / "best.yaml", dump_robot(task.robot_at(best.u)).encode())
+    write_atomic(folder / "best.yaml", task.chosen(best.u).encode())
     active = [name for name, g in zip(task.constraint_names, best.constraints, strict=True) if g > -1e-4]
     counted = sum(len(start.evaluations) for start in result.starts)
     refused = sum(sum(start.rejected.values()) for start in result.starts)

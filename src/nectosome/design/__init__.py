@@ -15,9 +15,11 @@ from .pattern import Pattern
 from .problem import MotionDesign
 from .quantities import QUANTITIES
 from .result import Result, Start
+from .schedule import ScheduleDesign
 from .solvers import SOLVERS, describe_solver, make_solver
 from .sweep import sweep
 from .task import Evaluate, Evaluation, Outcome, Solver, Task
+from .varied import Varied
 from .workers import Workers
 
 __all__ = [
@@ -37,10 +39,12 @@ __all__ = [
     "Pattern",
     "Problem",
     "Result",
+    "ScheduleDesign",
     "Solver",
     "Start",
     "Task",
     "Variable",
+    "Varied",
     "Workers",
     "change",
     "describe_solver",

@@ -1,39 +1,63 @@
 """Problem files: what may vary, what is wanted and what must be kept, in the words that a person writes."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from nectosome.io import InputError, RobotDescription, apply_settings, did_you_mean, dump_robot, parse_robot, resolve
+from nectosome.io.describe_mission import parse_mission
 from nectosome.io.errors import shorten
+from nectosome.io.schedule import read_schedule_variable
 from nectosome.io.variables import read_variable
 from nectosome.io.yaml_text import Key, read_text, read_yaml
+from nectosome.robots import mission_of
 
 from .constraints import read_constraint
 from .problem import MotionDesign
+from .schedule import ScheduleDesign
+from .varied import Varied
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A design problem in words; `variables` maps names to ranges such as `1.4 MPa .. 1681 MPa log`."""
+    """A design problem in words; `variables` maps names to ranges such as `1.4 MPa .. 1681 MPa log`.
+
+    With the text of a `mission` they are numbers of it, and its time is what counts; else they are the robot's.
+    """
 
     variables: Mapping[str, str] = field(default_factory=dict)
     objective: str = "speed"
     constraints: tuple[str, ...] = ()
     forward: str = "x"
+    mission: str = ""
 
-    def task(self, description: RobotDescription) -> MotionDesign:
+    def task(self, description: RobotDescription) -> Varied:
         """Task for a robot. Raises InputError for what does not fit it."""
+        return self._schedule(description) if self.mission else self.motion(description)
+
+    def motion(self, description: RobotDescription) -> MotionDesign:
+        """Task about the motion of a robot. Raises InputError for what does not fit it."""
         variables = tuple(read_variable(name, text, description) for name, text in self.variables.items())
         constraints = tuple(read_constraint(text) for text in self.constraints)
         return MotionDesign(description, variables, self.objective, constraints, self.forward)
 
+    def _schedule(self, description: RobotDescription) -> ScheduleDesign:
+        asked = {"objective": (self.objective, ("speed", "time")), "forward": (self.forward, ("x",))}
+        for name, (value, fits) in asked.items():
+            if value not in fits:
+                raise InputError(f'"{shorten(value)}" is nothing that counts of a mission: its time does.', field=name)
+        if self.constraints:
+            raise InputError("a mission has no constraints: ranges keep its numbers in bounds.", field="constraint")
+        mission = parse_mission(self.mission, description)
+        ranges = self.variables.items()
+        return ScheduleDesign(mission, tuple(read_schedule_variable(name, text, mission) for name, text in ranges))
+
 
 def load_problem(path: str | Path) -> Problem:
     """Read a problem file. Raises InputError that names file, line and field."""
-    return _parse(read_text(path), str(path))
+    return _parse(read_text(path), str(path), Path(path).parent)
 
 
 def shipped_problem(robot: str) -> Problem | None:
@@ -42,7 +66,7 @@ def shipped_problem(robot: str) -> Problem | None:
     if f"{robot}.yaml" not in known:
         return None
     text = files("nectosome.design").joinpath("problems", f"{robot}.yaml").read_text(encoding="utf-8")
-    return _parse(text, f"{robot}.yaml")
+    return _parse(text, f"{robot}.yaml", Path())
 
 
 def change(
@@ -53,12 +77,16 @@ def change(
     constraints: tuple[str, ...] = (),
     objective: str | None = None,
     forward: str | None = None,
+    mission: str | None = None,
 ) -> tuple[RobotDescription, Problem]:
     """Robot and problem with changes: `PATH=VALUE` fixed, `PATH=RANGE` varied, constraints and objective replaced.
 
-    A constraint takes the place of those on the same quantity; what is fixed varies no more. Raises InputError.
+    A constraint takes the place of those on the same quantity; what is fixed varies no more. The text of a `mission`
+    takes the place of another, or of a problem about a motion as a whole. Raises InputError.
     """
     description = apply_settings(description, fixed)
+    if mission is not None:
+        problem = replace(problem, mission=mission) if problem.mission else Problem(mission=mission)
     variables = dict(problem.variables)
     for text in vary:
         name, equals, span = text.partition("=")
@@ -66,14 +94,20 @@ def change(
             raise InputError(
                 f'"{shorten(text)}" is no range of a quantity. Write PATH=LOW..HIGH with units.', field="vary"
             )
-        variables = _without(variables, name.strip(), description) | {name.strip(): span.strip()}
-    for text in fixed:
+        if not problem.mission:
+            variables = _without(variables, name.strip(), description)
+        variables[name.strip()] = span.strip()
+    for text in fixed if not problem.mission else ():
         variables = _without(variables, text.partition("=")[0].strip(), description)
     new = [read_constraint(text) for text in constraints]
     replaced = {c.quantity for c in new}
     kept = [text for text in problem.constraints if read_constraint(text).quantity not in replaced]
     return description, Problem(
-        variables, objective or problem.objective, (*kept, *map(str, new)), forward or problem.forward
+        variables,
+        objective or problem.objective,
+        (*kept, *map(str, new)),
+        forward or problem.forward,
+        problem.mission,
     )
 
 
@@ -87,7 +121,8 @@ def restore_design(about: Mapping[str, Any], source: str) -> tuple[RobotDescript
     try:
         robot, p = about["robot"], about["problem"]
         variables = {str(name): str(span) for name, span in p["variables"].items()}
-        problem = Problem(variables, str(p["objective"]), tuple(map(str, p["constraints"])), str(p["forward"]))
+        words = str(p["objective"]), tuple(map(str, p["constraints"])), str(p["forward"]), str(p["mission"])
+        problem = Problem(variables, *words)
     except (KeyError, TypeError, AttributeError):
         raise InputError("holds no robot and problem that can be read.", file=source) from None
     return parse_robot(str(robot), f"{source}, its robot"), problem
@@ -106,7 +141,7 @@ def _is_quantity(name: str, description: RobotDescription) -> bool:
     return True
 
 
-def _parse(text: str, source: str) -> Problem:
+def _parse(text: str, source: str, folder: Path) -> Problem:
     data, lines = read_yaml(text, source)
     if not isinstance(data, dict):
         raise InputError("is no problem file: it has no named fields.", file=source)
@@ -115,7 +150,7 @@ def _parse(text: str, source: str) -> Problem:
         at: Key = (str(key),)
         return InputError(message, file=source, line=lines.get(at), field=shorten(key))
 
-    known = ("about", "variables", "objective", "constraints", "forward")
+    known = ("about", "variables", "objective", "constraints", "forward", "mission")
     for key in data:
         if key not in known:
             raise wrong(key, f"is not known here.{did_you_mean(str(key), known)}")
@@ -125,4 +160,11 @@ def _parse(text: str, source: str) -> Problem:
     if not isinstance(constraints, list):
         raise wrong("constraints", "must be a list.")
     words = (str(data.get("objective", "speed")), tuple(map(str, constraints)), str(data.get("forward", "x")))
-    return Problem({str(name): str(span) for name, span in variables.items()}, *words)
+    mission = ""
+    if "mission" in data:
+        name = str(data["mission"])
+        try:
+            mission = read_text(mission_of(name) or folder / name)
+        except InputError as error:
+            raise wrong("mission", str(error)) from None
+    return Problem({str(name): str(span) for name, span in variables.items()}, *words, mission)

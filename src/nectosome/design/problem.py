@@ -22,7 +22,7 @@ from nectosome.io import (
     resolve,
     with_values,
 )
-from nectosome.io.variables import Box, Variable
+from nectosome.io.variables import Variable
 from nectosome.mechanism import moves_in_plane
 from nectosome.robots import blueprint_of, build
 from nectosome.solve import Symmetry, find_symmetry
@@ -31,7 +31,8 @@ from .constraints import Constraint
 from .plans import CyclePlan, Numbers, Plan, SteadyPlan, judge, judge_with_slopes
 from .quantities import QUANTITIES
 from .record import Compute
-from .task import Evaluation, Task
+from .task import Evaluation
+from .varied import Varied
 
 _TOLD = ("speed", "torque", "power", "drive_rate")  # remembered of every evaluation
 FORWARD = {
@@ -45,7 +46,7 @@ FORWARD = {
 
 
 @dataclass(frozen=True)
-class MotionDesign(Task):
+class MotionDesign(Varied):
     """Make a quantity of a robot's motion as good as it gets, within ranges and limits.
 
     The motion is the steady one, or that which repeats itself with the drives where they change with time.
@@ -59,7 +60,7 @@ class MotionDesign(Task):
 
     description: RobotDescription
     variables: tuple[Variable, ...]
-    objective: str = "speed"
+    objective: str = "speed"  # pyright: ignore[reportIncompatibleVariableOverride]
     constraints: tuple[Constraint, ...] = ()
     forward: str = "x"
     names: tuple[str, ...] = field(init=False)
@@ -82,9 +83,13 @@ class MotionDesign(Task):
         object.__setattr__(self, "constraint_names", tuple(str(c) for c in self.constraints))
 
     @property
-    def box(self) -> Box:
-        """From the unit box to values and back."""
-        return Box(self.variables)
+    def told(self) -> dict[str, str]:
+        """Units of the quantities that are told of a design."""
+        return {name: QUANTITIES[name].unit for name in dict.fromkeys((self.objective, "speed", "torque", "power"))}
+
+    def chosen(self, u: Float[np.ndarray, "n"]) -> str:
+        """File of the robot at a design."""
+        return dump_robot(self.robot_at(u))
 
     def key(self) -> str:
         """Text of all that the numbers depend on."""

@@ -19,7 +19,7 @@ from nectosome.io.yaml_text import Key, read_text, read_yaml
 Happening = Literal["touchdown", "liftoff", "surface", "low_wall", "high_wall"]
 _LENGTH, _ANGLE = Quantity("length"), Quantity("angle")
 _PLACES: dict[str, Quantity] = {"x": _LENGTH, "z": _LENGTH, "pitch": _ANGLE}
-_DURATION = Quantity("time", minimum=0)
+DURATION = Quantity("time", minimum=0)
 _Text = Annotated[str, BeforeValidator(lambda value: str(value) if isinstance(value, int | float) else value)]
 
 
@@ -124,7 +124,7 @@ def _read_change(name: str, text: str, robot: RobotDescription) -> dict[str, Cha
     resolve(robot, name)
     if ramp:
         try:
-            seconds = _DURATION.read(time, units_required=True)
+            seconds = DURATION.read(time, units_required=True)
         except ValueError as error:
             raise InputError(str(error)) from None
     return {path: Change(x, seconds) for path, x in parse_setting(f"{name}={value}", robot).items()}
@@ -136,7 +136,7 @@ def _read_event(text: str, robot: RobotDescription) -> Event:
     place = re.fullmatch(r"([a-z]+)\s*([<>])\s*(.+)", what)
     if place is None and re.match(r"[-+]?[\d.]", what):
         try:
-            return Event(what, "time", _DURATION.read(what, units_required=True))
+            return Event(what, "time", DURATION.read(what, units_required=True))
         except ValueError as error:
             raise InputError(str(error)) from None
     if place is not None and place[1] in _PLACES:

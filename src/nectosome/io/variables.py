@@ -1,6 +1,7 @@
-"""Variables: a quantity of the robot by its path, and the range in which it may be chosen."""
+"""Variables: a quantity of a robot or of a mission by its name, and the range in which it may be chosen."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +9,7 @@ from jaxtyping import Float
 
 from nectosome.io import InputError, RobotDescription, format_quantity, get_value, numeric_paths, resolve
 from nectosome.io.errors import shorten
+from nectosome.io.fields import Quantity
 from nectosome.io.ranges import Ranges
 
 
@@ -15,7 +17,7 @@ from nectosome.io.ranges import Ranges
 class Variable:
     """A quantity between two values [SI], on a linear or a logarithmic scale."""
 
-    name: str  # path or alias
+    name: str  # path or alias of a robot's, or name of a mission's
     lower: float
     upper: float
     log: bool
@@ -32,24 +34,26 @@ def read_variable(name: str, text: str, description: RobotDescription) -> Variab
 
     Raises InputError for an unknown name, a value that its field does not allow, an empty range, a logarithm of zero.
     """
+    known = numeric_paths(description)
+    return read_range(name, text, [known[path] for path in resolve(description, name)])
+
+
+def read_range(name: str, text: str, quantities: Sequence[Quantity]) -> Variable:
+    """Read the range of what is one or several quantities at once. Raises InputError as `read_variable` does."""
     match = re.fullmatch(r"(.+?)\.\.(.+?)(\s+log)?\s*", str(text), re.DOTALL)
     if match is None:
         raise InputError(f'"{shorten(text)}" is no range. Write two values, as in "300 mm .. 700 mm".', field=name)
-    quantities = numeric_paths(description)
-    paths = resolve(description, name)
     try:
-        lower, upper = (quantities[paths[0]].read(end.strip(), units_required=True) for end in match.groups()[:2])
-        for path in paths[1:]:
-            for end in match.groups()[:2]:
-                quantities[path].read(end.strip(), units_required=True)
+        ends = [[q.read(end.strip(), units_required=True) for end in match.groups()[:2]] for q in quantities]
     except ValueError as error:
         raise InputError(str(error), field=name) from None
+    lower, upper = ends[0]
     if not lower < upper:
         raise InputError(f'"{shorten(text)}" is empty: its lower end must be less than its upper end.', field=name)
     log = match.group(3) is not None
     if log and lower <= 0:
         raise InputError(f'"{shorten(text)}" has no logarithm: its lower end must be more than 0.', field=name)
-    return Variable(name, lower, upper, log, quantities[paths[0]].dimension)
+    return Variable(name, lower, upper, log, quantities[0].dimension)
 
 
 class Box(Ranges):

@@ -15,7 +15,6 @@ def file_names() -> list[str]:
     return sorted(path.stem for path in _FOLDER.glob("*.yaml"))
 
 
-def mission_of(robot: str) -> Path | None:
-    """Mission file that ships for a robot that ships, by name; None where there is none."""
-    path = _FOLDER / "missions" / f"{robot}.yaml"
-    return path if robot in file_names() and path.exists() else None
+def mission_of(name: str) -> Path | None:
+    """Mission file that ships, by name, the robot's or one more; None where there is none."""
+    return next((path for path in (_FOLDER / "missions").glob("*.yaml") if path.stem == name), None)

@@ -24,7 +24,7 @@ def design_task(base: RobotDescription) -> MotionDesign:
     problem = shipped_problem("flagellum")
     if problem is None:
         raise RuntimeError("the design problem of the flagellum is not there")
-    return problem.task(base)
+    return problem.motion(base)
 
 
 class Swimmer:
