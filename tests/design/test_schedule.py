@@ -11,7 +11,7 @@ from tests.small_robots import SUB
 from nectosome.design import Evolution, Problem, ScheduleDesign, change, dump_design, multistart, restore_design
 from nectosome.io import InputError
 from nectosome.io.describe_mission import parse_mission
-from nectosome.io.schedule import dump_mission, read_schedule_variable, with_schedule
+from nectosome.io.schedule import dump_mission, get_schedule, read_schedule_variable, with_schedule
 
 # 2 kg pushed by the square of the speed, then carried on without drag
 MISSION = """modes:
@@ -44,6 +44,8 @@ def test_the_shortest_mission_pushes_hardest_for_longest(task):
     np.testing.assert_allclose(start.best.u, [1, 1], atol=0.02)
     mission = parse_mission(task.chosen(start.best.u), SUB)
     assert mission.modes == task.mission_at(start.best.u).modes
+    values = [get_schedule(mission, name) for name in task.names]
+    np.testing.assert_allclose(task.box.places(np.array(values)), start.best.u, atol=1e-12)
 
 
 def test_what_does_not_come_to_its_end_has_no_time(task):

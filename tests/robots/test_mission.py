@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from tests.small_robots import SUB
 
-from nectosome.io import InputError
-from nectosome.io.describe_mission import parse_mission
-from nectosome.robots import describe, mission_data, run_mission
+from nectosome.io import InputError, parse_robot
+from nectosome.io.describe_mission import load_mission, parse_mission
+from nectosome.robots import describe, mission_data, mission_of, run_mission
 
 G = 9.80665
 SWIM = "{name: swim, set: {jet: 1 rad/s}, until: high_wall}"
@@ -97,13 +97,39 @@ def test_feet_touch_the_floor_as_the_first_mode_ends(dives):
         assert run.measures.feet[run.mode == 1].max() > 1e-3
 
 
+def test_a_body_that_turns_heads_where_its_rate_takes_it():
+    """60 deg at 2 rad/s about z; it leans by what it turns about x."""
+    top = parse_robot("""
+name: top
+water: {gravity: 0 m/s2}
+body: {kind: rigid, shape: point, mass: 1 kg, inertia: [1 kg m2, 1 kg m2, 1 kg m2], volume: 0 m3,
+       joint: {kind: free, start: {angular_velocity: [0 rad/s, 0 rad/s, 2 rad/s]}}}
+""")
+    run = flown("{name: turn, until: heading > 60 deg}", robot=top)
+    assert run.event_time("turn") == pytest.approx(np.pi / 6, abs=1e-8)
+    assert run.measures.lean.max() < 1e-9
+
+
+@pytest.mark.slow
+def test_a_crawler_turns_round_at_the_wall_and_comes_back():
+    """It goes straight again where the cranks of both sides are in phase after the turn."""
+    path = mission_of("poseidrone_turning")
+    run = run_mission(load_mission(path, describe("poseidrone_turning")))
+    assert [p.event for p in run.passed] == ["high_wall", "8.57243 s", "low_wall"]
+    back = run.mode == 2
+    straight = np.unwrap(run.measures.heading[back])[1000:]
+    assert np.ptp(straight) < np.radians(5)
+    assert np.abs(np.cos(straight) + 1).max() < 0.02
+    assert np.abs(run.measures.y).max() < 0.2
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("", "mission: this is empty. A mission has at least one mode."),
         ("modes: []", "mission, line 1, modes: at least 1 values expected, 0 given."),
         ("modes: [{name: a}]", "mission, line 1, modes.0.until: is missing. A list expected."),
-        ("modes: [{name: a, until: tuesday}]", 'mission, line 1, modes.0.until: "tuesday" is nothing that a mode can end with. Known: touchdown, liftoff, surface, low_wall, high_wall, x > value, z > value, pitch > value, a time.'),
+        ("modes: [{name: a, until: tuesday}]", 'mission, line 1, modes.0.until: "tuesday" is nothing that a mode can end with. Known: touchdown, liftoff, surface, low_wall, high_wall, x > value, y > value, z > value, pitch > value, heading > value, a time.'),
         ("modes: [{name: a, until: touch down}]", 'mission, line 1, modes.0.until: "touch down" is nothing that a mode can end with. Did you mean "touchdown"?'),
         ("modes: [{name: a, until: 20}]", 'mission, line 1, modes.0.until: "20" has no unit.'),
         ("modes: [{name: a, until: touchdown}]", "mission, line 1, modes.0.until: sub has no touchdown: it lacks legs."),

@@ -79,9 +79,9 @@ class ScheduleDesign(Varied):
             if slopes:
                 raise InputError("a mission has no slopes. Take the solver evolution or pattern.", field="solver")
             flown = run_mission(self.mission_at(u), step=self.step)
-            lean = np.abs(flown.measures.pitch)
-            if (lean > _UPRIGHT).any():
-                k = int(np.argmax(lean > _UPRIGHT))
+            fallen = np.asarray(flown.measures.lean) > _UPRIGHT
+            if fallen.any():
+                k = int(np.argmax(fallen))
                 mode = self.mission.modes[flown.mode[k]].name
                 return Evaluation.unsolved(u, 0, f"it leans by more than 60 deg in {mode}")
             if flown.reason:

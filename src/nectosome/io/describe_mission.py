@@ -18,7 +18,7 @@ from nectosome.io.yaml_text import Key, read_text, read_yaml
 
 Happening = Literal["touchdown", "liftoff", "surface", "low_wall", "high_wall"]
 _LENGTH, _ANGLE = Quantity("length"), Quantity("angle")
-_PLACES: dict[str, Quantity] = {"x": _LENGTH, "z": _LENGTH, "pitch": _ANGLE}
+_PLACES: dict[str, Quantity] = {"x": _LENGTH, "y": _LENGTH, "z": _LENGTH, "pitch": _ANGLE, "heading": _ANGLE}
 DURATION = Quantity("time", minimum=0)
 _Text = Annotated[str, BeforeValidator(lambda value: str(value) if isinstance(value, int | float) else value)]
 
@@ -29,8 +29,8 @@ class ModeDescription(Described):
     A value is reached at once, or evenly `in` a time: `0.61 L in 10 s`. `until` is a time in the mode (`20 s`),
     `touchdown` or `liftoff` (of the first, of the last foot), `surface` (the robot's top comes out of the water),
     `low_wall` or `high_wall` (its bumper touches that at the smaller, at the larger x), a place of the body such as
-    `x > 0.9 m`, `z < 20 cm` or `pitch > 10 deg`, or a list of these, of which the first counts. Where none comes
-    within `longest` [s] the mission ends.
+    `x > 0.9 m`, `z < 20 cm`, `pitch > 10 deg` or `heading > 170 deg` (of its x axis, seen from above), or a list of
+    these, of which the first counts. Where none comes within `longest` [s] the mission ends.
     """
 
     name: Name
@@ -50,7 +50,7 @@ class Event(NamedTuple):
     """What ends a mode: a time in it [s], something that happens, or a place that is passed."""
 
     told: str
-    kind: str  # "time", a `Happening`, or one of x, z, pitch
+    kind: str  # "time", a `Happening`, or one of x, y, z, pitch, heading
     limit: float = 0.0  # [s, m or rad]
     below: bool = False  # a place has to be below its limit
 

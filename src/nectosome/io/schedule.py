@@ -56,6 +56,13 @@ def with_schedule(mission: Mission, values: Mapping[str, float]) -> Mission:
     return changed._replace(text=dump_mission(changed))
 
 
+def get_schedule(mission: Mission, name: str) -> float:
+    """A mission's number [SI]; of several, the first. Raises InputError."""
+    place = _place(mission, name)
+    mode = mission.modes[place.mode]
+    return mode.changes[place.paths[0]].value if place.paths else mode.until[place.event].limit
+
+
 def dump_mission(mission: Mission) -> str:
     """YAML text of a mission, which reads back as the same modes."""
     known = numeric_paths(mission.robot)

@@ -226,9 +226,9 @@ def _zero(f: Callable[[float], float], step: float) -> float:
 def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Dataset":
     """A mission as labelled data, every 20 ms and at its events; `settings` go into its provenance.
 
-    `x`, `z` [m], `pitch` [rad], `surge`, `climb` [m/s], `mode` (time); `quantity_value` (time, quantity) of what modes
-    set, with `quantity_unit`; `event_time` [s], `event`, `event_mode` (event). Attributes: robot, mission, status,
-    status_reason, provenance.
+    `x`, `y`, `z` [m], `pitch`, `heading` [rad], `surge`, `climb` [m/s], `mode` (time); `quantity_value` (time,
+    quantity) of what modes set, with `quantity_unit`; `event_time` [s], `event`, `event_mode` (event). Attributes:
+    robot, mission, status, status_reason, provenance.
     """
     import xarray as xr
 
@@ -236,7 +236,7 @@ def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Da
     wanted = np.searchsorted(flown.time, np.arange(0.0, flown.time[-1] + _SAMPLE, _SAMPLE))
     parted = np.flatnonzero(np.diff(flown.mode))
     rows = np.unique(np.concatenate([wanted, parted, parted + 1]).clip(0, flown.time.size - 1))
-    units = {"x": "m", "z": "m", "pitch": "rad", "surge": "m/s", "climb": "m/s"}
+    units = {"x": "m", "y": "m", "z": "m", "pitch": "rad", "heading": "rad", "surge": "m/s", "climb": "m/s"}
     known = numeric_paths(robot)
     names = np.array([mode.name for mode in flown.mission.modes], dtype=str)
     modes, told, times = zip(*flown.passed, strict=True) if flown.passed else ([], [], [])

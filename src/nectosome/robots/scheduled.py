@@ -60,8 +60,11 @@ class Measures(NamedTuple):
     """Where a robot's body is, how it moves, and what it touches."""
 
     x: Float[Array, "*n"]  # of the body's first station, world frame [m]
+    y: Float[Array, "*n"]
     z: Float[Array, "*n"]
     pitch: Float[Array, "*n"]  # of the body's x axis over the horizon [rad]
+    heading: Float[Array, "*n"]  # of the same axis seen from above, from the world's x towards y, -pi to pi [rad]
+    lean: Float[Array, "*n"]  # of the body's z axis from straight above [rad]
     surge: Float[Array, "*n"]  # velocity along the world's x [m/s]
     climb: Float[Array, "*n"]  # along z [m/s]
     feet: Float[Array, "*n"]  # how deep the foot that is deepest is in the floor [m]; -inf where there is none
@@ -94,8 +97,11 @@ def measures(system: Scheduled, t: Float[Array, ""], x: State) -> Measures:
     low, high = jnp.max(jnp.stack(walls), axis=0)
     return Measures(
         x=p[0, 0],
+        y=p[0, 1],
         z=p[0, 2],
         pitch=jnp.arctan2(R[0, 2, 0], jnp.hypot(R[0, 0, 0], R[0, 1, 0])),
+        heading=jnp.arctan2(R[0, 1, 0], R[0, 0, 0]),
+        lean=jnp.arctan2(jnp.hypot(R[0, 2, 0], R[0, 2, 1]), R[0, 2, 2]),
         surge=velocity[0],
         climb=velocity[2],
         feet=jnp.max(jnp.stack(feet)),

@@ -11,14 +11,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .page import panel_html, write_page
-from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Panel, dress, plain, readable
+from .style import BLACK, BLUE, CYCLE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Panel, dress, plain, readable
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
     import xarray as xr
 
 _RIBBON = (SKY, ORANGE, GREY, GREEN, PURPLE, VERMILLION)
+_ASIDE = 1e-3  # m, to the side, from which on a robot does not stay in a plane
 _SMOOTH = 1.0  # s, of the mean speed
+_ARROWS = 2.0  # s, from one to the next
 
 
 def show_mission(found: "xr.Dataset", path: str | Path) -> None:
@@ -26,13 +28,20 @@ def show_mission(found: "xr.Dataset", path: str | Path) -> None:
     title = str(found.attrs["title"])
     parts = [f"<h1>{escape(title)}</h1>", f"<p>{escape(str(found.attrs['status_reason']))}</p>"]
     shown = [mission_panel(found), *([set_panel(found)] if found.sizes["quantity"] else [])]
+    if np.ptp(found["y"].values) > _ASIDE:
+        shown.append(above_panel(found))
     write_page(path, title, [*parts, *(panel_html(panel, f"mission-{k}") for k, panel in enumerate(shown))])
 
 
 def panels(sets: Mapping[str, "xr.Dataset"]) -> list[Panel]:
-    """Fig. 6, and what was set."""
+    """Fig. 6, what was set, and a robot that turns round where the study has one."""
     first = mission_panel(sets["mission"])
-    return [first._replace(title=f"{first.title}, as Fig. 6"), set_panel(sets["mission"])]
+    out = [first._replace(title=f"{first.title}, as Fig. 6"), set_panel(sets["mission"])]
+    if "mission_turning" in sets:
+        turned = above_panel(sets["mission_turning"])
+        caption = "The crawler, free in space, turns round at the wall: left and right legs go opposite ways. "
+        out.append(turned._replace(title="Turning round, seen from above", caption=caption + turned.caption))
+    return out
 
 
 def mission_panel(found: "xr.Dataset") -> Panel:
@@ -66,6 +75,26 @@ def mission_panel(found: "xr.Dataset") -> Panel:
         f"{_SMOOTH:g} s; it is negative towards -x."
     )
     return Panel("Heave and surge of a mission", caption, fig)
+
+
+def above_panel(found: "xr.Dataset") -> Panel:
+    """Way over the floor, mode by mode, and where the robot's x axis points now and then."""
+    import plotly.graph_objects as go
+
+    fig = go.Figure()
+    x, y, heading = (found[name].values for name in ("x", "y", "heading"))
+    names = found["mode"].values
+    for k, mode in enumerate(dict.fromkeys(names)):
+        here = names == mode
+        line = {"color": CYCLE[k % len(CYCLE)], "width": 2}
+        fig.add_scatter(x=x[here], y=y[here], mode="lines", line=line, name=readable(plain(mode)))
+    every = np.searchsorted(found["time"].values, np.arange(0.0, found["time"].values[-1], _ARROWS))
+    marker = {"symbol": "arrow", "angle": 90 - np.degrees(heading[every]), "size": 12, "color": BLACK}
+    fig.add_scatter(x=x[every], y=y[every], mode="markers", marker=marker, name=f"heading, every {_ARROWS:g} s")
+    fig.update_xaxes(title="x (m)", constrain="domain")
+    fig.update_yaxes(title="y (m)", scaleanchor="x")
+    dress(fig, 320).update_layout(showlegend=True, margin_t=60)
+    return Panel("Seen from above", "Way of the body's centre, to scale; arrows point along its x axis.", fig)
 
 
 def set_panel(found: "xr.Dataset") -> Panel:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from nectosome.io import provenance
 
-from . import crawling, design, flagellum, jets, measurements, mission, paddle, robot3d, series, swimming
+from . import crawling, design, flagellum, jets, measurements, mission, paddle, robot3d, schedule, series, swimming
 from .page import panel_html, write_library, write_page, write_panel
 from .scorecard import summary, table
 from .style import Panel
@@ -61,6 +61,7 @@ _POSEIDRONE = {  # by data that a part of the study leaves
     "static_free": jets.panels,
     "crawl_told": crawling.panels,
     "mission": mission.panels,
+    "schedule_cranks": schedule.panels,
 }
 _PANELS: dict[str, Callable[[Study], list[Panel]]] = {
     "flagellum": lambda study: flagellum.panels(study.runs) + design.panels(study.data, study.runs),

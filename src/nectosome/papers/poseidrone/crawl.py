@@ -4,13 +4,14 @@ The legs' geometry is not printed: that of `poseidrone_crawl.yaml` is one with w
 """
 
 import math
+from collections.abc import Sequence
 from itertools import combinations, product
 
 import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from nectosome.identify import CmaEs, Evolved, Identifiability, Misfit, evolve, identifiability
+from nectosome.identify import CmaEs, Evolved, Identifiability, Misfit, evolve, identifiability, most_helpful
 from nectosome.identify.gait import FEATURES, discrepancy
 from nectosome.identify.gait_fit import GaitFit, GaitTrial
 from nectosome.identify.gait_results import gait_data
@@ -48,7 +49,8 @@ DENSITIES = (1100.0, 1140.0, 1178.0, 1238.0, 1300.0)  # kg/m3
 DISTANCES, ANGLES = (0.05, 0.07, 0.09, 0.11, 0.13), (0.0, 6.3, 12.6, 18.9, 25.2)  # b [m], beta [deg]
 OWN, HELD_OUT = (1238.0, 0.09, 12.6), 1178.0
 _MODULE = ("volume", "limbs.module.offset.0", "limbs.module.offset.2")
-_HEAVE, _LEAN = 1e-3, math.radians(1.0)  # standard errors of tracked positions [m] and angles
+_ERRORS = 1e-3, 1e-3, math.radians(1.0)  # standard errors of tracked surge and heave [m], and lean
+_TRACK, _TILT = (0, 1), (2,)  # of these: what tracks of the body tell, and what its lean does
 _RARELY = 0.05  # of the time: feet that are on the ground for less do not carry
 
 
@@ -85,6 +87,8 @@ def part(quick: bool, progress: Progress) -> Part:
         for seed, (found, row) in enumerate(zip(searches, best, strict=True))
     }
     data["crawl_told"] = _told_data(told)
+    data["crawl_helpful"] = _helpful(of, told["features"])
+    data["crawl_held_out"] = _held_out_series(of, best)
     progress("gaits", 0.9)
     data["crawl_gaits"] = gaits(of, best[0])
     return Part(_numbers(of, searches, best, told, data["crawl_gaits"]), data)
@@ -117,22 +121,57 @@ def gaits(of: GaitFit, theta: Float[np.ndarray, "n"]) -> xr.Dataset:
 def _told(of: GaitFit, theta: Float[np.ndarray, "n"]) -> dict[str, Identifiability]:
     """What is told by features; with heave and surge over time; with lean, and at a second density too."""
 
-    def series(densities: tuple[float, ...], lean: bool) -> Misfit:
-        trials = tuple(GaitTrial(of.trials[0].target, module(rho, *OWN[1:])) for rho in densities)
-        several = GaitFit(of.description, of.variables, trials)
-        sizes = [_HEAVE, _HEAVE, _LEAN][: 3 if lean else 2]
-
-        def residuals(rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m r"]:
-            seen = [one.series[:, :, : len(sizes)] / sizes for one in several.walked(rows)]
-            return np.concatenate([x.reshape(len(rows), -1) for x in seen], axis=1)
-
-        return Misfit(residuals, of.ranges, step=of.misfit.step)
-
     return {
         "features": identifiability(of.misfit, theta),
-        "series": identifiability(series(OWN[:1], lean=False), theta),
-        "both": identifiability(series((OWN[0], HELD_OUT), lean=True), theta),
+        "series": identifiability(_series(of, OWN[:1], _TRACK), theta),
+        "both": identifiability(_series(of, (OWN[0], HELD_OUT), _TRACK + _TILT), theta),
     }
+
+
+def _at(of: GaitFit, densities: Sequence[float]) -> GaitFit:
+    """The same unknowns, in trials at other densities [kg/m3]."""
+    trials = tuple(GaitTrial(of.trials[0].target, module(rho, *OWN[1:])) for rho in densities)
+    return GaitFit(of.description, of.variables, trials)
+
+
+def _series(of: GaitFit, densities: Sequence[float], columns: tuple[int, ...]) -> Misfit:
+    """Surge, heave or lean over time in their standard errors, at some densities [kg/m3]."""
+    several = _at(of, densities)
+
+    def residuals(rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m r"]:
+        seen = [one.series[:, :, columns] / np.array(_ERRORS)[[*columns]] for one in several.walked(rows)]
+        return np.concatenate([x.reshape(len(rows), -1) for x in seen], axis=1)
+
+    return Misfit(residuals, of.ranges, step=of.misfit.step)
+
+
+def _helpful(of: GaitFit, known: Identifiability) -> xr.Dataset:
+    """How many parameters more would be told by what might be measured too, in parts."""
+    found = most_helpful(
+        known,
+        {
+            f"features at {HELD_OUT:.0f} kg/m3": _at(of, (HELD_OUT,)).misfit,
+            "heave and surge over time": _series(of, OWN[:1], _TRACK),
+            "lean over time": _series(of, OWN[:1], _TILT),
+            f"heave and surge at {HELD_OUT:.0f} kg/m3": _series(of, (HELD_OUT,), _TRACK),
+        },
+    )
+    return xr.Dataset(
+        {"gain": ("measurement", [one.gain for one in found]), "words": ("measurement", [one.text for one in found])},
+        {"measurement": [one.name for one in found]},
+        {"parameters": known.parameters},
+    )
+
+
+def _held_out_series(of: GaitFit, best: Float[np.ndarray, "s n"]) -> xr.Dataset:
+    """Surge and heave [m] of all fits over the last window at the density held out, as in Fig. 12."""
+    series = _at(of, (HELD_OUT,)).walked(best)[0].series
+    time = np.linspace(0.0, of.window, series.shape[1])
+    names = ("x", "z")
+    return xr.Dataset(
+        {name: (("fit", "time"), series[:, :, k], {"units": "m"}) for k, name in enumerate(names)},
+        {"time": ("time", time, {"units": "s"})},
+    )
 
 
 def _told_data(told: dict[str, Identifiability]) -> xr.Dataset:
@@ -179,7 +218,6 @@ def _held_out(of: GaitFit, best: Float[np.ndarray, "s n"]) -> list[float | None]
     """By how much predictions of equally good fits differ at the density held out: median over pairs [percent]."""
     if len(best) < 2:
         return [None] * len(FEATURES)
-    other = GaitFit(of.description, of.variables, (GaitTrial(of.trials[0].target, module(HELD_OUT, *OWN[1:])),))
-    (walked,) = other.walked(best)
+    (walked,) = _at(of, (HELD_OUT,)).walked(best)
     pairs = [100 * np.abs(a / b - 1) for a, b in combinations(walked.gait, 2)]
     return np.median(pairs, axis=0).tolist()

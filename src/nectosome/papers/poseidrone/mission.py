@@ -10,7 +10,7 @@ from nectosome.robots import Flown, describe, mission_data, mission_of, run_miss
 
 from ..study import Part, Progress
 
-ROBOT = "poseidrone"
+ROBOT, TURNING = "poseidrone", "poseidrone_turning"
 _TURNS = 10  # of the cranks, at the end of crawling: the paper takes the last 5 s
 _STEP, _QUICK = 5e-4, 1e-3  # s
 
@@ -27,7 +27,18 @@ def part(quick: bool, progress: Progress) -> Part:
         "poseidrone/mission/crawl-speed": crawl_speed(flown),
         "poseidrone/mission/liftoff": flown.event_time("inflate"),
     }
-    return Part(numbers, {"mission": mission_data(flown, {"robot": ROBOT, "mission": path.name, "step": step})})
+    data = {"mission": mission_data(flown, {"robot": ROBOT, "mission": path.name, "step": step})}
+    if not quick:
+        data["mission_turning"] = mission_data(_turning(progress))
+    return Part(numbers, data)
+
+
+def _turning(progress: Progress) -> Flown:
+    """The crawler, free in space, that turns round at a wall of its tank."""
+    path = mission_of(TURNING)
+    assert path is not None
+    mission = load_mission(path, describe(TURNING))
+    return run_mission(mission, progress=lambda mode, _: progress(f"turning: {mode}", 0.9))
 
 
 def crawl_speed(flown: Flown, mode: str = "crawl") -> float | None:

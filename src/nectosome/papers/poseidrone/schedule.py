@@ -1,0 +1,71 @@
+"""The schedule and the crank speeds that take the robot across its tank by the jet, and back on its legs, soonest.
+
+The paper crosses once in each way (section 3) and asks for no best schedule: that which ships is assumed.
+"""
+
+import numpy as np
+import xarray as xr
+
+from nectosome.design import Evaluation, Evolution, ScheduleDesign, improve, shipped_problem
+from nectosome.io import show_quantity
+from nectosome.io.schedule import get_schedule
+from nectosome.robots import describe, mission_data, run_mission
+
+from ..study import Part, Progress
+
+ROBOT = "poseidrone"
+LEGS = "crawl.legs"
+_EVALUATIONS = 120
+_SPEEDS = 11  # of the cranks
+
+
+def part(quick: bool, progress: Progress) -> Part:
+    """Rows `schedule`; data `schedule_assumed`, `schedule_shortest` as missions, `schedule_cranks` over crank speed."""
+    problem = shipped_problem(ROBOT)
+    assert problem is not None
+    task = problem.task(describe(ROBOT))
+    assert isinstance(task, ScheduleDesign)
+    own = task.box.places(np.array([get_schedule(task.mission, name) for name in task.names]))
+    assumed = task.prepare()(own, False, None)
+    numbers = {"poseidrone/schedule/assumed": _time(assumed), "poseidrone/schedule/shortest": None}
+    if quick or not assumed.solved:
+        return Part(numbers)
+
+    def tell(done: int) -> None:
+        progress(f"schedule: {done} missions", 0.9 * min(done / _EVALUATIONS, 1.0))
+
+    best = improve(task, own, Evolution(tolerance=1e-3, evaluations=_EVALUATIONS), tell)
+    if best is None:
+        return Part(numbers)
+    progress("schedule: crank speeds", 0.9)
+    data = {
+        "schedule_assumed": mission_data(run_mission(task.mission)),
+        "schedule_shortest": mission_data(run_mission(task.mission_at(best.u))),
+        "schedule_cranks": cranks(task, best),
+    }
+    return Part(numbers | {"poseidrone/schedule/shortest": _time(best)}, data)
+
+
+def cranks(task: ScheduleDesign, best: Evaluation) -> xr.Dataset:
+    """Time of the mission [s] over the speed of the legs' cranks, all else as in the best; NaN where it has none."""
+    k, evaluate = task.names.index(LEGS), task.prepare()
+    rows = np.tile(best.u, (_SPEEDS, 1))
+    rows[:, k] = np.linspace(0.0, 1.0, _SPEEDS)
+    values = task.box.values(best.u)
+    words = [show_quantity(x, v.dimension) for x, v in zip(values, task.variables, strict=True)]
+    return xr.Dataset(
+        {
+            "time": ("speed", [evaluate(row, False, None).objective for row in rows], {"units": "s"}),
+            "best": ("variable", words),
+        },
+        {"speed": ("speed", task.box.values(rows)[:, k], {"units": "rad/s"}), "variable": list(task.names)},
+        {
+            "shortest": best.objective,
+            "best_speed": float(values[k]),
+            "assumed_speed": get_schedule(task.mission, LEGS),
+        },
+    )
+
+
+def _time(evaluation: Evaluation) -> float | None:
+    return evaluation.objective if evaluation.solved else None
