@@ -24,6 +24,7 @@ _SIGNS = {
     "sum": "∑",
     "int": "∫",
     "oint": "∮",
+    "propto": "∝",
     "times": "×",
     "dots": "…",
     "cdot": "·",

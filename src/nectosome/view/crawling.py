@@ -96,7 +96,7 @@ def held_out_panel(found: "xr.Dataset") -> Panel:
     dress(fig, 440).update_layout(showlegend=True, margin_t=60)
     caption = (
         "Simulated at 1178 kg/m3 with all fits to the features at 1238 kg/m3, as Fig. 12; the tracks of the experiment "
-        "were not published. Fits of one discrepancy step at other moments, but alike."
+        "were not published. Fits that are as good at one density step at other moments at the other, but alike."
     )
     return Panel("Crawling: the density held out", caption, fig)
 
@@ -132,4 +132,5 @@ def gaits_panel(found: "xr.Dataset") -> Panel:
         "centre of mass at an angle beta ahead of straight above it; the numbers say how many feet carry (x: it "
         "falls). Framed: what the paper calls its fastest configuration."
     )
-    return Panel("Crawling: gaits over density and buoyancy", caption, dress(fig, 360))
+    dress(fig, 380).update_layout(margin_t=64)
+    return Panel("Crawling: gaits over density and buoyancy", caption, fig)

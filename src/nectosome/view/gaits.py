@@ -95,5 +95,5 @@ def motion_panel(found: "xr.Dataset") -> Panel:
             x = found["time"].values
             fig.add_scatter(x=x, y=y, line=line, name=name, showlegend=col == 1, row=1, col=col)
     fig.update_xaxes(title="time in the window (s)")
-    dress(fig, 340).update_layout(showlegend=found.sizes["trial"] > 1)
+    dress(fig, 350).update_layout(showlegend=found.sizes["trial"] > 1, margin_t=64)
     return Panel("Motion of the best candidate", "Simulated, in the last part of the walk.", fig)
