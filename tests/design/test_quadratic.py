@@ -29,3 +29,11 @@ def test_a_row_without_a_direction_is_kept_or_cannot_be():
     np.testing.assert_allclose(d, [1 - 1e-9, 0], atol=1e-12)
     np.testing.assert_allclose(y, [1e-9, 0], atol=1e-15)
     assert minimise_quadratic(B, c, A, np.array([1.0, -1e-3])) is None
+
+
+def test_a_program_that_is_inconsistent_but_for_rounding_has_no_solution():
+    """Its residual's last number came to 0 exactly, and was divided by."""
+    B, c = np.diag([1.773653e-2, 1.915e-5]), np.array([0.056, -0.103])
+    A = np.vstack([[-0.047022, 0.080509], [-0.5964, -0.3212], [-0.596378, -0.321142], np.eye(2), -np.eye(2)])
+    b = np.array([-4.99e-8, 1.8498e-8, 2.0633e-8, *4 * [3.84766904e-8]])
+    assert minimise_quadratic(B, c, A, b) is None

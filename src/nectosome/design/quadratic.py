@@ -41,7 +41,7 @@ def minimise_quadratic(
     except RuntimeError:  # it does not settle, which nearly parallel rows can cause
         return None
     rest = target - E @ y
-    if rest @ rest < _FAR:
+    if min(rest @ rest, rest[-1]) < _FAR:  # which are the same but for rounding
         return None
     force = far * y / rest[-1]
     d = solve_triangular(L, G.T @ force - shift, lower=True, trans=1)
