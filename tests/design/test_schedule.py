@@ -67,6 +67,12 @@ def test_problems_of_missions_are_kept_and_changed():
     assert other == Problem(mission=MISSION)
 
 
+def test_problems_kept_before_there_were_missions_are_restored():
+    about = dump_design(SUB, Problem({"body.mass": "1 kg .. 2 kg"}))
+    del about["problem"]["mission"]
+    assert restore_design(about, "folder")[1].mission == ""
+
+
 @pytest.mark.parametrize(
     ("problem", "message"),
     [
@@ -76,6 +82,8 @@ def test_problems_of_missions_are_kept_and_changed():
         (Problem({"push.jet": "1 s .. 2 s"}), 'push.jet: "1 s" is a time'),
         (Problem({"push.jet": "0 rad/s .. 1 rad/s", "push.body.loads.jet.speed": "0 rad/s .. 1 rad/s"}), "push.body.loads.jet.speed: is named twice: push.jet stands for it too."),
         (Problem(RANGES, constraints=("speed <= 1 m/s",)), "constraint: a mission has no constraints"),
+        (Problem(RANGES, objective="speed"), 'objective: "speed" is nothing that counts of a mission: its time does.'),
+        (Problem(RANGES, forward="x"), 'forward: "x" is nothing that counts of a mission'),
         (Problem(RANGES, objective="power"), 'objective: "power" is nothing that counts of a mission: its time does.'),
         (Problem(RANGES, forward="z"), 'forward: "z" is nothing that counts of a mission'),
         (Problem(), "variables: there is nothing to choose"),

@@ -24,13 +24,14 @@ from .varied import Varied
 class Problem:
     """A design problem in words; `variables` maps names to ranges such as `1.4 MPa .. 1681 MPa log`.
 
-    With the text of a `mission` they are numbers of it, and its time is what counts; else they are the robot's.
+    With the text of a `mission` they are numbers of it, and its time is what counts; else they are the robot's, and
+    where nothing is said of them its speed counts, along x.
     """
 
     variables: Mapping[str, str] = field(default_factory=dict)
-    objective: str = "speed"
+    objective: str = ""
     constraints: tuple[str, ...] = ()
-    forward: str = "x"
+    forward: str = ""
     mission: str = ""
 
     def task(self, description: RobotDescription) -> Varied:
@@ -41,10 +42,10 @@ class Problem:
         """Task about the motion of a robot. Raises InputError for what does not fit it."""
         variables = tuple(read_variable(name, text, description) for name, text in self.variables.items())
         constraints = tuple(read_constraint(text) for text in self.constraints)
-        return MotionDesign(description, variables, self.objective, constraints, self.forward)
+        return MotionDesign(description, variables, self.objective or "speed", constraints, self.forward or "x")
 
     def _schedule(self, description: RobotDescription) -> ScheduleDesign:
-        asked = {"objective": (self.objective, ("speed", "time")), "forward": (self.forward, ("x",))}
+        asked = {"objective": (self.objective, ("", "time")), "forward": (self.forward, ("",))}
         for name, (value, fits) in asked.items():
             if value not in fits:
                 raise InputError(f'"{shorten(value)}" is nothing that counts of a mission: its time does.', field=name)
@@ -121,7 +122,7 @@ def restore_design(about: Mapping[str, Any], source: str) -> tuple[RobotDescript
     try:
         robot, p = about["robot"], about["problem"]
         variables = {str(name): str(span) for name, span in p["variables"].items()}
-        words = str(p["objective"]), tuple(map(str, p["constraints"])), str(p["forward"]), str(p["mission"])
+        words = str(p["objective"]), tuple(map(str, p["constraints"])), str(p["forward"]), str(p.get("mission", ""))
         problem = Problem(variables, *words)
     except (KeyError, TypeError, AttributeError):
         raise InputError("holds no robot and problem that can be read.", file=source) from None
@@ -159,7 +160,7 @@ def _parse(text: str, source: str, folder: Path) -> Problem:
         raise wrong("variables", "needs at least one name with a range.")
     if not isinstance(constraints, list):
         raise wrong("constraints", "must be a list.")
-    words = (str(data.get("objective", "speed")), tuple(map(str, constraints)), str(data.get("forward", "x")))
+    words = (str(data.get("objective", "")), tuple(map(str, constraints)), str(data.get("forward", "")))
     mission = ""
     if "mission" in data:
         name = str(data["mission"])
