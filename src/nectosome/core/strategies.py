@@ -35,10 +35,10 @@ def covariance_strategy(
         return CMAEvolutionStrategy(start, spread, own | size | options)
 
 
-def need_pymoo(what: str) -> None:
-    """Raise InputError where pymoo is not installed."""
-    if importlib.util.find_spec("pymoo") is None:
-        raise InputError(f'pymoo is needed for {what}: pip install "nectosome[pymoo]".')
+def need(package: str, what: str) -> None:
+    """Raise InputError where a package is not installed that an extra of the same name brings."""
+    if importlib.util.find_spec(package) is None:
+        raise InputError(f'{package} is needed for {what}: pip install "nectosome[{package}]".')
 
 
 def undominated(values: Float[np.ndarray, "m k"]) -> Int[np.ndarray, "f"]:

@@ -78,7 +78,11 @@ class Load(eqx.Module):
 
     dissipative: ClassVar[bool] = False
     inertial: ClassVar[bool] = False  # nothing but added mass, whose force is that of the water carried along
-    reshapes: ClassVar[bool] = False  # the water carried along changes, by shape or by place: see `carried`
+
+    @property
+    def reshapes(self) -> bool:
+        """Whether the water carried along changes, by shape or by place: a load that tells what is `carried`."""
+        return type(self).carried is not Load.carried
 
     def initial(self) -> Any:
         """Initial state z of the load; () when it has none."""

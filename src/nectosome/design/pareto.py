@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.core.strategies import need_pymoo, undominated
+from nectosome.core.strategies import need, undominated
 
 from .gradient import Gradient
 from .task import Evaluate, Evaluation, Outcome, Solver, require
@@ -55,7 +55,7 @@ class Front(Solver):
         return Outcome(True, f"{self.generations} generations, {min(self.polish, len(members))} designs polished")
 
     def _spread(self, evaluate: "_Seen", start: np.ndarray, seed: int) -> None:
-        need_pymoo("fronts")
+        need("pymoo", "fronts")
         from pymoo.algorithms.moo.nsga2 import NSGA2  # pyright: ignore[reportMissingImports]
         from pymoo.core.problem import ElementwiseProblem  # pyright: ignore[reportMissingImports]
         from pymoo.optimize import minimize  # pyright: ignore[reportMissingImports]

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.core.strategies import covariance_strategy, need_pymoo
+from nectosome.core.strategies import covariance_strategy, need
 from nectosome.io import InputError
 
 Search = Generator[Float[np.ndarray, "m n"], Float[np.ndarray, "m k"], str]
@@ -92,7 +92,7 @@ class Genetic(Evolver):
 
     def search(self, n: int, seed: int) -> Search:
         """Raise InputError where pymoo is not installed."""
-        need_pymoo("Genetic")
+        need("pymoo", "Genetic")
         from pymoo.algorithms.soo.nonconvex.ga import GA  # pyright: ignore[reportMissingImports]
 
         return (yield from _of_pymoo(GA(self.population), n, self.objectives, seed))
@@ -112,7 +112,7 @@ class DifferentialEvolution(Evolver):
 
     def search(self, n: int, seed: int) -> Search:
         """Raise InputError where pymoo is not installed."""
-        need_pymoo("DifferentialEvolution")
+        need("pymoo", "DifferentialEvolution")
         from pymoo.algorithms.soo.nonconvex.de import DE  # pyright: ignore[reportMissingImports]
 
         size = self.population or 10 * n
@@ -133,7 +133,7 @@ class ParetoFront(Evolver):
 
     def search(self, n: int, seed: int) -> Search:
         """Raise InputError where pymoo is not installed."""
-        need_pymoo("ParetoFront")
+        need("pymoo", "ParetoFront")
         from pymoo.algorithms.moo.nsga2 import NSGA2  # pyright: ignore[reportMissingImports]
 
         return (yield from _of_pymoo(NSGA2(self.population), n, self.objectives, seed))

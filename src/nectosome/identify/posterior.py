@@ -7,7 +7,6 @@ $$ p(\theta) \propto \exp\left(-\tfrac12 |r(\theta)|^2\right) $$
 evenly over the places u in the ranges, on a logarithmic scale where a range has one.
 """
 
-import importlib.util
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -16,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from nectosome.core.strategies import need
 from nectosome.io import InputError
 from nectosome.io.ranges import Ranges
 
@@ -54,8 +54,7 @@ def posterior(
     InputError where numpyro is not installed, for numbers that make no sense, parameters outside of their ranges, and
     residuals that are no numbers at theta.
     """
-    if importlib.util.find_spec("numpyro") is None:
-        raise InputError('numpyro is needed for posteriors: pip install "nectosome[numpyro]".')
+    need("numpyro", "posteriors")
     for name, value, least in (("draws", draws, 4), ("warmup", warmup, 1), ("chains", chains, 1), ("seed", seed, 0)):
         if value < least:
             raise InputError(f"is {value}; it must be at least {least}.", field=name)

@@ -80,7 +80,6 @@ class Jet(Load):
     direction: Float[Array, "3"]  # d of the thrust, of length 1, part frame
     place: Float[Array, "3"]  # of the chamber from the part's centre [m], part frame
     crank: Signal | Motor  # angle as a function of time, or what turns it
-    reshapes = True
 
     def initial(self) -> Any:
         """Angle and speed of a crank that a motor turns."""

@@ -24,7 +24,6 @@ class NearFloor(Load):
     rotational: Float[Array, "3"]  # c [kg m2]
     full: Float[Array, ""]  # height up to which all of it is there [m]
     none: Float[Array, ""]  # height from which on nothing is [m]
-    reshapes = True
 
     def carried(
         self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
