@@ -36,8 +36,18 @@ app = App(
     result_action="return_value",
 )
 for command in (
-    *(reproduce, simulate, steady, periodic, sweep),
-    *(design, measure, identify, correct, show, check, schema),
+    reproduce,
+    simulate,
+    steady,
+    periodic,
+    sweep,
+    design,
+    measure,
+    identify,
+    correct,
+    show,
+    check,
+    schema,
 ):
     app.command(command)
 

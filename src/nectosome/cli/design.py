@@ -94,8 +94,7 @@ def design(
         folder = out or Path("out") / f"design-{description.name}-{solver}-{seeded}"
     task = wanted.task(description)
     weigh(robots.build(description), robot or str(resume))
-    if isinstance(task, room.MotionDesign):
-        task.plan()
+    task.prepare()  # mistakes are told before anything is begun
     began = clock.perf_counter()
     with progress_bar(f"{description.name}, {number} starts") as update:
 

@@ -1,4 +1,4 @@
-"""Identification: what measurements say of a model. What needs JAX, `linear` and `surge`, is not imported here."""
+"""Identification: what measurements say of a model. `linear`, `surge` and `posterior` need JAX: import them by name."""
 
 from .alignment import Rigid, align_inliers, align_points
 from .evolve import evolve

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 from scipy.special import ndtri
+from scipy.stats import qmc
 
 _DRAWS = 512  # of the hyperparameters, a power of 2
 _LENGTH, _LENGTH_SPREAD = 2.0, 0.8  # median of a length in boxes, standard deviation of its logarithm
@@ -62,8 +63,6 @@ def gaussian_process(
         terms = [Term(size, np.ones(len(x)), np.ones(len(at)))]
     if not all(np.isfinite(v).all() for v in (x, y, noise, at, *(v for term in terms for v in term))):
         raise ValueError("gaussian_process: points, values, errors and shapes must be finite numbers.")
-    from scipy.stats import qmc  # takes half a second
-
     known = _Known(x, y, noise, np.zeros(len(x)) if doubt is None else doubt)
     sobol = ndtri(qmc.Sobol(1 + len(terms) * (1 + x.shape[1]), rng=np.random.default_rng(0)).random(_DRAWS))
     first = _Draws(known, terms, sobol)
