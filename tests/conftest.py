@@ -3,11 +3,9 @@
 from hypothesis import settings
 from jaxtyping import install_import_hook
 
-# `io` checks its own input; the rooms that JAX traces are checked by their annotations, once a program and not at each
-# call as those of numpy would be
-install_import_hook(
-    [f"nectosome.{room}" for room in ("core", "mechanism", "loads", "solve", "robots")], "beartype.beartype"
-)
+# `io` checks its own input; what JAX traces is checked once a program by its annotations; numpy's would be at each call
+_TRACED = ("core", "mechanism", "loads", "solve", "robots", "design.plans", "design.quantities")
+install_import_hook([f"nectosome.{name}" for name in _TRACED], "beartype.beartype")
 
 settings.register_profile("nectosome", deadline=None, max_examples=30, derandomize=True)
 settings.load_profile("nectosome")

@@ -162,7 +162,7 @@ def test_show_draws_the_parts_of_a_robot(nectosome):
 
 
 @pytest.mark.parametrize("robot", [name for name in names() if not name.startswith(("flagell", "beetle"))])
-def test_each_robot_that_ships_is_shown(nectosome, robot):
+def test_robots_that_ship_are_shown(nectosome, robot):
     answer = nectosome("show", robot)
     assert (answer.code, answer.err) == (0, "")
     assert answer.out.startswith(robot.rstrip("0123456789"))
