@@ -149,6 +149,21 @@ def test_the_profile_of_a_decay_is_that_of_a_fine_grid():
     np.testing.assert_allclose(found.rise, cost[k] - cost.min(), atol=0.02)
 
 
+def test_a_profile_of_rough_residuals_comes_to_its_end():
+    """Ripples of 1e-3 standard errors, as of many time steps: a fit to rounding would follow each of them."""
+    asked = 0
+
+    def residuals(x):
+        nonlocal asked
+        asked += 1
+        u, v = 3 * (x[:, 0] - 0.5), 3 * (x[:, 1] - 0.4) + (x[:, 0] - 0.5)
+        return np.stack([u, v], axis=1) * 10 + 1e-3 * np.sin(1e5 * x)
+
+    found = profile(Misfit(residuals, Ranges("xy", 0, 1), step=1e-3), np.array([0.6, 0.6]), "x").interval
+    np.testing.assert_allclose(found[:2], 0.5 + 1.96 / 30 * np.array([-1, 1]), atol=2e-3)
+    assert asked < 300
+
+
 def test_an_end_that_data_do_not_tell_is_the_bound():
     """Of a step response that is over within the first sample only an upper end is told."""
     misfit = decay(np.full(TIME.size, 1.0), 0.1, Ranges(("A", "tau"), (0.1, 0.5), (10, 200), log=("A", "tau")))

@@ -14,6 +14,7 @@ from .misfit import Fit, Misfit
 _STEP, _LARGEST, _GROWTH = 0.5, 0.1, 1.25  # of a profile: in standard errors, at most in ranges, from one to the next
 _FINE = 1e-3  # of a step: how closely an end is found
 _BETTER = 1e-3  # a fit with so much less chi2 is another one
+_FITTED, _REFITTED = 1e-7, 1e-4  # gain of chi2 by a step that is the last: to rounding, rough residuals have no end
 _MET = 1e-6  # of the range: as near is on the bound
 
 
@@ -47,7 +48,7 @@ def profile(misfit: Misfit, theta: Float[np.ndarray, "n"], name: str, coverage: 
     way, all begins anew from it. Raises InputError for an unknown parameter.
     """
     k, threshold = misfit.index(name), float(chdtri(1, 1 - coverage))
-    best = misfit.fit(theta)
+    best = misfit.fit(theta, gain=_FITTED)
     start = misfit.places(best.theta)[k]
     first = min(_STEP * float(identifiability(misfit, best.theta).errors[k]), _LARGEST)
     found: dict[float, Fit] = {start: best}
@@ -57,7 +58,7 @@ def profile(misfit: Misfit, theta: Float[np.ndarray, "n"], name: str, coverage: 
         if place not in found:
             u = misfit.places(found[min(found, key=lambda other: abs(other - place))].theta)
             u[k] = place
-            found[place] = misfit.fit(misfit.ranges.values(u), fixed=(name,))
+            found[place] = misfit.fit(misfit.ranges.values(u), fixed=(name,), gain=_REFITTED)
         return found[place].chi2 - best.chi2
 
     def end(bound: float) -> float:

@@ -85,10 +85,12 @@ class Misfit:
         theta: Float[np.ndarray, "n"],
         fixed: Collection[str] = (),
         shift: Float[np.ndarray, "r"] | float = 0.0,
+        gain: float = 0.0,
     ) -> Fit:
         """Least squares of residuals plus a shift within the ranges, from parameters on, some of them fixed.
 
-        A local minimum. Raises InputError where residuals are no numbers at the start.
+        A local minimum; or what is found when a step gains less than `gain` of chi2, or no more is to be had. Raises
+        InputError where residuals are no numbers at the start.
         """
         free = np.array([name not in fixed for name in self.ranges.names])
         start = self.places(theta)
@@ -106,7 +108,18 @@ class Misfit:
             raise InputError(f"the residuals are no numbers at {self.ranges.told(self.ranges.values(start))}.")
         if not free.any():
             return Fit(self.ranges.values(start), float(first @ first))
-        how: Any = {"jac": lambda part: self.slopes(whole(part))[:, free], "bounds": (0.0, 1.0)}
+        before = float(first @ first)
+        if before < gain:
+            return Fit(self.ranges.values(start), before)
+
+        def enough(intermediate_result: Any) -> None:
+            nonlocal before
+            chi2 = 2 * float(intermediate_result.cost)
+            if min(before - chi2, chi2) < gain:
+                raise StopIteration
+            before = chi2
+
+        how: Any = {"jac": lambda part: self.slopes(whole(part))[:, free], "bounds": (0.0, 1.0), "callback": enough}
         found = least_squares(residuals, start[free], **how, xtol=_CLOSE, ftol=_CLOSE, gtol=_CLOSE)
         return Fit(self.ranges.values(whole(found.x)), 2 * float(found.cost))
 
