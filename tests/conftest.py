@@ -1,11 +1,15 @@
 """Every shape in a public signature is checked while the tests run; robots that several rooms share are built once."""
 
+import gc
+
 from hypothesis import settings
 from jaxtyping import install_import_hook
 
 # `io` checks its own input; what JAX traces is checked once a program by its annotations; numpy's would be at each call
 _TRACED = ("core", "mechanism", "loads", "solve", "robots", "design.plans", "design.quantities")
 install_import_hook([f"nectosome.{name}" for name in _TRACED], "beartype.beartype")
+
+gc.set_threshold(50_000, 20, 20)  # as the command line does: tracing makes many objects that stay
 
 settings.register_profile("nectosome", deadline=None, max_examples=30, derandomize=True)
 settings.load_profile("nectosome")
@@ -52,6 +56,11 @@ body:
     kind: free
     start: {angular_velocity: [2 rad/s, 1 rad/s, 4 rad/s], velocity: [0.1 m/s, -0.2 m/s, 0.3 m/s]}
 """
+
+
+def pytest_collection_finish():
+    """What is there before the first test is there to stay."""
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")
