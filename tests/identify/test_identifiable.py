@@ -51,7 +51,7 @@ def test_profile_and_bootstrap_of_a_linear_model_are_its_covariance(some):
     misfit = linear(A, x0, ranges)
     half = norm.ppf(0.975) * np.sqrt(np.linalg.inv(A.T @ A)[1, 1])
     found = profile(misfit, x0 * 1.05, "b")
-    np.testing.assert_allclose(found.best.theta, x0, rtol=1e-6)
+    assert found.best.chi2 < 1e-7  # 3e-4 standard errors from x0, where it is 0
     np.testing.assert_allclose(found.interval[:2], [5 - half, 5 + half], rtol=1e-3)
     assert found.interval.below
     assert found.interval.above
