@@ -24,6 +24,11 @@ for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     _SKEW[_i, _k, _j], _SKEW[_i, _j, _k] = 1.0, -1.0
 
 
+# ad_x = x . _AD: the same for twists
+_AD = np.zeros((6, 6, 6))
+_AD[:3, :3, :3] = _AD[:3, 3:, 3:] = _AD[3:, 3:, :3] = _SKEW
+
+
 def dot(R: Array, x: Array) -> Array:
     """R x as a broadcast sum (a batched product of small matrices is slow as a library call)."""
     return jnp.sum(R * x[..., None, :], axis=-1)
@@ -131,8 +136,7 @@ def exp_se3(twist: Twist) -> tuple[Array, Array]:
 
 def bracket(x: Twist, y: Twist) -> Twist:
     """Lie bracket ad_x y. The barrier keeps XLA from computing nested brackets over and over."""
-    wx, vx, wy, vy = _part(x, 0, 3), _part(x, 3, 6), _part(y, 0, 3), _part(y, 3, 6)
-    return lax.optimization_barrier(jnp.concatenate([cross(wx, wy), cross(wx, vy) + cross(vx, wy)], axis=-1))
+    return lax.optimization_barrier(dot(jnp.tensordot(x, _AD, axes=1), y))
 
 
 def tangent(twist: Twist, x: Twist) -> Twist:
@@ -141,9 +145,10 @@ def tangent(twist: Twist, x: Twist) -> Twist:
     Closed form of degree four in ad (Selig 2005, sec. 4.3), series below 1 rad.
     """
     c = jnp.moveaxis(_even(twist[..., :3], _TANGENT, _tangent_closed), -1, 0)
+    ad = jnp.tensordot(twist, _AD, axes=1)
     total, power = x, x
     for k in range(4):
-        power = bracket(twist, power)
+        power = lax.optimization_barrier(dot(ad, power))
         total = total + c[k][..., None] * power
     return total
 
