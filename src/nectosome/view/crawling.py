@@ -48,7 +48,7 @@ def told_panel(found: "xr.Dataset") -> Panel:
     import plotly.graph_objects as go
 
     fig = go.Figure()
-    names = [plain(name) for name in found["parameter"].values]
+    names = [plain(name).replace("_drag", "<br>drag") for name in found["parameter"].values]
     for k, (data, words) in enumerate(_DATA.items()):
         one = found.sel(data=data)
         name = f"{words}: {int(one['rank'])} of {len(names)} directions told"
@@ -96,7 +96,7 @@ def held_out_panel(found: "xr.Dataset") -> Panel:
     dress(fig, 440).update_layout(showlegend=True, margin_t=60)
     caption = (
         "Simulated at 1178 kg/m3 with all fits to the features at 1238 kg/m3, as Fig. 12; the tracks of the experiment "
-        "were not published. Fits that are as good at one density step at other moments at the other, but alike."
+        "were not published. Fits that are as good at one density go on alike at the other, but not at one speed."
     )
     return Panel("Crawling: the density held out", caption, fig)
 

@@ -21,6 +21,7 @@ _RIBBON = (SKY, ORANGE, GREY, GREEN, PURPLE, VERMILLION)
 _ASIDE = 1e-3  # m, to the side, from which on a robot does not stay in a plane
 _SMOOTH = 1.0  # s, of the mean speed
 _ARROWS = 2.0  # s, from one to the next
+_SHOWN = {"m3": ("mL", 1e6)}  # units that axes have instead, and how many of them one is
 
 
 def show_mission(found: "xr.Dataset", path: str | Path) -> None:
@@ -108,7 +109,8 @@ def set_panel(found: "xr.Dataset") -> Panel:
         groups.setdefault((unit, values[:, k].tobytes()), []).append(str(path))
     fig = make_subplots(len(groups), 1, shared_xaxes=True, vertical_spacing=0.06)
     for row, ((unit, data), paths) in enumerate(groups.items(), start=1):
-        y = np.frombuffer(data)
+        unit, scale = _SHOWN.get(unit, (unit, 1.0))
+        y = scale * np.frombuffer(data)
         fig.add_scatter(x=found["time"].values, y=y, mode="lines", line_color=BLACK, row=row, col=1)
         name = "<br>".join(path.removeprefix("body.").removeprefix("limbs.") for path in paths)
         title = {"text": f"{plain(name)}<br>({unit})".replace("&lt;br&gt;", "<br>"), "font": {"size": 11}}
