@@ -286,7 +286,8 @@ def readme_table(rows: list[dict[str, Any]]) -> Iterator[str]:
             continue
         if printed is not None and row["unit"] == "m/s":
             error = "" if row["error"] is None else f"{row['error']:+.1f} %"
-            yield f"| {quantity} | {printed:.3f} m/s | {ours:.4f} m/s | {error} | {verdict} |"
+            told = max(f"{printed:.3f}", f"{printed:.4g}", key=len)  # three decimals, or all that are printed
+            yield f"| {quantity} | {told} m/s | {ours:.4f} m/s | {error} | {verdict} |"
         if printed is not None and row["unit"] == "percent":
             yield f"| {quantity} | {printed:+g} % | {ours:+#.3g} % | {ours - printed:+.2f} points | {verdict} |"
 
