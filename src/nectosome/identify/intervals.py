@@ -12,9 +12,9 @@ from .identifiable import Interval, identifiability, intervals_of
 from .misfit import Fit, Misfit
 
 _STEP, _LARGEST, _GROWTH = 0.5, 0.1, 1.25  # of a profile: in standard errors, at most in ranges, from one to the next
-_FINE = 1e-3  # of a step: how closely an end is found
+_FINE = 1e-2  # of a step: how closely an end is found
 _BETTER = 1e-3  # a fit with so much less chi2 is another one
-_FITTED, _REFITTED = 1e-7, 1e-4  # gain of chi2 by a step that is the last: to rounding, rough residuals have no end
+_FITTED, _REFITTED = 1e-7, 1e-2  # gain of chi2 by a step that is the last: to rounding, rough residuals have no end
 _MET = 1e-6  # of the range: as near is on the bound
 
 

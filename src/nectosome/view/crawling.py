@@ -1,7 +1,8 @@
 """Figures of PoseiDRONE's crawling: searches, what the gait tells of the parameters, gaits over density and buoyancy.
 
 Data of the study: `crawl_fit_0`, ... as `identify.gait_results.gait_data` has them; `crawl_told`: error (data,
-parameter) as shares of the ranges, rank, words; `crawl_gaits`: speed, feet (density, distance, angle).
+parameter) as shares of the ranges, rank, words; `crawl_profile`: value and rise (data, point), unless it was left out
+for time; `crawl_gaits`: speed, feet (density, distance, angle).
 """
 
 from collections.abc import Mapping
@@ -18,6 +19,7 @@ from .style import BLACK, BLUE, CYCLE, Panel, dress, plain
 if TYPE_CHECKING:
     import xarray as xr
 
+_THRESHOLD = 3.84  # 95 % quantile of chi-squared, one degree of freedom
 Sets = Mapping[str, "xr.Dataset"]
 _DATA = {
     "features": "four features, 1 %",
@@ -36,6 +38,7 @@ def panels(sets: Sets) -> list[Panel]:
         history_panel(fits, names, PRINTED)._replace(title="Crawling: searches for Table 3's parameters"),
         parameters_panel(fits, names)._replace(title="Crawling: parameters that are as good as each other"),
         told_panel(sets["crawl_told"]),
+        *([profile_panel(sets["crawl_profile"])] if "crawl_profile" in sets else []),
         helpful_panel(sets["crawl_helpful"]),
         motion._replace(title="Crawling: heave, surge and lean", caption=caption),
         held_out_panel(sets["crawl_held_out"]),
@@ -62,6 +65,29 @@ def told_panel(found: "xr.Dataset") -> Panel:
         "parameters; friction and sculling drag are told by no track."
     )
     return Panel("Crawling: what measurements tell", caption, fig)
+
+
+def profile_panel(found: "xr.Dataset") -> Panel:
+    """Profile likelihood of one parameter, by what is measured."""
+    import plotly.graph_objects as go
+
+    fig = go.Figure()
+    for k, (data, words) in enumerate(_DATA.items()):
+        one = found.sel(data=data).dropna("point")
+        line = {"color": CYCLE[k], "width": 2}
+        fig.add_scatter(x=one["value"].values, y=one["rise"].values, mode="lines+markers", line=line, name=words)
+    threshold = {"color": BLACK, "dash": "dot", "width": 1}
+    fig.add_hline(y=_THRESHOLD, line=threshold, annotation_text="95 %", annotation_position="top left")
+    name, unit = plain(found.attrs["parameter"]), found["value"].attrs["units"]
+    fig.update_xaxes(title=f"{name} ({unit})")
+    fig.update_yaxes(title="rise of chi2", range=(-0.1 * _THRESHOLD, 1.6 * _THRESHOLD))
+    dress(fig, 400).update_layout(showlegend=True, margin_t=90)
+    told = "; ".join(f"{words}: {found['words'].sel(data=data).item()}" for data, words in _DATA.items())
+    caption = (
+        f"The other nine are fitted anew at each value of {name}, from fit to fit, so that these are the least misfits "
+        f"met and not surely the least of all. Series are those that the first fit gives (synthetic). {told}."
+    )
+    return Panel(f"Crawling: profile likelihood of {name}", caption, fig)
 
 
 def helpful_panel(found: "xr.Dataset") -> Panel:

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from nectosome.identify import CmaEs, Evolved, Identifiability, Misfit, evolve, identifiability, most_helpful
+from nectosome.identify import CmaEs, Evolved, Identifiability, Misfit, evolve, identifiability, most_helpful, profile
 from nectosome.identify.gait import FEATURES, discrepancy
 from nectosome.identify.gait_fit import GaitFit, GaitTrial
 from nectosome.identify.gait_results import gait_data
@@ -51,6 +51,7 @@ OWN, HELD_OUT = (1238.0, 0.09, 12.6), 1178.0
 _MODULE = ("volume", "limbs.module.offset.0", "limbs.module.offset.2")
 _ERRORS = 1e-3, 1e-3, math.radians(1.0)  # standard errors of tracked surge and heave [m], and lean
 _TRACK, _TILT = (0, 1), (2,)  # of these: what tracks of the body tell, and what its lean does
+_PROFILED = "k"  # the parameter whose profile is drawn: fits of the other nine at each of its values take minutes
 _RARELY = 0.05  # of the time: feet that are on the ground for less do not carry
 
 
@@ -81,15 +82,18 @@ def part(quick: bool, progress: Progress) -> Part:
         searches.append(evolve(of.summed, of.ranges, CmaEs(), evaluations=WALKS, target=aim, seed=seed, progress=tell))
     best = np.stack([found.rows[np.argmin(found.values[:, 0])] for found in searches])
     progress("what the gait tells", 0.8)
-    told = _told(of, best[0])
+    measured = _measured(of, best[0])
+    told = {name: identifiability(misfit, best[0]) for name, misfit in measured.items()}
     data = {
         f"crawl_fit_{seed}": gait_data(of, found, of.walked(row[None]), told["features"], 10 * CLOSE)
         for seed, (found, row) in enumerate(zip(searches, best, strict=True))
     }
     data["crawl_told"] = _told_data(told)
-    data["crawl_helpful"] = _helpful(of, told["features"])
+    data["crawl_helpful"] = _helpful(of, best[0], told["features"])
     data["crawl_held_out"] = _held_out_series(of, best)
-    progress("gaits", 0.9)
+    if not quick:
+        data["crawl_profile"] = _profiles(measured, best[0], progress)
+    progress("gaits", 0.95)
     data["crawl_gaits"] = gaits(of, best[0])
     return Part(_numbers(of, searches, best, told, data["crawl_gaits"]), data)
 
@@ -118,13 +122,12 @@ def gaits(of: GaitFit, theta: Float[np.ndarray, "n"]) -> xr.Dataset:
     )
 
 
-def _told(of: GaitFit, theta: Float[np.ndarray, "n"]) -> dict[str, Identifiability]:
-    """What is told by features; with heave and surge over time; with lean, and at a second density too."""
-
+def _measured(of: GaitFit, theta: Float[np.ndarray, "n"]) -> dict[str, Misfit]:
+    """Features; heave and surge over time; these with lean, and at a second density too."""
     return {
-        "features": identifiability(of.misfit, theta),
-        "series": identifiability(_series(of, OWN[:1], _TRACK), theta),
-        "both": identifiability(_series(of, (OWN[0], HELD_OUT), _TRACK + _TILT), theta),
+        "features": of.misfit,
+        "series": _series(of, theta, OWN[:1], _TRACK),
+        "both": _series(of, theta, (OWN[0], HELD_OUT), _TRACK + _TILT),
     }
 
 
@@ -134,26 +137,49 @@ def _at(of: GaitFit, densities: Sequence[float]) -> GaitFit:
     return GaitFit(of.description, of.variables, trials)
 
 
-def _series(of: GaitFit, densities: Sequence[float], columns: tuple[int, ...]) -> Misfit:
-    """Surge, heave or lean over time in their standard errors, at some densities [kg/m3]."""
+def _series(of: GaitFit, theta: Float[np.ndarray, "n"], densities: Sequence[float], columns: tuple[int, ...]) -> Misfit:
+    """Surge, heave or lean over time less those at theta, in their standard errors, at some densities [kg/m3]."""
     several = _at(of, densities)
 
-    def residuals(rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m r"]:
-        seen = [one.series[:, :, columns] / np.array(_ERRORS)[[*columns]] for one in several.walked(rows)]
-        return np.concatenate([x.reshape(len(rows), -1) for x in seen], axis=1)
+    def seen(rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m r"]:
+        series = [one.series[:, :, columns] / np.array(_ERRORS)[[*columns]] for one in several.walked(rows)]
+        return np.concatenate([x.reshape(len(rows), -1) for x in series], axis=1)
 
-    return Misfit(residuals, of.ranges, step=of.misfit.step)
+    data = seen(theta[None])
+    return Misfit(lambda rows: seen(rows) - data, of.ranges, step=of.misfit.step)
 
 
-def _helpful(of: GaitFit, known: Identifiability) -> xr.Dataset:
+def _profiles(measured: dict[str, Misfit], theta: Float[np.ndarray, "n"], progress: Progress) -> xr.Dataset:
+    """Rise of chi2 over the stiffness of the legs, all other parameters fitted anew, by what is measured."""
+    found = []
+    for k, (name, misfit) in enumerate(measured.items()):
+        progress(f"profile of {_PROFILED} by {name}", 0.82 + 0.04 * k)
+        found.append(profile(misfit, theta, _PROFILED))
+    longest = max(one.values.size for one in found)
+
+    def rows(parts: Sequence[Float[np.ndarray, "k"]]) -> Float[np.ndarray, "d p"]:
+        return np.stack([np.pad(x, (0, longest - x.size), constant_values=np.nan) for x in parts])
+
+    return xr.Dataset(
+        {
+            "value": (("data", "point"), rows([one.values for one in found]), {"units": "N/m"}),
+            "rise": (("data", "point"), rows([one.rise for one in found])),
+            "words": ("data", [one.interval.text for one in found]),
+        },
+        {"data": list(measured)},
+        {"parameter": _PROFILED},
+    )
+
+
+def _helpful(of: GaitFit, theta: Float[np.ndarray, "n"], known: Identifiability) -> xr.Dataset:
     """How many parameters more would be told by what might be measured too, in parts."""
     found = most_helpful(
         known,
         {
             f"features at {HELD_OUT:.0f} kg/m3": _at(of, (HELD_OUT,)).misfit,
-            "heave and surge over time": _series(of, OWN[:1], _TRACK),
-            "lean over time": _series(of, OWN[:1], _TILT),
-            f"heave and surge at {HELD_OUT:.0f} kg/m3": _series(of, (HELD_OUT,), _TRACK),
+            "heave and surge over time": _series(of, theta, OWN[:1], _TRACK),
+            "lean over time": _series(of, theta, OWN[:1], _TILT),
+            f"heave and surge at {HELD_OUT:.0f} kg/m3": _series(of, theta, (HELD_OUT,), _TRACK),
         },
     )
     return xr.Dataset(
