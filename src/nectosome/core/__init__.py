@@ -1,6 +1,7 @@
 """Contracts of the house, signals, water, and SE(3) maths; switches JAX to float64."""
 
 from . import runtime as _runtime  # noqa: F401  first: sets up JAX
+from .block import Block, Line, RateIndependent, Stepper
 from .se3 import safe_norm
 from .signal import Constant, Cycle, Rate, Recording, Signal, Sine, Stack, Steps, Stroke
 from .solution import Solution, Status
@@ -9,12 +10,15 @@ from .water import STANDARD_GRAVITY, UniformCurrent, Water
 
 __all__ = [
     "STANDARD_GRAVITY",
+    "Block",
     "Constant",
     "Cycle",
     "JointLoad",
+    "Line",
     "Load",
     "Mechanical",
     "Rate",
+    "RateIndependent",
     "Recording",
     "Signal",
     "Sine",
@@ -22,6 +26,7 @@ __all__ = [
     "Stack",
     "State",
     "Status",
+    "Stepper",
     "Steps",
     "Strips",
     "Stroke",

@@ -1,0 +1,33 @@
+"""What a block answers to samples."""
+
+from typing import Literal
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import Block, Line
+
+
+def respond(
+    block: Block, u: Float[Array, "samples *channels"], dt: float, hold: Literal["first", "zero"] = "first"
+) -> Float[Array, "samples *outputs"]:
+    """Output at the times of the samples, k dt, from rest.
+
+    Samples of a recording are joined by lines (first-order hold), commands are held until the next one (zero-order
+    hold). What jumps with its input is told as it is after the jump.
+    """
+    return _run(block, jnp.asarray(u, dtype=float), float(dt), hold)
+
+
+@eqx.filter_jit
+def _run(block: Block, u: Array, dt: float, hold: str) -> Array:
+    stepper = block.sampled(dt)
+    after = u if hold == "zero" else jnp.concatenate([u[1:], u[-1:]])
+
+    def one(state, line):
+        state, y = stepper.step(state, line)
+        return state, y.begin
+
+    return jax.lax.scan(one, stepper.initial(), Line(u, after))[1]

@@ -1,0 +1,132 @@
+"""What stands between a command and a pressure: limits of a valve, a tank that it fills, dead time."""
+
+import math
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import Block, Line, RateIndependent, Stepper
+
+from .integrated import Driven
+
+
+class Saturation(RateIndependent):
+    """The input, or the end of the range that it leaves."""
+
+    low: Float[Array, ""]
+    high: Float[Array, ""]
+
+    def initial(self) -> tuple[()]:
+        """There is no state."""
+        return ()
+
+    def step(self, state: tuple[()], u: Line) -> tuple[tuple[()], Line]:
+        """Both ends within the range."""
+        return (), Line(*(jnp.clip(x, self.low, self.high) for x in u))
+
+
+class SlewLimit(Block):
+    """Follows its input at a limited rate [1/s of its unit]: at most rate x dt from one sample to the next."""
+
+    rate: Float[Array, ""]
+
+    def sampled(self, dt: float) -> Stepper:
+        """The largest way in a sample."""
+        return _Slew(self.rate * dt)
+
+
+class _Slew(Stepper):
+    most: Float[Array, ""]
+
+    def initial(self) -> Float[Array, ""]:
+        """Where it stands."""
+        return jnp.zeros(())
+
+    def step(self, state: Float[Array, ""], u: Line) -> tuple[Float[Array, ""], Line]:
+        """On its way to the end of the line; a jump of the input is none of the output."""
+        after = jnp.clip(u.end, state - self.most, state + self.most)
+        return after, Line(state, after)
+
+
+class DeadTime(Block):
+    """The input of `delay` [s] ago, which may be any up to `longest`.
+
+    Where the delay is no whole number of samples, what bends or jumps within a sample is straightened.
+    """
+
+    delay: Float[Array, ""]
+    longest: float = eqx.field(static=True)
+
+    def sampled(self, dt: float) -> Stepper:
+        """The delay in samples."""
+        return _Past(self.delay / dt, 2 + math.ceil(self.longest / dt - 1e-9))
+
+
+class _Past(Stepper):
+    delay: Float[Array, ""]  # in samples
+    kept: int = eqx.field(static=True)
+
+    def initial(self) -> Float[Array, "kept 2"]:
+        """Lines of the past, the latest first."""
+        return jnp.zeros((self.kept, 2))
+
+    def step(self, state: Float[Array, "kept 2"], u: Line) -> tuple[Float[Array, "kept 2"], Line]:
+        """The line of then."""
+        state = jnp.concatenate([jnp.stack([u.begin, u.end])[None], state[:-1]])
+        whole = jnp.floor(self.delay + 1e-9)  # what is whole but for rounding
+        part = jnp.maximum(self.delay - whole, 0.0)
+        k = jnp.clip(whole.astype(int), 0, self.kept - 2)
+        now, before = state[k], state[k + 1]
+        begin = jnp.where(part > 0, before[1] - part * (before[1] - before[0]), now[0])
+        return state, Line(begin, now[1] - part * (now[1] - now[0]))
+
+
+class Tank(Driven):
+    r"""A tank that a valve fills from a supply and empties to an exhaust; input and output are gauge pressures [Pa].
+
+    Isothermal air, flow through orifices as in ISO 6358:
+
+    $$ \dot p = \frac{T R}{V} \dot m, \quad \dot m = \alpha\, C\, \rho_0\, p_1 \sqrt{T_0/T}\; \psi(p_2/p_1), \quad
+       \psi = \sqrt{1 - \left(\frac{\max(r, b) - b}{1 - b}\right)^2} $$
+
+    from the higher pressure p_1 to the lower one p_2, with the opening $\alpha = \min(1, |u - p|/\text{band})$.
+    Choked, the pressure changes at the rate $C p_1 p_0 \sqrt{T/T_0}/V$: a limit that no command exceeds.
+    """
+
+    volume: Float[Array, ""]  # V [m3]
+    conductance: Float[Array, ""]  # C [m3/(s Pa)], sonic, of the open valve
+    critical: Float[Array, ""]  # b, ratio of pressures below which the flow is choked
+    supply: Float[Array, ""]  # [Pa], gauge
+    exhaust: Float[Array, ""]  # [Pa], gauge: negative for a vacuum pump
+    band: Float[Array, ""]  # error of pressure at which the valve is fully open [Pa]
+    temperature: Float[Array, ""]  # T [K]
+
+    def initial(self) -> Float[Array, ""]:
+        """Pressure of the air outside."""
+        return jnp.zeros(())
+
+    def rates(self, t: Float[Array, ""], x: Float[Array, ""], u: Any = None) -> Float[Array, ""]:
+        """Rate of the pressure [Pa/s]."""
+        error = jnp.clip((u - x) / self.band, -1.0, 1.0)
+        filled = self._flow(self.supply, x)
+        emptied = self._flow(x, self.exhaust)
+        return jnp.where(error > 0, error * filled, error * emptied)
+
+    def output(self, x: Float[Array, ""], u: Float[Array, ""]) -> Float[Array, ""]:
+        """The pressure."""
+        return x
+
+    def _flow(self, high: Array, low: Array) -> Array:
+        """Rate of the pressure by an open valve between gauge pressures; 0 against the slope."""
+        ratio = (low + _AMBIENT) / (high + _AMBIENT)
+        x = (jnp.clip(ratio, self.critical, 1.0) - self.critical) / (1 - self.critical)
+        squared = 1 - x**2
+        psi = jnp.where(squared > 0, jnp.sqrt(jnp.where(squared > 0, squared, 1.0)), 0.0)
+        rate = self.conductance * (high + _AMBIENT) * _REFERENCE * jnp.sqrt(self.temperature / _NORMAL)
+        return rate * psi / self.volume
+
+
+_AMBIENT = 101_325.0  # air outside [Pa]
+_REFERENCE, _NORMAL = 1e5, 293.15  # of ISO 6358: pressure [Pa] and temperature [K] of the volume flow
