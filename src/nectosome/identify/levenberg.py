@@ -1,0 +1,56 @@
+"""Levenberg-Marquardt as it is often printed: damping by tens, until the sum of squares stays as it is."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from .misfit import Misfit
+
+
+class Descent(NamedTuple):
+    """Where it ended."""
+
+    theta: Float[np.ndarray, "n"]
+    chi2: float
+    iterations: int
+    settled: bool  # whether the sum of squares stayed as it was; else the iterations were used up
+
+
+def levenberg(
+    misfit: Misfit,
+    theta: Float[np.ndarray, "n"],
+    damping: float = 1e-2,
+    accuracy: float = 1e-12,
+    iterations: int = 200,
+) -> Descent:
+    r"""Least squares from theta on by $\Delta u = -(J^T J + \lambda I)^{-1} J^T r$ (Xiong et al. 2025, section 3.2).
+
+    A step that makes the sum of squares smaller is taken and the damping divided by ten; else it is multiplied by ten,
+    as for one that leaves the ranges. It ends when the sum of squares changes by less than a share `accuracy` of it, or
+    the damping has become so large that no step is left. u are places in the ranges, on their scales.
+
+    Raises InputError where theta is outside of the ranges, or residuals are no numbers there.
+    """
+    u = misfit.places(theta)
+    r = misfit.at(u[None])[0]
+    chi2 = float(r @ r)
+    damping *= float(np.mean(np.sum(misfit.slopes(u) ** 2, axis=0)))
+    for done in range(iterations):
+        J = misfit.slopes(u)
+        A, b = J.T @ J, J.T @ r
+        while True:
+            step = -np.linalg.solve(A + damping * np.eye(len(u)), b)
+            if np.abs(step).max() < 1e-14:
+                return Descent(misfit.ranges.values(u), chi2, done, True)
+            after = u + step
+            inside = bool(np.all((after >= 0) & (after <= 1)))
+            tried = misfit.at(after[None])[0] if inside else r
+            if inside and float(tried @ tried) < chi2:
+                break
+            damping *= 10.0
+        before, u, r, damping = chi2, after, tried, 0.1 * damping
+        chi2 = float(r @ r)
+        if before - chi2 <= accuracy * before:
+            return Descent(misfit.ranges.values(u), chi2, done + 1, True)
+    return Descent(misfit.ranges.values(u), chi2, iterations, False)
