@@ -27,6 +27,8 @@ EXAMPLES = {
     "SlewLimit": ac.SlewLimit(*of(3.0)),
     "DeadTime": ac.DeadTime(*of(0.023), 0.05),
     "Integrated": ac.Integrated(ac.Tank(*of(1e-3, 2e-9, 0.3, 3e5, -8e4, 1e3, 293.0))),
+    "Dahl": ac.Dahl(*of(2.0, 5.0)),
+    "Curve": ac.Curve(ac.Polynomial(*of([0.0, 1.0, 0.3]))),
     "Sensor": ac.Sensor(*of(0.01, -3, 3)),
     "Gain": ac.Gain(*of(2.5)),
     "Chain": ac.Chain((PLAYS, LAG)),

@@ -1,6 +1,8 @@
-"""What drives a robot and is no mechanism: hysteresis, transfer functions, valves, dead time, sensors, and chains."""
+"""What drives a robot and is no mechanism: hysteresis, friction, transfer functions, valves, sensors, and chains."""
 
-from .chain import Chain, Gain, Parallel, antagonistic
+from .bouc_wen import BoucWen
+from .chain import Chain, Curve, Gain, Parallel, antagonistic
+from .friction import Dahl
 from .hysteresis import Envelope, NumericInverse, Polynomial, PrandtlIshlinskii, Tanh, evenly, inverse
 from .integrated import Driven, Integrated
 from .respond import respond
@@ -9,7 +11,10 @@ from .transfer import TransferFunction, second_order
 from .valve import DeadTime, Saturation, SlewLimit, Tank
 
 __all__ = [
+    "BoucWen",
     "Chain",
+    "Curve",
+    "Dahl",
     "DeadTime",
     "Driven",
     "Envelope",

@@ -5,6 +5,8 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Block, Line, RateIndependent, Stepper
 
+from .hysteresis import Envelope
+
 
 class Chain(Block):
     """Blocks one after the other: the output of each is the next one's input."""
@@ -75,6 +77,20 @@ class Gain(RateIndependent):
     def step(self, state: tuple[()], u: Line) -> tuple[tuple[()], Line]:
         """Both ends, scaled."""
         return (), Line(self.by * u.begin, self.by * u.end)
+
+
+class Curve(RateIndependent):
+    """A function of the input as it is now."""
+
+    of: Envelope
+
+    def initial(self) -> tuple[()]:
+        """There is no state."""
+        return ()
+
+    def step(self, state: tuple[()], u: Line) -> tuple[tuple[()], Line]:
+        """Its values at both ends."""
+        return (), Line(self.of(u.begin), self.of(u.end))
 
 
 def antagonistic(left: Block, right: Block, opposite: bool = True) -> Block:

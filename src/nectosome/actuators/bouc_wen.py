@@ -1,0 +1,43 @@
+"""An oscillator whose spring has hysteresis."""
+
+from typing import Any
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from .integrated import Driven
+
+
+class BoucWen(Driven):
+    r"""A mass on a damper and a spring with hysteresis, driven by a force u [N] (Bouc 1967; Wen 1976).
+
+    $$ m \ddot x + c \dot x + \alpha k x + (1 - \alpha) k z = u, \quad
+       \dot z = \dot x - (\beta |\dot x| |z|^{n-1} z + \gamma \dot x |z|^n) $$
+
+    with the displacement x [m] as output. At rest at first.
+    """
+
+    mass: Float[Array, ""]  # m [kg]
+    damping: Float[Array, ""]  # c [N s/m]
+    stiffness: Float[Array, ""]  # k [N/m]
+    elastic: Float[Array, ""]  # alpha: share of the spring without hysteresis
+    beta: Float[Array, ""]  # [1/m^n]
+    gamma: Float[Array, ""]  # [1/m^n]
+    power: Float[Array, ""]  # n, at least 1
+
+    def initial(self) -> Float[Array, "3"]:
+        """Displacement, velocity and z."""
+        return jnp.zeros(3)
+
+    def rates(self, t: Float[Array, ""], x: Float[Array, "3"], u: Any = None) -> Float[Array, "3"]:
+        """Rates of the three."""
+        place, speed, z = x
+        size = jnp.abs(z)
+        size = jnp.where(size > 0, jnp.where(size > 0, size, 1.0) ** self.power, 0.0)
+        spring = self.stiffness * (self.elastic * place + (1 - self.elastic) * z)
+        yielding = size * (self.beta * jnp.abs(speed) * jnp.sign(z) + self.gamma * speed)
+        return jnp.stack([speed, (u - self.damping * speed - spring) / self.mass, speed - yielding])
+
+    def output(self, x: Float[Array, "3"], u: Float[Array, ""]) -> Float[Array, ""]:
+        """The displacement."""
+        return x[0]
