@@ -20,6 +20,7 @@ BENCHMARKS = {
     "command_line": False,
     "reading": True,
     "crawl_search": False,
+    "hysteresis": False,
 }
 
 

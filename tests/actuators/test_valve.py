@@ -36,7 +36,7 @@ def test_saturation_keeps_within_its_range():
 def test_dead_time_of_whole_samples_is_a_shift(delay, hold):
     u = np.random.default_rng(0).normal(size=100)
     k = round(delay / 0.01)
-    found = respond(DeadTime(jnp.asarray(delay), 0.25), u, 0.01, hold)
+    found = respond(DeadTime(jnp.asarray(delay), 25), u, 0.01, hold)
     np.testing.assert_allclose(found, np.concatenate([np.zeros(k), u[: 100 - k]]), atol=1e-12)
 
 
@@ -45,11 +45,18 @@ def test_dead_time_may_be_any():
     t = 0.01 * np.arange(100)
 
     def at(delay):
-        return respond(DeadTime(delay, 0.2), 3.0 * t, 0.01)
+        return respond(DeadTime(delay, 20), 3.0 * t, 0.01)
 
     np.testing.assert_allclose(at(jnp.asarray(0.0737)), np.maximum(3.0 * (t - 0.0737), 0), atol=1e-12)
     slopes = jax.jacfwd(at)(jnp.asarray(0.0737))
     np.testing.assert_allclose(slopes[10:], -3.0, rtol=1e-9)
+
+
+def test_a_delay_longer_than_what_is_kept_is_no_number():
+    u = np.arange(50.0)
+    assert np.isfinite(respond(DeadTime(jnp.asarray(0.1), 10), u, 0.01)).all()
+    for delay in (0.105, -0.01):
+        assert np.isnan(respond(DeadTime(jnp.asarray(delay), 10), u, 0.01)).all()
 
 
 C, V, B, SUPPLY, EXHAUST = 2e-9, 1e-3, 0.3, 3e5, -8e4

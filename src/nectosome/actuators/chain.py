@@ -1,7 +1,7 @@
 """Blocks made of blocks: one after the other, side by side, and chambers that work against each other."""
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from nectosome.core import Block, Line, RateIndependent, Stepper
 
@@ -13,7 +13,7 @@ class Chain(Block):
 
     blocks: tuple[Block, ...]
 
-    def sampled(self, dt: float) -> Stepper:
+    def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
         """All of them."""
         return _Steppers(tuple(block.sampled(dt) for block in self.blocks))
 
@@ -39,7 +39,7 @@ class Parallel(Block):
 
     blocks: tuple[Block, ...]
 
-    def sampled(self, dt: float) -> Stepper:
+    def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
         """All of them."""
         return _Sum(tuple(block.sampled(dt) for block in self.blocks))
 

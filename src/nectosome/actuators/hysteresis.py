@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from nectosome.core import Line, RateIndependent
 from nectosome.io import InputError
@@ -140,7 +140,7 @@ class NumericInverse(RateIndependent):
 
 
 def evenly(
-    weights: Float[Array, "n"], largest: Float[Array, ""] | float, direct: Float[Array, ""] | float
+    weights: Float[ArrayLike, "n"], largest: Float[ArrayLike, ""], direct: Float[ArrayLike, ""]
 ) -> PrandtlIshlinskii:
     """Thresholds in equal steps up to the largest input: r_i = i/n largest, i = 1 .. n.
 
@@ -148,4 +148,4 @@ def evenly(
     """
     weights = jnp.asarray(weights, dtype=float)
     n = weights.shape[0]
-    return PrandtlIshlinskii(jnp.asarray(direct, dtype=float), jnp.arange(1, n + 1) / n * largest, weights)
+    return PrandtlIshlinskii(jnp.asarray(direct, dtype=float), jnp.arange(1, n + 1) / n * jnp.asarray(largest), weights)

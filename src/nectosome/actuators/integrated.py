@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from equinox import field
 from jax import lax
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from nectosome.core import Block, Line, Stepper, System
 
@@ -26,7 +26,7 @@ class Integrated(Block):
     system: Driven
     steps: int = field(static=True, default=1)
 
-    def sampled(self, dt: float) -> Stepper:
+    def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
         """The length of a step."""
         return _Paced(self.system, jnp.asarray(dt / self.steps), self.steps)
 

@@ -5,24 +5,27 @@ from typing import Literal
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from nectosome.core import Block, Line
 
 
 def respond(
-    block: Block, u: Float[Array, "samples *channels"], dt: float, hold: Literal["first", "zero"] = "first"
+    block: Block,
+    u: Float[ArrayLike, "samples *channels"],
+    dt: Float[ArrayLike, ""],
+    hold: Literal["first", "zero"] = "first",
 ) -> Float[Array, "samples *outputs"]:
     """Output at the times of the samples, k dt, from rest.
 
     Samples of a recording are joined by lines (first-order hold), commands are held until the next one (zero-order
     hold). What jumps with its input is told as it is after the jump.
     """
-    return _run(block, jnp.asarray(u, dtype=float), float(dt), hold)
+    return _run(block, jnp.asarray(u, dtype=float), jnp.asarray(dt, dtype=float), hold)
 
 
 @eqx.filter_jit
-def _run(block: Block, u: Array, dt: float, hold: str) -> Array:
+def _run(block: Block, u: Array, dt: Array, hold: str) -> Array:
     stepper = block.sampled(dt)
     after = u if hold == "zero" else jnp.concatenate([u[1:], u[-1:]])
 

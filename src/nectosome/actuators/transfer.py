@@ -2,7 +2,7 @@
 
 import jax.numpy as jnp
 from jax.scipy.linalg import expm
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from nectosome.core import Block, Line, Stepper
 
@@ -23,7 +23,7 @@ class TransferFunction(Block):
                 f"a transfer function of {m} numbers over {n}: of 2 or more, and no more over them, expected."
             )
 
-    def sampled(self, dt: float) -> Stepper:
+    def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
         r"""Its matrices for samples of dt [s]: x1 = A x0 + B u_begin + C (u_end - u_begin), exact for lines.
 
         They are blocks of one matrix exponential (Van Loan 1978). States are scaled by powers of

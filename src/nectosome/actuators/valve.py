@@ -1,11 +1,10 @@
 """What stands between a command and a pressure: limits of a valve, a tank that it fills, dead time."""
 
-import math
 from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from nectosome.core import Block, Line, RateIndependent, Stepper
 
@@ -32,7 +31,7 @@ class SlewLimit(Block):
 
     rate: Float[Array, ""]
 
-    def sampled(self, dt: float) -> Stepper:
+    def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
         """The largest way in a sample."""
         return _Slew(self.rate * dt)
 
@@ -51,17 +50,17 @@ class _Slew(Stepper):
 
 
 class DeadTime(Block):
-    """The input of `delay` [s] ago, which may be any up to `longest`.
+    """The input of `delay` [s] ago; NaN where that is longer than so many samples as may be.
 
     Where the delay is no whole number of samples, what bends or jumps within a sample is straightened.
     """
 
     delay: Float[Array, ""]
-    longest: float = eqx.field(static=True)
+    most: int = eqx.field(static=True, default=100)  # samples
 
-    def sampled(self, dt: float) -> Stepper:
+    def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
         """The delay in samples."""
-        return _Past(self.delay / dt, 2 + math.ceil(self.longest / dt - 1e-9))
+        return _Past(self.delay / dt, self.most + 2)
 
 
 class _Past(Stepper):
@@ -80,7 +79,9 @@ class _Past(Stepper):
         k = jnp.clip(whole.astype(int), 0, self.kept - 2)
         now, before = state[k], state[k + 1]
         begin = jnp.where(part > 0, before[1] - part * (before[1] - before[0]), now[0])
-        return state, Line(begin, now[1] - part * (now[1] - now[0]))
+        known = (self.delay >= 0) & (self.delay <= self.kept - 2)
+        end = now[1] - part * (now[1] - now[0])
+        return state, Line(jnp.where(known, begin, jnp.nan), jnp.where(known, end, jnp.nan))
 
 
 class Tank(Driven):

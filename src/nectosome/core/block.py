@@ -4,7 +4,7 @@ from abc import abstractmethod
 from typing import Any, NamedTuple
 
 import equinox as eqx
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 
 class Line(NamedTuple):
@@ -33,13 +33,13 @@ class Block(eqx.Module):
     """
 
     @abstractmethod
-    def sampled(self, dt: float) -> Stepper:
+    def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
         """The block for samples of a length [s]; all that depends on the length alone is worked out here."""
 
 
 class RateIndependent(Block, Stepper):
     """What answers in the same way at any speed: its output follows the ways the input went, not how fast."""
 
-    def sampled(self, dt: float) -> Stepper:
+    def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
         """Itself: the length of a sample does not matter."""
         return self

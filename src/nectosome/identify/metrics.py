@@ -52,3 +52,10 @@ def errors_of(
 
 def _mean(x: Float[np.ndarray, "n"]) -> float:
     return float(np.mean(x)) if x.size else float("nan")
+
+
+def range_errors(model: Float[np.ndarray, "n"], measured: Float[np.ndarray, "n"]) -> tuple[float, float]:
+    """Root mean square and largest magnitude of the error, in percent of the range of what was measured."""
+    error = np.abs(model - measured)
+    scale = 100 / float(np.ptp(measured))
+    return scale * float(np.sqrt(np.mean(error**2))), scale * float(error.max())

@@ -39,13 +39,19 @@ class Separable:
     standard_error: float = 1.0
 
     def fit(self, theta: Float[np.ndarray, "n"]) -> Separated:
-        """Least squares from theta on, the weights being the best ones for each theta. A local minimum in theta."""
+        """Least squares from theta on, the weights being the best ones for each theta. A local minimum in theta.
+
+        Where no weight above 0 is of any use at the start, no way leads on from there; the first descent is then one
+        with weights of either sign.
+        """
+        if not _Projection(self, np.asarray(theta, dtype=float)).weights.any():
+            theta = self.projected(signed=True).fit(theta).theta
         found = self.projected().fit(theta)
         at = _Projection(self, found.theta)
         return Separated(found.theta, at.weights, found.chi2)
 
-    def projected(self) -> Misfit:
-        r"""Residuals $\Phi(\theta) w(\theta) - y$ as functions of theta alone.
+    def projected(self, signed: bool = False) -> Misfit:
+        r"""Residuals $\Phi(\theta) w(\theta) - y$ as functions of theta alone; `signed` weights may be below 0.
 
         Their slopes are those of Kaufman (1975): $P\, (d\Phi/d\theta)\, w$, P projecting onto what the columns of the
         weights that are not on their bound leave. That is the whole gradient of the sum of squares.
@@ -54,7 +60,7 @@ class Separable:
 
         def at(theta: Float[np.ndarray, "n"]) -> _Projection:
             if not (latest and np.array_equal(latest[0].theta, theta)):
-                latest[:] = [_Projection(self, theta)]
+                latest[:] = [_Projection(self, theta, signed)]
             return latest[0]
 
         def residuals(rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m r"]:
@@ -82,15 +88,16 @@ class Separable:
 class _Projection:
     """The best weights at theta, what is left, and its slopes."""
 
-    def __init__(self, of: Separable, theta: Float[np.ndarray, "n"]):
+    def __init__(self, of: Separable, theta: Float[np.ndarray, "n"], signed: bool = False):
         self.of, self.theta = of, theta
         basis = of.basis(theta)
         scale = np.linalg.norm(basis, axis=0)
         scale = np.where(scale > 0, scale, 1.0)
         columns, R = np.linalg.qr(basis / scale)
-        solved = lsq_linear(R, columns.T @ of.data, (0.0, np.inf), method="bvls", tol=1e-14)
-        self.weights = solved.x / scale
-        free = solved.x > _ON * np.abs(solved.x).max(initial=0.0)
+        least = -np.inf if signed else 0.0
+        scaled = lsq_linear(R, columns.T @ of.data, (least, np.inf), method="bvls", tol=1e-14).x
+        self.weights = scaled / scale
+        free = np.abs(scaled) > _ON * np.abs(scaled).max(initial=0.0)
         self.span = columns if free.all() else np.linalg.qr(basis[:, free] / scale[free])[0]
         self.residuals = (basis @ self.weights - of.data) / of.standard_error
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from .fishtail import study as fishtail
 from .flagellum import study as flagellum
 from .measure import study as measure
 from .paddle import study as paddle
@@ -14,5 +15,6 @@ STUDIES: dict[str, Callable[[bool, Progress], Study]] = {
     "flagellum": flagellum.run,
     "paddle": paddle.run,
     "poseidrone": poseidrone.run,
+    "fishtail": fishtail.run,
     "measure": measure.run,
 }

@@ -7,7 +7,20 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from nectosome.io import provenance
 
-from . import crawling, design, flagellum, jets, measurements, mission, paddle, robot3d, schedule, series, swimming
+from . import (
+    crawling,
+    design,
+    fishtail,
+    flagellum,
+    jets,
+    measurements,
+    mission,
+    paddle,
+    robot3d,
+    schedule,
+    series,
+    swimming,
+)
 from .page import panel_html, write_library, write_page, write_panel
 from .scorecard import summary, table
 from .style import Panel
@@ -67,6 +80,7 @@ _PANELS: dict[str, Callable[[Study], list[Panel]]] = {
     "flagellum": lambda study: flagellum.panels(study.runs) + design.panels(study.data, study.runs),
     "paddle": lambda study: paddle.panels(study.data, study.runs),
     "poseidrone": lambda study: [p for key, of in _POSEIDRONE.items() if key in study.data for p in of(study.data)],
+    "fishtail": lambda study: fishtail.panels(study.data),
     "measure": lambda study: measurements.panels(study.data),
 }
 
