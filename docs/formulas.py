@@ -17,9 +17,10 @@ from mkdocs.plugins import event_priority
 
 _TOKEN = re.compile(r"\\[a-zA-Z]+\*?|\\.|[0-9]+(?:\.[0-9]+)?|[^\s]", re.DOTALL)
 _LETTERS = """
-alpha beta gamma delta epsilon eta theta lambda mu nu xi pi rho sigma tau phi chi omega Omega Phi Delta Lambda Sigma
+alpha beta gamma delta epsilon zeta eta theta lambda mu nu xi pi rho sigma tau phi chi psi omega
+Omega Phi Delta Lambda Sigma
 """
-_GREEK = dict(zip(_LETTERS.split(), "αβγδϵηθλμνξπρστϕχωΩΦΔΛΣ", strict=True))
+_GREEK = dict(zip(_LETTERS.split(), "αβγδϵζηθλμνξπρστϕχψωΩΦΔΛΣ", strict=True))
 _SIGNS = {
     "sum": "∑",
     "int": "∫",
@@ -33,6 +34,7 @@ _SIGNS = {
     "ge": "≥",
     "perp": "⊥",
     "to": "→",
+    "leftarrow": "←",
     "top": "⊤",
     "in": "∈",
     "partial": "∂",

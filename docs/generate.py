@@ -35,6 +35,7 @@ COMMANDS = (
     "measure",
     "identify",
     "identify swim",
+    "identify fishtail",
     "identify crawl",
     "correct",
     "show",

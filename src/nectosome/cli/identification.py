@@ -14,6 +14,7 @@ from nectosome.cli.page import columns, number, page
 if TYPE_CHECKING:
     import xarray as xr
 
+    from nectosome.identify.pressure_recordings import PressureRecording
     from nectosome.identify.surge import SurgeRecording
 
 _NAMES = {"added_mass": "added mass m_as", "drag": "drag Lambda", "alpha": "alpha = -Lambda/m", "gamma": "gamma = 1/m"}
@@ -51,6 +52,28 @@ def _errors(found: "xr.Dataset") -> Table:
             str(one["recording"].item()), *deviations, "fitted" if one["used"].item() == "train" else "held out"
         )
     return table
+
+
+def fishtail_page(found: "xr.Dataset", recordings: "Sequence[PressureRecording]") -> Group:
+    """Return the page of what `hysteresis_data` holds, and of what was done to recordings."""
+    from nectosome.identify.hysteresis_results import BENCH_UNITS
+
+    train = int((found["used"] == "train").sum())
+    said = [f"{count(train, 'recording')} fitted, {found.sizes['recording'] - train} held out"]
+    said += [f"{recording.trial.name}: {note}" for recording in recordings for note in recording.notes]
+    title = Text("\n").join([Text(str(found.attrs["title"]), "bold"), Text(""), *map(Text, said)])
+    told = columns("parameter", "value", "95 % from", "to", "unit")
+    for name in found["parameter"].values:
+        one = found.sel(parameter=name)
+        scale, unit = BENCH_UNITS[one["unit"].item()]
+        told.add_row(str(name), *(number(scale * float(one[key])) for key in ("value", "low", "high")), unit)
+    errors = columns("computed - measured, % of the range", "rms", "largest", "")
+    for k in range(found.sizes["recording"]):
+        one = found.isel(recording=k)
+        used = "fitted" if one["used"].item() == "train" else "held out"
+        errors.add_row(str(one["recording"].item()), *(f"{float(one[key]):.3g}" for key in ("e_rmsp", "e_mp")), used)
+    left = f"what is left: {number(1e3 * found.attrs['noise'])} mm"
+    return page(title, [told, errors], [left, *(f"beware: {x}" for x in json.loads(found.attrs["warnings"]))])
 
 
 def crawl_page(found: "xr.Dataset") -> Group:

@@ -48,10 +48,7 @@ def swim(
     from nectosome.measure import load_campaign
 
     planned = load_campaign(campaign)
-    held_out = {*(test or ())}
-    for name in held_out - {one.path.name for one in planned.planned}:
-        known = did_you_mean(name, [one.path.name for one in planned.planned])
-        raise InputError(f'"{name}" is not in the campaign.{known}', field="--test")
+    held_out = _held_out(test, [one.path.name for one in planned.planned])
 
     from nectosome.cli.identification import swim_page
     from nectosome.identify.surge import METHODS, surge
@@ -84,6 +81,68 @@ def swim(
 
         show_surge(data, plot)
     write(swim_page(data, recordings), *([f"written: {', '.join(written)}"] if written else []))
+
+
+@identify.command
+def fishtail(
+    *,
+    campaign: Annotated[Path, Parameter(help="Campaign (.yaml): recordings of pressure and displacement.")],
+    method: Annotated[str, Parameter(help="varpro, or levenberg, as papers do it.")] = "varpro",
+    order: Annotated[str, Parameter(help="Of the transfer function.", allow_leading_hyphen=True)] = "2",
+    slew: Annotated[bool, Parameter(help="Pressures are commands: fit the rate that the valve keeps to.")] = False,
+    test: Annotated[
+        list[str] | None, Parameter(help="Files that are not fitted but predicted.", consume_multiple=True)
+    ] = None,
+    save: Annotated[Path | None, Parameter(help="Where parameters and displacements go (.nc).")] = None,
+    plot: Annotated[Path | None, Parameter(help="Where the page with figures goes (.html).")] = None,
+) -> None:
+    """Find hysteresis and dynamics of a soft actuator from its pressure and displacement."""
+    degree = read_count(order, "--order", least=1, most=6)
+    for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
+        if target is not None:
+            check_target(target, option, suffix)
+
+    from nectosome.measure import load_campaign
+
+    planned = load_campaign(campaign)
+    held_out = _held_out(test, [one.path.name for one in planned.planned])
+
+    from nectosome.cli.identification import fishtail_page
+    from nectosome.identify.hysteresis import METHODS, identify_hysteresis
+    from nectosome.identify.hysteresis_results import hysteresis_data
+    from nectosome.identify.pressure_recordings import pressure_recordings
+
+    if method not in METHODS:
+        raise InputError(f'"{method}" is no method.{did_you_mean(method, METHODS)}', field="--method")
+    with progress_bar("identifying") as update:
+        recordings = pressure_recordings([one.read() for one in planned.planned])
+        update("fitting", 0.3)
+        held = [one.trial for one in recordings if one.file in held_out]
+        fitted = [one.trial for one in recordings if one.file not in held_out]
+        if not fitted:
+            raise InputError("all recordings are held out: nothing is left to fit.", field="--test")
+        data = hysteresis_data(identify_hysteresis(fitted, method, degree, slew), fitted, held)
+    asked = {"campaign": campaign, "method": method, "order": order, "slew": slew, "test": ", ".join(test or ())}
+    data.attrs |= {
+        "title": f"hysteresis of {campaign.name} by {method}",
+        "provenance": json.dumps(provenance({key: str(value) for key, value in asked.items()})),
+    }
+    if save is not None:
+        save_dataset(data, save)
+    if plot is not None:
+        from nectosome.view import show_hysteresis
+
+        show_hysteresis(data, plot)
+    written = [str(target) for target in (save, plot) if target is not None]
+    write(fishtail_page(data, recordings), *([f"written: {', '.join(written)}"] if written else []))
+
+
+def _held_out(test: list[str] | None, files: list[str]) -> set[str]:
+    """Files that are not fitted. Raises InputError for one that the campaign does not have."""
+    for name in test or ():
+        if name not in files:
+            raise InputError(f'"{name}" is not in the campaign.{did_you_mean(name, files)}', field="--test")
+    return {*(test or ())}
 
 
 @identify.command

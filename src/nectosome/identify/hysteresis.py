@@ -1,12 +1,11 @@
 r"""A soft actuator that answers pressure with hysteresis and inertia, from recordings of pressure and displacement.
 
-$$ \omega(s) = G(s)\, \sum_j S_j (H_j - H_{j+1}), \quad
-   G = \prod \frac{\omega_n^2}{s^2 + 2\zeta\omega_n s + \omega_n^2} \; \Big[\frac{1}{1 + s/\omega_1}\Big] $$
+$$ y(s) = G(s) \sum_j S_j (H_j - H_{j+1}), \quad G = \frac{\omega_n^2}{s^2 + 2\zeta\omega_n s + \omega_n^2} $$
 
-with plays H_j of growing width (H_0 = p) and slopes S_j, the sums of the first weights (Xiong et al. 2025,
-eqs. 2 to 5). The displacement is linear in the slopes, which must not be negative: where one is, the hysteresis has no
-inverse. Gains of hysteresis and transfer function are one: of the paper's 14 numbers, data can
-tell 11.
+(of another order with as many such factors, and one of a single pole where it is odd), with plays H_j of growing width
+(H_0 = p) and slopes S_j, the sums of the first weights (Xiong et al. 2025, eqs. 2 to 5). The displacement is linear in
+the slopes, which must not be negative: where one is, the hysteresis has no inverse. Gains of hysteresis and transfer
+function are one: of the paper's 14 numbers, data can tell 11.
 """
 
 from collections.abc import Sequence

@@ -2,6 +2,7 @@
 
 from .correction import show_correction
 from .gaits import show_gait
+from .hysteresis import show_hysteresis
 from .mission import show_mission
 from .recordings import show_recordings
 from .report import show_run, write_figures, write_report
@@ -10,6 +11,7 @@ from .swimming import show_surge
 __all__ = [
     "show_correction",
     "show_gait",
+    "show_hysteresis",
     "show_mission",
     "show_recordings",
     "show_run",

@@ -6,6 +6,8 @@ Data, in SI units: as `papers.fishtail.fit` gives it.
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from nectosome.identify.hysteresis_results import BENCH_UNITS
+
 from .style import BLACK, BLUE, GREEN, VERMILLION, Panel, dress, plain
 
 if TYPE_CHECKING:
@@ -114,8 +116,8 @@ def told_panel(found: "xr.Dataset") -> Panel:
     rows = []
     for name in found["parameter"].values:
         one = found.sel(parameter=name)
-        scale, unit = _unit(str(name))
-        value, (low, high) = scale * float(one["value"]), scale * one["interval"].values
+        scale, unit = BENCH_UNITS[one["unit"].item()]
+        value, low, high = (scale * float(one[key]) for key in ("value", "low", "high"))
         told = "".join(f'<td class="number">{text}</td>' for text in (f"{value:#.4g}", f"{low:#.4g} to {high:#.4g}"))
         rows.append(f"<tr><td>{plain(name)}</td>{told}<td>{unit}</td></tr>")
     head = '<tr><th>parameter</th><th class="number">value</th><th class="number">95 % interval</th><th>unit</th></tr>'
@@ -127,12 +129,3 @@ def told_panel(found: "xr.Dataset") -> Panel:
     body = "\n".join(rows)
     text = f'<div class="wide"><table>\n<thead>{head}</thead>\n<tbody>\n{body}\n</tbody></table></div>'
     return Panel("Parameters of the fishtail", caption, text)
-
-
-def _unit(name: str) -> tuple[float, str]:
-    """Scale and unit in which a parameter is told."""
-    if name.startswith("slope"):
-        return _MM / _BAR, "mm/bar"
-    if name.startswith("slew"):
-        return _BAR, "bar/s"
-    return (1.0, "rad/s") if name.startswith("frequency") else (1.0, "")

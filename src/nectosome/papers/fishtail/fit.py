@@ -5,6 +5,7 @@ import xarray as xr
 
 from nectosome.actuators import respond
 from nectosome.identify.hysteresis import HysteresisModel, Identified, PressureTrial, identify_hysteresis
+from nectosome.identify.hysteresis_results import hysteresis_data
 from nectosome.identify.metrics import range_errors
 
 from ..study import Part, Progress
@@ -46,7 +47,7 @@ def part(progress: Progress) -> Part:
             "fishtail_train": _series(train, ignored, fitted),
             "fishtail_held_out": _series([*held_out.values()], ignored, fitted),
             "fishtail_areas": areas(),
-            "fishtail_told": _told(fitted),
+            "fishtail_told": hysteresis_data(fitted, train, [*held_out.values()]),
         },
     )
 
@@ -100,14 +101,4 @@ def _series(trials: list[PressureTrial], ignored: Identified, fitted: Identified
             "recording": [trial.name for trial in trials],
             "time": ("time", trials[0].dt * np.arange(longest), {"units": "s"}),
         },
-    )
-
-
-def _told(found: Identified) -> xr.Dataset:
-    """Parameters and their intervals."""
-    values = [*found.theta.values(), *found.slopes]
-    ends = [(one.low, one.high) for one in found.intervals.values()]
-    return xr.Dataset(
-        {"value": ("parameter", values), "interval": (("parameter", "end"), ends)},
-        {"parameter": list(found.intervals), "end": ["low", "high"]},
     )
