@@ -1,8 +1,11 @@
-"""How a command is to answer wrong input."""
+"""How a command is to answer wrong input, and that examples are what their scripts make."""
 
+import runpy
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 
 def contents(folder: Path) -> list[tuple[str, int]]:
@@ -28,3 +31,14 @@ def check_wrong(nectosome: Callable[..., Any], cases: Iterable[tuple[str, ...]],
         wrong += [(argv, found, answer.err)] if found else []
     assert wrong == []
     assert contents(folder) == before
+
+
+def check_made(example, folder, monkeypatch, off):
+    """The recordings of an example are those that its script makes, but for so much by the name of the file."""
+    monkeypatch.setattr("sys.argv", ["make.py", str(folder)])
+    runpy.run_path(str(example / "make.py"), run_name="__main__")
+    made = sorted(folder.glob("*.csv"))
+    assert len(made) == len([*example.glob("*.csv")]) == 4
+    for file in made:
+        theirs, ours = (np.loadtxt(where / file.name, delimiter=",", skiprows=1) for where in (example, folder))
+        np.testing.assert_allclose(ours, theirs, atol=off(file.name))

@@ -2,7 +2,6 @@
 
 import json
 import re
-import runpy
 import shutil
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import pytest
 from nectosome.io import load_dataset
 from nectosome.papers.poseidrone.recordings import body
 
-from .answers import check_wrong
+from .answers import check_made, check_wrong
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "swim_recordings"
 MASS, *TRUTH = body()
@@ -58,13 +57,7 @@ def test_the_printed_method_is_told_to_be_biased(nectosome, lab):
 
 
 def test_the_files_of_the_example_are_those_that_its_script_makes(tmp_path, monkeypatch):
-    monkeypatch.setattr("sys.argv", ["make.py", str(tmp_path)])
-    runpy.run_path(str(EXAMPLE / "make.py"), run_name="__main__")
-    made = sorted(tmp_path.glob("*.csv"))
-    assert len(made) == 4
-    for file in made:
-        theirs, ours = (np.loadtxt(where / file.name, delimiter=",", skiprows=1) for where in (EXAMPLE, tmp_path))
-        np.testing.assert_allclose(ours, theirs, atol=2e-4 if "speed" in file.name else 0.11)
+    check_made(EXAMPLE, tmp_path, monkeypatch, lambda name: 2e-4 if "speed" in name else 0.11)
 
 
 def test_columns_may_be_told_file_by_file(nectosome, lab):

@@ -2,7 +2,6 @@
 
 import json
 import re
-import runpy
 import shutil
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import pytest
 from nectosome.io import load_dataset
 from nectosome.papers.fishtail.plant import DAMPING, FREQUENCY, LIMIT
 
-from .answers import check_wrong
+from .answers import check_made, check_wrong
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "fishtail_recordings"
 ASKED = ("identify", "fishtail", "--campaign", "lab/campaign.yaml")
@@ -66,13 +65,7 @@ def test_uneven_times_and_gaps_are_dealt_with_and_told(nectosome, lab):
 
 
 def test_the_files_of_the_example_are_those_that_its_script_makes(tmp_path, monkeypatch):
-    monkeypatch.setattr("sys.argv", ["make.py", str(tmp_path)])
-    runpy.run_path(str(EXAMPLE / "make.py"), run_name="__main__")
-    made = sorted(tmp_path.glob("*.csv"))
-    assert len(made) == 4
-    for file in made:
-        theirs, ours = (np.loadtxt(where / file.name, delimiter=",", skiprows=1) for where in (EXAMPLE, tmp_path))
-        np.testing.assert_allclose(ours, theirs, atol=1.1e-3)
+    check_made(EXAMPLE, tmp_path, monkeypatch, lambda name: 1.1e-3)
 
 
 def test_wrong_identifications_are_answered_in_a_sentence(nectosome, lab, tmp_path):

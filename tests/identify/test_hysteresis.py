@@ -161,7 +161,7 @@ def test_of_the_papers_fourteen_numbers_eleven_are_told(clean):
     ranges = Ranges(names, theta - np.abs(theta), theta + np.abs(theta))
     told = identifiability(Misfit(residuals, ranges, step=1e-4), theta)
     assert told.rank == 11
-    assert told.told[9] == False  # noqa: E712
+    assert not told.told[9]
     assert told.errors[9] == pytest.approx(1 / np.sqrt(12))
 
 
@@ -181,6 +181,11 @@ def test_recordings_that_tell_nothing_are_refused(change, told):
     good = PressureTrial("run.csv", DT, np.sin(np.arange(400) / 30), np.sin(np.arange(400) / 30 - 0.2))
     with pytest.raises(InputError, match=told):
         identify_hysteresis([good._replace(**change)])
+
+
+def test_a_displacement_of_the_other_sign_is_told(clean):
+    with pytest.raises(InputError, match="does not follow the pressure"):
+        identify_hysteresis([one._replace(displacement=-one.displacement) for one in clean])
 
 
 @pytest.mark.parametrize(

@@ -88,3 +88,6 @@ def test_levenberg_stays_within_the_ranges_and_tells_when_it_is_not_done():
     assert not levenberg(NOISY.whole(10.0), np.array([0.2, 5.0, 1.0, 1.0]), iterations=2).settled
     with pytest.raises(InputError, match="is not between"):
         levenberg(misfit, np.array([5.0]))
+    nothing = Misfit(lambda rows: rows * np.nan, Ranges(["x"], 0.0, 2.0), lambda x: np.eye(1))
+    with pytest.raises(InputError, match=r"residuals are no numbers at x = 0\.5"):
+        levenberg(nothing, np.array([0.5]))

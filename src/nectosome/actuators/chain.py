@@ -3,9 +3,17 @@
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from nectosome.core import Block, Line, RateIndependent, Stepper
+from nectosome.core import Block, Line, Memoryless, Stepper
 
 from .hysteresis import Envelope
+
+
+class _Several(Stepper):
+    steppers: tuple[Stepper, ...]
+
+    def initial(self) -> tuple:
+        """Of each."""
+        return tuple(one.initial() for one in self.steppers)
 
 
 class Chain(Block):
@@ -15,16 +23,10 @@ class Chain(Block):
 
     def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
         """All of them."""
-        return _Steppers(tuple(block.sampled(dt) for block in self.blocks))
+        return _InTurn(tuple(block.sampled(dt) for block in self.blocks))
 
 
-class _Steppers(Stepper):
-    steppers: tuple[Stepper, ...]
-
-    def initial(self) -> tuple:
-        """Of each."""
-        return tuple(one.initial() for one in self.steppers)
-
+class _InTurn(_Several):
     def step(self, state: tuple, u: Line) -> tuple[tuple, Line]:
         """Through all of them."""
         after = []
@@ -44,13 +46,7 @@ class Parallel(Block):
         return _Sum(tuple(block.sampled(dt) for block in self.blocks))
 
 
-class _Sum(Stepper):
-    steppers: tuple[Stepper, ...]
-
-    def initial(self) -> tuple:
-        """Of each."""
-        return tuple(one.initial() for one in self.steppers)
-
+class _Sum(_Several):
     def step(self, state: tuple, u: Line) -> tuple[tuple, Line]:
         """Each with its own channel."""
         parts = [
@@ -65,32 +61,24 @@ def _total(parts: list[Array]) -> Array:
     return jnp.sum(jnp.stack(parts), axis=0)
 
 
-class Gain(RateIndependent):
+class Gain(Memoryless):
     """The input times numbers: one number scales it, several make as many channels of it."""
 
     by: Float[Array, "*channels"]
 
-    def initial(self) -> tuple[()]:
-        """There is no state."""
-        return ()
-
-    def step(self, state: tuple[()], u: Line) -> tuple[tuple[()], Line]:
-        """Both ends, scaled."""
-        return (), Line(self.by * u.begin, self.by * u.end)
+    def value(self, u: Float[Array, "*channels"]) -> Float[Array, "*channels"]:
+        """The input, scaled."""
+        return self.by * u
 
 
-class Curve(RateIndependent):
+class Curve(Memoryless):
     """A function of the input as it is now."""
 
     of: Envelope
 
-    def initial(self) -> tuple[()]:
-        """There is no state."""
-        return ()
-
-    def step(self, state: tuple[()], u: Line) -> tuple[tuple[()], Line]:
-        """Its values at both ends."""
-        return (), Line(self.of(u.begin), self.of(u.end))
+    def value(self, u: Float[Array, ""]) -> Float[Array, ""]:
+        """Its value."""
+        return self.of(u)
 
 
 def antagonistic(left: Block, right: Block, opposite: bool = True) -> Block:

@@ -6,24 +6,20 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from nectosome.core import Block, Line, RateIndependent, Stepper
+from nectosome.core import Block, Line, Memoryless, Stepper
 
 from .integrated import Driven
 
 
-class Saturation(RateIndependent):
+class Saturation(Memoryless):
     """The input, or the end of the range that it leaves."""
 
     low: Float[Array, ""]
     high: Float[Array, ""]
 
-    def initial(self) -> tuple[()]:
-        """There is no state."""
-        return ()
-
-    def step(self, state: tuple[()], u: Line) -> tuple[tuple[()], Line]:
-        """Both ends within the range."""
-        return (), Line(*(jnp.clip(x, self.low, self.high) for x in u))
+    def value(self, u: Float[Array, ""]) -> Float[Array, ""]:
+        """The input within the range."""
+        return jnp.clip(u, self.low, self.high)
 
 
 class SlewLimit(Block):

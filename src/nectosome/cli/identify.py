@@ -3,7 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
@@ -11,6 +11,9 @@ from nectosome.cli.options import read_count, read_duration, read_quantity
 from nectosome.cli.output import check_target, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io import InputError, did_you_mean, provenance, save_dataset
+
+if TYPE_CHECKING:
+    from nectosome.measure.campaign import Campaign
 
 _SOLVERS = ("cmaes", "genetic", "differential", "front")
 
@@ -41,14 +44,9 @@ def swim(
     if kilograms <= 0:
         raise InputError(f'"{mass}" is out of range: it must be more than 0 kg.', field="--mass")
     window = None if smooth is None else read_duration(smooth, "--smooth")
-    for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
-        if target is not None:
-            check_target(target, option, suffix)
+    _check_targets(save, plot)
 
-    from nectosome.measure import load_campaign
-
-    planned = load_campaign(campaign)
-    held_out = _held_out(test, [one.path.name for one in planned.planned])
+    planned, held_out = _planned(campaign, test)
 
     from nectosome.cli.identification import swim_page
     from nectosome.identify.surge import METHODS, surge
@@ -98,14 +96,9 @@ def fishtail(
 ) -> None:
     """Find hysteresis and dynamics of a soft actuator from its pressure and displacement."""
     degree = read_count(order, "--order", least=1, most=6)
-    for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
-        if target is not None:
-            check_target(target, option, suffix)
+    _check_targets(save, plot)
 
-    from nectosome.measure import load_campaign
-
-    planned = load_campaign(campaign)
-    held_out = _held_out(test, [one.path.name for one in planned.planned])
+    planned, held_out = _planned(campaign, test)
 
     from nectosome.cli.identification import fishtail_page
     from nectosome.identify.hysteresis import METHODS, identify_hysteresis
@@ -137,12 +130,22 @@ def fishtail(
     write(fishtail_page(data, recordings), *([f"written: {', '.join(written)}"] if written else []))
 
 
-def _held_out(test: list[str] | None, files: list[str]) -> set[str]:
-    """Files that are not fitted. Raises InputError for one that the campaign does not have."""
+def _check_targets(save: Path | None, plot: Path | None) -> None:
+    for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
+        if target is not None:
+            check_target(target, option, suffix)
+
+
+def _planned(campaign: Path, test: list[str] | None) -> "tuple[Campaign, set[str]]":
+    """A campaign, and its files that are not fitted. Raises InputError for one that it does not have."""
+    from nectosome.measure import load_campaign
+
+    planned = load_campaign(campaign)
+    files = [one.path.name for one in planned.planned]
     for name in test or ():
         if name not in files:
             raise InputError(f'"{name}" is not in the campaign.{did_you_mean(name, files)}', field="--test")
-    return {*(test or ())}
+    return planned, {*(test or ())}
 
 
 @identify.command
@@ -167,9 +170,7 @@ def crawl(
     enough = read_quantity(goal, "number", "--goal")
     if enough < 0:
         raise InputError(f'"{goal}" is out of range: it must be at least 0.', field="--goal")
-    for file, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
-        if file is not None:
-            check_target(file, option, suffix)
+    _check_targets(save, plot)
     if solver not in _SOLVERS:
         raise InputError(f'"{solver}" is no solver.{did_you_mean(solver, _SOLVERS)}', field="--solver")
 

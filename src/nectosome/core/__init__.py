@@ -1,7 +1,7 @@
 """Contracts of the house, signals, water, and SE(3) maths; switches JAX to float64."""
 
 from . import runtime as _runtime  # noqa: F401  first: sets up JAX
-from .block import Block, Line, RateIndependent, Stepper
+from .block import Block, Line, Memoryless, RateIndependent, Stepper
 from .se3 import safe_norm
 from .signal import Constant, Cycle, Rate, Recording, Signal, Sine, Stack, Steps, Stroke
 from .solution import Solution, Status
@@ -17,6 +17,7 @@ __all__ = [
     "Line",
     "Load",
     "Mechanical",
+    "Memoryless",
     "Rate",
     "RateIndependent",
     "Recording",

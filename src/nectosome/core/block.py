@@ -43,3 +43,19 @@ class RateIndependent(Block, Stepper):
     def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
         """Itself: the length of a sample does not matter."""
         return self
+
+
+class Memoryless(RateIndependent):
+    """What answers an input as it is now."""
+
+    @abstractmethod
+    def value(self, u: Float[Array, "*channels"]) -> Float[Array, "*outputs"]:
+        """Output at an input."""
+
+    def initial(self) -> tuple[()]:
+        """There is no state."""
+        return ()
+
+    def step(self, state: tuple[()], u: Line) -> tuple[tuple[()], Line]:
+        """Values at both ends."""
+        return (), Line(self.value(u.begin), self.value(u.end))

@@ -87,7 +87,8 @@ def identify_hysteresis(
 
     `order` is that of the transfer function. With `slew` the pressure is a command that the valve follows at a limited
     rate, which is fitted too. `start` are frequency and damping of each part [rad/s, -], and the slew limit [Pa/s].
-    Raises InputError for recordings that are too short, constant, or no numbers, and for a start out of its range.
+    Raises InputError for recordings that are too short, constant, or no numbers, for a start out of its range, and
+    where the displacement goes against the pressure.
     """
     if method not in METHODS:
         raise InputError(f'"{method}" is no method.{did_you_mean(method, METHODS)}', field="method")
@@ -213,7 +214,10 @@ class HysteresisModel:
         chi2: float,
         warnings: tuple[str, ...] = (),
     ) -> Identified:
-        """Parameters with intervals and warnings."""
+        """Parameters with intervals and warnings. Raises InputError where no slope is above 0."""
+        if not slopes.any():
+            how = "Turn one of them in the campaign (sign: -1), or give another start."
+            raise InputError(f"the displacement does not follow the pressure: no slope is above 0. {how}")
         count = len(self.problem.data)
         noise = float(np.sqrt(chi2 / max(count - len(theta) - len(slopes), 1)))
         error = max(noise, 1e-9 * self.largest * self.gain)  # some, where the model has made the data

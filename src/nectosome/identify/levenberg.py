@@ -5,7 +5,12 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from nectosome.io import InputError
+
 from .misfit import Misfit
+
+_DAMPING = 1e-2  # at first, of the mean of the diagonal of J^T J
+_SETTLED = 1e-12  # change of the sum of squares, as a share of it
 
 
 class Descent(NamedTuple):
@@ -20,25 +25,26 @@ class Descent(NamedTuple):
 def levenberg(
     misfit: Misfit,
     theta: Float[np.ndarray, "n"],
-    damping: float = 1e-2,
-    accuracy: float = 1e-12,
     iterations: int = 200,
 ) -> Descent:
     r"""Least squares from theta on by $\Delta u = -(J^T J + \lambda I)^{-1} J^T r$ (Xiong et al. 2025, section 3.2).
 
     A step that makes the sum of squares smaller is taken and the damping divided by ten; else it is multiplied by ten,
-    as for one that leaves the ranges. It ends when the sum of squares changes by less than a share `accuracy` of it, or
+    as for one that leaves the ranges. It ends when the sum of squares changes by less than 1e-12 of it, or
     the damping has become so large that no step is left. u are places in the ranges, on their scales.
 
     Raises InputError where theta is outside of the ranges, or residuals are no numbers there.
     """
     u = misfit.places(theta)
     r = misfit.at(u[None])[0]
-    chi2 = float(r @ r)
-    damping *= float(np.mean(np.sum(misfit.slopes(u) ** 2, axis=0)))
+    chi2, damping = float(r @ r), 0.0
+    if not np.isfinite(chi2):
+        raise InputError(f"the residuals are no numbers at {misfit.ranges.told(misfit.ranges.values(u))}.")
     for done in range(iterations):
         J = misfit.slopes(u)
         A, b = J.T @ J, J.T @ r
+        if done == 0:
+            damping = _DAMPING * float(np.mean(np.diagonal(A)))
         while True:
             step = -np.linalg.solve(A + damping * np.eye(len(u)), b)
             if np.abs(step).max() < 1e-14:
@@ -51,6 +57,6 @@ def levenberg(
             damping *= 10.0
         before, u, r, damping = chi2, after, tried, 0.1 * damping
         chi2 = float(r @ r)
-        if before - chi2 <= accuracy * before:
+        if before - chi2 <= _SETTLED * before:
             return Descent(misfit.ranges.values(u), chi2, done + 1, True)
     return Descent(misfit.ranges.values(u), chi2, iterations, False)
