@@ -40,6 +40,6 @@ def test_strouhal_numbers_of_catsharks_are_those_given():
 def test_without_the_data_rows_say_so(monkeypatch):
     monkeypatch.setenv("NECTOSOME_DATA", "/nowhere")
     done = study.run(False, lambda what, share: None)
-    assert len(done.rows) == 7
+    assert len(done.rows) == 23
     assert {row["verdict"] for row in done.rows} == {"not reproducible"}
     assert all(row["ours"] is None and "NECTOSOME_DATA" in row["note"] for row in done.rows)

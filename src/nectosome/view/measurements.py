@@ -5,16 +5,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .style import BLUE, GREEN, GREY, VERMILLION, Panel, dress, plain
+from .style import BLUE, GREEN, GREY, VERMILLION, Panel, dress, plain, span
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_MODELS = {
+    "dahl": ("Dahl, over the distance", VERMILLION, "dash"),
+    "dahl-pressure": ("Dahl, with the pressure", BLUE, "solid"),
+}
+
 
 def panels(data: Mapping[str, "xr.Dataset"]) -> list[Panel]:
-    """All figures for which there is data: `pneumatic_*` (run, way, place) and `catshark` (speed_class, quartile)."""
+    """All figures for which there is data.
+
+    `pneumatic_*` (run, way, place), `friction_*` (model, sample), `catshark` (speed_class, quartile).
+    """
     tests = {name.removeprefix("pneumatic_"): d for name, d in data.items() if name.startswith("pneumatic_")}
-    out = [_friction(tests, data)] if tests else []
+    fits = {name.removeprefix("friction_"): d for name, d in data.items() if name.startswith("friction_")}
+    out = ([_friction(tests, data)] if tests else []) + ([_fitted(fits)] if fits else [])
     return out + ([_catsharks(data["catshark"])] if "catshark" in data else [])
 
 
@@ -60,6 +69,42 @@ def _friction(tests: Mapping[str, "xr.Dataset"], data: Mapping[str, "xr.Dataset"
         "of what the ways differ by is friction. " + " ".join(words)
     )
     return Panel("Friction of pneumatic actuators", caption, fig)
+
+
+def _fitted(fits: Mapping[str, "xr.Dataset"]) -> Panel:
+    """A run held out and what the models say of it."""
+    from plotly.subplots import make_subplots
+
+    titles = [f"{plain(name)}: run {fit.attrs['run']}, held out" for name, fit in fits.items()]
+    fig = make_subplots(rows=1, cols=len(fits), horizontal_spacing=0.09, subplot_titles=titles)
+    words = []
+    for col, (name, fit) in enumerate(fits.items(), start=1):
+        x = 1e3 * fit["distance"].values
+        first = {"showlegend": col == 1, "mode": "lines", "row": 1, "col": col}
+        fig.add_scatter(x=x, y=fit["measured"], name="measured", line={"color": GREY, "width": 4}, **first)
+        for model, (label, colour, dash) in _MODELS.items():
+            line = {"color": colour, "width": 2, "dash": dash}
+            fig.add_scatter(x=x, y=fit["predicted"].sel(model=model), name=label, line=line, **first)
+        fig.update_xaxes(title="drawn out (mm)", range=span(x.tolist()), row=1, col=col)
+        limit, half = fit["value"].sel(parameter="limit").values, fit["half"].sel(parameter="limit").values
+        left = fit["held_out"].values
+        words.append(
+            f"{name}: sliding friction {limit[0]:.2f} ± {half[0]:.2f} N, with the pressure's pull told apart "
+            f"{limit[1]:.2f} ± {half[1]:.2f} N; error on the runs held out {left[0]:.1f} % and {left[1]:.1f} % of the "
+            f"range of the pull, {fit.attrs['curve']:.0f} % without friction, {fit.attrs['repeat']:.1f} % by the mean "
+            "of the other runs."
+        )
+    fig.update_yaxes(title="pull (N)", row=1, col=1)
+    dress(fig, 420).update_layout(showlegend=True, hovermode="closest", margin_t=72)
+    fig.update_layout(legend={"yref": "container", "y": 1.0, "yanchor": "top"})
+    correlation = min(float(fit["correlation"].min()) for fit in fits.values())
+    caption = (
+        "Dahl's friction fitted to runs 1, 3, 5, 7 and 9 of the measured pull, the others held out. Over the distance "
+        "alone a straight line stands beside it; with the measured pressure, which is higher on the way out, an area "
+        f"does. Residuals of neighbouring samples correlate ({correlation:.2f} and more): intervals (95 %) are those "
+        "of the scatter of the runs, each fitted alone. " + " ".join(words)
+    )
+    return Panel("Friction identified, runs held out", caption, fig)
 
 
 def _calibrated(sensors: "xr.Dataset") -> str:

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from nectosome.measure import calibrate, read
-from nectosome.measure.signals import split, strokes
+from nectosome.measure.signals import Stroke, split, strokes
 
 _EXCURSION = 10e-3  # m, between turning points
 _PLACES = np.linspace(5e-3, 30e-3, 26)  # m, at which ways out and back are compared; turns lie outside
@@ -23,6 +23,7 @@ class FrictionTest(NamedTuple):
     """What a file comes to; arrays by run."""
 
     recording: xr.Dataset
+    runs: list[tuple[Stroke, Stroke]]  # ways out and back
     friction: np.ndarray  # half the mean difference of the pulls out and back [N]
     loop_area: np.ndarray  # work lost in a run between the first and the last place [J]
     ways: np.ndarray  # pull on the ways out and back at `places` [run, 2, place] [N]
@@ -40,6 +41,7 @@ def friction_test(path: Path) -> FrictionTest:
     difference = pulls[:, 0] - pulls[:, 1]
     return FrictionTest(
         recording,
+        ways,
         0.5 * difference.mean(axis=1),
         np.trapezoid(difference, _PLACES, axis=1),
         pulls,

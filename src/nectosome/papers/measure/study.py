@@ -9,13 +9,15 @@ import xarray as xr
 
 from ..study import Progress, Study, printed, score
 from .catshark import Catsharks, catsharks
+from .friction import Comparison, compare, runs_of, to_dataset
 from .pneumatic import FrictionTest, friction_test
 
 NAME = "measure"
 TITLE = "Measurements of others"
 ABOUT = (
-    "Recordings that others made and published, read as they are: no model takes part. Friction tests of two pneumatic "
-    "actuators (E. Zillen, TU Delft; CC0) and the swimming of catsharks (F. Berio and others; MIT)."
+    "Recordings that others made and published, read as they are: friction tests of two pneumatic actuators (E. "
+    "Zillen, TU Delft; CC0), to half of which a model of friction is fitted, and the swimming of catsharks (F. Berio "
+    "and others; MIT)."
 )
 _ABSENT = (
     "The measurements are not here: their folder is named by NECTOSOME_DATA, or is shared/data beside the project."
@@ -41,8 +43,12 @@ def run(quick: bool, progress: Progress) -> Study:
         for i, (key, file) in enumerate((("circle", "Circle_3bar.csv"), ("kdn", "KDN_3bar.csv"))):
             progress(file, i / 3)
             test = friction_test(folder / "pneumatic" / file)
-            numbers |= {f"measure/pneumatic/{key}/{name}": x for name, x in _numbers(test).items()}
+            ways = runs_of(test)
+            found = compare(ways)
+            told = _numbers(test) | _fitted(found)
+            numbers |= {f"measure/pneumatic/{key}/{name}": x for name, x in told.items()}
             data |= {f"pneumatic_{key}": _ways(test), f"calibration_{key}": test.calibrations}
+            data[f"friction_{key}"] = to_dataset(ways, found)
             runs[key] = test.recording
         progress("catsharks", 2 / 3)
         sharks = catsharks(folder / "catshark" / "midline_kinematics.txt")
@@ -65,6 +71,15 @@ def _numbers(test: FrictionTest) -> dict[str, float]:
         "friction": float(test.friction.mean()),
         "loop-area": float(test.loop_area.mean()),
     }
+
+
+def _fitted(found: Comparison) -> dict[str, float]:
+    dahl = found.fits["dahl"]
+    out = {"curve/held-out-e_rmsp": found.curve, "repeat/held-out-e_rmsp": found.repeat}
+    out |= {"dahl/stiffness": float(dahl.theta[1]), "dahl/train-e_rmsp": dahl.train}
+    for name, fit in found.fits.items():
+        out |= {f"{name}/limit": float(fit.theta[0]), f"{name}/held-out-e_rmsp": fit.held_out}
+    return out
 
 
 def _difference(sharks: Catsharks) -> float:
