@@ -107,8 +107,8 @@ def write_report(studies: Sequence[Study], path: str | Path) -> None:
 
 _LEGEND = (
     "Error: ours against printed. Prediction: nothing was fitted to the printed number; calibration: something was; "
-    "synthetic: compared with data made by a model; measurement: taken, or identified, from recordings that others made. Figures show simulations unless "
-    "they say measured."
+    "synthetic: compared with data made by a model; measurement: taken, or identified, from recordings that "
+    "others made. Figures show simulations unless they say measured."
 )
 
 
