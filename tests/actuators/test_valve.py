@@ -91,7 +91,7 @@ def test_a_tank_settles_at_what_it_is_told_and_stays_at_its_supplies():
 
 
 def test_a_sensor_is_as_noisy_as_it_says_and_ends_at_its_range():
-    sensor = Sensor(*of(0.05, -1, 1), 3)
+    sensor = Sensor(*of(0.05, -1, 1), jnp.asarray(3))
     y = np.asarray(respond(sensor, np.zeros(20000), 0.01))
     assert y.std() == pytest.approx(0.05, rel=0.02)
     assert abs(np.corrcoef(y[1:], y[:-1])[0, 1]) < 0.02

@@ -3,7 +3,7 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from nectosome.core import Line, RateIndependent
 
@@ -14,7 +14,7 @@ class Sensor(RateIndependent):
     noise: Float[Array, ""]  # standard deviation, in the input's unit
     low: Float[Array, ""]
     high: Float[Array, ""]
-    seed: int = eqx.field(static=True, default=0)
+    seed: Int[Array, ""] = eqx.field(default_factory=lambda: jnp.zeros((), dtype=int))
 
     def initial(self) -> Array:
         """The key that noise is drawn from."""
