@@ -1,5 +1,12 @@
-"""Experiments on rigs, simulated and real: the same loop, guards and log for all of them."""
+"""Experiments on rigs, simulated and real: the same loop, guards and log for all of them.
 
+Rigs of devices are in modules of their own, which load what they need when they are opened.
+"""
+
+from .experiment import Experiment, Run
+from .limits import Limits
+from .recover import recovered
 from .rig import Rig, RigError
+from .simulated import SimulatedRig
 
-__all__ = ["Rig", "RigError"]
+__all__ = ["Experiment", "Limits", "Rig", "RigError", "Run", "SimulatedRig", "recovered"]

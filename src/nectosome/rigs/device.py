@@ -1,0 +1,38 @@
+"""What rigs of devices share: packages that come as extras, and lines that break."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from typing import Any
+
+from .rig import RigError
+
+try:
+    from termios import error as terminal_error  # what pyserial lets through, no OSError
+except ImportError:  # on Windows
+    terminal_error = OSError
+
+
+def package(name: str, extra: str) -> Any:
+    """A module that comes with an extra of this package."""
+    try:
+        return import_module(name)
+    except ImportError as error:
+        raise RigError(f"the package {name.split('.')[0]} is missing: pip install 'nectosome[{extra}]'.") from error
+
+
+@contextmanager
+def line(device: str) -> Iterator[None]:
+    """A serial line that breaks, or is not there, is told as RigError."""
+    try:
+        yield
+    except (OSError, terminal_error, ValueError) as error:
+        raise RigError(
+            f"{device}: the line does not work ({one_line(error)}). "
+            "Look at the port's name, the cable, the power, and whether another program uses the port."
+        ) from error
+
+
+def one_line(error: object) -> str:
+    """A message without line breaks and full stop."""
+    return " ".join(str(error).split()).rstrip(".")

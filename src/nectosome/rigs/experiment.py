@@ -1,0 +1,149 @@
+"""An experiment: a rig made to follow a reference by a controller, within limits, with a log.
+
+Every way out goes through one place (`Experiment.run`): the command goes to 0 at the rate that is allowed, the rig is
+vented and closed, the log ends. That holds for the last sample, for what the guards stop, for errors of the rig, of the
+controller and of the disk, for Ctrl-C, Ctrl-Z, a closed terminal and SIGTERM.
+
+It cannot hold for a process that is killed with SIGKILL or stopped with SIGSTOP, for a machine that hangs, is suspended
+or loses its power, or for a driver that does not come back from a call: then the last command stands. Only the device
+itself can help there. Use a watchdog that takes the power out when commands stay away, as NI cards and servos have, or
+a valve that closes when its signal is lost; and keep a switch within reach.
+"""
+
+import json
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Float
+
+from nectosome.control import Controller
+from nectosome.io import InputError, provenance
+
+from .course import AbortError, CancelledError, Course, Progress, ready
+from .guards import Guards
+from .interrupts import Interrupts, caught
+from .limits import Limits
+from .log import LogError, RunLog
+from .rig import Rig, RigError
+
+if TYPE_CHECKING:
+    import xarray
+
+
+Status = Literal["finished", "aborted", "failed", "interrupted"]
+
+
+@dataclass(frozen=True)
+class Run:
+    """How an experiment ended, and what it measured; `path` is the file that holds it."""
+
+    status: Status
+    reason: str
+    data: "xarray.Dataset"
+    path: Path
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A rig, a controller and a reference, in samples dt [s] apart; `name` says what the reference is."""
+
+    rig: Rig
+    controller: Controller
+    reference: Float[np.ndarray, "n"]
+    limits: Limits
+    dt: float
+    name: str = "reference"
+
+    def __post_init__(self):
+        limits, unit = self.limits, self.rig.measured_unit
+        if not (math.isfinite(self.dt) and self.dt > 0):
+            raise InputError(f"{self.dt:g} s between samples; a number above 0 expected.", field="dt")
+        if np.ndim(self.reference) != 1 or not np.size(self.reference):
+            raise InputError("a row of samples expected.", field="reference")
+        if not ((limits.least <= self.reference) & (self.reference <= limits.most)).all():
+            raise InputError(
+                f"is from {np.min(self.reference):g} to {np.max(self.reference):g} {unit}, "
+                f"{limits.least:g} to {limits.most:g} {unit} are allowed.",
+                field="reference",
+            )
+
+    def run(self, log_path: str | Path, progress: Progress | None = None) -> Run:
+        """Run it, log it in a netCDF file, and leave the rig without power.
+
+        - progress(share): called a hundred times; the run is interrupted where it returns False.
+
+        What a device, the disk or a person does comes back as a status. Anything else that is raised is raised again,
+        when the rig is safe and the log has ended. Raises InputError, before anything moves, where the log cannot be
+        written.
+        """
+        regulator = ready(self.controller.planned(self.reference, self.dt))
+        guards = Guards(self.limits, self.rig, self.dt, len(self.reference))
+        with Interrupts() as interrupts:
+            log = RunLog(log_path, self._attributes(), self._units())
+            course = Course(self.rig, regulator, self.reference, guards, log, interrupts.check, progress)
+            errors = {
+                "": interrupts.allowed(course.samples),
+                "On the way to a command of 0": interrupts.allowed(course.ramp),
+                "When it was vented": caught(self.rig.vent),
+            }
+            if errors["When it was vented"]:
+                errors["Vented again in vain, TAKE ITS POWER OUT BY HAND"] = caught(self.rig.vent)
+            errors["When it was closed"] = caught(self.rig.close)
+            wrong = {where: error for where, error in errors.items() if error is not None}
+            run = _ended(log, wrong, guards)
+        for error in wrong.values():
+            if not isinstance(error, _TOLD):
+                error.add_note(f"{run.reason} The log is {run.path}.")
+                raise error
+        return run
+
+    def _attributes(self) -> dict[str, Any]:
+        settings = {"dt": self.dt, "limits": asdict(self.limits), "samples": len(self.reference)}
+        return {
+            "title": f"{self.name} on {self.rig.name}",
+            "rig": self.rig.name,
+            "reference": self.name,
+            "controller": eqx.tree_pformat(self.controller, short_arrays=False),
+            "dt": self.dt,
+            "provenance": json.dumps(provenance(settings)),
+        }
+
+    def _units(self) -> dict[str, str]:
+        measured = self.rig.measured_unit
+        return {"time": "s", "reference": measured, "measured": measured, "command": self.rig.command_unit, "late": "s"}
+
+
+_TOLD = (AbortError, CancelledError, RigError, LogError, KeyboardInterrupt)
+
+
+def _ended(log: RunLog, wrong: dict[str, BaseException], guards: Guards) -> Run:
+    """End the log with the status and all reasons, the first one first."""
+    status = _status(next(iter(wrong.values()), None))
+    told = [f"{where}: {_sentence(error)}" if where else _sentence(error) for where, error in wrong.items()]
+    reason = " ".join(told) or "all samples were taken."
+    data, path, lost = log.end({"status": status, "status_reason": reason} | guards.counts())
+    if lost:
+        reason = f"{reason} The log stays in {path}: {lost}"
+        status = "failed" if status == "finished" else status
+    return Run(status, reason, data, path)
+
+
+def _status(first: BaseException | None) -> Status:
+    if first is None:
+        return "finished"
+    if isinstance(first, KeyboardInterrupt | CancelledError):
+        return "interrupted"
+    return "aborted" if isinstance(first, AbortError) else "failed"
+
+
+def _sentence(error: BaseException) -> str:
+    if isinstance(error, CancelledError):
+        return "it was cancelled."
+    if isinstance(error, KeyboardInterrupt):
+        return f"it was interrupted{f' by {error}' if str(error) else ''}."
+    text = " ".join(str(error).split())
+    return text if isinstance(error, _TOLD) else f"{type(error).__name__}: {text}"

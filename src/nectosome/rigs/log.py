@@ -1,0 +1,151 @@
+"""The log of an experiment: a text journal while it runs, netCDF when it has ended."""
+
+import io
+import json
+import os
+import threading
+import time
+from array import array
+from collections.abc import Mapping
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nectosome.io import InputError, save_dataset
+from nectosome.io.atomic import reason
+
+if TYPE_CHECKING:
+    import xarray
+
+COLUMNS = ("time", "reference", "measured", "command", "late")
+_SYNC = 0.25  # seconds between calls of fsync, at most
+_PATIENCE = 2.0  # seconds for the disk to take a line
+_MOST = 10_000  # lines that wait
+
+
+class LogError(Exception):
+    """The log is not written any more."""
+
+
+class RunLog:
+    """One row a sample, in memory and in a journal beside the file that it ends in: `run.csv` and `run.nc`.
+
+    A thread writes each line as it comes and calls fsync, which may take a disk many samples. A process that is killed
+    loses the lines that wait for it, those of a few samples; a loss of power those of the last half second. A disk
+    that is full is told by the next row, one that takes nothing after two seconds.
+
+    Raises InputError where the files cannot be written, or are there already: what was measured is not overwritten.
+    """
+
+    def __init__(self, path: str | Path, attributes: Mapping[str, Any], units: Mapping[str, str]):
+        self.path = Path(path)
+        self.journal = self.path.with_suffix(".csv")
+        self.attributes, self.units = dict(attributes), dict(units)
+        if self.path.suffix != ".nc":
+            raise InputError("a log ends in a netCDF file, as in run.nc.", file=str(path))
+        if self.path.exists():
+            raise InputError("is there already, and what was measured is not overwritten.", file=str(path))
+        self._file = self._begun()
+        self._rows = array("d")
+        self._lines: SimpleQueue[str | None] = SimpleQueue()
+        self._error: OSError | None = None
+        self._alive = time.monotonic()  # when the thread last came round
+        self._writer = threading.Thread(target=self._work, name="log", daemon=True)
+        self._writer.start()
+
+    def _begun(self) -> io.FileIO:
+        """The journal, with its head."""
+        head = "".join(_attribute(name, value) for name, value in self.attributes.items())
+        head += ",".join(f"{name} [{self.units[name]}]" for name in COLUMNS) + "\n"
+        try:
+            file = self.journal.open("xb", buffering=0)
+            try:
+                _write(file, head)
+            except BaseException:
+                file.close()
+                self.journal.unlink()
+                raise
+        except FileExistsError:
+            raise InputError(
+                "is what a run left that was killed. Read it with `recovered`, then move it.", file=str(self.journal)
+            ) from None
+        except OSError as error:
+            raise InputError(f"cannot be written: {reason(error)}.", file=str(self.journal)) from None
+        return file
+
+    def append(self, *row: float) -> None:
+        """Take the numbers of a sample, in the order of `COLUMNS`. Raises LogError where the disk takes no more."""
+        self._rows.extend(row)
+        while True:
+            self._look()
+            if self._lines.qsize() < _MOST:
+                break
+            time.sleep(1e-3)  # a model runs faster than a disk
+        self._lines.put(",".join(map(repr, row)) + "\n")
+
+    def end(self, attributes: Mapping[str, Any]) -> tuple["xarray.Dataset", Path, str]:
+        """Return all rows, the file that they are in, and what went wrong with it, or "".
+
+        The journal goes when the netCDF file is there; else it stays, with the attributes as its last lines.
+        """
+        for name, value in attributes.items():
+            self._lines.put(_attribute(name, value))
+        self._lines.put(None)
+        self._writer.join(5 * _PATIENCE)
+        self._file.close()
+        data = dataset(np.asarray(self._rows).reshape(-1, len(COLUMNS)), self.attributes | dict(attributes), self.units)
+        try:
+            save_dataset(data, self.path)
+        except Exception as error:  # whatever it is: the data are there, and must not be lost with it
+            return data, self.journal, str(error) or type(error).__name__
+        self.journal.unlink(missing_ok=True)
+        return data, self.path, ""
+
+    def _look(self) -> None:
+        if self._error is not None:
+            raise LogError(f"{self.journal} cannot be written: {reason(self._error)}.") from self._error
+        if not self._lines.empty() and time.monotonic() - self._alive > _PATIENCE:
+            raise LogError(f"{self.journal} cannot be written: the disk has taken nothing for {_PATIENCE:g} s.")
+
+    def _work(self) -> None:
+        """What the thread does, until there is a None or an error."""
+        synced, dirty = time.monotonic(), False
+        try:
+            while True:
+                try:
+                    line = self._lines.get(timeout=_SYNC)
+                except Empty:
+                    line = ""
+                self._alive = time.monotonic()
+                if line:
+                    _write(self._file, line)
+                    dirty = True
+                if dirty and (line is None or self._alive - synced > _SYNC):
+                    os.fsync(self._file.fileno())
+                    synced, dirty = time.monotonic(), False
+                if line is None:
+                    return
+        except OSError as error:
+            self._error = error
+
+
+def dataset(rows: np.ndarray, attributes: Mapping[str, Any], units: Mapping[str, str]) -> "xarray.Dataset":
+    """Rows of `COLUMNS` as labelled data."""
+    import xarray
+
+    columns = {
+        name: xarray.DataArray(rows[:, k], dims="time", attrs={"units": units[name]}) for k, name in enumerate(COLUMNS)
+    }
+    return xarray.Dataset(columns, attrs=dict(attributes)).set_coords("time")
+
+
+def _attribute(name: str, value: Any) -> str:
+    return f"# {name}: {json.dumps(value)}\n"
+
+
+def _write(file: io.FileIO, text: str) -> None:
+    line = text.encode()
+    if file.write(line) != len(line):
+        raise OSError("the disk is full")

@@ -1,0 +1,145 @@
+"""Faults, where they are put in, and what is promised of an experiment whatever they are."""
+
+import math
+import signal
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from nectosome.io import InputError, load_dataset
+from nectosome.rigs import course, log, recovered
+
+from .faulty import RIGS, Faulty, Hook
+
+
+def throws(error: BaseException | type[BaseException]) -> Hook:
+    def then(*_: Any) -> None:
+        raise error
+
+    return then
+
+
+def gives(value: float) -> Hook:
+    return lambda *_: value
+
+
+def sends(number: int) -> Hook:
+    """A real signal, and then what would have been."""
+
+    def then(call: Callable, *arguments: float) -> Any:
+        signal.raise_signal(number)
+        return call(*arguments)
+
+    return then
+
+
+def slept(call: Callable, *arguments: float) -> Any:
+    """Gives the log's thread a moment: in virtual time there are many samples in one."""
+    time.sleep(2e-3)
+    return call(*arguments)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """From a call of a method on, what it does instead; and how that is to end."""
+
+    method: str  # of the rig; or "step" of the regulator, "append" and "disk" of the log, "progress"
+    then: Hook
+    ends: Any  # a status, or the exception that comes out
+    words: str = ""  # in the reason
+    lasting: bool = False
+    at_last: str = ""  # the status if it begins at the last sample, where that differs
+
+    def hook(self, position: int) -> Hook:
+        def around(n: int, call: Callable, *arguments: Any) -> Any:
+            if n == position or (self.lasting and n > position):
+                return self.then(call, *arguments)
+            return call(*arguments)
+
+        return around
+
+
+@dataclass
+class Courses:
+    """Runs an experiment with hooks, and holds what happened to what is promised whatever it is."""
+
+    folder: Path
+    monkeypatch: pytest.MonkeyPatch
+
+    def __call__(self, kind: str, hooks: dict[str, Hook], **changed: Any) -> tuple[Any, Faulty, str]:
+        setup = RIGS[kind]
+        patch(self.monkeypatch, hooks)
+        rig = Faulty(setup.rig(), hooks)
+        counted = Counted(hooks.get("progress"), lambda share: None)
+        before, handlers = set(threading.enumerate()), signals()
+        try:
+            ended = setup.experiment(rig, **changed).run(self.folder / "run.nc", counted)
+        except BaseException as error:
+            ended = error
+        assert not [thread for thread in set(threading.enumerate()) - before if thread.name == "log"]
+        assert signals() == handlers
+        safe(rig, setup, clock=not {"now", "wait"} & hooks.keys())
+        return ended, rig, reason(ended, self.folder)
+
+
+class Counted:
+    """A function with a hook."""
+
+    def __init__(self, hook: Hook | None, call: Callable, skip: int = 0):
+        self.hook, self.call, self.n = hook, call, -skip
+
+    def __call__(self, *arguments: Any) -> Any:
+        n, self.n = self.n, self.n + 1
+        return self.hook(n, self.call, *arguments) if self.hook else self.call(*arguments)
+
+
+def patch(monkeypatch, hooks: dict[str, Hook]) -> None:
+    if "step" in hooks:
+        monkeypatch.setattr(course, "_step", Counted(hooks["step"], course._step, skip=2))  # it is warmed up
+    if "append" in hooks:
+        append = Counted(hooks["append"], log.RunLog.append)
+        monkeypatch.setattr(log.RunLog, "append", lambda self, *row: append(self, *row))
+    for name in ("disk", "journal"):
+        if name in hooks:
+            monkeypatch.setattr(log, "_write", Counted(hooks[name], log._write, skip=1))  # its head
+    if "disk" in hooks:
+        monkeypatch.setattr(log, "save_dataset", throws(InputError("cannot write: No space left on device.")))
+
+
+def signals() -> list[Any]:
+    return [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)]
+
+
+def safe(rig: Faulty, setup: Any, clock: bool) -> None:
+    """The last thing the device saw is a vent; no command left its range or went too fast, by a clock that is right."""
+    whats = [event.what for event in rig.seen]
+    assert "vent" in whats
+    assert "write" not in whats[whats.index("vent") :]
+    assert whats[-1] == "close"
+    limits, before, time = setup.limits, 0.0, -math.inf
+    for event in (e for e in rig.seen if e.what == "write"):
+        assert limits.low <= event.value <= limits.high
+        elapsed = min(event.time - time, setup.dt) if clock else setup.dt
+        assert abs(event.value - before) <= limits.slew * elapsed * (1 + 1e-9) + 1e-9
+        before, time = event.value, event.time
+
+
+def reason(ended: Any, folder) -> str:
+    """What the log says, which is what the caller is told."""
+    if (folder / "run.nc").exists():
+        told = load_dataset(folder / "run.nc").attrs["status_reason"]
+        assert not (folder / "run.csv").exists()
+    else:
+        told = recovered(folder / "run.csv").attrs["status_reason"]
+        if "power failed" in told:  # a full disk takes no reason
+            told = ended.reason
+    if not isinstance(ended, BaseException):
+        assert told in ended.reason
+    elif not isinstance(ended, KeyboardInterrupt):
+        assert any(told in note for note in ended.__notes__)
+    return told

@@ -1,0 +1,112 @@
+"""A microcontroller with a motor and its speed loop, at the other end of a serial line."""
+
+import math
+import time
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from nectosome.control.motor import VariableGainPI
+from nectosome.control.pid import Reach
+
+from .on_a_pty import OnAPty
+
+DT = 0.005  # of the loop [s]
+INERTIA, DRAG, FRICTION = 1e-3, 0.01, 0.02  # kg m2, N m s, N m
+_MOST = jnp.asarray(1.0)
+LAW = VariableGainPI(
+    proportional=jnp.asarray(0.05),
+    integral=jnp.asarray(1.0),
+    boost=jnp.asarray(3.0),
+    low=jnp.asarray(1.0),
+    reach=Reach(low=-_MOST, high=_MOST, slew=jnp.asarray(np.inf)),
+)
+
+
+@eqx.filter_jit
+def _step(regulator, state, measured):
+    return regulator.step(state, measured)
+
+
+def framed(text: str) -> bytes:
+    checksum = 0
+    for byte in text.encode():
+        checksum ^= byte
+    return f"{text}*{checksum:02X}\n".encode()
+
+
+class Microcontroller(OnAPty):
+    """`blind`: it does not know its speed."""
+
+    def __init__(self):
+        super().__init__()
+        self.speed, self.torque, self.blind = 0.0, 0.0, False
+        self.asked: list[str] = []
+        self.set_speed, self.watchdog, self.expired, self.driven = 0.0, 0.0, False, False
+        self._drive(0.0)
+        _step(self._regulator, self._state, jnp.asarray(0.0))  # compile
+        self.driven = False
+        self._now = self._heard = time.monotonic()
+        self._rest = b""
+
+    def garble(self, answer: bytes) -> bytes:
+        return answer[:-2] + (b"0" if answer[-2:-1] != b"0" else b"1") + b"\n"
+
+    def advance(self):
+        now = time.monotonic()
+        if self.watchdog and now - self._heard > self.watchdog and not self.expired:
+            self.expired = True
+            self._vent()
+        while self._now + DT < now:
+            self._now += DT
+            if self.driven:
+                self._state, torque = _step(self._regulator, self._state, jnp.asarray(self.speed))
+                self.torque = float(torque)
+            if not self.frozen:
+                self._turn()
+
+    def _turn(self):
+        pull = self.torque - DRAG * self.speed
+        if self.speed == 0 and abs(pull) <= FRICTION:
+            return
+        way = math.copysign(1.0, self.speed or pull)
+        after = self.speed + DT / INERTIA * (pull - way * FRICTION)
+        self.speed = 0.0 if after * way < 0 else after  # friction stops, it does not turn round
+
+    def _drive(self, speed: float):
+        self.set_speed, self.driven = speed, True
+        self._regulator = LAW.planned(np.array([speed]), DT)
+        self._state = self._regulator.initial(self.torque, self.speed)
+
+    def _vent(self):
+        self.set_speed, self.torque, self.driven = 0.0, 0.0, False
+
+    def heard(self, data: bytes) -> bytes:
+        *lines, self._rest = (self._rest + data).split(b"\n")
+        return b"".join(framed(self._answer(line.decode())) for line in lines)
+
+    def _answer(self, line: str) -> str:
+        text = line.rpartition("*")[0]
+        if framed(text) != line.encode() + b"\n":
+            return "E checksum"
+        self.asked.append(text)
+        self._heard = time.monotonic()
+        match text.split():
+            case ["0"]:
+                self.expired = False
+                self._vent()
+                return "0"
+            case ["W", seconds]:
+                self.watchdog = float(seconds)
+                return text
+            case ["S", _] if self.expired:
+                return "E watchdog"
+            case ["S", speed]:
+                self._drive(float(speed))
+            case ["R"]:
+                pass
+            case _:
+                return "E unknown"
+        speed = math.nan if self.blind else self.speed
+        return f"V {speed:.4f} {self.set_speed - speed:.4f}"

@@ -1,0 +1,240 @@
+"""What every rig keeps to, whatever moves behind it."""
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+
+from nectosome.rigs import Rig, RigError
+from nectosome.rigs.dynamixel import Dynamixel, Servo
+from nectosome.rigs.ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
+from nectosome.rigs.serial_motor import Controller, SerialMotor
+
+from .motor_emulator import Microcontroller
+from .ni_stand_in import Card
+from .servo_emulator import Emulator
+
+NOWHERE = "/dev/there_is_no_such_port"
+
+
+@dataclass
+class Bench:
+    """A rig, what is at its other end, a command, and what is measured some time after."""
+
+    rig: Rig
+    device: Any
+    command: float
+    measured: float
+    within: float
+    where: str  # named in messages
+
+
+@dataclass(frozen=True)
+class Kind:
+    bench: Callable[[], AbstractContextManager[Bench]]
+    absent: Callable[[], Rig] | None = None  # whose device is not there
+    faults: dict[str, Callable[[Any], object]] = field(default_factory=dict)
+
+
+@contextmanager
+def ni() -> Iterator[Bench]:
+    """5 V at a command of 0, at which the laser gives 2.5 V; 1e4 Pa move it by 0.25 V, 2 mm."""
+    card = Card()
+    wiring = Wiring((Valve("Dev1/ao0", 5.0, 5e-5),), Laser("Dev1/ai0", 2.5, 8e-3, 0.5, 4.5), Watchdog("Dev1", 5.0))
+    yield Bench(NationalInstruments(wiring, card.module()), card, 1e4, 2e-3, 1e-4, "Dev1")
+
+
+@contextmanager
+def dynamixel() -> Iterator[Bench]:
+    with Emulator(present=2000) as servo:
+        yield Bench(Dynamixel(Servo(servo.path)), servo, 0.3, 0.3, 1e-3, servo.path)
+
+
+@contextmanager
+def serial_motor() -> Iterator[Bench]:
+    with Microcontroller() as motor:
+        yield Bench(SerialMotor(Controller(motor.path, timeout=0.2, start=0.2)), motor, 5.0, 5.0, 0.2, motor.path)
+
+
+def absent_card() -> Rig:
+    card = Card()
+    card.unplugged = True
+    return NationalInstruments(Wiring((Valve("Dev1/ao0", 5.0, 5e-5),), Laser("Dev1/ai0", 0, 1, 0, 5)), card.module())
+
+
+LINE = {
+    "silent": lambda device: setattr(device, "silent_from", 0.0),
+    "garbled": lambda device: setattr(device, "garbled", True),
+    "late": lambda device: setattr(device, "late", 0.45),
+    "pulled": lambda device: device.pull(),
+}
+RIGS = {
+    "ni": Kind(
+        ni,
+        absent_card,
+        {
+            "unplugged": lambda card: setattr(card, "unplugged", True),
+            "refused": lambda card: card.fails.update({"Task.write", "Task.read", "Task.close"}),
+        },
+    ),
+    "dynamixel": Kind(
+        dynamixel, lambda: Dynamixel(Servo(NOWHERE)), LINE | {"overheated": lambda servo: servo.alert(0x04)}
+    ),
+    "serial_motor": Kind(serial_motor, lambda: SerialMotor(Controller(NOWHERE)), LINE),
+    # a simulated rig goes here: it has no device that may be absent or faulty
+}
+FAULTY = [(name, fault) for name, kind in RIGS.items() for fault in kind.faults]
+
+
+@pytest.fixture(autouse=True)
+def _patience(monkeypatch):
+    """The SDK waits 34 ms for an answer, which a busy machine may take to let the emulator's thread run."""
+    monkeypatch.setattr("dynamixel_sdk.port_handler.LATENCY_TIMER", 100)
+
+
+@pytest.fixture(params=RIGS)
+def bench(request):
+    with RIGS[request.param].bench() as bench:
+        yield bench
+        bench.rig.close()
+
+
+def reaches(rig: Rig, value: float, within: float, seconds: float = 1.0) -> bool:
+    """Measures a value within some time."""
+    limit = rig.now() + seconds
+    while rig.now() < limit:
+        if abs(rig.read() - value) < within:
+            return True
+        rig.wait(rig.now() + 0.005)
+    return False
+
+
+def told(what: Callable[[], object]) -> str:
+    """The message of what goes wrong; nothing where all goes well. Any other error is one of the test."""
+    try:
+        what()
+    except RigError as error:
+        return str(error)
+    return ""
+
+
+def test_it_opens_at_a_command_of_0(bench):
+    bench.rig.open()
+    assert reaches(bench.rig, 0.0, bench.within)
+
+
+def test_a_command_moves_it_to_where_it_leads(bench):
+    bench.rig.open()
+    bench.rig.write(bench.command)
+    assert reaches(bench.rig, bench.measured, bench.within)
+    bench.rig.write(0.0)
+    assert reaches(bench.rig, 0.0, bench.within)
+
+
+def test_a_vented_rig_takes_no_more_power(bench):
+    """Whatever it was doing; and again."""
+    bench.rig.open()
+    bench.rig.write(bench.command)
+    bench.rig.vent()
+    bench.rig.vent()
+    assert not powered(bench.device)
+
+
+def powered(device: Any) -> bool:
+    if isinstance(device, Card):
+        return device.volts != {"Dev1/ao0": 5.0}
+    if isinstance(device, Emulator):
+        return bool(device.table[64])
+    return isinstance(device, Microcontroller) and device.driven
+
+
+def test_it_may_be_closed_twice_and_opened_again(bench):
+    for _ in range(2):
+        bench.rig.open()
+        assert math.isfinite(bench.rig.read())
+        bench.rig.vent()
+        bench.rig.close()
+        bench.rig.close()
+
+
+def test_vent_and_close_do_nothing_before_it_was_opened(bench):
+    bench.rig.vent()
+    bench.rig.close()
+
+
+def test_it_says_what_was_forgotten_when_it_was_not_opened(bench):
+    for what in (bench.rig.read, lambda: bench.rig.write(0.0)):
+        message = told(what)
+        assert "before it was opened" in message
+        assert bench.where in message
+
+
+@pytest.mark.parametrize("command", [math.nan, math.inf, -math.inf])
+def test_a_command_that_is_no_number_goes_nowhere(bench, command):
+    bench.rig.open()
+    bench.rig.write(bench.command)
+    assert reaches(bench.rig, bench.measured, bench.within)
+    assert f"{command:g}" in told(lambda: bench.rig.write(command))
+    time.sleep(0.02)
+    assert bench.rig.read() == pytest.approx(bench.measured, abs=bench.within)
+
+
+def test_its_clock_never_goes_back_and_waits_as_long_as_it_is_told(bench):
+    times = [bench.rig.now() for _ in range(1000)]
+    assert times == sorted(times)
+    until = times[-1] + 0.01
+    bench.rig.wait(until)
+    assert until <= bench.rig.now()
+    bench.rig.wait(until - 1.0)  # over: at once
+    assert bench.rig.now() < until + 0.5
+
+
+def test_units_are_such_as_pint_reads(bench):
+    import pint
+
+    units = pint.UnitRegistry()
+    for unit in (bench.rig.command_unit, bench.rig.measured_unit):
+        assert units(unit).to_base_units().magnitude == 1.0
+
+
+@pytest.mark.parametrize("name", [name for name, kind in RIGS.items() if kind.absent])
+def test_a_device_that_is_not_there_is_told_and_can_be_vented_and_closed(name):
+    absent = RIGS[name].absent
+    assert absent is not None
+    rig = absent()
+    message = told(rig.open)
+    assert "Look" in message
+    assert "Dev1" in message or NOWHERE in message
+    for _ in range(2):
+        rig.vent()
+        rig.close()
+
+
+@pytest.mark.parametrize(("name", "fault"), FAULTY)
+def test_a_faulty_device_is_told_with_its_place_and_what_to_look_at(name, fault):
+    """By reading and writing; venting is tried, and nothing but RigError comes out of anything."""
+    with RIGS[name].bench() as bench:
+        bench.rig.open()
+        RIGS[name].faults[fault](bench.device)
+        for what in (bench.rig.read, lambda: bench.rig.write(bench.command)):
+            message = told(what)
+            assert bench.where in message
+            assert "Look" in message or "Remove" in message
+            assert "\n" not in message
+        told(bench.rig.vent)
+        told(bench.rig.close)
+        told(bench.rig.close)
+
+
+@pytest.mark.parametrize(("name", "fault"), FAULTY)
+def test_a_device_that_is_faulty_from_the_start_does_not_open(name, fault):
+    with RIGS[name].bench() as bench:
+        RIGS[name].faults[fault](bench.device)
+        message = told(bench.rig.open)
+        assert bench.where in message
+        told(bench.rig.vent)
+        told(bench.rig.close)

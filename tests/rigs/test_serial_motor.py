@@ -1,0 +1,196 @@
+"""A motor behind a microcontroller: its lines, its watchdog, and what a bad line does."""
+
+import math
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from nectosome.io import InputError
+from nectosome.rigs import RigError
+from nectosome.rigs.serial_motor import Controller, SerialMotor, framed, unframed
+
+from .motor_emulator import Microcontroller
+
+
+@pytest.fixture
+def motor():
+    with Microcontroller() as motor:
+        yield motor
+
+
+@pytest.fixture
+def rig(motor):
+    rig = SerialMotor(Controller(motor.path, timeout=0.2, start=0.5, watchdog=5.0))
+    yield rig
+    rig.close()
+
+
+def test_the_checksum_is_that_of_nmea_0183():
+    """Sentences of receivers, as they are often quoted."""
+    for sentence in (
+        "GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47",
+        "GPRMC,123519,A,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W*6A",
+    ):
+        assert framed(sentence.rpartition("*")[0]) == sentence.encode() + b"\n"
+
+
+@given(st.text(st.characters(min_codepoint=32, max_codepoint=126)), st.data())
+def test_a_line_comes_back_and_one_with_a_changed_byte_does_not(text, data):
+    line = framed(text)
+    assert unframed(line) == text
+    place = data.draw(st.integers(0, len(line) - 2))
+    other = data.draw(st.integers(0, 255).filter(lambda x: x != line[place]))
+    assert unframed(line[:place] + bytes([other]) + line[place + 1 :]) != text
+
+
+@given(st.binary())
+def test_noise_is_no_line_and_no_error(noise):
+    assert unframed(noise) is None or b"*" in noise
+
+
+def test_it_asks_as_the_protocol_says(motor, rig):
+    rig.open()
+    rig.write(12.5)
+    rig.read()
+    rig.vent()
+    assert motor.asked == ["0", "W 5", "S 0.0000", "S 12.5000", "R", "0"]
+
+
+@pytest.mark.parametrize("speed", [0.2, 5.0, -5.0])
+def test_the_controller_holds_the_speed_against_friction(motor, rig, speed):
+    rig.open()
+    rig.write(speed)
+    time.sleep(0.6)
+    assert np.mean([rig.read() for _ in range(20)]) == pytest.approx(speed, rel=0.02)
+
+
+def test_a_controller_that_does_not_know_its_speed_gives_nan(motor, rig):
+    rig.open()
+    motor.blind = True
+    assert math.isnan(rig.read())
+    rig.write(1.0)
+
+
+def test_a_frozen_motor_measures_the_same_speed(motor, rig):
+    rig.open()
+    motor.frozen = True
+    rig.write(5.0)
+    time.sleep(0.05)
+    assert rig.read() == 0.0
+
+
+def test_without_questions_the_controller_vents_and_says_so(motor):
+    rig = SerialMotor(Controller(motor.path, timeout=0.2, start=0.5, watchdog=0.2))
+    rig.open()
+    rig.write(5.0)
+    time.sleep(0.3)
+    assert not motor.driven
+    with pytest.raises(RigError, match=r"stopped by itself, since no question came for 0\.2 s"):
+        rig.write(5.0)
+    rig.vent()  # forgets it
+    rig.write(1.0)
+    assert motor.driven
+    rig.close()
+
+
+def test_it_waits_for_a_controller_that_opening_the_port_has_reset(motor, rig, monkeypatch):
+    """A boot loader talks first, in a language of its own."""
+    heard, began = motor.heard, time.monotonic()
+    monkeypatch.setattr(
+        motor, "heard", lambda data: heard(data) if time.monotonic() - began > 0.25 else b"\x06\x85!\r\n"
+    )
+    rig.open()
+    assert rig.read() == 0.0
+
+
+def test_lines_that_come_too_late_are_not_taken_for_answers(motor, rig):
+    rig.open()
+    motor.late = 0.25
+    with pytest.raises(RigError, match=r"no answer to 'R' in 0\.2 s"):
+        rig.read()
+    motor.late = 0.0
+    rig.vent()  # whose answer comes after that of the reading
+    assert not motor.driven
+
+
+def test_an_answer_that_came_after_all_is_not_that_of_the_next_question(motor, rig):
+    rig.open()
+    motor.late = 0.25
+    with pytest.raises(RigError, match="no answer"):
+        rig.read()
+    time.sleep(0.15)
+    motor.late, motor.frozen, motor.speed = 0.0, True, 3.0
+    assert rig.read() == 3.0
+
+
+def test_a_line_that_breaks_while_the_controller_starts_is_not_waited_for(motor):
+    motor.silent_from = 0.0
+    rig = SerialMotor(Controller(motor.path, start=30.0))
+    began = time.monotonic()
+    threading.Timer(0.1, motor.pull).start()
+    with pytest.raises(RigError, match="the line does not work"):
+        rig.open()
+    assert time.monotonic() - began < 10.0
+    rig.close()
+
+
+def test_a_garbled_answer_is_shown(motor, rig):
+    rig.open()
+    motor.garbled = True
+    with pytest.raises(RigError, match=r"no answer to 'R' in 0\.2 s, but b'V .*baud rate \(115200 expected\)"):
+        rig.read()
+
+
+def test_a_question_that_was_garbled_on_its_way_is_told(motor, rig, monkeypatch):
+    rig.open()
+    heard = motor.heard
+    monkeypatch.setattr(motor, "heard", lambda data: heard(data.replace(b"R", b"Q")))
+    with pytest.raises(RigError, match="'R' was refused: checksum"):
+        rig.read()
+
+
+def test_an_answer_that_is_no_speed_is_told(motor, rig, monkeypatch):
+    rig.open()
+    monkeypatch.setattr(motor, "heard", lambda data: framed("V fast"))
+    with pytest.raises(RigError, match="'fast' is no speed"):
+        rig.read()
+
+
+def test_venting_is_tried_again(motor, rig, monkeypatch):
+    rig.open()
+    rig.write(5.0)
+    garble, motor.garbled = motor.garble, True
+    answers = iter((garble, garble, lambda answer: answer))
+    monkeypatch.setattr(motor, "garble", lambda answer: next(answers)(answer))
+    rig.vent()
+    assert not motor.driven
+
+
+def test_a_motor_that_cannot_be_vented_is_told(motor, rig):
+    rig.open()
+    motor.pull()
+    with pytest.raises(RigError, match="switch off its power"):
+        rig.vent()
+
+
+def test_two_programs_do_not_drive_one_motor(motor, rig):
+    rig.open()
+    with pytest.raises(RigError, match="another program"):
+        SerialMotor(Controller(motor.path)).open()
+
+
+@pytest.mark.parametrize("wrong", [{"timeout": 0.0}, {"start": -1.0}, {"watchdog": math.nan}])
+def test_settings_that_make_no_sense_are_refused(wrong):
+    with pytest.raises(InputError, match="/dev/ttyACM0"):
+        Controller("/dev/ttyACM0", **wrong)
+
+
+def test_a_machine_without_pyserial_is_told_which_extra_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "serial", None)
+    with pytest.raises(RigError, match=r"serial is missing: pip install 'nectosome\[serial\]'"):
+        SerialMotor(Controller("/dev/ttyACM0")).open()
