@@ -1,7 +1,7 @@
 """What a study hands over, and how a computed number is scored against a printed one."""
 
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, Literal
@@ -33,6 +33,27 @@ class Part:
     numbers: dict[str, float | None]
     data: dict[str, "xr.Dataset"] = field(default_factory=dict)
     runs: dict[str, "xr.Dataset"] = field(default_factory=dict)
+
+
+def gathered(parts: Iterable[tuple[float, Callable[[bool, Progress], Part]]], quick: bool, progress: Progress) -> Part:
+    """Parts of a study together, each with the share of the time that it takes."""
+    done, begun = Part({}), 0.0
+    for share, part in parts:
+        made = part(quick, lambda what, of, at=begun, wide=share: progress(what, at + wide * of))
+        done = Part(done.numbers | made.numbers, done.data | made.data, done.runs | made.runs)
+        begun += share
+    progress("scorecard", 1.0)
+    return done
+
+
+def scored(
+    book: dict[str, dict[str, Any]], numbers: dict[str, float | None], kind: Callable[[str], Kind]
+) -> list[dict[str, Any]]:
+    """All rows that a paper's book has, in its order."""
+    missing = sorted(set(numbers) ^ set(book))
+    if missing:
+        raise RuntimeError(f"scorecard rows without a number, or numbers without a row: {missing}")
+    return [score(row, entry, numbers[row], kind(row)) for row, entry in book.items()]
 
 
 def printed(study: str) -> dict[str, dict[str, Any]]:

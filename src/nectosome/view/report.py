@@ -20,6 +20,7 @@ from . import (
     schedule,
     series,
     swimming,
+    tracking,
 )
 from .page import panel_html, write_library, write_page, write_panel
 from .scorecard import summary, table
@@ -80,7 +81,7 @@ _PANELS: dict[str, Callable[[Study], list[Panel]]] = {
     "flagellum": lambda study: flagellum.panels(study.runs) + design.panels(study.data, study.runs),
     "paddle": lambda study: paddle.panels(study.data, study.runs),
     "poseidrone": lambda study: [p for key, of in _POSEIDRONE.items() if key in study.data for p in of(study.data)],
-    "fishtail": lambda study: fishtail.panels(study.data),
+    "fishtail": lambda study: [*fishtail.panels(study.data), *tracking.panels(study.data)],
     "measure": lambda study: measurements.panels(study.data),
 }
 

@@ -28,8 +28,13 @@ def plant(as_printed: bool = False) -> Chain:
 
     As printed, with a_0 and a_2 as they stand in Table 1, it follows nothing faster than 0.005 Hz; its gain is kept.
     """
+    return Chain((hysteresis(), dynamics(as_printed)))
+
+
+def dynamics(as_printed: bool = False) -> TransferFunction:
+    """Of gain 1 (eq. 4)."""
     a2, a1, a0 = A[::-1] if as_printed else A
-    return Chain((hysteresis(), TransferFunction(jnp.array([a0]), jnp.array([a2, a1, a0]))))
+    return TransferFunction(jnp.array([a0]), jnp.array([a2, a1, a0]))
 
 
 def waves(frequency: float, dt: float, count: int = 4, rest: int = 0) -> Float[np.ndarray, "n"]:

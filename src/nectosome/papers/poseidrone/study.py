@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-from ..study import Kind, Part, Progress, Study, printed, score
+from ..study import Kind, Part, Progress, Study, gathered, printed, scored
 from . import crawl, mission, schedule, static_free, swim
 
 NAME = "poseidrone"
@@ -36,22 +36,9 @@ _KINDS: dict[str, Kind] = {  # by the beginning of the row, else a prediction
 def run(quick: bool, progress: Progress) -> Study:
     """All rows and figures; `quick` draws less noise."""
     began = time.perf_counter()
-    book, done, begun = printed(NAME), Part({}), 0.0
-    for share, part in _PARTS.values():
-        made = part(quick, _within(progress, begun, share))
-        done = Part(done.numbers | made.numbers, done.data | made.data, done.runs | made.runs)
-        begun += share
-    progress("scorecard", 1.0)
-    missing = sorted(set(done.numbers) ^ set(book))
-    if missing:
-        raise RuntimeError(f"scorecard rows without a number, or numbers without a row: {missing}")
-    rows = [score(row, entry, done.numbers[row], _kind(row)) for row, entry in book.items()]
+    done = gathered(_PARTS.values(), quick, progress)
+    rows = scored(printed(NAME), done.numbers, _kind)
     return Study(NAME, TITLE, ABOUT, rows, done.runs, time.perf_counter() - began, done.data)
-
-
-def _within(progress: Progress, begun: float, share: float) -> Progress:
-    """Progress of a part as that of the study."""
-    return lambda what, done: progress(what, begun + share * done)
 
 
 def _kind(row: str) -> Kind:

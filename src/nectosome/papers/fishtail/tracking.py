@@ -1,0 +1,128 @@
+"""Control: Figs. 8 to 10, with the paper's PID and with what does better."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import xarray as xr
+from jaxtyping import Float
+
+from nectosome.actuators import Sensor
+from nectosome.control import (
+    Controller,
+    Loop,
+    Regulator,
+    Track,
+    margins,
+    open_loop,
+    run_lanes,
+    sine,
+    triangle,
+)
+from nectosome.identify.metrics import range_errors
+
+from ..study import Part, Progress
+from .plant import BAR, MM
+from .ways import DT, NAMES, VARIABLE, Learner, actuator, controllers, kept, known_model, plants, tuned
+
+LANES, _FEW = 10, 3  # plants
+BANDS = 0.04, 0.06, 0.1, 0.16, 0.25, 0.4, 0.6, 1.0, 1.5  # Hz
+REFERENCES = {
+    "sine": sine(6 * MM, 0.04, 50.0, DT),
+    "triangle": triangle(8 * MM, 0.05, 40.0, DT),
+    "variable": VARIABLE,
+}
+_ROUNDS = 5  # of learning
+
+
+def part(quick: bool, progress: Progress) -> Part:
+    """Errors along the references of the paper, and by frequency; `quick` takes kept gains, few plants and no bands."""
+    lanes, nominal = plants(_FEW if quick else LANES), jax.tree.map(lambda x: x[None], model_loop())
+    progress("tuning", 0.0)
+    ways = controllers(kept() if quick else tuned(), known_model())
+    numbers: dict[str, float | None] = {}
+    tracks = []
+    for k, (name, reference) in enumerate(REFERENCES.items()):
+        progress(name, 0.4 + 0.15 * k)
+        row = f"fishtail/tracking/{name}"
+        numbers |= _rows(f"{row}/pid", errors(followed(nominal, ways["pid"], reference), reference))
+        found = {one: followed(lanes, ways[one], reference) for one in NAMES}
+        for one in NAMES[1:]:
+            numbers |= _rows(f"{row}/{one}", errors(found[one], reference))
+        tracks.append(_series(name, reference, found))
+    data = {"fishtail_tracks": xr.concat(tracks, "reference", join="outer"), "fishtail_margins": _margins(ways)}
+    if not quick:
+        progress("bands", 0.85)
+        data["fishtail_bands"] = bands(lanes, ways)
+    return Part(numbers, data)
+
+
+def model_loop() -> Loop:
+    """The model itself in a loop, without noise."""
+    return Loop(actuator(), Sensor(*(jnp.asarray(x) for x in (0.0, -1.0, 1.0))), DT)
+
+
+def followed(lanes: Loop, way: Controller | Learner, reference: Float[np.ndarray, "n"]) -> Track:
+    """What the loops do; where they learn, after some rounds."""
+    if isinstance(way, Controller):
+        return run_lanes(lanes, way.planned(reference, DT), reference)
+    track = run_lanes(lanes, way.first.planned(reference, DT), reference)
+    for _ in range(_ROUNDS):
+        lanes = eqx.tree_at(lambda one: one.sensor.seed, lanes, lanes.sensor.seed + 1000)
+        track = run_lanes(lanes, _taught(way, track, reference), reference, own=True)
+    return track
+
+
+def errors(track: Track, reference: Float[np.ndarray, "n"]) -> tuple[float, float]:
+    """e_rmsp and e_mp of the true displacement, means over the plants [percent of the reference's range]."""
+    each = [range_errors(one, reference) for one in np.asarray(track.output)]
+    rms, largest = np.mean(each, axis=0)
+    return float(rms), float(largest)
+
+
+def bands(lanes: Loop, ways: dict[str, Controller | Learner]) -> xr.Dataset:
+    """e_rmsp by frequency, along sines of 6 mm."""
+    found = []
+    for frequency in BANDS:
+        reference = sine(6 * MM, frequency, 1 / BANDS[0], DT)
+        found.append([errors(followed(lanes, ways[name], reference), reference)[0] for name in NAMES])
+    coords = {"frequency": ("frequency", list(BANDS), {"units": "Hz"}), "controller": list(NAMES)}
+    return xr.Dataset({"error": (("frequency", "controller"), found, {"units": "percent"})}, coords)
+
+
+def _rows(row: str, both: tuple[float, float]) -> dict[str, float]:
+    return {f"{row}/e_rmsp": both[0], f"{row}/e_mp": both[1]}
+
+
+@eqx.filter_jit
+def _taught(learner: Learner, track: Track, reference: Float[np.ndarray, "n"]) -> Regulator:
+    """What each loop has learned."""
+    return eqx.filter_vmap(lambda one: learner.after(one).planned(reference, DT))(track)
+
+
+def _series(name: str, reference: Float[np.ndarray, "n"], found: dict[str, Track]) -> xr.Dataset:
+    """Of the first plant: where its end should be, and where it was."""
+    outputs = [np.asarray(track.output)[0] for track in found.values()]
+    return xr.Dataset(
+        {
+            "wanted": ("time", reference, {"units": "m"}),
+            "displacement": (("controller", "time"), outputs, {"units": "m"}),
+        },
+        {
+            "time": ("time", DT * np.arange(len(reference)), {"units": "s"}),
+            "controller": list(found),
+            "reference": name,
+        },
+    )
+
+
+def _margins(ways: dict[str, Controller | Learner]) -> xr.Dataset:
+    """Of gain, phase and delay, for commands of little and of half of the range."""
+    loop, sizes = model_loop(), (0.05 * BAR, 0.3 * BAR)
+    some = {name: way for name, way in ways.items() if isinstance(way, Controller)}
+    found = np.array([[margins(*open_loop(loop, way, size))[:3] for size in sizes] for way in some.values()])
+    coords = {"controller": list(some), "amplitude": ("amplitude", list(sizes), {"units": "Pa"})}
+    units = {"gain": "1", "phase": "rad", "delay": "s"}
+    over = ("controller", "amplitude")
+    columns = {one: (over, found[..., k], {"units": unit}) for k, (one, unit) in enumerate(units.items())}
+    return xr.Dataset(columns, coords)
