@@ -12,6 +12,7 @@ from cyclopts import App, CycloptsError, Parameter
 from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
 
 from nectosome.cli.check import check, schema
+from nectosome.cli.control import control
 from nectosome.cli.correct import correct
 from nectosome.cli.design import design
 from nectosome.cli.identify import identify
@@ -45,6 +46,7 @@ for command in (
     measure,
     identify,
     correct,
+    control,
     show,
     check,
     schema,

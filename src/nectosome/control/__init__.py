@@ -9,7 +9,8 @@ from .margins import Margins, margins, open_loop
 from .motor import VariableGainPI
 from .pid import PID, PIDRegulator, Reach, Scheduled, pid_of
 from .predictive import Predictive
-from .references import chirp, local_frequency, sine, times, triangle, varying
+from .reachable import check_reachable
+from .references import chirp, eased, local_frequency, sine, times, triangle, varying
 from .relay import Relay, Ultimate, ultimate
 from .tuning import Tuned, tune
 
@@ -32,7 +33,9 @@ __all__ = [
     "Tuned",
     "Ultimate",
     "VariableGainPI",
+    "check_reachable",
     "chirp",
+    "eased",
     "hysteretic",
     "kalman",
     "learned",

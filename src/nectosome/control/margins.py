@@ -11,8 +11,8 @@ from jaxtyping import Array, Complex, Float, Int
 from .controller import Controller, Regulator
 from .loop import Loop, held
 
-_PERIODS = np.unique(np.geomspace(6, 4000, 80).round().astype(int))  # samples
-_SETTLED = 2000  # samples, and two periods, before the period that is looked at
+_PERIODS = np.unique(np.geomspace(6, 2000, 64).round().astype(int))  # samples
+_SETTLED = 1000  # samples, and two periods, before the period that is looked at
 _SMALL = 1e-3  # errors that a controller is asked with, by the output's amplitude
 
 

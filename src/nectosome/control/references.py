@@ -38,6 +38,12 @@ def chirp(amplitude: float, first: float, last: float, time: float, dt: float) -
     return amplitude * np.sin(2 * np.pi * turns)
 
 
+def eased(reference: Float[np.ndarray, "n"], time: float, dt: float) -> Float[np.ndarray, "n"]:
+    """A reference that grows from 0 within `time` [s], by s^2 (3 - 2 s), so that its rate does not jump at first."""
+    s = np.minimum(np.arange(len(reference)) * dt / time, 1.0)
+    return reference * s**2 * (3 - 2 * s)
+
+
 def times(time: float, dt: float) -> Float[np.ndarray, "n"]:
     """0, dt, ... up to `time` [s]."""
     return np.arange(int(time / dt + 1e-6) + 1) * dt

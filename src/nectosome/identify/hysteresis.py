@@ -66,11 +66,17 @@ class Identified(NamedTuple):
 
     def block(self) -> Block:
         """The model, from pressure [Pa] to displacement [m]; with the slew limit first if that was fitted."""
-        weights = jnp.asarray(np.diff(self.slopes))
-        hysteresis = PrandtlIshlinskii(jnp.asarray(self.slopes[0]), jnp.asarray(self.thresholds), weights)
-        dynamics = TransferFunction(*(jnp.asarray(x) for x in _ratio(np.array([*self.theta.values()]), self.order)))
         limit = (SlewLimit(jnp.asarray(self.theta["slew"])),) if "slew" in self.theta else ()
-        return Chain((*limit, hysteresis, dynamics))
+        return Chain((*limit, self.hysteresis(), self.dynamics()))
+
+    def hysteresis(self) -> PrandtlIshlinskii:
+        """From pressure [Pa] to what drives the dynamics [m]."""
+        weights = jnp.asarray(np.diff(self.slopes))
+        return PrandtlIshlinskii(jnp.asarray(self.slopes[0]), jnp.asarray(self.thresholds), weights)
+
+    def dynamics(self) -> TransferFunction:
+        """Of gain 1."""
+        return TransferFunction(*(jnp.asarray(x) for x in _ratio(np.array([*self.theta.values()]), self.order)))
 
 
 def identify_hysteresis(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nectosome.actuators import respond
+from nectosome.io import InputError
 
 from .hysteresis import Identified, PressureTrial
 from .metrics import range_errors
@@ -57,6 +58,24 @@ def hysteresis_data(
             "of": ("sample", np.repeat(np.arange(len(recordings)), [len(one.pressure) for one in recordings])),
         },
         attrs={"order": found.order, "noise": found.noise, "warnings": json.dumps(found.warnings)},
+    )
+
+
+def saved_model(data: "xr.Dataset") -> Identified:
+    """The model that `hysteresis_data` holds; its intervals stay there. Raises InputError for data of another kind."""
+    if not {"value", "low", "high", "threshold"} <= set(data) or "order" not in data.attrs:
+        raise InputError("holds no hysteresis: a file that `nectosome identify fishtail --save` wrote is needed.")
+    names = [str(name) for name in data["parameter"].values]
+    slopes = np.array([name.startswith("slope") for name in names])
+    value = data["value"].values
+    return Identified(
+        {name: float(x) for name, x, is_slope in zip(names, value, slopes, strict=True) if not is_slope},
+        {},
+        data["threshold"].values[slopes][1:],
+        value[slopes],
+        float(data.attrs["noise"]),
+        int(data.attrs["order"]),
+        tuple(json.loads(data.attrs["warnings"])),
     )
 
 

@@ -6,7 +6,8 @@ Rigs of devices are in modules of their own, which load what they need when they
 from .experiment import Experiment, Run
 from .limits import Limits
 from .recover import recovered
+from .rehearsal import rehearse
 from .rig import Rig, RigError
 from .simulated import SimulatedRig
 
-__all__ = ["Experiment", "Limits", "Rig", "RigError", "Run", "SimulatedRig", "recovered"]
+__all__ = ["Experiment", "Limits", "Rig", "RigError", "Run", "SimulatedRig", "recovered", "rehearse"]

@@ -1,6 +1,7 @@
 """What people look at: the report of all studies, the page of a run, recordings as they were read."""
 
 from .correction import show_correction
+from .experiment import show_experiment
 from .gaits import show_gait
 from .hysteresis import show_hysteresis
 from .mission import show_mission
@@ -10,6 +11,7 @@ from .swimming import show_surge
 
 __all__ = [
     "show_correction",
+    "show_experiment",
     "show_gait",
     "show_hysteresis",
     "show_mission",

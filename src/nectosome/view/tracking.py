@@ -77,7 +77,7 @@ def bands_panel(found: "xr.Dataset") -> Panel:
         for f, row in zip(found["frequency"].values, found["error"].transpose("frequency", ...).values, strict=True)
     }
     caption = (
-        "Simulated: sines of 6 mm, mean over the plants, with the start from rest. Least error: "
+        "Simulated: sines of 6 mm that grow from rest, mean over the plants. Least error: "
         f"{_told(best)}. One set of gains serves slow references only; what knows the model goes on."
     )
     return Panel("Which controller at which frequency", caption, fig)

@@ -1,5 +1,7 @@
 """The actuator of Table 1, and what it is driven with."""
 
+import warnings
+
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
@@ -33,6 +35,9 @@ def plant(as_printed: bool = False) -> Chain:
 
 def dynamics(as_printed: bool = False) -> TransferFunction:
     """Of gain 1 (eq. 4)."""
+    if as_printed:
+        told = "Table 1 as printed, a0 and a2 exchanged: follows nothing above 0.005 Hz, and the printed PID diverges."
+        warnings.warn(told, stacklevel=2)
     a2, a1, a0 = A[::-1] if as_printed else A
     return TransferFunction(jnp.array([a0]), jnp.array([a2, a1, a0]))
 

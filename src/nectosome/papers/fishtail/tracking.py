@@ -13,6 +13,7 @@ from nectosome.control import (
     Loop,
     Regulator,
     Track,
+    eased,
     margins,
     open_loop,
     run_lanes,
@@ -81,10 +82,10 @@ def errors(track: Track, reference: Float[np.ndarray, "n"]) -> tuple[float, floa
 
 
 def bands(lanes: Loop, ways: dict[str, Controller | Learner]) -> xr.Dataset:
-    """e_rmsp by frequency, along sines of 6 mm."""
+    """e_rmsp by frequency, along sines of 6 mm that grow within two periods, or half of the time."""
     found = []
     for frequency in BANDS:
-        reference = sine(6 * MM, frequency, 1 / BANDS[0], DT)
+        reference = eased(sine(6 * MM, frequency, 1 / BANDS[0], DT), min(2 / frequency, 0.5 / BANDS[0]), DT)
         found.append([errors(followed(lanes, ways[name], reference), reference)[0] for name in NAMES])
     coords = {"frequency": ("frequency", list(BANDS), {"units": "Hz"}), "controller": list(NAMES)}
     return xr.Dataset({"error": (("frequency", "controller"), found, {"units": "percent"})}, coords)

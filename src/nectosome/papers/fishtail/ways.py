@@ -39,6 +39,7 @@ DT = 5e-3  # s, between samples; a command acts one sample after its measurement
 GAIN = BAR / MM
 NAMES = "pid", "scheduled", "ff-pid", "ilc", "mpc"
 VARIABLE = varying((4 * MM, 6 * MM, 8 * MM, 10 * MM, 12 * MM), (0.1, 0.2, 0.3, 0.4, 0.5), DT)  # Fig. 10
+REACH = Reach(*(jnp.asarray(x) for x in (-LARGEST, LARGEST, LIMIT)))  # what the valve can follow
 
 _SPREAD = 0.05  # every number of a plant is drawn from within 5 % of the model's
 _WIDTH = 0.08  # s, over which references are smoothed for feedforward
@@ -68,9 +69,9 @@ class Gains(NamedTuple):
     filtering: Float[Array, ""]
     frequencies: Float[Array, "m"] | None = None
 
-    def pid(self, share: float = 1.0) -> PID:
+    def pid(self, reach: Reach, share: float = 1.0) -> PID:
         """With the first row, or a share of it."""
-        return pid_of(share * self.rows[0] * GAIN, self.filtering, reach())
+        return pid_of(share * self.rows[0] * GAIN, self.filtering, reach)
 
 
 def kept() -> dict[str, Gains]:
@@ -90,8 +91,8 @@ def tuned() -> dict[str, Gains]:
     """Gains for which plants that are drawn at random err least; those of the PID are the paper's."""
     lanes, known = plants(4, _TUNED), known_model()
     printed, frequencies = kept()["printed"], jnp.asarray((0.1, 0.2, 0.3, 0.4, 0.5))
-    fed = _tuned(lambda x: Feedforward(_gains(x).pid(), known, _WIDTH), 1, lanes)
-    scheduled = _tuned(lambda x: _scheduled(_gains(x)._replace(frequencies=frequencies)), 5, _harder(lanes))
+    fed = _tuned(lambda x: Feedforward(_gains(x).pid(REACH), known, _WIDTH), 1, lanes)
+    scheduled = _tuned(lambda x: _scheduled(_gains(x)._replace(frequencies=frequencies), REACH), 5, _harder(lanes))
     return {
         "printed": printed,
         "ff-pid": _gains(fed),
@@ -99,25 +100,22 @@ def tuned() -> dict[str, Gains]:
     }
 
 
-def controllers(gains: dict[str, Gains], known: HystereticModel) -> dict[str, Controller | Learner]:
+def controllers(
+    gains: dict[str, Gains], known: HystereticModel, reach: Reach = REACH
+) -> dict[str, Controller | Learner]:
     """All that are compared; learning begins with the feedforward of a model, and milder gains."""
     return {
-        "pid": gains["printed"].pid(),
-        "scheduled": _scheduled(gains["scheduled"]),
-        "ff-pid": Feedforward(gains["ff-pid"].pid(), known, _WIDTH),
-        "ilc": Learner(Feedforward(gains["ff-pid"].pid(_MILD), known, _WIDTH)),
-        "mpc": Predictive(known, reach(), _HORIZON, _WEIGHT, _WANDER, NOISE, _WIDTH),
+        "pid": gains["printed"].pid(reach),
+        "scheduled": _scheduled(gains["scheduled"], reach),
+        "ff-pid": Feedforward(gains["ff-pid"].pid(reach), known, _WIDTH),
+        "ilc": Learner(Feedforward(gains["ff-pid"].pid(reach, _MILD), known, _WIDTH)),
+        "mpc": Predictive(known, reach, _HORIZON, _WEIGHT, _WANDER, NOISE, _WIDTH),
     }
 
 
 def known_model() -> HystereticModel:
     """What controllers take the tail for."""
     return hysteretic(hysteresis(), dynamics(), DT)
-
-
-def reach() -> Reach:
-    """What the valve can follow."""
-    return Reach(*(jnp.asarray(x) for x in (-LARGEST, LARGEST, LIMIT)))
 
 
 def actuator(tail: PrandtlIshlinskii | None = None, after: TransferFunction | None = None) -> Chain:
@@ -140,10 +138,10 @@ def _gains(x: Float[Array, "p"]) -> Gains:
     return Gains(x[:-1].reshape(-1, 3), x[-1])
 
 
-def _scheduled(gains: Gains) -> Scheduled:
+def _scheduled(gains: Gains, reach: Reach) -> Scheduled:
     if gains.frequencies is None:
         raise ValueError("a schedule needs frequencies.")
-    return Scheduled(gains.frequencies, gains.rows * GAIN, gains.filtering, reach())
+    return Scheduled(gains.frequencies, gains.rows * GAIN, gains.filtering, reach)
 
 
 def _tuned(make: Callable[[Float[Array, "p"]], Controller], sets: int, lanes: Loop) -> Float[Array, "p"]:

@@ -1,0 +1,188 @@
+"""Control of the fishtail: the paper's references, what each controller is worth, and the bench of the command line."""
+
+from dataclasses import replace
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from nectosome.control import Controller, eased, sine
+from nectosome.identify.hysteresis import PressureTrial, identify_hysteresis
+from nectosome.identify.hysteresis_results import hysteresis_data, saved_model
+from nectosome.io import InputError
+from nectosome.papers.fishtail import plant, tracking, ways
+from nectosome.papers.fishtail.bench import Bench, recorded_reference
+from nectosome.papers.fishtail.recordings import recorded
+from nectosome.papers.study import printed
+from nectosome.view.tracking import panels
+
+MM = 1e-3
+SHORT = eased(sine(8 * MM, 0.4, 7.5, ways.DT), 2.5, ways.DT)
+
+
+@pytest.fixture(scope="module")
+def made():
+    """The study on one short reference and few plants, with errors at two frequencies."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tracking, "REFERENCES", {"sine": SHORT})
+        patch.setattr(tracking, "LANES", 2)
+        patch.setattr(tracking, "BANDS", (0.4, 1.0))
+        patch.setattr(tracking, "tuned", ways.kept)
+        return tracking.part(False, lambda what, share: None)
+
+
+def test_what_knows_the_model_does_better_than_gains_and_learning_better_still(made):
+    rms = {name: made.numbers[f"fishtail/tracking/sine/{name}/e_rmsp"] for name in ways.NAMES}
+    assert rms["pid"] > 4 * rms["scheduled"] > 4 * rms["mpc"]
+    assert rms["scheduled"] > rms["ff-pid"] > rms["ilc"]
+    assert rms["mpc"] < rms["ff-pid"] < 0.6
+    bands = made.data["fishtail_bands"]["error"]
+    some = bands.sel(controller=["pid", "scheduled", "ff-pid", "mpc"])
+    assert np.all(some.sel(frequency=1.0).values > some.sel(frequency=0.4).values)
+
+
+def test_tracking_has_its_rows_and_figures(made):
+    rows = {row for row in printed("fishtail") if row.startswith("fishtail/tracking/sine/")}
+    assert set(made.numbers) == rows
+    titles = [panel.title for panel in panels(made.data)]
+    assert titles == ["Tracking", "Which controller at which frequency", "Margins of the loops"]
+    assert len(panels({name: x for name, x in made.data.items() if name != "fishtail_bands"})) == 2
+
+
+def test_the_paper_s_references_are_those_of_its_figures():
+    """Amplitudes, periods and durations of section 4.2, at 200 Hz."""
+    for name, most in (("sine", 6), ("triangle", 8), ("variable", 12)):
+        assert np.abs(tracking.REFERENCES[name]).max() == pytest.approx(most * MM, rel=1e-3)
+    ends = np.cumsum([10, 5, 10 / 3, 2.5, 2])
+    assert len(tracking.REFERENCES["variable"]) == int(200 * ends[-1]) + 1
+
+
+def test_the_printed_pid_comes_near_the_printed_errors_of_the_sine_and_of_the_varying_one():
+    """Within a quarter, on the model itself; the triangle's printed error does not follow from it."""
+    lanes = jax.tree.map(lambda x: x[None], tracking.model_loop())
+    pid = ways.kept()["printed"].pid(ways.REACH)
+    for name in ("sine", "variable"):
+        reference = tracking.REFERENCES[name]
+        rms, _ = tracking.errors(tracking.followed(lanes, pid, reference), reference)
+        assert rms == pytest.approx(printed("fishtail")[f"fishtail/tracking/{name}/pid/e_rmsp"]["printed"], rel=0.25)
+
+
+def test_plants_differ_by_what_was_asked_and_no_more():
+    model = jax.tree.leaves(ways.actuator().blocks[2:])
+    drawn = jax.tree.leaves(ways.plants(50).plant.blocks[2:])
+    assert sum(x.size for x in model) == 24
+    for x, each in zip(model, drawn, strict=True):
+        ratio = np.asarray(each / x)
+        assert np.all(np.abs(ratio - 1) <= 0.05)
+        assert np.ptp(ratio, axis=0).min() > 0.08
+
+
+def test_as_printed_warns_and_cannot_be_controlled():
+    with pytest.warns(UserWarning, match=r"0\.005 Hz"):
+        slow = plant.dynamics(as_printed=True)
+    loop = tracking.model_loop()
+    loop = tracking.Loop(ways.actuator(None, slow), loop.sensor, loop.dt)
+    track = loop.run(ways.kept()["printed"].pid(ways.REACH), SHORT)
+    assert np.max(np.abs(track.output - SHORT)) > 7 * MM
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return Bench.of()
+
+
+def test_a_bench_runs_and_scores_an_experiment(bench, tmp_path):
+    bench.check("ff-pid", SHORT)
+    (outcome,) = bench.runs("ff-pid", SHORT, "sine", [tmp_path / "run.nc"])
+    assert outcome.run.status == "finished"
+    assert outcome.true is not None
+    assert outcome.true[0] < 0.5 < outcome.measured[0] + 0.3
+    assert outcome.run.data.sizes["time"] == len(SHORT)
+
+
+def test_learning_goes_on_from_run_to_run(bench, tmp_path):
+    """On a tail that answers by a fifth more than the model says."""
+    more = plant.dynamics()
+    more = eqx.tree_at(lambda one: one.numerator, more, 1.2 * more.numerator)
+    other = replace(bench, loop=tracking.Loop(ways.actuator(None, more), bench.loop.sensor, ways.DT))
+    runs = [*other.runs("ilc", SHORT, "sine", [tmp_path / f"{k}.nc" for k in range(4)])]
+    first, *_, last = (one.true[0] for one in runs)
+    assert last < 0.3 * first
+
+
+def test_a_bench_of_an_identified_actuator_knows_it(tmp_path):
+    """Another actuator, half as stiff: identified, saved, and controlled by its own inverse."""
+    trials = []
+    for f in (0.5, 1.0):
+        one = recorded(f, limit=False)
+        trials.append(PressureTrial(one.name, one.dt, one.pressure, 2 * one.displacement))
+    found = identify_hysteresis(trials)
+    read = saved_model(hysteresis_data(found, trials))
+    np.testing.assert_array_equal(read.slopes, found.slopes)
+    own = Bench.of(hysteresis_data(found, trials))
+    (outcome,) = own.runs("mpc", SHORT, "sine", [tmp_path / "run.nc"])
+    assert outcome.true is not None and outcome.true[0] < 0.5
+    with pytest.raises(InputError, match="holds no hysteresis"):
+        saved_model(outcome.run.data)
+
+
+@pytest.mark.parametrize(
+    ("controller", "gains", "reference", "why"),
+    [
+        ("pid", (0.05, 5.0, 0.001), SHORT, "swings by itself"),
+        ("ff-pid", None, 5 * SHORT, "can have an amplitude of"),
+        ("mpc", None, sine(10 * MM, 3.0, 2.0, ways.DT), "it needs"),
+        ("pid", (0.0, 0.01, 0.0), SHORT, "on the model it would end"),
+    ],
+)
+def test_what_cannot_work_does_not_begin(controller, gains, reference, why):
+    with pytest.raises(InputError, match=why):
+        Bench.of(gains=gains).check(controller, reference)
+
+
+def test_gains_below_the_kept_ones_err_more():
+    """A tenth of the feedforward's PID and ten times of it: the kept gains are between."""
+    lanes, gains = ways.plants(2, 7), ways.kept()
+    found = []
+    for share in (0.1, 1.0, 4.0):
+        own = gains["ff-pid"]._replace(rows=share * gains["ff-pid"].rows)
+        law = ways.controllers(gains | {"ff-pid": own}, ways.known_model())["ff-pid"]
+        assert isinstance(law, Controller)
+        found.append(tracking.errors(tracking.followed(lanes, law, ways.VARIABLE), ways.VARIABLE)[0])
+    assert found[1] < 0.6 * found[0] and found[1] < found[2]
+
+
+@pytest.mark.slow
+def test_kept_gains_are_those_that_tuning_finds():
+    """Their loops err as little, within 2 %."""
+    lanes = ways.plants(4, 100)
+    for name, law in ways.controllers(ways.tuned(), ways.known_model()).items():
+        other = ways.controllers(ways.kept(), ways.known_model())[name]
+        if name in ("scheduled", "ff-pid"):
+            ours, theirs = (
+                tracking.errors(tracking.followed(lanes, one, ways.VARIABLE), ways.VARIABLE)[0] for one in (law, other)
+            )
+            assert ours == pytest.approx(theirs, rel=0.02)
+
+
+def test_a_recorded_reference_is_put_on_samples(tmp_path):
+    file = tmp_path / "wanted.csv"
+    file.write_text("time (s),displacement (mm)\n0,0\n1,5\n3,0\n")
+    wanted = recorded_reference(file, 0.5)
+    np.testing.assert_allclose(wanted, np.array([0, 2.5, 5, 3.75, 2.5, 1.25, 0]) * MM, atol=1e-15)
+    file.write_text("time (s),displacement (mm)\n0,0\n1,\n3,0\n")
+    with pytest.raises(InputError, match="1 s"):
+        recorded_reference(file, 0.5)
+    file.write_text("time (s),pressure (bar)\n0,0\n1,1\n")
+    with pytest.raises(InputError, match="no displacement"):
+        recorded_reference(file, 0.5)
+
+
+def test_harder_lanes_are_later_and_stronger():
+    lanes = ways._harder(ways.plants(4))
+    np.testing.assert_allclose(lanes.plant.blocks[0].delay / ways.DT, [1, 2, 1, 2])
+    base = ways.plants(4).plant.blocks[-1].numerator
+    np.testing.assert_allclose(lanes.plant.blocks[-1].numerator / base, np.array([[1], [1.6], [1], [1.6]]))
+    assert jnp.all(lanes.plant.blocks[1].high == plant.LARGEST)
