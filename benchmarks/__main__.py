@@ -21,6 +21,7 @@ BENCHMARKS = {
     "reading": True,
     "crawl_search": False,
     "hysteresis": False,
+    "control": False,
 }
 
 
