@@ -12,6 +12,7 @@ from nectosome.io.ranges import Ranges
 
 from .misfit import Misfit
 
+_STEEPEST = 1e7  # condition number
 _ON = 1e-9  # of the largest weight: as near to its bound is on it
 
 
@@ -93,12 +94,12 @@ class _Projection:
         basis = of.basis(theta)
         scale = np.linalg.norm(basis, axis=0)
         scale = np.where(scale > 0, scale, 1.0)
-        columns, R = np.linalg.qr(basis / scale)
+        columns, R = _orthonormal(basis / scale)
         least = -np.inf if signed else 0.0
         scaled = lsq_linear(R, columns.T @ of.data, (least, np.inf), method="bvls", tol=1e-14).x
         self.weights = scaled / scale
         free = np.abs(scaled) > _ON * np.abs(scaled).max(initial=0.0)
-        self.span = columns if free.all() else np.linalg.qr(basis[:, free] / scale[free])[0]
+        self.span = columns if free.all() else _orthonormal(basis[:, free] / scale[free])[0]
         self.residuals = (basis @ self.weights - of.data) / of.standard_error
 
     @property
@@ -106,3 +107,20 @@ class _Projection:
         """Kaufman's."""
         along = self.of.slopes(self.theta, self.weights)
         return (along - self.span @ (self.span.T @ along)) / self.of.standard_error
+
+
+def _orthonormal(x: Float[np.ndarray, "r k"]) -> tuple[Float[np.ndarray, "r k"], Float[np.ndarray, "k k"]]:
+    """Q and R of x with many rows, by Cholesky's factors of products, twice: as exact as Householder's, and faster.
+
+    That is so up to condition numbers of 1e7 (Yamamoto et al. 2015); beyond them it is Householder's.
+    """
+    Q, R = x, np.eye(x.shape[1])
+    try:
+        for _ in range(2):
+            factor = np.linalg.cholesky(Q.T @ Q).T
+            if np.linalg.cond(factor) > _STEEPEST:
+                return np.linalg.qr(x)
+            Q, R = Q @ np.linalg.inv(factor), factor @ R
+    except np.linalg.LinAlgError:
+        return np.linalg.qr(x)
+    return Q, R
