@@ -38,6 +38,8 @@ COMMANDS = (
     "identify fishtail",
     "identify crawl",
     "correct",
+    "control",
+    "control fishtail",
     "show",
     "check",
     "schema",

@@ -1,5 +1,7 @@
 """`control fishtail`: runs on a simulated rig, logs and pages, and what is refused before anything moves."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from nectosome.io import load_dataset
 
 from .answers import check_wrong
 
+RIGS = Path(__file__).parents[2] / "examples" / "rigs"
 ASKED = ("control", "fishtail", "--reference", "sine", "--amplitude", "2mm", "--frequency", "0.5Hz", "--time", "2s")
 
 
@@ -73,6 +76,7 @@ def test_mistakes_are_told_and_nothing_moves(nectosome, tmp_path):
             (*sine, "1Hz", "--rig", "usb"),
             (*sine, "1Hz", "--rig", "ni"),
             (*sine, "1Hz", "--rig", "ni", "--config", "gone.yaml"),
+            (*sine, "1Hz", "--rig", "ni", "--config", str(RIGS / "servo_dynamixel.yaml")),
             (*sine, "1Hz", "--config", "gone.yaml"),
             (*sine, "1Hz", "--rig", "ni", "--config", "gone.yaml", "--real-time"),
             (*sine, "1Hz", "--model", "gone.nc"),

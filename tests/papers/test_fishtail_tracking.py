@@ -97,8 +97,8 @@ def test_a_bench_runs_and_scores_an_experiment(bench, tmp_path):
     bench.check("ff-pid", SHORT)
     (outcome,) = bench.runs("ff-pid", SHORT, "sine", [tmp_path / "run.nc"])
     assert outcome.run.status == "finished"
-    assert outcome.true is not None
-    assert outcome.true[0] < 0.5 < outcome.measured[0] + 0.3
+    assert outcome.true is not None and outcome.measured is not None
+    assert outcome.true[0] < 0.2 < outcome.measured[0] < 0.5
     assert outcome.run.data.sizes["time"] == len(SHORT)
 
 

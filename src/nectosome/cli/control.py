@@ -88,6 +88,9 @@ def fishtail(
         from nectosome.rigs.files import load_rig
 
         file = load_rig(config)
+        if file.rig.command_unit != "Pa":
+            told = f"is of a rig that takes {file.rig.command_unit}; the tail takes pressures."
+            raise InputError(told, file=str(config), field="kind")
         if file.dt != DT:
             raise InputError(f"is {file.dt:g} s; the gains are for {DT:g} s.", file=str(config), field="dt")
         bench = Bench.of(identified, numbers, file.limits, file.rig)
@@ -132,10 +135,10 @@ def _logs(save: Path | None, runs: int) -> list[Path]:
 def _told(outcome: "Outcome") -> list[str]:
     """What a person wants to know of a run."""
     data = outcome.run.data
-    errors = {"measured": outcome.measured} | ({"true": outcome.true} if outcome.true is not None else {})
+    errors = {"measured": outcome.measured, "true": outcome.true}
     command = _PER_BAR * data["command"].values
     lines = [f"{data.attrs['title']}: {outcome.run.status}, {data.sizes['time']} samples"]
-    lines += [f"  error, {what}: {rms:.3g} % rms, {most:.3g} % at most" for what, (rms, most) in errors.items()]
+    lines += [f"  error, {what}: {both[0]:.3g} % rms, {both[1]:.3g} % at most" for what, both in errors.items() if both]
     if command.size:
         lines.append(f"  command: {command.min():.3g} to {command.max():.3g} bar")
     if data.attrs["overruns"]:

@@ -40,10 +40,13 @@ _LITTLE, _MUCH = 0.1, 0.5  # of the range of commands, at which the loop must no
 
 
 class Outcome(NamedTuple):
-    """A run, and its errors [percent of the reference's range]: of what was measured, and on a model of what was."""
+    """A run, and its errors [percent of the reference's range]: of what was measured, and on a model of what was.
+
+    None where there is nothing to compare.
+    """
 
     run: Run
-    measured: tuple[float, float]
+    measured: tuple[float, float] | None
     true: tuple[float, float] | None
 
 
@@ -139,7 +142,7 @@ def _outcome(run: Run, rig: Rig, reference: Float[np.ndarray, "n"]) -> Outcome:
     measured = run.data["measured"].values
     wanted, known = reference[: len(measured)], np.isfinite(measured)
     if not known.any() or np.ptp(wanted[known]) == 0:
-        return Outcome(run, (np.nan, np.nan), None)
+        return Outcome(run, None, None)
     truths = np.array(rig.truths[: len(measured)]) if isinstance(rig, SimulatedRig) else None
     true = None if truths is None else range_errors(truths, wanted)
     return Outcome(run, range_errors(measured[known], wanted[known]), true)
