@@ -1,9 +1,11 @@
 """`control fishtail`: runs on a simulated rig, logs and pages, and what is refused before anything moves."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.rigs.ni_stand_in import Card
 
 from nectosome.io import load_dataset
 
@@ -46,6 +48,25 @@ def test_a_recording_is_a_reference(nectosome, tmp_path):
     answer = nectosome("control", "fishtail", "--reference", "wanted.csv", "--controller", "mpc", "--save", "r.nc")
     assert (answer.code, answer.err) == (0, "")
     assert load_dataset(tmp_path / "r.nc")["reference"].values.max() == pytest.approx(1.5e-3, rel=1e-3)
+
+
+def test_a_card_is_driven_by_the_same_command(nectosome, tmp_path, monkeypatch):
+    """A stand-in for a card, whose laser sees 25 mm/bar after 20 ms: less than the model says, and sooner."""
+    card = Card()
+    monkeypatch.setitem(sys.modules, "nidaqmx", card.module())
+    text = (RIGS / "fishtail_ni.yaml").read_text().rstrip()
+    (tmp_path / "rig.yaml").write_text(f"{text}\n  overruns_share: 0.9\n  overruns_in_row: 500\n")
+    answer = nectosome(*ASKED, "--rig", "ni", "--config", "rig.yaml", "--save", "run.nc")
+    assert (answer.code, answer.err) == (0, "")
+    assert "sine on National Instruments: finished, 401 samples" in answer.out
+    assert "true" not in answer.out
+    run = load_dataset(tmp_path / "run.nc")
+    assert np.std(run["measured"].values[100:] - run["reference"].values[100:]) < 0.5e-3
+    assert card.volts["Dev1/ao0"] == card.volts["Dev1/ao1"] == 5.0
+    card.unplugged = True
+    answer = nectosome(*ASKED, "--rig", "ni", "--config", "rig.yaml", "--save", "gone.nc")
+    assert answer.code == 1
+    assert "Dev1" in answer.err and len(answer.err.splitlines()) == 1
 
 
 def test_mistakes_are_told_and_nothing_moves(nectosome, tmp_path):
