@@ -102,13 +102,17 @@ class Faulty(Rig):
 
 @dataclass
 class Setup:
-    """What an experiment is made of; `rig` makes a new one."""
+    """What an experiment is made of; `rig` makes a new one.
+
+    In real time others use this machine too: a call may be seen `jitter` [s] after its time.
+    """
 
     rig: Callable[[], Rig]
     controller: Controller
     reference: np.ndarray
     dt: float
     limits: Limits = field(default_factory=lambda: LIMITS)
+    jitter: float = 0.0
 
     def experiment(self, rig: Rig | None = None, **changed: Any) -> Experiment:
         parts = {"controller": self.controller, "reference": self.reference, "limits": self.limits, "dt": self.dt}

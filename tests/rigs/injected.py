@@ -1,6 +1,5 @@
 """Faults, where they are put in, and what is promised of an experiment whatever they are."""
 
-import math
 import signal
 import threading
 import time
@@ -9,12 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from nectosome.io import InputError, load_dataset
 from nectosome.rigs import course, log, recovered
 
-from .faulty import RIGS, Faulty, Hook
+from .faulty import RIGS, Faulty, Hook, Setup
 
 
 def throws(error: BaseException | type[BaseException]) -> Hook:
@@ -71,8 +71,8 @@ class Courses:
     folder: Path
     monkeypatch: pytest.MonkeyPatch
 
-    def __call__(self, kind: str, hooks: dict[str, Hook], **changed: Any) -> tuple[Any, Faulty, str]:
-        setup = RIGS[kind]
+    def __call__(self, setup: Setup | str, hooks: dict[str, Hook], **changed: Any) -> tuple[Any, Faulty, str]:
+        setup = RIGS[setup] if isinstance(setup, str) else setup
         patch(self.monkeypatch, hooks)
         rig = Faulty(setup.rig(), hooks)
         counted = Counted(hooks.get("progress"), lambda share: None)
@@ -98,15 +98,24 @@ class Counted:
         return self.hook(n, self.call, *arguments) if self.hook else self.call(*arguments)
 
 
+class CountedRows(Counted):
+    """Counts rows of a journal, of which several are written at once."""
+
+    def __call__(self, file: Any, text: str) -> None:
+        self.n += sum(not line.startswith("#") for line in text.splitlines()) - 1
+        super().__call__(file, text)
+
+
 def patch(monkeypatch, hooks: dict[str, Hook]) -> None:
     if "step" in hooks:
-        monkeypatch.setattr(course, "_step", Counted(hooks["step"], course._step, skip=2))  # it is warmed up
+        wanted = Counted(hooks["step"], course.Law.wanted)
+        monkeypatch.setattr(course.Law, "wanted", lambda self, measured: wanted(self, measured))
     if "append" in hooks:
         append = Counted(hooks["append"], log.RunLog.append)
         monkeypatch.setattr(log.RunLog, "append", lambda self, *row: append(self, *row))
     for name in ("disk", "journal"):
         if name in hooks:
-            monkeypatch.setattr(log, "_write", Counted(hooks[name], log._write, skip=1))  # its head
+            monkeypatch.setattr(log, "_write", CountedRows(hooks[name], log._write, skip=1))  # its head
     if "disk" in hooks:
         monkeypatch.setattr(log, "save_dataset", throws(InputError("cannot write: No space left on device.")))
 
@@ -115,18 +124,19 @@ def signals() -> list[Any]:
     return [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)]
 
 
-def safe(rig: Faulty, setup: Any, clock: bool) -> None:
+def safe(rig: Faulty, setup: Setup, clock: bool) -> None:
     """The last thing the device saw is a vent; no command left its range or went too fast, by a clock that is right."""
     whats = [event.what for event in rig.seen]
     assert "vent" in whats
     assert "write" not in whats[whats.index("vent") :]
     assert whats[-1] == "close"
-    limits, before, time = setup.limits, 0.0, -math.inf
-    for event in (e for e in rig.seen if e.what == "write"):
-        assert limits.low <= event.value <= limits.high
-        elapsed = min(event.time - time, setup.dt) if clock else setup.dt
-        assert abs(event.value - before) <= limits.slew * elapsed * (1 + 1e-9) + 1e-9
-        before, time = event.value, event.time
+    limits, writes = setup.limits, [event for event in rig.seen if event.what == "write"]
+    values, times = (np.array([getattr(event, name) for event in writes]) for name in ("value", "time"))
+    assert ((limits.low <= values) & (values <= limits.high)).all()
+    assert (np.abs(np.diff(values, prepend=0.0)) <= limits.slew * setup.dt * (1 + 1e-9) + 1e-9).all()
+    if clock:
+        elapsed = np.abs(times[:, None] - times) + setup.jitter
+        assert (np.abs(values[:, None] - values) <= limits.slew * elapsed * (1 + 1e-9) + 1e-9).all()
 
 
 def reason(ended: Any, folder) -> str:

@@ -17,7 +17,7 @@ from nectosome.rigs.ni import Laser, NationalInstruments, Valve, Watchdog, Wirin
 
 from .ni_stand_in import Card
 
-LEFT, RIGHT = Valve("Dev1/ao0", 5.0, 5e-5), Valve("Dev1/ao1", 5.0, -5e-5)
+LEFT, RIGHT = Valve("Dev1/ao0", 5.0, 2e4), Valve("Dev1/ao1", 5.0, -2e4)
 LASER = Laser("Dev1/ai0", 2.5, 8e-3, 0.5, 4.5)
 
 
@@ -64,7 +64,7 @@ def test_a_command_beyond_the_volts_moves_no_valve_and_says_how_far_one_may_go(c
 
 
 def test_a_command_that_the_second_valve_cannot_follow_does_not_move_the_first(card):
-    weak = Valve("Dev1/ao1", 5.0, -5e-5, low=4.0)
+    weak = Valve("Dev1/ao1", 5.0, -2e4, low=4.0)
     rig = NationalInstruments(Wiring((LEFT, weak), LASER), card.module())
     rig.open()
     with pytest.raises(RigError, match="Dev1/ao1"):
@@ -72,7 +72,7 @@ def test_a_command_that_the_second_valve_cannot_follow_does_not_move_the_first(c
     assert card.volts == {"Dev1/ao0": 5.0, "Dev1/ao1": 5.0}
 
 
-@pytest.mark.parametrize(("zero", "slope"), [(5.0, 0.0), (-1.0, 5e-5), (math.nan, 5e-5)])
+@pytest.mark.parametrize(("zero", "slope"), [(5.0, 0.0), (-1.0, 2e4), (math.nan, 2e4), (5.0, math.inf)])
 def test_a_valve_without_a_zero_or_a_slope_is_refused(zero, slope):
     with pytest.raises(InputError, match="Dev1/ao0"):
         Valve("Dev1/ao0", zero, slope)
@@ -87,7 +87,7 @@ def test_without_commands_the_watchdog_takes_the_valves_to_0_and_the_next_comman
     time.sleep(0.21)
     assert card.watchdog.expired
     assert card.volts == {"Dev1/ao0": 5.0, "Dev1/ao1": 5.0}
-    with pytest.raises(RigError, match="watchdog timer has expired"):
+    with pytest.raises(RigError, match=r"watchdog of Dev1: .* none came for 0\.2 s"):
         rig.write(0.6e5)
     rig.vent()  # says nothing: the valves stand at 0
 
@@ -135,6 +135,12 @@ def test_what_fails_while_it_opens_leaves_nothing_open(card, rig, call):
     rig.vent()
     rig.close()
     assert all(task.closed for task in card.tasks)
+
+
+def test_a_device_that_has_no_watchdog_is_told_so(card, rig):
+    card.fails.add("WatchdogTask.start")
+    with pytest.raises(RigError, match="leave the watchdog out"):
+        rig.open()
 
 
 def test_a_machine_without_the_library_is_told_which_extra_to_install(monkeypatch):

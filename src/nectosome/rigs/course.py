@@ -4,7 +4,6 @@ from collections.abc import Callable
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
@@ -15,6 +14,7 @@ from .guards import Guards
 from .limits import slewed
 from .log import RunLog
 from .rig import Rig
+from .steps import Steps
 
 Progress = Callable[[float], bool | None]
 
@@ -27,25 +27,52 @@ class CancelledError(Exception):
     """Whoever watches the progress ends the experiment."""
 
 
+class Law:
+    """A regulator with all that its samples need compiled: nothing of this may happen in one."""
+
+    def __init__(self, regulator: Regulator):
+        self._regulator = regulator
+        self._steps = Steps(_step, regulator, _initial(regulator, np.asarray(0.0)))
+        for _ in range(2):  # what a step returns may be of other types than what it begins with
+            self._steps(np.asarray(0.0)).item()
+
+    def begin(self, measured: float) -> None:
+        """From a command of 0."""
+        self._steps.start(_initial(self._regulator, np.asarray(measured)))
+
+    def wanted(self, measured: float) -> float:
+        """The command that follows from a measurement."""
+        return self._steps(np.asarray(measured)).item()
+
+
+@eqx.filter_jit
+def _initial(regulator: Regulator, measured: ArrayLike) -> Any:
+    return regulator.initial(jnp.zeros(()), measured)
+
+
+def _step(regulator: Regulator, state: Any, measured: ArrayLike) -> tuple[Any, Array]:
+    return regulator.step(state, jnp.asarray(measured))
+
+
 class Course:
     """The samples of one run, and the way back to 0; `check`, called between them, raises if they are to end."""
 
     def __init__(
         self,
         rig: Rig,
-        regulator: Regulator,
+        law: Law,
         reference: Float[np.ndarray, "n"],
         guards: Guards,
         log: RunLog,
         check: Callable[[], None],
         progress: Progress | None = None,
     ):
-        self._rig, self._regulator, self._reference = rig, regulator, reference
+        self._rig, self._law, self._reference = rig, law, reference
         self._guards, self._log, self._check, self._progress = guards, log, check, progress
         self._dt, self._slew = guards.dt, guards.limits.slew
         self._command = 0.0  # that the rig has taken
         self._written = 0.0  # when
-        self._state: Any = None
+        self._begun = False
 
     def samples(self) -> None:
         """Open the rig, and sample after sample at multiples of dt."""
@@ -66,10 +93,10 @@ class Course:
         measured = self._rig.read()
         why = self._guards.sample(late, reference, measured, self._command)
         if not why:
-            if self._state is None:
-                self._state = _initial(self._regulator, np.asarray(0.0), np.asarray(measured))
-            self._state, wanted = _step(self._regulator, self._state, np.asarray(measured))
-            wanted = float(wanted)
+            if not self._begun:
+                self._law.begin(measured)
+                self._begun = True
+            wanted = self._law.wanted(measured)
             why = self._guards.wanted(wanted)
             if not why:
                 self._write(wanted)
@@ -97,23 +124,3 @@ class Course:
             self._check()
             self._rig.wait(self._rig.now() + self._dt)
             self._rig.write(command)
-
-
-def ready(regulator: Regulator) -> Regulator:
-    """The regulator on the device, with all that its steps need compiled: nothing of this may happen in a sample."""
-    placed = jax.tree.map(lambda x: jnp.asarray(x) if isinstance(x, np.ndarray) else x, regulator)
-    state = _initial(placed, np.asarray(0.0), np.asarray(0.0))
-    for _ in range(2):  # what a step returns may be of other types than what it begins with
-        state, wanted = _step(placed, state, np.asarray(0.0))
-        float(wanted)
-    return placed
-
-
-@eqx.filter_jit
-def _initial(regulator: Regulator, command: ArrayLike, measured: ArrayLike) -> Any:
-    return regulator.initial(command, measured)
-
-
-@eqx.filter_jit
-def _step(regulator: Regulator, state: Any, measured: ArrayLike) -> tuple[Any, Array]:
-    return regulator.step(state, jnp.asarray(measured))

@@ -1,6 +1,6 @@
-"""What rigs of devices share: packages that come as extras, and lines that break."""
+"""What rigs of devices share: packages that come as extras, lines that break, and what is tried again."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
@@ -31,6 +31,17 @@ def line(device: str) -> Iterator[None]:
             f"{device}: the line does not work ({one_line(error)}). "
             "Look at the port's name, the cable, the power, and whether another program uses the port."
         ) from error
+
+
+def insisted(step: Callable[[], object], otherwise: str) -> None:
+    """Take a step that must not fail, three times if need be; `otherwise` is what a person is told to do then."""
+    for left in (2, 1, 0):
+        try:
+            step()
+            return
+        except RigError as error:
+            if not left:
+                raise RigError(f"{error} {otherwise}") from error
 
 
 def one_line(error: object) -> str:

@@ -5,11 +5,12 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from nectosome.io import InputError
 
-from .device import line, package
+from .device import insisted, line, package
 from .rig import Rig, RigError
 
 # Control table of the XW540, and its units: ROBOTIS e-Manual, pages XW540-T140 and XW540-T260 (firmware 38 on).
@@ -40,9 +41,9 @@ class Servo:
 
     def __post_init__(self):
         if not _SPEED_UNIT <= self.speed <= 32_767 * _SPEED_UNIT:
-            raise InputError(f"{self.port}: a speed of {self.speed:g} rad/s; {_SPEED_UNIT:.3f} to 786 rad/s are known.")
+            raise InputError(f"{self.speed:g} rad/s; {_SPEED_UNIT:.3f} to 786 rad/s are known.", field="speed")
         if not _WATCHDOG_UNIT <= self.watchdog <= 127 * _WATCHDOG_UNIT:
-            raise InputError(f"{self.port}: a watchdog of {self.watchdog:g} s; 0.02 to 2.54 s are known.")
+            raise InputError(f"{self.watchdog:g} s; 0.02 to 2.54 s are known.", field="watchdog")
 
 
 class Dynamixel(Rig):
@@ -119,22 +120,20 @@ class Dynamixel(Rig):
 
     def write(self, command: float) -> None:
         """The angle to go to, to the nearest of 4096 steps a turn."""
+        self._set(_GOAL, self.step(command))
+
+    def step(self, command: float) -> int:
+        """The step of an angle."""
         step = _MIDDLE + command * (_STEPS / (2 * math.pi))
         if not -0.5 < step < _STEPS - 0.5:  # nor where it is NaN
             raise RigError(f"{self._where}: a command of {command:g} rad is beyond half a turn from 0.")
-        self._set(_GOAL, round(step))
+        return round(step)
 
     def vent(self) -> None:
         """Torque off, tried three times."""
-        if self._port is None:
-            return
-        for left in (2, 1, 0):
-            try:
-                self._set(_TORQUE, 0, alerted=True)
-                return
-            except RigError as error:
-                if not left:
-                    raise RigError(f"{error} Its torque may still be on: switch off its power.") from error
+        if self._port is not None:
+            off = partial(self._set, _TORQUE, 0, alerted=True)
+            insisted(off, "Its torque may still be on: switch off its power.")
 
     def close(self) -> None:
         """Let go of the port."""

@@ -23,7 +23,7 @@ from jaxtyping import Float
 from nectosome.control import Controller
 from nectosome.io import InputError, provenance
 
-from .course import AbortError, CancelledError, Course, Progress, ready
+from .course import AbortError, CancelledError, Course, Law, Progress
 from .guards import Guards
 from .interrupts import Interrupts, caught
 from .limits import Limits
@@ -80,11 +80,11 @@ class Experiment:
         when the rig is safe and the log has ended. Raises InputError, before anything moves, where the log cannot be
         written.
         """
-        regulator = ready(self.controller.planned(self.reference, self.dt))
+        law = Law(self.controller.planned(self.reference, self.dt))
         guards = Guards(self.limits, self.rig, self.dt, len(self.reference))
         with Interrupts() as interrupts:
             log = RunLog(log_path, self._attributes(), self._units())
-            course = Course(self.rig, regulator, self.reference, guards, log, interrupts.check, progress)
+            course = Course(self.rig, law, self.reference, guards, log, interrupts.check, progress)
             errors = {
                 "": interrupts.allowed(course.samples),
                 "On the way to a command of 0": interrupts.allowed(course.ramp),

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -17,26 +17,26 @@ from .rig import Rig, RigError
 class Valve:
     """A pressure valve that follows volts.
 
-    A Festo VPPI of -1 to 1 bar over 0 to 10 V has its zero at 5 V and gives 2e4 Pa/V: `Valve("Dev1/ao0", 5.0, 5e-5)`.
+    A Festo VPPI of -1 to 1 bar over 0 to 10 V has its zero at 5 V and gives 0.2 bar/V: `Valve("Dev1/ao0", 5.0, 2e4)`.
     One that works against it has the opposite slope.
     """
 
     channel: str
     zero: float  # at a command of 0 [V]
-    slope: float  # [V/Pa]
+    slope: float  # [Pa/V]
     low: float = 0.0  # [V]
     high: float = 10.0
 
     def __post_init__(self):
-        if self.slope == 0 or not self.low <= self.zero <= self.high:
-            volts = f"{self.slope:g} V/Pa from {self.zero:g} V, within {self.low:g} to {self.high:g} V"
+        if not (0 < abs(self.slope) < math.inf and self.low <= self.zero <= self.high):
+            volts = f"{self.slope:g} Pa/V from {self.zero:g} V, within {self.low:g} to {self.high:g} V"
             raise InputError(f"{self.channel}: {volts}. The slope must not be 0, the volts at a command of 0 within.")
 
     def volts(self, command: float) -> float:
         """Volts for a command [Pa]."""
-        volts = self.zero + self.slope * command
+        volts = self.zero + command / self.slope
         if not self.low <= volts <= self.high:  # nor where it is NaN
-            ends = sorted((end - self.zero) / self.slope for end in (self.low, self.high))
+            ends = sorted((end - self.zero) * self.slope for end in (self.low, self.high))
             raise RigError(
                 f"{self.channel}: a command of {command:g} Pa would be {volts:g} V, which is not within {self.low:g} to"
                 f" {self.high:g} V. Keep commands within {ends[0]:g} to {ends[1]:g} Pa."
@@ -53,6 +53,11 @@ class Laser:
     slope: float  # [m/V]
     low: float  # [V]
     high: float
+
+    def __post_init__(self):
+        if not (0 < abs(self.slope) < math.inf and self.low < self.high):
+            volts = f"{self.slope:g} m/V within {self.low:g} to {self.high:g} V"
+            raise InputError(f"{self.channel}: {volts}. The slope must not be 0, and the range not empty.")
 
     def measured(self, volts: float) -> float:
         """Distance [m]; NaN out of range."""
@@ -100,7 +105,8 @@ class NationalInstruments(Rig):
             self._daq = package("nidaqmx", "ni")
             package("nidaqmx.system.watchdog", "ni")
         if self.wiring.watchdog is not None:
-            with self._told(f"watchdog of {self.wiring.watchdog.device}"):
+            hint = " Not every device can watch analogue outputs: where it cannot, leave the watchdog out."
+            with self._told(f"watchdog of {self.wiring.watchdog.device}", hint):
                 self._watch(self.wiring.watchdog)
         for valve in self.wiring.valves:
             with self._told(valve.channel):
@@ -150,12 +156,26 @@ class NationalInstruments(Rig):
         if not self._outputs:
             raise RigError(f"{self.wiring.valves[0].channel}: written before it was opened.")
         wanted = [valve.volts(command) for valve, _ in self._outputs]  # of all, before one of them moves
-        for volts, (valve, task) in zip(wanted, self._outputs, strict=True):
-            with self._told(valve.channel):
-                task.write(volts)
-        if self._watchdog is not None:
-            with self._told("watchdog of the card"):
-                self._watchdog.reset_timer()
+        try:
+            for volts, (valve, task) in zip(wanted, self._outputs, strict=True):
+                with self._told(valve.channel):
+                    task.write(volts)
+            if self._watchdog is not None:
+                with self._told("watchdog of the card"):
+                    self._watchdog.reset_timer()
+        except RigError as error:
+            self._tell_expired(error)
+            raise
+
+    def _tell_expired(self, error: RigError) -> None:
+        """Say so, if it was the watchdog that made a command fail."""
+        watchdog = self.wiring.watchdog
+        with suppress(self._daq.errors.Error, OSError):
+            if watchdog and self._watchdog and self._watchdog.expired:
+                raise RigError(
+                    f"watchdog of {watchdog.device}: it has put the valves to a command of 0, since none came for "
+                    f"{watchdog.timeout:g} s. Look at what holds up the loop."
+                ) from error
 
     def vent(self) -> None:
         """A command of 0 to every valve, whatever becomes of the others."""
@@ -181,7 +201,7 @@ class NationalInstruments(Rig):
             raise RigError(" ".join(str(error) for error in wrong)) from wrong[0]
 
     @contextmanager
-    def _told(self, what: str) -> Iterator[None]:
+    def _told(self, what: str, hint: str = "") -> Iterator[None]:
         """Errors of the driver, as those of this rig."""
         errors = self._daq.errors
         try:
@@ -194,5 +214,5 @@ class NationalInstruments(Rig):
         except (errors.Error, OSError) as error:
             raise RigError(
                 f"{what}: {one_line(error)}. Look in NI MAX or NI Hardware Configuration Utility whether the device is"
-                " there under this name, and whether another program holds the channel."
+                f" there under this name, and whether another program holds the channel.{hint}"
             ) from error

@@ -17,13 +17,13 @@ The law of the speed loop is `nectosome.control.motor.VariableGainPI`.
 import math
 import time
 from dataclasses import dataclass
-from functools import reduce
+from functools import partial, reduce
 from operator import xor
 from typing import Any
 
 from nectosome.io import InputError
 
-from .device import line, package
+from .device import insisted, line, package
 from .rig import Rig, RigError
 
 
@@ -38,8 +38,9 @@ class Controller:
     watchdog: float = 0.5  # of the controller [s]
 
     def __post_init__(self):
-        if not (self.timeout > 0 and self.start > 0 and self.watchdog > 0):
-            raise InputError(f"{self.port}: timeout, start and watchdog must be more than 0 s.")
+        for name in ("timeout", "start", "watchdog"):
+            if not getattr(self, name) > 0:
+                raise InputError(f"{getattr(self, name):g} s; a time above 0 s expected.", field=name)
 
 
 def framed(text: str) -> bytes:
@@ -98,15 +99,8 @@ class SerialMotor(Rig):
 
     def vent(self) -> None:
         """No voltage, tried three times."""
-        if self._port is None:
-            return
-        for left in (2, 1, 0):
-            try:
-                self._ask("0")
-                return
-            except RigError as error:
-                if not left:
-                    raise RigError(f"{error} It should stop by its own watchdog; else switch off its power.") from error
+        if self._port is not None:
+            insisted(partial(self._ask, "0"), "It should stop by its own watchdog; else switch off its power.")
 
     def close(self) -> None:
         """Let go of the port."""

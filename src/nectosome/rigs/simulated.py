@@ -15,6 +15,7 @@ from nectosome.actuators import Sensor
 from nectosome.core import Block, Line, Stepper
 
 from .rig import Rig, RigError
+from .steps import Steps
 
 
 class SimulatedRig(Rig):
@@ -43,6 +44,7 @@ class SimulatedRig(Rig):
         self.dt, self.pace = dt, pace
         self.truths: list[float] = []
         self._plant, self._sensor = plant, sensor
+        self._reading: Steps | None = None
         self._delay = round(delay / dt)  # steps
         self._pending: deque[tuple[int, float]] = deque()  # from which step on, and which command
         self._opened = False
@@ -51,15 +53,17 @@ class SimulatedRig(Rig):
 
     def open(self) -> None:
         """Begin at rest; what has to be compiled is compiled here."""
-        self._stepper = _sampled(self._plant, np.asarray(self.dt))
-        self._state, self._output = self._stepper.initial(), jnp.zeros(())
-        self._reading = None if self._sensor is None else self._sensor.initial()
+        stepper = _sampled(self._plant, np.asarray(self.dt))
+        self._model = Steps(_advance, stepper, (stepper.initial(), jnp.zeros(())))
         self._command = 0.0
         self._pending.clear()
         for _ in range(2):  # steps of no time; what they return may be of other types than what a stepper begins with
             self._advance(0)
-            if self._sensor is not None:
-                _measure(self._sensor, self._reading, self._output)
+        if self._sensor is not None:
+            self._reading = Steps(_measure, self._sensor, self._sensor.initial())
+            for _ in range(2):
+                self._reading(self._output)
+            self._reading.start(self._sensor.initial())
         self.truths = []
         self._begun = time.perf_counter() - self._steps * self.dt
         self._opened = True
@@ -69,16 +73,13 @@ class SimulatedRig(Rig):
         """What is there now."""
         self._needs_open("asked")
         self._go(self._step_now())
-        return float(self._output)
+        return self._output.item()
 
     def read(self) -> float:
         """What the sensor makes of what is there."""
         self._needs_open("read")
         self.truths.append(self.true)
-        if self._sensor is None:
-            return self.truths[-1]
-        self._reading, measured = _measure(self._sensor, self._reading, self._output)
-        return float(measured)
+        return self.truths[-1] if self._reading is None else self._reading(self._output).item()
 
     def write(self, command: float) -> None:
         """A command that acts after the delay."""
@@ -124,8 +125,8 @@ class SimulatedRig(Rig):
             self._steps = target
 
     def _advance(self, count: int) -> None:
-        command = np.asarray(self._command, dtype=float)  # traced, as the count is: one program for all of them
-        self._state, self._output = _advance(self._stepper, self._state, self._output, command, np.asarray(count))
+        # both are traced: one program for all of them
+        self._output = self._model(np.asarray(self._command, dtype=float), np.asarray(count))
 
     def _needs_open(self, what: str) -> None:
         if not self._opened:
@@ -137,8 +138,9 @@ def _sampled(plant: Block, dt: ArrayLike) -> Stepper:
     return plant.sampled(dt)
 
 
-@eqx.filter_jit
-def _advance(stepper: Stepper, state: Any, output: Array, command: ArrayLike, count: ArrayLike) -> tuple[Any, Array]:
+def _advance(
+    stepper: Stepper, begin: tuple[Any, Array], command: ArrayLike, count: ArrayLike
+) -> tuple[tuple[Any, Array], Array]:
     """State and output some steps on; one program for any number of them."""
     held = jnp.asarray(command)
 
@@ -146,10 +148,10 @@ def _advance(stepper: Stepper, state: Any, output: Array, command: ArrayLike, co
         state, line = stepper.step(now[0], Line(held, held))
         return state, line.end
 
-    return jax.lax.fori_loop(0, count, once, (state, output))
+    after = jax.lax.fori_loop(0, count, once, begin)
+    return after, after[1]
 
 
-@eqx.filter_jit
 def _measure(sensor: Sensor, state: Any, output: Array) -> tuple[Any, Array]:
     state, line = sensor.step(state, Line(output, output))
     return state, line.end
