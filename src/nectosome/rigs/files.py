@@ -6,15 +6,14 @@ from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, create_model
 
 from nectosome.io import InputError, Quantity, did_you_mean
-from nectosome.io.describe_base import Described, wrong
+from nectosome.io.describe_base import Described
 from nectosome.io.errors import shorten
 from nectosome.io.validate import line_of, validate_as
 from nectosome.io.yaml_text import Key, read_text, read_yaml
 
-from .derived import AngularAcceleration, Derived, LengthPerVolt, PressurePerVolt, PressureRate
 from .dynamixel import Dynamixel, Servo
 from .limits import Limits
 from .ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
@@ -27,6 +26,10 @@ _Length = Annotated[float, Quantity("length")]
 _Angle = Annotated[float, Quantity("angle")]
 _AngularSpeed = Annotated[float, Quantity("angular_speed")]
 _Voltage = Annotated[float, Quantity("voltage")]
+_PressureRate = Annotated[float, Quantity("pressure_rate")]
+_AngularAcceleration = Annotated[float, Quantity("angular_acceleration")]
+_PressurePerVolt = Annotated[float, Quantity("pressure_per_volt")]
+_LengthPerVolt = Annotated[float, Quantity("length_per_volt")]
 _Time = Annotated[float, Quantity("time", minimum=0, exclusive=True)]
 _Share = Annotated[float, Quantity("number", minimum=0, exclusive=True)]
 _Count = Annotated[int, Field(ge=1, le=1_000_000)]
@@ -118,27 +121,13 @@ def _serial(file: _File, said: Any, limits: Limits) -> Rig:
     return SerialMotor(file.made(Controller, said))
 
 
-class _Group(Described):
-    """Fields of a file."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _has_derived(cls, data: Any) -> Any:
-        """Say of what unit something is that is missing."""
-        for name, field in cls.model_fields.items():
-            kind = next((mark for mark in field.metadata if isinstance(mark, Derived)), None)
-            if kind and isinstance(data, dict) and name not in data and set(data) <= set(cls.model_fields):
-                raise wrong(name, f"is missing. {kind.expected()}")
-        return data
-
-
 def _group(made: type, /, **units: Any) -> Any:
     """What a file says to make a dataclass, with the same defaults; `units` says what its numbers are."""
     known: dict[str, Any] = {
         field.name: (units.pop(field.name, field.type), ... if field.default is MISSING else field.default)
         for field in fields(made)
     }
-    return create_model(made.__name__, __base__=_Group, **known, **units)
+    return create_model(made.__name__, __base__=Described, **known, **units)
 
 
 def _rig(made: type, command: Any, rate: Any, measured: Any, **units: Any) -> Any:
@@ -151,16 +140,16 @@ def _rig(made: type, command: Any, rate: Any, measured: Any, **units: Any) -> An
     return _group(made, kind=(str, ...), about=(str, ""), dt=(_Time, ...), limits=(limits, ...), **units)
 
 
-_LASER = _group(Laser, channel=_Word, zero=_Voltage, slope=LengthPerVolt, low=_Voltage, high=_Voltage)
-_VALVE = _group(Valve, channel=_Word, zero=_Voltage, slope=PressurePerVolt, low=_Voltage, high=_Voltage)
+_LASER = _group(Laser, channel=_Word, zero=_Voltage, slope=_LengthPerVolt, low=_Voltage, high=_Voltage)
+_VALVE = _group(Valve, channel=_Word, zero=_Voltage, slope=_PressurePerVolt, low=_Voltage, high=_Voltage)
 _WATCHDOG = _group(Watchdog, device=_Word, timeout=_Time)
 _VALVES = Annotated[tuple[_VALVE, ...], Field(min_length=1)]
-_NI = _rig(Wiring, _Pressure, PressureRate, _Length, valves=_VALVES, laser=_LASER, watchdog=_WATCHDOG | None)
+_NI = _rig(Wiring, _Pressure, _PressureRate, _Length, valves=_VALVES, laser=_LASER, watchdog=_WATCHDOG | None)
 _DYNAMIXEL = _rig(
     Servo, _Angle, _AngularSpeed, _Angle,
     port=_Word, number=Annotated[int, Field(ge=0, le=252)], baud=_Baud, speed=_AngularSpeed, watchdog=_Time,
 )  # fmt: skip
 _SERIAL = _rig(
-    Controller, _AngularSpeed, AngularAcceleration, _AngularSpeed,
+    Controller, _AngularSpeed, _AngularAcceleration, _AngularSpeed,
     port=_Word, baud=_Baud, timeout=_Time, start=_Time, watchdog=_Time,
 )  # fmt: skip
