@@ -63,7 +63,7 @@ WRONG = {  # what stands there, what instead, the field, and words of the messag
     "no valves": (NI, NI[NI.index("valves:") : NI.index("# Scaled")], "valves: []\n", "valves", "at least 1"),
     "an unknown field": (NI, "slew", "slow", "limits.slow", "no field"),
     "another unit": (NI, "3.8 bar/s", "3.8 bar", "limits.slew", "is a pressure. Pressure rate expected"),
-    "another unit of volts": (NI, "slope: 0.2 bar/V", "slope: 0.2 V/bar", "valves.0.slope", "is not a pressure per volt"),
+    "another unit of volts": (NI, "slope: 0.2 bar/V", "slope: 0.2 V/bar", "valves.0.slope", "not a pressure per volt"),
     "another unit of error": (NI, "error: 5 mm", "error: 5 kPa", "limits.error", "is a pressure"),
     "no unit": (NI, "3.8 bar/s", "3.8", "limits.slew", "no unit"),
     "no unit of time": (NI, "dt: 5 ms", "dt: 5", "dt", "no unit"),
