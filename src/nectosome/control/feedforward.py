@@ -24,6 +24,8 @@ class HystereticModel(eqx.Module):
     def __check_init__(self):
         if self.dynamics.numerator.shape[0] != 1:
             raise ValueError("dynamics with zeros have no inverse made of derivatives alone.")
+        if self.dynamics.denominator.shape[0] > 4:
+            raise ValueError("dynamics of an order above 3 need derivatives that cubics do not have.")
 
     def driven(self, wanted: Float[Array, "n"], dt: float, width: float) -> Float[Array, "n"]:
         r"""What the dynamics must be driven with: $v = (a_n r^{(n)} + \dots + a_1 r' + a_0 r)/b_0$.
@@ -59,14 +61,20 @@ class Feedforward(Controller):
     width: float = eqx.field(static=True)  # over which the reference is smoothed [s]
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
-        """The model's inverse, along the reference."""
-        driven = self.model.driven(jnp.asarray(reference, dtype=float), dt, self.width)
-        return self.pid.fed(reference, self.model.command(driven, dt), dt)
+        """The model's inverse, along the reference and until it has come to rest where that ends."""
+        longer = np.pad(np.asarray(reference, dtype=float), (0, half_window(self.width, dt)), mode="edge")
+        driven = self.model.driven(jnp.asarray(longer), dt, self.width)
+        return self.pid.fed(longer, self.model.command(driven, dt), dt)
+
+
+def half_window(width: float, dt: float) -> int:
+    """Samples to either side that a smoothed one depends on."""
+    return max(round(0.5 * width / dt), 2)
 
 
 def smoothing(width: float, dt: float, order: int) -> Float[np.ndarray, "order+1 window"]:
     """Kernels that give values and derivatives up to an order, by cubics over a window (Savitzky and Golay 1964)."""
-    window = 2 * max(round(0.5 * width / dt), 2) + 1
+    window = 2 * half_window(width, dt) + 1
     return np.stack([savgol_coeffs(window, 3, deriv=k, delta=dt) for k in range(order + 1)])
 
 

@@ -39,9 +39,9 @@ def learned(
 
     H and G are the model's hysteresis and dynamics, Q smooths over `width` [s], with no lag, $u_j$ is the whole command
     of the last time, feedback included, $e_j = r - y$ what was measured then, and gamma the `share` of it that is
-    believed. It converges where $|1 - \gamma\,S| < 1$ with the loop's answer S to disturbances: so for well damped
-    loops only, since one that doubles some disturbance drives it up. `track` has reference, measured and command, of
-    a simulation or of a rig.
+    believed. Each time errors become $Q\,S\,(1 - \gamma\,G_0/G)$ of what they were, with the loop's answer S to
+    disturbances and the actuator's own dynamics G_0: by a share of a half, a loop that more than doubles some
+    disturbance drives it up. `track` has reference, measured and command, of a simulation or of a rig.
     """
     error = jnp.asarray(track.reference) - jnp.asarray(track.measured)
     more = model.ahead(model.driven(error, dt, width), dt)

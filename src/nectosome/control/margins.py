@@ -11,16 +11,20 @@ from jaxtyping import Array, Complex, Float, Int
 from .controller import Controller, Regulator
 from .loop import Loop, held
 
-_PERIODS = np.unique(np.geomspace(6, 2000, 64).round().astype(int))  # samples
+_PERIODS = np.unique(np.geomspace(3, 2000, 72).round().astype(int))  # samples
 _SETTLED = 1000  # samples, and two periods, before the period that is looked at
 _SMALL = 1e-3  # errors that a controller is asked with, by the output's amplitude
 
 
 class Margins(NamedTuple):
-    """inf where nothing of the kind makes the loop swing."""
+    """inf where nothing of the kind makes the loop swing.
+
+    Of a loop that swings as it is, what would just steady it: a gain below 1, phase and delay below 0; 0 and -inf where
+    nothing of the kind does.
+    """
 
     gain: float  # by which the loop's gain may grow
-    phase: float  # by which it may lag more [rad]; below 0 for a loop that swings as it is
+    phase: float  # by which it may lag more [rad]
     delay: float  # by which it may be late [s]
     frequency: float  # at which the delay would make it swing [Hz]; NaN without one
 
@@ -30,17 +34,24 @@ def margins(frequency: Float[np.ndarray, "m"], response: Complex[np.ndarray, "m"
 
     The gain is the smallest 1/|L| above 1 where the phase is -180 degrees, the phase what it is above that where
     |L| = 1, the delay that phase over $2\pi f$. Between the frequencies log |L| and the phase are straight over log f.
+
+    A loop swings as it is where L goes round -1 (Nyquist; L alone must not swing); so is one taken whose |L| is still
+    above 1 at the highest frequency.
     """
     x, size, phase = np.log(frequency), np.log(np.abs(response)), np.unwrap(np.angle(response))
+    phase -= 2 * np.pi * (phase[0] > 0.5 * np.pi)  # it begins at +90 to -270 degrees
     turns = (phase + np.pi) / (2 * np.pi)
     wholes = range(int(np.floor(turns.min())), int(np.ceil(turns.max())) + 1)
-    gains = [np.exp(-np.interp(at, x, size)) for whole in wholes for at in _crossings(x, turns - whole)]
-    ends = [(np.interp(at, x, phase) + np.pi, np.exp(at)) for at in _crossings(x, size)]
-    above = [(lag + np.pi) % (2 * np.pi) - np.pi for lag, _ in ends]
-    late = [(lag % (2 * np.pi) / (2 * np.pi * f), f) for lag, f in ends]
-    delay, at = min(late, default=(np.inf, np.nan))
-    gain = min((g for g in gains if g > 1), default=np.inf)
-    return Margins(float(gain), float(min(above, key=abs, default=np.inf)), float(delay), float(at))
+    opposed = [(np.interp(at, x, size), way) for whole in wholes for at, way in _crossings(x, turns - whole)]
+    around = (turns[0] < 0 < size[0]) - sum(way for s, way in opposed if s > 0)
+    swings = bool(around > 0 or size[-1] > 0)
+    ends = [((np.interp(at, x, phase) + np.pi) % (2 * np.pi), np.exp(at)) for at, _ in _crossings(x, size)]
+    lags = [(lag - 2 * np.pi * swings, f) for lag, f in ends]
+    none = -np.inf if swings else np.inf
+    delay, at = min(((lag / (2 * np.pi * f), f) for lag, f in lags), key=_size, default=(none, np.nan))
+    gains = [-s for s, _ in opposed if (s > 0) == swings]
+    gain = np.exp(min(gains, key=abs, default=none))
+    return Margins(float(gain), float(min((lag for lag, _ in lags), key=abs, default=none)), float(delay), float(at))
 
 
 def open_loop(
@@ -56,10 +67,14 @@ def open_loop(
     return (1 / (_PERIODS * loop.dt))[::-1], np.asarray(block * law)[::-1]
 
 
-def _crossings(x: Float[np.ndarray, "m"], y: Float[np.ndarray, "m"]) -> list[float]:
-    """Where y, straight between its samples, goes through 0."""
-    k = np.flatnonzero(np.sign(y[:-1]) * np.sign(y[1:]) < 0)
-    return [float(x[i] - y[i] * (x[i + 1] - x[i]) / (y[i + 1] - y[i])) for i in k]
+def _size(late: tuple[float, float]) -> float:
+    return abs(late[0])
+
+
+def _crossings(x: Float[np.ndarray, "m"], y: Float[np.ndarray, "m"]) -> list[tuple[float, int]]:
+    """Where y, straight between its samples, goes through 0, and whether it rises (1) or falls (-1)."""
+    k = np.flatnonzero((y[:-1] < 0) != (y[1:] < 0))
+    return [(float(x[i] - y[i] * (x[i + 1] - x[i]) / (y[i + 1] - y[i])), 1 if y[i] < 0 else -1) for i in k]
 
 
 @eqx.filter_jit

@@ -14,7 +14,7 @@ from nectosome.core import Line
 from nectosome.io import InputError
 
 from .controller import Controller, Regulator
-from .feedforward import HystereticModel
+from .feedforward import HystereticModel, half_window
 from .kalman import KalmanFilter, Sampled, kalman, sampled
 from .pid import Reach
 
@@ -39,14 +39,20 @@ class Predictive(Controller):
     width: float = eqx.field(static=True)  # over which the reference is smoothed [s]
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
-        """Matrices, and what the reference needs. Raises InputError where the delay is no whole number of samples."""
+        """Matrices, and what the reference needs.
+
+        Raises InputError where the delay is no whole number of samples, or the range of commands has no end.
+        """
+        if not np.isfinite([self.reach.low, self.reach.high]).all():
+            raise InputError("a range with two ends is needed.", field="reach")
         late = float(self.model.delay) / dt
         if abs(late - round(late)) > 1e-6:
             raise InputError(f"a delay of {late:g} samples; a whole number is needed.", field="delay")
         linear = sampled(self.model.dynamics, dt)
         free, forced = _prediction(linear, self.horizon)
         hessian = forced.T @ forced + self.weight * np.eye(self.horizon)
-        ends = np.pad(np.asarray(reference, dtype=float), (0, self.horizon + round(late) + 1), mode="edge")
+        rest = half_window(self.width, dt)  # after the end, until what is smoothed stands still
+        ends = np.pad(np.asarray(reference, dtype=float), (0, rest + self.horizon + round(late) + 1), mode="edge")
         driven = self.model.driven(jnp.asarray(ends), dt, self.width)
         held = 0.5 * (driven + jnp.append(driven[1:], driven[-1]))  # over a sample
         command = respond(self.model.undo, held, dt)
@@ -66,7 +72,7 @@ class Predictive(Controller):
             kalman(linear, self.wander, self.noise),
             self.model,
             self.reach,
-            len(reference),
+            len(reference) + rest,
             round(late),
             self.weight,
             dt,
