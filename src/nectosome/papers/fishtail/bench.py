@@ -90,11 +90,11 @@ class Bench:
         way = self.ways[controller]
         first = way if isinstance(way, Controller) else way.first
         for size in (_LITTLE, _MUCH):
-            phase = margins(*open_loop(self.loop, first, size * self.limits.high)).phase
-            if phase <= 0:
+            found = margins(*open_loop(self.loop, first, size * self.limits.high))
+            if found.phase <= 0:
                 raise InputError(
-                    f"the loop swings by itself under these gains: for commands of {size * self.limits.high / BAR:.2g} "
-                    f"bar its phase margin is {np.degrees(phase):.0f} deg. Take lower ones.",
+                    f"the loop swings by itself for commands of {size * self.limits.high / BAR:.2g} bar: with "
+                    f"{found.gain:.2g} times these gains it would begin to. Take lower ones.",
                     field="gains",
                 )
         rehearse(self.loop, first, reference, self.limits, self.rig or self._simulated())
