@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from scipy.signal import cont2discrete, tf2ss
 from simple_loops import DT, dynamics, lag, of
 
-from nectosome.actuators import TransferFunction, respond
+from nectosome.actuators import TransferFunction, respond, second_order
 from nectosome.control import kalman
 from nectosome.control.kalman import sampled
+from nectosome.io import InputError
 
 WANDER, NOISE = 0.05, 0.02
 
@@ -125,3 +126,10 @@ def test_a_constant_disturbance_is_found():
         z = step(z, jnp.asarray(model.C @ x), jnp.asarray(u))
         x = model.A @ x + model.B * (u + 0.4)
     np.testing.assert_allclose(z, [*x, 0.4], atol=1e-9)
+
+
+@pytest.mark.parametrize(("wander", "noise"), [(0.0, 1.0), (1.0, 0.0), (float("nan"), 1.0)])
+def test_noise_and_wander_are_above_0(wander, noise):
+    model = sampled(second_order(jnp.asarray(1.0), jnp.asarray(5.0), jnp.asarray(0.7)), 0.01)
+    with pytest.raises(InputError, match="more than 0"):
+        kalman(model, wander, noise)

@@ -57,8 +57,7 @@ LOOPS = {
 }
 
 
-@pytest.mark.parametrize("name", LOOPS)
-@pytest.mark.parametrize("start", [0.3, 6.0])
+@pytest.mark.parametrize(("name", "start"), [("a pure delay", 0.3), ("a delay, and a lag", 6.0), ("two delays", 0.3)])
 def test_it_finds_the_best_of_a_grid(name, start):
     """An integral alone, along two references, from far below and from near; what gains less than 1/1000 ends it."""
     lanes, references = LOOPS[name], [STEP, WAVE]
@@ -124,3 +123,8 @@ def test_a_reference_that_stands_still_is_refused():
     """Errors are counted by its range, which is none."""
     with pytest.raises(InputError):
         tune(integral, RANGE, np.array([2.0]), LOOPS["a pure delay"], [np.ones(50)])
+
+
+def test_a_reference_that_stays_where_it_is_is_refused():
+    with pytest.raises(InputError, match="counted by its range"):
+        tune(lambda x: None, Ranges(("k",), 0.1, 1.0), np.array([0.5]), None, [np.full(5, 2.0)])  # type: ignore[arg-type]

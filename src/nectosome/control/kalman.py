@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 from scipy.linalg import solve_discrete_are
 
 from nectosome.actuators import TransferFunction
+from nectosome.io import InputError
 
 
 class Sampled(NamedTuple):
@@ -48,7 +49,13 @@ class KalmanFilter(eqx.Module):
 
 
 def kalman(model: Sampled, wander: float, noise: float) -> KalmanFilter:
-    """`wander` is the standard deviation by which the disturbance changes in a sample [input], `noise` that of y."""
+    """`wander` is the standard deviation by which the disturbance changes in a sample [input], `noise` that of y.
+
+    Raises InputError where one is not above 0.
+    """
+    for name, value in (("wander", wander), ("noise", noise)):
+        if not value > 0:
+            raise InputError(f"is {value:g}; it must be more than 0.", field=name)
     n = len(model.B)
     A = np.block([[model.A, model.B[:, None]], [np.zeros((1, n)), np.ones((1, 1))]])
     C = np.append(model.C, 0.0)

@@ -87,6 +87,14 @@ def held(plant: Stepper, state: Any, command: Float[Array, ""], count: int) -> t
 
 
 def scattered(block: Block, share: float, count: int, seed: int = 0) -> Block:
-    """Lanes of a block whose every number differs from its own by up to a share of it, evenly drawn."""
+    """Lanes of a block whose every number differs from its own by up to a share of it, evenly drawn.
+
+    Whole numbers, as seeds are, stay the same in all lanes.
+    """
     rng = np.random.default_rng(seed)
-    return jax.tree.map(lambda x: x * (1 + rng.uniform(-share, share, (count, *jnp.shape(x)))), block)
+
+    def drawn(x: Array) -> Array:
+        spread = rng.uniform(-share, share, (count, *x.shape)) if eqx.is_inexact_array(x) else np.zeros((), dtype=int)
+        return jnp.broadcast_to(x + x * spread, (count, *x.shape))
+
+    return jax.tree.map(drawn, block)

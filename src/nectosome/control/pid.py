@@ -28,7 +28,8 @@ class PID(Controller):
     r"""$$ u = u_f + K_p\, e + K_i \int e\, dt + K_d \frac{s}{1 + T_f s}\, e, \quad e = r - y $$
 
     sampled by backward differences; the derivative's noise is cut off by $T_f$. The integral stands still while the
-    command is at the end of its reach and the error would drive it further.
+    command is at the end of its reach and the error would drive it further. It begins without a bump, from the command
+    that stands, whatever the error is then: only the integral takes away an error that there is from the beginning.
     """
 
     proportional: Float[Array, ""]  # K_p, command per output

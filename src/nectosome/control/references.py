@@ -39,7 +39,12 @@ def chirp(amplitude: float, first: float, last: float, time: float, dt: float) -
 
 
 def eased(reference: Float[np.ndarray, "n"], time: float, dt: float) -> Float[np.ndarray, "n"]:
-    """A reference that grows from 0 within `time` [s], by s^2 (3 - 2 s), so that its rate does not jump at first."""
+    """A reference that grows from 0 within `time` [s], by s^2 (3 - 2 s), so that its rate does not jump at first.
+
+    Raises InputError for no time.
+    """
+    if not time > 0:
+        raise InputError(f"{time:g} s are no time to grow in.", field="time")
     s = np.minimum(np.arange(len(reference)) * dt / time, 1.0)
     return reference * s**2 * (3 - 2 * s)
 

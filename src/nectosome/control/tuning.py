@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.identify.misfit import Misfit
+from nectosome.io import InputError
 from nectosome.io.ranges import Ranges
 
 from .controller import Controller
@@ -35,9 +36,15 @@ def tune(
     """Least squares of the errors of the output, in loops side by side (`scattered`): what is found suits all of them.
 
     `make` gives a controller of numbers within `ranges`; it is planned within the derivative. Each reference counts by
-    the same weight. A local minimum. Raises InputError for a start outside of the ranges, or where the loop has no
-    finite error there.
+    the same weight. A local minimum.
+
+    Raises InputError for a start outside of the ranges, a constant reference, or where the loop has no finite error at
+    the start.
     """
+
+    for reference in references:
+        if np.ptp(reference) == 0:
+            raise InputError(f"stays at {reference[0]:g}: errors are counted by its range.", field="references")
 
     def residuals(theta: Array) -> Array:
         controller = make(theta)
