@@ -1,0 +1,1 @@
+"""Tracking of videos, tested on rendered ones of which all is known."""

@@ -1,0 +1,119 @@
+"""Boxes of pixels: what of an image has to be drawn anew."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+
+class Box(NamedTuple):
+    """Rows and columns of an image, each from one up to but without another."""
+
+    top: int
+    bottom: int
+    left: int
+    right: int
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """Rows and columns to index an image with."""
+        return slice(self.top, self.bottom), slice(self.left, self.right)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.bottom - self.top, self.right - self.left
+
+    @property
+    def empty(self) -> bool:
+        """Whether no pixel is in it."""
+        return self.bottom <= self.top or self.right <= self.left
+
+    def grown(self, by: int, size: tuple[int, int]) -> "Box":
+        """With so many pixels more on each side, within an image of a width and a height."""
+        return self._replace(
+            top=self.top - by, bottom=self.bottom + by, left=self.left - by, right=self.right + by
+        ).cut(Box(0, size[1], 0, size[0]))
+
+    def cut(self, by: "Box") -> "Box":
+        """What it has in common with another."""
+        return Box(
+            max(self.top, by.top), min(self.bottom, by.bottom), max(self.left, by.left), min(self.right, by.right)
+        )
+
+    def joined(self, other: "Box") -> "Box":
+        """The smallest box around both."""
+        return Box(
+            min(self.top, other.top),
+            max(self.bottom, other.bottom),
+            min(self.left, other.left),
+            max(self.right, other.right),
+        )
+
+    def inside(self, other: "Box") -> tuple[slice, slice]:
+        """Rows and columns to index an image of `other` with, which it lies in."""
+        return (
+            slice(self.top - other.top, self.bottom - other.top),
+            slice(self.left - other.left, self.right - other.left),
+        )
+
+    @property
+    def pixels(self) -> Float[np.ndarray, "pixels 2"]:
+        """Its pixels' centres, row after row [px]."""
+        rows, columns = np.mgrid[self.top : self.bottom, self.left : self.right]
+        return np.stack([columns.ravel(), rows.ravel()], axis=-1).astype(float)
+
+
+def split(pixels: Float[np.ndarray, "k 2"], n: int) -> Float[np.ndarray, "k n2 2"]:
+    """n x n points spread evenly over each of some pixels, which are given by their whole numbers [px].
+
+    The grid is turned a little, so that an edge along rows or columns passes all its n^2 points one by one, and then
+    shifted within each pixel by another way (around its sides), always the same for the same pixel: no edge is along
+    the grid of all the pixels that it crosses, and what a mean over a pixel's points is off by is so of the next
+    pixel's in another way.
+    """
+    part = np.arange(n) / n
+    v, u = np.meshgrid(part, part, indexing="ij")
+    grid = np.stack([(u + v / n).ravel(), (v - u / n).ravel()], axis=-1)
+    # multiples of irrational numbers of the plane's even sequence (Roberts 2018), by both of a pixel's numbers
+    u, v = pixels.T[..., None]
+    shift = np.concatenate([0.7548776662 * u + 0.3287 * v * v, 0.5698402910 * v + 0.6180339887 * u * u], axis=-1)
+    return pixels[:, None, :] + (grid + shift[:, None, :]) % 1 - 0.5
+
+
+def around(pixels: Float[np.ndarray, "n 2"], by: float, size: tuple[int, int]) -> Box:
+    """The pixels of an image of a width and a height within a distance `by` [px] of the box about points."""
+    if not np.all(np.isfinite(pixels)):
+        pixels = pixels[np.all(np.isfinite(pixels), axis=1)]
+        if not pixels.size:
+            return Box(0, 0, 0, 0)
+    limit = np.array(size, float)
+    left, top = np.floor(np.clip(pixels.min(axis=0) - by + 0.5, 0, limit)).astype(int)
+    right, bottom = np.ceil(np.clip(pixels.max(axis=0) + by + 0.5, 0, limit)).astype(int)
+    return Box(int(top), int(bottom), int(left), int(right))
+
+
+def apart(boxes: Iterable[Box], gap: int) -> list[Box]:
+    """Boxes that hold all pixels of some, joined until more than `gap` pixels lie between any two; no empty ones."""
+    left: list[Box] = []
+    for box in boxes:
+        if box.empty:
+            continue
+        new = box
+        while True:
+            near = [
+                b
+                for b in left
+                if b.top - gap < new.bottom
+                and new.top - gap < b.bottom
+                and b.left - gap < new.right
+                and new.left - gap < b.right
+            ]
+            if not near:
+                break
+            for b in near:
+                left.remove(b)
+                new = new.joined(b)
+        left.append(new)
+    return left

@@ -1,0 +1,109 @@
+"""The renderer's sensor: noise, open time, tone, spread; and what a scene leaves it to do."""
+
+import numpy as np
+import pytest
+
+from nectosome.papers.track.render import Film, Mottling
+from nectosome.papers.track.render.boxes import Box, apart, split
+from nectosome.papers.track.render.film import Plate
+
+
+def flat(value: float, height: int = 100, width: int = 160) -> np.ndarray:
+    return np.full((height, width, 3), value)
+
+
+def test_grain_has_its_sigma_and_comes_back():
+    """Of 3 counts, with a twelfth of a count squared from rounding; neighbours, colours and frames are independent."""
+    plate = Plate(Film(grain=3.0, seed=4), flat(128))
+    one, again, other = plate.exposed(0.25, []), plate.exposed(0.25, []), plate.exposed(0.26, [])
+    assert (one == again).all()
+    x, y = one.astype(float) - 128, other.astype(float) - 128
+    assert x.std() == pytest.approx(np.sqrt(9 + 1 / 12), rel=0.01)
+    assert abs(x.mean()) < 4 * 3 / np.sqrt(x.size)
+    pairs = [(x[1:], x[:-1]), (x[:, 1:], x[:, :-1]), (x[..., 0], x[..., 1]), (x, y)]
+    for a, b in pairs:
+        assert abs(np.mean(a * b)) / 9 < 5 / np.sqrt(a.size)
+    assert (one != Plate(Film(grain=3.0, seed=5), flat(128)).exposed(0.25, [])).mean() > 0.5
+
+
+def test_light_is_averaged_before_it_is_clipped():
+    """Half of the time 400 counts is 200, not half of 255."""
+    plate = Plate(Film(gain=2.0), flat(0))
+    box = Box(10, 20, 30, 50)
+    frame = plate.exposed(0.0, [(box, np.full((*box.shape, 3), 0.5 * 200))])
+    assert (frame[box.slices] == 200).all()
+    assert frame.sum() == 200 * 3 * 200
+
+
+def test_open_time_has_the_frames_time_in_its_middle():
+    film = Film(rate=50.0, shutter=0.5, moments=5)
+    np.testing.assert_allclose(film.open(2.0), 2.0 + np.array([-4, -2, 0, 2, 4]) * 1e-3)
+    np.testing.assert_array_equal(Film().open(2.0), [2.0])
+
+
+def test_gamma_leaves_colours_but_bends_what_is_between():
+    """A colour comes out as meant; half its light over black as 255 (L / 2 / 255)^(1 / 2.2)."""
+    film = Film(gamma=2.2)
+    light = film.light((200.0, 90.0, 15.0))
+    np.testing.assert_array_equal(Plate(film, np.tile(light, (4, 4, 1))).exposed(0.0, [])[0, 0], [200, 90, 15])
+    half = Plate(film, np.tile(light / 2, (4, 4, 1))).exposed(0.0, [])[0, 0]
+    np.testing.assert_allclose(half, np.array([200, 90, 15]) * 0.5 ** (1 / 2.2), atol=0.5)
+
+
+def test_uneven_light_is_a_slope():
+    frame = Plate(Film(uneven=0.2), flat(100, 3, 201)).exposed(0.0, []).astype(float)
+    np.testing.assert_array_equal(frame[1, [0, 100, 200], 0], [80, 100, 120])
+    towards = Film(uneven=0.2, uneven_towards=np.pi / 4).evenness((11, 7))[..., 0]
+    np.testing.assert_allclose(towards[[0, 0, -1, -1], [0, -1, 0, -1]], [0.8, 1, 1, 1.2], atol=1e-6)
+
+
+@pytest.mark.parametrize("film", [Film(defocus=1.3), Film(veil=0.4, veil_width=3.0)])
+def test_spread_keeps_light_and_is_that_of_the_whole_picture(film):
+    """What changes in a box is spread beyond it, as if all had been spread at once."""
+    ground = 40 + 10 * np.random.default_rng(0).normal(size=(60, 80, 3))
+    box = Box(25, 31, 30, 41)
+    changed = ground.copy()
+    changed[box.slices] = 200.0
+    partly = Plate(film, ground).exposed(0.0, [(box, changed[box.slices])])
+    whole = Plate(film, changed).exposed(0.0, [])
+    assert np.abs(partly.astype(int) - whole).max() <= 1  # of rounding
+    dot = np.zeros((61, 61, 3))
+    dot[30, 30] = 1.0
+    spread = film.spread(dot)
+    assert spread.sum() == pytest.approx(3.0, rel=1e-6)
+    second = np.sum(spread[..., 0] * (np.arange(61) - 30.0) ** 2)
+    wanted = 1.3**2 if film.defocus else 0.4 * 9.0
+    assert second == pytest.approx(wanted, rel=0.01)
+
+
+def test_parts_of_a_pixel_pass_an_edge_one_by_one():
+    """16 of them at 16 rows and columns a sixteenth apart, all in the pixel; in the next elsewhere; always the same."""
+    pixels = np.array([[7.0, 3.0], [8.0, 3.0], [7.0, 4.0]])
+    parts = split(pixels, 4) - pixels[:, None]
+    assert np.abs(parts).max() <= 0.5
+    np.testing.assert_allclose(np.diff(np.sort(parts, axis=1), axis=1), 1 / 16, atol=1e-12)
+    assert np.abs(parts[1:] - parts[:1]).max() > 0.05
+    np.testing.assert_array_equal(split(pixels[1:], 4) - pixels[1:, None], parts[1:])
+
+
+def test_boxes_are_joined_until_they_are_apart():
+    boxes = [Box(0, 2, 0, 2), Box(5, 7, 0, 2), Box(2, 5, 4, 9), Box(3, 3, 0, 9)]
+    assert set(apart(boxes, 0)) == set(boxes[:3])
+    assert apart(boxes, 3) == [Box(0, 7, 0, 9)]
+
+
+def test_mottling_is_smooth_with_unit_variance():
+    mottling = Mottling(0.02, 0.3)
+    places = np.random.default_rng(0).uniform(-5, 5, (20000, 2))
+    values = mottling(places)
+    assert abs(values.mean()) < 0.05
+    assert values.std() == pytest.approx(1, rel=0.05)
+    assert np.abs(mottling(places + np.array([1e-4, 0])) - values).max() < 0.05
+    np.testing.assert_array_equal(values, Mottling(0.02, 0.3)(places))
+
+
+def test_settings_out_of_range_are_told():
+    with pytest.raises(ValueError, match="shutter is"):
+        Film(shutter=1.5)
+    with pytest.raises(ValueError, match="grain"):
+        Film(grain=-1.0)
