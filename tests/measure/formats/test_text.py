@@ -10,6 +10,8 @@ from nectosome.measure.formats.source import Column, Options
 from nectosome.measure.formats.text import open_text
 from nectosome.papers.measure import study
 
+from .read import growth
+
 DATA = study.data_folder()
 NAMES = ["time", "force", "pressure", "Größe", "laser V", "p1", "valve (left)", "x"]
 UNITS = ["s", "N", "mm", "bar", "°C", "m/s^2", "1/s", "mV/V", ""]
