@@ -24,6 +24,7 @@ from nectosome.cli.show import show
 from nectosome.cli.simulate import simulate
 from nectosome.cli.steady import steady
 from nectosome.cli.sweep import sweep
+from nectosome.cli.track import track
 from nectosome.io import InputError
 
 app = App(
@@ -44,6 +45,7 @@ for command in (
     sweep,
     design,
     measure,
+    track,
     identify,
     correct,
     control,

@@ -1,4 +1,4 @@
-"""One study per published robot: it runs the experiment and scores it against what the paper prints."""
+"""One study per published robot, and those of measuring: each is run and scored against what the papers print."""
 
 from collections.abc import Callable
 
@@ -8,6 +8,7 @@ from .measure import study as measure
 from .paddle import study as paddle
 from .poseidrone import study as poseidrone
 from .study import Progress, Study
+from .track import study as track
 
 __all__ = ["STUDIES", "Progress", "Study"]
 
@@ -17,4 +18,5 @@ STUDIES: dict[str, Callable[[bool, Progress], Study]] = {
     "poseidrone": poseidrone.run,
     "fishtail": fishtail.run,
     "measure": measure.run,
+    "track": track.run,
 }

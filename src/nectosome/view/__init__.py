@@ -8,6 +8,7 @@ from .mission import show_mission
 from .recordings import show_recordings
 from .report import show_run, write_figures, write_report
 from .swimming import show_surge
+from .track import show_track
 
 __all__ = [
     "show_correction",
@@ -18,6 +19,7 @@ __all__ = [
     "show_recordings",
     "show_run",
     "show_surge",
+    "show_track",
     "write_figures",
     "write_report",
 ]

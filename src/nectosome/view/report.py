@@ -20,6 +20,7 @@ from . import (
     schedule,
     series,
     swimming,
+    tracked,
     tracking,
 )
 from .page import panel_html, write_library, write_page, write_panel
@@ -83,6 +84,7 @@ _PANELS: dict[str, Callable[[Study], list[Panel]]] = {
     "poseidrone": lambda study: [p for key, of in _POSEIDRONE.items() if key in study.data for p in of(study.data)],
     "fishtail": lambda study: [*fishtail.panels(study.data), *tracking.panels(study.data)],
     "measure": lambda study: measurements.panels(study.data),
+    "track": lambda study: tracked.panels(study.data),
 }
 
 

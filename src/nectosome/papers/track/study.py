@@ -1,0 +1,87 @@
+"""The study of the tracker: rendered videos of a rowing paddle and of PoseiDRONE, tracked and identified."""
+
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from nectosome.io import get_value
+from nectosome.robots import describe
+
+from ..paddle.thrust import cycle
+from ..study import Part, Progress, Study, gathered, printed, scored
+from . import poseidrone, rowing
+from .limits import limits
+from .rowing import Motion, Shot
+from .tank import Filming, marker_errors
+
+NAME = "track"
+TITLE = "Video and 3-D motion"
+ABOUT = (
+    "Two of the papers measure with cameras: joint angles of the paddle by its colours, and PoseiDRONE's motion by "
+    "lamps before two cameras. No videos were published: these are synthetic, rendered by tracing rays through air, "
+    "glass and water, from motions that are known; the renderer shares nothing with the tracker. What the tracker "
+    "finds is held against what was rendered, and goes on into the same identification as recordings of a bench."
+)
+_CYCLES = 5  # of the paddle, as in Fig. 4
+_SWIM, _QUICK_SWIM = 12.0, 3.0  # s
+
+
+def run(quick: bool, progress: Progress) -> Study:
+    """All rows and figures; `quick` films for a shorter time, with fewer pixels, and leaves the limits out."""
+    began = time.perf_counter()
+    motion = Motion.of(cycle(3, 0.6), {part: _length(part) for part in rowing.PARTS})
+    parts = [
+        (0.2, lambda quick, tell: _angles(motion, quick, tell)),
+        (0.4 if not quick else 0.8, _tank),
+        (0.4 if not quick else 0.0, lambda quick, tell: _limits(motion, quick, tell)),
+    ]
+    done = gathered(parts, quick, progress)
+    rows = scored(printed(NAME), done.numbers, lambda row: "synthetic")
+    return Study(NAME, TITLE, ABOUT, rows, {}, time.perf_counter() - began, done.data)
+
+
+def _length(part: str) -> float:
+    return float(get_value(describe("paddle"), f"limbs.{part}.length"))
+
+
+def _angles(motion: Motion, quick: bool, progress: Progress) -> Part:
+    """Rows `angles`; data `angles` (phase, joint)."""
+    frames = round((1 if quick else _CYCLES) * motion.period * rowing.RATE)
+    out = {}
+    found = None
+    for row, shot in (("rms", Shot()), ("rectangle-rms", Shot(fit="rectangle"))):
+        with tempfile.TemporaryDirectory() as folder:
+            one = rowing.tracked(Path(folder), motion, shot, frames, lambda x: progress("the paddle's angles", x))
+        turn, off = rowing.errors(one)
+        out[f"track/angles/{row}"] = float(np.rad2deg(np.sqrt(np.nanmean(turn**2))))
+        if found is None:
+            found = one
+            out["track/angles/places"] = 1e3 * float(np.sqrt(np.nanmean(off**2)))
+            out["track/angles/seen"] = 100 * float(np.mean(np.isfinite(turn)))
+    assert found is not None
+    return Part(out, {"angles": rowing.by_phase(found, motion), "rowing": found})
+
+
+def _tank(quick: bool, progress: Progress) -> Part:
+    """Rows of markers, of the walk's features and of the swim's parameters; data `walk` and `swim`."""
+    how = replace(Filming(), scale=2.15) if quick else Filming()
+    seconds = _QUICK_SWIM if quick else _SWIM
+    path, truth = poseidrone.walk()
+    walked = poseidrone.filmed(path, how, poseidrone.WINDOW, lambda x: progress("the walk", 0.3 * x))
+    swum = poseidrone.filmed(
+        poseidrone.swim("train", seconds), how, seconds, lambda x: progress("the swim", 0.3 + 0.7 * x)
+    )
+    off = np.concatenate([marker_errors(walked).ravel(), marker_errors(swum).ravel()])
+    out: dict[str, float | None] = {"track/markers/rms": 1e3 * float(np.sqrt(np.nanmean(off**2)))}
+    out |= poseidrone.numbers(walked, truth, poseidrone.identified(swum, "train", seconds))
+    return Part(out, {"walk": walked, "swim": swum})
+
+
+def _limits(motion: Motion, quick: bool, progress: Progress) -> Part:
+    if quick:
+        return Part({})
+    path = poseidrone.swim("train", 2.0)
+    return Part({}, limits(motion, path, lambda x: progress("limits of the tracker", x)))
