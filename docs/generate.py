@@ -33,6 +33,7 @@ COMMANDS = (
     "sweep",
     "design",
     "measure",
+    "track",
     "identify",
     "identify swim",
     "identify fishtail",

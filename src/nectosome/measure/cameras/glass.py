@@ -49,7 +49,7 @@ class Glass:
     ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3 3"]]:
         r"""Where points in the water seem to be from a camera's centre, as deep as they are, and the derivatives.
 
-        $$ x' = c + h n + h \frac{\tau}{L} l, \qquad h = n \cdot (x - c), \quad l = x - c - h n, \quad L = |l| $$
+        $$ x' = c + h n + h \frac{\tau}{L} l, \quad h = n \cdot (x - c), \quad l = x - c - h n, \quad L = |l| $$
 
         A camera without the pane sees x' where this one sees x. NaN for points that are not behind the pane.
         """

@@ -76,12 +76,13 @@ def _corners(middle: Float[np.ndarray, "2"], direction: float, length: float, wi
 
 
 def _write(image: Any, text: str, place: tuple[int, int], colour: tuple[int, int, int], scale: float) -> None:
-    """Text that is read on light and on dark: black around white, after a mark of its colour."""
+    """White text on black, after a mark of its colour."""
     cv2 = package("cv2")
-    font, size = cv2.FONT_HERSHEY_SIMPLEX, 0.6 * scale
-    side = round(14 * scale)
-    corner = (place[0], place[1] - side)
-    cv2.rectangle(image, corner, (corner[0] + side, corner[1] + side), colour, -1)
-    at = (place[0] + 2 * side, place[1])
-    cv2.putText(image, text, at, font, size, _BLACK, max(round(4 * scale), 2), cv2.LINE_AA)
-    cv2.putText(image, text, at, font, size, _WHITE, max(round(1.5 * scale), 1), cv2.LINE_AA)
+    font, size, bold = cv2.FONT_HERSHEY_SIMPLEX, 0.6 * scale, max(round(1.5 * scale), 1)
+    side, edge = round(14 * scale), round(5 * scale)
+    left, low = place[0] + 2 * side, place[1]
+    (wide, high), below = cv2.getTextSize(text, font, size, bold)
+    corner = (place[0] - edge, low - high - edge)
+    cv2.rectangle(image, corner, (left + wide + edge, low + below + edge // 2), _BLACK, -1)
+    cv2.rectangle(image, (place[0], low - side), (place[0] + side, low), colour, -1)
+    cv2.putText(image, text, (left, low), font, size, _WHITE, bold, cv2.LINE_AA)

@@ -3,7 +3,7 @@ r"""A segment in a picture: its middle, axis, length and width, from the pixels 
 `moments`: pixels count with the share $w$ that the segment covers of them, told by where their colour lies between that
 of the segment and that of its surroundings; middle and axes are those of the moments
 
-$$ c = \sum w p / \sum w, \qquad C = \sum w (p - c)(p - c)^T / \sum w, \qquad L = \sqrt{12 \lambda_1} $$
+$$ c = \sum w p / \sum w, \quad C = \sum w (p - c)(p - c)^T / \sum w, \quad L = \sqrt{12 \lambda_1} $$
 
 of a rectangle with the same second moments. `rectangle`: the smallest rectangle around the pixels in the colour's range
 (OpenCV's minAreaRect, Hu et al. 2024, section 3.2), which knows whole pixels only.

@@ -35,7 +35,7 @@ PADDLE = (
     Kind("noise", "counts", "grain", (0.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0)),
     Kind("defocus", "px", "defocus", (0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0)),
     Kind("light", "share", "gain", (1.0, 0.5, 0.3, 0.2, 0.1, 0.05)),
-    Kind("shutter", "share of 1/60 s", "shutter", (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)),
+    Kind("shutter", "share of 1/60 s", "shutter", (0.0, 0.25, 0.5, 0.75, 1.0)),
     Kind("compression", "H.264 crf", "quality", (4, 8, 12, 16, 20, 26)),
     Kind("lens", "spread, 1: straight", "lens", (1.0, 0.9, 0.7, 0.5, 0.0)),
     Kind("bar", "mm", "bar", (0.0, 0.005, 0.01, 0.02, 0.04, 0.08)),
