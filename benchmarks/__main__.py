@@ -22,6 +22,7 @@ BENCHMARKS = {
     "crawl_search": False,
     "hysteresis": False,
     "control": False,
+    "track": True,
 }
 
 

@@ -1,11 +1,14 @@
 """Video files as they come: their times, and what is no video or is damaged."""
 
+import sys
+
 import av
 import numpy as np
 import pytest
 
 from nectosome.io import InputError
 from nectosome.measure.video import Clip, track_segments
+from nectosome.measure.video.extra import package
 from nectosome.papers.track.render import write_clip
 
 from . import scenes
@@ -134,3 +137,16 @@ def test_sound_without_a_picture_is_refused(tmp_path):
         file.mux(stream.encode(None))
     with pytest.raises(InputError, match="only sound"):
         Clip(path)
+
+
+def test_a_codec_that_is_not_known_is_refused(tmp_path):
+    path = write_clip(tmp_path / "m.avi", frames(3), 25, "mjpeg")
+    path.write_bytes(path.read_bytes().replace(b"MJPG", b"Q9Z8"))
+    with pytest.raises(InputError, match=r"in a codec that is not known here|no frame in it that can be read"):
+        Clip(path)
+
+
+def test_without_opencv_the_way_to_install_it_is_told(monkeypatch):
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    with pytest.raises(InputError, match=r"the package cv2 is missing: pip install 'nectosome\[video\]'"):
+        package("cv2")
