@@ -7,6 +7,7 @@ import pytest
 
 from nectosome.io import InputError
 from nectosome.measure.video import Reason, track_segments
+from nectosome.measure.video.segments import blobs
 from nectosome.papers.track.render import Film, Strip, write_clip
 
 from . import scenes
@@ -113,3 +114,12 @@ def test_noise_that_hides_everything_gives_gaps(tmp_path):
 def test_the_wrong_size_is_refused(rowing):
     with pytest.raises(InputError, match="320 x 320 pixels, and the sheet is made for 640 x 480"):
         track_segments(rowing[0], sheet_of().model_copy(update={"size": (640, 480)}))
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 4), (4, 1), (2, 2), (3, 5)])
+def test_blobs_of_any_shape_are_found(shape):
+    bits = np.zeros((20, 30), np.uint8)
+    bits[5 : 5 + shape[0], 7 : 7 + shape[1]] = 2
+    none, (one,) = blobs(bits, [True, False], 1)
+    assert none == []
+    assert (one.left, one.top, one.width, one.height, one.pixels) == (7, 5, shape[1], shape[0], shape[0] * shape[1])

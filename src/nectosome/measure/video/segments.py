@@ -65,7 +65,7 @@ def blobs(bits: UInt8[np.ndarray, "height width"], alone: Sequence[bool], smalle
         return found
     crop = bits[top : top + height, left : left + width]
     for k, single in enumerate(alone):
-        mask = cv2.bitwise_and(crop, 1 << k)
+        mask = crop & np.uint8(1 << k)  # OpenCV's own takes a row of four for one colour
         if single:
             mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, square)
         count, labels, boxes, _ = cv2.connectedComponentsWithStats(mask, connectivity=8, ltype=cv2.CV_32S)
