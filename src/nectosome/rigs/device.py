@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib import import_module
 from typing import Any
+
+from nectosome.io import InputError, extras
 
 from .rig import RigError
 
@@ -16,9 +17,9 @@ except ImportError:  # on Windows
 def package(name: str, extra: str) -> Any:
     """A module that comes with an extra of this package."""
     try:
-        return import_module(name)
-    except ImportError as error:
-        raise RigError(f"the package {name.split('.')[0]} is missing: pip install 'nectosome[{extra}]'.") from error
+        return extras.package(name, extra)
+    except InputError as error:
+        raise RigError(str(error)) from error
 
 
 @contextmanager

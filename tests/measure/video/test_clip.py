@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from nectosome.io import InputError
+from nectosome.io.extras import package
 from nectosome.measure.video import Clip, track_segments
-from nectosome.measure.video.extra import package
 from nectosome.papers.track.render import write_clip
 
 from . import scenes
@@ -149,4 +149,4 @@ def test_a_codec_that_is_not_known_is_refused(tmp_path):
 def test_without_opencv_the_way_to_install_it_is_told(monkeypatch):
     monkeypatch.setitem(sys.modules, "cv2", None)
     with pytest.raises(InputError, match=r"the package cv2 is missing: pip install 'nectosome\[video\]'"):
-        package("cv2")
+        package("cv2", "video")

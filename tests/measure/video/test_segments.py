@@ -7,7 +7,8 @@ import pytest
 
 from nectosome.io import InputError
 from nectosome.measure.video import Reason, track_segments
-from nectosome.measure.video.segments import blobs
+from nectosome.measure.video.plane import plane_of
+from nectosome.measure.video.segments import blobs, coverage, pose
 from nectosome.papers.track.render import Film, Strip, write_clip
 
 from . import scenes
@@ -123,3 +124,14 @@ def test_blobs_of_any_shape_are_found(shape):
     none, (one,) = blobs(bits, [True, False], 1)
     assert none == []
     assert (one.left, one.top, one.width, one.height, one.pixels) == (7, 5, shape[1], shape[0], shape[0] * shape[1])
+
+
+def test_what_does_not_stand_out_of_its_surroundings_is_a_gap():
+    """Such a blob has no area, and its nan must not turn its neighbours."""
+    bits = np.zeros((60, 60), np.uint8)
+    bits[20:24, 10:40] = 1
+    ((blob,),) = blobs(bits, [True], 4)
+    even = np.full((60, 60, 3), 90, np.uint8)
+    assert not coverage(blob, even, bits)[1].any()
+    plane = plane_of(sheet_of(size=(60, 60)), (60, 60))
+    assert pose(blob, even, bits, plane, "moments", False).area == 0

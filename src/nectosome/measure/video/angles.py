@@ -1,7 +1,7 @@
 """Segments of a video over time: places, directions and angles of joints, with a quality and a reason for each gap."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,8 +12,8 @@ from jaxtyping import Float, Int
 from nectosome.io import provenance
 from nectosome.io.errors import InputError
 
-from .clip import Clip
-from .eye import Eye
+from .clip import Clip, Progress
+from .eye import Eye, Field
 from .plane import Plane
 from .reasons import Reason, lost
 from .sheet import SegmentSheet
@@ -22,8 +22,6 @@ from .usual import judged
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Progress = Callable[[str, float], None]
 
 _ODD = 0.1  # of a stated size, beyond which the scale is doubted
 
@@ -38,8 +36,8 @@ def track_segments(
     The dataset has, over `time` [s]: `position` (segment, axis) of each segment's middle [m; px without a scale] and
     its `direction` [rad] from its start to its end, counter-clockwise from x, `joint_angle` (joint) [rad], what a
     direction has more than the one before, from -pi to pi; `length` and `width`; `quality` of each segment from 0 to 1,
-    and `reason` (segment), one of `Reason`. What has a reason is nan. Missing frames leave no row: `gaps` says where.
-    Raises InputError.
+    and `reason` (segment), one of `Reason`. What has a reason is nan, but for the place and size of a segment of which
+    only the direction is not known. Missing frames leave no row: `gaps` says where. Raises InputError.
     """
     clip = Clip(Path(video), sheet.rate)
     if sheet.size is not None and sheet.size != clip.size:
@@ -53,10 +51,7 @@ def track_segments(
     times: list[float] = []
     values: list[Float[np.ndarray, "segments 6"]] = []
     reasons: list[list[Reason]] = []
-    expected = clip.expected or 0
-    for k, frame in enumerate(clip.frames()):
-        if k % 16 == 0:
-            progress(f"frame {k} of {expected or '?'}", min(k / expected, 1.0) if expected else 0.0)
+    for frame in clip.frames(progress):
         seen = eye.look(frame.image)
         times.append(frame.time)
         values.append(seen.values)
@@ -73,9 +68,9 @@ def _dataset(
     names = list(sheet.segments)
     quality = judged(values, why)
     bad = why != Reason.SEEN
-    place, direction = values[..., :2].copy(), values[..., 2].copy()
-    place[bad & (why != Reason.DIRECTION) & (why != Reason.ROUND)] = np.nan
-    direction[bad] = np.nan
+    values = values.copy()
+    values[~np.isin(why, (Reason.SEEN, Reason.DIRECTION, Reason.ROUND))] = np.nan
+    direction = np.where(bad, np.nan, values[..., Field.DIRECTION])
     turn = np.diff(direction, axis=1)
     joints = [f"{a}-{b}" for a, b in pairwise(names)]
     gaps, odd = intervals(time, clip)
@@ -95,11 +90,11 @@ def _dataset(
     }
     return xr.Dataset(
         {
-            "position": (("time", "segment", "axis"), place, {"units": unit}),
+            "position": (("time", "segment", "axis"), values[..., : Field.DIRECTION], {"units": unit}),
             "direction": (("time", "segment"), _wrapped(direction), {"units": "rad"}),
             "joint_angle": (("time", "joint"), _wrapped(turn), {"units": "rad"}),
-            "length": (("time", "segment"), values[..., 3], {"units": unit}),
-            "width": (("time", "segment"), values[..., 4], {"units": unit}),
+            "length": (("time", "segment"), values[..., Field.LENGTH], {"units": unit}),
+            "width": (("time", "segment"), values[..., Field.WIDTH], {"units": unit}),
             "quality": (("time", "segment"), quality, {"units": "1"}),
             "reason": (("time", "segment"), why, {"units": "1"}),
         },
@@ -116,7 +111,7 @@ def _found(plane: Plane) -> list[str]:
 def _sizes(sheet: SegmentSheet, values: Float[np.ndarray, "t s 6"], bad: np.ndarray) -> Iterator[str]:
     for s, (name, segment) in enumerate(sheet.segments.items()):
         seen = values[~bad[:, s], s]
-        for k, what in ((3, "length"), (4, "width")):
+        for k, what in ((Field.LENGTH, "length"), (Field.WIDTH, "width")):
             stated = getattr(segment, what)
             if stated is not None and len(seen):
                 usual = float(np.median(seen[:, k]))

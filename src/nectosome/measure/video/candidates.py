@@ -44,6 +44,8 @@ class MarkerEye:
                     continue
                 (rows, columns), share = coverage(blob, image, bits)
                 total = float(share.sum())
+                if not total:  # it does not stand out of its surroundings
+                    continue
                 u = columns.start + float(share.sum(0) @ np.arange(share.shape[1])) / total
                 v = rows.start + float(share.sum(1) @ np.arange(share.shape[0])) / total
                 top, left = max(blob.top - _TOUCH, 0), max(blob.left - _TOUCH, 0)

@@ -1,6 +1,6 @@
 """A video file as frames with their own times, one at a time: memory does not grow with its length."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -11,8 +11,9 @@ from jaxtyping import UInt8
 
 from nectosome.io.atomic import reason
 from nectosome.io.errors import InputError, shorten
+from nectosome.io.extras import package
 
-from .extra import package
+Progress = Callable[[str, float], None]  # what is done, and the share of it from 0 to 1
 
 
 @dataclass(frozen=True)
@@ -56,13 +57,16 @@ class Clip:
         """How it was read."""
         return f"{self.codec}, {_by(self.size)}, {self.stored_rate:g} frames a second"
 
-    def frames(self) -> Iterator[Frame]:
+    def frames(self, progress: Progress = lambda what, share: None) -> Iterator[Frame]:
         """All frames in their order. Raises InputError where the times do not go on or the size changes."""
         self.damaged = 0
         begin: float | None = None
         last = -1.0
         slower = self.stored_rate / self.rate if self.rate else 1.0
         for k, picture in enumerate(self._pictures()):
+            if k % 16 == 0:
+                share = min(k / self.expected, 1.0) if self.expected else 0.0
+                progress(f"frame {k} of {self.expected or '?'}", share)
             stamp = float(picture.pts * picture.time_base) if picture.pts is not None else k / self.stored_rate
             begin = stamp if begin is None else begin
             time = (stamp - begin) * slower
@@ -80,7 +84,7 @@ class Clip:
 
     def _pictures(self) -> Iterator[Any]:
         """Decoded frames; packets that cannot be decoded are counted."""
-        av = package("av")
+        av = package("av", "video")
         try:
             container = av.open(str(self.path))
         except (av.error.FFmpegError, ValueError, OSError) as error:

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import UInt8
 
-from .extra import package
+from nectosome.io.extras import package
+
 from .sheet import Colour
 
 MOST = 8  # colours at once: a pixel's are the bits of a byte
@@ -26,7 +27,7 @@ class Groups:
         self.count = len(colours)
         if not 1 <= self.count <= MOST:
             raise ValueError(f"Groups: {self.count} colours; from 1 to {MOST} are possible.")
-        self._cv2 = package("cv2")
+        self._cv2 = package("cv2", "video")
         table = np.zeros((1, 256, 3), np.uint8)
         level = np.arange(256)
         for k, colour in enumerate(colours):

@@ -1,6 +1,7 @@
 """What finds the segments of a sheet in pictures of one size."""
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -12,14 +13,23 @@ from .reasons import Reason
 from .segments import blobs, pose
 from .sheet import Segment, SegmentSheet
 
-FIELDS = ("x", "y", "direction", "length", "width", "area")
+
+class Field(IntEnum):
+    """What is known of a segment; lengths in the unit of the plane, direction in rad."""
+
+    X = 0
+    Y = 1
+    DIRECTION = 2
+    LENGTH = 3
+    WIDTH = 4
+    AREA = 5
 
 
 @dataclass(frozen=True)
 class Seen:
     """Segments of one picture."""
 
-    values: Float[np.ndarray, "segments 6"]  # see FIELDS; nan where there is a reason why not
+    values: Float[np.ndarray, "segments 6"]  # see Field; nan where there is a reason why not
     reasons: list[Reason]
 
 
@@ -44,11 +54,11 @@ class Eye:
         bits = self._groups.look(image)
         found = blobs(bits, self._alone, self.sheet.smallest)
         poses = [
-            [pose(blob, image, bits, self.plane, self.sheet.fit, across) for blob in of_colour]
+            [one for blob in of_colour if (one := pose(blob, image, bits, self.plane, self.sheet.fit, across)).area > 0]
             for of_colour, across in zip(found, self._across, strict=True)
         ]
         row, reasons, directions = told_apart(poses, self._groups.of, self._base)
-        values = np.full((len(row), len(FIELDS)), np.nan)
+        values = np.full((len(row), len(Field)), np.nan)
         for s, (seen, direction) in enumerate(zip(row, directions, strict=True)):
             if seen is None:
                 continue
@@ -56,7 +66,7 @@ class Eye:
             if seen.cut:
                 reasons[s] = Reason.EDGE
             elif direction is not None:
-                values[s, 2] = direction
+                values[s, Field.DIRECTION] = direction
         return Seen(values, reasons)
 
 

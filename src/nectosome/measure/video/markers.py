@@ -1,7 +1,7 @@
 """Markers of a body in the videos of several cameras: their places, and the pose of the body, over time."""
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ from nectosome.io.errors import InputError
 from nectosome.measure.cameras import Camera, Places, Status, fill, fill_rotations, pose, triangulate
 
 from .candidates import MarkerEye, Sightings, without
-from .clip import Clip
+from .clip import Clip, Progress
 from .identity import Body
 from .lamps import camera_of
 from .marker_sheet import MarkerSheet
@@ -25,8 +25,6 @@ from .usual import unusual
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Progress = Callable[[str, float], None]
 
 _FIRST = 10  # frames in which lamps are measured
 _AREA = (0.1, 0.5)  # least and most that a marker's area may be off, see `unusual`
@@ -63,16 +61,18 @@ def track_markers(
         camera, lamps = camera_of(sheet, name, clip.size, pictures)
         cameras.append(camera)
         own = Sightings()
-        for n, frame in enumerate(clip.frames()):
-            if n % 16 == 0:
-                share = min(n / clip.expected, 1.0) if clip.expected else 0.0
-                progress(f"{name}, frame {n} of {clip.expected or '?'}", 0.9 * (k + share) / len(clips))
+        for frame in clip.frames(_part(progress, name, k, len(clips))):
             found = eye.look(frame.image)
             lit = lamps if sheet.lamp is not None else np.zeros((0, 2))
             own.add(frame.time + sheet.cameras[name].offset, without(found, lit, sheet.near))
         seen.append(own)
     progress("places", 0.9)
     return _dataset(sheet, clips, cameras, followed(cameras, seen, body), at)
+
+
+def _part(progress: Progress, name: str, k: int, n: int) -> Progress:
+    """Progress of camera `k` of `n` as a share of all that is to do."""
+    return lambda what, share: progress(f"{name}, {what}", 0.9 * (k + share) / n)
 
 
 def _clip(video: str | Path, sheet: MarkerSheet, name: str) -> Clip:

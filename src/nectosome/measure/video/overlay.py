@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from nectosome.io.atomic import write_atomic
+from nectosome.io.extras import package
 
 from .clip import Clip
-from .extra import package
 from .plane import Plane, plane_of
 from .reasons import Reason
 from .sheet import SegmentSheet
@@ -43,7 +43,7 @@ def draw_over(
 
 def draw(image: UInt8[np.ndarray, "h w 3"], plane: Plane, at: "xr.Dataset") -> UInt8[np.ndarray, "h w 3"]:
     """A picture with the segments of one moment."""
-    cv2 = package("cv2")
+    cv2 = package("cv2", "video")
     image = image.copy()
     scale = max(image.shape[0] / 720, 0.5)
     names = [str(name) for name in at["segment"].values]
@@ -77,7 +77,7 @@ def _corners(middle: Float[np.ndarray, "2"], direction: float, length: float, wi
 
 def _write(image: Any, text: str, place: tuple[int, int], colour: tuple[int, int, int], scale: float) -> None:
     """White text on black, after a mark of its colour."""
-    cv2 = package("cv2")
+    cv2 = package("cv2", "video")
     font, size, bold = cv2.FONT_HERSHEY_SIMPLEX, 0.6 * scale, max(round(1.5 * scale), 1)
     side, edge = round(14 * scale), round(5 * scale)
     left, low = place[0] + 2 * side, place[1]

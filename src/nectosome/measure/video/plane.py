@@ -10,9 +10,9 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.io.errors import InputError
+from nectosome.io.extras import package
 from nectosome.measure.cameras import Lens
 
-from .extra import package
 from .sheet import Place, SegmentSheet
 
 _FAR = 3.0  # px: a known point that is further off than this was misread
@@ -81,7 +81,7 @@ def _homography(points: tuple[Place, ...], lens: Lens | None) -> tuple[Float[np.
                 f"lie on a line ({what}): they tell nothing across it. Choose points around the motion.", field="points"
             )
     scale = np.ptp(places)  # OpenCV does better with numbers of one size
-    matrix, _ = package("cv2").findHomography(places / scale, seen, 0)
+    matrix, _ = package("cv2", "video").findHomography(places / scale, seen, 0)
     if matrix is None or abs(np.linalg.det(matrix)) < 1e-9:
         raise InputError("three of four lie on a line: choose them around the motion.", field="points")
     to_pixels = matrix @ np.diag([1 / scale, 1 / scale, 1.0])

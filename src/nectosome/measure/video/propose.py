@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from nectosome.io.extras import package
+
 from .clip import Clip
 from .colours import MOST, Groups
-from .extra import package
 from .segments import blobs
 from .sheet import Colour
 
@@ -34,7 +35,7 @@ def propose(image: UInt8[np.ndarray, "height width 3"], smallest: int = 20) -> l
     is a colour, from where it falls to a twentieth on either side; saturation and value are those of nearly all its
     pixels, and a tenth more to either side. What covers more than a seventh of the picture is taken for background.
     """
-    cv2 = package("cv2")
+    cv2 = package("cv2", "video")
     hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV_FULL)
     chroma = (hsv[..., 1].astype(np.uint16) * hsv[..., 2] // 255).astype(np.uint8)
     hue = hsv[..., 0]

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
-from .extra import package
+from nectosome.io.extras import package
+
 from .plane import Plane
 from .sheet import Fit
 
@@ -57,7 +58,7 @@ def blobs(bits: UInt8[np.ndarray, "height width"], alone: Sequence[bool], smalle
 
     Of a colour that is `alone`, which one thing has, what is parted by a pixel or two hangs together.
     """
-    cv2 = package("cv2")
+    cv2 = package("cv2", "video")
     found: list[list[Blob]] = [[] for _ in alone]
     square = np.ones((3, 3), np.uint8)
     left, top, width, height = cv2.boundingRect(bits)
@@ -102,6 +103,8 @@ def _by_moments(blob: Blob, image: np.ndarray, bits: np.ndarray, plane: Plane) -
     places = plane.grid[window].reshape(-1, 2)
     weight = share.ravel()
     total = weight.sum()
+    if not total:  # it does not stand out of its surroundings
+        return np.zeros(2), 0.0, 0.0, 0.0, 0.0
     middle = weight @ places / total
     off = places - middle
     moments = (off * weight[:, None]).T @ off / total
@@ -113,7 +116,7 @@ def _by_moments(blob: Blob, image: np.ndarray, bits: np.ndarray, plane: Plane) -
 
 def coverage(blob: Blob, image: np.ndarray, bits: np.ndarray) -> tuple[tuple[slice, slice], Float[np.ndarray, "h w"]]:
     """Window around a blob, and the share of each of its pixels that the segment covers."""
-    cv2 = package("cv2")
+    cv2 = package("cv2", "video")
     wide = _MARGIN + _RING
     height, width = bits.shape
     top, left = max(blob.top - wide, 0), max(blob.left - wide, 0)
@@ -142,7 +145,7 @@ def coverage(blob: Blob, image: np.ndarray, bits: np.ndarray) -> tuple[tuple[sli
 
 def _ground(colour: Float[np.ndarray, "h w 3"], around: Bool[np.ndarray, "h w"]) -> Float[np.ndarray, "h w 3"]:
     """Surroundings of each pixel: means over what of the ring is near, since a floor is seldom even."""
-    cv2 = package("cv2")
+    cv2 = package("cv2", "video")
     there = around.astype(np.float32)
     if not there.any():
         return np.zeros_like(colour)
@@ -153,7 +156,7 @@ def _ground(colour: Float[np.ndarray, "h w 3"], around: Bool[np.ndarray, "h w"])
 
 
 def _by_rectangle(blob: Blob, plane: Plane) -> _Rectangle:
-    cv2 = package("cv2")
+    cv2 = package("cv2", "video")
     outline, _ = cv2.findContours(blob.mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     pixels = np.concatenate(outline)[:, 0, :]
     places = plane.grid[blob.top + pixels[:, 1], blob.left + pixels[:, 0]]

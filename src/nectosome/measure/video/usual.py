@@ -3,9 +3,10 @@
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from .eye import Field
 from .reasons import Reason
 
-_SIZES = {3: (0.04, 0.1), 4: (0.15, 0.3), 5: (0.06, 0.2)}  # length, width and area: least and most that is let pass
+_SIZES = {Field.LENGTH: (0.04, 0.1), Field.WIDTH: (0.15, 0.3), Field.AREA: (0.06, 0.2)}  # least and most let pass
 _SCATTERS = 6.0  # standard deviations that are let pass
 
 
@@ -18,12 +19,12 @@ def judged(values: Float[np.ndarray, "t s 6"], why: Int[np.ndarray, "t s"]) -> F
     """
     quality = np.zeros(why.shape)
     for s in range(why.shape[1]):
-        known = (why[:, s] != Reason.EDGE) & np.isfinite(values[:, s, 5])
+        known = (why[:, s] != Reason.EDGE) & np.isfinite(values[:, s, Field.AREA])
         if not known.any():
             continue
         with np.errstate(divide="ignore", invalid="ignore"):
             off = {k: np.log(values[:, s, k] / np.median(values[known, s, k])) for k in _SIZES}
-        quality[known, s] = np.exp(-np.abs(off[5]) - np.abs(off[3]))[known]
+        quality[known, s] = np.exp(-np.abs(off[Field.AREA]) - np.abs(off[Field.LENGTH]))[known]
         larger, smaller = np.zeros(len(why), bool), np.zeros(len(why), bool)
         for k, limits in _SIZES.items():
             more, less = unusual(off[k], known, *limits)

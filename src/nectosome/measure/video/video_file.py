@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import UInt8
 
-from .extra import package
+from nectosome.io.extras import package
 
 _BASE = Fraction(1, 90_000)  # s, of time stamps
 
 
 def write_video(path: Path, frames: Iterable[tuple[float, UInt8[np.ndarray, "h w 3"]]]) -> None:
     """Write frames (blue, green, red) with their times [s], which increase; odd sizes lose their last row or column."""
-    av = package("av")
+    av = package("av", "video")
     with av.open(str(path), "w", format="mp4") as container:
         stream = None
         for time, image in frames:
