@@ -12,7 +12,7 @@ from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from nectosome import loads as ld
-from nectosome.core import Constant, Cycle, Rate, Recording, Signal, Sine, Stack, Stroke, UniformCurrent, Water
+from nectosome.core import Constant, Signal, Stack, UniformCurrent, Water
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot_t, rotation_from_rpy
 from nectosome.io import RobotDescription, get_value, numeric_paths, resolve, with_values
@@ -40,6 +40,9 @@ from nectosome.mechanism import links as lk
 from nectosome.mechanism.joints import plane_frame
 from nectosome.mechanism.rods import section_places
 from nectosome.mechanism.sections import Sections, ellipse, rectangle
+
+from .build_base import is_zero, node, number, signal, unit, vector
+from .build_loads import joint_loads, load_of
 
 
 def build(description: RobotDescription) -> Robot:
@@ -101,11 +104,11 @@ def fill(blueprint: Blueprint, numbers: Float[Array, "n"] | Sequence[Float[Array
 
 def _assemble(d: RobotDescription) -> Robot:
     weighs = not (isinstance(d.water.gravity, float) and d.water.gravity == 0.0)
-    current = None if d.water.current is None else UniformCurrent(_vector(d.water.current))
-    surface = None if d.water.surface is None else _number(d.water.surface)
-    floor = None if d.water.floor is None else _number(d.water.floor)
-    walls = None if d.water.walls is None else (_number(d.water.walls[0]), _number(d.water.walls[1]))
-    water = Water(_number(d.water.density), _number(d.water.gravity), surface, current, floor, walls)
+    current = None if d.water.current is None else UniformCurrent(vector(d.water.current))
+    surface = None if d.water.surface is None else number(d.water.surface)
+    floor = None if d.water.floor is None else number(d.water.floor)
+    walls = None if d.water.walls is None else (number(d.water.walls[0]), number(d.water.walls[1]))
+    water = Water(number(d.water.density), number(d.water.gravity), surface, current, floor, walls)
 
     limbs: dict[str, dp.Rigid | dp.Rod] = {"body": d.body, **d.limbs}
     order = list(limbs)
@@ -119,20 +122,20 @@ def _assemble(d: RobotDescription) -> Robot:
             Part(
                 name=name,
                 parent=parent,
-                node=-1 if parent < 0 else _node(parts[parent].body, limb.at),
-                rotation=rotation_from_rpy(_vector(limb.rotation)),
-                position=_vector(limb.offset),
+                node=-1 if parent < 0 else node(parts[parent].body, limb.at),
+                rotation=rotation_from_rpy(vector(limb.rotation)),
+                position=vector(limb.offset),
                 joint=joint,
                 body=body,
                 prescribed=prescribed,
                 drive=drive,
             )
         )
-        attached += [Attached(key, i, _load(load, limb, body)) for key, load in limb.loads.items()]
-        attached += _joint_loads(limb.joint, i)
-        if weighs and not (isinstance(limb, dp.Rigid) and _is_zero(limb.mass)):
+        attached += [Attached(key, i, load_of(load, limb, body)) for key, load in limb.loads.items()]
+        attached += joint_loads(limb.joint, i)
+        if weighs and not (isinstance(limb, dp.Rigid) and is_zero(limb.mass)):
             attached.append(Attached("weight", i, ld.Weight()))
-        if (weighs or current is not None) and not (isinstance(limb, dp.Rigid) and _is_zero(limb.volume)):
+        if (weighs or current is not None) and not (isinstance(limb, dp.Rigid) and is_zero(limb.volume)):
             attached.append(Attached("buoyancy", i, ld.Buoyancy()))
     return make_robot(Tree(tuple(parts)), tuple(attached), water)
 
@@ -162,53 +165,22 @@ def bind(
     return jnp.asarray(theta0), from_vector
 
 
-def _number(x) -> Float[Array, ""]:
-    return jnp.asarray(x, dtype=float)
-
-
-def _vector(xs) -> Float[Array, "n"]:
-    return jnp.stack([_number(x) for x in xs])
-
-
-def _unit(xs) -> Float[Array, "3"]:
-    axis = _vector(xs)
-    return axis / jnp.sqrt(jnp.sum(axis * axis))
-
-
-_SIGNALS = {
-    "constant": Constant,
-    "rate": Rate,
-    "sine": Sine,
-    "stroke": Stroke,
-    "cycle": Cycle,
-    "recording": Recording,
-}
-
-
-def _signal(s) -> Signal:
-    numbers = {n: getattr(s, n) for n in type(s).model_fields if n != "kind"}
-    one: dict[str, Array | None] = {n: (_vector if isinstance(x, tuple) else _number)(x) for n, x in numbers.items()}
-    if s.kind == "stroke" and _is_zero(s.ramp):
-        one["ramp"] = None
-    return _SIGNALS[s.kind](**one)
-
-
 def _joint(j: dj.Joint) -> tuple[Joint, Signal | None, Signal | None]:
     """Joint, its prescribed motion, its drive."""
     if isinstance(j, dj.RevoluteJoint | dj.PrismaticJoint):
         kind, force = (Revolute, j.torque) if isinstance(j, dj.RevoluteJoint) else (Prismatic, j.force)
-        joint = kind(_unit(j.axis), _number(j.position)[None], _number(j.velocity)[None])
-        return joint, None if j.motion is None else _signal(j.motion), None if force is None else _signal(force)
+        joint = kind(unit(j.axis), number(j.position)[None], number(j.velocity)[None])
+        return joint, None if j.motion is None else signal(j.motion), None if force is None else signal(force)
     if isinstance(j, dj.PlanarJoint):
-        frame = plane_frame(_unit(j.axis))
-        position = dot_t(frame, _vector(j.start.position)).at[2].set(_number(j.start.angle))
-        velocity = dot_t(frame, _vector(j.start.velocity)).at[2].set(_number(j.start.angular_speed))
+        frame = plane_frame(unit(j.axis))
+        position = dot_t(frame, vector(j.start.position)).at[2].set(number(j.start.angle))
+        velocity = dot_t(frame, vector(j.start.velocity)).at[2].set(number(j.start.angular_speed))
         return Planar(frame, position, velocity), *_signals(j)
     if isinstance(j, dj.SphericalJoint):
-        return Spherical(_vector(j.start.orientation), _vector(j.start.angular_velocity)), *_signals(j)
+        return Spherical(vector(j.start.orientation), vector(j.start.angular_velocity)), *_signals(j)
     if isinstance(j, dj.FreeJoint):
         s = j.start
-        return Free(*(_vector(x) for x in (s.position, s.orientation, s.angular_velocity, s.velocity))), *_signals(j)
+        return Free(*(vector(x) for x in (s.position, s.orientation, s.angular_velocity, s.velocity))), *_signals(j)
     return Fixed(), None, None
 
 
@@ -219,48 +191,9 @@ def _signals(j: dj.PlanarJoint | dj.SphericalJoint | dj.FreeJoint) -> tuple[Sign
         if signals is None:
             return None
         each = [getattr(signals, name) for name in type(signals).model_fields]
-        return Stack(tuple(Constant(jnp.zeros(())) if s is None else _signal(s) for s in each))
+        return Stack(tuple(Constant(jnp.zeros(())) if s is None else signal(s) for s in each))
 
     return stacked(j.motion), stacked(j.drive)
-
-
-def _joint_loads(j: dj.Joint, part: int) -> list[Attached]:
-    """Spring, damper and stops of a joint; left out where they are plainly zero."""
-    out = []
-    if not isinstance(j, dj.RevoluteJoint | dj.PrismaticJoint | dj.SphericalJoint):
-        return out
-    if isinstance(j, dj.RevoluteJoint) and j.flexure is not None:
-        out.append(Attached("spring", part, _flexure_spring(j.flexure, _number(j.rest))))
-    elif not _is_zero(j.stiffness):
-        out.append(Attached("spring", part, ld.Spring(_number(j.stiffness), _number(getattr(j, "rest", 0.0)))))
-    if not _is_zero(j.damping):
-        out.append(Attached("damper", part, ld.Damper(_number(j.damping))))
-    for name, kind in (("lower", ld.LowerStop), ("upper", ld.UpperStop)):
-        stop = getattr(j, name, None)
-        if stop is not None:
-            numbers = {field: _number(getattr(stop, field)) for field in type(stop).model_fields}
-            out.append(Attached("stop", part, kind(**numbers)))
-    return out
-
-
-def _flexure_spring(f: dj.Flexure, rest: Array) -> ld.Spring:
-    """k = pi ratio^2 E I / length [N m/rad] (Hu et al. 2024, eq. 16); k h / 2I at the face of a layer h thick."""
-    second_moment = _number(f.width) * f.thickness**3 / 12
-    stiffness = jnp.pi * f.ratio**2 * f.young * second_moment / f.length
-    stress = stiffness * f.thickness / (2 * second_moment)
-    return ld.Spring(stiffness, rest, ld.Flexure(stress / f.young, stress))
-
-
-def _is_zero(x) -> bool:
-    return isinstance(x, float | int) and x == 0
-
-
-def _node(parent: Link | Rod, at: str | float) -> int:
-    if at == "tip":
-        return -1
-    if at == "root":
-        return 0
-    return parent.nodes.index(at) if isinstance(parent, Rod) else 0
 
 
 def _needs_strips(limb: dp.Rigid, weighs: bool, surface: Array | None) -> bool:
@@ -278,12 +211,12 @@ def _link(limb: dp.Rigid, stripped: bool) -> Link:
     s, w = np.polynomial.legendre.leggauss(max(n, 1))
     fractions = np.concatenate([[0.5], 0.5 * (s + 1)[:n]])
     share = np.concatenate([[0.0], 0.5 * w[:n]])
-    length = _number(0.0 if limb.shape == "point" else limb.length)
-    R, p = lk.axis_poses(length, _number(limb.bend), fractions)
-    tip_R, tip_p = lk.axis_poses(length, _number(limb.bend), np.array([1.0]))
+    length = number(0.0 if limb.shape == "point" else limb.length)
+    R, p = lk.axis_poses(length, number(limb.bend), fractions)
+    tip_R, tip_p = lk.axis_poses(length, number(limb.bend), np.array([1.0]))
     sections, shape_volume = _link_sections(limb, fractions)
-    volume = shape_volume if limb.volume is None else _number(limb.volume)
-    mass = _number(limb.mass) if limb.mass is not None else _number(limb.density) * shape_volume
+    volume = shape_volume if limb.volume is None else number(limb.volume)
+    mass = number(limb.mass) if limb.mass is not None else number(limb.density) * shape_volume
     along = jnp.asarray(share) * sections.area
     split = volume * along / jnp.sum(along) if n else volume * jnp.ones(1)
     inertia = jnp.zeros((n + 1, 6, 6)).at[0].set(_link_inertia(limb, mass, length, sections, (R[0], p[0])))
@@ -294,25 +227,25 @@ def _link_sections(limb: dp.Rigid, fractions: np.ndarray) -> tuple[Sections, Flo
     """Sections at fractions of the length, and the volume of the shape [m3]."""
     one = jnp.ones(fractions.size)
     if limb.shape == "box":
-        s = rectangle(0.5 * _number(limb.width) * one, 0.5 * _number(limb.height) * one)
-        return s, s.area[0] * _number(limb.length)
+        s = rectangle(0.5 * number(limb.width) * one, 0.5 * number(limb.height) * one)
+        return s, s.area[0] * number(limb.length)
     if limb.shape == "spheroid":
-        r = _number(limb.radius) * jnp.sqrt(jnp.asarray(4 * fractions * (1 - fractions)))
-        return ellipse(r, r), 2 / 3 * jnp.pi * _number(limb.radius) ** 2 * _number(limb.length)
+        r = number(limb.radius) * jnp.sqrt(jnp.asarray(4 * fractions * (1 - fractions)))
+        return ellipse(r, r), 2 / 3 * jnp.pi * number(limb.radius) ** 2 * number(limb.length)
     if limb.shape == "cylinder":
-        s = ellipse(_number(limb.radius) * one, _number(limb.radius) * one)
-        return s, s.area[0] * _number(limb.length)
+        s = ellipse(number(limb.radius) * one, number(limb.radius) * one)
+        return s, s.area[0] * number(limb.length)
     return ellipse(1e-9 * one, 1e-9 * one), jnp.zeros(())
 
 
 def _link_inertia(limb: dp.Rigid, mass: Array, length: Array, sections: Sections, centre) -> Float[Array, "6 6"]:
     """Inertia about the centre of the shape; what the description gives comes before what the shape says."""
     half_y, half_z = sections.half_width[0]
-    com = _vector(limb.centre_of_mass)
+    com = vector(limb.centre_of_mass)
     if limb.inertia is not None:
-        moments = _vector(limb.inertia)
-    elif limb.shape == "cylinder" and not _is_zero(limb.bend):
-        own = lk.bent_inertia(mass, length, _number(limb.bend), sections, centre)
+        moments = vector(limb.inertia)
+    elif limb.shape == "cylinder" and not is_zero(limb.bend):
+        own = lk.bent_inertia(mass, length, number(limb.bend), sections, centre)
         c = own[3:, :3] / mass
         shift = jnp.stack([c[1, 2], c[2, 0], c[0, 1]])
         return lk.spatial_inertia(mass, own[:3, :3] + mass * c @ c, shift + com)
@@ -332,7 +265,7 @@ def _rod(limb: dp.Rod) -> Rod:
     s = jnp.asarray(section_places({**limb.strains}, limb.points, limb.marks))
 
     def tapered(root, tip) -> Array:
-        root, tip = _number(root), _number(root if tip is None else tip)
+        root, tip = number(root), number(root if tip is None else tip)
         return root + (tip - root) * s
 
     if limb.section == "circle":
@@ -342,94 +275,16 @@ def _rod(limb: dp.Rod) -> Rod:
         shape = ellipse if limb.section == "ellipse" else rectangle
         half = tapered(limb.width, limb.tip_width), tapered(limb.height, limb.tip_height)
         sections = shape(0.5 * half[0], 0.5 * half[1])
-    rest = {
-        name: _vector(getattr(limb.rest, name)) for name in type(limb.rest).model_fields if getattr(limb.rest, name)
-    }
+    rest = {name: vector(getattr(limb.rest, name)) for name in type(limb.rest).model_fields if getattr(limb.rest, name)}
     return make_rod(
-        length=_number(limb.length),
+        length=number(limb.length),
         sections=sections,
-        young=_number(limb.young),
-        poisson=_number(limb.poisson),
-        density=_number(limb.density),
-        viscosity=_number(limb.damping),
+        young=number(limb.young),
+        poisson=number(limb.poisson),
+        density=number(limb.density),
+        viscosity=number(limb.damping),
         orders={**limb.strains},
         rest=rest,
         points=limb.points,
         marks=limb.marks,
-    )
-
-
-def _jet(j: dl.JetLoad, body: Link) -> ld.Jet:
-    """Pulsed jet; its vectors are in the frame of the part's first station."""
-    crank = _signal(j.crank) if j.motor is None else ld.Motor(**{n: _number(x) for n, x in j.motor})
-    return ld.Jet(
-        volume=_vector(j.volume),
-        **{n: _number(getattr(j, n)) for n in ("nozzle", "inlet", "bell", "wake", "elastance")},
-        direction=dot_t(body.rotation[0], _unit(j.direction)),
-        place=dot_t(body.rotation[0], _vector(j.place)),
-        crank=crank,
-    )
-
-
-def _load(load: dl.Load, limb: dp.Rigid | dp.Rod, body: Link | Rod):
-    """Load of a description."""
-    if isinstance(load, dl.DragLoad):
-        return ld.StripDrag(_number(load.normal), _number(load.tangential), _number(load.lift))
-    if isinstance(load, dl.PlateDragLoad):
-        return ld.PlateDrag(_number(load.normal))
-    if isinstance(load, dl.AddedMassLoad):
-        return ld.StripAddedMass(_number(load.normal), _number(load.tangential))
-    if isinstance(load, dl.LumpedDragLoad):
-        return ld.LumpedDrag(_vector(load.drag_area), _vector(load.rotational))
-    if isinstance(load, dl.GivenAddedMassLoad):
-        if load.matrix is not None:
-            m = jnp.stack([_vector(row) for row in load.matrix])
-            return ld.GivenAddedMass(m[3:, 3:], m[:3, 3:], m[:3, :3])
-        return ld.GivenAddedMass(jnp.diag(_vector(load.mass)), jnp.zeros((3, 3)), jnp.diag(_vector(load.inertia)))
-    if isinstance(load, dl.SpheroidAddedMassLoad):
-        return ld.SpheroidAddedMass(0.5 * _number(limb.length), _number(limb.radius))
-    if isinstance(load, dl.CylinderAddedMassLoad):
-        return ld.CylinderAddedMass(_number(limb.length), _number(limb.radius), _number(load.coefficient))
-    if isinstance(load, dl.LegLoad):
-        return _leg(load, _on_centre(body, _vector(load.hip)))
-    if isinstance(load, dl.JetLoad):
-        assert isinstance(body, Link)
-        return _jet(load, body)
-    if isinstance(load, dl.NearFloorLoad):
-        vectors = _vector(load.mass), _vector(load.drag_area), _vector(load.rotational)
-        return ld.NearFloor(*vectors, _number(load.full), _number(load.none))
-    if isinstance(load, dl.BumperLoad):
-        return ld.Bumper(*(_number(getattr(load, n)) for n in ("reach", "stiffness", "damping", "softness")))
-    if isinstance(load, dl.PulsedThrustLoad):
-        assert isinstance(body, Link)
-        return ld.PulsedThrust(
-            values=_vector(load.values),
-            **{n: _number(getattr(load, n)) for n in ("rated", "speed", "start")},
-            direction=dot_t(body.rotation[0], _unit(load.direction)),
-            place=dot_t(body.rotation[0], _vector(load.place)),
-        )
-    if isinstance(load, dl.DistributedForceLoad):
-        return ld.LineForce(_vector(load.force), load.frame == "body")
-    station, arm = 0, jnp.zeros(3)
-    if isinstance(body, Rod):
-        station = body.weight.shape[0] - 1 if load.at == "tip" else _node(body, load.at)
-    else:
-        arm = _on_centre(body, body.tip_position if load.at == "tip" else jnp.zeros(3))
-    return ld.PointForce(_vector(load.moment), _vector(load.force), arm, station, load.frame == "body")
-
-
-def _on_centre(body: Link | Rod, place: Float[Array, "3"]) -> Float[Array, "3"]:
-    """From the centre of a rigid part to a place in the part's frame, in the centre's frame."""
-    assert isinstance(body, Link)
-    return dot_t(body.rotation[0], place - body.position[0])
-
-
-def _leg(leg: dl.LegLoad, hip: Float[Array, "3"]) -> ld.Leg:
-    ground = ("stiffness", "static_friction", "dynamic_friction", "softness")
-    own = ("crank", "length", "speed", "start", "damping_ratio", "tangential", "normal", "count")
-    return ld.Leg(
-        hip=hip,
-        bearing=_vector(leg.bearing),
-        contact=ld.Contact(**{name: _number(getattr(leg, name)) for name in ground}, pulls=leg.pulls),
-        **{name: _number(getattr(leg, name)) for name in own},
     )
