@@ -123,3 +123,11 @@ class JointLoad(eqx.Module):
     def bending(self, displacement: Float[Array, "nv"]) -> Float[Array, "2"] | None:
         """Strain and stress [Pa] at the face of the layer that bends in the joint; None where there is none."""
         return None
+
+
+class RodLoad(eqx.Module):
+    """What acts inside a rod, between its sections: what it takes from one it gives to the next."""
+
+    @abstractmethod
+    def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
+        """Generalised force along the strain coordinates q of the rod, whose rates are v."""

@@ -15,15 +15,19 @@ from .drag import LumpedDrag, PlateDrag, StripDrag
 from .forces import LineForce, PointForce
 from .jet import Jet, Motor, Pulse
 from .leg import Leg, Stride
+from .muscle import Muscle
 from .near_floor import NearFloor
 from .springs import Damper, Flexure, Spring
 from .stoppers import LowerStop, UpperStop
+from .threads import Chamber, Tendon, Thread
 from .thruster import PulsedThrust
+from .trailing_edge import TrailingEdge
 
 __all__ = [
     "AddedMass",
     "Bumper",
     "Buoyancy",
+    "Chamber",
     "Contact",
     "CylinderAddedMass",
     "Damper",
@@ -35,6 +39,7 @@ __all__ = [
     "LowerStop",
     "LumpedDrag",
     "Motor",
+    "Muscle",
     "NearFloor",
     "PlateDrag",
     "PointForce",
@@ -45,6 +50,9 @@ __all__ = [
     "Stride",
     "StripAddedMass",
     "StripDrag",
+    "Tendon",
+    "Thread",
+    "TrailingEdge",
     "UpperStop",
     "Weight",
     "lamb_coefficients",
