@@ -17,10 +17,10 @@ from mkdocs.plugins import event_priority
 
 _TOKEN = re.compile(r"\\[a-zA-Z]+\*?|\\.|[0-9]+(?:\.[0-9]+)?|[^\s]", re.DOTALL)
 _LETTERS = """
-alpha beta gamma delta epsilon zeta eta theta lambda mu nu xi pi rho sigma tau phi chi psi omega
+alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi pi rho sigma tau phi chi psi omega
 Omega Phi Delta Lambda Sigma
 """
-_GREEK = dict(zip(_LETTERS.split(), "αβγδϵζηθλμνξπρστϕχψωΩΦΔΛΣ", strict=True))
+_GREEK = dict(zip(_LETTERS.split(), "αβγδϵζηθκλμνξπρστϕχψωΩΦΔΛΣ", strict=True))
 _SIGNS = {
     "sum": "∑",
     "int": "∫",
@@ -38,11 +38,12 @@ _SIGNS = {
     "top": "⊤",
     "in": "∈",
     "partial": "∂",
+    "ell": "ℓ",
     "|": "‖",
     "{": "{",
     "}": "}",
 }
-_ACCENTS = {"dot": ".", "ddot": "..", "hat": "^", "bar": "¯", "tilde": "~"}
+_ACCENTS = {"dot": ".", "ddot": "..", "hat": "^", "bar": "¯", "tilde": "~", "overline": "¯"}
 _SPACES = {"quad": "1em", ",": "0.17em", ";": "0.28em", " ": "0.25em", "!": "0em"}
 _FUNCTIONS = {"det", "exp", "sin", "cos", "arcsin", "arctan", "cot", "ln", "max", "min"}
 

@@ -226,3 +226,30 @@ def test_muscles_are_of_rods_only():
     rigid = "name: r\nbody: {kind: rigid, shape: point, mass: 1 kg, loads: {edge: {kind: trailing_edge}}}\n"
     with pytest.raises(InputError, match="acts on a rod, not on a rigid part"):
         parse_robot(rigid)
+
+
+def test_sections_go_over_from_one_to_the_next():
+    """Half widths at the stations, and the mass, which the Gauss points see but for kinks."""
+    text = HOLD.replace("radius: 10 mm", "radius: 4 mm\n  tip_radius: 2 mm").replace("points: 6", "points: 40")
+    text += "  strains: {bending_z: 2}\n  between: [{at: 0.2, radius: 12 mm}, {at: 0.7, radius: 8 mm}]\n"
+    robot = robots.build(parse_robot(text))
+    rod = robot.tree.parts[0].body
+    assert isinstance(rod, Rod)
+    radius = np.interp(rod.nodes, [0, 0.2, 0.7, 1], [4e-3, 12e-3, 8e-3, 2e-3])
+    np.testing.assert_allclose(rod.half_width, np.stack([radius, radius], axis=-1), rtol=1e-12)
+    cones = [0.2 * (4**2 + 4 * 12 + 12**2), 0.5 * (12**2 + 12 * 8 + 8**2), 0.3 * (8**2 + 8 * 2 + 2**2)]
+    mass = 1000 * 0.3 * np.pi / 3 * sum(cones) * 1e-6
+    assert float(robot.weight()[0]) == pytest.approx(mass, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("between", "message"),
+    [
+        ("[{at: 0.7, radius: 1 mm}, {at: 0.2, radius: 1 mm}]", "in the order in which they come"),
+        ("[{at: 0.7, width: 1 mm}]", r"between.0.radius: is missing: a section of this rod has radius"),
+        ("[{at: 0.7, radius: 1 mm, width: 1 mm}]", r"between.0.width: is none of its sizes"),
+    ],
+)
+def test_sections_that_do_not_fit_are_told(between: str, message: str):
+    with pytest.raises(InputError, match=message):
+        parse_robot(HOLD + f"  strains: {{bending_z: 2}}\n  between: {between}\n")

@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from nectosome.io.describe_base import Described, unfit, wrong
-from nectosome.io.describe_signals import ForceSignal, PressureSignal
+from nectosome.io.describe_signals import ConstantForce, ForceSignal, PressureSignal, SineForce
 from nectosome.io.describe_waves import MomentWave
 from nectosome.io.fields import Coordinate, PositiveArea
 
@@ -40,8 +40,13 @@ class TendonLoad(_Thread):
     @model_validator(mode="after")
     def _pulls(self) -> Self:
         s = self.tension
-        values = {"constant": lambda: (s.value,), "sine": lambda: (s.offset - abs(s.amplitude),)}
-        if min(values.get(s.kind, lambda: s.values)()) < 0:
+        if isinstance(s, ConstantForce):
+            least = s.value
+        elif isinstance(s, SineForce):
+            least = s.offset - abs(s.amplitude)
+        else:
+            least = min(s.values)
+        if least < 0:
             raise wrong("tension", "a tendon pulls, it cannot push: its tension must not be below 0 N at any time.")
         return self
 

@@ -144,6 +144,15 @@ _SECTION_FIELDS = {
 }
 
 
+class InnerSection(Described):
+    """The section of a rod at the fraction `at` of its length: its `radius`, or its `width` (y) and `height` (z)."""
+
+    at: Mark
+    radius: Length | None = None
+    width: Length | None = None
+    height: Length | None = None
+
+
 class RestStrains(Described):
     """The strains at which a rod is free of stress, as coefficients of Legendre polynomials along it.
 
@@ -170,11 +179,18 @@ def _increasing(marks: tuple[float, ...]) -> tuple[float, ...]:
     return marks
 
 
+def _along(between: tuple[InnerSection, ...]) -> tuple[InnerSection, ...]:
+    if any(b.at <= a.at for a, b in pairwise(between)):
+        raise unfit("the sections must be in the order in which they come along the rod.")
+    return between
+
+
 class Rod(Part):
-    """A soft rod along its own x axis, from 0 to `length`, that may taper evenly from its root to its tip.
+    """A soft rod along its own x axis, from 0 to `length`.
 
     Circle: `radius`, `tip_radius`. Ellipse and rectangle: `width` (y) and `height` (z), full sizes, `tip_width` and
-    `tip_height`. What is left out at the tip is as at the root. `strains` gives the polynomial order of each strain
+    `tip_height`. What is left out at the tip is as at the root. It goes over evenly from the root to the tip, or from
+    each of the sections in `between` to the next. `strains` gives the polynomial order of each strain
     that is free; the others are held. Those in `motion` are prescribed. `damping` [Pa s] is that of a Kelvin-Voigt
     material. `points` Gauss points carry mass and loads. `marks` are fractions of the length where limbs and forces may
     sit.
@@ -189,6 +205,7 @@ class Rod(Part):
     height: Length | None = None
     tip_width: Length | None = None
     tip_height: Length | None = None
+    between: Annotated[tuple[InnerSection, ...], AfterValidator(_along)] = ()
     young: Pressure
     poisson: Poisson = 0.5
     density: Density
@@ -208,6 +225,12 @@ class Rod(Part):
                 raise wrong(name, f"is missing. A rod of section {self.section} needs {_list(has[: len(has) // 2])}.")
             if given and name not in has:
                 raise wrong(name, f"a rod of section {self.section} has no {name}, only {_list(has)}. Leave it out.")
+        for k, inner in enumerate(self.between):
+            for name in ("radius", "width", "height"):
+                if (getattr(inner, name) is not None) != (name in has):
+                    why = "is missing" if name in has else "is none of its sizes. Leave it out"
+                    sizes = _list(has[: len(has) // 2])
+                    raise wrong(f"between.{k}.{name}", f"{why}: a section of this rod has {sizes}.")
         return self
 
     @model_validator(mode="after")

@@ -21,20 +21,20 @@ _POINTS = 60  # of the Gauss rule for waves
 
 
 def rod_of(limb: dp.Rod) -> Rod:
-    """Soft rod with its sections tapered evenly from root to tip."""
+    """Soft rod whose sections go over evenly from each one that is given to the next."""
     s = jnp.asarray(section_places({**limb.strains}, limb.points, limb.marks))
+    known = np.array([0.0, *(inner.at for inner in limb.between), 1.0])
 
-    def tapered(root, tip) -> Array:
-        root, tip = number(root), number(root if tip is None else tip)
-        return root + (tip - root) * s
+    def size(name: str) -> Array:
+        root, tip = getattr(limb, name), getattr(limb, f"tip_{name}")
+        values = [root, *(getattr(inner, name) for inner in limb.between), root if tip is None else tip]
+        return jnp.interp(s, known, vector(values))
 
     if limb.section == "circle":
-        r = tapered(limb.radius, limb.tip_radius)
-        sections = ellipse(r, r)
+        sections = ellipse(size("radius"), size("radius"))
     else:
         shape = ellipse if limb.section == "ellipse" else rectangle
-        half = tapered(limb.width, limb.tip_width), tapered(limb.height, limb.tip_height)
-        sections = shape(0.5 * half[0], 0.5 * half[1])
+        sections = shape(0.5 * size("width"), 0.5 * size("height"))
     rest = {name: vector(getattr(limb.rest, name)) for name in type(limb.rest).model_fields if getattr(limb.rest, name)}
     return make_rod(
         length=number(limb.length),
