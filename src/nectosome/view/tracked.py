@@ -35,11 +35,11 @@ def _angles(data: "xr.Dataset") -> Panel:
         name = f"joint {k + 1}"
         mean, scatter = (np.rad2deg(data[which].values[:, k]) for which in ("angle", "scatter"))
         fig.add_scatter(
-            x=phase, y=np.rad2deg(data["simulated"].values[:, k]), name=f"{name}, simulated", mode="lines",
+            x=phase, y=np.rad2deg(data["simulated"].values[:, k]), name=name, mode="lines",
             line={"color": CYCLE[k], "width": 1.5},
         )  # fmt: skip
         fig.add_scatter(
-            x=phase, y=mean, name=f"{name}, tracked", mode="markers",
+            x=phase, y=mean, name=name, mode="markers", showlegend=False,
             marker={"color": CYCLE[k], "size": 5, "symbol": "circle-open"},
             error_y={"array": scatter, "thickness": 0.8, "width": 0},
         )  # fmt: skip
@@ -116,7 +116,7 @@ def _limits(data: "xr.Dataset", title: str, factor: float, unit: str) -> Panel:
             why = off if np.isfinite(rms[broken]) else "refused"
             words.append(f"{kind} at {text[broken]} {one.split(',')[0]} ({why})".replace("  ", " "))
         fig.update_xaxes(type="category", title=plain(one), row=row, col=col)
-        fig.update_yaxes(type="log", row=row, col=col)
+        fig.update_yaxes(type="log", dtick="D2", minor_showgrid=False, row=row, col=col)
         if col == 1:
             fig.update_yaxes(title=f"rms ({unit})", row=row, col=col)
     dress(fig, 270 * rows).update_layout(showlegend=True, hovermode="closest", margin_t=90, legend_y=1.1)
