@@ -10,6 +10,8 @@ from .style import BLACK, BLUE, CYCLE, GREY, VERMILLION, Panel, dress, plain
 if TYPE_CHECKING:
     import xarray as xr
 
+_TICKS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50]  # of logarithmic axes
+
 
 def panels(data: Mapping[str, "xr.Dataset"]) -> list[Panel]:
     """All figures for which there is data: `angles`, `walk`, `swim`, `limits_paddle`, `limits_tank`."""
@@ -116,7 +118,7 @@ def _limits(data: "xr.Dataset", title: str, factor: float, unit: str) -> Panel:
             why = off if np.isfinite(rms[broken]) else "refused"
             words.append(f"{kind} at {text[broken]} {one.split(',')[0]} ({why})".replace("  ", " "))
         fig.update_xaxes(type="category", title=plain(one), row=row, col=col)
-        fig.update_yaxes(type="log", dtick="D2", minor_showgrid=False, row=row, col=col)
+        fig.update_yaxes(type="log", tickvals=_TICKS, row=row, col=col)
         if col == 1:
             fig.update_yaxes(title=f"rms ({unit})", row=row, col=col)
     dress(fig, 270 * rows).update_layout(showlegend=True, hovermode="closest", margin_t=90, legend_y=1.1)
