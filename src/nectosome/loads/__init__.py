@@ -16,18 +16,24 @@ from .forces import LineForce, PointForce
 from .jet import Jet, Motor, Pulse
 from .leg import Leg, Stride
 from .near_floor import NearFloor
+from .places import Places
 from .springs import Damper, Flexure, Spring
 from .stoppers import LowerStop, UpperStop
 from .thruster import PulsedThrust
+from .tie import End, Tie
+from .touch import Beads, Friction, Touch
 
 __all__ = [
     "AddedMass",
+    "Beads",
     "Bumper",
     "Buoyancy",
     "Contact",
     "CylinderAddedMass",
     "Damper",
+    "End",
     "Flexure",
+    "Friction",
     "GivenAddedMass",
     "Jet",
     "Leg",
@@ -36,6 +42,7 @@ __all__ = [
     "LumpedDrag",
     "Motor",
     "NearFloor",
+    "Places",
     "PlateDrag",
     "PointForce",
     "Pulse",
@@ -45,6 +52,8 @@ __all__ = [
     "Stride",
     "StripAddedMass",
     "StripDrag",
+    "Tie",
+    "Touch",
     "UpperStop",
     "Weight",
     "lamb_coefficients",
