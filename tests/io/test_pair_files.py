@@ -26,6 +26,7 @@ pairs:
         ("[rod, body]", "[rode, body]", 'line 10, pairs.pin.between.0: there is no part "rode". Did you mean "rod"?'),
         ("[rod, body]", "[rod, rod]", "pairs.pin.between: a pair is of two parts, these are one."),
         ("[rod, body]", "[rod]", "pairs.pin.between"),
+        ("radius: 0.2 m, mass: 3 kg}\npairs", "radius: 0.2 m, mass: 3 kg, loads: {pin: {kind: force, force: [0, 0, 0]}}}\npairs", "pairs.pin: a load is called pin too, and results tell them apart by name."),
         ("[0.5, root]", "[0.4, root]", "pairs.pin.at.0: rod has no mark at 0.4. Write tip or root, or add the mark."),
         ("[0.5, root]", "[0.5, 0.5]", "pairs.pin.at.1: body has no mark at 0.5. Write tip or root, or add the mark."),
         ("[rod, log]", "[rod, body]", "pairs.grip.between.1: body is a box: only rods, cylinders and spheres touch. Add a cylinder to it."),

@@ -113,6 +113,7 @@ EXAMPLES = [
         ld.Bumper(*map(_n, (0.1, 200.0, 20.0, 1e-3))),
         {"reach": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH},
     ),
+    Example(ld.TrailingEdge(_n(0.9), _n(0.5)), {"normal": NUMBER, "softness": SPEED}),
     Example(ld.Spring(_n(3.0), _n(0.2)), {"stiffness": MOMENT, "rest": NUMBER}),
     Example(ld.Spring(_n(3.0), _n(0.2)), {"stiffness": LINE_FORCE, "rest": LENGTH}, joint="prismatic"),
     Example(ld.Spring(_n(3.0), _n(0.2), ld.Flexure(_n(0.1), _n(5.0))), {"stiffness": MOMENT, "rest": NUMBER}),

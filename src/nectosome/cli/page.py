@@ -33,12 +33,20 @@ def columns(*names: str) -> Table:
 def powers(arrays: "Arrays", loads: "np.ndarray", joints: "np.ndarray") -> Table:
     """Return the mean powers by joint and load, those that are not 0, and their sum."""
     table = columns("power into the robot", "mean", "unit")
-    named = [*zip(arrays["prescribed"], joints, strict=True), *zip(arrays["load"], loads, strict=True)]
-    for name, watts in named:
+    made: dict[str, float] = {}
+    for name, watts in zip(map(str, arrays["prescribed"]), joints, strict=True):
+        whole = name if is_joint(name) else name.rpartition(".")[0]  # a strain has several coordinates
+        made[whole] = made.get(whole, 0.0) + watts
+    for name, watts in (*made.items(), *zip(arrays["load"], loads, strict=True)):
         if watts != 0:
             table.add_row(str(name).replace("_", " "), number(watts), "W")
     table.add_row("sum", number(loads.sum() + joints.sum()), "W")
     return table
+
+
+def is_joint(coordinate: str) -> bool:
+    """Return whether a prescribed coordinate is that of a joint, not of a rod's strain."""
+    return not coordinate.rpartition(".")[2].isdigit()
 
 
 def reaction_unit(coordinate: str) -> str:

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from nectosome.cli.options import read_count, read_duration
 from nectosome.cli.output import check_target, tell, write
-from nectosome.cli.page import columns, ending, number, page, powers, reaction_unit, servos
+from nectosome.cli.page import columns, ending, is_joint, number, page, powers, reaction_unit, servos
 from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
 from nectosome.io import InputError, drive_period, save_dataset, show_quantity
@@ -91,7 +91,7 @@ def periodic(
 
 def _page(arrays: "Arrays", attributes: "Mapping[str, Any]") -> Group:
     """Drives, the body's motion, bending, powers, and how well the samples tell them."""
-    tables = [_drives(arrays)] if arrays["prescribed"].size else []
+    tables = [_drives(arrays)] if any(map(is_joint, arrays["prescribed"])) else []
     loads, joints = arrays["load_power"].sum(axis=1), arrays["reaction_power"]
     tables += [_body(arrays), _motion(arrays), *_bending(arrays), powers(arrays, loads, joints)]
     off = abs(loads.sum() + joints.sum()) / max(abs(loads).sum() + abs(joints).sum(), 1e-300)
@@ -105,6 +105,8 @@ def _page(arrays: "Arrays", attributes: "Mapping[str, Any]") -> Group:
 def _drives(arrays: "Arrays") -> Table:
     table = columns("driven joint", "mean reaction", "largest", "unit", "fastest", "unit", "mean power", "unit")
     for i, name in enumerate(map(str, arrays["prescribed"])):
+        if not is_joint(name):
+            continue
         unit = reaction_unit(name)
         speed = number(arrays["drive_velocity_peak"][i]), "rad/s" if unit == "N m" else "m/s"
         forces = number(arrays["reaction"][i]), number(arrays["reaction_peak"][i]), unit

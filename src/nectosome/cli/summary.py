@@ -7,7 +7,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.page import columns, ending, number, page, powers, reaction_unit, servos
+from nectosome.cli.page import columns, ending, is_joint, number, page, powers, reaction_unit, servos
 from nectosome.io import InputError
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def summary(arrays: "Arrays", attributes: "Mapping[str, Any]") -> Group:
     length = f", {time[-1]:.4g} s" if time.size > 1 else ""
     title = Text(f"{attributes['title']}{length}", "bold")
     tables = [_body(arrays, mean("velocity")[0])]
-    if arrays["prescribed"].size:
+    if any(map(is_joint, arrays["prescribed"])):
         tables.append(_joints(arrays, mean("reaction")))
     tables += [
         powers(arrays, mean("load_power").sum(axis=1), mean("reaction_power")),
@@ -113,7 +113,8 @@ def _body(arrays: "Arrays", mean: "np.ndarray") -> Table:
 def _joints(arrays: "Arrays", reaction: "np.ndarray") -> Table:
     table = columns("driven joint", "mean reaction", "unit")
     for name, force in zip(arrays["prescribed"], reaction, strict=True):
-        table.add_row(str(name), number(force), reaction_unit(str(name)))
+        if is_joint(str(name)):
+            table.add_row(str(name), number(force), reaction_unit(str(name)))
     return table
 
 

@@ -3,9 +3,9 @@
 from . import runtime as _runtime  # noqa: F401  first: sets up JAX
 from .block import Block, Line, Memoryless, RateIndependent, Stepper
 from .se3 import safe_norm
-from .signal import Constant, Cycle, Rate, Recording, Signal, Sine, Stack, Steps, Stroke
+from .signal import Constant, Cycle, Rate, Recording, Signal, Sine, Stack, Steps, Stroke, Wave
 from .solution import Solution, Status
-from .system import JointLoad, Load, Mechanical, PairLoad, State, Strips, System
+from .system import JointLoad, Load, Mechanical, PairLoad, RodLoad, State, Strips, System
 from .water import STANDARD_GRAVITY, UniformCurrent, Water
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "Rate",
     "RateIndependent",
     "Recording",
+    "RodLoad",
     "Signal",
     "Sine",
     "Solution",
@@ -35,5 +36,6 @@ __all__ = [
     "System",
     "UniformCurrent",
     "Water",
+    "Wave",
     "safe_norm",
 ]

@@ -82,12 +82,46 @@ class Stroke(Signal):
         w = jnp.pi * self.frequency / share
         u, du, ddu = -jnp.cos(a), w * jnp.sin(a), w**2 * jnp.cos(a)
         if self.ramp is not None:
-            x = jnp.clip(t / self.ramp, 0.0, 1.0)
-            g = x**3 * (10 - 15 * x + 6 * x**2)
-            dg = 30 * x**2 * (1 - x) ** 2 / self.ramp
-            ddg = 60 * x * (1 - x) * (1 - 2 * x) / self.ramp**2
-            u, du, ddu = g * u, g * du + dg * u, g * ddu + 2 * dg * du + ddg * u
+            u, du, ddu = _grown((u, du, ddu), t / self.ramp, self.ramp)
         return self.offset + self.amplitude * u, self.amplitude * du, self.amplitude * ddu
+
+
+def _grown(u: Triple, x: Array, ramp: Array) -> Triple:
+    """A signal that grows from nothing to its full size as x = t/ramp goes from 0 to 1."""
+    x = jnp.clip(x, 0.0, 1.0)
+    g = x**3 * (10 - 15 * x + 6 * x**2)
+    dg = 30 * x**2 * (1 - x) ** 2 / ramp
+    ddg = 60 * x * (1 - x) * (1 - 2 * x) / ramp**2
+    return g * u[0], g * u[1] + dg * u[0], g * u[2] + 2 * dg * u[1] + ddg * u[0]
+
+
+class Wave(Signal):
+    r"""What goes along a body, by n numbers of its shape: u = g (offset o + amplitude (c sin a - s cos a)).
+
+    With $a = 2\pi f t + \phi$ and o, c and s the numbers of $e(x)$, $e(x) \cos(2\pi x/\lambda)$ and
+    $e(x) \sin(2\pi x/\lambda)$, that is $e(x)$ times offset + amplitude sin(a - 2 pi x/lambda): it goes towards
+    larger x. g grows as that of a `Stroke`.
+    """
+
+    amplitude: Float[Array, ""]
+    frequency: Float[Array, ""]
+    phase: Float[Array, ""]
+    offset: Float[Array, ""]
+    envelope: Float[Array, "n"]  # o
+    cosine: Float[Array, "n"]  # c
+    sine: Float[Array, "n"]  # s
+    ramp: Float[Array, ""] | None = None  # [s]
+
+    def __call__(self, t: Float[Array, ""]) -> Triple:
+        """Values and derivatives."""
+        w = 2 * jnp.pi * self.frequency
+        s, c = jnp.sin(w * t + self.phase), jnp.cos(w * t + self.phase)
+        here, ahead = (
+            self.amplitude * (self.cosine * s - self.sine * c),
+            self.amplitude * (self.cosine * c + self.sine * s),
+        )
+        u = self.offset * self.envelope + here, w * ahead, -(w**2) * here
+        return u if self.ramp is None else _grown(u, t / self.ramp, self.ramp)
 
 
 class Cycle(Signal):

@@ -125,6 +125,14 @@ class JointLoad(eqx.Module):
         return None
 
 
+class RodLoad(eqx.Module):
+    """What acts inside a rod, between its sections: what it takes from one it gives to the next."""
+
+    @abstractmethod
+    def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
+        """Generalised force along the strain coordinates q of the rod, whose rates are v."""
+
+
 class PairLoad(eqx.Module):
     """What acts between two parts of which neither need carry the other; `tests/loads/test_pairs.py` holds each to it.
 

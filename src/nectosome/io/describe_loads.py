@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from nectosome.io.describe_base import ZERO, Axis, Described, Position, wrong
+from nectosome.io.describe_inside import ChamberLoad, MuscleLoad, TendonLoad
 from nectosome.io.describe_place import Place
 from nectosome.io.describe_signals import AngleSignal
 from nectosome.io.fields import (
@@ -28,6 +29,7 @@ from nectosome.io.fields import (
     PositiveArea,
     PositiveInertia,
     PositiveNumber,
+    PositiveSpeed,
     PositiveStiffness,
     PositiveTorque,
     QuadraticDrag,
@@ -276,6 +278,18 @@ class BumperLoad(Described):
     softness: Length = 1e-3
 
 
+class TrailingEdgeLoad(Described):
+    """What is shed into the wake at the tip of a rod that runs from head to tail, beside its strips of added mass.
+
+    `normal` is their coefficient; where the tip goes through the water tail first at less than about `softness` [m/s],
+    it fades away.
+    """
+
+    kind: Literal["trailing_edge"]
+    normal: NonNegativeNumber = 1.0
+    softness: PositiveSpeed = 0.01
+
+
 Load = Annotated[
     DragLoad
     | PlateDragLoad
@@ -290,6 +304,10 @@ Load = Annotated[
     | DistributedForceLoad
     | NearFloorLoad
     | PulsedThrustLoad
-    | BumperLoad,
+    | BumperLoad
+    | TrailingEdgeLoad
+    | TendonLoad
+    | ChamberLoad
+    | MuscleLoad,
     Field(discriminator="kind"),
 ]

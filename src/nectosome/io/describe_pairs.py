@@ -69,8 +69,11 @@ class TouchPair(Described):
 Pair = Annotated[TiePair | TouchPair, Field(discriminator="kind")]
 
 
-def check_pair(here: str, pair: TiePair | TouchPair, parts: Mapping[str, Limb]) -> None:
-    """Raise the error of a pair at the path `here` that does not fit its parts."""
+def check_pair(own: str, pair: TiePair | TouchPair, parts: Mapping[str, Limb]) -> None:
+    """Raise the error of a pair called `own` that does not fit its parts."""
+    here = f"pairs.{own}"
+    if any(own in part.loads for part in parts.values()):
+        raise wrong(here, f"a load is called {own} too, and results tell them apart by name. Choose another name.")
     for i, name in enumerate(pair.between):
         if name not in parts:
             raise wrong(f"{here}.between.{i}", f'there is no part "{name}".{did_you_mean(name, parts)}')

@@ -9,6 +9,7 @@ from nectosome.io.describe_base import ZERO, Described, Name, OneOrMany, Positio
 from nectosome.io.describe_joints import FixedJoint, Joint
 from nectosome.io.describe_loads import Load
 from nectosome.io.describe_place import Place
+from nectosome.io.describe_waves import MadeStrains, wave_missed
 from nectosome.io.fields import (
     Bend,
     Curvature,
@@ -59,6 +60,7 @@ _ON_SHAPES = {
     "spheroid_added_mass": ("spheroid",),
     "distributed_force": ("cylinder", "box", "spheroid"),
 }
+_ONLY_ON_RODS = ("tendon", "chamber", "muscle", "trailing_edge")
 _NOT_ON_RODS = ("lumped_drag", "given_added_mass", "cylinder_added_mass", "spheroid_added_mass")
 _NOT_ON_RODS += ("jet", "leg", "near_floor", "pulsed_thrust", "bumper")
 
@@ -122,6 +124,8 @@ class Rigid(Part):
     @model_validator(mode="after")
     def _loads_fit(self) -> Self:
         for name, load in self.loads.items():
+            if load.kind in _ONLY_ON_RODS:
+                raise wrong(f"loads.{name}.kind", f"{load.kind} acts on a rod, not on a rigid part.")
             shapes = _ON_SHAPES.get(load.kind)
             if shapes is not None and self.shape not in shapes:
                 why = f"{load.kind} acts on {_list(shapes, 'or')}, not on a {self.shape}."
@@ -130,6 +134,8 @@ class Rigid(Part):
                 raise wrong(f"loads.{name}.at", "only a rod has marks. Write tip or root.")
         return self
 
+
+_MISSED = 0.05  # of a wave's root mean square, which polynomials may miss
 
 _SECTION_FIELDS = {
     "circle": ("radius", "tip_radius"),
@@ -169,8 +175,9 @@ class Rod(Part):
 
     Circle: `radius`, `tip_radius`. Ellipse and rectangle: `width` (y) and `height` (z), full sizes, `tip_width` and
     `tip_height`. What is left out at the tip is as at the root. `strains` gives the polynomial order of each strain
-    that is free; the others are held. `damping` [Pa s] is that of a Kelvin-Voigt material. `points` Gauss points
-    carry mass and loads. `marks` are fractions of the length where limbs and forces may sit.
+    that is free; the others are held. Those in `motion` are prescribed. `damping` [Pa s] is that of a Kelvin-Voigt
+    material. `points` Gauss points carry mass and loads. `marks` are fractions of the length where limbs and forces may
+    sit.
     """
 
     kind: Literal["rod"]
@@ -188,6 +195,7 @@ class Rod(Part):
     damping: Viscosity = 0.0
     strains: Annotated[dict[StrainName, Order], AfterValidator(_in_canonical_order)]
     rest: RestStrains = RestStrains()
+    motion: MadeStrains = MadeStrains()
     points: Annotated[int, Field(strict=True, ge=2, le=200)] = 10
     marks: Annotated[tuple[Mark, ...], AfterValidator(_increasing)] = ()
 
@@ -209,6 +217,24 @@ class Rod(Part):
                 raise wrong(f"loads.{name}.kind", f"{load.kind} acts on rigid parts, not on a rod.")
             if load.kind == "force" and not isinstance(load.at, str) and load.at not in self.marks:
                 raise wrong(f"loads.{name}.at", f"the rod has no mark at {load.at}. Add it to its marks.")
+            if load.kind == "muscle" and load.strain not in self.strains:
+                raise wrong(f"loads.{name}.strain", f"{load.strain} is not free: the rod's strains do not name it.")
+        return self
+
+    @model_validator(mode="after")
+    def _takes_its_shape(self) -> Self:
+        for name in type(self.motion).model_fields:
+            wave = getattr(self.motion, name)
+            if wave is None:
+                continue
+            if name not in self.strains:
+                raise wrong(f"motion.{name}", f"the rod's strains do not name {name}. Give it an order there.")
+            missed = [wave_missed(wave, self.length, order) for order in range(self.strains[name], 21)]
+            if missed[0] > _MISSED:
+                enough = next((self.strains[name] + k for k, m in enumerate(missed) if m <= _MISSED), None)
+                way = "Choose a longer wavelength" if enough is None else f"It takes order {enough}"
+                why = f"polynomials of order {self.strains[name]} miss {100 * missed[0]:.0f} % of this wave. {way}."
+                raise wrong(f"strains.{name}", why)
         return self
 
 

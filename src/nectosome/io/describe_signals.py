@@ -9,6 +9,7 @@ from nectosome.io.describe_base import Described, unfit, wrong
 from nectosome.io.fields import (
     Angle,
     AngularSpeed,
+    AnyPressure,
     Coordinate,
     Duration,
     Force,
@@ -184,6 +185,51 @@ class RecordedForce(Described):
         return self
 
 
+class ConstantPressure(Described):
+    """The pressure `value` [Pa], held."""
+
+    kind: Literal["constant"]
+    value: AnyPressure
+
+
+class SinePressure(Described):
+    """The pressure `offset + amplitude sin(2 pi frequency t + phase)` [Pa; Hz; rad]."""
+
+    kind: Literal["sine"]
+    amplitude: AnyPressure
+    frequency: Frequency
+    phase: Angle = 0.0
+    offset: AnyPressure = 0.0
+
+
+class CyclePressure(Described):
+    """The pressure that goes through `values` [Pa] in each period, evenly spread, as a smooth curve [Hz; rad].
+
+    The first of them, at least four, is at time 0, earlier by `phase`; between them is a periodic cubic spline.
+    """
+
+    kind: Literal["cycle"]
+    values: Annotated[tuple[AnyPressure, ...], Field(min_length=4)]
+    frequency: Frequency
+    phase: Angle = 0.0
+
+
+class RecordedPressure(Described):
+    """The pressure that was recorded: `values` [Pa] at `times` [s], at least two, joined by straight lines.
+
+    The times increase; before the first and after the last of them the pressure stays as it is there.
+    """
+
+    kind: Literal["recording"]
+    times: Times
+    values: Annotated[tuple[AnyPressure, ...], Field(min_length=2)]
+
+    @model_validator(mode="after")
+    def _one_value_a_time(self) -> Self:
+        _check_samples(self.times, self.values)
+        return self
+
+
 def _check_samples(times: tuple[float, ...], values: tuple[float, ...]) -> None:
     if len(times) != len(values):
         raise wrong("values", f"there are {len(values)} values at {len(times)} times. Give one for each time.")
@@ -193,3 +239,6 @@ AngleSignal = Annotated[ConstantAngle | RateAngle | SineAngle | StrokeAngle, Fie
 LengthSignal = Annotated[ConstantLength | RateLength | SineLength, Field(discriminator="kind")]
 TorqueSignal = Annotated[ConstantTorque | SineTorque | CycleTorque | RecordedTorque, Field(discriminator="kind")]
 ForceSignal = Annotated[ConstantForce | SineForce | CycleForce | RecordedForce, Field(discriminator="kind")]
+PressureSignal = Annotated[
+    ConstantPressure | SinePressure | CyclePressure | RecordedPressure, Field(discriminator="kind")
+]

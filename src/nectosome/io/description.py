@@ -77,7 +77,7 @@ class RobotDescription(Described):
     def _pairs_are_of_parts(self) -> Self:
         parts = {"body": self.body, **self.limbs}
         for name, pair in self.pairs.items():
-            check_pair(f"pairs.{name}", pair, parts)
+            check_pair(name, pair, parts)
         return self
 
     @model_validator(mode="after")

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from nectosome.io.describe_signals import RateLength, StrokeAngle
+from nectosome.io.describe_signals import RateLength
 from nectosome.io.description import RobotDescription
 from nectosome.io.errors import InputError
 from nectosome.io.units import show_quantity
@@ -46,14 +46,14 @@ def drive_frequencies(description: RobotDescription) -> dict[str, float]:
 def _frequencies(description: RobotDescription) -> Iterator[tuple[str, float]]:
     for part, limb in {"body": description.body, **description.limbs}.items():
         place = "body" if part == "body" else f"limbs.{part}"
-        for path, signal in [*_signals(limb.joint, f"{place}.joint"), *_cranks(limb.loads, f"{place}.loads")]:
-            if isinstance(signal, StrokeAngle) and signal.ramp:
+        for path, signal in _driving(limb, place):
+            if getattr(signal, "ramp", 0.0):
                 raise InputError("what begins slowly does not repeat itself. Set it to 0 s.", field=f"{path}.ramp")
             if signal.kind == "recording" and len(set(signal.values)) > 1:
                 why = "a recording does not repeat itself. Cut one period out of it and give that as a cycle."
                 raise InputError(why, field=f"{path}.values")
             moves = len(set(signal.values)) > 1 if signal.kind == "cycle" else getattr(signal, "amplitude", 0.0)
-            if signal.kind in ("sine", "stroke", "cycle") and signal.frequency and moves:
+            if signal.kind in ("sine", "stroke", "cycle", "wave") and signal.frequency and moves:
                 yield f"{path}.frequency", signal.frequency
             if signal.kind == "rate" and signal.rate:
                 if isinstance(signal, RateLength):
@@ -61,13 +61,25 @@ def _frequencies(description: RobotDescription) -> Iterator[tuple[str, float]]:
                 yield f"{path}.rate", abs(signal.rate) / (2 * math.pi)
 
 
-def _cranks(loads: dict[str, Any], place: str) -> Iterator[tuple[str, Any]]:
-    """Path and description of the signal of each jet's crank. Raises InputError for a motor."""
+def _driving(limb: Any, place: str) -> Iterator[tuple[str, Any]]:
+    """Path and description of each signal that drives a part: its joint, its shape, its loads."""
+    yield from _signals(limb.joint, f"{place}.joint")
+    if limb.kind == "rod":
+        yield from _signals(limb, place)
+    yield from _of_loads(limb.loads, f"{place}.loads")
+
+
+_DRIVING = {"jet": "crank", "tendon": "tension", "chamber": "pressure", "muscle": "moment"}
+
+
+def _of_loads(loads: dict[str, Any], place: str) -> Iterator[tuple[str, Any]]:
+    """Path and description of the signal of each load that has one. Raises InputError for a jet's motor."""
     for name, load in loads.items():
         if load.kind == "jet" and load.motor is not None:
             raise InputError("a motor finds its own speed. Simulate the robot.", field=f"{place}.{name}.motor")
-        if load.kind == "jet":
-            yield f"{place}.{name}.crank", load.crank
+        if load.kind in _DRIVING:
+            signal = _DRIVING[load.kind]
+            yield f"{place}.{name}.{signal}", getattr(load, signal)
 
 
 def _signals(joint: Any, place: str) -> Iterator[tuple[str, Any]]:

@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+import numpy as np
+from jaxtyping import Array, Bool, Float
 
-from nectosome.core import Load, State
+from nectosome.core import Load, RodLoad, State
 from nectosome.core.se3 import cross, dot, dot_t
 
 from .robot import Robot, times
@@ -44,6 +45,17 @@ def load_names(robot: Robot) -> tuple[str, ...]:
     return (*own, ADDED_MASS, *([SHAPE_CHANGE] if reshaped else []), VISCOUS, DRIVE)
 
 
+def driving(robot: Robot) -> Bool[np.ndarray, "loads parts"]:
+    """Which load powers are those of drives: of driven joints, and of what acts inside rods."""
+    names = load_names(robot)
+    out = np.zeros((len(names), len(robot.tree.parts)), bool)
+    out[names.index(DRIVE)] = True
+    for attached in robot.loads:
+        if isinstance(attached.load, RodLoad):
+            out[names.index(attached.name), attached.part] = True
+    return out
+
+
 def energies(robot: Robot, t: Array, x: State) -> Float[Array, "3"]:
     """Kinetic energy of the body, of the water it carries (relative to the current), elastic energy of the rods [J]."""
     tree = robot.tree
@@ -78,12 +90,12 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
 
     wrench = jnp.zeros((len(names), n, 6)).at[names.index(ADDED_MASS)].set(acting.fluid)
     joint_power = jnp.zeros((len(names), parts))
-    for attached, w, f in zip(robot.loads, acting.wrenches, acting.joint_forces, strict=True):
+    for attached, w, f in zip(robot.loads, acting.wrenches, acting.inner_forces, strict=True):
         place = tree.layout[attached.part]
         if w is not None:
             wrench = wrench.at[names.index(attached.name), place.stations].add(w)
         if f is not None:
-            watts = f @ v[place.v][: f.shape[0]]
+            watts = f @ v[place.v]
             joint_power = joint_power.at[names.index(attached.name), attached.part].add(watts)
     for pair, both in zip(robot.pairs, acting.pair_wrenches, strict=True):
         for part, w in zip(pair.parts, both, strict=True):

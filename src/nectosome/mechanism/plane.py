@@ -16,7 +16,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Mechanical, State, se2
+from nectosome.core import JointLoad, Load, Mechanical, State, se2
 from nectosome.core.linear import kept
 
 from .plane_links import Alike, Body, Moving, ground, moved, turned_by
@@ -174,7 +174,7 @@ class InPlane(Mechanical):
         out = jnp.zeros(x.v.shape) if u is None else u
         for attached in self.robot.loads:
             free = self._free(attached.part)
-            if len(free) and not isinstance(attached.load, Load):
+            if len(free) and isinstance(attached.load, JointLoad):
                 out = out.at[free.start : free.stop].add(
                     attached.load.force(x.q[free.start : free.stop], x.v[free.start : free.stop])
                 )

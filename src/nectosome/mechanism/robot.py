@@ -16,7 +16,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import JointLoad, Load, Mechanical, PairLoad, State, Strips, Water
+from nectosome.core import JointLoad, Load, Mechanical, PairLoad, RodLoad, State, Strips, Water
 from nectosome.core.linear import inverse
 from nectosome.core.se3 import coadjoint, cross, dot_t
 
@@ -29,7 +29,7 @@ class Attached(eqx.Module):
 
     name: str = eqx.field(static=True)
     part: int = eqx.field(static=True)
-    load: Load | JointLoad
+    load: Load | JointLoad | RodLoad
 
 
 class Paired(eqx.Module):
@@ -46,9 +46,10 @@ class Forces(NamedTuple):
     shape: Shape
     twist: Float[Array, "n 6"]  # of the stations, body frame
     wrenches: tuple[Array | None, ...]  # of each load on its part's stations, station frame
-    joint_forces: tuple[Array | None, ...]  # of each load on its part's joint
+    inner_forces: tuple[Array | None, ...]  # of each load along its part's velocities: its joint's or its strains'
     pair_wrenches: tuple[tuple[Array, Array], ...]  # of each pair on the stations of its two parts, station frame
-    joint: Float[Array, "nv"]  # sum of those on joints, by velocity
+    joint: Float[Array, "nv"]  # sum of those on joints
+    active: Float[Array, "nv"]  # sum of those inside rods
     paired: Float[Array, "nv"]  # sum of those of pairs
     added: Float[Array, "n 6 6"]  # added mass as it is now
     fluid: Float[Array, "n 6"]  # inertia force of the added mass, the wrench the water gives, station frame
@@ -98,8 +99,9 @@ class Robot(Mechanical):
             if part.prescribed is None and part.joint.nv:
                 out.append(part.joint.displacement(q[i : i + part.joint.nq]))
                 i += part.joint.nq
-            out.append(q[i : i + part.body.nq])
-            i += part.body.nq
+            n = part.left.size
+            out.append(q[i : i + n])
+            i += n
         return jnp.concatenate(out)
 
     def strips(self, part: int, t: Array, shape: Shape, twist: Array) -> Strips:
@@ -146,21 +148,27 @@ class Robot(Mechanical):
         reshaping = None if growth is None else -times(growth, relative)
 
         wrench = fluid - inertia if reshaping is None else fluid + reshaping - inertia
-        joint = jnp.zeros(v.shape)
-        wrenches, joint_forces = [], []
+        joint, active = jnp.zeros(v.shape), jnp.zeros(v.shape)
+        wrenches, inner_forces = [], []
         for attached, z in zip(self.loads, x.z, strict=True):
             place = tree.layout[attached.part]
             if isinstance(attached.load, Load):
                 w, _ = attached.load.force(t, self.strips(attached.part, t, shape, twist), z, self.water)
                 wrench = wrench if w is None else wrench.at[place.stations].add(w)
                 wrenches.append(w)
-                joint_forces.append(None)
+                inner_forces.append(None)
             else:
                 kind = tree.parts[attached.part].joint
-                f = attached.load.force(kind.displacement(q[place.q][: kind.nq]), v[place.v][: kind.nv])
-                joint = joint.at[place.v.start : place.v.start + kind.nv].add(f)
+                if isinstance(attached.load, RodLoad):
+                    f = attached.load.force(t, q[place.q][kind.nq :], v[place.v][kind.nv :])
+                    f = jnp.concatenate([jnp.zeros(kind.nv), f])
+                    active = active.at[place.v].add(f)
+                else:
+                    f = attached.load.force(kind.displacement(q[place.q][: kind.nq]), v[place.v][: kind.nv])
+                    f = jnp.concatenate([f, jnp.zeros(place.v.stop - place.v.start - kind.nv)])
+                    joint = joint.at[place.v].add(f)
                 wrenches.append(None)
-                joint_forces.append(f)
+                inner_forces.append(f)
 
         between = jnp.zeros_like(wrench)
         pair_wrenches = []
@@ -181,14 +189,15 @@ class Robot(Mechanical):
                 drive = drive.at[place.v.start : start].set(part.drive(t)[0])
         if u is not None:
             drive = drive.at[tree.free_v].add(u)
-        residual = elastic + viscous - joint - paired - drive - pull(wrench)[0]
+        residual = elastic + viscous - joint - active - paired - drive - pull(wrench)[0]
         return Forces(
             shape=shape,
             twist=twist,
             wrenches=tuple(wrenches),
-            joint_forces=tuple(joint_forces),
+            inner_forces=tuple(inner_forces),
             pair_wrenches=tuple(pair_wrenches),
             joint=joint,
+            active=active,
             paired=paired,
             added=added,
             fluid=fluid,

@@ -29,6 +29,23 @@ class Part(eqx.Module):
     body: Link | Rod
     prescribed: Signal | None = None  # the joint's coordinates as a function of time
     drive: Signal | None = None  # generalised force of a driven joint [N m, N]
+    made: tuple[int, ...] = eqx.field(static=True, default=())  # which strain coordinates of a rod are prescribed
+    shaped: tuple[Signal, ...] = ()  # their values as functions of time, in order
+
+    @property
+    def left(self) -> np.ndarray:
+        """Which strain coordinates of a rod are free."""
+        return np.setdiff1d(np.arange(self.body.nq), self.made)
+
+    def strains(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
+        """All strain coordinates of a rod, their rates and second rates, from those that are free."""
+        if not self.made:
+            return q, v, jnp.zeros(v.shape)
+        made = [jnp.concatenate(x) for x in zip(*(signal(t) for signal in self.shaped), strict=True)]
+        free = q, v, jnp.zeros(v.shape)
+        whole = (jnp.zeros(self.body.nq).at[self.left].set(x) for x in free)
+        full_q, full_v, full_a = (x.at[np.array(self.made)].set(y) for x, y in zip(whole, made, strict=True))
+        return full_q, full_v, full_a
 
 
 class Shape(NamedTuple):
@@ -85,11 +102,9 @@ class Tree(eqx.Module):
         index = []
         for part, place in zip(self.parts, self.layout, strict=True):
             joint = list(range(place.v.start, place.v.start + part.joint.nv))
-            rest = list(range(place.v.start + part.joint.nv, place.v.stop))
-            if part.prescribed is None:
-                index += [] if prescribed else joint + rest
-            else:
-                index += joint if prescribed else rest
+            bent = place.v.start + part.joint.nv + (np.array(part.made, dtype=int) if prescribed else part.left)
+            index += joint if (part.prescribed is not None) == prescribed else []
+            index += bent.tolist()
         return np.array(index, dtype=int)
 
     @property
@@ -107,17 +122,18 @@ class Tree(eqx.Module):
         full_q, full_v, full_a = [], [], []
         iq = iv = 0
         for part in self.parts:
-            nq = nv = part.body.nq
             if part.prescribed is not None:
                 follow = (jnp.broadcast_to(x, (part.joint.nv,)) for x in part.prescribed(t))
-                for full, x in zip((full_q, full_v, full_a), part.joint.prescribed(*follow), strict=True):
-                    full.append(x)
+                joint = part.joint.prescribed(*follow)
             else:
-                nq, nv = nq + part.joint.nq, nv + part.joint.nv
-            full_q.append(q[iq : iq + nq])
-            full_v.append(v[iv : iv + nv])
-            full_a.append(jnp.zeros(nv))
-            iq, iv = iq + nq, iv + nv
+                nq, nv = part.joint.nq, part.joint.nv
+                joint = q[iq : iq + nq], v[iv : iv + nv], jnp.zeros(nv)
+                iq, iv = iq + nq, iv + nv
+            n = part.left.size
+            bent = part.strains(q[iq : iq + n], v[iv : iv + n], t)
+            iq, iv = iq + n, iv + n
+            for full, *own in zip((full_q, full_v, full_a), joint, bent, strict=True):
+                full += own
         return jnp.concatenate(full_q), jnp.concatenate(full_v), jnp.concatenate(full_a)
 
     def advance(self, q: Array, v: Array, step: Array) -> Array:
@@ -128,10 +144,9 @@ class Tree(eqx.Module):
                 nq, nv = part.joint.nq, part.joint.nv
                 out.append(part.joint.advance(q[iq : iq + nq], v[iv : iv + nv], step))
                 iq, iv = iq + nq, iv + nv
-            if isinstance(part.body, Rod):
-                n = part.body.nq
-                out.append(q[iq : iq + n] + step * v[iv : iv + n])
-                iq, iv = iq + n, iv + n
+            n = part.left.size
+            out.append(q[iq : iq + n] + step * v[iv : iv + n])
+            iq, iv = iq + n, iv + n
         return jnp.concatenate([jnp.zeros(0), *out])
 
     def start(self) -> tuple[Array, Array]:
@@ -142,10 +157,9 @@ class Tree(eqx.Module):
                 q, v = part.joint.start()
                 qs.append(q)
                 vs.append(v)
-            if isinstance(part.body, Rod):
-                n = part.body.nq
-                qs.append(jnp.asarray(np.zeros(n)))
-                vs.append(jnp.asarray(np.zeros(n)))
+            n = part.left.size
+            qs.append(jnp.asarray(np.zeros(n)))
+            vs.append(jnp.asarray(np.zeros(n)))
         return jnp.concatenate([jnp.zeros(0), *qs]), jnp.concatenate([jnp.zeros(0), *vs])
 
     def _over_rods(self, f: Callable, *args: dict[int, Any]) -> dict[int, Any]:

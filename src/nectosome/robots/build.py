@@ -31,20 +31,18 @@ from nectosome.mechanism import (
     Prismatic,
     Revolute,
     Robot,
-    Rod,
     Spherical,
     Tree,
     make_robot,
-    make_rod,
 )
 from nectosome.mechanism import links as lk
 from nectosome.mechanism.joints import plane_frame
-from nectosome.mechanism.rods import section_places
 from nectosome.mechanism.sections import Sections, ellipse, rectangle
 
 from .build_base import is_zero, node, number, signal, unit, vector
 from .build_loads import joint_loads, load_of
 from .build_pairs import pair_of
+from .build_rods import rod_of, shape_of
 
 
 def build(description: RobotDescription) -> Robot:
@@ -118,7 +116,7 @@ def _assemble(d: RobotDescription) -> Robot:
     attached: list[Attached] = []
     for i, (name, limb) in enumerate(limbs.items()):
         parent = -1 if i == 0 else order.index(limb.on)
-        body = _rod(limb) if isinstance(limb, dp.Rod) else _link(limb, _needs_strips(limb, weighs, surface))
+        body = rod_of(limb) if isinstance(limb, dp.Rod) else _link(limb, _needs_strips(limb, weighs, surface))
         joint, prescribed, drive = _joint(limb.joint)
         parts.append(
             Part(
@@ -131,6 +129,7 @@ def _assemble(d: RobotDescription) -> Robot:
                 body=body,
                 prescribed=prescribed,
                 drive=drive,
+                **shape_of(limb, body),
             )
         )
         attached += [Attached(key, i, load_of(load, limb, body)) for key, load in limb.loads.items()]
@@ -265,33 +264,3 @@ def _link_inertia(limb: dp.Rigid, mass: Array, length: Array, sections: Sections
     else:
         moments = jnp.zeros(3)
     return lk.spatial_inertia(mass, jnp.diag(moments), com)
-
-
-def _rod(limb: dp.Rod) -> Rod:
-    """Soft rod with its sections tapered evenly from root to tip."""
-    s = jnp.asarray(section_places({**limb.strains}, limb.points, limb.marks))
-
-    def tapered(root, tip) -> Array:
-        root, tip = number(root), number(root if tip is None else tip)
-        return root + (tip - root) * s
-
-    if limb.section == "circle":
-        r = tapered(limb.radius, limb.tip_radius)
-        sections = ellipse(r, r)
-    else:
-        shape = ellipse if limb.section == "ellipse" else rectangle
-        half = tapered(limb.width, limb.tip_width), tapered(limb.height, limb.tip_height)
-        sections = shape(0.5 * half[0], 0.5 * half[1])
-    rest = {name: vector(getattr(limb.rest, name)) for name in type(limb.rest).model_fields if getattr(limb.rest, name)}
-    return make_rod(
-        length=number(limb.length),
-        sections=sections,
-        young=number(limb.young),
-        poisson=number(limb.poisson),
-        density=number(limb.density),
-        viscosity=number(limb.damping),
-        orders={**limb.strains},
-        rest=rest,
-        points=limb.points,
-        marks=limb.marks,
-    )

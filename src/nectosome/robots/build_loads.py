@@ -11,6 +11,7 @@ from nectosome.io import describe_parts as dp
 from nectosome.mechanism import Attached, Link, Rod
 
 from .build_base import is_zero, node, number, signal, unit, vector
+from .build_rods import inside_of
 
 
 def joint_loads(j: dj.Joint, part: int) -> list[Attached]:
@@ -71,6 +72,11 @@ def load_of(load: dl.Load, limb: dp.Rigid | dp.Rod, body: Link | Rod):
         return ld.SpheroidAddedMass(0.5 * number(limb.length), number(limb.radius))
     if isinstance(load, dl.CylinderAddedMassLoad):
         return ld.CylinderAddedMass(number(limb.length), number(limb.radius), number(load.coefficient))
+    if isinstance(load, dl.TrailingEdgeLoad):
+        return ld.TrailingEdge(number(load.normal), number(load.softness))
+    if isinstance(load, dl.TendonLoad | dl.ChamberLoad | dl.MuscleLoad):
+        assert isinstance(body, Rod) and isinstance(limb, dp.Rod)
+        return inside_of(load, body, limb)
     if isinstance(load, dl.LegLoad):
         return _leg(load, _on_centre(body, vector(load.hip)))
     if isinstance(load, dl.JetLoad):

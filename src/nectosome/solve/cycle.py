@@ -10,8 +10,8 @@ from jaxtyping import Array, Float
 from nectosome.core import STANDARD_GRAVITY, State, safe_norm
 from nectosome.core.remember import prepare
 from nectosome.core.se3 import matmul3
-from nectosome.mechanism import Diagnosis, Robot, load_names
-from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS
+from nectosome.mechanism import Diagnosis, Robot, Rod, load_names
+from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS, driving
 
 from .results import VARIABLES, Data, Names, blank, diagnose_all, labels
 
@@ -52,13 +52,15 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
     - force: minus what holds a robot that is held, since the rate of momentum has no mean; and better told by samples
       than the mean of the reactions, which feel every stop that is hit. Its peak is what a load cell shows behind a
       low pass that takes such blows away.
-    - power $P = \sum \bar P_r + \sum \bar P_d$; what a drive gets back in a part of the cycle counts as given back.
+    - power $P = \sum \bar P_r + \sum \bar P_d$, of muscles, tendons and chambers too; what a drive gets back in a part
+      of the cycle counts as given back.
     - speed $U = |x(T) - x(0)|/T$.
     - turn_rate $\mathrm{atan2}(Q_{yx} - Q_{xy}, Q_{xx} + Q_{yy})/T$, $Q = R(T) R(0)^T$: the heading gained, less
       than half a turn a cycle.
     - efficiency $-\sum \bar P_l / P$ of the loads on the root body, all but its added mass: what it costs to tow
       that body as it moves, of what the drives give. Near to the quasi-propulsive efficiency (Maertens et al. 2015),
-      which tows at the mean speed. NaN where the body stays, or the drives give no power.
+      which tows at the mean speed. NaN where the body stays, the drives give no power, or that body is a rod, whose
+      bending cannot be told from its towing.
     - cost_of_transport $P/(m g U)$ with standard gravity (Gabrielli and von Karman 1950; Tucker 1975). NaN where the
       body stays. It and the efficiency are NaN where a load changes the shape: its power is not among the drives'.
 
@@ -67,10 +69,11 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
     d = diagnose_all(robot, times, states)
     once = jax.tree.map(lambda x: x[:-1], d)  # the last sample is the first again
     mean = jax.tree.map(lambda x: jnp.mean(x, axis=0), once)
-    power = jnp.sum(mean.reaction_power) + jnp.sum(mean.load_power[load_names(robot).index(DRIVE)])
+    power = jnp.sum(mean.reaction_power) + jnp.sum(mean.load_power[driving(robot)])
     speed = safe_norm(d.position[-1, 0] - d.position[0, 0]) / times[-1]
     fastest = jnp.max(safe_norm(jax.lax.stop_gradient(once.velocity)))
     # what turns the crank of a jet is no drive of a joint: its power is not told here
+    hull = not isinstance(robot.tree.parts[0].body, Rod)
     goes = (speed > _STAYS * fastest) & (SHAPE_CHANGE not in load_names(robot))
     return CycleMeans(
         velocity=mean.velocity,
@@ -90,7 +93,7 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
         power=power,
         speed=speed,
         turn_rate=_heading(d) / times[-1],
-        efficiency=_where(goes & (power > 0), _towing(robot, mean), power),
+        efficiency=_where(goes & (power > 0) & hull, _towing(robot, mean), power),
         cost_of_transport=_where(goes, power, jnp.sum(robot.weight()) * STANDARD_GRAVITY * speed),
     )
 
@@ -103,7 +106,7 @@ def _where(defined: Array, a: Array, b: Array) -> Array:
 def _towing(robot: Robot, mean: Diagnosis) -> Float[Array, ""]:
     """Power [W] that the loads on the root body take out."""
     own = np.array([name not in (ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE) for name in load_names(robot)])
-    return -jnp.sum(mean.load_power[own, 0])
+    return -jnp.sum(mean.load_power[own & ~driving(robot)[:, 0], 0])
 
 
 def _heading(d: Diagnosis) -> Float[Array, ""]:

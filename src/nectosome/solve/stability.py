@@ -66,5 +66,5 @@ def _turning_joints(robot: Robot) -> list[tuple[int, Free | Spherical]]:
         free = part.joint.nv if part.prescribed is None else 0
         if free and isinstance(part.joint, Free | Spherical):
             out.append((start, part.joint))
-        start += free + part.body.nq
+        start += free + part.left.size
     return out

@@ -1,0 +1,67 @@
+r"""Threads along rods: tendons that pull, chambers of fluid that push.
+
+A thread runs at $d(x) = (0, y, z)$ in the sections of a rod. Its direction and stretch are those of
+$u = \gamma + \kappa \times d + d'$, with the curvatures $\kappa$ [rad/m] and linear strains $\gamma$ (1 along the rod
+at rest). A tension T along it is the internal wrench $T (d \times \hat u, \hat u)$ in each section (Renda et al. 2020,
+"A geometric variable-strain approach for static modeling of soft manipulators with tendon and fluidic actuation",
+eq. 24), which is to say that its power is $-T \dot\ell$ with the thread's length $\ell = \int |u| dx$.
+"""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import RodLoad, Signal
+from nectosome.core.se3 import cross
+
+
+class Thread(eqx.Module):
+    """Where a thread runs, at m points along a rod."""
+
+    basis: Float[Array, "m 6 nq"]  # of the rod's strains [rad/m, 1] there
+    rest: Float[Array, "m 6"]  # strains without stress
+    weight: Float[Array, "m"]  # length of the rod that a point stands for [m]
+    place: Float[Array, "m 3"]  # d [m], the first of which is 0
+    slope: Float[Array, "m 3"]  # d' [1]
+
+    def lever(self, q: Float[Array, "nq"]) -> tuple[Float[Array, "m 6"], Float[Array, "m"]]:
+        """Internal wrench of a tension of 1 N, and the thread's length for a length of the rod."""
+        strain = self.rest + self.basis @ q
+        u = strain[:, 3:] + cross(strain[:, :3], self.place) + self.slope
+        stretch = jnp.sqrt(jnp.sum(u * u, axis=-1))
+        along = u / stretch[:, None]
+        return jnp.concatenate([cross(self.place, along), along], axis=-1), stretch
+
+    def pull(self, q: Float[Array, "nq"], tension: Float[Array, "m"]) -> Float[Array, "nq"]:
+        """Generalised force of a tension [N] along the thread."""
+        return -jnp.einsum("m,mri,mr->i", self.weight * tension, self.basis, self.lever(q)[0])
+
+    def length(self, q: Float[Array, "nq"]) -> Float[Array, ""]:
+        """Length of the thread [m]."""
+        return jnp.sum(self.weight * self.lever(q)[1])
+
+
+class Tendon(RodLoad):
+    """A thread without friction and stiffness of its own, pulled with a given tension."""
+
+    thread: Thread
+    tension: Signal  # [N]
+
+    def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
+        r"""$-T \partial\ell/\partial q$."""
+        return self.thread.pull(q, jnp.broadcast_to(self.tension(t)[0], self.thread.weight.shape))
+
+
+class Chamber(RodLoad):
+    r"""A chamber of fluid at a given pressure over that outside: it gives $p \dot V$, $V = \int A |u| dx$.
+
+    Its section A stays as it is: walls that do not bulge, as those of a chamber wound with thread.
+    """
+
+    thread: Thread
+    area: Float[Array, "m"]  # A [m2]
+    pressure: Signal  # p [Pa]
+
+    def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
+        r"""$p \partial V/\partial q$."""
+        return self.thread.pull(q, -self.pressure(t)[0] * self.area)

@@ -1,0 +1,228 @@
+"""Tendons, chambers and muscles of rods, and rods that are made to take a shape: closed forms, power, messages."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nectosome import robots
+from nectosome.core import State
+from nectosome.io import InputError, drive_period, dump_robot, parse_robot
+from nectosome.loads import Chamber, Tendon
+from nectosome.mechanism import Rod
+from nectosome.solve import static
+
+HOLD = """
+name: rod
+water: {density: 1000 kg/m3, gravity: 0 m/s2}
+body:
+  kind: rod
+  section: circle
+  length: 0.3 m
+  radius: 10 mm
+  young: 0.2 MPa
+  density: 1000 kg/m3
+  points: 6
+"""
+BENDING = 0.2e6 * np.pi / 4 * 0.01**4  # E J [N m2]
+AXIAL = 0.2e6 * np.pi * 0.01**2  # E A [N]
+FREE = "  strains: {torsion: 1, bending_y: 2, bending_z: 2, extension: 1, shear_y: 0}\n"
+
+
+def robot_of(*lines: str):
+    return robots.build(parse_robot(HOLD + "".join(f"  {line}\n" for line in lines)))
+
+
+def at_rest(*lines: str) -> tuple[Rod, jax.Array]:
+    """The rod, and its strain coordinates where it comes to rest."""
+    robot = robot_of(*lines)
+    found = static(robot)
+    assert found.status == 0
+    rod = robot.tree.parts[0].body
+    assert isinstance(rod, Rod)
+    return rod, found.value.q
+
+
+def test_a_tendon_beside_the_axis_bends_a_rod_evenly_towards_it():
+    """E J kappa = T d, exactly: the tendon stays a circle at the distance d."""
+    T, d = 0.5, 6e-3
+    _, q = at_rest(
+        "strains: {bending_z: 3}",
+        f"loads: {{pull: {{kind: tendon, place: [{d} m, 0 m], tension: {{kind: constant, value: {T} N}}}}}}",
+    )
+    np.testing.assert_allclose(q, [T * d / BENDING * 0.3, 0, 0, 0], atol=1e-12)
+
+
+def test_a_tendon_that_ends_half_way_bends_the_first_half():
+    """What lies beyond its end is straight; the turn of the tip is T d / E J times its length."""
+    T, d = 0.5, 6e-3
+    load = f"{{kind: tendon, place: [0 m, {d} m], along: [0, 0.5], tension: {{kind: constant, value: {T} N}}}}"
+    _, q = at_rest("strains: {bending_y: 12}", f"loads: {{pull: {load}}}")
+    assert q[0] == pytest.approx(-T * d / BENDING * 0.15, rel=1e-9)  # towards +z, which is about -y
+    steps = np.polynomial.legendre.legval(np.linspace(-0.8, -0.2, 7), q) / 0.3
+    np.testing.assert_allclose(steps, -T * d / BENDING, rtol=0.15)  # but for ripples of the jump
+
+
+def test_a_chamber_on_the_axis_makes_a_rod_longer():
+    """E A epsilon = p A_c."""
+    p, area = 20e3, 5e-5
+    load = f"{{kind: chamber, place: [0 m, 0 m], area: {area} m2, pressure: {{kind: constant, value: {p} Pa}}}}"
+    _, q = at_rest("strains: {bending_z: 1, extension: 1}", f"loads: {{blow: {load}}}")
+    np.testing.assert_allclose(q, [0, 0, p * area / AXIAL, 0], atol=1e-12)
+
+
+def test_a_muscle_gives_its_moment_along_the_rod():
+    """E J kappa(x) = m(x), where polynomials can follow."""
+    wave = "{kind: wave, amplitude: 10 mN m, frequency: 2 Hz, phase: 90 deg, envelope: [0, 1]}"
+    _, q = at_rest("strains: {bending_z: 2}", f"loads: {{beat: {{kind: muscle, strain: bending_z, moment: {wave}}}}}")
+    expected = 10e-3 / BENDING * 0.3 * np.array([0.5, 0.5, 0.0])  # x/L = P_0/2 + P_1/2
+    np.testing.assert_allclose(q, expected, atol=1e-12)
+
+
+LOADS = """
+  rest: {bending_y: [1 rad/m, 0.5 rad/m], torsion: 2 rad/m}
+  loads:
+    pull:
+      {kind: tendon, place: [6 mm, -2 mm], tip_place: [-3 mm, 5 mm], along: [0.1, 0.9],
+       tension: {kind: constant, value: 0.4 N}}
+    blow:
+      {kind: chamber, place: [-4 mm, 3 mm], area: 30 mm2, tip_area: 10 mm2,
+       pressure: {kind: sine, amplitude: 20 kPa, frequency: 1 Hz}}
+"""
+
+
+@pytest.fixture(scope="module")
+def threads():
+    robot = robots.build(parse_robot(HOLD + FREE + LOADS))
+    return {a.name: a.load for a in robot.loads if isinstance(a.load, Tendon | Chamber)}
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**31))
+def test_what_threads_give_is_the_slope_of_their_length_and_volume(threads, seed: int):
+    """-T dl/dq and p dV/dq: so their power is -T times the rate of the length, p times that of the volume."""
+    q = jnp.asarray(np.random.default_rng(seed).normal(size=11) * 0.3)
+    t, pull, blow = jnp.asarray(0.2), threads["pull"], threads["blow"]
+    slope = jax.grad(pull.thread.length)(q)
+    np.testing.assert_allclose(pull.force(t, q, q), -0.4 * slope, rtol=1e-9, atol=1e-13)
+
+    def volume(q: jax.Array) -> jax.Array:
+        return jnp.sum(blow.thread.weight * blow.area * blow.thread.lever(q)[1])
+
+    pressure = 20e3 * np.sin(2 * np.pi * 0.2)
+    np.testing.assert_allclose(blow.force(t, q, q), pressure * jax.grad(volume)(q), rtol=1e-9, atol=1e-13)
+
+
+def test_the_length_of_a_thread_is_that_of_its_curve(threads):
+    """Against points along the built rod, joined by straight lines."""
+    robot = robots.build(parse_robot((HOLD + FREE + LOADS).replace("points: 6", "points: 200")))
+    q = jnp.asarray(np.random.default_rng(3).normal(size=11) * 0.3)
+    shape, rod = robot.tree.shape(q), robot.tree.parts[0].body
+    s = np.asarray(rod.nodes)
+    there = (s >= 0.1) & (s <= 0.9)
+    share = (s[there] - 0.1) / 0.8
+    across = np.stack([0 * share, 6e-3 - 9e-3 * share, -2e-3 + 7e-3 * share], axis=-1)
+    points = np.asarray(shape.position)[there] + np.einsum("nij,nj->ni", np.asarray(shape.rotation)[there], across)
+    seen = np.linalg.norm(np.diff(points, axis=0), axis=1).sum() / (share[-1] - share[0])
+    assert float(threads["pull"].thread.length(q)) == pytest.approx(seen, rel=2e-3)
+
+
+WAVE = (
+    "{kind: wave, amplitude: 6 rad/m, offset: 1 rad/m, frequency: 2 Hz, wavelength: 0.4 m, "
+    "envelope: [0.3, 0.6, 1], phase: 0.4 rad}"
+)
+SWIMS = """
+  strains: {torsion: 1, bending_z: 7}
+  joint: {kind: free}
+  loads: {water: {kind: added_mass, normal: 1}, drag: {kind: drag, normal: 1}}
+"""
+
+
+@pytest.fixture(scope="module")
+def made():
+    return robots.build(parse_robot(HOLD + SWIMS + f"  motion: {{bending_z: {WAVE}}}\n"))
+
+
+def test_a_rod_takes_the_curvature_that_it_is_made_to(made):
+    rod, t = made.tree.parts[0].body, 0.13
+    x = made.initial()
+    q, v, a = made.tree.complete(jnp.asarray(t), x.q, x.v)
+    s = np.linspace(0, 1, 21)
+    P = np.polynomial.legendre.legvander(2 * s - 1, 7)
+    e = np.interp(s, [0, 0.5, 1], [0.3, 0.6, 1])
+    w = 4 * np.pi
+    angle = w * t - 2 * np.pi * s * 0.3 / 0.4 + 0.4
+    rows = [k for k, name in enumerate(made.tree.coordinate_names) if "bending_z" in name]
+    at = [k for k, name in enumerate(rod.names) if "bending_z" in name]
+    np.testing.assert_allclose(P @ q[np.array(at) + 7] / 0.3, e * (1 + 6 * np.sin(angle)), atol=0.12)
+    np.testing.assert_allclose(P @ v[np.array(rows)] / 0.3, e * 6 * w * np.cos(angle), atol=0.12 * w)
+    np.testing.assert_allclose(P @ a[np.array(rows)] / 0.3, -e * 6 * w**2 * np.sin(angle), atol=0.12 * w**2)
+
+
+def test_what_it_takes_to_make_the_shape_is_what_moves_a_free_rod_alike(made):
+    """Inverse dynamics: the reactions, put on a rod that is free, give the accelerations that are prescribed."""
+    free = robots.build(parse_robot(HOLD + SWIMS))
+    t, r = jnp.asarray(0.13), np.random.default_rng(0)
+    x = made.initial()
+    x = State(x.q + 0.1 * jnp.asarray(r.normal(size=x.q.shape)), jnp.asarray(0.2 * r.normal(size=x.v.shape)), x.z)
+    rate = made.rates(t, x)
+    q, v, a = made.tree.complete(t, x.q, x.v)
+    a = a.at[made.tree.free_v].set(rate.v)
+    reaction = made.forces(t, x, rate.v).residual
+    np.testing.assert_allclose(reaction[made.tree.free_v], 0, atol=1e-9)
+    given_back = free.rates(t, State(q, v, free.initial().z), reaction)
+    np.testing.assert_allclose(given_back.v, a, rtol=1e-6, atol=1e-6)
+
+
+def test_what_is_made_goes_with_the_drives_and_has_their_period():
+    description = parse_robot(HOLD + SWIMS + f"  motion: {{bending_z: {WAVE}}}\n")
+    assert drive_period(description) == pytest.approx(0.5)
+    assert parse_robot(dump_robot(description)) == description
+
+
+MADE = f"  motion: {{bending_z: {WAVE}}}\n"
+MISTAKES = {
+    "no free strain": (
+        "  strains: {bending_y: 1}\n" + MADE,
+        r"strains do not name bending_z",
+    ),
+    "too coarse": (
+        "  strains: {bending_z: 2}\n" + MADE,
+        r"order 2 miss \d+ % .* It takes order",
+    ),
+    "no wave": (
+        "  strains: {bending_z: 2}\n  motion: {bending_z: {kind: wave, amplitude: 1 rad/m, frequency: 1 Hz, "
+        "envelope: [0]}}\n",
+        "is 0 everywhere",
+    ),
+    "muscle of a held strain": (
+        "  strains: {bending_z: 2}\n  loads: {beat: {kind: muscle, strain: torsion, moment: "
+        "{kind: wave, amplitude: 1 N m, frequency: 1 Hz}}}\n",
+        "torsion is not free",
+    ),
+    "a tendon that pushes": (
+        "  strains: {bending_z: 2}\n  loads: {pull: {kind: tendon, place: [1 mm, 0 m], tension: "
+        "{kind: sine, amplitude: 1 N, frequency: 1 Hz, offset: 0.5 N}}}\n",
+        "it cannot push",
+    ),
+    "from end to start": (
+        "  strains: {bending_z: 2}\n  loads: {pull: {kind: tendon, place: [1 mm, 0 m], along: [0.5, 0.2], tension: "
+        "{kind: constant, value: 1 N}}}\n",
+        "must be less than the second",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_mistakes_are_told(name: str):
+    text, message = MISTAKES[name]
+    with pytest.raises(InputError, match=message):
+        parse_robot(HOLD + text)
+
+
+def test_muscles_are_of_rods_only():
+    rigid = "name: r\nbody: {kind: rigid, shape: point, mass: 1 kg, loads: {edge: {kind: trailing_edge}}}\n"
+    with pytest.raises(InputError, match="acts on a rod, not on a rigid part"):
+        parse_robot(rigid)
