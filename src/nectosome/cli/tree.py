@@ -18,7 +18,7 @@ _PLACED = ("at", "offset", "rotation")
 
 
 def robot_tree(description: RobotDescription, parts: list[Weighed]) -> Tree:
-    """Return the parts on one another, each with its sizes, masses, joint and loads."""
+    """Return the parts on one another, each with its sizes, masses, joint and loads; then what ties them."""
     weighed = {part.name: part for part in parts}
     plain = to_plain(description)
     mass, displaced = (sum(getattr(part, name) for part in weighed.values()) for name in ("mass", "displaced"))
@@ -35,6 +35,8 @@ def robot_tree(description: RobotDescription, parts: list[Weighed]) -> Tree:
     for name, part in {"body": plain["body"], **plain.get("limbs", {})}.items():
         parent = tree if name == "body" else branches[part.get("on", "body")]
         branches[name] = _add_part(parent, part, weighed[name])
+    for name, pair in plain.get("pairs", {}).items():
+        tree.add(_line(name, _flat(pair)))
     if description.aliases:
         quantities = numeric_paths(description)
         names = tree.add(_line("aliases", ""))

@@ -5,7 +5,7 @@ from .block import Block, Line, Memoryless, RateIndependent, Stepper
 from .se3 import safe_norm
 from .signal import Constant, Cycle, Rate, Recording, Signal, Sine, Stack, Steps, Stroke, Wave
 from .solution import Solution, Status
-from .system import JointLoad, Load, Mechanical, RodLoad, State, Strips, System
+from .system import JointLoad, Load, Mechanical, PairLoad, RodLoad, State, Strips, System
 from .water import STANDARD_GRAVITY, UniformCurrent, Water
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "Load",
     "Mechanical",
     "Memoryless",
+    "PairLoad",
     "Rate",
     "RateIndependent",
     "Recording",

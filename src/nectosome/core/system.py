@@ -1,4 +1,4 @@
-"""Contracts: what evolves in time (System, Mechanical) and what acts on a body (Load)."""
+"""Contracts: what evolves in time (System, Mechanical), what acts on a body (Load) and between two (PairLoad)."""
 
 from abc import abstractmethod
 from typing import Any, ClassVar
@@ -131,3 +131,20 @@ class RodLoad(eqx.Module):
     @abstractmethod
     def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
         """Generalised force along the strain coordinates q of the rod, whose rates are v."""
+
+
+class PairLoad(eqx.Module):
+    """What acts between two parts of which neither need carry the other; `tests/loads/test_pairs.py` holds each to it.
+
+    The velocities of the strips are those in the world, whatever the current. The wrenches on the two cancel: their
+    forces add up to nothing, and so do their moments about any point. What a pair gives its parts it has stored: its
+    power is never more than the rate at which `energy` falls.
+    """
+
+    @abstractmethod
+    def force(self, first: Strips, second: Strips) -> tuple[Float[Array, "n 6"], Float[Array, "m 6"]]:
+        """Wrench (moment [N m], force [N]) on each station of the two parts, in the station's own frame."""
+
+    @abstractmethod
+    def energy(self, first: Strips, second: Strips) -> Float[Array, ""]:
+        """Energy stored [J]."""

@@ -5,6 +5,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from nectosome.io.describe_base import AliasName, Described, Name, OneOrMany, Velocity, wrong
+from nectosome.io.describe_pairs import Pair, check_pair
 from nectosome.io.describe_parts import Limb, Rod
 from nectosome.io.errors import did_you_mean
 from nectosome.io.fields import Coordinate, Density, Gravity
@@ -40,7 +41,8 @@ class RobotDescription(Described):
     """A robot in water. The numbers are SI floats; each has a path such as `limbs.filament.young`.
 
     `body` is the part all others hang on; `limbs` sit on the body or on a limb before them; `aliases` are short
-    names for one path or for several that are set together.
+    names for one path or for several that are set together. `pairs` is what acts between two parts of which neither
+    need carry the other.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
@@ -48,6 +50,7 @@ class RobotDescription(Described):
     water: WaterDescription = WaterDescription()
     body: Limb
     limbs: dict[Name, Limb] = Field(default_factory=dict)
+    pairs: dict[Name, Pair] = Field(default_factory=dict)
     aliases: dict[AliasName, Annotated[tuple[str, ...], Field(min_length=1), OneOrMany()]] = Field(default_factory=dict)
 
     @model_validator(mode="after")
@@ -68,6 +71,13 @@ class RobotDescription(Described):
             if not isinstance(limb.at, str) and not (isinstance(parent, Rod) and limb.at in parent.marks):
                 raise wrong(f"{here}.at", f"{limb.on} has no mark at {limb.at}. Write tip or root, or add the mark.")
             before[name] = limb
+        return self
+
+    @model_validator(mode="after")
+    def _pairs_are_of_parts(self) -> Self:
+        parts = {"body": self.body, **self.limbs}
+        for name, pair in self.pairs.items():
+            check_pair(name, pair, parts)
         return self
 
     @model_validator(mode="after")

@@ -17,21 +17,27 @@ from .jet import Jet, Motor, Pulse
 from .leg import Leg, Stride
 from .muscle import Muscle
 from .near_floor import NearFloor
+from .places import Places
 from .springs import Damper, Flexure, Spring
 from .stoppers import LowerStop, UpperStop
 from .threads import Chamber, Tendon, Thread
 from .thruster import PulsedThrust
+from .tie import End, Tie
+from .touch import Beads, Friction, Touch
 from .trailing_edge import TrailingEdge
 
 __all__ = [
     "AddedMass",
+    "Beads",
     "Bumper",
     "Buoyancy",
     "Chamber",
     "Contact",
     "CylinderAddedMass",
     "Damper",
+    "End",
     "Flexure",
+    "Friction",
     "GivenAddedMass",
     "Jet",
     "Leg",
@@ -41,6 +47,7 @@ __all__ = [
     "Motor",
     "Muscle",
     "NearFloor",
+    "Places",
     "PlateDrag",
     "PointForce",
     "Pulse",
@@ -52,6 +59,8 @@ __all__ = [
     "StripDrag",
     "Tendon",
     "Thread",
+    "Tie",
+    "Touch",
     "TrailingEdge",
     "UpperStop",
     "Weight",

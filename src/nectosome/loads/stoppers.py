@@ -1,4 +1,4 @@
-"""Stops that a joint runs into."""
+"""Stops that a joint runs into, and how hard they push."""
 
 from typing import ClassVar
 
@@ -6,6 +6,21 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import JointLoad
+
+
+def push(depth: Array, rate: Array, stiffness: Array, damping: Array, softness: Array) -> Array:
+    r"""Force of what is `depth` deep and goes deeper at `rate`, by the formula of `Stop` with $\xi = clip(x, 0, 1)$."""
+    x = depth / softness
+    inside = jnp.clip(x, 0.0, 1.0)
+    spring = stiffness * softness * (inside**3 - 0.5 * inside**4 + jnp.maximum(x - 1.0, 0.0))
+    return jnp.maximum(spring + damping * inside**2 * (3.0 - 2.0 * inside) * rate, 0.0)
+
+
+def pushed(depth: Array, stiffness: Array, softness: Array) -> Array:
+    r"""Energy that its spring stores: $k d_0^2 [\xi^4/4 - \xi^5/10 + y/2 + y^2/2]$ with $y = max(x - 1, 0)$."""
+    x = depth / softness
+    inside, beyond = jnp.clip(x, 0.0, 1.0), jnp.maximum(x - 1.0, 0.0)
+    return stiffness * softness**2 * (0.25 * inside**4 - 0.1 * inside**5 + 0.5 * beyond + 0.5 * beyond**2)
 
 
 class Stop(JointLoad):
@@ -27,11 +42,8 @@ class Stop(JointLoad):
 
     def force(self, displacement: Float[Array, "nv"], v: Float[Array, "nv"]) -> Float[Array, "nv"]:
         """Force away from the stop."""
-        x = self.side * (displacement - self.at) / self.softness
-        inside = jnp.clip(x, 0.0, 1.0)
-        spring = self.stiffness * self.softness * (inside**3 - 0.5 * inside**4 + jnp.maximum(x - 1.0, 0.0))
-        damper = self.damping * inside**2 * (3.0 - 2.0 * inside) * self.side * v
-        return -self.side * jnp.maximum(spring + damper, 0.0)
+        depth, rate = self.side * (displacement - self.at), self.side * v
+        return -self.side * push(depth, rate, self.stiffness, self.damping, self.softness)
 
 
 class LowerStop(Stop):

@@ -5,7 +5,7 @@ from .joints import Fixed, Free, Joint, Planar, Prismatic, Revolute, Spherical
 from .links import Link
 from .plane import InPlane
 from .reduce import in_plane, moves_in_plane, reduced
-from .robot import Attached, Forces, Robot, make_robot
+from .robot import Attached, Forces, Paired, Robot, make_robot
 from .rods import STRAINS, Rod, make_rod
 from .tree import Part, Shape, Tree
 
@@ -19,6 +19,7 @@ __all__ = [
     "InPlane",
     "Joint",
     "Link",
+    "Paired",
     "Part",
     "Planar",
     "Prismatic",

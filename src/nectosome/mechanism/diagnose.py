@@ -38,8 +38,9 @@ class Diagnosis(NamedTuple):
 
 
 def load_names(robot: Robot) -> tuple[str, ...]:
-    """Names of all loads, in order, then of what the mechanism itself adds."""
+    """Names of all loads and pairs, in order, then of what the mechanism itself adds."""
     own = dict.fromkeys(a.name for a in robot.loads if not (isinstance(a.load, Load) and a.load.inertial))
+    own |= dict.fromkeys(pair.name for pair in robot.pairs)
     reshaped = any(isinstance(a.load, Load) and a.load.reshapes for a in robot.loads)
     return (*own, ADDED_MASS, *([SHAPE_CHANGE] if reshaped else []), VISCOUS, DRIVE)
 
@@ -96,6 +97,9 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
         if f is not None:
             watts = f @ v[place.v]
             joint_power = joint_power.at[names.index(attached.name), attached.part].add(watts)
+    for pair, both in zip(robot.pairs, acting.pair_wrenches, strict=True):
+        for part, w in zip(pair.parts, both, strict=True):
+            wrench = wrench.at[names.index(pair.name), tree.layout[part].stations].add(w)
     for i, place in enumerate(tree.layout):
         joint_power = joint_power.at[names.index(VISCOUS), i].set(-acting.viscous[place.v] @ v[place.v])
         joint_power = joint_power.at[names.index(DRIVE), i].set(acting.drive[place.v] @ v[place.v])

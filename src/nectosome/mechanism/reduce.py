@@ -25,10 +25,13 @@ def reduced(system: Mechanical) -> Mechanical:
 
 
 def moves_in_plane(robot: Robot) -> bool:
-    """Whether nothing of a robot can leave a plane: all joints turn about its normal or slide in it, nothing flows."""
+    """Whether nothing of a robot can leave a plane: all joints turn about its normal or slide in it, nothing flows.
+
+    Pairs of parts are left to the robot's own equations.
+    """
     links = all(isinstance(part.body, Link) for part in robot.tree.parts)
     joints = all(isinstance(part.joint, Fixed | Revolute | Prismatic | Planar) for part in robot.tree.parts)
-    if not (links and joints and robot.water.current is None):
+    if not (links and joints and robot.water.current is None and not robot.pairs):
         return False
     return float(remembered(_lean, robot)) < _STRAIGHT
 

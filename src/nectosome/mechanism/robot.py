@@ -1,4 +1,4 @@
-r"""A robot: a tree of parts, the loads on them, and the water; its equations of motion.
+r"""A robot: a tree of parts, the loads on them and between them, and the water; its equations of motion.
 
 With the body twists $V = J v$ of all stations, the equations are
 
@@ -16,7 +16,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import JointLoad, Load, Mechanical, RodLoad, State, Strips, Water
+from nectosome.core import JointLoad, Load, Mechanical, PairLoad, RodLoad, State, Strips, Water
 from nectosome.core.linear import inverse
 from nectosome.core.se3 import coadjoint, cross, dot_t
 
@@ -32,6 +32,14 @@ class Attached(eqx.Module):
     load: Load | JointLoad | RodLoad
 
 
+class Paired(eqx.Module):
+    """What acts between two parts."""
+
+    name: str = eqx.field(static=True)
+    parts: tuple[int, int] = eqx.field(static=True)
+    load: PairLoad
+
+
 class Forces(NamedTuple):
     """All that acts at one instant; sums to the residual."""
 
@@ -39,8 +47,10 @@ class Forces(NamedTuple):
     twist: Float[Array, "n 6"]  # of the stations, body frame
     wrenches: tuple[Array | None, ...]  # of each load on its part's stations, station frame
     inner_forces: tuple[Array | None, ...]  # of each load along its part's velocities: its joint's or its strains'
+    pair_wrenches: tuple[tuple[Array, Array], ...]  # of each pair on the stations of its two parts, station frame
     joint: Float[Array, "nv"]  # sum of those on joints
     active: Float[Array, "nv"]  # sum of those inside rods
+    paired: Float[Array, "nv"]  # sum of those of pairs
     added: Float[Array, "n 6 6"]  # added mass as it is now
     fluid: Float[Array, "n 6"]  # inertia force of the added mass, the wrench the water gives, station frame
     reshaping: Float[Array, "n 6"] | None  # the wrench it gives as the added mass changes; None where it never does
@@ -59,6 +69,7 @@ class Robot(Mechanical):
     water: Water
     inertia: Float[Array, "n 6 6"]  # of the body's own matter, at each station
     added: Float[Array, "n 6 6"]  # added mass, but for what loads change (see `carried`)
+    pairs: tuple[Paired, ...] = ()
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
@@ -95,16 +106,20 @@ class Robot(Mechanical):
 
     def strips(self, part: int, t: Array, shape: Shape, twist: Array) -> Strips:
         """Stations of one part as a load sees them."""
+        strips = self.in_world(part, shape, twist)
+        if self.water.current is None:
+            return strips
+        c = dot_t(strips.rotation, self.water.flow(t, strips.position)[0])
+        return eqx.tree_at(lambda s: s.velocity, strips, strips.velocity - c)
+
+    def in_world(self, part: int, shape: Shape, twist: Array) -> Strips:
+        """Stations of one part with their velocities in the world, as a pair sees them."""
         here, body = self.tree.layout[part].stations, self.tree.parts[part].body
-        R, p, twist = shape.rotation[here], shape.position[here], twist[here]
-        velocity = twist[:, 3:]
-        if self.water.current is not None:
-            velocity = velocity - dot_t(R, self.water.flow(t, p)[0])
         return Strips(
-            rotation=R,
-            position=p,
-            angular_velocity=twist[:, :3],
-            velocity=velocity,
+            rotation=shape.rotation[here],
+            position=shape.position[here],
+            angular_velocity=twist[here, :3],
+            velocity=twist[here, 3:],
             x=body.x,
             weight=body.weight,
             half_width=body.half_width,
@@ -155,6 +170,15 @@ class Robot(Mechanical):
                 wrenches.append(None)
                 inner_forces.append(f)
 
+        between = jnp.zeros_like(wrench)
+        pair_wrenches = []
+        for pair in self.pairs:
+            both = pair.load.force(*(self.in_world(part, shape, twist) for part in pair.parts))
+            for part, w in zip(pair.parts, both, strict=True):
+                between = between.at[tree.layout[part].stations].add(w)
+            pair_wrenches.append(both)
+        paired = pull(between)[0] if self.pairs else jnp.zeros(v.shape)
+
         elastic, viscous, drive = (jnp.zeros(v.shape) for _ in range(3))
         for part, place in zip(tree.parts, tree.layout, strict=True):
             start = place.v.start + part.joint.nv
@@ -165,14 +189,16 @@ class Robot(Mechanical):
                 drive = drive.at[place.v.start : start].set(part.drive(t)[0])
         if u is not None:
             drive = drive.at[tree.free_v].add(u)
-        residual = elastic + viscous - joint - active - drive - pull(wrench)[0]
+        residual = elastic + viscous - joint - active - paired - drive - pull(wrench)[0]
         return Forces(
             shape=shape,
             twist=twist,
             wrenches=tuple(wrenches),
             inner_forces=tuple(inner_forces),
+            pair_wrenches=tuple(pair_wrenches),
             joint=joint,
             active=active,
+            paired=paired,
             added=added,
             fluid=fluid,
             reshaping=reshaping,
@@ -259,7 +285,7 @@ def times(matrix: Array, x: Array) -> Array:
     return jnp.sum(matrix * x[..., None, :], axis=-1)
 
 
-def make_robot(tree: Tree, loads: tuple[Attached, ...], water: Water) -> Robot:
+def make_robot(tree: Tree, loads: tuple[Attached, ...], water: Water, pairs: tuple[Paired, ...] = ()) -> Robot:
     """Robot with the inertia of bodies and of the water they carry along gathered at its stations."""
     inertia = jnp.concatenate([part.body.inertia for part in tree.parts])
     bare = Robot(tree, loads, water, inertia, jnp.zeros_like(inertia))
@@ -273,4 +299,4 @@ def make_robot(tree: Tree, loads: tuple[Attached, ...], water: Water) -> Robot:
             mass = attached.load.inertia(bare.strips(attached.part, jnp.zeros(()), shape, rest), water)
             if mass is not None:
                 added = added.at[tree.layout[attached.part].stations].add(mass)
-    return Robot(tree, loads, water, inertia, added)
+    return Robot(tree, loads, water, inertia, added, pairs)

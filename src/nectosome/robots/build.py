@@ -25,6 +25,7 @@ from nectosome.mechanism import (
     Free,
     Joint,
     Link,
+    Paired,
     Part,
     Planar,
     Prismatic,
@@ -40,6 +41,7 @@ from nectosome.mechanism.sections import Sections, ellipse, rectangle
 
 from .build_base import is_zero, node, number, signal, unit, vector
 from .build_loads import joint_loads, load_of
+from .build_pairs import pair_of
 from .build_rods import rod_of, shape_of
 
 
@@ -136,7 +138,12 @@ def _assemble(d: RobotDescription) -> Robot:
             attached.append(Attached("weight", i, ld.Weight()))
         if (weighs or current is not None) and not (isinstance(limb, dp.Rigid) and is_zero(limb.volume)):
             attached.append(Attached("buoyancy", i, ld.Buoyancy()))
-    return make_robot(Tree(tuple(parts)), tuple(attached), water)
+    bodies = {part.name: part.body for part in parts}
+    pairs = tuple(
+        Paired(name, (order.index(pair.between[0]), order.index(pair.between[1])), pair_of(pair, limbs, bodies))
+        for name, pair in d.pairs.items()
+    )
+    return make_robot(Tree(tuple(parts)), tuple(attached), water, pairs)
 
 
 def bind(

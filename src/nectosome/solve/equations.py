@@ -70,7 +70,7 @@ class Equations(eqx.Module):
             if w is not None:
                 wrench = wrench.at[layout[attached.part].stations].add(jnp.abs(w))
         total = jnp.sum(jnp.abs(self.robot.columns(acting.shape)) * wrench, axis=(1, 2))
-        inner = acting.elastic, acting.viscous, acting.joint, acting.active, acting.drive
+        inner = acting.elastic, acting.viscous, acting.joint, acting.active, acting.paired, acting.drive
         total += sum(jnp.abs(f)[free] for f in inner)
         share = jnp.abs(acting.residual[free]) / jnp.where(total > 0, total, 1.0)
         moving, _ = ravel_pytree(self.robot.state_rates(t, x))

@@ -31,8 +31,9 @@ def static(
 ) -> Solution:
     """State at rest in which elastic and spring forces balance all loads; drives and prescribed joints as at t = 0.
 
-    Loads are scaled from zero to one, with a secant predictor and steps that halve where Newton's method fails and
-    grow where it succeeds. `tolerance`: what may be left of the residual, relative to the largest force in it.
+    What acts between two parts counts as elastic. Loads are scaled from zero to one, with a secant predictor and
+    steps that halve where Newton's method fails and grow where it succeeds. `tolerance`: what may be left of the
+    residual, relative to the largest force in it.
     Returns a Solution with the State (as far as it came) and status SOLVED or NO_EQUILIBRIUM; `stats` holds the share
     of the loads reached, the Newton iterations, and the smallest eigenvalue of the tangent stiffness' symmetric part
     (negative under conservative loads: the equilibrium is unstable). Works under jit and vmap.
@@ -48,7 +49,7 @@ def _static(robot: Robot, x: State, first_step: Float[Array, ""], tolerance: Flo
     def balance(q: Array, load: Array) -> tuple[Array, Array]:
         """Residual at a share of the loads, and the largest force in it."""
         acting = robot.forces(jnp.zeros(()), State(q, zero, x.z), zero)
-        inner = (acting.elastic - acting.joint)[robot.tree.free_v]
+        inner = (acting.elastic - acting.joint - acting.paired)[robot.tree.free_v]
         outer = acting.residual[robot.tree.free_v] - inner
         return inner + load * outer, jnp.maximum(jnp.max(jnp.abs(inner)), load * jnp.max(jnp.abs(outer)))
 

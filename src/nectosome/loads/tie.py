@@ -1,0 +1,67 @@
+"""A stiff bushing that joins a place of one part to a place of another: closes loops of bodies."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import PairLoad, Strips
+from nectosome.core.se3 import cross, dot, matmul3
+
+from .places import Places
+
+
+class End(eqx.Module):
+    """Where a tie holds on to a part."""
+
+    at: Places  # a single one
+    rotation: Float[Array, "3 3"]  # the tie's axes in the frame of that station
+
+
+class Tie(PairLoad):
+    r"""A linear spring and damper against a distance, and against a turn, of two frames.
+
+    With d from the first place to the second, and the velocity w of the second part against the first at the middle m
+    between them, the first is pulled, and the second pulled back, by
+
+    $$ F = k\, d + c\, w $$
+
+    at m, so that forces and moments cancel also where d is not 0. With the rotation R of the second frame against the
+    first, $[e]_\times = (R - R^\top)/2$, which is $\sin\theta$ along the axis of the turn $\theta$, it is turned by
+
+    $$ M = k_t\, e + c_t\, (\omega_2 - \omega_1) $$
+
+    The energy is $k |d|^2/2 + k_t (1 - \cos\theta)$. Without k_t and c_t it is a ball joint, with them a weld.
+    """
+
+    first: End
+    second: End
+    stiffness: Float[Array, ""]  # k [N/m]
+    damping: Float[Array, ""]  # c [N s/m]
+    turning_stiffness: Float[Array, ""]  # k_t [N m/rad]
+    turning_damping: Float[Array, ""]  # c_t [N m s/rad]
+
+    def _turn(self, first: Strips, second: Strips) -> tuple[Array, Array]:
+        """Axes of the first end, and the turn of the second's against them; [3, 3] each."""
+        ends = (self.first, first), (self.second, second)
+        A, B = (matmul3(strips.rotation[end.at.station[0]], end.rotation) for end, strips in ends)
+        return A, matmul3(A.T, B)
+
+    def force(self, first: Strips, second: Strips) -> tuple[Float[Array, "n 6"], Float[Array, "m 6"]]:
+        """Pull and turn towards each other."""
+        a, b = self.first.at.points(first), self.second.at.points(second)
+        d = b.position - a.position
+        spin = b.angular_velocity - a.angular_velocity
+        apart = b.velocity - a.velocity - 0.5 * cross(a.angular_velocity + b.angular_velocity, d)
+        pull = self.stiffness * d + self.damping * apart
+        A, R = self._turn(first, second)
+        e = 0.5 * jnp.stack([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+        turn = self.turning_stiffness * dot(A, e) + self.turning_damping * spin
+        arm = 0.5 * cross(d, pull)
+        return self.first.at.wrenches(first, pull, arm + turn), self.second.at.wrenches(second, -pull, arm - turn)
+
+    def energy(self, first: Strips, second: Strips) -> Float[Array, ""]:
+        """Of both springs."""
+        d = self.second.at.points(second).position - self.first.at.points(first).position
+        _, R = self._turn(first, second)
+        turned = 0.5 * (3.0 - jnp.trace(R))
+        return 0.5 * self.stiffness * jnp.sum(d * d) + self.turning_stiffness * turned

@@ -1,0 +1,106 @@
+"""Contact of two parts, each a chain of round cones: rods, cylinders with round ends, spheres."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import PairLoad, Strips
+from nectosome.core.se3 import cross, safe_norm
+
+from .nearest import Nearest, nearest
+from .places import Places, Points
+from .stoppers import push, pushed
+
+
+class Friction(eqx.Module):
+    r"""Dry friction that goes over smoothly from stick to slip (Brown and McPhee 2016).
+
+    At the velocity v along the surfaces, in units of the `creep` $v_t$, $x = |v|/v_t$, it is against v
+
+    $$ F = N \left(\mu_d \tanh 4x + (\mu_s - \mu_d) \frac{x}{(x^2/4 + 3/4)^2}\right) $$
+
+    which is largest at x = 1, there $\mu_s N$. What sticks creeps, slower than $v_t$ as long as it holds.
+    """
+
+    static_friction: Float[Array, ""]  # mu_s [-]
+    dynamic_friction: Float[Array, ""]  # mu_d [-]
+    creep: Float[Array, ""]  # v_t [m/s]
+
+    def force(self, normal: Float[Array, "m"], v: Float[Array, "m 3"]) -> Float[Array, "m 3"]:
+        """Force [N] against v for a normal force N."""
+        x = safe_norm(v) / self.creep
+        still = x == 0
+        slips = jnp.where(still, 4.0, jnp.tanh(4.0 * x) / jnp.where(still, 1.0, x))
+        more = (self.static_friction - self.dynamic_friction) / (0.25 * x**2 + 0.75) ** 2
+        return -((self.dynamic_friction * slips + more) * normal / self.creep)[:, None] * v
+
+
+class Beads(eqx.Module):
+    """Spheres at places of a part."""
+
+    at: Places
+    radius: Float[Array, "m"]  # [m]
+
+
+class Touch(PairLoad):
+    r"""What keeps two parts from going through each other, bead by bead of the first.
+
+    Each bead of the first part, a sphere of radius r_i, feels the sphere of the second's chain that is nearest, with
+    the centre c, between two of its nodes. Where they are $\delta$ deep in each other it is pushed along the normal by
+
+    $$ N = w_i \max\left(0,\ k \delta_0 [\xi^3 - \tfrac12 \xi^4 + \max(\delta/\delta_0 - 1, 0)]
+       + c\, \xi^2 (3 - 2 \xi)\, \dot\delta\right), \quad \xi = clip(\delta/\delta_0, 0, 1) $$
+
+    and along the surfaces by `Friction`, halfway between them. The same force pulls back on the second part,
+    shared by the two nodes in proportion to how near they are, with the same moment; velocities of the second part are
+    weighted alike, so that forces, moments and powers are those of one force at one point. The shares w_i add up to 1:
+    k is the stiffness of the first part pressed on evenly along all of its length, and where only a part of it touches,
+    the forces converge with the number of beads to those of a stiffness per length.
+
+    Approximations. Sections count as round; ends are half spheres. A bead feels one place of the second part, the
+    nearest: where a chain bends round it, the force turns by the angle between two pieces as it goes from one to the
+    next. What is thinner than the beads are apart slips through between them: the first part is the one with more
+    strips. Axes that cross push in no direction.
+    """
+
+    beads: Beads
+    share: Float[Array, "m"]  # w
+    chain: Beads  # of the second part, at least two
+    stiffness: Float[Array, ""]  # k [N/m]
+    damping: Float[Array, ""]  # c [N s/m]
+    softness: Float[Array, ""]  # delta_0 [m]
+    friction: Friction
+
+    def _meet(self, first: Strips, second: Strips) -> tuple[Points, Points, Nearest]:
+        """Beads, nodes, and what of the chain is nearest to each bead."""
+        a, b = self.beads.at.points(first), self.chain.at.points(second)
+        return a, b, nearest(a.position, b.position, self.chain.radius)
+
+    def force(self, first: Strips, second: Strips) -> tuple[Float[Array, "n 6"], Float[Array, "m 6"]]:
+        """Push apart, and drag along the surfaces."""
+        a, b, met = self._meet(first, second)
+        near, far = (met.segment, 1.0 - met.share), (met.segment + 1, met.share)
+        depth, r = self.beads.radius - met.distance, self.chain.radius
+        r = r[met.segment] + met.share * (r[met.segment + 1] - r[met.segment])
+        # from the beads' centres, and from c, to halfway between the two surfaces
+        arm = (0.5 * depth - self.beads.radius)[:, None] * met.normal
+        other = (r - 0.5 * depth)[:, None] * met.normal
+        v = a.velocity + cross(a.angular_velocity, arm)
+        for node, part in (near, far):
+            v = v - part[:, None] * (b.velocity[node] + cross(b.angular_velocity[node], other))
+        apart = jnp.sum(v * met.normal, axis=-1)
+        normal = self.share * push(depth, -apart, self.stiffness, self.damping, self.softness)
+        force = normal[:, None] * met.normal + self.friction.force(normal, v - apart[:, None] * met.normal)
+        forces, moments = (jnp.zeros_like(b.position) for _ in range(2))
+        for node, part in (near, far):
+            forces = forces.at[node].add(-part[:, None] * force)
+            moments = moments.at[node].add(-part[:, None] * cross(other, force))
+        return (
+            self.beads.at.wrenches(first, force, cross(arm, force)),
+            self.chain.at.wrenches(second, forces, moments),
+        )
+
+    def energy(self, first: Strips, second: Strips) -> Float[Array, ""]:
+        """Of what is pressed together."""
+        *_, met = self._meet(first, second)
+        return jnp.sum(self.share * pushed(self.beads.radius - met.distance, self.stiffness, self.softness))
