@@ -41,6 +41,7 @@ COMMANDS = (
     "correct",
     "control",
     "control fishtail",
+    "new",
     "show",
     "check",
     "schema",

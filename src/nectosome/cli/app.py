@@ -17,6 +17,7 @@ from nectosome.cli.correct import correct
 from nectosome.cli.design import design
 from nectosome.cli.identify import identify
 from nectosome.cli.measure import measure
+from nectosome.cli.new import new
 from nectosome.cli.output import tell
 from nectosome.cli.periodic import periodic
 from nectosome.cli.reproduce import reproduce
@@ -49,6 +50,7 @@ for command in (
     identify,
     correct,
     control,
+    new,
     show,
     check,
     schema,
