@@ -28,6 +28,7 @@ OUT = ROOT / "out"
 GENERATED = ROOT / "docs" / "generated"
 COMMANDS = (
     "simulate",
+    "static",
     "steady",
     "periodic",
     "sweep",

@@ -23,6 +23,7 @@ from nectosome.cli.periodic import periodic
 from nectosome.cli.reproduce import reproduce
 from nectosome.cli.show import show
 from nectosome.cli.simulate import simulate
+from nectosome.cli.static import static
 from nectosome.cli.steady import steady
 from nectosome.cli.sweep import sweep
 from nectosome.cli.track import track
@@ -41,6 +42,7 @@ app = App(
 for command in (
     reproduce,
     simulate,
+    static,
     steady,
     periodic,
     sweep,
