@@ -95,11 +95,12 @@ def _why(found: "Resting") -> str:
 
 
 def _places(arrays: "Mapping[str, np.ndarray]") -> "Rows":
-    """Where the far end of each part lies: the last place at which something acts on it; and how far it is bent."""
-    rows: Rows = [("part, far end at", "x", "y", "z", "unit", "largest bending strain")]
+    """Where the tips of rods and the centres of bodies lie, and how far rods are bent."""
+    rows: Rows = [("tip of rod, centre of body", "x", "y", "z", "unit", "largest bending strain")]
     for part in arrays["part"]:
         own = arrays["station_part"] == part
-        x, y, z = arrays["position"][0, own][-1]
+        is_rod = arrays["station_x"][own][0] == 0  # the first station of a rigid part is its centre
+        x, y, z = arrays["position"][0, own][-1 if is_rod else 0]
         strain = abs(arrays["bending_strain"][0, own]).max()
         rows.append((str(part), number(x), number(y), number(z), "m", number(strain) if strain > 0 else ""))
     return rows
@@ -115,7 +116,9 @@ def _reactions(arrays: "Mapping[str, np.ndarray]") -> "Rows":
 def _forces(arrays: "Mapping[str, np.ndarray]") -> "Rows":
     """Sums over all parts."""
     rows: Rows = [("load", "x", "y", "z", "unit")]
-    for name, force in zip(arrays["load"], arrays["load_force"][0].sum(axis=1), strict=True):
-        if force.any():
-            rows.append((str(name).replace("_", " "), *map(number, force), "N"))
+    forces = arrays["load_force"][0].sum(axis=1)
+    rounding = 1e-12 * abs(forces).max()
+    for name, force in zip(arrays["load"], forces, strict=True):
+        if (abs(force) > rounding).any():
+            rows.append((str(name).replace("_", " "), *(number(x if abs(x) > rounding else 0.0) for x in force), "N"))
     return rows
