@@ -161,6 +161,7 @@ def test_the_robot_reads_back_as_it_stands():
         ({"leg": f"{ROD}, repeat: {{mirror: y}}", "foot": f"on: leg3, {ROD}"}, "", 'limbs.foot.on: there is no part "leg3" before this one. Did you mean "leg'),
         ({"leg": f"{ROD}, repeat: {{mirror: y}}, joint: {{kind: planar, axis: z, motion: {{angle: {SINE}}}}}"}, "", "robot, line 4, limbs.leg.joint.motion: a planar joint with a motion cannot be mirrored. Write both limbs out."),
         ({"leg": f"{ROD}, repeat: {{mirror: y}}"}, "E: limbs.leg.yung", 'aliases.E: "limbs.leg.yung" is no quantity of this robot. Did you mean "limbs.leg'),
+        ({"leg": f"{ROD}, {HINGE}, repeat: {{mirror: y}}"}, "p: limbs.leg.repeat.phase", 'aliases.p: "limbs.leg.repeat.phase" is no quantity of this robot.'),
         ({"leg": f"{ROD}, repeat: {{mirror: y}}"}, "side: limbs.leg.offset.1", "aliases.side: the copies of leg differ in offset.1. Name one of them, as in limbs.leg1.offset.1."),
         ({"leg": f"{ROD}, {HINGE}, repeat: {{mirror: y}}", "b": f"on: leg, {ROD}, loads: {{d: {{kind: drag, normal: 1}}}}"}, "L: limbs.b.loads.d.lift", "aliases.L: the copies of b differ in loads.d.lift."),
     ],

@@ -81,7 +81,7 @@ def on_all_copies(body: Limb, limbs: Mapping[str, Limb], path: str) -> tuple[str
         return (path,)
     names = [copy.name for copy in copies[name]]
     try:
-        value = value_at(limbs[name], rest)
+        value = value_at(alone[names[0]], rest)  # the first is as written
         other, _ = spread(body, {**limbs, name: changed(limbs[name], {rest: value + 1.0})})
     except (KeyError, TypeError):
         return (path,)  # no quantity
