@@ -28,6 +28,7 @@ OUT = ROOT / "out"
 GENERATED = ROOT / "docs" / "generated"
 COMMANDS = (
     "simulate",
+    "static",
     "steady",
     "periodic",
     "sweep",
@@ -41,6 +42,7 @@ COMMANDS = (
     "correct",
     "control",
     "control fishtail",
+    "new",
     "show",
     "check",
     "schema",

@@ -18,8 +18,20 @@ from .answers import check_wrong, faults
 
 BALL = Path(__file__).with_name("ball.yaml").read_text()
 FLAGELLUM = load_robot(file_of("flagellum"))
-COMMANDS = ("reproduce", "simulate", "steady", "periodic", "design", "show", "check", "schema", "measure")
-SOLVERS = ("simulate", "steady", "periodic")
+COMMANDS = (
+    "reproduce",
+    "simulate",
+    "static",
+    "steady",
+    "periodic",
+    "design",
+    "show",
+    "check",
+    "schema",
+    "measure",
+    "new",
+)
+SOLVERS = ("simulate", "static", "steady", "periodic")
 
 
 def wrong_values() -> list[tuple[str, ...]]:
@@ -53,7 +65,7 @@ def wrong_options() -> list[tuple[str, ...]]:
         cases += [(command, *robot, option) for option in ("--nonsense", "-q", "--tiem=3s", "--nonsense=3", "--no-set")]
         if robot:
             cases += [(command,), (command, *robot, "more"), (command, *robot, "two", "more")]
-    cases += [("schema", "more"), ("show", "flagellum", "--save"), ("show", "flagellum", "--save", "page.html")]
+    cases += [("schema", "more"), ("show", "flagellum", "--save"), ("show", "flagellum", "--save", "page.txt")]
     times = (
         "",
         " ",

@@ -152,7 +152,9 @@ def test_show_draws_the_parts_of_a_robot(nectosome):
     answer = nectosome("show", "flagellum")
     assert (answer.code, answer.err) == (0, "")
     for text in (
-        "4 parts, 13 degrees of freedom, 0.7135 kg",
+        "4 parts",
+        "13 degrees of freedom, 1 prescribed: shaft.angle",
+        "0.7135 kg, displaces 0.6489 kg",
         "revolute, axis x",
         "omega = 14.4 rad/s",
         "young 7.4 MPa",

@@ -17,11 +17,13 @@ from nectosome.cli.correct import correct
 from nectosome.cli.design import design
 from nectosome.cli.identify import identify
 from nectosome.cli.measure import measure
+from nectosome.cli.new import new
 from nectosome.cli.output import tell
 from nectosome.cli.periodic import periodic
 from nectosome.cli.reproduce import reproduce
 from nectosome.cli.show import show
 from nectosome.cli.simulate import simulate
+from nectosome.cli.static import static
 from nectosome.cli.steady import steady
 from nectosome.cli.sweep import sweep
 from nectosome.cli.track import track
@@ -40,6 +42,7 @@ app = App(
 for command in (
     reproduce,
     simulate,
+    static,
     steady,
     periodic,
     sweep,
@@ -49,6 +52,7 @@ for command in (
     identify,
     correct,
     control,
+    new,
     show,
     check,
     schema,

@@ -5,11 +5,13 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from nectosome.cli.afloat import afloat, picture, told
 from nectosome.cli.output import check_target, write
+from nectosome.cli.page import number
 from nectosome.cli.parts import weigh
 from nectosome.cli.summary import check_run, origin, summary
 from nectosome.cli.tree import robot_tree
-from nectosome.io import InputError, load_dataset
+from nectosome.io import load_dataset
 
 _HDF5 = b"\x89HDF"
 
@@ -18,21 +20,29 @@ def show(
     what: Annotated[str, Parameter(help="Name of a robot that ships, a robot file, or a saved run (.nc).")],
     /,
     *,
-    save: Annotated[Path | None, Parameter(help="Write a page with plots of the run (.html).")] = None,
+    save: Annotated[Path | None, Parameter(help="Write a page with a picture, of a run with plots (.html).")] = None,
 ) -> None:
-    """Show the parts of a robot, or the summary of a saved run."""
+    """Show the parts of a robot and how it lies in the water, or the summary of a saved run."""
     if _is_run(what):
         _show_run(what, save)
         return
     if save is not None:
-        raise InputError(
-            f"only a run can be drawn. Write nectosome simulate {what} --save run.nc first.", field="--save"
-        )
+        check_target(save, "--save", ".html")
 
     from nectosome import robots
 
     description = robots.describe(what)
-    write(robot_tree(description, weigh(robots.build(description), what)))
+    built = robots.build(description)
+    parts = weigh(built, what)
+    found = afloat(built)
+    whole = told(description, built, found)
+    if save is not None:
+        from nectosome.view import show_still
+
+        each = [(part.name, number(part.mass), number(part.displaced), ", ".join(part.freedoms)) for part in parts]
+        tables = [[("the robot", ""), *whole], [("part", "mass (kg)", "displaces (kg)", "free to move"), *each]]
+        show_still(picture(description, built, found), save, tables)
+    write(robot_tree(description, parts, whole))
 
 
 def _is_run(what: str) -> bool:

@@ -17,20 +17,22 @@ from nectosome.io.units import format_quantity
 _PLACED = ("at", "offset", "rotation")
 
 
-def robot_tree(description: RobotDescription, parts: list[Weighed]) -> Tree:
-    """Return the parts on one another, each with its sizes, masses, joint and loads; then what ties them."""
+def robot_tree(description: RobotDescription, parts: list[Weighed], whole: list[tuple[str, str]]) -> Tree:
+    """Return the parts on one another, each with its sizes, masses, joint and loads, and what acts between them.
+
+    `whole` tells of all together.
+    """
     weighed = {part.name: part for part in parts}
     plain = to_plain(description)
-    mass, displaced = (sum(getattr(part, name) for part in weighed.values()) for name in ("mass", "displaced"))
-    freedoms = sum(len(part.freedoms) for part in weighed.values())
-    size = f"{count(len(weighed), 'part')}, {count(freedoms, 'degree')} of freedom"
-    tree = Tree(_line(description.name, f"{size}, {mass:.4g} kg, displaces {displaced:.4g} kg"))
+    tree = Tree(_line(description.name, count(len(weighed), "part")))
     if description.about:
         tree.add(Text(description.about, "dim"))
     water = description.water
     known = {"density": format_quantity(water.density, "density")}
     known |= {"gravity": format_quantity(water.gravity, "acceleration"), **to_plain(water)}
     tree.add(_line("water", _flat(known)))
+    for name, text in whole:
+        tree.add(_line(name, text))
     branches: dict[str, Tree] = {}
     for name, part in {"body": plain["body"], **plain.get("limbs", {})}.items():
         parent = tree if name == "body" else branches[part.get("on", "body")]

@@ -9,6 +9,7 @@ from nectosome.io.describe_base import ZERO, Described, Name, OneOrMany, Positio
 from nectosome.io.describe_joints import FixedJoint, Joint
 from nectosome.io.describe_loads import Load
 from nectosome.io.describe_place import Place
+from nectosome.io.describe_repeat import Repeat
 from nectosome.io.describe_waves import MadeStrains, wave_missed
 from nectosome.io.fields import (
     Bend,
@@ -35,13 +36,14 @@ class Part(Described):
 
     A part sits `on` another one ("body" or an earlier limb), `at` its tip, its root or one of its marks, moved by
     `offset` [m] and turned by `rotation` (roll, pitch, yaw) [rad]; the joint comes after that. For the body of the
-    robot, `offset` and `rotation` are its place in the world.
+    robot, `offset` and `rotation` are its place in the world. `repeat` makes it come several times.
     """
 
     on: Name = "body"
     at: Place = "tip"
     offset: Position = ZERO
     rotation: Rotation = ZERO
+    repeat: Repeat | None = None
     joint: Joint = FixedJoint(kind="fixed")
     loads: dict[Name, Load] = Field(default_factory=dict)
 

@@ -1,14 +1,16 @@
 """The description of a robot: its parts, the water around it, and short names for its quantities."""
 
+from collections.abc import Iterator
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
 from nectosome.io.describe_base import AliasName, Described, Name, OneOrMany, Velocity, wrong
 from nectosome.io.describe_pairs import Pair, check_pair
-from nectosome.io.describe_parts import Limb, Rod
+from nectosome.io.describe_parts import Limb
 from nectosome.io.errors import did_you_mean
 from nectosome.io.fields import Coordinate, Density, Gravity
+from nectosome.io.repeat import on_all_copies, spread
 from nectosome.io.structure import quantities
 
 
@@ -42,7 +44,8 @@ class RobotDescription(Described):
 
     `body` is the part all others hang on; `limbs` sit on the body or on a limb before them; `aliases` are short
     names for one path or for several that are set together. `pairs` is what acts between two parts of which neither
-    need carry the other.
+    need carry the other. Limbs that come several times stand here each on its own: a path of the limb as it was
+    written, in an alias, is that of all its copies.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
@@ -54,24 +57,24 @@ class RobotDescription(Described):
     aliases: dict[AliasName, Annotated[tuple[str, ...], Field(min_length=1), OneOrMany()]] = Field(default_factory=dict)
 
     @model_validator(mode="after")
-    def _limbs_sit_on_parts(self) -> Self:
-        for name in ("on", "at"):
+    def _limbs_stand_alone(self) -> Self:
+        for name in ("on", "at", "repeat"):
             if name in self.body.model_fields_set:
                 raise wrong(f"body.{name}", "the body is what all else hangs on, it sits on nothing. Leave it out.")
-        before = {"body": self.body}
-        for name, limb in self.limbs.items():
-            here = f"limbs.{name}"
-            if name == "body":
-                raise wrong(here, "a limb cannot be called body. Choose another name.")
-            if limb.on not in before:
-                later = " It comes later in the file: move it up." if limb.on in self.limbs and limb.on != name else ""
-                why = f'there is no part "{limb.on}" before this one.{later or did_you_mean(limb.on, before)}'
-                raise wrong(f"{here}.on", why)
-            parent = before[limb.on]
-            if not isinstance(limb.at, str) and not (isinstance(parent, Rod) and limb.at in parent.marks):
-                raise wrong(f"{here}.at", f"{limb.on} has no mark at {limb.at}. Write tip or root, or add the mark.")
-            before[name] = limb
+        limbs, copies = spread(self.body, self.limbs)
+        if all(len(c) == 1 for c in copies.values()):
+            return self
+        aliases = {name: tuple(self._on_copies(name, paths)) for name, paths in self.aliases.items()}
+        object.__setattr__(self, "limbs", limbs)  # what was written is of no use from here on
+        object.__setattr__(self, "aliases", aliases)
         return self
+
+    def _on_copies(self, alias: str, paths: tuple[str, ...]) -> Iterator[str]:
+        for path in paths:
+            try:
+                yield from on_all_copies(self.body, self.limbs, path)
+            except ValueError as error:
+                raise wrong(f"aliases.{alias}", str(error)) from None
 
     @model_validator(mode="after")
     def _pairs_are_of_parts(self) -> Self:

@@ -6,7 +6,7 @@ from typing import Any
 from nectosome.io.description import RobotDescription
 from nectosome.io.errors import InputError, did_you_mean, shorten
 from nectosome.io.fields import Quantity
-from nectosome.io.structure import items, quantities, quantity_at
+from nectosome.io.structure import changed, quantities, quantity_at, value_at
 
 
 def numeric_paths(description: RobotDescription) -> dict[str, Quantity]:
@@ -27,10 +27,7 @@ def resolve(description: RobotDescription, name: str) -> list[str]:
 
 def get_value(description: RobotDescription, name: str) -> Any:
     """Return the SI value at a path or alias; an alias of several paths gives that of the first. Raises InputError."""
-    value: Any = description
-    for key in resolve(description, name)[0].split("."):
-        value = dict(items(value))[key]
-    return value
+    return value_at(description, resolve(description, name)[0])
 
 
 def with_values(description: RobotDescription, values: Mapping[str, Any]) -> RobotDescription:
@@ -38,24 +35,4 @@ def with_values(description: RobotDescription, values: Mapping[str, Any]) -> Rob
 
     Raises InputError for an unknown name.
     """
-    changes: dict[str, Any] = {}
-    for name, value in values.items():
-        for path in resolve(description, name):
-            branch = changes
-            *parents, leaf = path.split(".")
-            for key in parents:
-                branch = branch.setdefault(key, {})
-            branch[leaf] = value
-    return _changed(description, changes)
-
-
-def _changed(value: Any, changes: Any) -> Any:
-    """Return `value` with a tree of changes, whose branches are dicts, put into it."""
-    if not isinstance(changes, dict):
-        return changes
-    new = {key: _changed(item, changes[key]) for key, item in items(value) if key in changes}
-    if isinstance(value, dict):
-        return {**value, **new}
-    if isinstance(value, tuple):
-        return tuple(new.get(str(i), item) for i, item in enumerate(value))
-    return value.model_copy(update=new)
+    return changed(description, {path: value for name, value in values.items() for path in resolve(description, name)})

@@ -1,6 +1,6 @@
 """Walking a description, or the raw data of one: what belongs at a key, and which places hold quantities."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -118,3 +118,34 @@ def quantity_at(description: BaseModel, path: str) -> Quantity | None:
             return None
         here, value = below, inner[key]
     return None if value is None else here.quantity
+
+
+def value_at(value: Any, path: str) -> Any:
+    """Return what stands at a path under `value`. Raises KeyError."""
+    for key in path.split("."):
+        value = dict(items(value))[key]
+    return value
+
+
+def changed(value: Any, changes: Mapping[str, Any]) -> Any:
+    """Return `value` with other values put at paths under it; they are not checked."""
+    tree: dict[str, Any] = {}
+    for path, new in changes.items():
+        branch = tree
+        *parents, leaf = path.split(".")
+        for key in parents:
+            branch = branch.setdefault(key, {})
+        branch[leaf] = new
+    return _changed(value, tree)
+
+
+def _changed(value: Any, tree: Any) -> Any:
+    """Return `value` with a tree of changes, whose branches are dicts, put into it."""
+    if not isinstance(tree, dict):
+        return tree
+    new = {key: _changed(item, tree[key]) for key, item in items(value) if key in tree}
+    if isinstance(value, dict):
+        return {**value, **new}
+    if isinstance(value, tuple):
+        return tuple(new.get(str(i), item) for i, item in enumerate(value))
+    return value.model_copy(update=new)

@@ -18,3 +18,14 @@ def file_names() -> list[str]:
 def mission_of(name: str) -> Path | None:
     """Mission file that ships, by name, the robot's or one more; None where there is none."""
     return next((path for path in (_FOLDER / "missions").glob("*.yaml") if path.stem == name), None)
+
+
+def template_names() -> list[str]:
+    """Names of the files that a person may start from: small ones made for it, then the robots that ship as files."""
+    return [*sorted(path.stem for path in (_FOLDER / "templates").glob("*.yaml")), *file_names()]
+
+
+def template_of(name: str) -> Path:
+    """File of one of the `template_names`."""
+    own = _FOLDER / "templates" / f"{name}.yaml"
+    return own if own.exists() else file_of(name)

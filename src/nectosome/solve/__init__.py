@@ -4,6 +4,7 @@ from .cycle import CycleMeans, cycle_means, mean_data, prepare_means
 from .equilibrium import Equilibrium, equilibrium
 from .pace import pace
 from .periodic import Periodic, periodic
+from .resting import Resting, held, resting
 from .results import Results, Run, Trajectory, attributes_of, drive_limits, prepare_results
 from .screw import Screw, screw_of
 from .settle import Settled, settled
@@ -16,6 +17,7 @@ __all__ = [
     "CycleMeans",
     "Equilibrium",
     "Periodic",
+    "Resting",
     "Results",
     "Run",
     "Screw",
@@ -28,11 +30,13 @@ __all__ = [
     "drive_limits",
     "equilibrium",
     "find_symmetry",
+    "held",
     "mean_data",
     "pace",
     "periodic",
     "prepare_means",
     "prepare_results",
+    "resting",
     "screw_of",
     "settled",
     "simulate",

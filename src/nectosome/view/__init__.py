@@ -7,6 +7,7 @@ from .hysteresis import show_hysteresis
 from .mission import show_mission
 from .recordings import show_recordings
 from .report import show_run, write_figures, write_report
+from .still import show_still
 from .swimming import show_surge
 from .track import show_track
 
@@ -18,6 +19,7 @@ __all__ = [
     "show_mission",
     "show_recordings",
     "show_run",
+    "show_still",
     "show_surge",
     "show_track",
     "write_figures",

@@ -57,7 +57,8 @@ def stage(
 ) -> "go.Figure":
     """Figure with all actors in one scene of equal axes, a play button, and a slider over the named moments.
 
-    `counted` stands before the moment on the slider. With more than one actor, a menu picks one.
+    Of one moment there is nothing to play. `counted` stands before the moment on the slider. With more than one actor,
+    a menu picks one.
     """
     import plotly.graph_objects as go
 
@@ -86,8 +87,11 @@ def stage(
         font={"family": "system-ui, sans-serif", "size": 12},
         scene={**_axes(actors), "camera": _CAMERA},
         showlegend=False,
-        sliders=[_slider(moments, counted)],
-        updatemenus=[_buttons(len(moments), repeats), *([_menu(actors, bool(names))] if len(actors) > 1 else [])],
+        sliders=[_slider(moments, counted)] if len(moments) > 1 else [],
+        updatemenus=[
+            *([_buttons(len(moments), repeats)] if len(moments) > 1 else []),
+            *([_menu(actors, bool(names))] if len(actors) > 1 else []),
+        ],
     )
     return fig
 
@@ -102,6 +106,14 @@ def robot_panel(run: "xr.Dataset") -> Panel:
     if turns > 0.2:
         caption += f" Frames are {turns:.2g} revolutions of the drive apart, so the turning looks slower than it is."
     return Panel("The robot in motion", caption, figure)
+
+
+def still_panel(run: "xr.Dataset") -> Panel:
+    """The first moment of a run, where it is in the world."""
+    saved = run["time"].values[:1]
+    x, y, z = (float(v) for v in run["position"].values[0, 0])
+    figure = stage([actor(run, saved, at=(x, y, z))], [""], repeats=False, counted="")
+    return Panel("The robot", "Drag to turn, scroll to come closer. z is up.", figure)
 
 
 def _mesh(who: Actor, name: str, rings: np.ndarray) -> "go.Mesh3d":

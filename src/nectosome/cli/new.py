@@ -1,0 +1,39 @@
+"""`nectosome new`: a robot file to start from."""
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.page import columns
+from nectosome.io import InputError, did_you_mean, load_robot, write_atomic
+
+
+def new(
+    template: Annotated[str | None, Parameter(help="What to start from; left out, all are listed.")] = None,
+    file: Annotated[Path | None, Parameter(help="The robot file to write (.yaml); TEMPLATE.yaml if left out.")] = None,
+    /,
+) -> None:
+    """Write a robot file to start from, or list what there is. A file that is there already is never touched."""
+    from nectosome.robots.shipped import template_names, template_of
+
+    if template is None:
+        table = columns("template", "")
+        for name in template_names():
+            table.add_row(name, _first_sentence(load_robot(template_of(name)).about))
+        write(table)
+        return
+    if template not in template_names():
+        raise InputError(f'there is no template called "{template}".{did_you_mean(template, template_names())}')
+    target = file or Path(f"{template}.yaml")
+    if target.exists() or target.is_symlink():
+        raise InputError("is there already, and is left as it is. Give another name.", field=str(target))
+    check_target(target, "FILE", ".yaml")
+    write_atomic(target, template_of(template).read_bytes())
+    tell(f"wrote {target}. See nectosome show {target}, nectosome simulate {target}.")
+
+
+def _first_sentence(text: str) -> str:
+    return re.split(r"(?<!et al)\. ", text, maxsplit=1)[0].removesuffix(".")

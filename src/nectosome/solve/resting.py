@@ -1,0 +1,73 @@
+"""A robot at rest: its shape under steady loads, with what drives it held."""
+
+from typing import ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import Constant, Solution, State, Status
+from nectosome.core.remember import remembered
+from nectosome.mechanism import Robot
+
+from .results import Run, Trajectory
+from .static import static
+
+_NEUTRAL = 1e-9  # of the largest stiffness: what is as small is rounding
+
+
+class Resting(Run):
+    """A robot at rest: a Run of one moment. `stats["load"]` is the share of the loads it was followed to."""
+
+    loose: tuple[str, ...] = eqx.field(static=True, kw_only=True)  # coordinates that nothing holds, where unsolved
+    title: ClassVar[str] = "at rest"
+
+
+def resting(robot: Robot) -> Resting:
+    """Shape at rest under weight, buoyancy, a current and other steady loads: see `static`.
+
+    Prescribed joints are held where they are at t = 0; drives push as they do then. Status SOLVED; UNSTABLE where
+    small disturbances grow (the shape is handed over all the same); NO_EQUILIBRIUM where there is none, with the
+    coordinates in `loose` that no load, spring or rod holds. Raises ValueError where nothing is free to move.
+    """
+    if not robot.tree.free_v.size:
+        raise ValueError("nothing of this robot is free to move: there is no shape to be found.")
+    robot = held(robot)
+    found: Solution = remembered(_static_of, robot)
+    status, loose = Status(int(found.status)), ()
+    if status == Status.SOLVED and float(found.stats["stability"]) < -_NEUTRAL:
+        status = Status.UNSTABLE
+    if status == Status.NO_EQUILIBRIUM:
+        stiffness = np.abs(np.asarray(remembered(_stiffness, robot, found.value)))
+        free = stiffness.max(axis=0) <= _NEUTRAL * stiffness.max()
+        loose = tuple(name for name, is_free in zip(robot.coordinate_names, free, strict=True) if is_free)
+    trajectory = Trajectory(robot, jnp.zeros(1), jax.tree.map(lambda x: jnp.asarray(x)[None], found.value))
+    return Resting(trajectory, jnp.asarray(int(status)), found.stats, found.residual, loose=loose)
+
+
+def held(robot: Robot) -> Robot:
+    """Robot whose prescribed joints stay where they are at t = 0."""
+    parts = tuple(
+        part
+        if part.prescribed is None
+        else eqx.tree_at(lambda p: p.prescribed, part, Constant(part.prescribed(jnp.zeros(()))[0]))
+        for part in robot.tree.parts
+    )
+    return eqx.tree_at(lambda r: r.tree.parts, robot, parts)
+
+
+def _static_of(robot: Robot) -> Solution:
+    return static(robot)
+
+
+def _stiffness(robot: Robot, x: State) -> Float[Array, "n n"]:
+    """Change of the residual with the coordinates, under all loads."""
+    zero = jnp.zeros_like(x.v)
+
+    def left(w: Array) -> Array:
+        moved = State(robot.advance(x.q, w, jnp.ones(())), zero, x.z)
+        return robot.residual(jnp.zeros(()), moved, zero)
+
+    return jax.jacfwd(left)(zero)

@@ -1,0 +1,38 @@
+"""The page of a robot that does not move: a picture that turns, and numbers."""
+
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from . import robot3d
+from .page import panel_html, write_page
+from .tubes import description
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Rows = Sequence[Sequence[str]]
+
+
+def show_still(run: "xr.Dataset", path: str | Path, tables: Sequence[Rows]) -> None:
+    """Write a page with the robot of a run as it is at first, and tables of numbers, the first row their heads.
+
+    The page works offline and is written whole or not at all. Raises InputError where it cannot be written.
+    """
+    title = str(run.attrs.get("title") or "robot")
+    robot = description(run)
+    about = f"<p>{escape(robot.about)}</p>" if robot is not None else ""
+    parts = [f"<h1>{escape(title)}</h1>{about}", panel_html(robot3d.still_panel(run), "figure")]
+    write_page(path, title, [*parts, *map(_table, tables)])
+
+
+def _table(rows: Rows) -> str:
+    heads, *body = rows
+    inner = "\n".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in body)
+    head = "".join(f"<th>{escape(cell)}</th>" for cell in heads)
+    return f'<div class="wide"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{inner}\n</tbody></table></div><br>'
+
+
+def _cell(text: str) -> str:
+    return f"<td>{escape(text)}</td>"
