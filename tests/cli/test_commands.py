@@ -58,7 +58,7 @@ def test_a_saved_run_shows_what_was_printed_and_where_it_comes_from(nectosome, b
     assert (shown.code, shown.err) == (0, "")
     assert shown.out.startswith(done.out)
     assert "cork: simulation, 2 s" in done.out
-    assert "body.density=1100 kg/m3" in shown.out
+    assert "body.density=1100 kg/m3" in " ".join(shown.out.split())
     dataset = load_dataset("run.nc")
     assert dataset.sizes["time"] == 21
     settings = json.loads(dataset.attrs["provenance"])["settings"]
