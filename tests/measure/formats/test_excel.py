@@ -1,5 +1,6 @@
 """Worksheets come back as they look; what is no number is told by its row and column."""
 
+import re
 from datetime import date, datetime, time, timedelta
 from zipfile import ZipFile
 
@@ -169,6 +170,9 @@ def test_a_column_keeps_one_format(sheet):
         read(open_excel, sheet(["t", "F"], [0, 1], [1, time(1)]))
 
 
+_EMPTY = re.compile(r"<v ?/>|<v></v>")  # as it is written without and with lxml
+
+
 def _with_values(path, values):
     """Give the formulas of a worksheet the values that Excel would have kept."""
     with ZipFile(path) as archive:
@@ -178,7 +182,7 @@ def _with_values(path, values):
         before, found, after = sheet.partition(f'<c r="{cell}"')
         kind = ' t="str"' if value == "" else ""
         members["xl/worksheets/sheet1.xml"] = (
-            f"{before}{found}{kind}{after.replace('<v />', f'<v>{value}</v>', 1)}".encode()
+            f"{before}{found}{kind}{_EMPTY.sub(f'<v>{value}</v>', after, count=1)}".encode()
         )
     with ZipFile(path, "w") as archive:
         for name, content in members.items():
