@@ -7,6 +7,13 @@ import pytest
 from nectosome.io import load_robot
 from nectosome.robots.shipped import template_names, template_of
 
+URDF = """<robot name="arm"><link name="base"/>
+<link name="tip"><inertial><mass value="0.5"/>
+<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+<joint name="hinge" type="revolute"><parent link="base"/><child link="tip"/>
+<limit lower="-1" upper="1"/></joint></robot>
+"""
+
 
 def test_all_are_listed_with_what_they_are(nectosome):
     answer = nectosome("new")
@@ -55,3 +62,28 @@ def test_what_is_not_written_is_told(nectosome, argv, message):
     assert (answer.code, answer.out, answer.err) == (2, "", message + "\n")
     assert Path("mine.yaml").read_text() == "mine"
     assert [path.name for path in Path().iterdir()] == ["mine.yaml"]
+
+
+def test_a_robot_comes_from_a_urdf_file(nectosome):
+    Path("arm.urdf").write_text(URDF)
+    answer = nectosome("new", "arm.urdf", "mine.yaml")
+    assert (answer.code, answer.out) == (0, "")
+    assert answer.err == (
+        'left out: joint hinge: limit lower="-1" upper="1"\n'
+        "left out: link tip: no box, cylinder or sphere, so it displaces no water\n"
+        "wrote mine.yaml. See nectosome show mine.yaml, nectosome simulate mine.yaml.\n"
+    )
+    assert nectosome("check", "mine.yaml").out == "mine.yaml: ok, 2 parts, 1 degree of freedom, 0.5 kg\n"
+    assert nectosome("new", "arm.urdf").code == 0
+    assert Path("arm.yaml").read_text() == Path("mine.yaml").read_text()
+    again = nectosome("new", "arm.urdf")
+    assert (again.code, again.err) == (2, "arm.yaml: is there already, and is left as it is. Give another name.\n")
+
+
+def test_nothing_is_written_from_a_urdf_file_with_a_mistake(nectosome):
+    Path("arm.urdf").write_text(URDF.replace("0.5", "-0.5"))
+    answer = nectosome("new", "arm.urdf")
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err.startswith('arm.urdf, link tip, inertial, mass: "-0.5" kg is no mass.')
+    assert nectosome("new", "none.urdf").err == "none.urdf: cannot be read: No such file or directory.\n"
+    assert [path.name for path in Path().iterdir()] == ["arm.urdf"]

@@ -35,6 +35,20 @@ def test_copies_are_turned_about_the_axis_evenly():
     assert found["leg1"].offset == (0.01, 0.0, 0.02)
 
 
+def test_copies_in_a_row_are_moved_on_evenly():
+    limbs = {
+        "leg": f"{ROD}, offset: [1 cm, 0, 2 cm], rotation: [10 deg, 20 deg, 30 deg], "
+        "repeat: {count: 3, along: [-2 cm, 1 cm, 0]}",
+        "toe": f"on: leg, {ROD}, {HINGE}, repeat: {{mirror: y}}",
+    }
+    found = parse_robot(robot(limbs, "r: limbs.leg.rotation.0")).limbs
+    for k in range(3):
+        leg = found[f"leg{k + 1}"]
+        assert leg.offset == pytest.approx((0.01 - 0.02 * k, 0.01 * k, 0.02), abs=1e-15)
+        assert leg.rotation == found["leg1"].rotation
+        assert found[f"toe{k + 1}_2"].on == f"leg{k + 1}"
+
+
 @pytest.mark.parametrize("axis", ["x", "z"])
 def test_a_limb_that_points_up_is_turned_too(axis):
     """Pitch of -90 deg, where roll and yaw are one."""
@@ -148,7 +162,10 @@ def test_the_robot_reads_back_as_it_stands():
 @pytest.mark.parametrize(
     ("limbs", "aliases", "message"),
     [
-        ({"leg": f"{ROD}, repeat: {{count: 4}}"}, "", "robot, line 4, limbs.leg.repeat.around: is missing. Write {count: 4, around: x}, or {mirror: y} for a pair."),
+        ({"leg": f"{ROD}, repeat: {{count: 4}}"}, "", "robot, line 4, limbs.leg.repeat.around: is missing. Write {count: 4, around: x}, {count: 5, along: [-2 cm, 0 m, 0 m]} for a row, or {mirror: y} for a pair."),
+        ({"leg": f"{ROD}, repeat: {{count: 4, around: x, along: [1 cm, 0, 0]}}"}, "", "limbs.leg.repeat.along: the copies go around an axis already. Leave one of the two out."),
+        ({"leg": f"{ROD}, repeat: {{count: 4, along: [0, 0, 0]}}"}, "", "limbs.leg.repeat.along: is no step: all copies would be in one place."),
+        ({"leg": f"{ROD}, repeat: {{mirror: y, along: [1 cm, 0, 0]}}"}, "", "limbs.leg.repeat.along: a mirrored limb comes twice. Leave it out, or the mirror."),
         ({"leg": f"{ROD}, repeat: {{around: x}}"}, "", "limbs.leg.repeat.count: is missing."),
         ({"leg": f"{ROD}, repeat: {{count: 1, around: x}}"}, "", 'limbs.leg.repeat.count: "1" does not fit here. A whole number from 2 to 100 expected.'),
         ({"leg": f"{ROD}, repeat: {{count: 4, around: w}}"}, "", 'limbs.leg.repeat.around: "w" is no axis.'),

@@ -81,6 +81,44 @@ def test_a_muscle_gives_its_moment_along_the_rod():
     np.testing.assert_allclose(q, expected, atol=1e-12)
 
 
+PLAYS = "hysteresis: {direct: 0.4, thresholds: [5 kPa, 12 kPa], weights: [0.3, 0.2]}"
+
+
+def after_plays(pressure: np.ndarray) -> np.ndarray:
+    """The play operator as it is written."""
+    out, H, r = [], np.zeros(2), np.array([5e3, 12e3])
+    for p in pressure:
+        H = np.maximum(p - r, np.minimum(p + r, H))
+        out.append(0.4 * p + H @ [0.3, 0.2])
+    return np.array(out)
+
+
+def pressure_of(signal: str) -> Chamber:
+    load = f"{{kind: chamber, place: [5 mm, 0 m], area: 10 mm2, {PLAYS}, pressure: {signal}}}"
+    robot = robot_of("strains: {bending_z: 1}", f"loads: {{blow: {load}}}")
+    return next(a.load for a in robot.loads if isinstance(a.load, Chamber))
+
+
+def test_a_chamber_with_hysteresis_goes_through_its_loop():
+    """As in the second of two cycles: on the way up it pushes less than on the way down."""
+    blow = pressure_of("{kind: sine, amplitude: 20 kPa, offset: 5 kPa, frequency: 0.5 Hz, phase: 30 deg}")
+    times = np.arange(64) / 64 * 2.0
+    given = 5e3 + 20e3 * np.sin(np.pi * times + np.pi / 6)
+    expected = after_plays(np.concatenate([given, given]))[64:]
+    found = [float(blow.pressure(jnp.asarray(t))[0]) for t in times]
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-6)
+    up, down = (np.argmin(np.abs(given - 5e3) + 1e9 * (np.gradient(given) * sign < 0)) for sign in (1, -1))
+    assert expected[up] < expected[down]
+
+
+def test_what_is_held_or_recorded_is_pressed_up_to_from_rest():
+    held = pressure_of("{kind: constant, value: 20 kPa}").pressure(jnp.asarray(3.0))[0]
+    assert float(held) == pytest.approx(after_plays(np.array([20e3]))[0])
+    blow = pressure_of("{kind: recording, times: [0 s, 1 s, 2 s], values: [0 Pa, 20 kPa, 2 kPa]}")
+    found = [float(blow.pressure(jnp.asarray(t))[0]) for t in (0.0, 1.0, 2.0)]
+    np.testing.assert_allclose(found, after_plays(np.array([0, 20e3, 2e3])), atol=1e-9)
+
+
 LOADS = """
   rest: {bending_y: [1 rad/m, 0.5 rad/m], torsion: 2 rad/m}
   loads:
@@ -206,6 +244,11 @@ MISTAKES = {
         "  strains: {bending_z: 2}\n  loads: {pull: {kind: tendon, place: [1 mm, 0 m], tension: "
         "{kind: sine, amplitude: 1 N, frequency: 1 Hz, offset: 0.5 N}}}\n",
         "it cannot push",
+    ),
+    "a play without a weight": (
+        "  strains: {bending_z: 2}\n  loads: {blow: {kind: chamber, place: [1 mm, 0 m], area: 1 mm2, pressure: "
+        "{kind: constant, value: 1 kPa}, hysteresis: {thresholds: [1 kPa], weights: []}}}\n",
+        "there are 0 weights for 1 thresholds",
     ),
     "from end to start": (
         "  strains: {bending_z: 2}\n  loads: {pull: {kind: tendon, place: [1 mm, 0 m], along: [0.5, 0.2], tension: "

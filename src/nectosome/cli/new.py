@@ -8,15 +8,23 @@ from cyclopts import Parameter
 
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.page import columns
-from nectosome.io import InputError, did_you_mean, load_robot, write_atomic
+from nectosome.io import InputError, did_you_mean, import_urdf, load_robot, write_atomic
 
 
 def new(
-    template: Annotated[str | None, Parameter(help="What to start from; left out, all are listed.")] = None,
-    file: Annotated[Path | None, Parameter(help="The robot file to write (.yaml); TEMPLATE.yaml if left out.")] = None,
+    template: Annotated[
+        str | None,
+        Parameter(help="What to start from: a template, or a URDF file; left out, all templates are listed."),
+    ] = None,
+    file: Annotated[
+        Path | None, Parameter(help="The robot file to write (.yaml); if left out, it has the name of the template.")
+    ] = None,
     /,
 ) -> None:
-    """Write a robot file to start from, or list what there is. A file that is there already is never touched."""
+    """Write a robot file to start from, or list what there is. A file that is there already is never touched.
+
+    From a URDF file (.urdf) come its links, joints, boxes, cylinders and spheres; what has no place is told.
+    """
     from nectosome.robots.shipped import template_names, template_of
 
     if template is None:
@@ -25,13 +33,20 @@ def new(
             table.add_row(name, _first_sentence(load_robot(template_of(name)).about))
         write(table)
         return
-    if template not in template_names():
+    urdf = template.lower().endswith(".urdf")
+    if not urdf and template not in template_names():
         raise InputError(f'there is no template called "{template}".{did_you_mean(template, template_names())}')
-    target = file or Path(f"{template}.yaml")
+    target = file or Path(f"{Path(template).stem if urdf else template}.yaml")
     if target.exists() or target.is_symlink():
         raise InputError("is there already, and is left as it is. Give another name.", field=str(target))
     check_target(target, "FILE", ".yaml")
-    write_atomic(target, template_of(template).read_bytes())
+    if urdf:
+        imported = import_urdf(template)
+        write_atomic(target, imported.text.encode())
+        for words in imported.left_out:
+            tell(f"left out: {words}")
+    else:
+        write_atomic(target, template_of(template).read_bytes())
     tell(f"wrote {target}. See nectosome show {target}, nectosome simulate {target}.")
 
 

@@ -56,6 +56,7 @@ from nectosome.io.provenance import provenance
 from nectosome.io.results import load_dataset, save_dataset
 from nectosome.io.settings import apply_settings, parse_setting
 from nectosome.io.units import format_quantity, parse_quantity, show_quantity
+from nectosome.io.urdf import import_urdf
 
 __all__ = [
     "STRAIN_NAMES",
@@ -111,6 +112,7 @@ __all__ = [
     "dump_robot",
     "format_quantity",
     "get_value",
+    "import_urdf",
     "json_schema",
     "load_checkpoint",
     "load_dataset",

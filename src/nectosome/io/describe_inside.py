@@ -1,5 +1,6 @@
 """Loads inside rods: tendons, chambers of fluid, muscles."""
 
+from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
@@ -7,13 +8,19 @@ from pydantic import AfterValidator, Field, model_validator
 from nectosome.io.describe_base import Described, unfit, wrong
 from nectosome.io.describe_signals import ConstantForce, ForceSignal, PressureSignal, SineForce
 from nectosome.io.describe_waves import MomentWave
-from nectosome.io.fields import Coordinate, PositiveArea
+from nectosome.io.fields import Coordinate, NonNegativeNumber, Number, PositiveArea, Pressure
 
 
 def _forward(along: tuple[float, float]) -> tuple[float, float]:
     if not along[0] < along[1]:
         raise unfit("the first fraction of the rod's length must be less than the second.")
     return along
+
+
+def _rising(thresholds: tuple[float, ...]) -> tuple[float, ...]:
+    if any(b <= a for a, b in pairwise(thresholds)):
+        raise unfit("the thresholds must increase.")
+    return thresholds
 
 
 _Fraction = Annotated[float, Field(ge=0, le=1)]
@@ -51,15 +58,36 @@ class TendonLoad(_Thread):
         return self
 
 
+class PlayHysteresis(Described):
+    """Hysteresis as a direct part and a sum of plays (Prandtl-Ishlinskii): `direct` p + sum of `weights` H.
+
+    A play H follows the pressure p once that is more than its threshold [Pa] ahead. What repeats itself is taken as
+    having done so for ever.
+    """
+
+    direct: NonNegativeNumber = 1.0
+    thresholds: Annotated[tuple[Pressure, ...], Field(min_length=1), AfterValidator(_rising)]
+    weights: tuple[Number, ...]
+
+    @model_validator(mode="after")
+    def _one_weight_a_play(self) -> Self:
+        if len(self.thresholds) != len(self.weights):
+            counts = f"there are {len(self.weights)} weights for {len(self.thresholds)} thresholds"
+            raise wrong("weights", f"{counts}. Give one for each.")
+        return self
+
+
 class ChamberLoad(_Thread):
     """A chamber in a rod, whose `pressure` [Pa] over that outside makes it longer; its section does not bulge.
 
     It runs `along` the rod from one fraction of its length to another, its middle from `place` [m] across the rod (y,
-    z) straight to `tip_place`, its section from `area` [m2] to `tip_area` (the same, where they are left out).
+    z) straight to `tip_place`, its section from `area` [m2] to `tip_area` (the same, where they are left out). With
+    `hysteresis` it pushes with what that makes of the pressure.
     """
 
     kind: Literal["chamber"]
     pressure: PressureSignal
+    hysteresis: PlayHysteresis | None = None
     area: PositiveArea
     tip_area: PositiveArea | None = None
 

@@ -1,5 +1,6 @@
 """The parts of a robot: rigid bodies and soft rods."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
@@ -21,6 +22,7 @@ from nectosome.io.fields import (
     Number,
     Poisson,
     Pressure,
+    ProductOfInertia,
     Viscosity,
     Volume,
 )
@@ -74,9 +76,11 @@ class Rigid(Part):
 
     Cylinder: `length`, `radius`, and `bend` [rad], the angle by which its axis turns about y, evenly over its length.
     Box: `length`, `width` (y), `height` (z). Spheroid: `length` (its full axis), `radius` (its equator). Point: none.
-    `inertia` [kg m2] are the principal moments about the centre of mass, which lies at `centre_of_mass` [m] from the
-    centre of the shape; `volume` [m3] is what it displaces. Both follow from the shape where they are left out (a
-    point has none). Loads per length act at `strips` points along the axis.
+    `inertia` [kg m2] are the moments about the centre of mass, along the part's axes; where these are not the principal
+    ones, `products` [kg m2] are the elements xy, xz, yz of the inertia matrix (xy is minus the integral of x y dm).
+    `centre_of_mass` [m] is seen from the centre of the shape; `volume` [m3] is what it displaces. Inertia and volume
+    follow from the shape where they are left out (a point has none). Loads per length act at `strips` points along the
+    axis.
     """
 
     kind: Literal["rigid"]
@@ -89,6 +93,7 @@ class Rigid(Part):
     mass: NonNegativeMass | None = None
     density: Density | None = None
     inertia: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] | None = None
+    products: tuple[ProductOfInertia, ProductOfInertia, ProductOfInertia] | None = None
     centre_of_mass: Position = ZERO
     volume: Volume | None = None
     strips: Annotated[int, Field(strict=True, ge=1, le=200)] = 5
@@ -119,9 +124,24 @@ class Rigid(Part):
                 raise wrong("density", "the mass is given already. Leave one of the two out.")
             if self.shape == "point":
                 raise wrong("density", "a point has no size, so a density gives it no mass. Give its mass instead.")
-        if self.inertia is not None and 2 * max(self.inertia) > sum(self.inertia) * (1 + 1e-9):
-            raise wrong("inertia", "no body has these moments: none may be larger than the sum of the other two.")
         return self
+
+    @model_validator(mode="after")
+    def _inertia_of_a_body(self) -> Self:
+        if self.inertia is None:
+            if self.products is not None:
+                raise wrong("products", "the inertia is missing. Give its moments as well.")
+            return self
+        principal = principal_moments(self.inertia, self.products)
+        if has_a_body(principal):
+            return self
+        if self.products is None:
+            raise wrong("inertia", "no body has these moments: none may be larger than the sum of the other two.")
+        shown = ", ".join(format(moment, ".4g") for moment in principal)
+        why = (
+            f"with the inertia they lead to principal moments of {shown} kg m2, which no body has: none may be below 0,"
+        )
+        raise wrong("products", f"{why} or larger than the sum of the other two.")
 
     @model_validator(mode="after")
     def _loads_fit(self) -> Self:
@@ -264,6 +284,21 @@ class Rod(Part):
 
 
 Limb = Annotated[Rigid | Rod, Field(discriminator="kind")]
+
+
+def principal_moments(moments: Sequence[float], products: Sequence[float] | None) -> tuple[float, ...]:
+    """Return the principal moments of inertia [kg m2], smallest first, from moments and products xy, xz, yz."""
+    if products is None:
+        return tuple(sorted(moments))
+    import numpy as np
+
+    (a, b, c), (xy, xz, yz) = moments, products
+    return tuple(np.linalg.eigvalsh(np.array([[a, xy, xz], [xy, b, yz], [xz, yz, c]])).tolist())
+
+
+def has_a_body(principal: Sequence[float]) -> bool:
+    """Whether some body has these principal moments: none is larger than the sum of the others, so none is negative."""
+    return 2 * max(principal) <= sum(principal) * (1 + 1e-9)
 
 
 def _list(names: tuple[str, ...], last: str = "and") -> str:

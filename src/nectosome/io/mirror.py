@@ -119,6 +119,7 @@ def image(limb: Limb) -> Limb:
         update["motion"] = _of(dict.fromkeys(_TURNED, opposite))(limb.motion)
     else:
         update["centre_of_mass"] = along(limb.centre_of_mass)
+        update["products"] = None if limb.products is None else about(limb.products)  # xy and yz change their sign
     return limb.model_copy(update=update)
 
 

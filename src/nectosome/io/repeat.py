@@ -113,6 +113,9 @@ def _placed(limb: Limb, repeat: Repeat, k: int) -> Limb:
     """Return a limb k copies on from the first."""
     if repeat.mirror is not None:
         return _mirrored(limb, repeat.mirror)
+    if repeat.along is not None:
+        x, y, z = (at + k * step for at, step in zip(limb.offset, repeat.along, strict=True))
+        return limb.model_copy(update={"offset": (x, y, z)})
     assert repeat.around is not None
     assert repeat.count is not None
     turned = turn(repeat.around, 2 * math.pi * k / repeat.count)

@@ -4,6 +4,8 @@ Every number of the description may be a JAX tracer; only names, kinds and count
 """
 
 from collections.abc import Callable, Sequence
+from itertools import groupby
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -19,6 +21,7 @@ from nectosome.io import RobotDescription, get_value, numeric_paths, resolve, wi
 from nectosome.io import describe_joints as dj
 from nectosome.io import describe_loads as dl
 from nectosome.io import describe_parts as dp
+from nectosome.io.structure import changed
 from nectosome.mechanism import (
     Attached,
     Fixed,
@@ -43,6 +46,8 @@ from .build_base import is_zero, node, number, signal, unit, vector
 from .build_loads import joint_loads, load_of
 from .build_pairs import pair_of
 from .build_rods import rod_of, shape_of
+
+_LONG = 32  # numbers
 
 
 def build(description: RobotDescription) -> Robot:
@@ -72,7 +77,7 @@ class _Plan:
     """A description to be filled with other numbers at `paths`; equal where all the rest is."""
 
     def __init__(self, description: RobotDescription, paths: tuple[str, ...]):
-        self.description, self.paths = description, paths
+        self.description, self.paths, self.rows = description, paths, _rows(paths)
         bare = with_values(description, dict.fromkeys(paths, 1.0))
         self.key = bare.model_dump_json(exclude={"name", "about", "aliases"})
 
@@ -89,7 +94,8 @@ class _Plan:
 def blueprint_of(description: RobotDescription, also: tuple[str, ...] = ()) -> tuple[Blueprint, Float[Array, "n"]]:
     """Blueprint of a description, and its numbers: those that are not zero, and those at the paths `also`."""
     values = {path: get_value(description, path) for path in numeric_paths(description)}
-    paths = tuple(path for path, value in values.items() if value != 0 or path in also)
+    whole = {path for row, ends in _rows(tuple(values)).items() for path in tuple(values)[ends]}
+    paths = tuple(path for path, value in values.items() if value != 0 or path in also or path in whole)
     return Blueprint(_Plan(description, paths)), jnp.array([float(values[path]) for path in paths])
 
 
@@ -99,7 +105,21 @@ def fill(blueprint: Blueprint, numbers: Float[Array, "n"] | Sequence[Float[Array
     Numbers one by one let a loop in which some of them change work out once what the others say.
     """
     plan = blueprint.plan
-    return _assemble(with_values(plan.description, {path: numbers[k] for k, path in enumerate(plan.paths)}))
+    values: dict[str, Any] = {path: numbers[k] for k, path in enumerate(plan.paths)}
+    for row, ends in plan.rows.items():
+        values = {path: value for path, value in values.items() if path.rpartition(".")[0] != row}
+        values[row] = jnp.stack(list(numbers[ends])) if isinstance(numbers, Sequence) else numbers[ends]
+    return _assemble(changed(plan.description, values))
+
+
+def _rows(paths: tuple[str, ...]) -> dict[str, slice]:
+    """Where the numbers of long rows stand, such as samples: they are filled in at once, not one by one."""
+    out: dict[str, slice] = {}
+    for row, group in groupby(enumerate(paths), lambda at: at[1].rpartition(".")[0]):
+        places = [k for k, path in group if path.rpartition(".")[2].isdigit()]
+        if len(places) >= _LONG:
+            out[row] = slice(places[0], places[-1] + 1)
+    return out
 
 
 def _assemble(d: RobotDescription) -> Robot:
@@ -263,4 +283,8 @@ def _link_inertia(limb: dp.Rigid, mass: Array, length: Array, sections: Sections
         moments = lk.spheroid_moments(mass, 0.5 * length, half_y)
     else:
         moments = jnp.zeros(3)
-    return lk.spatial_inertia(mass, jnp.diag(moments), com)
+    about_com = jnp.diag(moments)
+    if limb.products is not None:
+        xy, xz, yz = vector(limb.products)
+        about_com += jnp.array([[0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0]])
+    return lk.spatial_inertia(mass, about_com, com)

@@ -13,7 +13,9 @@ def number(x) -> Float[Array, ""]:
 
 
 def vector(xs) -> Float[Array, "n"]:
-    """Numbers of a description."""
+    """Numbers of a description; long rows of them are arrays already."""
+    if isinstance(xs, Array):
+        return xs
     return jnp.stack([number(x) for x in xs])
 
 
@@ -36,7 +38,9 @@ _SIGNALS = {
 def signal(s) -> Signal:
     """A signal of a description."""
     numbers = {n: getattr(s, n) for n in type(s).model_fields if n != "kind"}
-    one: dict[str, Array | None] = {n: (vector if isinstance(x, tuple) else number)(x) for n, x in numbers.items()}
+    one: dict[str, Array | None] = {
+        n: (vector if isinstance(x, tuple) or jnp.ndim(x) else number)(x) for n, x in numbers.items()
+    }
     if s.kind == "stroke" and is_zero(s.ramp):
         one["ramp"] = None
     return _SIGNALS[s.kind](**one)

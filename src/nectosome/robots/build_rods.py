@@ -2,12 +2,15 @@
 
 from typing import Any
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome import loads as ld
-from nectosome.core import RodLoad, Wave
+from nectosome.actuators import PrandtlIshlinskii, respond
+from nectosome.core import Constant, Cycle, Recording, RodLoad, Signal, Sine, Wave
 from nectosome.io import describe_inside as di
 from nectosome.io import describe_parts as dp
 from nectosome.io import describe_waves as dw
@@ -18,6 +21,7 @@ from nectosome.mechanism.sections import ellipse, rectangle
 from .build_base import is_zero, number, signal, vector
 
 _POINTS = 60  # of the Gauss rule for waves
+_SAMPLES = 64  # of a cycle after hysteresis, joined by a spline
 
 
 def rod_of(limb: dp.Rod) -> Rod:
@@ -94,7 +98,26 @@ def inside_of(load: di.TendonLoad | di.ChamberLoad | di.MuscleLoad, rod: Rod, li
     if isinstance(load, di.TendonLoad):
         return ld.Tendon(thread, signal(load.tension))
     first, last = number(load.area), number(load.area if load.tip_area is None else load.tip_area)
-    return ld.Chamber(thread, first + (last - first) * share, signal(load.pressure))
+    pressure = signal(load.pressure)
+    if load.hysteresis is not None:
+        plays = PrandtlIshlinskii(
+            number(load.hysteresis.direct), vector(load.hysteresis.thresholds), vector(load.hysteresis.weights)
+        )
+        pressure = _after(plays, pressure)
+    return ld.Chamber(thread, first + (last - first) * share, pressure)
+
+
+def _after(plays: PrandtlIshlinskii, pressure: Signal) -> Signal:
+    """What hysteresis makes of a pressure: at a recording's samples, and of a cycle that was gone through before."""
+    if isinstance(pressure, Constant):
+        return Constant(respond(plays, pressure.value[None], 1.0)[0])
+    if isinstance(pressure, Recording):
+        return Recording(pressure.times, respond(plays, pressure.values, 1.0))
+    assert isinstance(pressure, Sine | Cycle)
+    one_a_second = eqx.tree_at(lambda s: s.frequency, pressure, jnp.ones(()))
+    once = jax.vmap(lambda t: one_a_second(t)[0])(jnp.arange(_SAMPLES) / _SAMPLES)
+    values = respond(plays, jnp.concatenate([once, once]), 1.0)[_SAMPLES:]
+    return Cycle(values, pressure.frequency, jnp.zeros(()))
 
 
 def _rows(rod: Rod, strain: str) -> tuple[int, ...]:

@@ -53,7 +53,7 @@ def flagella(count: int) -> RobotDescription:
     for k in range(count):
         angle, sense = 2 * math.pi * k / count, 1 if k % 2 == 0 else -1
         motion = RateAngle(kind="rate", rate=sense * 14.4, start=angle + 0.5 * math.pi)
-        offset = (0.0, _RING * math.cos(angle), _RING * math.sin(angle))
+        offset = (0.0, round(_RING * math.cos(angle), 12), round(_RING * math.sin(angle), 12))
         loads = {
             "drag": hook.loads["drag"].model_copy(update={"lift": -0.1 * sense}),
             "added_mass": hook.loads["added_mass"],
