@@ -9,7 +9,7 @@ from tests.small_robots import DRIVEN, M0, ROWING, C, F, I, K
 from nectosome.core import State
 from nectosome.io import parse_robot
 from nectosome.robots import bind, build, describe
-from nectosome.solve import CycleMeans, cycle_means, mean_data
+from nectosome.solve import CycleMeans, Periodic, Trajectory, cycle_means, mean_data
 
 means_of = jax.jit(cycle_means)
 
@@ -74,6 +74,13 @@ body:
 """
 
 
+def path_radius(robot, times, path):
+    """Turning radius of a cycle in which the root of a planar robot goes along a path (x, y, angle)."""
+    place = jnp.stack([g(times) for g in path], axis=1)
+    cycle = Trajectory(robot, times, State(place, 0 * place, robot.initial().z))
+    return Periodic(cycle, jnp.asarray(0), {}, jnp.zeros(()), multipliers=np.zeros(0)).turning_radius()
+
+
 def test_a_body_that_goes_straight_and_one_that_goes_round():
     """Straight: P = F V, efficiency rho CdA V^2 / 2F, cost F/mg. Round: the chord over T, the heading over T."""
     robot, times = build(parse_robot(THRUSTER)), samples(2.0, 17)
@@ -92,13 +99,16 @@ def test_a_body_that_goes_straight_and_one_that_goes_round():
     assert float(straight.turn_rate) == pytest.approx(0, abs=1e-15)
     # the body's centre is 0.1 m ahead of its joint
     turn, radius = -0.6, V / 0.6
-    round_ = means(
+    circle = (
         lambda t: radius * jnp.cos(turn * t) - 0.1 * jnp.cos(turn * t),
         lambda t: radius * jnp.sin(turn * t) - 0.1 * jnp.sin(turn * t),
         lambda t: turn * t,
     )
+    round_ = means(*circle)
     assert float(round_.turn_rate) == pytest.approx(turn, rel=1e-12)
     assert float(round_.speed) == pytest.approx(2 * radius * np.sin(0.6) / 2, rel=1e-12)
+    assert path_radius(robot, times, circle) == pytest.approx(radius, rel=1e-10)
+    assert path_radius(robot, times, (lambda t: V * t, lambda t: 0 * t, lambda t: 0 * t)) == np.inf
     nowhere = jnp.zeros((times.size, 3))
     held = means_of(robot, times, State(nowhere, nowhere, robot.initial().z))
     assert np.isnan(held.cost_of_transport)

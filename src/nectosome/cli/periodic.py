@@ -1,5 +1,6 @@
 """`nectosome periodic`: the cycle that a robot keeps whose drives repeat themselves."""
 
+import math
 import time as clock
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -78,7 +79,8 @@ def periodic(
         data, names = mean_data(built, found.means())
         attributes = attributes_of(found, description, asked)
         attributes["seconds"] = round(clock.perf_counter() - start, 3)
-        write(_page(Results(data | drive_limits(built, description), names, attributes).arrays, attributes))
+        arrays = Results(data | drive_limits(built, description), names, attributes).arrays
+        write(_page(arrays, found.turning_radius(), attributes))
         if save is not None:
             results = found.results(description, asked)
             results.attributes["seconds"] = attributes["seconds"]
@@ -89,11 +91,11 @@ def periodic(
     return 0
 
 
-def _page(arrays: "Arrays", attributes: "Mapping[str, Any]") -> Group:
+def _page(arrays: "Arrays", radius: float, attributes: "Mapping[str, Any]") -> Group:
     """Drives, the body's motion, bending, powers, and how well the samples tell them."""
     tables = [_drives(arrays)] if any(map(is_joint, arrays["prescribed"])) else []
     loads, joints = arrays["load_power"].sum(axis=1), arrays["reaction_power"]
-    tables += [_body(arrays), _motion(arrays), *_bending(arrays), powers(arrays, loads, joints)]
+    tables += [_body(arrays), _motion(arrays, radius), *_bending(arrays), powers(arrays, loads, joints)]
     off = abs(loads.sum() + joints.sum()) / max(abs(loads).sum() + abs(joints).sum(), 1e-300)
     lines = [f"mean powers: off balance by {off:.1e}"]
     if "reaction_limit" in arrays:
@@ -120,7 +122,7 @@ def _body(arrays: "Arrays") -> Table:
     return table
 
 
-def _motion(arrays: "Arrays") -> Table:
+def _motion(arrays: "Arrays", radius: float) -> Table:
     table = columns("cycle", "", "unit")
     for name, unit in (
         ("speed", "m/s"),
@@ -132,6 +134,8 @@ def _motion(arrays: "Arrays") -> Table:
         value = float(arrays[name])
         if value == value:  # NaN: not defined for a body that stays
             table.add_row(name.replace("_", " "), number(value), unit)
+    if math.isfinite(radius):
+        table.add_row("turning radius", number(radius), "m")
     return table
 
 

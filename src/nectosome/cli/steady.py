@@ -56,5 +56,7 @@ def steady(
             return 0
         update("no steady motion; simulating what happens instead", 0.0)
         instead = found.instead(_WATCHED)
-    tell(f"{description.name}: {status.reason}. Simulated from rest for {_WATCHED:.0f} s, {instead}.")
+    told = f"{description.name}: {status.reason}. Simulated from rest for {_WATCHED:.0f} s, {instead}."
+    cycle = ' Its cycle is found by "nectosome periodic".' if instead.kind == "oscillating" else ""
+    tell(f"{told}{cycle}")
     return 1

@@ -6,6 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
@@ -15,10 +16,12 @@ from nectosome.mechanism import Robot, reduced
 from .cycle import CycleMeans, cycle_means
 from .orbit import cycle_settings, orbit
 from .results import Results, Run, Trajectory
+from .screw import screw_of
 from .symmetry import Symmetry, find_symmetry
 
 _SAME = 1e-9  # relative difference of residuals that counts as none
 _STABLE = 1 + 1e-6  # the largest multiplier of a motion that lasts
+_TURNS = 1e-6  # rad in a cycle: less is what its ends are apart
 
 
 class Periodic(Run):
@@ -40,11 +43,25 @@ class Periodic(Run):
         trajectory = self.value
         return remembered(cycle_means, trajectory.system, trajectory.time, trajectory.state)
 
+    def turning_radius(self) -> float:
+        """Radius [m] of the path along which the root body turns, about the screw of a cycle; inf where it does not."""
+        robot, time, states = self.value.system, self.value.time, self.value.state
+        ends = [remembered(_pose, robot, time[k], jax.tree.map(lambda x, k=k: x[k], states)) for k in (0, -1)]
+        start, end = ((np.asarray(R), np.asarray(p)) for R, p in ends)
+        screw = screw_of(start, end)
+        return screw.radius(start[1]) if screw.angle > _TURNS else np.inf
+
     def results(self, description: RobotDescription | None = None, settings: dict[str, Any] | None = None) -> Results:
         """Results of the cycle as of any run, and its multipliers."""
         found = super().results(description, settings)
         parts = {"multiplier_real": np.real(self.multipliers), "multiplier_imaginary": np.imag(self.multipliers)}
         return found._replace(data=found.data | {name: (("multiplier",), x, "1") for name, x in parts.items()})
+
+
+def _pose(robot: Robot, t: Array, x: State) -> tuple[Float[Array, "3 3"], Float[Array, "3"]]:
+    """Rotation and place of the root body's first station."""
+    shape = robot.tree.shape(robot.tree.complete(t, x.q, x.v)[0])
+    return shape.rotation[0], shape.position[0]
 
 
 def periodic(
