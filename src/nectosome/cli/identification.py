@@ -76,6 +76,35 @@ def fishtail_page(found: "xr.Dataset", recordings: "Sequence[PressureRecording]"
     return page(title, [told, errors], [left, *(f"beware: {x}" for x in json.loads(found.attrs["warnings"]))])
 
 
+def robot_page(found: "xr.Dataset") -> Group:
+    """Return the page of what `robot_data` holds."""
+    train = int((found["used"] == "train").sum())
+    said = [f"{count(train, 'recording')} fitted, {found.sizes['recording'] - train} held out"]
+    if found.attrs["starts"] > 1:
+        said.append(f"{found.attrs['agree']} of {found.attrs['starts']} starts came to these parameters")
+    title = Text("\n").join([Text(str(found.attrs["title"]), "bold"), Text(""), *map(Text, said)])
+    told = columns("parameter", "value", "95 % from", "to", "unit", "before", "")
+    for name in found["parameter"].values:
+        one = found.sel(parameter=name)
+        values = (number(float(one[key])) for key in ("value", "low", "high"))
+        known = "" if bool(one["told"]) else "not told alone"
+        told.add_row(str(name), *values, str(one["unit"].item()), number(float(one["before"])), known)
+    errors = columns("computed - measured, % of the range", "column", "rms", "largest", "")
+    for k in range(found.sizes["recording"]):
+        one = found.isel(recording=k)
+        used = "fitted" if one["used"].item() == "train" else "held out"
+        for c, column in enumerate(found["column"].values):
+            off = (f"{float(one[key][c]):.3g}" for key in ("e_rmsp", "e_mp"))
+            errors.add_row(str(one["recording"].item()), str(column), *off, used)
+    noise = [
+        f"{column}: what is left is {number(float(error))} {unit}".strip()
+        for column, error, unit in zip(*(found[key].values for key in ("column", "error", "units_of")), strict=True)
+    ]
+    warnings = [f"beware: {warning}" for warning in json.loads(found.attrs["warnings"])]
+    untold = [] if bool(found["told"].all()) else json.loads(found.attrs["words"])
+    return page(title, [told, errors], [*json.loads(found.attrs["notes"]), *noise, *untold, *warnings])
+
+
 def crawl_page(found: "xr.Dataset") -> Group:
     """Return the page of what `gait_data` holds."""
     best = float(found["discrepancy"].min())

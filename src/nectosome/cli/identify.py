@@ -3,21 +3,21 @@
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import App, Parameter
 
+from nectosome.cli.campaigns import planned_files
+from nectosome.cli.identify_robot import identify_robot
 from nectosome.cli.options import read_count, read_duration, read_quantity
 from nectosome.cli.output import check_target, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io import InputError, did_you_mean, provenance, save_dataset
 
-if TYPE_CHECKING:
-    from nectosome.measure.campaign import Campaign
-
 _SOLVERS = ("cmaes", "genetic", "differential", "front")
 
 identify = App(name="identify", help="Find parameters of a model from recordings and gaits.")
+identify.default(identify_robot)
 
 
 @identify.command
@@ -46,7 +46,7 @@ def swim(
     window = None if smooth is None else read_duration(smooth, "--smooth")
     _check_targets(save, plot)
 
-    planned, held_out = _planned(campaign, test)
+    planned, held_out = planned_files(campaign, test)
 
     from nectosome.cli.identification import swim_page
     from nectosome.identify.surge import METHODS, surge
@@ -98,7 +98,7 @@ def fishtail(
     degree = read_count(order, "--order", least=1, most=6)
     _check_targets(save, plot)
 
-    planned, held_out = _planned(campaign, test)
+    planned, held_out = planned_files(campaign, test)
 
     from nectosome.cli.identification import fishtail_page
     from nectosome.identify.hysteresis import METHODS, identify_hysteresis
@@ -134,18 +134,6 @@ def _check_targets(save: Path | None, plot: Path | None) -> None:
     for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
         if target is not None:
             check_target(target, option, suffix)
-
-
-def _planned(campaign: Path, test: list[str] | None) -> "tuple[Campaign, set[str]]":
-    """A campaign, and its files that are not fitted. Raises InputError for one that it does not have."""
-    from nectosome.measure import load_campaign
-
-    planned = load_campaign(campaign)
-    files = [one.path.name for one in planned.planned]
-    for name in test or ():
-        if name not in files:
-            raise InputError(f'"{name}" is not in the campaign.{did_you_mean(name, files)}', field="--test")
-    return planned, {*(test or ())}
 
 
 @identify.command

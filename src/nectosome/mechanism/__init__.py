@@ -3,6 +3,7 @@
 from .diagnose import Diagnosis, diagnose, load_names
 from .joints import Fixed, Free, Joint, Planar, Prismatic, Revolute, Spherical
 from .links import Link
+from .load_cell import held_force
 from .plane import InPlane
 from .reduce import in_plane, moves_in_plane, reduced
 from .robot import Attached, Forces, Paired, Robot, make_robot
@@ -30,6 +31,7 @@ __all__ = [
     "Spherical",
     "Tree",
     "diagnose",
+    "held_force",
     "in_plane",
     "load_names",
     "make_robot",

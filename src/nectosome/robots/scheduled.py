@@ -12,6 +12,7 @@ from nectosome.loads import Bumper, Leg
 from nectosome.mechanism import Robot, in_plane
 
 from .build import Blueprint, fill
+from .readings import place_of
 
 
 class Ramps(NamedTuple):
@@ -80,7 +81,7 @@ def measures(system: Scheduled, t: Float[Array, ""], x: State) -> Measures:
     q, v, _ = tree.complete(t, x.q, x.v)
     shape = tree.shape(q)
     R, p = shape.rotation, shape.position
-    velocity = R[0] @ tree.twists(shape, v)[0, 3:]
+    place = place_of(R[0], p[0], tree.twists(shape, v)[0])
     feet, walls, top = [none], [jnp.stack([none, none])], none
     for attached, z in zip(robot.loads, x.z, strict=True):
         first, load = tree.layout[attached.part].stations.start, attached.load
@@ -96,14 +97,7 @@ def measures(system: Scheduled, t: Float[Array, ""], x: State) -> Measures:
         top = jnp.max(p[:, 2] + edge) - water.surface
     low, high = jnp.max(jnp.stack(walls), axis=0)
     return Measures(
-        x=p[0, 0],
-        y=p[0, 1],
-        z=p[0, 2],
-        pitch=jnp.arctan2(R[0, 2, 0], jnp.hypot(R[0, 0, 0], R[0, 1, 0])),
-        heading=jnp.arctan2(R[0, 1, 0], R[0, 0, 0]),
-        lean=jnp.arctan2(jnp.hypot(R[0, 2, 0], R[0, 2, 1]), R[0, 2, 2]),
-        surge=velocity[0],
-        climb=velocity[2],
+        **{name: place[name] for name in ("x", "y", "z", "pitch", "heading", "lean", "surge", "climb")},
         feet=jnp.max(jnp.stack(feet)),
         surface=top,
         low_wall=low,

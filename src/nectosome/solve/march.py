@@ -57,6 +57,7 @@ class Settings(eqx.Module):
     atol: Float[Array, ""]
     max_steps: Int[Array, ""]
     longest: Float[Array, ""] | float = np.inf  # step [s]
+    slope_atol: Float[Array, ""] | float = 1e-200  # more than nothing where slopes begin with nothing
 
 
 def begin(t: Array, x: State | Sloped, settings: Settings, h: Array) -> March:
@@ -150,7 +151,9 @@ def march(
 def _allowed(settings: Settings, a: Any, b: Any) -> Any:
     """Error allowed in each number of a step from a to b."""
     if isinstance(a, Sloped):
-        return Sloped(_allowed(settings, a.x, b.x), allowed_slopes(settings.rtol, a.slopes, b.slopes))
+        return Sloped(
+            _allowed(settings, a.x, b.x), allowed_slopes(settings.rtol, settings.slope_atol, a.slopes, b.slopes)
+        )
     return jax.tree.map(lambda a, b: settings.atol + settings.rtol * jnp.maximum(jnp.abs(a), jnp.abs(b)), a, b)
 
 

@@ -20,8 +20,6 @@ from nectosome.core import Mechanical, State
 
 from .stages import Step
 
-_TINY = 1e-200  # allowed error of a slope that is nothing
-
 
 class Sloped(eqx.Module):
     """A state, or its rate, error or allowed error, and the slopes of it."""
@@ -62,14 +60,17 @@ def sloped(step: Callable[..., Step]) -> Callable[..., Step]:
     return attempt
 
 
-def allowed_slopes(rtol: Array, a: State, b: State) -> State:
-    """Error allowed in slopes from a to b: rtol of the largest of one kind: coordinates, velocities or load states."""
+def allowed_slopes(rtol: Array, atol: Array | float, a: State, b: State) -> State:
+    """Error allowed in slopes from a to b: atol, and rtol of the largest of one kind.
+
+    Kinds are coordinates, velocities and load states.
+    """
 
     def of_kind(a: Any, b: Any) -> Any:
         leaves = [jnp.abs(leaf).reshape(leaf.shape[0], -1) for leaf in jax.tree.leaves((a, b)) if leaf.size]
         if not leaves:
             return a
-        largest = rtol * jnp.max(jnp.concatenate(leaves, axis=1), axis=1) + _TINY
+        largest = rtol * jnp.max(jnp.concatenate(leaves, axis=1), axis=1) + atol
         return jax.tree.map(lambda x: jnp.broadcast_to(largest.reshape(-1, *[1] * (x.ndim - 1)), x.shape), a)
 
     return State(of_kind(a.q, b.q), of_kind(a.v, b.v), of_kind(a.z, b.z))

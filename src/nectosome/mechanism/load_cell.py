@@ -1,0 +1,23 @@
+"""What a robot gives to what holds it, as a load cell measures."""
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import State
+from nectosome.core.se3 import dot
+
+from .diagnose import diagnose
+from .robot import Robot, times
+
+
+def held_force(robot: Robot, t: Float[Array, ""], x: State) -> Float[Array, "3"]:
+    """Force on what holds the robot, in the world [N]: that of all loads, less the rate of its momentum."""
+
+    def momentum(t: Array, x: State) -> Array:
+        q, v, _ = robot.tree.complete(t, x.q, x.v)
+        shape = robot.tree.shape(q)
+        return jnp.sum(dot(shape.rotation, times(robot.inertia, robot.tree.twists(shape, v))[:, 3:]), axis=0)
+
+    rate = jax.jvp(momentum, (t, x), (jnp.ones(()), robot.rates(t, x)))[1]
+    return jnp.sum(diagnose(robot, t, x).load_force, axis=(0, 1)) - rate
