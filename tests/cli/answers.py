@@ -38,7 +38,7 @@ def check_made(example, folder, monkeypatch, off):
     monkeypatch.setattr("sys.argv", ["make.py", str(folder)])
     runpy.run_path(str(example / "make.py"), run_name="__main__")
     made = sorted(folder.glob("*.csv"))
-    assert len(made) == len([*example.glob("*.csv")]) == 4
+    assert len(made) == len([*example.glob("*.csv")]) > 0
     for file in made:
         theirs, ours = (np.loadtxt(where / file.name, delimiter=",", skiprows=1) for where in (example, folder))
         np.testing.assert_allclose(ours, theirs, atol=off(file.name))

@@ -1,4 +1,4 @@
-"""`nectosome control`: a rig, simulated or real, made to follow a reference."""
+"""`nectosome control`: a robot, or a rig, simulated or real, made to follow a reference."""
 
 import itertools
 from pathlib import Path
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from cyclopts import App, Parameter
 
+from nectosome.cli.follow import follow
 from nectosome.cli.options import read_count, read_duration, read_quantity
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.progress import progress_bar
@@ -26,7 +27,8 @@ _RIGS = ("sim", "ni")
 _CODES = {"finished": 0, "aborted": 1, "failed": 1, "interrupted": 130}
 _PER_BAR = 1e-5
 
-control = App(name="control", help="Make a rig, simulated or real, follow a reference.")
+control = App(name="control", help="Make a robot, or a rig, follow a reference: control ROBOT ..., or control RIG ...")
+control.default(follow)
 
 
 @control.command

@@ -1,11 +1,15 @@
-"""What makes a rig follow a reference: references, controllers, loops, tuning and margins."""
+"""What makes a rig or a robot follow a reference: references, controllers, loops, tuning and margins."""
 
+from .beat import Beat, BeatMean, beat_of, moments_of
 from .controller import Controller, Regulator
 from .feedforward import Feedforward, HystereticModel, hysteretic
+from .following import Followed, Measuring, follow
+from .found_gains import relay_gains
 from .kalman import KalmanFilter, kalman
 from .learning import Learned, learned
 from .loop import Loop, Track, run_lanes, scattered
 from .margins import Margins, margins, open_loop
+from .metrics import StepResponse, rms_error, step_response
 from .motor import VariableGainPI
 from .pid import PID, PIDRegulator, Reach, Scheduled, pid_of
 from .predictive import Predictive
@@ -16,36 +20,47 @@ from .tuning import Tuned, tune
 
 __all__ = [
     "PID",
+    "Beat",
+    "BeatMean",
     "Controller",
     "Feedforward",
+    "Followed",
     "HystereticModel",
     "KalmanFilter",
     "Learned",
     "Loop",
     "Margins",
+    "Measuring",
     "PIDRegulator",
     "Predictive",
     "Reach",
     "Regulator",
     "Relay",
     "Scheduled",
+    "StepResponse",
     "Track",
     "Tuned",
     "Ultimate",
     "VariableGainPI",
+    "beat_of",
     "check_reachable",
     "chirp",
     "eased",
+    "follow",
     "hysteretic",
     "kalman",
     "learned",
     "local_frequency",
     "margins",
+    "moments_of",
     "open_loop",
     "pid_of",
+    "relay_gains",
+    "rms_error",
     "run_lanes",
     "scattered",
     "sine",
+    "step_response",
     "times",
     "triangle",
     "tune",

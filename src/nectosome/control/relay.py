@@ -11,8 +11,9 @@ from nectosome.io import InputError
 
 from .controller import Controller, Regulator
 
-_STEADY = 0.1  # by how much the last swings may differ
+_STEADY = 0.15  # by how much the last swings may differ
 _SWINGS = 4  # that are looked at
+_ALIKE = 0.05  # by how much the means of these and of as many before may differ, where samples are too few for more
 
 
 class Relay(Controller):
@@ -54,6 +55,11 @@ class Ultimate(NamedTuple):
         kp = self.gain / 2.2
         return np.array([kp, kp / (2.2 * self.period), kp * self.period / 6.3])
 
+    def pi(self) -> Float[np.ndarray, "3"]:
+        """The same without a derivative: K_u/3.2, T_i = 2.2 T_u."""
+        kp = self.gain / 3.2
+        return np.array([kp, kp / (2.2 * self.period), 0.0])
+
 
 def ultimate(measured: Float[np.ndarray, "n"], command: Float[np.ndarray, "n"], dt: float, band: float) -> Ultimate:
     r"""From the swing under a relay: $K_u = 4 d/(\pi \sqrt{a^2 - \epsilon^2})$ of the amplitudes d of the command and a
@@ -64,11 +70,12 @@ def ultimate(measured: Float[np.ndarray, "n"], command: Float[np.ndarray, "n"], 
     ups = np.flatnonzero((command[1:] > 0) & (command[:-1] < 0)) + 1
     if len(ups) < _SWINGS + 1:
         raise InputError(f"the relay turned up {len(ups)} times; {_SWINGS + 1} are needed. Give it more time.")
-    last = ups[-_SWINGS - 1 :]
-    swings = np.array([0.5 * np.ptp(measured[a:b]) for a, b in pairwise(last)])
-    periods = np.diff(last) * dt
+    swings = np.array([0.5 * np.ptp(measured[a:b]) for a, b in pairwise(ups[-2 * _SWINGS - 1 :])])
+    periods = np.diff(ups[-2 * _SWINGS - 1 :]) * dt
+    alike = all(len(x) == 2 * _SWINGS and _alike(x[:_SWINGS], x[_SWINGS:]) for x in (swings, periods))
+    last, swings, periods = ups[-_SWINGS - 1 :], swings[-_SWINGS:], periods[-_SWINGS:]
     for what, values in (("amplitudes", swings), ("periods", periods)):
-        if np.ptp(values) > _STEADY * values.mean() + (2 * dt if what == "periods" else 0.0):
+        if not alike and np.ptp(values) > _STEADY * values.mean() + (2 * dt if what == "periods" else 0.0):
             told = ", ".join(f"{x:.3g}" for x in values)
             raise InputError(
                 f"the swing is not steady: the last {what} are {told}. Give it more time, or a wider band."
@@ -77,3 +84,7 @@ def ultimate(measured: Float[np.ndarray, "n"], command: Float[np.ndarray, "n"], 
     if a <= band:
         raise InputError(f"the output swings by {a:.3g}, within the band of {band:.3g}: the loop does not answer.")
     return Ultimate(4 * d / (np.pi * np.sqrt(a**2 - band**2)), float(periods.mean()))
+
+
+def _alike(before: Float[np.ndarray, "n"], after: Float[np.ndarray, "n"]) -> bool:
+    return bool(abs(after.mean() - before.mean()) <= _ALIKE * after.mean())

@@ -183,6 +183,26 @@ class Steps(Signal):
         return self.values[k], zero, zero
 
 
+class Handover(Signal):
+    """A signal that goes over into another: from `before` to `after` in some seconds from `since` on.
+
+    u = before + g (after - before), g growing as that of a `Stroke`, so that value and both derivatives go on without a
+    jump.
+    """
+
+    before: Signal
+    after: Signal
+    since: Float[Array, ""]  # [s]
+    seconds: Float[Array, ""]
+
+    def __call__(self, t: Float[Array, ""]) -> Triple:
+        """Value and derivatives."""
+        old, new = self.before(t), self.after(t)
+        way = new[0] - old[0], new[1] - old[1], new[2] - old[2]
+        gone = _grown(way, (t - self.since) / self.seconds, self.seconds)
+        return old[0] + gone[0], old[1] + gone[1], old[2] + gone[2]
+
+
 class Stack(Signal):
     """Several signals as one vector."""
 

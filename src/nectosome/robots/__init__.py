@@ -8,6 +8,7 @@ from nectosome.io import InputError, RobotDescription, apply_settings, did_you_m
 
 from .beetle import beetle, beetle_free
 from .build import Blueprint, bind, blueprint_of, build, fill
+from .commanded import Commanded
 from .flagella import flagella
 from .mission import Flown, Passed, mission_data, run_mission
 from .paddle import paddle
@@ -15,6 +16,7 @@ from .shipped import file_names, file_of, mission_of
 
 __all__ = [
     "Blueprint",
+    "Commanded",
     "Flown",
     "Passed",
     "beetle",

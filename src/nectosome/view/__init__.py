@@ -2,11 +2,13 @@
 
 from .correction import show_correction
 from .experiment import show_experiment
+from .following import show_following
 from .gaits import show_gait
 from .hysteresis import show_hysteresis
 from .mission import show_mission
 from .recordings import show_recordings
 from .report import show_run, write_figures, write_report
+from .robot_fit import show_robot_fit
 from .still import show_still
 from .swimming import show_surge
 from .track import show_track
@@ -14,10 +16,12 @@ from .track import show_track
 __all__ = [
     "show_correction",
     "show_experiment",
+    "show_following",
     "show_gait",
     "show_hysteresis",
     "show_mission",
     "show_recordings",
+    "show_robot_fit",
     "show_run",
     "show_still",
     "show_surge",

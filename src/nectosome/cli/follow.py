@@ -1,0 +1,184 @@
+"""`nectosome control ROBOT`: any robot under a controller that sets one of its quantities by what is measured of it."""
+
+import time as clock
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from nectosome.cli.followed import SHAPES, Wanted, Words, followed, read_beat, read_range
+from nectosome.cli.options import read_duration, read_quantity
+from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.progress import cancellable, progress_bar
+from nectosome.io import InputError, parse_quantity, save_dataset, show_quantity
+
+_USUAL = 20.0  # Hz, of samples where nothing is averaged
+_A_BEAT = 4  # samples, where it is
+_MOST = 100_000  # samples
+_SMOOTH = 10.0  # T_d/T_f of the derivative
+
+
+def follow(
+    robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")],
+    /,
+    *,
+    command: Annotated[
+        str, Parameter(help="What the controller sets, and its range: PATH=LOW:HIGH, such as bias=-8:8mN m.")
+    ],
+    measure: Annotated[
+        str, Parameter(help="What is measured: heading, depth, surge, ... of the body, arm.angle of a joint.")
+    ],
+    reference: Annotated[
+        str, Parameter(help="Where that should be, such as 30deg; or sine, triangle.", allow_leading_hyphen=True)
+    ],
+    amplitude: Annotated[str | None, Parameter(help="Of a sine or triangle.", allow_leading_hyphen=True)] = None,
+    frequency: Annotated[str | None, Parameter(help="Of a sine or triangle.", allow_leading_hyphen=True)] = None,
+    time: Annotated[str, Parameter(help="How long, with its unit.", allow_leading_hyphen=True)] = "10s",
+    gains: Annotated[
+        str | None,
+        Parameter(
+            help="K_p,K_i,K_d in the units of --command and --reference, and s; left out, they are found on the model.",
+            allow_leading_hyphen=True,
+        ),
+    ] = None,
+    rate: Annotated[
+        str | None, Parameter(help="Of samples; 20 Hz, or four a beat with --mean.", allow_leading_hyphen=True)
+    ] = None,
+    mean: Annotated[bool, Parameter(help="Measure the mean over the last beat of the drives.")] = False,
+    noise: Annotated[
+        str | None, Parameter(help="Standard deviation of a measurement.", allow_leading_hyphen=True)
+    ] = None,
+    delay: Annotated[str | None, Parameter(help="By which measurements are late.", allow_leading_hyphen=True)] = None,
+    settings: Annotated[
+        list[str] | None, Parameter("--set", help="PATH=VALUE, such as f=1.5Hz; may be repeated.")
+    ] = None,
+    save: Annotated[Path | None, Parameter(help="Write the run to this netCDF file (.nc).")] = None,
+    plot: Annotated[Path | None, Parameter(help="Write a page with figures to this file (.html).")] = None,
+) -> int:
+    """Let a PID set a quantity of a robot, so that what is measured of it follows a reference."""
+    for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
+        if target is not None:
+            check_target(target, option, suffix)
+    seconds = read_duration(time, "--time")
+    asked_rate = None if rate is None else _more_than_nothing(rate, "frequency", "--rate")
+    late = 0.0 if delay is None else read_duration(delay, "--delay")
+    numbers = None if gains is None else _gains(gains)
+    for option, given in (("--amplitude", amplitude), ("--frequency", frequency)):
+        if (given is None) == (reference in SHAPES):
+            told = f"a {reference} needs it" if given is None else "only a sine or triangle takes it"
+            raise InputError(f"{told}.", field=option)
+    turns = 0.0 if frequency is None else _more_than_nothing(frequency, "frequency", "--frequency")
+
+    from nectosome import robots
+
+    description = robots.describe(robot, settings or ())
+    reach = read_range(command, description)
+    beat = read_beat(description, reach, mean)
+    hertz = asked_rate or (_A_BEAT * beat.at(reach.resting) if mean and beat is not None else _USUAL)
+    samples = seconds * hertz
+    if not 2 <= samples <= _MOST:
+        told = f"{show_quantity(hertz, 'frequency')} for {show_quantity(seconds, 'time')} is {samples:.3g} samples"
+        raise InputError(f"{told}; from 2 to {_MOST} are possible.", field="--rate")
+
+    import jax.numpy as jnp
+    import numpy as np
+
+    from nectosome import control
+    from nectosome.core import Status
+
+    start = clock.perf_counter()
+    with progress_bar(description.name) as update:
+
+        def compute(going_on: Callable[[], bool]) -> Any:
+            def progress(what: str) -> Callable[[float], bool]:
+                def told(share: float) -> bool:
+                    update(what, share)
+                    return going_on()
+
+                return told
+
+            moments = 1 if beat is None else control.moments_of(beat, reach.largest, 1 / hertz)
+            try:
+                held = robots.Commanded(description, reach.name, measure, 1 / hertz, moments)
+            except InputError as error:
+                raise InputError(error.message, field=error.field or "--measure") from None
+            wanted = Wanted.read(reference, amplitude, held.reading.dimension)
+            spread = 0.0 if noise is None else _noise(noise, held.reading.dimension)
+            measuring = control.Measuring(beat if mean else None, late, spread)
+            begin = held.start()[0].reading
+            course = wanted.samples(begin, turns, seconds, 1 / hertz)
+            about = wanted.size if wanted.kind == "constant" else begin
+            scale = np.array([reach.unit_size / wanted.unit_size])
+            found = None
+            if numbers is None:
+                found = control.relay_gains(
+                    held, reach.low, reach.high, about, measuring, progress=progress("finding gains")
+                )
+                if found is None:
+                    return None, None
+                used = found.gains
+            else:
+                used = scale * np.array(numbers)
+            kp, _, kd = used
+            filtering = kd / (_SMOOTH * kp) if kp else 1 / hertz
+            limits = control.Reach(*map(jnp.asarray, (reach.low, reach.high, np.inf)))
+            pid = control.pid_of(used, filtering, limits)
+            run = control.follow(held, pid, course, measuring, progress=progress("following"))
+            words = Words(reach, wanted, used / scale, found, beat, mean, hertz)
+            return run, words
+
+        run, words = cancellable(compute)
+    if run is None:
+        tell("cancelled while gains were looked for.")
+        return 130
+    asked = {"robot": robot, "set": settings or [], "command": command, "measure": measure, "reference": reference}
+    asked |= {"amplitude": amplitude, "frequency": frequency, "time": seconds, "rate": hertz, "mean": mean}
+    asked |= {"noise": noise, "delay": late, "gains": words.gains_text()}
+    data = run.to_dataset({key: value for key, value in asked.items() if value is not None})
+    data.attrs["seconds"] = round(clock.perf_counter() - start, 3)
+    write(followed(run, words, data.attrs), wrap=False)
+    if save is not None:
+        save_dataset(data, save)
+    if plot is not None:
+        from nectosome.view import show_following
+
+        show_following(data, plot)
+    if run.status == Status.CANCELLED:
+        tell(f"cancelled at {run.time[-1]:.4g} s of {seconds:.4g} s.")
+        return 130
+    if run.status != Status.SOLVED:
+        tell(f"{description.name}: {run.status.reason}, at {run.time[-1]:.4g} s of {seconds:.4g} s.")
+        return 1
+    if why := words.missed(run):
+        tell(f"{description.name}: {why}")
+        return 1
+    return 0
+
+
+def _gains(text: str) -> list[float]:
+    """Three numbers that do not pull against each other. Raises InputError."""
+    try:
+        numbers = [parse_quantity(part, "number") for part in text.split(",")]
+    except ValueError as error:
+        raise InputError(str(error), field="--gains") from None
+    if len(numbers) != 3 or not any(numbers):
+        raise InputError(f'"{text}" is not three numbers that are not all 0, such as 4,0.5,0.', field="--gains")
+    if min(numbers) < 0 < max(numbers):
+        message = f'"{text}" pulls to both sides: give all of one sign, below 0 for what answers downwards.'
+        raise InputError(message, field="--gains")
+    return numbers
+
+
+def _more_than_nothing(text: str, dimension: str, option: str) -> float:
+    value = read_quantity(text, dimension, option)
+    if value <= 0:
+        raise InputError(f'"{text}" is out of range: it must be more than 0.', field=option)
+    return value
+
+
+def _noise(text: str, dimension: str) -> float:
+    value = read_quantity(text, dimension, "--noise")
+    if value < 0:
+        raise InputError(f'"{text}" is out of range: it must not be less than 0.', field="--noise")
+    return value

@@ -1,0 +1,62 @@
+"""How well a reference was followed, in the field's numbers."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+_SETTLED = 0.05  # of the step
+_LAST = 0.1  # of the time, in which what is left counts as steady
+
+
+class StepResponse(NamedTuple):
+    """The answer to a step from where the output begins to a constant reference; NaN for what did not happen."""
+
+    rise: float  # from 10 to 90 % of the step [s]
+    overshoot: float  # beyond the reference, as a share of the step
+    settling: float  # from then on it stays within 5 % of the step about the reference [s]
+    steady_error: float  # output less reference, mean over the last tenth of the time
+
+
+def rms_error(output: Float[np.ndarray, "k"], reference: Float[np.ndarray, "k"]) -> float:
+    """Root mean square of output less reference."""
+    return float(np.sqrt(np.mean((output - reference) ** 2)))
+
+
+def step_response(
+    time: Float[np.ndarray, "k"], output: Float[np.ndarray, "k"], reference: Float[np.ndarray, "k"]
+) -> StepResponse | None:
+    """Of a reference that stays what it is; None for one that changes, or is where the output begins.
+
+    Between samples the output is taken as straight.
+    """
+    step = float(reference[-1] - output[0])
+    if np.ptp(reference) > 0 or step == 0:
+        return None
+    share = (output - output[0]) / step
+    rise = _first(time, share, 0.9) - _first(time, share, 0.1)
+    outside = np.flatnonzero(np.abs(share - 1) > _SETTLED)
+    settling = np.nan
+    if not outside.size:
+        settling = float(time[0])
+    elif outside[-1] < time.size - 1:
+        k = outside[-1]
+        edge = 1 + _SETTLED * np.sign(share[k] - 1)
+        settling = float(np.interp(0.0, *_line(edge - share[k : k + 2], time[k : k + 2])))
+    last = time >= time[-1] - _LAST * (time[-1] - time[0])
+    return StepResponse(rise, float(max(share.max() - 1, 0.0)), settling, float(np.mean((output - reference)[last])))
+
+
+def _first(time: np.ndarray, share: np.ndarray, level: float) -> float:
+    """When a level is first reached; NaN where it is not."""
+    there = np.flatnonzero(share >= level)
+    if not there.size:
+        return np.nan
+    k = max(int(there[0]), 1)
+    return float(np.interp(level, *_line(share[k - 1 : k + 1], time[k - 1 : k + 1])))
+
+
+def _line(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two points, that of the smaller x first."""
+    order = np.argsort(x)
+    return x[order], y[order]

@@ -1,0 +1,115 @@
+"""Robots under a controller, against the same loop about a transfer function, and what a sensor does to it."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from simple_loops import quiet
+
+from nectosome.control import Loop, Measuring, Reach, follow, pid_of, relay_gains, sine, step_response
+from nectosome.core import Status
+from nectosome.io import parse_robot
+from nectosome.robots import Commanded
+
+MASS, DRAG, MOST, DT = 2.0, 4.0, 2.0, 0.05  # kg, N s/m, N, s
+SLIDE = parse_robot(f"""
+name: slide
+water: {{gravity: 0 m/s2}}
+body:
+  kind: rigid
+  shape: point
+  mass: {MASS} kg
+  volume: 0 m3
+  inertia: [1 kg m2, 1 kg m2, 1 kg m2]
+  joint: {{kind: prismatic, axis: x, damping: {DRAG} N s/m, force: {{kind: constant, value: 0 N}}}}
+aliases: {{push: body.joint.force.value}}
+""")
+PI = pid_of([10.0, 20.0, 0.0], 0.0, Reach(*map(jnp.asarray, (-MOST, MOST, np.inf))))
+
+
+@pytest.fixture(scope="module")
+def slide():
+    """Its velocity answers as 1/(m s + c)."""
+    return Commanded(SLIDE, "push", "surge", DT, moments=2, rtol=1e-9, atol=1e-11)
+
+
+def test_a_robot_answers_as_its_transfer_function_saturated_or_not(slide):
+    """A sine of 0.45 m/s, where 2 N hold 0.5 m/s at most: the same loop, the same integral that stands still."""
+    from nectosome.actuators import TransferFunction
+
+    reference = sine(0.45, 0.4, 5.0, DT)
+    plant = TransferFunction(jnp.asarray([1.0]), jnp.asarray([MASS, DRAG]))
+    exact = Loop(plant, quiet(), DT, substeps=1).run(PI, reference)
+    found = follow(slide, PI, reference)
+    assert found.status == Status.SOLVED
+    np.testing.assert_allclose(found.output, exact.output, atol=1e-8)
+    np.testing.assert_allclose(found.command, exact.command, atol=1e-7)
+    assert np.abs(found.command).max() == MOST
+    assert np.mean(np.abs(found.command) == MOST) > 0.2
+
+
+def test_the_run_comes_with_moments_between_the_samples(slide):
+    """Held force: v goes to u/c with exp(-c t/m), half a sample on too."""
+    found = follow(slide, PI, np.full(21, 0.3))
+    data = found.to_dataset({"rate": 20.0})
+    assert dict(data.sizes) == {"time": 21, "moment": 41, "part": 1, "axis": 3, "coordinate": 1}
+    v, u = data["reading"].values, data["command"].values[:-1]
+    half = np.exp(-DRAG * DT / 2 / MASS)
+    np.testing.assert_allclose(v[1::2], half * v[:-1:2] + (1 - half) * u / DRAG, atol=1e-9)
+    np.testing.assert_allclose(data["v"].values[:, 0], v, atol=1e-12)
+    x = data["position"].sel(part="body", axis="x").values
+    np.testing.assert_allclose(np.diff(x), np.diff(data["q"].values[:, 0]), atol=1e-12)
+    np.testing.assert_allclose(found.output, v[::2], atol=1e-12)
+    assert data["command"].attrs["units"] == "N" and data["reading"].attrs["units"] == "m/s"
+
+
+def test_a_delay_of_whole_samples_and_noise_are_what_the_controller_is_told(slide):
+    reference = np.full(41, 0.2)
+    late = follow(slide, PI, reference, Measuring(delay=3 * DT))
+    np.testing.assert_allclose(late.measured[3:], late.output[:-3], atol=1e-12)
+    np.testing.assert_allclose(late.measured[:3], late.output[0], atol=1e-12)
+    noisy = follow(slide, PI, reference, Measuring(noise=1e-3))
+    error = noisy.measured - noisy.output
+    assert 0.7e-3 < error.std() < 1.3e-3 and abs(error.mean()) < 0.5e-3
+
+
+def test_gains_of_a_relay_have_the_sign_in_which_it_answers(slide):
+    """Sampled, with a held force, a gain makes it swing from (1 + a) c/(1 - a) on, with a = exp(-c dt/m)."""
+    found = relay_gains(slide, -MOST, MOST, 0.0)
+    assert found is not None
+    a = np.exp(-DRAG * DT / MASS)
+    swings = (1 + a) * DRAG / (1 - a)
+    assert found.ultimate.period == pytest.approx(2 * DT)
+    assert found.ultimate.gain == pytest.approx(4 / np.pi * swings, rel=0.05)  # of the first harmonic of a square
+    assert (found.gains >= 0).all()
+    limits = Reach(*map(jnp.asarray, (-MOST, MOST, np.inf)))
+    answer = step_response(*_step(follow(slide, pid_of(found.gains, 0.0, limits), np.full(101, 0.3))))
+    assert answer is not None
+    assert answer.overshoot < 0.05 and answer.settling < 1.0 and abs(answer.steady_error) < 1e-4
+
+
+def _step(run):
+    return run.time, run.output, run.reference
+
+
+def test_what_answers_downwards_gets_gains_below_nothing(slide):
+    """The same robot, seen from behind: its relay turns the other way after a few samples."""
+
+    class Behind:
+        dt, resting, parts, coordinates, displacements = DT, 0.0, slide.parts, slide.coordinates, slide.displacements
+        start = staticmethod(slide.start)
+
+        @staticmethod
+        def hold(standing, command):
+            return slide.hold(standing, -command)
+
+    found = relay_gains(Behind(), -MOST, MOST, 0.1)  # type: ignore[arg-type]
+    assert found is not None
+    assert (found.gains <= 0).all() and found.gains[0] < 0
+
+
+def test_a_run_that_is_cancelled_keeps_what_was_done(slide):
+    told = []
+    found = follow(slide, PI, np.full(201, 0.1), progress=lambda share: told.append(share) or share < 0.5)
+    assert found.status == Status.CANCELLED
+    assert 90 < found.time.size < 110 and told[-1] >= 0.5
+    assert found.reference.shape == found.command.shape == found.time.shape
