@@ -1,9 +1,10 @@
-"""One study per published robot, and those of measuring: each is run and scored against what the papers print."""
+"""One study per published robot, those of measuring, each scored against what papers print, and the gallery."""
 
 from collections.abc import Callable
 
 from .fishtail import study as fishtail
 from .flagellum import study as flagellum
+from .gallery import study as gallery
 from .measure import study as measure
 from .paddle import study as paddle
 from .poseidrone import study as poseidrone
@@ -19,4 +20,5 @@ STUDIES: dict[str, Callable[[bool, Progress], Study]] = {
     "fishtail": fishtail.run,
     "measure": measure.run,
     "track": track.run,
+    "gallery": gallery.run,
 }

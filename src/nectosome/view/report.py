@@ -12,6 +12,7 @@ from . import (
     design,
     fishtail,
     flagellum,
+    gallery,
     jets,
     measurements,
     mission,
@@ -85,6 +86,7 @@ _PANELS: dict[str, Callable[[Study], list[Panel]]] = {
     "fishtail": lambda study: [*fishtail.panels(study.data), *tracking.panels(study.data)],
     "measure": lambda study: measurements.panels(study.data),
     "track": lambda study: tracked.panels(study.data),
+    "gallery": lambda study: gallery.panels(study.runs),
 }
 
 

@@ -1,0 +1,174 @@
+"""The robots of the gallery, in the order of the page."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from nectosome.io import FixedJoint, Rigid, RobotDescription
+from nectosome.robots import describe
+
+_COARSE = tuple(
+    setting
+    for k in (1, 2, 3, 4)
+    for setting in (
+        f"limbs.filament{k}.strains={{torsion: 0, bending_y: 1, bending_z: 1}}",
+        f"limbs.filament{k}.points=5",
+    )
+)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A robot of the gallery: what it is, what drives it, and how long it swims.
+
+    `name` is that of its rows, pictures and runs; `make` describes the robot; `command` is what a reader may type.
+    """
+
+    name: str
+    title: str
+    what: str
+    drive: str
+    command: str
+    make: Callable[[], RobotDescription]
+    periods: int  # of its drives, from rest to where it keeps its motion
+    seen: tuple[float, float]  # where its picture is taken from: azimuth and height over the horizon [deg]
+
+
+def _shipped(robot: str, *settings: str) -> Callable[[], RobotDescription]:
+    return lambda: describe(robot, settings)
+
+
+def _poseidrone() -> RobotDescription:
+    """`poseidrone_jet`, whose body is a point, with a hull to be drawn that weighs and displaces nothing of its own."""
+    robot = describe("poseidrone_jet")
+    assert isinstance(robot.body, Rigid)
+    length, volume = 0.16, (robot.body.mass or 0.0) / robot.water.density
+    hull = Rigid(
+        kind="rigid",
+        shape="spheroid",
+        length=length,
+        radius=math.sqrt(volume / (4 / 3 * math.pi * 0.5 * length)),
+        mass=0.0,
+        volume=0.0,
+        offset=(-0.5 * length, 0.0, 0.0),
+        joint=FixedJoint(kind="fixed"),
+    )
+    return robot.model_copy(update={"limbs": {"hull": hull}})
+
+
+ENTRIES = (
+    Entry(
+        "flagellum",
+        "Flagellum",
+        "A canister with one soft flagellum, free in all six directions. The flagellum sits off the axis, so that the "
+        "canister rolls against it and goes along a screw.",
+        "A motor turns the hook that carries the filament at 14.4 rad/s; the filament bends in the water and pushes.",
+        "nectosome simulate flagella1 --time 10s --save flagellum.nc",
+        _shipped("flagella1"),
+        24,
+        (-60.0, 20.0),
+    ),
+    Entry(
+        "flagella4",
+        "Four flagella",
+        "Four soft flagella around the end of one canister, free in all six directions. Every other one turns the "
+        "other way, so that their torques cancel. Here the filaments bend as polynomials of order 1 and twist evenly.",
+        "Four motors at 14.4 rad/s.",
+        "nectosome simulate flagella4 --time 4s --save flagella4.nc",
+        _shipped("flagella4", *_COARSE),
+        10,
+        (-60.0, 20.0),
+    ),
+    Entry(
+        "beetle",
+        "Beetle",
+        "A hull with four rowing paddles, free in the horizontal plane, after Hu et al. 2024. Each paddle has three "
+        "flexible joints that fold one way only, so that it is small on its way forward.",
+        "A servo swings each paddle by 75 deg to both sides.",
+        "nectosome simulate beetle --time 5s --save beetle.nc",
+        _shipped("beetle"),
+        8,
+        (-110.0, 50.0),
+    ),
+    Entry(
+        "eel",
+        "Eel",
+        "A soft rod from head to tail, free in the horizontal plane. The thrust is what its tail sheds into the wake.",
+        "Muscles bend it by a wave that runs from head to tail.",
+        "nectosome simulate eel --time 5s --save eel.nc",
+        _shipped("eel"),
+        12,
+        (-110.0, 50.0),
+    ),
+    Entry(
+        "fish",
+        "Fish with a pneumatic tail",
+        "A stiff head and a silicone tail, free in the horizontal plane. The tail has the length, height, gain, "
+        "frequency, damping and hysteresis that Xiong et al. 2025 found of theirs; the head is made up. It begins at "
+        "0.1 m/s: what a tail sheds gives no thrust at rest.",
+        "A chamber on each side of the tail, pressed in turn with up to 0.6 bar. Most of the power goes into the "
+        "silicone.",
+        "nectosome simulate fish --time 20s --save fish.nc",
+        _shipped("fish"),
+        40,
+        (-110.0, 50.0),
+    ),
+    Entry(
+        "poseidrone",
+        "PoseiDRONE",
+        "A body on a line that a pulsed jet pushes, with mass, added mass and drag as Giorgio-Serchi et al. 2017 "
+        "identified them. Its chamber is synthetic. It is described by these numbers alone: the hull in the picture is "
+        "a spheroid of its volume.",
+        "A crank pulls the chamber together through cables, 1.8 times a second.",
+        "nectosome simulate poseidrone_jet --time 40s --save poseidrone.nc",
+        _poseidrone,
+        80,
+        (-60.0, 20.0),
+    ),
+    Entry(
+        "jelly",
+        "Jellyfish",
+        "A bell with four soft tentacles in tow, free in all six directions. It swims up; its mass sits low and keeps "
+        "it upright.",
+        "A crank contracts the bell within 40 % of a period: a pulsed jet. It fills again slowly.",
+        "nectosome simulate jelly --time 10s --save jelly.nc",
+        _shipped("jelly"),
+        9,
+        (-60.0, 15.0),
+    ),
+    Entry(
+        "turtle",
+        "Turtle",
+        "A hull with four soft flippers, free in all six directions. Each flipper sits behind a hinge along its "
+        "leading edge: the water pitches it, so that its force leans forward on the way down and on the way up. "
+        "Nothing holds its course: left alone it goes straight, a disturbance grows by a quarter in each period.",
+        "Servos flap the flippers up and down, the hind pair half a period after the front one.",
+        "nectosome simulate turtle --time 10s --save turtle.nc",
+        _shipped("turtle"),
+        11,
+        (-125.0, 30.0),
+    ),
+    Entry(
+        "krill",
+        "Krill",
+        "Five pairs of legs under an abdomen, free in all six directions. The outer half of each leg hangs on a "
+        "passive hinge, stands straight on the way back and folds on the way forward.",
+        "A servo swings each leg; each pair beats 20 % of a period before the one ahead of it, a wave from the rear to "
+        "the front.",
+        "nectosome simulate krill --time 4s --save krill.nc",
+        _shipped("krill"),
+        10,
+        (-82.0, 6.0),
+    ),
+    Entry(
+        "octopus",
+        "Octopus",
+        "Eight soft arms behind a mantle, free in all six directions. It swims mantle first.",
+        "Servos swing the roots of all arms together: they open slowly and close fast, within 30 % of a period. Drag "
+        "grows with the square of the speed, so that closing pushes more than opening pulls.",
+        "nectosome simulate octopus --time 6s --save octopus.nc",
+        _shipped("octopus"),
+        6,
+        (-60.0, 20.0),
+    ),
+)
