@@ -1,6 +1,6 @@
 """Write what the pages take from the code and from the last `make run`: tables, help texts, numbers, the picture.
 
-Everything goes to docs/generated, except the picture and the table of the README, which are renewed in place when the
+Everything goes to docs/generated, except the pictures and the table of the README, which are renewed in place when the
 full studies have been run.
 """
 
@@ -22,6 +22,7 @@ from nectosome.io import RobotDescription, load_dataset
 from nectosome.io.dimensions import DIMENSIONS
 from nectosome.io.plain import to_plain
 from nectosome.io.structure import Slot, slot
+from nectosome.papers.gallery.entries import ENTRIES, Entry
 
 ROOT = Path(__file__).parents[1]
 OUT = ROOT / "out"
@@ -62,9 +63,11 @@ def main() -> None:
         "commands": commands(),
         "validation": validation(),
         "scorecard": scorecard(rows) if rows else NOT_RUN,
+        "gallery": gallery(),
     }
     for name, text in pages.items():
         (GENERATED / f"{name}.md").write_text(text, encoding="utf-8")
+    renew_portraits()
     if rows and studied_in_full():
         renew_readme(rows)
         renew_picture()
@@ -261,6 +264,43 @@ def scorecard(rows: list[dict[str, Any]]) -> str:
         lines.append(f"| {_cell(row['quantity'])} | {row['unit']} | {numbers} | {verdict} | {row['kind']} |")
     notes = [f"- {row['quantity']}: {row['note']}" for row in rows if row["note"] and row["verdict"] != "match"]
     return "\n".join(lines) + "\n" + ("\n## Notes\n\n" + "\n".join(notes) + "\n" if notes else "")
+
+
+# --- gallery ---------------------------------------------------------------------------------------------------------
+
+
+def gallery() -> str:
+    """A section for each robot, with its picture and the numbers of its last run, if there was one."""
+    return "\n\n".join(_section(entry) for entry in ENTRIES) + "\n"
+
+
+def _section(entry: Entry) -> str:
+    parts = [f"## {entry.title}", f"{entry.what} {entry.drive}"]
+    if (ROOT / _portrait(entry)).exists():
+        parts.insert(1, f"![{entry.title}](img/gallery_{entry.name}.png)")
+    file = OUT / "gallery" / f"{entry.name}.nc"
+    if file.exists():
+        run = load_dataset(file).attrs
+        heads = "| speed (m/s) | power (W) | cost of transport | frequency (Hz) | swam (s) | computed in (s) |"
+        row = [run[key] for key in ("speed", "power", "cost-of-transport", "frequency")]
+        row += [run["period"] * json.loads(run["provenance"])["settings"]["periods"], run["seconds"]]
+        parts.append(f"{heads}\n|{'---:|' * len(row)}\n| {' | '.join(f'{x:.3g}' for x in row)} |")
+    return "\n\n".join([*parts, f"```console\n$ {entry.command}\n```"])
+
+
+def _portrait(entry: Entry) -> Path:
+    return Path("docs/img") / f"gallery_{entry.name}.png"
+
+
+def renew_portraits() -> None:
+    """Draw the robots of the gallery whose last run was a full one."""
+    from portraits import draw
+
+    for entry in ENTRIES:
+        file = OUT / "gallery" / f"{entry.name}.nc"
+        run = load_dataset(file) if file.exists() else None
+        if run is not None and not json.loads(run.attrs["provenance"])["settings"]["quick"]:
+            draw(run, entry.seen, ROOT / _portrait(entry))
 
 
 def _number(value: Any) -> str:
