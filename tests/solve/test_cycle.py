@@ -74,11 +74,11 @@ body:
 """
 
 
-def path_radius(robot, times, path):
-    """Turning radius of a cycle in which the root of a planar robot goes along a path (x, y, angle)."""
+def course(robot, times, path):
+    """Course of cycles in which the root of a planar robot goes along a path (x, y, angle)."""
     place = jnp.stack([g(times) for g in path], axis=1)
     cycle = Trajectory(robot, times, State(place, 0 * place, robot.initial().z))
-    return Periodic(cycle, jnp.asarray(0), {}, jnp.zeros(()), multipliers=np.zeros(0)).turning_radius()
+    return Periodic(cycle, jnp.asarray(0), {}, jnp.zeros(()), multipliers=np.zeros(0)).course()
 
 
 def test_a_body_that_goes_straight_and_one_that_goes_round():
@@ -107,8 +107,13 @@ def test_a_body_that_goes_straight_and_one_that_goes_round():
     round_ = means(*circle)
     assert float(round_.turn_rate) == pytest.approx(turn, rel=1e-12)
     assert float(round_.speed) == pytest.approx(2 * radius * np.sin(0.6) / 2, rel=1e-12)
-    assert path_radius(robot, times, circle) == pytest.approx(radius, rel=1e-10)
-    assert path_radius(robot, times, (lambda t: V * t, lambda t: 0 * t, lambda t: 0 * t)) == np.inf
+    turns = course(robot, times, circle)
+    assert (turns.radius, turns.rate) == pytest.approx((radius, 0.6), rel=1e-10)
+    assert turns.axis == pytest.approx([0, 0, -1], abs=1e-12)
+    assert turns.pitch == pytest.approx(0, abs=1e-12)
+    goes_straight = course(robot, times, (lambda t: V * t, lambda t: 0 * t, lambda t: 0 * t))
+    assert (goes_straight.radius, goes_straight.rate) == (np.inf, 0)
+    assert goes_straight.axis == pytest.approx([1, 0, 0], abs=1e-12)
     nowhere = jnp.zeros((times.size, 3))
     held = means_of(robot, times, State(nowhere, nowhere, robot.initial().z))
     assert np.isnan(held.cost_of_transport)

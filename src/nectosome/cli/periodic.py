@@ -22,8 +22,11 @@ if TYPE_CHECKING:
 
     import numpy as np
 
+    from nectosome.solve import Course
+
     Arrays = Mapping[str, np.ndarray]
 
+_FLAT = 1e-6  # of the radius: a pitch as small is rounding
 _FEWEST, _MOST = 17, 10_000  # samples: fewer miss the peaks and spoil the means
 
 
@@ -80,7 +83,7 @@ def periodic(
         attributes = attributes_of(found, description, asked)
         attributes["seconds"] = round(clock.perf_counter() - start, 3)
         arrays = Results(data | drive_limits(built, description), names, attributes).arrays
-        write(_page(arrays, found.turning_radius(), attributes))
+        write(_page(arrays, found.course(), attributes))
         if save is not None:
             results = found.results(description, asked)
             results.attributes["seconds"] = attributes["seconds"]
@@ -91,11 +94,11 @@ def periodic(
     return 0
 
 
-def _page(arrays: "Arrays", radius: float, attributes: "Mapping[str, Any]") -> Group:
+def _page(arrays: "Arrays", course: "Course", attributes: "Mapping[str, Any]") -> Group:
     """Drives, the body's motion, bending, powers, and how well the samples tell them."""
     tables = [_drives(arrays)] if any(map(is_joint, arrays["prescribed"])) else []
     loads, joints = arrays["load_power"].sum(axis=1), arrays["reaction_power"]
-    tables += [_body(arrays), _motion(arrays, radius), *_bending(arrays), powers(arrays, loads, joints)]
+    tables += [_body(arrays), _motion(arrays), *_turning(course), *_bending(arrays), powers(arrays, loads, joints)]
     off = abs(loads.sum() + joints.sum()) / max(abs(loads).sum() + abs(joints).sum(), 1e-300)
     lines = [f"mean powers: off balance by {off:.1e}"]
     if "reaction_limit" in arrays:
@@ -122,7 +125,7 @@ def _body(arrays: "Arrays") -> Table:
     return table
 
 
-def _motion(arrays: "Arrays", radius: float) -> Table:
+def _motion(arrays: "Arrays") -> Table:
     table = columns("cycle", "", "unit")
     for name, unit in (
         ("speed", "m/s"),
@@ -133,10 +136,21 @@ def _motion(arrays: "Arrays", radius: float) -> Table:
     ):
         value = float(arrays[name])
         if value == value:  # NaN: not defined for a body that stays
-            table.add_row(name.replace("_", " "), number(value), unit)
-    if math.isfinite(radius):
-        table.add_row("turning radius", number(radius), "m")
+            about = " about z" if name == "turn_rate" else ""
+            table.add_row(name.replace("_", " ") + about, number(value), unit)
     return table
+
+
+def _turning(course: "Course") -> list[Table]:
+    """The circle or the helix of a robot that turns."""
+    if not math.isfinite(course.radius):
+        return []
+    table = columns("path", "", "unit")
+    table.add_row(f"turns about ({', '.join(number(x) for x in course.axis)}) by", number(course.rate), "rad/s")
+    table.add_row("radius", number(course.radius), "m")
+    if abs(course.pitch) > _FLAT * course.radius:
+        table.add_row("way along the axis in a turn", number(course.pitch), "m")
+    return [table]
 
 
 def _bending(arrays: "Arrays") -> list[Table]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.io import InputError, RobotDescription, numeric_paths, with_values
+from nectosome.io import RobotDescription, numeric_paths, with_values
 from nectosome.io.period import drive_frequencies, drive_period
 
 _SAME = 1e-9  # of a beat, by which rounding may move its begin
@@ -14,7 +14,7 @@ _LEAST = 64  # moments of a beat that its mean is taken of
 
 
 class Beat(NamedTuple):
-    """How often all drives of a robot repeat themselves."""
+    """How often the drives of a robot repeat themselves."""
 
     frequency: float  # [Hz], with the command as the description has it
     follows: float  # that command, where the beat goes with it; 0 where it does not
@@ -27,16 +27,16 @@ class Beat(NamedTuple):
 def beat_of(description: RobotDescription, commanded: Sequence[str], resting: float) -> Beat:
     """Beat of a robot whose numbers at some paths are commanded; how its strokes begin does not matter.
 
-    Raises InputError where nothing beats, where drives have no common period, and where a command changes the
-    frequency of some drives but not of all.
+    Where a command changes the frequency of some drives only, the beat is that of the rest. Raises InputError where
+    nothing beats, and where drives have no common period.
     """
     ramps = {path: 0.0 for path in numeric_paths(description) if path.endswith(".ramp")}
     begun = with_values(description, ramps)
     drives = set(drive_frequencies(begun))
     led = drives & set(commanded)
-    if led and led != drives:
-        raise InputError("it changes the frequency of some drives only: there is no beat of all.", field=sorted(led)[0])
-    return Beat(1 / drive_period(begun), resting if led else 0.0)
+    if led == drives:
+        return Beat(1 / drive_period(begun), resting if led else 0.0)
+    return Beat(1 / drive_period(with_values(begun, dict.fromkeys(led, 0.0))), 0.0)
 
 
 def moments_of(beat: Beat, fastest: float, dt: float) -> int:

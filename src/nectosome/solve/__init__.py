@@ -3,7 +3,7 @@
 from .cycle import CycleMeans, cycle_means, mean_data, prepare_means
 from .equilibrium import Equilibrium, equilibrium
 from .pace import pace
-from .periodic import Periodic, periodic
+from .periodic import Course, Periodic, periodic
 from .resting import Resting, held, resting
 from .results import Results, Run, Trajectory, attributes_of, drive_limits, prepare_results
 from .screw import Screw, screw_of
@@ -14,6 +14,7 @@ from .steady import Steady, steady
 from .symmetry import Symmetry, find_symmetry
 
 __all__ = [
+    "Course",
     "CycleMeans",
     "Equilibrium",
     "Periodic",

@@ -1,6 +1,6 @@
 """Periodic motion as a root: the cycle that a robot with periodic drives keeps for ever."""
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
@@ -24,6 +24,15 @@ _STABLE = 1 + 1e-6  # the largest multiplier of a motion that lasts
 _TURNS = 1e-6  # rad in a cycle: less is what its ends are apart
 
 
+class Course(NamedTuple):
+    """Where cycles take a body: round an axis, and along it."""
+
+    radius: float  # [m]
+    rate: float  # at which it turns [rad/s], less than half a turn a cycle
+    axis: Float[np.ndarray, "3"]  # about which it turns; where it does not, along which it goes
+    pitch: float  # way along the axis in a turn [m]
+
+
 class Periodic(Run):
     """A cycle: a Run from t = 0 to the period. `stats["multiplier"]` is the largest magnitude among `multipliers`.
 
@@ -43,13 +52,16 @@ class Periodic(Run):
         trajectory = self.value
         return remembered(cycle_means, trajectory.system, trajectory.time, trajectory.state)
 
-    def turning_radius(self) -> float:
-        """Radius [m] of the path along which the root body turns, about the screw of a cycle; inf where it does not."""
+    def course(self) -> Course:
+        """The circle or helix on which cycle after cycle takes the root body; of radius inf where it does not turn."""
         robot, time, states = self.value.system, self.value.time, self.value.state
         ends = [remembered(_pose, robot, time[k], jax.tree.map(lambda x, k=k: x[k], states)) for k in (0, -1)]
         start, end = ((np.asarray(R), np.asarray(p)) for R, p in ends)
         screw = screw_of(start, end)
-        return screw.radius(start[1]) if screw.angle > _TURNS else np.inf
+        if screw.angle <= _TURNS:
+            return Course(np.inf, 0.0, screw.axis, np.inf)
+        per_turn = 2 * np.pi / screw.angle
+        return Course(screw.radius(start[1]), screw.angle / float(time[-1]), screw.axis, per_turn * screw.along)
 
     def results(self, description: RobotDescription | None = None, settings: dict[str, Any] | None = None) -> Results:
         """Results of the cycle as of any run, and its multipliers."""
