@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from nectosome.io import load_robot
+from nectosome.robots import describe
 from nectosome.robots.shipped import template_names, template_of
 
 URDF = """<robot name="arm"><link name="base"/>
@@ -19,7 +20,7 @@ def test_all_are_listed_with_what_they_are(nectosome):
     answer = nectosome("new")
     assert (answer.code, answer.err) == (0, "")
     listed = [line.split()[0] for line in answer.out.splitlines()[1:] if not line.startswith(" ")]
-    assert listed == template_names()
+    assert listed == [*template_names(), "beetle", "beetle1", "beetle_free", "flagella4", "paddle2"]
     assert "A stiff body with a soft tail that a servo swings" in answer.out
 
 
@@ -29,6 +30,12 @@ def test_a_template_is_written_as_it_ships(nectosome, name):
     assert (answer.code, answer.out) == (0, "")
     assert Path(f"{name}.yaml").read_text() == template_of(name).read_text()
     assert load_robot(f"{name}.yaml").about
+
+
+@pytest.mark.parametrize("name", ["flagella2", "beetle", "paddle4"])
+def test_a_robot_of_a_family_is_written_as_it_is_described(nectosome, name):
+    assert nectosome("new", name, "mine.yaml").code == 0
+    assert load_robot("mine.yaml") == describe(name)
 
 
 @pytest.mark.parametrize("name", ["paddles", "ring", "tail"])
@@ -51,6 +58,7 @@ def test_a_template_moves(nectosome, name):
     ("argv", "message"),
     [
         (["tial"], 'there is no template called "tial". Did you mean "tail"?'),
+        (["flagella13"], "flagella: 13 flagella asked for; 1 to 12 fit on the ring."),
         (["tail", "mine.yaml"], "mine.yaml: is there already, and is left as it is. Give another name."),
         (["tail", "mine.txt"], 'FILE: "mine.txt" does not end in .yaml, as what is written there would.'),
         (["tail", "none/mine.yaml"], "FILE: cannot write into none: No such file or directory."),

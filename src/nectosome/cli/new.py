@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.page import columns
-from nectosome.io import InputError, did_you_mean, import_urdf, load_robot, write_atomic
+from nectosome.io import InputError, did_you_mean, dump_robot, import_urdf, load_robot, write_atomic
 
 
 def new(
@@ -25,17 +25,22 @@ def new(
 
     From a URDF file (.urdf) come its links, joints, boxes, cylinders and spheres; what has no place is told.
     """
+    from nectosome import robots
     from nectosome.robots.shipped import template_names, template_of
 
+    shipped = template_names()
+    known = [*shipped, *(name for name in robots.names() if name not in shipped)]
     if template is None:
         table = columns("template", "")
-        for name in template_names():
-            table.add_row(name, _first_sentence(load_robot(template_of(name)).about))
+        for name in known:
+            about = load_robot(template_of(name)).about if name in shipped else robots.describe(name).about
+            table.add_row(name, _first_sentence(about))
         write(table)
         return
     urdf = template.lower().endswith(".urdf")
-    if not urdf and template not in template_names():
-        raise InputError(f'there is no template called "{template}".{did_you_mean(template, template_names())}')
+    member = None if urdf or template in shipped else robots.of_family(template)
+    if not urdf and template not in shipped and member is None:
+        raise InputError(f'there is no template called "{template}".{did_you_mean(template, known)}')
     target = file or Path(f"{Path(template).stem if urdf else template}.yaml")
     if target.exists() or target.is_symlink():
         raise InputError("is there already, and is left as it is. Give another name.", field=str(target))
@@ -45,6 +50,8 @@ def new(
         write_atomic(target, imported.text.encode())
         for words in imported.left_out:
             tell(f"left out: {words}")
+    elif member is not None:
+        write_atomic(target, dump_robot(member).encode())
     else:
         write_atomic(target, template_of(template).read_bytes())
     tell(f"wrote {target}. See nectosome show {target}, nectosome simulate {target}.")

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from nectosome.io import InputError, RobotDescription, apply_settings, did_you_mean, load_robot
 
@@ -30,6 +30,7 @@ __all__ = [
     "mission_data",
     "mission_of",
     "names",
+    "of_family",
     "paddle",
     "run_mission",
 ]
@@ -48,9 +49,7 @@ def describe(robot: str, settings: Iterable[str] = ()) -> RobotDescription:
 
     Of a family the setting `N=2` says how many flagella or segments. Raises InputError.
     """
-    found = re.fullmatch(r"([a-z_]+?)(\d{1,3})?", robot)
-    family = _FAMILIES.get(found[1]) if found else None
-    count = int(found[2]) if found and found[2] else _USUAL.get(robot)
+    family, count = _family(robot)
     others = []
     for setting in settings:
         if family is not None and setting.partition("=")[0].strip() == "N":
@@ -59,6 +58,18 @@ def describe(robot: str, settings: Iterable[str] = ()) -> RobotDescription:
             others.append(setting)
     description = _load(robot) if family is None or count is None else family(count)
     return apply_settings(description, others) if others else description
+
+
+def of_family(robot: str) -> RobotDescription | None:
+    """Robot of a family, such as flagella2, by its name; None where it is of none. Raises InputError."""
+    family, count = _family(robot)
+    return None if family is None or count is None else family(count)
+
+
+def _family(robot: str) -> tuple[Callable[[int], RobotDescription] | None, int | None]:
+    found = re.fullmatch(r"([a-z_]+?)(\d{1,3})?", robot)
+    family = _FAMILIES.get(found[1]) if found else None
+    return family, int(found[2]) if found and found[2] else _USUAL.get(robot)
 
 
 def _load(robot: str) -> RobotDescription:
