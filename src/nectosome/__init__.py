@@ -7,7 +7,8 @@
     run = ns.simulate(ns.build(robot), 2.5)                 # 2.5 s from rest
     data = run.to_dataset(robot)                            # an xarray.Dataset in SI units
 
-Names are loaded when they are first used, so that importing the package is quick.
+Names are loaded when they are first used, so that importing the package is quick; the rooms are too, as in
+`ns.measure.read("run.csv")`.
 """
 
 from importlib import import_module
@@ -16,17 +17,18 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .design import sweep
     from .io import InputError, apply_settings, load_dataset, load_robot, save_dataset
-    from .robots import bind, build, describe, flagella, names
+    from .robots import bind, build, describe, flagella, names, read
     from .solve import periodic, simulate, static, steady
     from .view import show_run
 
 _ROOMS = {
     "design": ("sweep",),
     "io": ("InputError", "apply_settings", "load_dataset", "load_robot", "save_dataset"),
-    "robots": ("bind", "build", "describe", "flagella", "names"),
+    "robots": ("bind", "build", "describe", "flagella", "names", "read"),
     "solve": ("periodic", "simulate", "static", "steady"),
     "view": ("show_run",),
 }
+_OTHERS = ("actuators", "control", "core", "identify", "loads", "measure", "mechanism", "papers", "rigs")
 _HOME = {name: room for room, inside in _ROOMS.items() for name in inside}
 
 __all__ = [
@@ -40,6 +42,7 @@ __all__ = [
     "load_robot",
     "names",
     "periodic",
+    "read",
     "save_dataset",
     "show_run",
     "simulate",
@@ -52,8 +55,10 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name in _HOME:
         return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    if name in _ROOMS or name in _OTHERS:
+        return import_module(f"{__name__}.{name}")
     raise AttributeError(f"nectosome has no {name}")
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return sorted({*__all__, *_ROOMS, *_OTHERS})

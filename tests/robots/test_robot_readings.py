@@ -1,11 +1,10 @@
 """What is read off a robot is what its results say."""
 
-import jax
 import numpy as np
 import pytest
 
 from nectosome.io import InputError, parse_robot
-from nectosome.robots import build
+from nectosome.robots import build, read
 from nectosome.robots.readings import reading_of
 from nectosome.solve import simulate
 
@@ -58,10 +57,7 @@ def robot():
 def rowed(robot):
     """What is read, by name, and the results."""
     run = simulate(robot, 0.5, samples=6)
-    wanted = [reading_of(robot, name) for name in NAMES]
-    found = jax.vmap(lambda t, x: [reading.value(robot, t, x) for reading in wanted])
-    read = jax.jit(found)(run.value.time, run.value.state)
-    return dict(zip(NAMES, map(np.asarray, read), strict=True)), run.to_dataset()
+    return {name: read(run, name) for name in NAMES}, run.to_dataset()
 
 
 def test_a_load_cell_feels_what_holds_the_body(rowed):
@@ -85,6 +81,12 @@ def test_readings_are_those_of_the_results(rowed):
     }
     for name, values in expected.items():
         np.testing.assert_allclose(found[name], values, atol=1e-12, err_msg=name)
+
+
+def test_a_heading_goes_on_beyond_half_a_turn():
+    spinner = ROWER.replace("sine, amplitude: 40 deg, frequency: 1 Hz", "rate, rate: 10 rad/s")
+    run = simulate(build(parse_robot(spinner)), 2.0, samples=21)
+    np.testing.assert_allclose(read(run, "arm.heading"), 10.0 * run.value.time, rtol=1e-9, atol=1e-9)
 
 
 def test_readings_tell_their_units(robot):

@@ -56,6 +56,14 @@ class RobotDescription(Described):
     pairs: dict[Name, Pair] = Field(default_factory=dict)
     aliases: dict[AliasName, Annotated[tuple[str, ...], Field(min_length=1), OneOrMany()]] = Field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        short = ", ".join(self.aliases)
+        return (
+            f"<RobotDescription {self.name}: parts {', '.join(('body', *self.limbs))}; short names {short or 'none'}>"
+        )
+
+    __str__ = __repr__
+
     @model_validator(mode="after")
     def _limbs_stand_alone(self) -> Self:
         for name in ("on", "at", "repeat"):

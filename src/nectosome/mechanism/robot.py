@@ -71,6 +71,12 @@ class Robot(Mechanical):
     added: Float[Array, "n 6 6"]  # added mass, but for what loads change (see `carried`)
     pairs: tuple[Paired, ...] = ()
 
+    def __repr__(self) -> str:
+        parts = ", ".join(part.name for part in self.tree.parts)
+        return (
+            f"<Robot: parts {parts}; {len(self.tree.free_v)} degrees of freedom, {len(self.tree.prescribed_v)} driven>"
+        )
+
     @property
     def coordinate_names(self) -> tuple[str, ...]:
         """Names of the unknown velocities."""

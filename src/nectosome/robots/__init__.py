@@ -12,6 +12,7 @@ from .commanded import Commanded
 from .flagella import flagella
 from .mission import Flown, Passed, mission_data, run_mission
 from .paddle import paddle
+from .readings import read, reading_of
 from .shipped import file_names, file_of, mission_of
 
 __all__ = [
@@ -32,6 +33,8 @@ __all__ = [
     "names",
     "of_family",
     "paddle",
+    "read",
+    "reading_of",
     "run_mission",
 ]
 

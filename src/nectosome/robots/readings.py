@@ -3,15 +3,19 @@
 from collections.abc import Iterator
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import State
+from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot
 from nectosome.io import InputError, did_you_mean
 from nectosome.io.dimensions import DIMENSIONS
 from nectosome.io.errors import shorten
 from nectosome.mechanism import Robot, diagnose, held_force
+from nectosome.solve import Run
 
 PLACES = {
     "x": ("length", "place along the world's x"),
@@ -87,6 +91,22 @@ def place_of(R: Float[Array, "3 3"], p: Float[Array, "3"], twist: Float[Array, "
         "climb": velocity[2],
         "turn_rate": turning[2],
     }
+
+
+def read(run: Run, name: str) -> Float[np.ndarray, "n"]:
+    """What a sensor on the robot would have told along a run, at `run.value.time`, by the name of the reading.
+
+    Names are those of `reading_of`; SI units; a heading goes on beyond half a turn. Raises InputError for what cannot
+    be read of this robot, with what can.
+    """
+    robot, times, states = run.value.system, run.value.time, run.value.state
+    reading = reading_of(robot, name)
+    values = np.asarray(remembered(_values, reading, robot, times, states))
+    return np.unwrap(values) if reading.turns else values
+
+
+def _values(reading: Reading, robot: Robot, times: Float[Array, "n"], states: State) -> Float[Array, "n"]:
+    return jax.vmap(lambda t, x: reading.value(robot, t, x))(times, states)
 
 
 def reading_of(robot: Robot, name: str) -> Reading:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import equinox as eqx
 import jax
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
@@ -24,11 +25,17 @@ class Trajectory(eqx.Module):
     time: Float[Array, "n"]  # [s]
     state: State  # leaves [n, ...]
 
+    def __repr__(self) -> str:
+        return f"<Trajectory: {_span(self.time)}, {self.state!r}>"
+
 
 class Run(Solution):
     """Solution whose value is a Trajectory."""
 
     title: ClassVar[str] = "simulation"
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {_told(self.status)}, {_span(self.value.time)}>"
 
     def results(self, description: RobotDescription | None = None, settings: dict[str, Any] | None = None) -> "Results":
         """Results of the run (see `results`); `description` and `settings` go into their attributes."""
@@ -39,6 +46,21 @@ class Run(Solution):
     ) -> "xr.Dataset":
         """The results as an `xarray.Dataset`."""
         return self.results(description, settings).to_dataset()
+
+
+def _told(status: Any) -> str:
+    """A status in words; of several, or of one that is traced, there are none."""
+    if isinstance(status, Tracer) or np.ndim(status):
+        return f"status of shape {np.shape(status)}"
+    return f"{Status(int(status)).name}, {Status(int(status)).reason}"
+
+
+def _span(time: Any) -> str:
+    if isinstance(time, Tracer) or np.ndim(time) != 1:
+        return f"times of shape {np.shape(time)}"
+    if len(time) == 1:
+        return f"at {time[0]:g} s"
+    return f"{len(time)} moments from {time[0]:g} s to {time[-1]:g} s"
 
 
 Data = dict[str, tuple[tuple[str, ...], np.ndarray, str]]  # dimensions, values, unit
