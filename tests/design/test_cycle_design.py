@@ -8,8 +8,9 @@ from tests.small_robots import DRIVEN, M0, I
 
 from nectosome.design import QUANTITIES, Gradient, Limit, MotionDesign, read_constraint, read_variable
 from nectosome.design.record import Recorder
-from nectosome.io import InputError, parse_robot, with_values
+from nectosome.io import InputError, load_robot, parse_robot, with_values
 from nectosome.robots import build, describe
+from nectosome.robots.shipped import template_of
 from nectosome.solve import periodic
 
 RANGES = {"c": "0.05 N m s/rad .. 0.4 N m s/rad log", "f": "0.6 Hz .. 1.6 Hz", "k": "0.5 N m/rad .. 2 N m/rad"}
@@ -109,3 +110,15 @@ def test_quantities_of_the_paddle_are_those_of_its_cycle():
     }
     for name, value in want.items():
         assert got[name] == pytest.approx(value, rel=1e-3), name
+
+
+@pytest.mark.slow
+def test_a_swimmer_that_is_free_in_the_plane_has_slopes():
+    """Its place changes nothing, but for rounding: slopes of it need no small steps. Power by central differences."""
+    robot = load_robot(template_of("tail"))
+    ranges = {"E": "0.5 MPa .. 2 MPa log", "L": "150 mm .. 250 mm"}
+    task = MotionDesign(robot, tuple(read_variable(name, text, robot) for name, text in ranges.items()), "power")
+    evaluate, u, h = task.prepare(), np.array([0.4, 0.6]), 0.02
+    found = evaluate(u, True, None)
+    steps = [[evaluate(u + s * d, False, found.memory).objective for s in (h, -h)] for d in np.eye(2)]
+    np.testing.assert_allclose(found.slope, [(a - b) / (2 * h) for a, b in steps], rtol=5e-3)

@@ -5,13 +5,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.core import Load, Status
+from nectosome.core import Load, State, Status
 from nectosome.io import with_values
 from nectosome.mechanism.reduce import in_plane
 from nectosome.robots import bind, describe
 from nectosome.solve import find_symmetry
 from nectosome.solve.march import Settings
 from nectosome.solve.orbit import orbit
+from nectosome.solve.slopes import allowed_slopes
 
 SHARES = jnp.linspace(0.0, 1.0, 129)  # of the period
 
@@ -131,3 +132,13 @@ def test_the_slopes_of_a_boats_speed_are_those_of_differences(boat):
     stroke = "limbs.arm.joint.motion"
     paths = ("limbs.blade.joint.stiffness", f"{stroke}.amplitude", f"{stroke}.frequency")
     compare(boat, paths, mean_speed, [1e-3, 5e-4])
+
+
+def test_slopes_that_are_next_to_nothing_may_err_by_a_share_of_the_others():
+    """Else rounding errors of what does not change would ask for ever smaller steps."""
+    still = State(jnp.array([[1.0, 0.0], [0.0, 0.0]]), jnp.array([[0.0, 1e-18], [0.0, 2.0]]), ())
+    allowed = allowed_slopes(jnp.asarray(1e-3), 0.0, still, still)
+    np.testing.assert_allclose(allowed.q[0], 1e-3)
+    np.testing.assert_allclose(allowed.v[0], 1e-9)
+    np.testing.assert_allclose(allowed.q[1], 2e-9)
+    np.testing.assert_allclose(allowed.v[1], 2e-3)

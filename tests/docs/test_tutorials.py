@@ -1,0 +1,67 @@
+"""The tutorials do what they say: their files are written, their commands run, and what they show is what is printed.
+
+Where a tutorial leaves lines out it says `...`. Numbers may differ in their last digits.
+"""
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "docs" / "tutorials"
+PAGES = re.findall(r"tutorials/(\w+)\.md", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+CLOSE = 5e-3  # relative
+
+
+def steps(page: str) -> Iterator[tuple[str, str, list[str]]]:
+    """Files to write as ("file", name, lines), commands as ("$", command, lines shown)."""
+    for kind, title, body in re.findall(r'```(\w+)(?: title="([^"]+)")?\n(.*?)```', page, re.DOTALL):
+        if title:
+            yield "file", title, body.splitlines()
+        elif kind == "console":
+            for command, *shown in (text.splitlines() for text in re.split(r"^\$ ", body, flags=re.MULTILINE)[1:]):
+                yield "$", command, [line for line in shown if line.strip()]
+
+
+def alike(shown: str, printed: str) -> bool:
+    """Whether two lines have the same words, and numbers that are close; runs of blanks and rules count alike."""
+    words = [re.split(r"\s+", NUMBER.sub("#", line).strip()) for line in (shown, printed)]
+    numbers = [[float(x) for x in NUMBER.findall(line)] for line in (shown, printed)]
+    return words[0] == words[1] and numbers[0] == pytest.approx(numbers[1], rel=CLOSE)
+
+
+def follow(page: str, folder: Path) -> None:
+    """Do what a page says in a folder."""
+    told = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}", "COLUMNS": "160"}
+    for kind, what, lines in steps((FOLDER / f"{page}.md").read_text(encoding="utf-8")):
+        if kind == "file":
+            (folder / what).write_text("\n".join(lines) + "\n", encoding="utf-8")
+            continue
+        ran = subprocess.run(what, shell=True, cwd=folder, env=told, capture_output=True, text=True, check=False)
+        printed = iter((ran.stdout + ran.stderr).splitlines())
+        shown_to_fail = ran.returncode == 2 and lines  # what is wrong is among the lines then
+        assert ran.returncode == 0 or shown_to_fail, f"{page}: {what}\n{ran.stdout}{ran.stderr}"
+        for line in lines:
+            if line != "...":
+                found = any(alike(line, other) for other in printed)
+                assert found, f"{page}: {what}\nshown: {line}\nprinted:\n{ran.stdout}{ran.stderr}"
+
+
+def test_every_tutorial_is_on_the_site():
+    assert set(PAGES) == {path.stem for path in FOLDER.glob("*.md")}
+
+
+def test_the_first_tutorial_says_what_happens(tmp_path):
+    follow(PAGES[0], tmp_path)
+
+
+@pytest.mark.slow
+def test_the_tutorials_say_what_happens(tmp_path):
+    for page in PAGES:
+        follow(page, tmp_path)
