@@ -5,10 +5,11 @@ of a laminar flat plate at the Reynolds number of the speed that comes out (Blas
 
 $$ C_f = 1.328 / \\sqrt{Re}, \\quad C_t = 2 C_f $$
 
-C_t is the tangential coefficient of `StripDrag`, whose area is a quarter of the skin's: rho pi/2 r C_t u^2 per length is
-1/2 rho C_f u^2 over the perimeter 2 pi r.
+C_t is the tangential coefficient of `StripDrag`: rho pi/2 r C_t u^2 per length is 1/2 rho C_f u^2 over the perimeter
+2 pi r.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import equinox as eqx
@@ -19,7 +20,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import State, Wave
 from nectosome.loads import StripDrag
-from nectosome.mechanism import Robot
+from nectosome.mechanism import Robot, Rod
 from nectosome.solve.pace import pace
 
 STEPS = 32  # of a beat; four times as many change no speed by more than 1e-4
@@ -42,39 +43,34 @@ def skin_friction(reynolds: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
     return 1.328 / np.sqrt(reynolds)
 
 
-def swims(
-    robot: Robot,
-    waves: Wave,
-    reynolds: Float[np.ndarray, "n"],
-    more_friction: float = 1.0,
-    beats: int = _BEATS,
-) -> Swims:
-    """Swims of one body by several waves [n], leaves [n, ...]; all start at half a length a beat.
+def swims(robot: Robot, waves: Sequence[Wave], reynolds: Float[np.ndarray, "n"], more_friction: float = 1.0) -> Swims:
+    """Swims of one body by several waves; all start at half a length a beat.
 
     The body is the robot's only part, a rod from head to tail on a planar joint; `reynolds` is the Reynolds number at a
     speed of one length a second. `more_friction` multiplies C_f.
     """
-    n, frequency = reynolds.size, np.asarray(waves.frequency)
-    length = float(robot.tree.parts[0].body.length)
+    n, together = reynolds.size, jax.tree.map(lambda *x: jnp.stack(x), *waves)
+    frequency = np.asarray(together.frequency)
+    body = robot.tree.parts[0].body
+    assert isinstance(body, Rod)
+    length = float(body.length)
     rest = robot.initial()
     v = jnp.zeros((n, 3)).at[:, 0].set(-_GUESS * frequency * length)
     x = State(jnp.broadcast_to(rest.q, (n, 3)), v, rest.z)
-    speed = _GUESS * frequency
+    found = Swims(_GUESS * frequency, *(np.zeros(n) for _ in range(3)))
     for _ in range(_PASSES):
-        tangential = 2 * more_friction * skin_friction(reynolds * speed)
-        x, places = _kept(robot, waves, jnp.asarray(tangential), x, beats)
+        tangential = 2 * more_friction * skin_friction(reynolds * found.speed)
+        x, places = _kept(robot, together, jnp.asarray(tangential), x)
         found = _told(np.asarray(places) / length, frequency)
-        speed = found.speed
     return found
 
 
 @eqx.filter_jit
 def _kept(
-    robot: Robot, waves: Wave, tangential: Float[Array, "n"], x: State, beats: int
+    robot: Robot, waves: Wave, tangential: Float[Array, "n"], x: State
 ) -> tuple[State, Float[Array, "n steps stations 2"]]:
-    """States after so many whole beats, and where all stations are in the last two of them, both ends included [m]."""
-    where = [k for k, a in enumerate(robot.loads) if isinstance(a.load, StripDrag)]
-    (drag,) = where
+    """States after the beats of a pass, and where all stations are in the last two of them, both ends included [m]."""
+    (drag,) = [k for k, a in enumerate(robot.loads) if isinstance(a.load, StripDrag)]
 
     def one(wave: Wave, tangential: Array, x: State) -> tuple[State, Array]:
         swimmer = eqx.tree_at(
@@ -85,7 +81,7 @@ def _kept(
         def place(t: Array, x: State) -> Float[Array, "stations 2"]:
             return tree.shape(tree.complete(t, x.q, x.v)[0]).position[:, :2]
 
-        x, _ = pace(swimmer, jnp.zeros(()), x, step, STEPS * (beats - 2))
+        x, _ = pace(swimmer, jnp.zeros(()), x, step, STEPS * (_BEATS - 2))
         end, kept = pace(swimmer, jnp.zeros(()), x, step, 2 * STEPS, lambda x: x)
         all_of = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, kept)
         return end, jax.vmap(place)(step * jnp.arange(2 * STEPS + 1), all_of)

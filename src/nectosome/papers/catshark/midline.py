@@ -42,19 +42,22 @@ def waves(
     tail: Float[np.ndarray, "n"],
     wavelength: Float[np.ndarray, "n"],
     power: int = 2,
-) -> Wave:
-    """Strain coordinates of bending up to an order, leaves [n, ...]: (2 k + 1) int P_k L kappa ds, s from 0 to 1."""
+) -> list[Wave]:
+    """Strain coordinates of bending up to an order, by swim: (2 k + 1) int P_k L kappa ds, s from 0 to 1."""
     x, weight = np.polynomial.legendre.leggauss(_POINTS)
     s = 0.5 * (x + 1)
     basis = (2 * np.arange(order + 1) + 1) * legendre(order, s) * (0.5 * weight)[:, None]
     c = curvature(s, head[:, None], tail[:, None], wavelength[:, None], power) @ basis
-    none = jnp.zeros(frequency.size)
-    return Wave(
-        amplitude=none + 1.0,
-        frequency=jnp.asarray(frequency),
-        phase=none,
-        offset=none,
-        envelope=jnp.zeros(c.shape),
-        cosine=jnp.asarray(c.real),
-        sine=jnp.asarray(-c.imag),
-    )
+    none = jnp.zeros(())
+    return [
+        Wave(
+            amplitude=none + 1.0,
+            frequency=jnp.asarray(f),
+            phase=none,
+            offset=none,
+            envelope=jnp.zeros(order + 1),
+            cosine=jnp.asarray(one.real),
+            sine=jnp.asarray(-one.imag),
+        )
+        for f, one in zip(frequency, c, strict=True)
+    ]
