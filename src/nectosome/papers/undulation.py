@@ -24,7 +24,7 @@ from nectosome.mechanism import Robot, Rod
 from nectosome.solve.pace import pace
 
 STEPS = 32  # of a beat; four times as many change no speed by more than 1e-4
-_BEATS = 16  # of each pass
+_BEATS = 12  # of each pass
 _PASSES = 3  # the first with the friction at a guess of the speed, the others at that of the pass before
 _GUESS = 0.5  # body lengths a beat
 

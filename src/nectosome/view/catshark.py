@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _READINGS = {
-    "points": ("by points of three swims", BLUE, "circle"),
-    "full": ("as printed, body lengths", VERMILLION, "square-open"),
-    "half": ("printed are half waves", GREEN, "diamond-open"),
+    "points": ("points of three swims", BLUE, "circle"),
+    "full": ("as printed", VERMILLION, "square-open"),
+    "half": ("twice as printed", GREEN, "diamond-open"),
 }
 
 
@@ -42,7 +42,7 @@ def panels(data: Mapping[str, "xr.Dataset"]) -> list[Panel]:
                 y=swims[name].sel(reading=reading).values,
                 mode="markers",
                 marker={"color": colour, "symbol": symbol, "size": 7},
-                name=f"wavelength {label}",
+                name=label,
                 showlegend=k == 1,
                 row=1,
                 col=k,
@@ -51,8 +51,8 @@ def panels(data: Mapping[str, "xr.Dataset"]) -> list[Panel]:
         fig.update_yaxes(title=f"computed {what}", rangemode="tozero", row=1, col=k)
     dress(fig, 460).update_layout(hovermode="closest", showlegend=True, margin_t=64)
     caption = (
-        "Computed, nothing fitted, against measured by F. Berio and others, a mark for each swim and reading of the "
-        "wavelength. The speed that comes out hardly grows above two body lengths a second, where the sharks are told "
-        "to be faster than the wave that runs along them."
+        "Computed, nothing fitted, against measured by F. Berio and others: a mark for each swim and reading of the "
+        "wavelength (in body lengths). The speed that comes out hardly grows above two body lengths a second, where "
+        "the sharks are told to be faster than the wave that runs along them."
     )
     return [Panel("Catsharks, computed and measured", caption, fig)]

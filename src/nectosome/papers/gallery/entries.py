@@ -124,7 +124,7 @@ ENTRIES = (
         "nectosome simulate kern_eel --time 10s --save kern_eel.nc",
         _shipped("kern_eel"),
         12,
-        (-110.0, 50.0),
+        (-30.0, 50.0),
         ("eel/burst/speed", "eel/efficient/speed", "eel/burst/gain"),
     ),
     Entry(
