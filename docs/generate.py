@@ -63,7 +63,7 @@ def main() -> None:
         "commands": commands(),
         "validation": validation(),
         "scorecard": scorecard(rows) if rows else NOT_RUN,
-        "gallery": gallery(),
+        "gallery": gallery(rows),
     }
     for name, text in pages.items():
         (GENERATED / f"{name}.md").write_text(text, encoding="utf-8")
@@ -269,12 +269,13 @@ def scorecard(rows: list[dict[str, Any]]) -> str:
 # --- gallery ---------------------------------------------------------------------------------------------------------
 
 
-def gallery() -> str:
+def gallery(rows: list[dict[str, Any]]) -> str:
     """A section for each robot, with its picture and the numbers of its last run, if there was one."""
-    return "\n\n".join(_section(entry) for entry in ENTRIES) + "\n"
+    by_id = {row["id"]: row for row in rows}
+    return "\n\n".join(_section(entry, by_id) for entry in ENTRIES) + "\n"
 
 
-def _section(entry: Entry) -> str:
+def _section(entry: Entry, rows: dict[str, dict[str, Any]]) -> str:
     parts = [f"## {entry.title}", f"{entry.what} {entry.drive}"]
     if (ROOT / _portrait(entry)).exists():
         parts.insert(1, f"![{entry.title}](img/gallery_{entry.name}.png)")
@@ -285,7 +286,16 @@ def _section(entry: Entry) -> str:
         row = [run[key] for key in ("speed", "power", "cost-of-transport", "frequency")]
         row += [run["period"] * json.loads(run["provenance"])["settings"]["periods"], run["seconds"]]
         parts.append(f"{heads}\n|{'---:|' * len(row)}\n| {' | '.join(f'{x:.3g}' for x in row)} |")
+    if held := [rows[name] for name in entry.held if name in rows]:
+        parts.append("Held against published numbers, with nothing fitted:")
+        parts.append("\n".join(f"- {_held(row)}" for row in held))
     return "\n\n".join([*parts, f"```console\n$ {entry.command}\n```"])
+
+
+def _held(row: dict[str, Any]) -> str:
+    unit = {"1": "", "percent": " %"}.get(row["unit"], f" {row['unit']}")
+    printed, ours = (f"{_number(row[key])}{unit}" for key in ("printed", "ours"))
+    return f"{_cell(row['quantity'])}: published {printed}, computed {ours}, error {row['error']:+.1f} %"
 
 
 def _portrait(entry: Entry) -> Path:

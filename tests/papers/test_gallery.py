@@ -15,6 +15,8 @@ SPEEDS = {  # m/s, of the version that drew the pictures
     "flagella4": 0.431249,
     "beetle": 0.323003,
     "eel": 0.429118,
+    "catshark": 0.211621,
+    "kern_eel": 0.463106,
     "fish": 0.110294,
     "poseidrone": 0.0602446,
     "jelly": 0.0885894,

@@ -1,7 +1,9 @@
-"""One study per published robot, those of measuring, each scored against what papers print, and the gallery."""
+"""One study per published robot or swimmer, those of measuring, each scored against what is printed; the gallery."""
 
 from collections.abc import Callable
 
+from .catshark import study as catshark
+from .eel import study as eel
 from .fishtail import study as fishtail
 from .flagellum import study as flagellum
 from .gallery import study as gallery
@@ -20,5 +22,7 @@ STUDIES: dict[str, Callable[[bool, Progress], Study]] = {
     "fishtail": fishtail.run,
     "measure": measure.run,
     "track": track.run,
+    "catshark": catshark.run,
+    "eel": eel.run,
     "gallery": gallery.run,
 }

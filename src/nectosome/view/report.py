@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from nectosome.io import provenance
 
 from . import (
+    catshark,
     crawling,
     design,
     fishtail,
@@ -86,6 +87,7 @@ _PANELS: dict[str, Callable[[Study], list[Panel]]] = {
     "fishtail": lambda study: [*fishtail.panels(study.data), *tracking.panels(study.data)],
     "measure": lambda study: measurements.panels(study.data),
     "track": lambda study: tracked.panels(study.data),
+    "catshark": lambda study: catshark.panels(study.data),
     "gallery": lambda study: gallery.panels(study.runs),
 }
 

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 NAME = "gallery"
 TITLE = "Gallery of swimming robots"
 ABOUT = (
-    "Robots that ship, most of them free in space or in a plane, swim from rest until they keep their motion. Nothing "
-    "is printed to hold the numbers against; they are here to be seen, and to stay as they are."
+    "Robots that ship, most of them free in space or in a plane, swim from rest until they keep their motion. They are "
+    "here to be seen, and to stay as they are; what is published of some is held against them in other studies."
 )
 A_PERIOD = 48  # samples in each
 _RTOL, _QUICK_RTOL = 1e-5, 1e-4  # of time steps; looser ones go over the pulses of a jet
@@ -106,7 +106,7 @@ def _crank_power(robot: Robot, once: "xr.Dataset") -> float:
 
 
 def _rows(name: str, made: "xr.Dataset") -> list[dict[str, Any]]:
-    """Rows of one robot; nothing is printed of any."""
+    """Rows of one robot; what is printed of some is in the studies of these."""
     settled = f"From rest; in the last period the speed changed by {100 * made.attrs['change']:+.2g} %."
     return [
         score(

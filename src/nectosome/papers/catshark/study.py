@@ -1,0 +1,134 @@
+"""The study of the catsharks: each swim of the table again, by every reading of its wavelengths; nothing is fitted."""
+
+import time
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Float
+
+from nectosome.robots import build, describe
+
+from ..study import Progress, Study, printed, score
+from ..undulation import Swims, swims
+from .midline import waves
+from .table import VISCOSITY, Table, table, wavelengths
+
+NAME = "catshark"
+TITLE = "Catsharks"
+ABOUT = (
+    "Steady swims of small-spotted catsharks (F. Berio and others; MIT), computed from tail beat, amplitudes of head "
+    "and tail and wavelength by Lighthill's reactive force and the skin friction of a laminar plate, nothing fitted. "
+    "The table does not say what its wavelengths are: each way to read them is shown."
+)
+_MAIN = "points"
+_QUICK = "catshark2"  # the one whose swims are computed
+_TOLERANCE = 10.0  # percent, of medians at a speed
+_CHANGES: dict[str, dict[str, Any]] = {
+    "friction": {"more_friction": 2.0},
+    "envelope": {"power": 1},
+    "tail": {"settings": ("body.tip_height=14mm",)},
+    "cross": {"settings": ("body.loads.cross.normal=0",)},
+}
+
+
+def run(quick: bool, progress: Progress) -> Study:
+    """All swims by all readings, and what assumptions change; `quick` takes those of one specimen."""
+    began = time.perf_counter()
+    measured = table(_QUICK if quick else None)
+    read = wavelengths(measured)
+    done, of = 0, len(read) + len(_CHANGES)
+    found: dict[str, Swims] = {}
+    for name, wavelength in read.items():
+        progress(f"wavelength: {name}", done / of)
+        found[name] = swum(measured, wavelength)
+        done += 1
+    numbers: dict[str, float] = {}
+    for name, how in _CHANGES.items():
+        progress(f"other assumptions: {name}", done / of)
+        other = swum(measured, read[_MAIN], **how)
+        numbers[f"{NAME}/change/{name}"] = 100 * float(np.median(other.speed / found[_MAIN].speed) - 1)
+        done += 1
+    progress("scorecard", 1.0)
+    data = _dataset(measured, read, found)
+    for name in read:
+        numbers |= _summary(data.sel(reading=name), name)
+    book = printed(NAME)
+    rows = [score(row, entry, numbers[row]) for row, entry in book.items()]
+    one = data.sel(reading=_MAIN)
+    rows = _by_class(one) + rows
+    return Study(NAME, TITLE, ABOUT, rows, {}, time.perf_counter() - began, {"swims": data})
+
+
+def swum(
+    measured: Table,
+    wavelength: Float[np.ndarray, "n"],
+    power: int = 2,
+    more_friction: float = 1.0,
+    settings: tuple[str, ...] = (),
+) -> Swims:
+    """Swims of the table by wavelengths [L]: the robot `catshark` with the waves of its rows."""
+    robot = build(describe("catshark", settings))
+    order = robot.tree.parts[0].body.nq - 1
+    made = waves(order, measured.frequency, measured.head, measured.tail, wavelength, power)
+    return swims(robot, made, measured.length**2 / VISCOSITY, more_friction)
+
+
+def _dataset(measured: Table, read: dict[str, Float[np.ndarray, "n"]], found: dict[str, Swims]) -> xr.Dataset:
+    """Measured (swim) and computed (reading, swim) numbers, in body lengths and seconds."""
+    unit = {"speed": "1/s", "strouhal": "", "head": "", "tail": "", "wavelength": "", "frequency": "Hz"}
+    ours = {
+        "wavelength": read,
+        "speed": {name: one.speed for name, one in found.items()},
+        "head": {name: one.head for name, one in found.items()},
+        "tail": {name: one.tail for name, one in found.items()},
+        "strouhal": {name: measured.frequency * one.tail / one.speed for name, one in found.items()},
+        "change": {name: one.change for name, one in found.items()},
+    }
+    theirs = {name: getattr(measured, name) for name in ("frequency", "speed", "head", "tail", "strouhal")}
+    return xr.Dataset(
+        {
+            name: (("reading", "swim"), np.stack([*each.values()]), {"units": unit.get(name, "1")})
+            for name, each in ours.items()
+        }
+        | {f"measured_{name}": ("swim", x, {"units": unit[name]}) for name, x in theirs.items()},
+        coords={
+            "reading": [*read],
+            "specimen": ("swim", measured.specimen.astype(str)),
+            "speed_class": ("swim", measured.speed_class),
+        },
+    )
+
+
+def _summary(one: xr.Dataset, name: str) -> dict[str, float]:
+    """Numbers by scorecard row of one reading."""
+    speed, strouhal = (100 * (one[x] / one[f"measured_{x}"] - 1).values for x in ("speed", "strouhal"))
+    slow = (one["measured_speed"] > one["measured_frequency"] * one["wavelength"]).values
+    told = {
+        "speed-error": np.median(speed),
+        "strouhal-error": np.median(strouhal),
+        "slow-wave": 100 * np.mean(slow),
+    }
+    if name == _MAIN:
+        told["speed-error-fast-wave"] = np.median(speed[~slow])
+        told |= {end: np.median(one[end] / one[f"measured_{end}"]) for end in ("tail", "head")}
+    return {f"{NAME}/{name}/{key}": float(x) for key, x in told.items()}
+
+
+def _by_class(one: xr.Dataset) -> list[dict[str, Any]]:
+    """Medians at each speed of the flume, measured and computed."""
+    rows = []
+    for quantity, unit in (("speed", "L/s"), ("strouhal", "1")):
+        for speed_class, group in one.groupby("speed_class"):
+            theirs = group[f"measured_{quantity}"]
+            low, high = (100 * float((group[quantity] / theirs - 1).quantile(q)) for q in (0.0, 1.0))
+            what = "speed" if quantity == "speed" else "Strouhal number"
+            entry = {
+                "quantity": f"median {what} of catsharks with the flume at {speed_class:g} body lengths a second",
+                "unit": unit,
+                "printed": float(theirs.median()),
+                "tolerance": _TOLERANCE,
+                "note": f"{group.sizes['swim']} swims, single errors from {low:+.0f} to {high:+.0f} %.",
+            }
+            rows.append(score(f"{NAME}/{quantity}/{speed_class:g}", entry, float(group[quantity].median())))
+    return rows

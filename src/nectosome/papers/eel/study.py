@@ -1,0 +1,65 @@
+"""The study of the eel: burst and efficient swimming from their curvatures; nothing is fitted."""
+
+import time
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from nectosome.core import Wave
+from nectosome.io import get_value, with_values
+from nectosome.robots import build, describe
+
+from ..study import Progress, Study, printed, score
+from ..undulation import Swims, swims
+
+NAME = "eel"
+TITLE = "Eel of the Navier-Stokes equations"
+ABOUT = (
+    "The eel that Kern and Koumoutsakos 2006 let swim freely in a computed flow, in the two ways that they found by "
+    "evolution. Here Lighthill's reactive force, drag across and the skin friction of a laminar plate take the place "
+    "of the flow. Nothing is fitted."
+)
+VISCOSITY = 1.4e-4  # for L = 1 and a beat of 1 (as IBAMR and CubismUP repeat it) [m2/s]
+_WAYS = ("burst", "efficient")
+_KNOTS = 21  # of the envelope in the robot's file
+
+
+def run(quick: bool, progress: Progress) -> Study:
+    """All rows; there is nothing to shorten."""
+    del quick
+    began = time.perf_counter()
+    progress("swimming", 0.0)
+    found = swum()
+    burst, efficient = found.speed
+    numbers = {
+        f"{NAME}/burst/speed": burst,
+        f"{NAME}/efficient/speed": efficient,
+        f"{NAME}/burst/gain": 100 * (burst / efficient - 1),
+    }
+    progress("twice the friction", 1 / 3)
+    numbers[f"{NAME}/change/friction"] = 100 * (swum(more_friction=2.0).speed[0] / burst - 1)
+    progress("no drag across", 2 / 3)
+    without = swum(settings=("body.loads.cross.normal=0",))
+    numbers[f"{NAME}/change/cross"] = 100 * (without.speed[0] / burst - 1)
+    progress("scorecard", 1.0)
+    rows = [score(row, entry, float(numbers[row])) for row, entry in printed(NAME).items()]
+    return Study(NAME, TITLE, ABOUT, rows, {}, time.perf_counter() - began)
+
+
+def swum(more_friction: float = 1.0, settings: tuple[str, ...] = ()) -> Swims:
+    """Burst and efficient swimming of the robot `kern_eel`."""
+    description = describe("kern_eel", settings)
+    book = printed(NAME)
+    made = [build(with_values(description, _bending(book[f"{NAME}/{way}/speed"]))) for way in _WAYS]
+    waves: list[Wave] = [robot.tree.parts[0].shaped[0] for robot in made]  # pyright: ignore[reportAssignmentType]
+    length = float(get_value(description, "body.length"))
+    reynolds = np.full(len(_WAYS), length**2 / VISCOSITY)
+    return swims(made[0], waves, reynolds, more_friction)
+
+
+def _bending(entry: dict[str, Any]) -> dict[str, float]:
+    """Numbers of the robot's wave by path: the natural spline through K at 0, 1/3, 2/3, 1, and a wave of 1/turns L."""
+    K = CubicSpline(np.linspace(0, 1, 4), entry["spline"], bc_type="natural")(np.linspace(0, 1, _KNOTS))
+    wave = "body.motion.bending_z"
+    return {f"{wave}.envelope.{k}": float(x) for k, x in enumerate(K)} | {f"{wave}.wavelength": 1 / entry["turns"]}

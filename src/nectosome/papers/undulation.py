@@ -1,0 +1,102 @@
+"""Free swimming of bodies that are made to bend by a wave: one rod, in a plane, of which nothing is fitted.
+
+What a beat does follows from the forces of the water: the speed, and the recoil of head and tail. Skin friction is that
+of a laminar flat plate at the Reynolds number of the speed that comes out (Blasius 1908, drag of one side):
+
+$$ C_f = 1.328 / \\sqrt{Re}, \\quad C_t = 2 C_f $$
+
+C_t is the tangential coefficient of `StripDrag`: rho pi/2 r C_t u^2 per length is 1/2 rho C_f u^2 over the perimeter
+2 pi r.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import State, Wave
+from nectosome.loads import StripDrag
+from nectosome.mechanism import Robot, Rod
+from nectosome.solve.pace import pace
+
+STEPS = 32  # of a beat; four times as many change no speed by more than 1e-4
+_BEATS = 12  # of each pass
+_PASSES = 3  # the first with the friction at a guess of the speed, the others at that of the pass before
+_GUESS = 0.5  # body lengths a beat
+
+
+class Swims(NamedTuple):
+    """What several swims do in a beat, in body lengths L."""
+
+    speed: Float[np.ndarray, "n"]  # between the ends of the last beat [L/s]
+    head: Float[np.ndarray, "n"]  # excursion across the way, from side to side [L]
+    tail: Float[np.ndarray, "n"]  # [L]
+    change: Float[np.ndarray, "n"]  # of the speed from the last beat but one, relative to it
+
+
+def skin_friction(reynolds: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+    """C_f of a laminar plate [-]."""
+    return 1.328 / np.sqrt(reynolds)
+
+
+def swims(robot: Robot, waves: Sequence[Wave], reynolds: Float[np.ndarray, "n"], more_friction: float = 1.0) -> Swims:
+    """Swims of one body by several waves; all start at half a length a beat.
+
+    The body is the robot's only part, a rod from head to tail on a planar joint; `reynolds` is the Reynolds number at a
+    speed of one length a second. `more_friction` multiplies C_f.
+    """
+    n, together = reynolds.size, jax.tree.map(lambda *x: jnp.stack(x), *waves)
+    frequency = np.asarray(together.frequency)
+    body = robot.tree.parts[0].body
+    assert isinstance(body, Rod)
+    length = float(body.length)
+    rest = robot.initial()
+    v = jnp.zeros((n, 3)).at[:, 0].set(-_GUESS * frequency * length)
+    x = State(jnp.broadcast_to(rest.q, (n, 3)), v, rest.z)
+    found = Swims(_GUESS * frequency, *(np.zeros(n) for _ in range(3)))
+    for _ in range(_PASSES):
+        tangential = 2 * more_friction * skin_friction(reynolds * found.speed)
+        x, places = _kept(robot, together, jnp.asarray(tangential), x)
+        found = _told(np.asarray(places) / length, frequency)
+    return found
+
+
+@eqx.filter_jit
+def _kept(
+    robot: Robot, waves: Wave, tangential: Float[Array, "n"], x: State
+) -> tuple[State, Float[Array, "n steps stations 2"]]:
+    """States after the beats of a pass, and where all stations are in the last two of them, both ends included [m]."""
+    (drag,) = [k for k, a in enumerate(robot.loads) if isinstance(a.load, StripDrag)]
+
+    def one(wave: Wave, tangential: Array, x: State) -> tuple[State, Array]:
+        swimmer = eqx.tree_at(
+            lambda r: (r.tree.parts[0].shaped[0], r.loads[drag].load.tangential), robot, (wave, tangential)
+        )
+        tree, step = swimmer.tree, 1 / wave.frequency / STEPS
+
+        def place(t: Array, x: State) -> Float[Array, "stations 2"]:
+            return tree.shape(tree.complete(t, x.q, x.v)[0]).position[:, :2]
+
+        x, _ = pace(swimmer, jnp.zeros(()), x, step, STEPS * (_BEATS - 2))
+        end, kept = pace(swimmer, jnp.zeros(()), x, step, 2 * STEPS, lambda x: x)
+        all_of = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, kept)
+        return end, jax.vmap(place)(step * jnp.arange(2 * STEPS + 1), all_of)
+
+    return jax.vmap(one)(waves, tangential, x)
+
+
+def _told(places: Float[np.ndarray, "n steps stations 2"], frequency: Float[np.ndarray, "n"]) -> Swims:
+    """What places [L] in two beats tell."""
+    way = np.diff(places[:, ::STEPS, 0], axis=1)  # of the head, in each beat
+    before, last = np.linalg.norm(way, axis=-1).T
+    along = way[:, 1] / last[:, None]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
+    lateral = np.einsum("ntsk,nk->nts", places[:, STEPS:][:, :, [0, -1]], across)
+    # a heading that still drifts is no beat: what is between the ends is taken out evenly
+    drift = (lateral[:, -1] - lateral[:, 0])[:, None] * np.linspace(0, 1, STEPS + 1)[:, None]
+    head, tail = np.ptp(lateral - drift, axis=1).T
+    return Swims(last * frequency, head, tail, last / before - 1)
