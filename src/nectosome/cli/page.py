@@ -44,6 +44,17 @@ def powers(arrays: "Arrays", loads: "np.ndarray", joints: "np.ndarray") -> Table
     return table
 
 
+def acting(arrays: "Arrays", force: "np.ndarray", power: "np.ndarray") -> Table:
+    """Return the mean force [load, part, axis] and power [load, part] of each load on each part, those not all 0."""
+    table = columns("load on part", "x", "y", "z", "unit", "power", "unit")
+    for i, load in enumerate(map(str, arrays["load"])):
+        for k, part in enumerate(map(str, arrays["part"])):
+            if force[i, k].any() or power[i, k]:
+                pushes = (number(x) for x in force[i, k])
+                table.add_row(f"{load.replace('_', ' ')} on {part}", *pushes, "N", number(power[i, k]), "W")
+    return table
+
+
 def is_joint(coordinate: str) -> bool:
     """Return whether a prescribed coordinate is that of a joint, not of a rod's strain."""
     return not coordinate.rpartition(".")[2].isdigit()

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from nectosome.cli.options import read_count, read_duration
 from nectosome.cli.output import check_target, tell, write
-from nectosome.cli.page import columns, ending, is_joint, number, page, powers, reaction_unit, servos
+from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos
 from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
 from nectosome.io import InputError, drive_period, save_dataset, show_quantity
@@ -47,6 +47,9 @@ def periodic(
         str, Parameter(help="How many moments of the cycle are kept, evenly spaced.", allow_leading_hyphen=True)
     ] = "129",
     save: Annotated[Path | None, Parameter(help="Write the cycle to this netCDF file (.nc).")] = None,
+    loads: Annotated[
+        bool, Parameter(negative=(), help="Tell the mean force and power of each load on each part.")
+    ] = False,
 ) -> int:
     """Find the motion that repeats itself with the drives, what it gives on the mean, and whether it lasts."""
     moments = read_count(samples, "--samples", least=_FEWEST, most=_MOST)
@@ -83,7 +86,7 @@ def periodic(
         attributes = attributes_of(found, description, asked)
         attributes["seconds"] = round(clock.perf_counter() - start, 3)
         arrays = Results(data | drive_limits(built, description), names, attributes).arrays
-        write(_page(arrays, found.course(), attributes))
+        write(_page(arrays, found.course(), attributes, loads))
         if save is not None:
             results = found.results(description, asked)
             results.attributes["seconds"] = attributes["seconds"]
@@ -94,11 +97,13 @@ def periodic(
     return 0
 
 
-def _page(arrays: "Arrays", course: "Course", attributes: "Mapping[str, Any]") -> Group:
+def _page(arrays: "Arrays", course: "Course", attributes: "Mapping[str, Any]", each: bool) -> Group:
     """Drives, the body's motion, bending, powers, and how well the samples tell them."""
     tables = [_drives(arrays)] if any(map(is_joint, arrays["prescribed"])) else []
     loads, joints = arrays["load_power"].sum(axis=1), arrays["reaction_power"]
-    tables += [_body(arrays), _motion(arrays), *_turning(course), *_bending(arrays), powers(arrays, loads, joints)]
+    tables += [_body(arrays), _motion(arrays), *_turning(course), *_bending(arrays)]
+    tables += [acting(arrays, arrays["load_force"], arrays["load_power"])] if each else []
+    tables += [powers(arrays, loads, joints)]
     off = abs(loads.sum() + joints.sum()) / max(abs(loads).sum() + abs(joints).sum(), 1e-300)
     lines = [f"mean powers: off balance by {off:.1e}"]
     if "reaction_limit" in arrays:

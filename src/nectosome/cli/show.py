@@ -11,7 +11,7 @@ from nectosome.cli.page import number
 from nectosome.cli.parts import weigh
 from nectosome.cli.summary import check_run, origin, summary
 from nectosome.cli.tree import robot_tree
-from nectosome.io import load_dataset
+from nectosome.io import InputError, load_dataset
 
 _HDF5 = b"\x89HDF"
 
@@ -21,11 +21,16 @@ def show(
     /,
     *,
     save: Annotated[Path | None, Parameter(help="Write a page with a picture, of a run with plots (.html).")] = None,
+    loads: Annotated[
+        bool, Parameter(negative=(), help="Of a run: tell the mean force and power of each load on each part.")
+    ] = False,
 ) -> None:
     """Show the parts of a robot and how it lies in the water, or the summary of a saved run."""
     if _is_run(what):
-        _show_run(what, save)
+        _show_run(what, save, loads)
         return
+    if loads:
+        raise InputError("is of a saved run. Leave it out, or see nectosome simulate --loads.", field="--loads")
     if save is not None:
         check_target(save, "--save", ".html")
 
@@ -55,7 +60,7 @@ def _is_run(what: str) -> bool:
         return False
 
 
-def _show_run(path: str, save: Path | None) -> None:
+def _show_run(path: str, save: Path | None, loads: bool) -> None:
     if save is not None:
         check_target(save, "--save", ".html")
 
@@ -66,4 +71,4 @@ def _show_run(path: str, save: Path | None) -> None:
 
         show_run(dataset, save)
     arrays = {str(name): variable.values for name, variable in dataset.variables.items()}
-    write(summary(arrays, dataset.attrs), origin(dataset.attrs))
+    write(summary(arrays, dataset.attrs, loads), origin(dataset.attrs))

@@ -41,6 +41,9 @@ def simulate(
     ] = None,
     step: Annotated[str, Parameter(help="Length of a mission's time steps.", allow_leading_hyphen=True)] = _STEP,
     plot: Annotated[Path | None, Parameter(help="Write a page with figures to this file (.html).")] = None,
+    loads: Annotated[
+        bool, Parameter(negative=(), help="Tell the mean force and power of each load on each part.")
+    ] = False,
 ) -> int:
     """Simulate a robot in water, for a time or through the modes of a mission, and print a summary."""
     for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
@@ -94,7 +97,7 @@ def simulate(
     if found is not None:
         found.attributes["seconds"] = round(clock.perf_counter() - start, 3)
         if status != Status.CANCELLED:
-            write(summary(found.arrays, found.attributes))
+            write(summary(found.arrays, found.attributes, loads))
         if save is not None:
             save_dataset(found.to_dataset(), save)
         if plot is not None:

@@ -23,6 +23,7 @@ def steady(
         list[str] | None, Parameter("--set", help="PATH=VALUE, such as omega=14.4rad/s; may be repeated.")
     ] = None,
     save: Annotated[Path | None, Parameter(help="Write the steady motion to this netCDF file (.nc).")] = None,
+    loads: Annotated[bool, Parameter(negative=(), help="Tell the force and power of each load on each part.")] = False,
 ) -> int:
     """Find the steady motion of a robot and say whether it lasts."""
     if save is not None:
@@ -49,7 +50,7 @@ def steady(
         if status in (Status.SOLVED, Status.UNSTABLE):
             results = found.results(description, {"robot": robot, "set": settings or []})
             results.attributes["seconds"] = round(clock.perf_counter() - start, 3)
-            write(summary(results.arrays, results.attributes))
+            write(summary(results.arrays, results.attributes, loads))
             if save is not None:
                 save_dataset(results.to_dataset(), save)
         if status == Status.SOLVED:

@@ -7,7 +7,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.page import columns, ending, is_joint, number, page, powers, reaction_unit, servos
+from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos
 from nectosome.io import InputError
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _NEEDED = {
     "position": ("time", "station", "axis"),
     "velocity": ("time", "part", "axis"),
+    "load_force": ("time", "load", "part", "axis"),
     "load_power": ("time", "load", "part"),
     "reaction": ("time", "prescribed"),
     "reaction_power": ("time", "prescribed"),
@@ -51,8 +52,11 @@ def check_run(dataset: "xr.Dataset", source: str) -> None:
         raise InputError("this is not a simulation: its provenance cannot be read.", file=source)
 
 
-def summary(arrays: "Arrays", attributes: "Mapping[str, Any]") -> Group:
-    """Return body, joints, powers, energies and status; `mean` is over a cycle, or the last tenth of another run."""
+def summary(arrays: "Arrays", attributes: "Mapping[str, Any]", loads: bool = False) -> Group:
+    """Return body, joints, powers, energies and status; with `loads`, each load on each part as well.
+
+    `mean` is over a cycle, or the last tenth of another run.
+    """
     import numpy as np
 
     time = np.asarray(arrays["time"], dtype=float)
@@ -67,6 +71,7 @@ def summary(arrays: "Arrays", attributes: "Mapping[str, Any]") -> Group:
     tables = [_body(arrays, mean("velocity")[0])]
     if any(map(is_joint, arrays["prescribed"])):
         tables.append(_joints(arrays, mean("reaction")))
+    tables += [acting(arrays, mean("load_force"), mean("load_power"))] if loads else []
     tables += [
         powers(arrays, mean("load_power").sum(axis=1), mean("reaction_power")),
         _energies(arrays, mean("energy")),
