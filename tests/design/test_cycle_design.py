@@ -114,7 +114,7 @@ def test_quantities_of_the_paddle_are_those_of_its_cycle():
 
 @pytest.mark.slow
 def test_a_swimmer_that_is_free_in_the_plane_has_slopes():
-    """Its place changes nothing, but for rounding: slopes of it need no small steps. Power by central differences."""
+    """Its place changes nothing, but for rounding: slopes by it need no small steps. Power by central differences."""
     robot = load_robot(template_of("tail"))
     ranges = {"E": "0.5 MPa .. 2 MPa log", "L": "150 mm .. 250 mm"}
     task = MotionDesign(robot, tuple(read_variable(name, text, robot) for name, text in ranges.items()), "power")
@@ -122,3 +122,8 @@ def test_a_swimmer_that_is_free_in_the_plane_has_slopes():
     found = evaluate(u, True, None)
     steps = [[evaluate(u + s * d, False, found.memory).objective for s in (h, -h)] for d in np.eye(2)]
     np.testing.assert_allclose(found.slope, [(a - b) / (2 * h) for a, b in steps], rtol=5e-3)
+    # it goes where its body points on the mean, whatever its heading
+    cycle = periodic(build(task.robot_at(u)), 1 / 1.5)
+    assert found.outputs["speed"] == pytest.approx(float(cycle.means().speed), rel=1e-4)
+    turned = found.memory + np.eye(found.memory.size)[2]
+    assert evaluate(u, False, turned).outputs["speed"] == pytest.approx(found.outputs["speed"], rel=1e-5)

@@ -9,8 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core import State
-from nectosome.mechanism import Robot, in_plane
+from nectosome.core import State, safe_norm
+from nectosome.core.se3 import dot, dot_t
+from nectosome.mechanism import Free, Planar, Robot, in_plane
 from nectosome.robots import Blueprint, fill
 from nectosome.solve import Symmetry, cycle_means, equilibrium
 from nectosome.solve.orbit import cycle_settings, orbit
@@ -89,9 +90,28 @@ class CyclePlan(Plan):
         system = in_plane(robot) if self.flat else robot
         solution = orbit(system, self.symmetry, guess, times, settings)
         states = solution.value.states
-        stroke = Stroke(cycle_means(robot, times, states), self.forward)
+        stroke = Stroke(cycle_means(robot, times, states), self._ahead(robot, states))
         quantities = jnp.stack([QUANTITIES[name].of_cycle(stroke) for name in self.used])
         return Found(quantities, solution.status, solution.residual, jax.tree.map(lambda x: x[0], states))
+
+    def _ahead(self, robot: Robot, states: State) -> Float[Array, "3"]:
+        """Forward of a cycle: of a robot that may head anywhere, as its body is turned on the mean.
+
+        With the rotations R of the body's first station, forward goes with the mean of $R(t) R_0^T$ from the pose in
+        the file, R_0.
+        """
+        forward = jnp.asarray(self.forward)
+        root = robot.tree.parts[0].joint
+        turning = {i for i, name in enumerate(root.names) if name in ("angle", "wx", "wy", "wz")}
+        if not isinstance(root, Planar | Free) or not (self.symmetry.spin or turning & set(self.symmetry.drift)):
+            return forward
+
+        def turned(x: State) -> Array:
+            return robot.tree.shape(robot.tree.complete(jnp.zeros(()), x.q, x.v)[0]).rotation[0]
+
+        first = dot_t(turned(robot.initial()), forward)
+        ahead = jnp.mean(jax.vmap(lambda x: dot(turned(x), first))(jax.tree.map(lambda x: x[:-1], states)), axis=0)
+        return ahead / safe_norm(ahead)
 
 
 _Judged = tuple[Found, Array]

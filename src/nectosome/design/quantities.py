@@ -27,7 +27,7 @@ class Stroke:
     """A periodic motion and what it is judged against; forward is a unit vector of the world."""
 
     means: CycleMeans
-    forward: tuple[float, float, float]
+    forward: Float[Array, "3"]
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def _stress(s: Swim) -> Array:
 
 
 def _mean_speed(s: Stroke) -> Array:
-    return jnp.sum(s.means.velocity[0] * jnp.asarray(s.forward))
+    return jnp.sum(s.means.velocity[0] * s.forward)
 
 
 def _torque_peak(s: Stroke) -> Array:
@@ -111,7 +111,7 @@ def _torque_peak(s: Stroke) -> Array:
 
 def _mean_thrust(s: Stroke) -> Array:
     """Momentum comes back after a cycle, so that the body feels on the mean what the loads do to all other parts."""
-    return jnp.sum(s.means.load_force[:, 1:], axis=(0, 1)) @ jnp.asarray(s.forward)
+    return jnp.sum(s.means.load_force[:, 1:], axis=(0, 1)) @ s.forward
 
 
 def _largest(x: Array) -> Array:
