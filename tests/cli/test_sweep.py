@@ -34,8 +34,13 @@ def arm(tmp_path):
 
 
 def test_a_sweep_is_printed_and_saved(nectosome, arm, tmp_path):
-    answer = nectosome("sweep", arm, "--over", "M=10:30:10mN m", "--over", "f=1,2Hz", "--save", "grid.nc")
+    answer = nectosome(
+        "sweep", arm, "--over", "M=10:30:10mN m", "--over", "f=1,2Hz", "--save", "grid.nc", "--plot", "a.html"
+    )
     assert answer.code == 0, answer.err
+    page = (tmp_path / "a.html").read_text()
+    assert "<h3>Power</h3>" in page
+    assert "<h3>Speed</h3>" not in page  # an arm goes nowhere
     assert "arm: sweep over M, f" in answer.out
     assert "6 points: " in answer.out
     found = load_dataset(tmp_path / "grid.nc")
@@ -43,7 +48,7 @@ def test_a_sweep_is_printed_and_saved(nectosome, arm, tmp_path):
     speed = w * M / abs(0.03 - 1e-3 * w**2 + 0.02j * w)
     np.testing.assert_allclose(found["power"], 0.02 * speed**2 / 2, rtol=1e-3)
     assert found["M"].attrs["units"] == "N m"
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["arm.yaml", "grid.nc"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.html", "arm.yaml", "grid.nc"]
 
 
 def test_wrong_sweeps_are_answered_in_a_sentence(nectosome, arm, tmp_path):
@@ -62,6 +67,8 @@ def test_wrong_sweeps_are_answered_in_a_sentence(nectosome, arm, tmp_path):
         ("sweep", arm, "--over", "M=10mN m", "--samples", "3"),
         ("sweep", arm, "--over", "M=10mN m", "--save", "grid.csv"),
         ("sweep", arm, "--over", "M=10mN m", "--save", "taken.nc"),
+        ("sweep", arm, "--over", "M=10mN m", "--plot", "grid.png"),
+        ("sweep", arm, "--over", "M=9mN m", "--over", "f=1Hz", "--over", "body.mass=1kg", "--plot", "grid.html"),
         ("sweep", "nothing.yaml", "--over", "M=10mN m"),
         ("sweep", "paddle", "--over", "N=one"),
         ("sweep", "paddle", "--over", "N=-1,2"),

@@ -34,14 +34,18 @@ def sweep(
         str, Parameter(help="How many moments of a cycle its means are taken of.", allow_leading_hyphen=True)
     ] = "257",
     save: Annotated[Path | None, Parameter(help="Write all numbers to this netCDF file (.nc).")] = None,
+    plot: Annotated[Path | None, Parameter(help="Write a page with maps, or curves, to this file (.html).")] = None,
 ) -> int:
     """Find the steady or periodic motion at every point of a grid, and what it gives on the mean.
 
     With --save finished parts are kept beside the file until all is done, and a sweep that was stopped goes on.
     """
     moments = read_count(samples, "--samples", least=17, most=10_000)
-    if save is not None:
-        check_target(save, "--save", ".nc")
+    for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
+        if target is not None:
+            check_target(target, option, suffix)
+    if plot is not None and len(over) > 2:
+        raise InputError("shows one or two quantities, not more. Save the sweep instead.", field="--plot")
 
     from nectosome import robots
     from nectosome.design.grid import COUNT, read_axis
@@ -78,6 +82,10 @@ def sweep(
     if save is not None and folder is not None:
         save_dataset(found, save)
         forget(folder)
+    if plot is not None:
+        from nectosome.view import show_sweep
+
+        show_sweep(found, plot)
     return 0
 
 

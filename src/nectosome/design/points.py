@@ -22,6 +22,7 @@ from nectosome.solve.orbit import cycle_settings, settled_cycle
 from .grid import Axis
 
 _LANES = 28  # robots computed side by side where that is quicker than one after another
+_SLOW_RTOL = 1e-6  # of what settles slowly: its cycle is off by that of many cycles together
 _INSTANT = 1e-4  # s, over which a steady motion is looked at
 
 
@@ -62,7 +63,8 @@ class Points:
         status = np.array(status)[: span.size]
         for k in np.flatnonzero(status == int(Status.NO_PERIOD)):
             robot = _robot(self.kind.blueprint, self.numbers[span[k]])
-            one = periodic(robot, periods[k], samples=self.samples, rtol=self.rtol, atol=1e-2 * self.rtol)
+            rtol = min(self.rtol, _SLOW_RTOL)
+            one = periodic(robot, periods[k], samples=self.samples, rtol=rtol, atol=1e-2 * rtol)
             status[k] = int(one.status)
             for name, x in one.means()._asdict().items():
                 out[name][k] = np.asarray(x)

@@ -10,6 +10,7 @@ from .recordings import show_recordings
 from .report import show_run, write_figures, write_report
 from .robot_fit import show_robot_fit
 from .still import show_still
+from .sweeps import show_sweep
 from .swimming import show_surge
 from .track import show_track
 
@@ -25,6 +26,7 @@ __all__ = [
     "show_run",
     "show_still",
     "show_surge",
+    "show_sweep",
     "show_track",
     "write_figures",
     "write_report",

@@ -1,0 +1,73 @@
+"""Figures of a sweep: what a robot's motion gives over one or two of its quantities."""
+
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nectosome.io.units import shown_unit
+
+from .heatmap import Axis, maps, sequential
+from .page import panel_html, write_page
+from .style import BLUE, Panel, dress, plain, readable
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+    import xarray as xr
+
+_SHOWN = {
+    "speed": "How fast the body's place goes on.",
+    "power": "What all drives give.",
+    "efficiency": "The share of the power that goes on with the body.",
+    "cost_of_transport": "Power over weight in air and speed.",
+    "turn_rate": "How fast the body's heading turns.",
+}
+_NOTHING = 1e-4  # rad/s: a robot that turns no faster is left out of the figures of turning
+
+
+def show_sweep(found: "xr.Dataset", path: str | Path) -> None:
+    """Write a page with a figure of each mean of a sweep over one or two axes. Raises InputError where it cannot."""
+    title = str(found.attrs["title"])
+    parts = [panel_html(panel, f"sweep-{k}") for k, panel in enumerate(panels(found))]
+    write_page(path, title, [f"<h1>{escape(title)}</h1>", *parts])
+
+
+def panels(found: "xr.Dataset") -> list[Panel]:
+    """A map over two axes, or a curve over one, of each mean that is there."""
+    out = []
+    for name, caption in _SHOWN.items():
+        values = found[name]
+        least = _NOTHING if name == "turn_rate" else 0.0
+        if np.nanmax(np.abs(values.values), initial=0.0) <= least or values.isnull().all():
+            continue
+        figure = _curve(found, values) if values.ndim == 1 else _map(found, values)
+        out.append(Panel(readable(name).capitalize(), f"Mean over a cycle. {caption}", figure))
+    return out
+
+
+def _axis(values: "xr.DataArray") -> Axis:
+    """Values of an axis of the grid, in the unit that people read."""
+    factor, unit = shown_unit(str(values.attrs.get("units", "")))
+    name = plain(values.name)
+    return Axis(factor * values.values, f"{name} ({unit})" if unit not in ("", "1") else name)
+
+
+def _map(found: "xr.Dataset", values: "xr.DataArray") -> "go.Figure":
+    """Colours over both axes; the quantity with more values goes to the right."""
+    down, across = sorted(values.dims, key=lambda name: found.sizes[name])
+    x, y = (_axis(found[name]) for name in (across, down))
+    z = values.transpose(down, across).values
+    return maps(x, y, {"": z}, sequential(z, str(values.attrs["units"])))
+
+
+def _curve(found: "xr.Dataset", values: "xr.DataArray") -> "go.Figure":
+    """One line over the only axis."""
+    import plotly.graph_objects as go
+
+    x = _axis(found[values.dims[0]])
+    fig = go.Figure()
+    fig.add_scatter(x=x.values, y=values.values, mode="lines+markers", line={"color": BLUE})
+    fig.update_xaxes(title=x.title)
+    fig.update_yaxes(title=f"{readable(str(values.name))} ({values.attrs['units']})")
+    return dress(fig, 380)
