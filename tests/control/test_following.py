@@ -5,9 +5,21 @@ import numpy as np
 import pytest
 from simple_loops import quiet
 
-from nectosome.control import Loop, Measuring, Reach, follow, pid_of, relay_gains, sine, step_response
+from nectosome.control import (
+    Loop,
+    Measuring,
+    Reach,
+    follow,
+    gentler,
+    paced,
+    pid_of,
+    relay_gains,
+    sine,
+    smooth_pid,
+    step_response,
+)
 from nectosome.core import Status
-from nectosome.io import parse_robot
+from nectosome.io import dump_robot, parse_robot
 from nectosome.robots import Commanded
 
 MASS, DRAG, MOST, DT = 2.0, 4.0, 2.0, 0.05  # kg, N s/m, N, s
@@ -105,6 +117,28 @@ def test_what_answers_downwards_gets_gains_below_nothing(slide):
     found = relay_gains(Behind(), -MOST, MOST, 0.1)  # type: ignore[arg-type]
     assert found is not None
     assert (found.gains <= 0).all() and found.gains[0] < 0
+
+
+def test_a_gentler_pace_is_the_same_motion_stretched_in_time():
+    """Of a mass alone, sampled half as often: sample by sample the same."""
+    free = parse_robot(dump_robot(SLIDE).replace(f"damping: {DRAG:g} N s/m", "damping: 0 N s/m"))
+    gains, runs = np.array([8.0, 3.0, 6.0]), []
+    for pace in (1.0, 0.5):
+        robot = Commanded(free, "push", "x", DT / pace, rtol=1e-9, atol=1e-11)
+        pid = smooth_pid(paced(gains, pace), -1e3, 1e3, robot.dt)
+        runs.append(follow(robot, pid, np.full(101, 0.1)).output)
+    assert 0.11 < runs[0].max() < 0.2
+    np.testing.assert_allclose(runs[1], runs[0], atol=1e-9)
+
+
+def test_gains_are_made_gentler_until_the_reference_is_followed_worse(slide):
+    """Ten times what makes it swing with each sample is too much, a tenth is not."""
+    wild, calm = (np.array([k, k, 0.0]) for k in (200.0, 4.0))
+    reference = np.full(101, 0.3)
+    pace = gentler(slide, wild, -MOST, MOST, reference)
+    assert pace is not None and pace <= 0.5
+    assert gentler(slide, calm, -MOST, MOST, reference) == 1.0
+    assert gentler(slide, calm, -MOST, MOST, reference, progress=lambda share: share < 0.1) is None
 
 
 def test_a_run_that_is_cancelled_keeps_what_was_done(slide):

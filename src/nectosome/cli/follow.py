@@ -16,7 +16,6 @@ from nectosome.io import InputError, parse_quantity, save_dataset, show_quantity
 _USUAL = 20.0  # Hz, of samples where nothing is averaged
 _A_BEAT = 4  # samples, where it is
 _MOST = 100_000  # samples
-_SMOOTH = 10.0  # T_d/T_f of the derivative
 
 
 def follow(
@@ -81,7 +80,6 @@ def follow(
         told = f"{show_quantity(hertz, 'frequency')} for {show_quantity(seconds, 'time')} is {samples:.3g} samples"
         raise InputError(f"{told}; from 2 to {_MOST} are possible.", field="--rate")
 
-    import jax.numpy as jnp
     import numpy as np
 
     from nectosome import control
@@ -110,22 +108,22 @@ def follow(
             course = wanted.samples(begin, turns, seconds, 1 / hertz)
             about = wanted.size if wanted.kind == "constant" else begin
             scale = np.array([reach.unit_size / wanted.unit_size])
-            found = None
+            found, pace = None, 1.0
             if numbers is None:
                 found = control.relay_gains(
                     held, reach.low, reach.high, about, measuring, progress=progress("finding gains")
                 )
-                if found is None:
+                pace = found and control.gentler(
+                    held, found.gains, reach.low, reach.high, course, measuring, progress=progress("rehearsing")
+                )
+                if found is None or pace is None:
                     return None, None
-                used = found.gains
+                used = control.paced(found.gains, pace)
             else:
                 used = scale * np.array(numbers)
-            kp, _, kd = used
-            filtering = kd / (_SMOOTH * kp) if kp else 1 / hertz
-            limits = control.Reach(*map(jnp.asarray, (reach.low, reach.high, np.inf)))
-            pid = control.pid_of(used, filtering, limits)
+            pid = control.smooth_pid(used, reach.low, reach.high, 1 / hertz)
             run = control.follow(held, pid, course, measuring, progress=progress("following"))
-            words = Words(reach, wanted, used / scale, found, beat, mean, hertz)
+            words = Words(reach, wanted, used / scale, found, pace, beat, mean, hertz)
             return run, words
 
         run, words = cancellable(compute)

@@ -146,6 +146,7 @@ class Words(NamedTuple):
     wanted: Wanted
     gains: "np.ndarray"  # in the units of reach and wanted
     found: Any
+    pace: float  # of the gains that were found
     beat: "Beat | None"
     mean: bool
     rate: float
@@ -164,6 +165,7 @@ class Words(NamedTuple):
         if self.found is not None:
             swing = self.found.ultimate
             lines[0] += f", from a relay under which the model swings every {swing.period:.3g} s"
+            lines[0] += f", at {self.pace:g} of their pace" if self.pace < 1 else ""
             if swing.period <= 3 / self.rate:
                 lines.append(
                     "warning: that is at most three samples, which makes rough gains; a higher --rate tells more"

@@ -15,6 +15,7 @@ from .pid import PID, PIDRegulator, Reach, Scheduled, pid_of
 from .predictive import Predictive
 from .reachable import check_reachable
 from .references import chirp, eased, local_frequency, sine, times, triangle, varying
+from .rehearsal import gentler, paced, smooth_pid
 from .relay import Relay, Ultimate, ultimate
 from .tuning import Tuned, tune
 
@@ -47,6 +48,7 @@ __all__ = [
     "chirp",
     "eased",
     "follow",
+    "gentler",
     "hysteretic",
     "kalman",
     "learned",
@@ -54,12 +56,14 @@ __all__ = [
     "margins",
     "moments_of",
     "open_loop",
+    "paced",
     "pid_of",
     "relay_gains",
     "rms_error",
     "run_lanes",
     "scattered",
     "sine",
+    "smooth_pid",
     "step_response",
     "times",
     "triangle",
