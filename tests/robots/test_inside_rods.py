@@ -55,6 +55,14 @@ def test_a_tendon_beside_the_axis_bends_a_rod_evenly_towards_it():
     np.testing.assert_allclose(q, [T * d / BENDING * 0.3, 0, 0, 0], atol=1e-12)
 
 
+def test_a_tendon_at_a_share_of_the_radius_curls_a_cone():
+    r"""Turn of the tip $\int T c r / (E J) dx = \frac{2 c T L}{\pi E (r_0 - r_1)} (r_1^{-2} - r_0^{-2})$, c 0.7."""
+    T, r0, r1 = 0.2, 10e-3, 4e-3
+    load = f"{{kind: tendon, place: [7 mm, 0 m], tip_place: [2.8 mm, 0 m], tension: {{kind: constant, value: {T} N}}}}"
+    _, q = at_rest("tip_radius: 4 mm", "strains: {bending_z: 9}", f"loads: {{pull: {load}}}")
+    assert q[0] == pytest.approx(2 * 0.7 * T * 0.3 / (np.pi * 0.2e6 * (r0 - r1)) * (r1**-2 - r0**-2), rel=2e-3)
+
+
 def test_a_tendon_that_ends_half_way_bends_the_first_half():
     """What lies beyond its end is straight; the turn of the tip is T d / E J times its length."""
     T, d = 0.5, 6e-3
