@@ -75,7 +75,7 @@ def test_nothing_is_lost_when_the_process_is_killed(tmp_path, whole, kills):
         assert nobody_left(process.pid, 5.0)  # killing the one ends its workers
     assert 50 < computed(log) < whole.evaluations
     last = begin(folder, log, pause=0.0)
-    assert last.wait(60) == 0
+    assert last.wait(300) == 0
     assert nobody_left(last.pid, 5.0)
     again = multistart(Known("hs43"), SOLVER, STARTS, SEED, folder=folder, executor=ThreadPoolExecutor(1))
     assert same(whole, again)

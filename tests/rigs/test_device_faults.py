@@ -66,7 +66,7 @@ KINDS = {
     ),
     "serial": Kind(
         Microcontroller,
-        lambda motor, watchdog: SerialMotor(Controller(motor.path, timeout=0.1, start=0.2, watchdog=watchdog)),
+        lambda motor, watchdog: SerialMotor(Controller(motor.path, timeout=0.4, start=0.2, watchdog=watchdog)),
         (0.2, 10.0), 4.0,
         Limits(-10.0, 10.0, 100.0, -15.0, 15.0, 5.0, error_time=0.3, **PATIENT),
     ),
