@@ -122,7 +122,7 @@ CASES: dict[str, dict[str, Case]] = {
         "cable pulled": Case(Microcontroller.pull, "failed", BY_HAND, off=False),
         "silent": Case(holds("silent_from", 0.0), "failed", BY_HAND),
         "wrong checksum": Case(holds("garbled", True), "failed", BY_HAND),
-        "late": Case(holds("late", 0.15), "failed", "no answer"),
+        "late": Case(holds("late", 0.6), "failed", "no answer"),
         "blocked": Case(holds("frozen", True), "aborted", "to the last bit"),
         "speed not known": Case(holds("blind", True), "aborted", "nan rad/s"),
         "watchdog": Case(paused, "failed", "no question came for 0.2 s", 0.2),
