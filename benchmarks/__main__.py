@@ -1,11 +1,18 @@
-"""Run benchmarks by name, or all, each in a process of its own with an empty compilation cache."""
+"""Run benchmarks by name, or all, each in a process of its own with an empty compilation cache.
+
+What each prints is kept in out/benchmarks, where the site takes it from.
+"""
 
 import os
 import platform
 import subprocess
 import sys
 import tempfile
+from datetime import UTC, datetime
 from importlib.metadata import version
+from pathlib import Path
+
+PRINTED = Path("out") / "benchmarks"
 
 # by name: whether it is kept to one core
 BENCHMARKS = {
@@ -31,14 +38,30 @@ def main(names: list[str]) -> None:
     if unknown:
         sys.exit(f"There is no benchmark {unknown[0]}. There are: {', '.join(BENCHMARKS)}.")
     processor = platform.processor() or platform.machine()
-    print(f"{processor}, {os.cpu_count()} cores, Python {platform.python_version()}, ", end="")
-    print(f"nectosome {version('nectosome')}, jax {version('jax')}, float64")
+    versions = f"Python {platform.python_version()}, nectosome {version('nectosome')}, jax {version('jax')}, float64"
+    machine = f"{processor}, {os.cpu_count()} cores, {versions}"
+    print(machine)
     print("times are processor times where it says one core, else wall times", flush=True)
     for name in names or BENCHMARKS:
-        with tempfile.TemporaryDirectory() as cache:
-            command = [sys.executable, "-m", f"benchmarks.{name}"]
-            kept = _keep_to_one_core if BENCHMARKS[name] else None
-            subprocess.run(command, env={**os.environ, "NECTOSOME_CACHE": cache}, check=True, preexec_fn=kept)
+        text = f"{datetime.now(UTC):%Y-%m-%d}, {machine}\n{_run(name)}"
+        PRINTED.mkdir(parents=True, exist_ok=True)
+        (PRINTED / f"{name}.txt").write_text(text, encoding="utf-8")
+
+
+def _run(name: str) -> str:
+    """What a benchmark prints, shown as it comes."""
+    lines = []
+    with tempfile.TemporaryDirectory() as cache:
+        command = [sys.executable, "-um", f"benchmarks.{name}"]
+        kept = _keep_to_one_core if BENCHMARKS[name] else None
+        environment = {**os.environ, "NECTOSOME_CACHE": cache}
+        with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True, preexec_fn=kept) as process:
+            for line in process.stdout or ():
+                print(line, end="", flush=True)
+                lines.append(line)
+        if process.returncode:
+            sys.exit(f"The benchmark {name} ended with {process.returncode}.")
+    return "".join(lines)
 
 
 def _keep_to_one_core() -> None:

@@ -4,6 +4,7 @@ Everything goes to docs/generated, except the pictures and the table of the READ
 full studies have been run.
 """
 
+import ast
 import json
 import os
 import subprocess
@@ -50,6 +51,7 @@ COMMANDS = (
     "reproduce",
 )
 NOT_RUN = "Nothing has been computed here yet: `make run` fills this page.\n"
+NOT_TIMED = "Nothing has been timed here yet: `make bench` fills this section.\n"
 
 
 def main() -> None:
@@ -64,6 +66,7 @@ def main() -> None:
         "validation": validation(),
         "scorecard": scorecard(rows) if rows else NOT_RUN,
         "gallery": gallery(rows),
+        "benchmarks": benchmarks() or NOT_TIMED,
     }
     for name, text in pages.items():
         (GENERATED / f"{name}.md").write_text(text, encoding="utf-8")
@@ -264,6 +267,19 @@ def scorecard(rows: list[dict[str, Any]]) -> str:
         lines.append(f"| {_cell(row['quantity'])} | {row['unit']} | {numbers} | {verdict} | {row['kind']} |")
     notes = [f"- {row['quantity']}: {row['note']}" for row in rows if row["note"] and row["verdict"] != "match"]
     return "\n".join(lines) + "\n" + ("\n## Notes\n\n" + "\n".join(notes) + "\n" if notes else "")
+
+
+# --- benchmarks ------------------------------------------------------------------------------------------------------
+
+
+def benchmarks() -> str:
+    """What each benchmark printed when it last ran, under what it is."""
+    parts = []
+    for file in sorted((OUT / "benchmarks").glob("*.txt")):
+        script = ROOT / "benchmarks" / f"{file.stem}.py"
+        about = (ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or "").splitlines()[0]
+        parts += [f"### {file.stem}", about, f"```text\n{file.read_text(encoding='utf-8').rstrip()}\n```"]
+    return "\n\n".join(parts) + "\n" if parts else ""
 
 
 # --- gallery ---------------------------------------------------------------------------------------------------------
