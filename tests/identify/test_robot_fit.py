@@ -87,6 +87,22 @@ def test_starts_come_to_one_end_and_what_was_held_out_is_predicted(hinge):
     assert again.body.joint.stiffness == found.theta[0] == pytest.approx(K, rel=0.01)
 
 
+def test_a_compass_may_jump_by_a_turn_and_count_from_elsewhere(hinge):
+    """It swings about north, where 0 and 360 deg meet."""
+    description, variables, _ = hinge
+    noise = NOISE * np.random.default_rng(2).normal(size=TIME.size)
+    compass = np.mod(angle(K, C) + noise, 2 * np.pi)
+    assert np.abs(np.diff(compass)).max() > 6
+    compass[50] = np.nan
+    compared = [read_compared("encoder=heading", build(description))]
+    trials = trials_of((description, variables, compared), recording(compass))
+    found = fit_robot(description, variables, trials, compared, {"encoder": NOISE})
+    np.testing.assert_allclose(found.theta, [K, C], rtol=0.02)
+    data = robot_data(found)
+    np.testing.assert_allclose(data["e_rmsp"], 100 * NOISE / np.ptp(angle(K, C)), rtol=0.2)
+    assert np.nanmax(np.abs(data["measured"] - data["computed"])) < 5 * NOISE
+
+
 def test_what_the_model_lacks_is_told(hinge):
     lacking = angle(K, C) + 0.01 * np.sin(2 * np.pi * 0.4 * TIME)
     found = fit_robot(hinge[0], hinge[1], trials_of(hinge, recording(lacking)), hinge[2], {"encoder": NOISE})

@@ -89,6 +89,7 @@ def sweep(
     return 0
 
 
+_NOTHING = 1e-3  # mean of a force that is left of its peak where nothing holds the robot: what the tolerance leaves
 _TOLD = ("speed", "turn_rate", "power", "efficiency", "cost_of_transport")
 
 
@@ -96,7 +97,9 @@ def _page(found: "xr.Dataset") -> Group:
     """Where each quantity is lowest and highest, and how many points were solved how."""
     dims = found["status"].dims
     table = columns("mean over a cycle", "lowest", "at", "highest", "at", "unit")
-    named = [(f"force {axis}", found["force"].sel(axis=axis)) for axis in found["axis"].values]
+    force, peak = found["force"], found["force_peak"].max("axis")
+    held = force.where((abs(force) > _NOTHING * peak) | force.isnull(), 0)
+    named = [(f"force {axis}", held.sel(axis=axis).assign_attrs(force.attrs)) for axis in found["axis"].values]
     named += [(name.replace("_", " "), found[name]) for name in _TOLD]
     for name, values in named:
         if values.notnull().any() and (values != 0).any():

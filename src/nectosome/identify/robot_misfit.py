@@ -36,8 +36,21 @@ class RobotMisfit:
         self._flat = moves_in_plane(fill(*self._prints[0]))
 
     def computed(self, theta: Float[np.ndarray, "p"]) -> list[Float[np.ndarray, "k n"]]:
-        """What the robot with these parameters gives in each trial; NaN from where its motion could not be computed."""
-        return [np.asarray(_computed(*self._asked(i, theta)))[:, : t.time.size] for i, t in enumerate(self.trials)]
+        """What the robot with these parameters gives in each trial; NaN from where its motion could not be computed.
+
+        A heading goes on beyond half a turn, by as many turns as the measured one.
+        """
+        return [self._turned(np.array(_computed(*self._asked(i, theta))), t) for i, t in enumerate(self.trials)]
+
+    def _turned(self, values: Float[np.ndarray, "k m"], trial: RobotTrial) -> Float[np.ndarray, "k n"]:
+        values = values[:, : trial.time.size]
+        for c, one in enumerate(self.compared):
+            if one.reading.turns:
+                values[c] = np.unwrap(values[c])
+                off = (trial.measured[c] - values[c]) / (2 * np.pi)
+                off = off[np.isfinite(off)]
+                values[c] += 2 * np.pi * np.round(np.median(off)) if off.size else 0.0
+        return values
 
     def misfit(self, errors: Float[np.ndarray, "k"]) -> Misfit:
         """Residuals over all that was measured, with a standard error of each column."""

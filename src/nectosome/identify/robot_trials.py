@@ -42,7 +42,7 @@ class RobotTrial(NamedTuple):
     name: str
     description: RobotDescription  # with the conditions of the recording, and what drove the robot
     time: Float[np.ndarray, "n"]  # [s], from 0
-    measured: Float[np.ndarray, "k n"]  # SI, NaN where nothing is to be compared
+    measured: Float[np.ndarray, "k n"]  # SI, headings beyond half a turn too; NaN where nothing is to be compared
     notes: tuple[str, ...]
     file: str
 
@@ -150,6 +150,9 @@ def _measured(recording: "xr.Dataset", one: Compared, file: str) -> Float[np.nda
         how = "Give its unit in the campaign, or compare it with something else."
         what = f"is in {told or 'no unit'}, and {one.reading.name} in {wanted or 'no unit'}. {how}"
         raise InputError(what, file=file, field=one.column)
+    if one.reading.turns:
+        known = np.isfinite(values)
+        values[known] = np.unwrap(values[known])
     return values
 
 
