@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.afloat import afloat, picture, told
+from nectosome.cli.afloat import afloat, told
 from nectosome.cli.output import check_target, write
 from nectosome.cli.page import number
 from nectosome.cli.parts import weigh
@@ -42,11 +42,11 @@ def show(
     found = afloat(built)
     whole = told(description, built, found)
     if save is not None:
-        from nectosome.view import show_still
+        from nectosome.view import show_still, standing
 
         each = [(part.name, number(part.mass), number(part.displaced), ", ".join(part.freedoms)) for part in parts]
         tables = [[("the robot", ""), *whole], [("part", "mass (kg)", "displaces (kg)", "free to move"), *each]]
-        show_still(picture(description, built, found), save, tables)
+        show_still(standing(description, built), save, tables)
     write(robot_tree(description, parts, whole))
 
 

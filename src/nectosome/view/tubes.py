@@ -28,7 +28,7 @@ def tubes(run: "xr.Dataset", times: Float[np.ndarray, "t"]) -> dict[str, Float[n
     robot = description(run)
     found: dict[str, np.ndarray] = {}
     for part in run["part"].values:
-        rings = part_rings(near, str(part), _shape(robot, str(part)))
+        rings = part_rings(near, str(part), shape_of(robot, str(part)))
         if rings is not None:
             found[str(part)] = _between(near["time"].values, rings, times)
     return found
@@ -55,7 +55,7 @@ def part_rings(run: "xr.Dataset", part: str, shape: str = "cylinder") -> Float[n
     if not np.any(half > 0) or (len(own) == 1 and x[0] == 0):
         return None
     if x[0] == 0:  # a rod's first station is its root; that of a rigid part its centre
-        x, position, rotation, half = _finer(x, position, rotation, half)
+        x, position, rotation, half = finer(x, position, rotation, half)
     elif shape == "spheroid":
         x, position, rotation, half = _spheroid(x[0], position[:, :1], rotation[:, :1], half[:1])
     else:
@@ -73,7 +73,8 @@ def description(run: "xr.Dataset") -> RobotDescription | None:
         return None
 
 
-def _shape(robot: RobotDescription | None, part: str) -> str:
+def shape_of(robot: RobotDescription | None, part: str) -> str:
+    """Shape or section of a part, such as spheroid; a cylinder where it is not known."""
     if robot is None:
         return "cylinder"
     limb = robot.body if part == "body" else robot.limbs.get(part)
@@ -104,7 +105,7 @@ def _between(saved: np.ndarray, rings: np.ndarray, times: np.ndarray) -> np.ndar
     return hermite(saved, rings, np.gradient(rings, saved, axis=0), times)
 
 
-def _finer(x: np.ndarray, position: np.ndarray, rotation: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, ...]:
+def finer(x: np.ndarray, position: np.ndarray, rotation: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, ...]:
     """Stations of a rod and more between them, along cubics tangent to it."""
     parts = [np.linspace(a, b, _FINER, endpoint=False) for a, b in pairwise(x)]
     at = np.concatenate([*parts, x[-1:]])
