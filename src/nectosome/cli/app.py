@@ -25,6 +25,7 @@ from nectosome.cli.show import show
 from nectosome.cli.simulate import simulate
 from nectosome.cli.static import static
 from nectosome.cli.steady import steady
+from nectosome.cli.studio import studio
 from nectosome.cli.sweep import sweep
 from nectosome.cli.track import track
 from nectosome.io import InputError
@@ -54,6 +55,7 @@ for command in (
     control,
     new,
     show,
+    studio,
     check,
     schema,
 ):

@@ -9,7 +9,7 @@ from nectosome.cli.afloat import afloat, told
 from nectosome.cli.output import check_target, write
 from nectosome.cli.page import number
 from nectosome.cli.parts import weigh
-from nectosome.cli.summary import check_run, origin, summary
+from nectosome.cli.summary import origin, summary
 from nectosome.cli.tree import robot_tree
 from nectosome.io import InputError, load_dataset
 
@@ -63,6 +63,8 @@ def _is_run(what: str) -> bool:
 def _show_run(path: str, save: Path | None, loads: bool) -> None:
     if save is not None:
         check_target(save, "--save", ".html")
+
+    from nectosome.view.saved import check_run
 
     dataset = load_dataset(path)
     check_run(dataset, path)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOMENTS = 65  # of a period
+_STANDS = 1e-8  # m/s: what is left of a body that is held
 _SHOWN = (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)
 
 
@@ -94,6 +95,8 @@ def numbers_of(means: CycleMeans) -> dict[str, float]:
 
     Forward is where the body goes; of one that is held, where the water pushes it.
     """
-    there = np.asarray(means.velocity[0] if np.any(means.velocity[0]) else means.force)
+    goes = float(means.speed) > _STANDS
+    there = np.asarray(means.velocity[0] if goes else means.force)
     stroke = Stroke(means, jnp.asarray(there / max(float(np.linalg.norm(there)), 1e-300)))
-    return {name: float(quantity.of_cycle(stroke)) for name, quantity in QUANTITIES.items()}
+    found = {name: float(quantity.of_cycle(stroke)) for name, quantity in QUANTITIES.items()}
+    return found if goes else found | dict.fromkeys(("speed", "efficiency", "cost_of_transport"), np.nan)

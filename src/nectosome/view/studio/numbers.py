@@ -28,9 +28,8 @@ class Numbers:
 
     def html(self, words: str, bad: bool) -> str:
         """The table, and a line of words about the motion under it."""
-        rows = [
-            self._row(name, history) for name, history in self._history.items() if np.isfinite([*history][-1:]).any()
-        ]
+        known = {name: history for name, history in self._history.items() if history and np.isfinite(history[-1])}
+        rows = [self._row(name, history) for name, history in known.items() if any(history)]
         colour = "#D55E00" if bad else "inherit"
         line = f'<div style="color:{colour};margin-top:4px" id="studio-words">{escape(words)}</div>'
         table = f'<table style="width:100%;border-collapse:collapse">{"".join(rows)}</table>'

@@ -54,7 +54,7 @@ class Stage:
         What the last one has as well is changed in place, so that nothing flickers.
         """
         before = (self._look, self._kinds()) if self._nodes else None
-        self.course, self._bodies, self._arrows = Course(run, period), bodies_of(run), arrows_of(run)
+        self.course, self._bodies, self.arrows = Course(run, period), bodies_of(run), arrows_of(run)
         corners = np.concatenate([_corners(body) for body in self._bodies.values()] or [self.course.place[:1]])
         self.size = float(np.ptp(corners, axis=0).max()) or 1.0
         self.middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0)) - self.course.place[0]
@@ -84,8 +84,8 @@ class Stage:
         if look.way and len(self.course.place) > 1:
             line = {"colors": _WAY, "thickness": 2.0, "thickness_units": "screen"}
             self._nodes["/world/way"] = self._scene.add_line_segments("/world/way", self._way(), **line)
-        if look.forces and self._arrows.load.size:
-            self._add_arrows(self._arrows)
+        if look.forces and self.arrows.load.size:
+            self._add_arrows(self.arrows)
         self._add_surroundings()
 
     def at(self, time: float) -> None:
@@ -118,7 +118,7 @@ class Stage:
             (name, -1, len(body.vertices)) if isinstance(body, Rigid) else (name, 1, body.place.shape[1])
             for name, body in self._bodies.items()
         ]
-        return [*parts, ("", len(self._arrows.load), len(self.course.place))]
+        return [*parts, ("", len(self.arrows.load), len(self.course.place))]
 
     def _lightest(self, look: Look) -> float:
         shown = [body.shown(look.colouring) for body in self._bodies.values() if isinstance(body, Soft)]
@@ -160,9 +160,9 @@ class Stage:
         )
 
     def _arrow_points(self, k: int) -> Float[np.ndarray, "n 2 3"]:
-        per_newton = _ARROW * self.size / np.linalg.norm(self._arrows.force, axis=-1).max()
-        root = self._arrows.root[k]
-        return _f32(np.stack([root, root + per_newton * self._arrows.force[k]], axis=1))
+        per_newton = _ARROW * self.size / np.linalg.norm(self.arrows.force, axis=-1).max()
+        root = self.arrows.root[k]
+        return _f32(np.stack([root, root + per_newton * self.arrows.force[k]], axis=1))
 
     def _add_surroundings(self) -> None:
         """Ground, surface and ends of the tank, as far as the robot's water has them; else a grid under the robot."""

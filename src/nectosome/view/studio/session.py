@@ -2,14 +2,21 @@
 
 import threading
 import time
+import traceback
+from html import escape
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nectosome.design import shipped_problem
-from nectosome.io import InputError, RobotDescription, get_value, with_values
+from nectosome.design import load_problem, shipped_problem
+from nectosome.io import InputError, RobotDescription, get_value, load_dataset, parse_robot, with_values
 from nectosome.robots import build, describe
+from nectosome.view.saved import check_run
 from nectosome.view.standing import standing
 
 from .answers import Answer, Solver
+from .files import Files
+from .folder import Folder
+from .gate import limit_uploads
 from .knobs import Knob, knobs_of
 from .latest import Latest
 from .numbers import Numbers
@@ -25,42 +32,61 @@ _SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 class Session:
     """A tab from when it is opened to when it is closed."""
 
-    def __init__(self, client: "viser.ClientHandle", robot: str):
-        self._client, self._gui = client, client.gui
+    def __init__(self, client: "viser.ClientHandle", robot: str, folder: Folder):
+        self._client, self._gui, self._folder = client, client.gui, folder
         self._stage, self._numbers, self._solve = Stage(client.scene), Numbers(), Solver()
         self._drawing = threading.RLock()  # the stage changes, or shows a moment, one after the other
         self._answer: Answer | None = None
-        self._moved_by_us = False  # the scrubber, as time goes on
+        self._opened = 0  # robots and runs so far: an answer for one before is not shown
         self._player = Player(self._show)
         self._latest = Latest(self._work)
         self._lay_out()
+        limit_uploads(client)
         self.open(robot)
 
-    def open(self, robot: str) -> None:
-        """Take a robot that ships, by name, or a file. What cannot be read is told, and the last one stays."""
-        try:
-            description = describe(robot)
-            problem = shipped_problem(robot)
-            knobs = knobs_of(description, problem.variables if problem else {})
-        except InputError as error:
-            self._tell(str(error), bad=True)
-            return
-        self.description = description
-        self._answer = None
-        self._put_sliders(knobs)
+    def open(self, robot: str | Path) -> None:
+        """Take a robot that ships, by name, or a file. Raises InputError where it cannot be read: nothing changes."""
+        description = describe(str(robot))
+        beside = Path(robot).with_suffix(".design.yaml")
+        problem = load_problem(beside) if beside.is_file() else shipped_problem(str(robot))
+        knobs = knobs_of(description, problem.variables if problem else {})
+        self._take(description, knobs)
         self._stand()
         self._ask()
+
+    def open_run(self, path: Path) -> None:
+        """Show a saved run, and take its robot. Raises InputError where it is none."""
+        run = load_dataset(path)
+        check_run(run, path.name)
+        robot = parse_robot(run.attrs["robot"])
+        self._take(robot, knobs_of(robot, {}))
+        self._put(Answer(run, 0.0, {}, ""), f"{run.attrs['title']}, as it was saved")
+
+    @property
+    def view(self) -> Look:
+        """How it is shown."""
+        return self._look
+
+    @property
+    def answer(self) -> Answer | None:
+        """What is shown; None until there is an answer."""
+        return self._answer
 
     def close(self) -> None:
         """End all that runs for this tab."""
         self._player.close()
         self._latest.close()
 
+    def _take(self, description: RobotDescription, knobs: list[Knob]) -> None:
+        self.description, self._opened, self._answer = description, self._opened + 1, None
+        self._put_sliders(knobs)
+
     # --- controls
 
     def _lay_out(self) -> None:
         gui = self._gui
-        gui.configure_theme(control_layout="fixed", control_width="large", show_logo=False, show_share_button=False)
+        gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
+        gui.main_panel.dock_right()
         gui.set_panel_label("nectosome studio")
         self._board = gui.add_html("")
         with gui.add_folder("Motion"):
@@ -71,6 +97,8 @@ class Session:
         self._robot_tab = tabs.add_tab("Robot")
         with tabs.add_tab("View"):
             self._lay_out_view()
+        with tabs.add_tab("Files"):
+            Files(self, self._client, self._folder)
         self._play.on_click(lambda _: self._toggle())
         self._speed.on_update(lambda _: setattr(self._player, "speed", float(self._speed.value.split()[0])))
         self._scrub.on_update(self._scrubbed)
@@ -79,8 +107,8 @@ class Session:
         gui = self._gui
         colouring = gui.add_dropdown("Colour", COLOURINGS, initial_value=COLOURINGS[0])
         forces = gui.add_checkbox("Forces by load", False)
-        way = gui.add_checkbox("Way", True)
-        along = gui.add_checkbox("Go along with the body", True)
+        way = gui.add_checkbox("Way", True, hint="The way of the body.")
+        along = gui.add_checkbox("Go along", True, hint="The observer goes along with the body.")
         self._legend = gui.add_html("")
         cameras = gui.add_button_group("Camera", tuple(CAMERAS))
 
@@ -117,7 +145,7 @@ class Session:
         try:
             self.description = with_values(self.description, {knob.name: value * knob.factor})
         except InputError as error:
-            self._tell(str(error), bad=True)
+            self.tell(str(error), bad=True)
             return
         self._ask()
 
@@ -151,24 +179,36 @@ class Session:
     def _ask(self) -> None:
         if self._answer is None:
             self._tell("computing; the first answer of a robot compiles its equations", bad=False)
-        self._latest.ask(self.description)
+        self._latest.ask((self._opened, self.description))
 
-    def _work(self, description: RobotDescription) -> None:
+    def _work(self, asked: tuple[int, RobotDescription]) -> None:
         began = time.perf_counter()
+        opened, description = asked
         try:
             answer = self._solve(description)
         except InputError as error:
-            self._tell(f"{error} What is shown is the last answer.", bad=True)
+            if opened == self._opened:
+                self.tell(f"{error} What is shown is the last answer.", bad=True)
             return
+        except Exception:
+            traceback.print_exc()
+            self.tell("The studio made a mistake, which stands in its terminal.", bad=True)
+            return
+        if opened != self._opened:
+            return
+        kind = str(answer.run.attrs["title"]).partition(": ")[2]
         seconds = time.perf_counter() - began
+        self._put(answer, answer.warning or f"{kind}, {1e3 * seconds:.0f} ms")
+
+    def _put(self, answer: Answer, words: str) -> None:
+        """Show an answer, and begin to play where it is the first one of its robot."""
         first = self._answer is None
         with self._drawing, self._client.atomic():
             self._answer = answer
             self._stage.load(answer.run, answer.period, self._look)
             self._stage.at(self._player.time)
             self._numbers.add(answer.numbers)
-            kind = str(answer.run.attrs["title"]).partition(": ")[2]
-            self._tell(answer.warning or f"{kind}, {1e3 * seconds:.0f} ms", bad=bool(answer.warning))
+            self._tell(words, bad=bool(answer.warning))
             self._tell_colours()
             self._scrub.max = round(max(self._stage.course.end, 1e-3), 3)
         if first:
@@ -185,10 +225,22 @@ class Session:
             if self._player.playing:
                 self._scrub.value = round(t % course.end if course.end else 0.0, 3)
 
+    def tell(self, words: str, bad: bool) -> None:
+        """Say something under the numbers."""
+        with self._drawing:
+            self._tell(words, bad)
+
     def _tell(self, words: str, bad: bool) -> None:
         self._board.content = self._numbers.html(words, bad)
 
     def _tell_colours(self) -> None:
-        unit = UNITS[self._look.colouring]
-        text = f"{self._look.colouring}: dark 0, light {self._stage.largest:.3g} {unit}" if unit else ""
-        self._legend.content = f'<div style="font-size:13px;padding:0 12px">{text}</div>'
+        """What the colours of the scene mean."""
+        unit, lines = UNITS[self._look.colouring], []
+        if unit:
+            lines.append(f"{self._look.colouring}: dark 0, light {self._stage.largest:.3g} {unit}")
+        if self._look.forces:
+            marks = zip(self._stage.arrows.names, self._stage.arrows.colours, strict=True)
+            lines.append(
+                " ".join(f'<span style="color:{c}">&#9632; {escape(n.replace("_", " "))}</span>' for n, c in marks)
+            )
+        self._legend.content = f'<div style="font-size:13px;padding:0 12px">{"<br>".join(lines)}</div>'
