@@ -46,7 +46,7 @@ def run():
 
 
 def test_a_box_keeps_its_corners_and_goes_along(run):
-    box = bodies_of(run)["body"]
+    box = bodies_of(run, parse_robot(BENT))["body"]
     assert isinstance(box, Rigid)
     np.testing.assert_allclose(np.abs(box.vertices).max(axis=0), [0.05, 0.01, 0.03], atol=1e-12)
     np.testing.assert_allclose(box.place[-1] - box.place[0], [0.1 * RATE, 0, 0], atol=1e-9)
@@ -54,14 +54,15 @@ def test_a_box_keeps_its_corners_and_goes_along(run):
 
 
 def test_slices_follow_each_other_along_a_rod_without_gaps(run):
-    arm = bodies_of(run)["arm"]
+    arm = bodies_of(run, parse_robot(BENT))["arm"]
     assert isinstance(arm, Soft)
-    ahead = Rotation.from_quat(arm.turn[-1], scalar_first=True).as_matrix()[:, :, 0]
-    ends = arm.place[-1] + 0.5 * arm.size[-1, :, :1] * ahead
-    starts = arm.place[-1] - 0.5 * arm.size[-1, :, :1] * ahead
+    place, turn, size = arm.slices(2)
+    ahead = Rotation.from_quat(turn, scalar_first=True).as_matrix()[:, :, 0]
+    ends, starts = place + 0.5 * size[:, :1] * ahead, place - 0.5 * size[:, :1] * ahead
     assert np.all(np.einsum("kx,kx->k", ends[:-1] - starts[1:], ahead[1:]) > 0)
-    np.testing.assert_allclose(arm.size[..., 1:], 2 * RADIUS)
-    assert np.linalg.norm(np.diff(arm.place[-1], axis=0), axis=1).sum() == pytest.approx(LENGTH, rel=0.05)
+    np.testing.assert_allclose(size[:, 1:], 2 * RADIUS)
+    np.testing.assert_allclose(arm.place[2], [0.1 * RATE + 0.1, 0, 0], atol=1e-9)  # the root, at the end of the box
+    assert np.linalg.norm(np.diff(place, axis=0), axis=1).sum() == pytest.approx(LENGTH, rel=0.05)
 
 
 def test_colours_of_curvature_are_those_of_an_arc():
@@ -72,7 +73,7 @@ def test_colours_of_curvature_are_those_of_an_arc():
     x, k = bent["station_x"].values[own], ANGLE / LENGTH
     bent["rotation"].values[0, own] = Rotation.from_euler("z", k * x[:, None]).as_matrix()
     bent["position"].values[0, own] = np.stack([np.sin(k * x) / k, (1 - np.cos(k * x)) / k, 0 * x], axis=-1)
-    arm = bodies_of(bent)["arm"]
+    arm = bodies_of(bent, robot)["arm"]
     np.testing.assert_allclose(arm.shown("curvature"), k, rtol=2e-3)
     assert arm.shown("material") is None
 

@@ -38,6 +38,20 @@ body:
     stiffness: 0.03 N m/rad
     damping: 0.02 N m s/rad
     torque: {kind: sine, amplitude: 0.02 N m, frequency: 2 Hz}
+  loads: {drag: {kind: lumped_drag, drag_area: [1 cm2, 1 cm2, 1 cm2]}}
+limbs:
+  tail:
+    on: body
+    kind: rod
+    section: circle
+    length: 100 mm
+    radius: 10 mm
+    young: 1 MPa
+    density: 1000 kg/m3
+    strains: {bending_z: 0}
+    points: 4
+    joint: {kind: fixed}
+    loads: {water: {kind: drag, normal: 1.1, tangential: 0}}
 aliases:
   M: [body.joint.torque.amplitude]
   c: [body.joint.damping]
@@ -114,6 +128,24 @@ def test_the_robot_is_seen_and_answers_to_a_slider(page, folder):
     turn(page, 1)
     page.wait_for_function(f"document.querySelector('#studio-power').innerText !== {power!r}")
     page.screenshot(path=str(folder / "page.png"))
+
+
+def test_it_is_looked_at_in_other_ways(page, capfd):
+    page.get_by_role("tab", name="View").click()
+    page.get_by_text("Forces by load").click()
+    page.get_by_text("drag", exact=False).first.wait_for()
+    for way in ("curvature", "load of the water"):
+        page.locator("input[value='material'], input[value='curvature']").first.click()
+        page.get_by_role("option", name=way).click()
+        page.get_by_text(f"{way}: dark 0").wait_for()
+    for camera in ("side", "top", "front", "three-quarter"):
+        page.get_by_role("button", name=camera).click()
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Play").wait_for()
+    page.get_by_role("slider").first.focus()
+    page.get_by_role("slider").first.press("Home")
+    time.sleep(0.5)
+    assert "Traceback" not in capfd.readouterr().err
 
 
 def test_what_is_set_is_saved_and_opened_again(page, folder):

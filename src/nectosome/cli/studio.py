@@ -1,5 +1,6 @@
 """`nectosome studio`: a page in the browser on which a robot swims and answers to sliders."""
 
+import os
 import time
 import webbrowser
 from pathlib import Path
@@ -39,14 +40,13 @@ def studio(
     from nectosome.view.studio.server import Studio
 
     page = Studio(robot, folder, host, number)
-    write(f"the studio is at {page.address} (Ctrl-C ends it)")
-    if browser:
-        webbrowser.open(page.address)
     try:
+        write(f"the studio is at {page.address} (Ctrl-C ends it)")
+        if browser:
+            webbrowser.open(page.address)
         while True:
             time.sleep(3600)
     except KeyboardInterrupt:
-        tell("closed.")
-        return 0
-    finally:
         page.close()
+        tell("closed.")
+        os._exit(0)  # at once: what is being compiled cannot be stopped otherwise

@@ -27,10 +27,13 @@ class Answer(NamedTuple):
     """A motion to look at.
 
     It repeats itself after `period` [s], but for the way that the body comes in it; 0 where it does not. `numbers` are
-    of `QUANTITIES` [SI], and none of a run. `warning` is empty, or says why not to trust the motion.
+    of `QUANTITIES` [SI], and none of a run. The run does not carry its robot: writing that down takes longer than all
+    else. `warning` is empty, or says why not to trust the motion.
     """
 
     run: "xr.Dataset"
+    robot: RobotDescription
+    kind: str
     period: float
     numbers: dict[str, float]
     warning: str
@@ -59,12 +62,12 @@ class Solver:
         if find_symmetry(robot).steady:
             return self._kept(robot, description, period)
         found = periodic(robot, period, samples=MOMENTS)
-        return _answer(found, description, period, found.means())
+        return _answer(found, description, "periodic motion", period, found.means())
 
     def _kept(self, robot: Robot, description: RobotDescription, period: float) -> Answer:
         """Steady motion over a turn of its drives; without any, the shape at rest."""
         if period == 0:
-            return _answer(resting(robot), description, 0.0, None)
+            return _answer(resting(robot), description, "at rest", 0.0, None)
         found = steady(robot, guess=self._last)
         if Status(int(found.status)) not in _SHOWN and self._last is not None:
             found = steady(robot)
@@ -73,7 +76,8 @@ class Solver:
         turn = Run(
             Trajectory(robot, times, remembered(going_on, robot, found.state, times)), found.status, {}, found.residual
         )
-        return _answer(turn, description, period, remembered(cycle_means, robot, times, turn.value.state))
+        means = remembered(cycle_means, robot, times, turn.value.state)
+        return _answer(turn, description, "steady motion", period, means)
 
 
 def going_on(robot: Robot, x: State, times: Float[Array, "n"]) -> State:
@@ -81,13 +85,13 @@ def going_on(robot: Robot, x: State, times: Float[Array, "n"]) -> State:
     return jax.vmap(lambda t: State(robot.advance(x.q, x.v, t), x.v, x.z))(times)
 
 
-def _answer(found: Run, description: RobotDescription, period: float, means: CycleMeans | None) -> Answer:
+def _answer(found: Run, description: RobotDescription, kind: str, period: float, means: CycleMeans | None) -> Answer:
     status = Status(int(found.status))
     if status not in _SHOWN:
         raise InputError(f"{status.reason}.", field=description.name)
     numbers = {} if means is None else numbers_of(means)
     warning = f"{status.reason}." if status == Status.UNSTABLE else ""
-    return Answer(found.to_dataset(description), period, numbers, warning)
+    return Answer(found.to_dataset(), description, kind, period, numbers, warning)
 
 
 def numbers_of(means: CycleMeans) -> dict[str, float]:

@@ -1,5 +1,6 @@
 """A run as bodies for a scene: rigid parts as meshes that move, soft ones as slices; no drawing here."""
 
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -7,15 +8,16 @@ from jaxtyping import Float, Int
 from plotly.colors import sequential
 from scipy.spatial.transform import Rotation
 
+from nectosome.io import RobotDescription
 from nectosome.view.robot3d import HARD
 from nectosome.view.style import BLUE, source_colour
-from nectosome.view.tubes import description, finer, part_rings, shape_of, triangles
+from nectosome.view.tubes import finer, part_rings, shape_of, triangles
 
 if TYPE_CHECKING:
     import xarray as xr
 
 AROUND = 16  # corners of a slice
-_OVERLAP = 1.3  # of slices, so that none gapes where a rod bends
+_OVERLAP = 1.15  # of slices, so that none gapes where a rod bends
 _NO_FORCE = 1e-3  # of the largest: no arrow
 _LEFT_OUT = ("weight", "buoyancy")  # of what the water does
 _SCALE = np.array([[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in sequential.Viridis])
@@ -31,18 +33,60 @@ class Rigid(NamedTuple):
     colour: str
 
 
-class Soft(NamedTuple):
-    """A rod as slices across it: cylinders of length, width and height 1 along x, put and stretched."""
+class Slices(NamedTuple):
+    """Cylinders of length, width and height 1 along x, put and stretched."""
 
-    place: Float[np.ndarray, "t k 3"]  # [m]
-    turn: Float[np.ndarray, "t k 4"]
-    size: Float[np.ndarray, "t k 3"]  # along, across y, across z [m]
-    bending: Float[np.ndarray, "t k"]  # curvature [1/m]
-    load: Float[np.ndarray, "t k"]  # of the water [N/m]
+    place: Float[np.ndarray, "k 3"]  # [m]
+    turn: Float[np.ndarray, "k 4"]
+    size: Float[np.ndarray, "k 3"]  # along, across y, across z [m]
+
+
+class Soft:
+    """A rod as slices across it, in the frame of its root, which is at `place` [m] with `turn` at all moments.
+
+    Slices are worked out when they are looked at, since most moments never are.
+    """
+
+    def __init__(self, run: "xr.Dataset", own: Int[np.ndarray, "n"]):
+        self.x = run["station_x"].values[own]  # [m]
+        self._half = run["half_width"].values[own]
+        position, rotation = run["position"].values[:, own], run["rotation"].values[:, own]
+        root = rotation[:, 0]
+        self.place, self.turn = position[:, 0], _quaternions(root)
+        self._position = np.einsum("tji,tnj->tni", root, position - position[:, :1])
+        self._rotation = np.einsum("tji,tnjk->tnik", root, rotation)
+        self._forces = np.zeros((1, 1, len(own), 3))
+        if "line_force" in run:
+            outer = [name not in _LEFT_OUT for name in run["load"].values]
+            self._forces = run["line_force"].values[:, outer][:, :, own]
+
+    def slices(self, k: int) -> Slices:
+        """Slices of moment k, in the frame of the root."""
+        _, place, R, widths = finer(self.x, self._position[k : k + 1], self._rotation[k : k + 1], self._half)
+        along = np.linalg.norm(np.diff(place[0], axis=0), axis=1) * _OVERLAP
+        size = np.concatenate([along[:, None], widths[:-1] + widths[1:]], axis=1)
+        return Slices(0.5 * (place[0, :-1] + place[0, 1:]), _quaternions(R[0, :-1]), size)
 
     def shown(self, colouring: str) -> Float[np.ndarray, "t k"] | None:
-        """What a colouring of the scene shows; None where it shows what the body is made of."""
-        return {"curvature": self.bending, "load of the water": self.load}.get(colouring)
+        """What a colouring shows of slices at all moments; None where it shows what the body is made of."""
+        if colouring == "curvature":
+            return self._bending
+        return self._load if colouring == "load of the water" else None
+
+    @cached_property
+    def _bending(self) -> Float[np.ndarray, "t k"]:
+        """Curvature [1/m]."""
+        at, _, R, _ = finer(self.x, self._position, self._rotation, self._half)
+        turned = Rotation.from_matrix(np.swapaxes(R[:, :-1], -1, -2).reshape(-1, 3, 3) @ R[:, 1:].reshape(-1, 3, 3))
+        return np.linalg.norm(turned.as_rotvec()[:, 1:], axis=1).reshape(R.shape[0], -1) / np.diff(at)
+
+    @cached_property
+    def _load(self) -> Float[np.ndarray, "t k"]:
+        """What the water does along the rod [N/m]."""
+        at = finer(self.x, self._position[:1], self._rotation[:1], self._half)[0]
+        force = np.linalg.norm(np.nan_to_num(self._forces).sum(axis=1), axis=-1)
+        middle = 0.5 * (at[:-1] + at[1:])
+        return np.stack([np.interp(middle, self.x, row) for row in force])
 
 
 class Arrows(NamedTuple):
@@ -55,16 +99,16 @@ class Arrows(NamedTuple):
     load: Int[np.ndarray, "n"]  # which load an arrow is of
 
 
-def bodies_of(run: "xr.Dataset") -> dict[str, Rigid | Soft]:
-    """Bodies of all parts that have a size, by part."""
-    robot, found, hard = description(run), {}, 0
+def bodies_of(run: "xr.Dataset", robot: RobotDescription | None) -> dict[str, Rigid | Soft]:
+    """Bodies of all parts that have a size, by part; of an unknown robot all that is rigid is a cylinder."""
+    found, hard = {}, 0
     for part in map(str, run["part"].values):
         own = np.flatnonzero(run["station_part"].values == part)
         x, half = run["station_x"].values[own], run["half_width"].values[own]
         if not np.any(half > 0) or (len(own) == 1 and x[0] == 0):
             continue
         if x[0] == 0:
-            found[part] = _soft(run, own, x, half)
+            found[part] = Soft(run, own)
         else:
             found[part] = _rigid(run, part, own[0], shape_of(robot, part), HARD[hard % len(HARD)])
             hard += 1
@@ -78,24 +122,6 @@ def _rigid(run: "xr.Dataset", part: str, station: int, shape: str, colour: str) 
     rings = first[0]
     vertices = (rings.reshape(-1, 3) - place[0]) @ R[0]
     return Rigid(place, _quaternions(R), vertices, triangles(rings.shape[0], rings.shape[1]), colour)
-
-
-def _soft(run: "xr.Dataset", own: np.ndarray, x: np.ndarray, half: np.ndarray) -> Soft:
-    at, place, R, widths = finer(x, run["position"].values[:, own], run["rotation"].values[:, own], half)
-    gap = np.diff(at)
-    turned = Rotation.from_matrix(np.swapaxes(R[:, :-1], -1, -2).reshape(-1, 3, 3) @ R[:, 1:].reshape(-1, 3, 3))
-    bending = np.linalg.norm(turned.as_rotvec()[:, 1:], axis=1).reshape(R.shape[0], -1) / gap
-    along = np.linalg.norm(np.diff(place, axis=1), axis=2) * _OVERLAP
-    across = np.broadcast_to(widths[:-1] + widths[1:], (*along.shape, 2))
-    middle = 0.5 * (place[:, :-1] + place[:, 1:])
-    force = np.zeros((len(place), len(x)))
-    if "line_force" in run:
-        outer = [name not in _LEFT_OUT for name in run["load"].values]
-        force = np.linalg.norm(np.nan_to_num(run["line_force"].values[:, outer][:, :, own]).sum(axis=1), axis=-1)
-    between = 0.5 * (at[:-1] + at[1:])
-    load = np.stack([np.interp(between, x, row) for row in force])
-    size = np.concatenate([along[..., None], across], axis=-1)
-    return Soft(middle, _quaternions(R[:, :-1]), size, bending, load)
 
 
 def _quaternions(R: Float[np.ndarray, "*n 3 3"]) -> Float[np.ndarray, "*n 4"]:

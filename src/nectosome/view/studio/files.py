@@ -86,7 +86,8 @@ class Files:
 
     def _save_run(self) -> str:
         path = self._folder.target(self._name.value, ".nc")
-        save_dataset(self._shown().run, path)
+        answer = self._shown()
+        save_dataset(answer.run.assign_attrs(robot=dump_robot(answer.robot)), path)
         return self._saved(path)
 
     def _save_picture(self) -> str:
@@ -102,7 +103,7 @@ class Files:
 
         path = self._folder.target(self._name.value, ".html")
         answer = self._shown()
-        write_atomic(path, page_of(answer.run, answer.period, self._session.view).encode())
+        write_atomic(path, page_of(answer.run, answer.robot, answer.period, self._session.view).encode())
         return self._saved(path)
 
     def _shown(self) -> Any:

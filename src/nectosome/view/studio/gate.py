@@ -108,6 +108,12 @@ def guarded_server(host: str, port: int) -> tuple[viser.ViserServer, str]:
     return server, f"{address}?token={gate.token}" if gate.token else address
 
 
+def stop(server: viser.ViserServer) -> None:
+    """End a server without its last words."""
+    with redirect_stdout(StringIO()):
+        server.stop()
+
+
 def limit_uploads(client: viser.ClientHandle) -> None:
     """Forget an upload before its first part where it is said to be larger than MOST_UPLOADED, or grows beyond."""
     gui = client.gui

@@ -4,7 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .gate import guarded_server
+from nectosome.io import RobotDescription
+
+from .gate import guarded_server, stop
 from .scene import Look, Stage
 
 if TYPE_CHECKING:
@@ -15,14 +17,14 @@ _MOST = 600  # pictures
 _PERIODS = 3  # of what repeats itself
 
 
-def page_of(run: "xr.Dataset", period: float, look: Look) -> str:
+def page_of(run: "xr.Dataset", robot: RobotDescription, period: float, look: Look) -> str:
     """HTML with all that it needs: three periods of what repeats itself, else the whole run, in its own time."""
     server, _ = guarded_server("127.0.0.1", 0)
     try:
         scene = server.scene
         scene.world_axes.visible = False
         stage = Stage(scene)
-        stage.load(run, period, look)
+        stage.load(run, robot, period, look)
         server.initial_camera.position, server.initial_camera.look_at = stage.camera("three-quarter")
         record = server.get_scene_serializer()
         end = _PERIODS * period if period else stage.course.end
@@ -32,4 +34,4 @@ def page_of(run: "xr.Dataset", period: float, look: Look) -> str:
             record.insert_sleep(float(times[1] - times[0]))
         return record.as_html()
     finally:
-        server.stop()
+        stop(server)

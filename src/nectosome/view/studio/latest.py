@@ -11,7 +11,8 @@ class Latest:
     def __init__(self, work: Callable[[Any], None]):
         self._work, self._asked, self._closed = work, None, False
         self._news = threading.Condition()
-        threading.Thread(target=self._run, name="studio-solver", daemon=True).start()
+        # no daemon: the interpreter must not end under a program that is being compiled
+        threading.Thread(target=self._run, name="studio-solver").start()
 
     def ask(self, what: Any) -> None:
         """Ask for work on `what`, which is not None, in place of all that waits."""

@@ -14,7 +14,7 @@ class Player:
         self._show, self._lock = show, threading.Lock()
         self._closed, self._playing = threading.Event(), threading.Event()
         self.time, self.speed = 0.0, 1.0
-        threading.Thread(target=self._run, name="studio-player", daemon=True).start()
+        threading.Thread(target=self._run, name="studio-player").start()
 
     @property
     def playing(self) -> bool:

@@ -6,7 +6,8 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from nectosome.view.tubes import description
+from nectosome.io import RobotDescription
+from nectosome.io.description import WaterDescription
 
 from .bodies import MATERIAL, Arrows, Rigid, Soft, arrows_of, bodies_of, colours, rgb, slice_mesh
 from .course import Course
@@ -19,7 +20,8 @@ COLOURINGS = ("material", "curvature", "load of the water")
 UNITS = {"material": "", "curvature": "1/m", "load of the water": "N/m"}
 CAMERAS = {"three-quarter": (-0.7, -1.0, 0.6), "side": (0, -1, 0), "top": (0, -0.01, 1), "front": (-1, -0.01, 0)}
 _ROOTS = ("/world", "/around", "/tank")  # of what moves with the run, of the endless ground, of what stands still
-_FAR = 1.5  # of the camera, in lengths of the robot
+_FAR = 1.2  # of the camera, in lengths of the robot
+_SEEN = 1e-4  # of the robot's length: what moves by less is not seen
 _ARROW = 0.35  # length of the largest force, as a share of the robot's
 _BEFORE = 4  # periods whose way is shown
 _LARGE = 200.0  # of grids, in lengths of the robot
@@ -44,23 +46,23 @@ class Stage:
         self._scene = scene
         self._nodes: dict[str, Any] = {}
         self._look = Look()
+        self._water = WaterDescription()
         self.size, self.middle = 1.0, np.zeros(3)  # of the robot [m], seen from its body at first
         self.largest = 0.0  # what the lightest colour means, in UNITS
         scene.set_up_direction("+z")
 
-    def load(self, run: "xr.Dataset", period: float, look: Look) -> None:
+    def load(self, run: "xr.Dataset", robot: RobotDescription, period: float, look: Look) -> None:
         """Put a run on the stage in place of the last one; with a period [s] it goes on for ever.
 
         What the last one has as well is changed in place, so that nothing flickers.
         """
         before = (self._look, self._kinds()) if self._nodes else None
-        self.course, self._bodies, self.arrows = Course(run, period), bodies_of(run), arrows_of(run)
+        self.course, self._bodies, self.arrows = Course(run, period), bodies_of(run, robot), arrows_of(run)
         corners = np.concatenate([_corners(body) for body in self._bodies.values()] or [self.course.place[:1]])
         self.size = float(np.ptp(corners, axis=0).max()) or 1.0
         self.middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0)) - self.course.place[0]
         self._lowest = float(corners[:, 2].min())
-        robot = description(run)
-        self._water = None if robot is None else robot.water
+        self._water = robot.water
         if before != (look, self._kinds()):
             self.look(look)
             return
@@ -96,16 +98,25 @@ class Stage:
         self._nodes["/around"].position, self._nodes["/tank"].position = -self._whole_steps(here), -here
         for name, body in self._bodies.items():
             node = self._nodes[f"/world/{name}"]
-            if isinstance(body, Rigid):
-                node.position, node.wxyz = body.place[k], body.turn[k]
-                continue
-            node.batched_positions, node.batched_wxyzs = _f32(body.place[k]), _f32(body.turn[k])
-            node.batched_scales = _f32(body.size[k])
-            values = body.shown(self._look.colouring)
-            if values is not None:
-                node.batched_colors = colours(values[k], self.largest)
+            node.position, node.wxyz = body.place[k], body.turn[k]
+            if isinstance(body, Soft):
+                self._bend(node, body, k)
         if "/world/forces" in self._nodes:
             self._nodes["/world/forces"].points = self._arrow_points(k)
+
+    def _bend(self, node: Any, body: Soft, k: int) -> None:
+        """Give a rod its shape. One that keeps it is left alone: the browser takes longer for shapes than for poses."""
+        place, turn, size = map(_f32, body.slices(k))
+        if (
+            max(np.abs(node.batched_positions - place).max(), np.abs(node.batched_scales - size).max())
+            > _SEEN * self.size
+        ):
+            node.batched_positions, node.batched_wxyzs, node.batched_scales = place, turn, size
+        values = body.shown(self._look.colouring)
+        if values is not None:
+            tinted = colours(values[k], self.largest)
+            if not np.array_equal(node.batched_colors, tinted):
+                node.batched_colors = tinted
 
     def camera(self, name: str) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
         """Place of a camera of CAMERAS, and what it looks at [m]."""
@@ -115,7 +126,7 @@ class Stage:
     def _kinds(self) -> list[tuple[str, int, int]]:
         """What nodes depend on: names, numbers of corners or slices, how many arrows and moments on the way."""
         parts = [
-            (name, -1, len(body.vertices)) if isinstance(body, Rigid) else (name, 1, body.place.shape[1])
+            (name, -1, len(body.vertices)) if isinstance(body, Rigid) else (name, 1, len(body.x))
             for name, body in self._bodies.items()
         ]
         return [*parts, ("", len(self.arrows.load), len(self.course.place))]
@@ -135,25 +146,22 @@ class Stage:
             self._nodes[name] = self._scene.add_mesh_simple(name, _f32(body.vertices), body.faces, **mesh, **place)
             return
         vertices, faces = slice_mesh()
+        place, turn, size = map(_f32, body.slices(0))
         values = body.shown(self._look.colouring)
-        one = np.tile(np.array(MATERIAL, np.uint8), (len(body.place[0]), 1))
+        one = np.tile(np.array(MATERIAL, np.uint8), (len(place), 1))
         colour = one if values is None else colours(values[0], self.largest)
-        batch = {
-            "batched_scales": _f32(body.size[0]),
-            "batched_colors": colour,
-            "lod": "off",
-            "side": "double",
-            "receive_shadow": False,
-        }
-        places = _f32(body.turn[0]), _f32(body.place[0])
-        self._nodes[name] = self._scene.add_batched_meshes_simple(name, _f32(vertices), faces, *places, **batch)
+        batch = {"batched_scales": size, "batched_colors": colour}
+        style = {"lod": "off", "side": "double", "position": body.place[0], "wxyz": body.turn[0]}
+        self._nodes[name] = self._scene.add_batched_meshes_simple(
+            name, _f32(vertices), faces, turn, place, **batch, **style
+        )
 
     def _add_arrows(self, arrows: Arrows) -> None:
         each = np.array([rgb(arrows.colours[i]) for i in arrows.load], np.uint8)
         self._nodes["/world/forces"] = self._scene.add_arrows(
             "/world/forces",
             self._arrow_points(0),
-            np.repeat(each[:, None], 2, axis=1),
+            each,
             shaft_radius=0.006 * self.size,
             head_radius=0.015 * self.size,
             head_length=0.04 * self.size,
@@ -167,7 +175,7 @@ class Stage:
     def _add_surroundings(self) -> None:
         """Ground, surface and ends of the tank, as far as the robot's water has them; else a grid under the robot."""
         water, first = self._water, self.course.place[0]
-        floor = None if water is None else water.floor
+        floor = water.floor
         height = (self._lowest - 0.3 * self.size if floor is None else floor) - first[2]
         wide = {"width": _LARGE * self.size, "height": _LARGE * self.size}
         cell = self._cell()
@@ -175,8 +183,6 @@ class Stage:
         fade = {"fade_distance": 12 * self.size, "fade_strength": 1.5}
         ground = {} if floor is None else {"plane_color": _GROUND, "plane_opacity": 0.35}
         self._scene.add_grid("/around/ground", position=(0, 0, height), **wide, **lines, **fade, **ground)
-        if water is None:
-            return
         if water.surface is not None:
             pane = {"plane_color": _WATER, "plane_opacity": 0.25, "position": (0, 0, water.surface - first[2])}
             self._scene.add_grid("/around/surface", **wide, **lines, **fade, **pane)
@@ -195,10 +201,9 @@ class Stage:
 
 def _corners(body: Rigid | Soft) -> Float[np.ndarray, "n 3"]:
     """Ends of a body at the first moment [m]."""
-    if isinstance(body, Rigid):
-        R = Rotation.from_quat(body.turn[0], scalar_first=True).as_matrix()
-        return body.vertices @ R.T + body.place[0]
-    return body.place[0]
+    own = body.vertices if isinstance(body, Rigid) else body.slices(0).place
+    R = Rotation.from_quat(body.turn[0], scalar_first=True).as_matrix()
+    return own @ R.T + body.place[0]
 
 
 def _f32(x: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ from pathlib import Path
 import viser
 
 from .folder import Folder
-from .gate import guarded_server
+from .gate import guarded_server, stop
 from .session import Session
 
 
@@ -33,7 +33,7 @@ class Studio:
             sessions, self._sessions = [*self._sessions.values()], {}
         for session in sessions:
             session.close()
-        self._server.stop()
+        stop(self._server)
 
     def _enter(self, client: viser.ClientHandle) -> None:
         session = Session(client, self._robot, self._folder)

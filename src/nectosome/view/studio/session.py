@@ -1,5 +1,6 @@
 """One browser tab: its robot, its scene and its controls. Nothing of it is shared with other tabs."""
 
+import gc
 import threading
 import time
 import traceback
@@ -60,7 +61,7 @@ class Session:
         check_run(run, path.name)
         robot = parse_robot(run.attrs["robot"])
         self._take(robot, knobs_of(robot, {}))
-        self._put(Answer(run, 0.0, {}, ""), f"{run.attrs['title']}, as it was saved")
+        self._put(Answer(run, robot, "a run", 0.0, {}, ""), f"{run.attrs['title']}, as it was saved")
 
     @property
     def view(self) -> Look:
@@ -172,7 +173,7 @@ class Session:
     def _stand(self) -> None:
         """Show the robot as it starts, until it moves."""
         with self._drawing, self._client.atomic():
-            self._stage.load(standing(self.description, build(self.description)), 0.0, self._look)
+            self._stage.load(standing(self.description, build(self.description)), self.description, 0.0, self._look)
             self._stage.at(0.0)
         self._look_from("three-quarter")
 
@@ -196,22 +197,22 @@ class Session:
             return
         if opened != self._opened:
             return
-        kind = str(answer.run.attrs["title"]).partition(": ")[2]
-        seconds = time.perf_counter() - began
-        self._put(answer, answer.warning or f"{kind}, {1e3 * seconds:.0f} ms")
+        took = f"{answer.kind}, {1e3 * (time.perf_counter() - began):.0f} ms"
+        self._put(answer, f"{took}: {answer.warning}" if answer.warning else took)
 
     def _put(self, answer: Answer, words: str) -> None:
         """Show an answer, and begin to play where it is the first one of its robot."""
         first = self._answer is None
         with self._drawing, self._client.atomic():
             self._answer = answer
-            self._stage.load(answer.run, answer.period, self._look)
+            self._stage.load(answer.run, answer.robot, answer.period, self._look)
             self._stage.at(self._player.time)
             self._numbers.add(answer.numbers)
             self._tell(words, bad=bool(answer.warning))
             self._tell_colours()
             self._scrub.max = round(max(self._stage.course.end, 1e-3), 3)
         if first:
+            gc.freeze()  # what compiling left is there to stay: looking through it takes longer than an answer
             self._player.play(self._stage.course.end > 0)
 
     def _show(self, t: float) -> None:
