@@ -40,6 +40,11 @@ def test_other_names_and_other_pages_do_not(headers):
     assert Gate("127.0.0.1").check(headers, "/", PORT).status == 403
 
 
+def test_no_address_makes_the_page_obey_another_server():
+    for path in ("/?websocket=ws://evil.example", "/index.html?websocket=ws://evil.example", "/?x"):
+        assert Gate("127.0.0.1").check(PAGE, path, PORT).status == 403
+
+
 def test_elsewhere_the_token_is_asked_for():
     gate = Gate("0.0.0.0")
     host = {"Host": "rig.lab:8080"}
@@ -49,6 +54,8 @@ def test_elsewhere_the_token_is_asked_for():
     assert Gate("0.0.0.0").token != gate.token
     assert gate.check(host, f"/?token={gate.token}", PORT).status == 303
     assert gate.check(host | with_cookie, "/", PORT).status == 0
+    assert gate.check(host | with_cookie, f"/?token={gate.token}", PORT).status == 303
+    assert gate.check(host | with_cookie, "/?websocket=ws://evil.example", PORT).status == 403
     assert gate.check(own | with_cookie, "/", PORT).status == 0
     refused = [
         (host, "/"),
@@ -87,6 +94,7 @@ def test_a_server_on_this_machine_serves_its_page_and_nothing_beside_it(local):
     status, body, _ = get(port, "/")
     assert status == 200
     assert b"<html" in body.lower()
+    assert "frame-ancestors 'none'" in get(port, "/")[2]["Content-Security-Policy"]
     for path in (
         "/../../../../etc/passwd",
         "/%2e%2e/%2e%2e/etc/passwd",

@@ -22,6 +22,12 @@ from nectosome.io import InputError
 LOCAL = ("127.0.0.1", "localhost", "::1")
 MOST_UPLOADED = 64 * 2**20  # bytes of a file
 _COOKIE = "nectosome_studio"
+_HEADERS = {  # of all that is answered: no page shows ours in a frame, nobody keeps it, nobody is told its address
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "frame-ancestors 'none'",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
 
 
 class Verdict(NamedTuple):
@@ -42,7 +48,8 @@ class Gate:
 
         Without a token the request must name this machine, which keeps out pages that were given its address by a name
         of their own (DNS rebinding). A websocket must come from a page of this very server. With a token it must be in
-        the cookie, or in the address of the first page.
+        the cookie, or in the address of the first page. Nothing else may stand behind an address: viser's page takes
+        from there which server it obeys.
         """
         host = headers.get("Host", "")
         if not self.token and host not in {f"{name}:{port}" for name in ("127.0.0.1", "localhost", "[::1]")}:
@@ -50,12 +57,14 @@ class Gate:
         own = bool(host) and headers.get("Origin", "") in (f"http://{host}", f"https://{host}")
         if headers.get("Upgrade", "").lower() == "websocket" and not own:
             return Verdict(HTTPStatus.FORBIDDEN, "Another page may not use the studio.")
-        if not self.token or self._known(_cookie(headers)):
-            return Verdict(0)
         parts = urlsplit(path)
-        if parts.path == "/" and self._known(parse_qs(parts.query).get("token", [""])[0]):
+        if self.token and parts.path == "/" and self._known(parse_qs(parts.query).get("token", [""])[0]):
             return Verdict(HTTPStatus.SEE_OTHER)
-        return Verdict(HTTPStatus.FORBIDDEN, "Open the address that the studio printed as it started, with its token.")
+        if self.token and not self._known(_cookie(headers)):
+            return Verdict(HTTPStatus.FORBIDDEN, "Open the whole address that the studio printed, with its token.")
+        if parts.query:
+            return Verdict(HTTPStatus.FORBIDDEN, "Open the address without what is behind its question mark.")
+        return Verdict(0)
 
     def cookie(self) -> str:
         """Header with which a page comes in from then on."""
@@ -85,7 +94,10 @@ def guarded_server(host: str, port: int) -> tuple[viser.ViserServer, str]:
         verdict = gate.check(_first(request.headers), request.path, connection.local_address[1])
         if verdict.status:
             return _refused(verdict, gate)
-        return inner(connection, request)
+        answer = inner(connection, request)
+        if answer is not None:
+            answer.headers.update(_HEADERS)
+        return answer
 
     def serve(*args: Any, process_request: Any, **options: Any) -> Any:
         passed.set()
@@ -144,7 +156,7 @@ def _first(headers: Headers) -> dict[str, str]:
 
 
 def _refused(verdict: Verdict, gate: Gate) -> Response:
-    headers = Headers({"Cache-Control": "no-store", "Content-Type": "text/plain; charset=utf-8"})
+    headers = Headers(_HEADERS | {"Content-Type": "text/plain; charset=utf-8"})
     if verdict.status == HTTPStatus.SEE_OTHER:
         headers["Location"], headers["Set-Cookie"] = "/", gate.cookie()
     body = verdict.words.encode()
