@@ -1,0 +1,1 @@
+"""The studio: a local web page on which a robot is designed, moved and measured."""
