@@ -1,110 +1,259 @@
-"""Whatever name the page sends, it opens and writes inside the working folder or gets a sentence."""
-
 import os
-from pathlib import Path
+import stat
+import sys
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from nectosome.io import InputError
-from nectosome.view.studio.folder import Folder, received
+from nectosome.io import load_robot
+from nectosome.io.errors import InputError
+from nectosome.view.studio import folder as doors
+from nectosome.view.studio.folder import Folder, harmless, received
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="links and pipes need rights there")
+
+# Names made of the pieces with which one gets out of a folder, and any text at all.
+PIECES = [
+    "..",
+    ".",
+    "/",
+    "\\",
+    "a.yaml",
+    "runs",
+    "out",
+    "in",
+    "pipe",
+    "loop",
+    "dangling",
+    "C:",
+    "CON",
+    "nul.yaml",
+    "\0",
+    "\n",
+]
+PIECES += [
+    "~",
+    " ",
+    "%2e%2e",
+    "\u2215",
+    "\uff0f",
+    "\u202e",
+    "\ud800",
+    ".git",
+    "secret",
+    "a" * 60,
+    "$HOME",
+    "*",
+    "b.txt",
+]
+NAMES = st.one_of(st.text(), st.lists(st.sampled_from(PIECES), max_size=6).map("".join))
 
 
-@pytest.fixture
-def folder(tmp_path):
-    (tmp_path / "secret.yaml").write_text("outside")
-    root = tmp_path / "work"
-    (root / "runs" / "deep" / "deeper").mkdir(parents=True)
-    (root / ".hidden").mkdir()
-    for name in ("a.yaml", "runs/b.nc", "runs/deep/c.nc", "runs/deep/deeper/d.nc", ".hidden/e.nc", ".f.nc"):
+@pytest.fixture(scope="module")
+def around(tmp_path_factory):
+    """A folder with what should not be reached beside it, and links of all kinds in it."""
+    top = tmp_path_factory.mktemp("around").resolve()
+    (top / "secret").write_text("secret")
+    (top / "work-other").mkdir()
+    (top / "work-other" / "secret").write_text("secret")
+    root = top / "work"
+    for name in ("runs/deep", ".git", "empty.yaml"):
+        (root / name).mkdir(parents=True)
+    for name in (
+        "a.yaml",
+        "B.YAML",
+        "b.txt",
+        ".hidden",
+        ".git/config",
+        "runs/c.yaml",
+        "runs/deep/d.yaml",
+        "runs/.e.yaml",
+    ):
         (root / name).write_text(name)
-    (root / "out.yaml").symlink_to(tmp_path / "secret.yaml")
-    (root / "away").symlink_to(tmp_path)
-    (root / "inner.yaml").symlink_to(root / "a.yaml")
-    os.mkfifo(root / "pipe.nc")
+    if sys.platform != "win32":
+        os.mkfifo(root / "pipe")
+        for name, to in {
+            "out": "..",
+            "out.yaml": "../secret",
+            "near.yaml": "../work-other/secret",
+            "device.yaml": "/dev/null",
+            "in": "runs",
+            "in.yaml": "runs/c.yaml",
+            "loop": "loop",
+            "dangling": "nothing",
+            "runs/back.yaml": "../../secret",
+            "pipe.yaml": "pipe",
+        }.items():
+            (root / name).symlink_to(to)
     return Folder(root)
 
 
-def test_names_are_those_of_files_inside(folder):
-    assert folder.names(".yaml") == ["a.yaml", "inner.yaml"]
-    assert folder.names(".nc") == ["runs/b.nc", "runs/deep/c.nc"]
-    assert folder.names(".nc", ".yaml") == ["a.yaml", "inner.yaml", "runs/b.nc", "runs/deep/c.nc"]
+@given(NAMES)
+@example("../secret")
+@example("out/secret")
+@example("out.yaml")
+@example("near.yaml")
+@example("../work-other/secret")
+@example("/etc/passwd")
+@example("in/../../secret")
+def test_whatever_the_name_an_existing_file_lies_within(around, name):
+    try:
+        path = around.existing(name)
+    except InputError:
+        return
+    assert path.is_absolute() and path == path.resolve() and path.is_relative_to(around.root)
+    assert stat.S_ISREG(path.lstat().st_mode) and path.read_text() != "secret"
 
 
-def test_files_inside_are_opened_and_new_ones_are_written_there(folder):
-    assert folder.existing("runs/b.nc").read_text() == "runs/b.nc"
-    assert folder.target("new", ".yaml") == folder.root / "new.yaml"
-    assert folder.target("runs/new.nc", ".nc") == folder.root / "runs" / "new.nc"
-    with pytest.raises(InputError, match="there already"):
-        folder.target("a", ".yaml")
-    with pytest.raises(InputError, match="no such file"):
-        folder.existing("b.nc")
-    with pytest.raises(InputError, match="its folder is not there"):
-        folder.target("none/new", ".nc")
+@given(NAMES, st.booleans())
+@example("../new", True)
+@example("out/new", True)
+@example("out.yaml", True)
+@example("dangling", True)
+def test_whatever_the_name_a_target_lies_within(around, name, overwrite):
+    try:
+        path = around.target(name, ".yaml", overwrite=overwrite)
+    except InputError:
+        return
+    assert path.parent == path.parent.resolve(strict=True) and path.is_relative_to(around.root)
+    assert path.suffix.lower() == ".yaml" and not path.is_symlink()
+    assert not path.exists() or (overwrite and path.is_file())
 
 
-OUT = (
-    "../secret.yaml",
-    "runs/../../secret.yaml",
-    "/etc/passwd",
-    "//etc/passwd",
-    "..\\secret.yaml",
-    "C:\\secret.yaml",
-    "C:secret.yaml",
-    "out.yaml",
-    "away/secret.yaml",
-    "away/new.yaml",
-    ".hidden/e.nc",
-    "a.yaml\0.nc",
-    "a\n.yaml",
-    "",
-    ".",
-    "..",
-    "runs/",
-    "runs",
-    "./a.yaml",
-    "pipe.nc",
-    "NUL.yaml",
-    "com1.nc",
-    "a.yaml:stream",
-    "x" * 101 + ".yaml",
-    "~/secret.yaml/..",
-    "a .",
-)
+@given(NAMES)
+@example("a/../../b.yaml")
+@example("\ud800" * 300)
+@example("\U00020000" * 300 + ".yaml")
+@example("COM1.yaml")
+@example("..")
+@example("")
+def test_whatever_the_name_an_upload_gets_a_harmless_one(name):
+    safe = harmless(name)
+    assert safe and not set(safe) & set('/\\:\0*?"<>|') and safe.isprintable() and not safe.startswith(".")
+    assert safe == safe.strip(". ") and len(safe.encode()) <= 255 and doors._parts(safe) == [safe]
 
 
-@pytest.mark.parametrize("name", OUT)
-def test_nothing_else_is_opened(folder, name):
-    with pytest.raises(InputError):
-        folder.existing(name)
-
-
-@pytest.mark.parametrize("name", [name for name in OUT if name not in ("pipe.nc", "runs", "out.yaml")])
-def test_nor_written(folder, name):
-    with pytest.raises(InputError):
-        folder.target(name, Path(name).suffix if name.strip(".") else ".yaml")
-
-
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=300)
-@given(st.text(st.sampled_from("ab./\\~:% \0\n" + "é"), max_size=20) | st.text(max_size=30))
-def test_whatever_the_name_it_stays_inside(folder, name):
-    for find in (folder.existing, lambda name: folder.target(name, ".yaml")):
-        try:
-            path = find(name)
-        except InputError:
-            continue
-        assert path.resolve().is_relative_to(folder.root)
-        assert path != folder.root
-
-
-@pytest.mark.parametrize("name", ["swim.nc", "../../swim.nc", "/etc/swim.nc", "C:\\runs\\swim.nc"])
-def test_what_is_sent_lies_alone_under_its_last_name_and_is_gone_after(name):
-    with received(name, b"data") as path:
-        assert path.name == "swim.nc"
-        assert path.read_bytes() == b"data"
-        assert [*path.parent.iterdir()] == [path]
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(NAMES)
+def test_an_upload_lies_in_a_folder_of_its_own_and_goes_with_it(name):
+    with received(name, b"content") as path:
+        assert path.read_bytes() == b"content" and [*path.parent.iterdir()] == [path]
+        if sys.platform != "win32":
+            assert stat.S_IMODE(path.parent.stat().st_mode) == 0o700 and not path.stat().st_mode & 0o111
     assert not path.parent.exists()
-    for bad in ("..", "", ".bashrc", "a\0b"):
-        with pytest.raises(InputError), received(bad, b""):
-            pass
+
+
+def test_an_upload_keeps_what_readers_go_by():
+    assert harmless("my fish.yaml") == "my fish.yaml" and harmless("C:\\data\\Run 3.CSV") == "Run 3.CSV"
+    assert (
+        harmless("../../.bashrc") == "bashrc"
+        and harmless("nul.nc") == "_nul.nc"
+        and harmless("Größe.xlsx") == "Größe.xlsx"
+    )
+    with (
+        received("bad.yaml", b"!!python/object/apply:os.system ['false']") as path,
+        pytest.raises(InputError, match=r"bad\.yaml"),
+    ):
+        load_robot(path)
+
+
+def test_a_huge_upload_is_refused(monkeypatch):
+    monkeypatch.setattr(doors, "UPLOAD_LIMIT", 1000)
+    with received("a.csv", bytes(1000)):
+        pass
+    with pytest.raises(InputError, match=r"a\.csv"), received("a.csv", bytes(1001)):
+        pass
+
+
+@posix
+def test_names_are_those_that_can_be_opened(around):
+    assert around.names(".yaml") == ["B.YAML", "a.yaml", "in.yaml", "in/c.yaml", "runs/c.yaml"]
+    assert around.names(".yaml", ".txt") == ["B.YAML", "a.yaml", "b.txt", "in.yaml", "in/c.yaml", "runs/c.yaml"]
+    assert around.names() == around.names(".yaml", ".txt") and around.names(".nc") == []
+    for name in around.names():
+        assert around.existing(name).is_file()
+
+
+def test_a_long_list_is_cut(tmp_path):
+    for k in range(310):
+        (tmp_path / f"{k:03}.nc").touch()
+    assert Folder(tmp_path).names(".nc") == [f"{k:03}.nc" for k in range(300)]
+
+
+@posix
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("out.yaml", "leads out"),
+        ("near.yaml", "leads out"),
+        ("device.yaml", "leads out"),
+        ("out/secret", "leads out"),
+        ("runs/back.yaml", "leads out"),
+        ("../secret", "within the working folder"),
+        ("/etc/passwd", "within the working folder"),
+        (".git/config", "hidden"),
+        ("C:a.yaml", "without"),
+        ("runs\\c.yaml", "without"),
+        ("a.yaml\0", "printed"),
+        ("a.yaml:stream", "without"),
+        ("a.yaml.", "end with a dot"),
+        ("aux.yaml", "device under Windows"),
+        ("a" * 101, "101 characters"),
+        ("", "0 characters"),
+        ("runs", "a folder"),
+        ("pipe", "a pipe or a device"),
+        ("pipe.yaml", "a pipe or a device"),
+        ("loop", "cannot be opened"),
+        ("dangling", "cannot be opened"),
+        ("missing.yaml", "cannot be opened"),
+        ("a.yaml/b", "cannot be opened"),
+    ],
+)
+def test_a_refusal_says_why(around, name, why):
+    with pytest.raises(InputError, match=why) as refused:
+        around.existing(name)
+    assert "\0" not in str(refused.value) and str(around.root.parent) not in str(refused.value)
+
+
+@posix
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("a.yaml", "there already"),
+        ("a", "there already"),
+        ("in/c.yaml", "there already"),
+        ("empty", "a folder"),
+        ("in.yaml", "a link"),
+        ("out.yaml", "a link"),
+        ("device.yaml", "a link"),
+        ("out/new", "leads out"),
+        ("missing/new", "cannot be opened"),
+        ("a.yaml/new", "not a folder"),
+        ("", "hidden"),
+        ("runs/", "hidden"),
+        ("a" * 96, "101 characters"),
+    ],
+)
+def test_a_target_is_refused_with_a_reason(around, name, why):
+    with pytest.raises(InputError, match=why):
+        around.target(name, ".yaml")
+    if why != "there already":
+        with pytest.raises(InputError, match=why):
+            around.target(name, ".yaml", overwrite=True)
+
+
+@posix
+def test_a_target_has_its_suffix_and_links_of_folders_followed(around):
+    assert around.target("new", ".yaml") == around.root / "new.yaml"
+    assert around.target("new.YAML", ".yaml") == around.root / "new.YAML"
+    assert around.target("evil.sh", ".yaml") == around.root / "evil.sh.yaml"
+    assert around.target("in/new", ".nc") == around.root / "runs" / "new.nc"
+    assert around.target("a", ".yaml", overwrite=True) == around.root / "a.yaml"
+
+
+def test_a_working_folder_has_to_be_one(tmp_path):
+    (tmp_path / "file").touch()
+    for bad in (tmp_path / "missing", tmp_path / "file"):
+        with pytest.raises(InputError, match="working folder"):
+            Folder(bad)

@@ -1,176 +1,231 @@
-"""Who may come in: only this machine's own pages, or those that bring the token, and no page of somebody else."""
+"""Who may come into the studio: nobody but this machine's own user, or whoever was given the token.
 
+A page anywhere may make a browser ask 127.0.0.1 for something, so being asked from this machine proves nothing:
+
+- A name that someone else's server gave this address (DNS rebinding) shows in `Host`, which has to be ours.
+- A page of another origin shows in `Origin`, which a browser always sends with a websocket, and which has to be `Host`.
+- viser's page obeys its address: `?websocket=` makes it a page of another server, with our origin, and whatever that
+  server tells it to run. So a page with anything behind `?` is not served; it is sent to the address without.
+- A page that shows ours in a frame could have its buttons pressed: not allowed by header.
+
+From elsewhere a token is needed, once in the address and then in a cookie.
+"""
+
+import contextlib
+import errno
+import logging
 import secrets
+import socket
 import threading
-from collections.abc import Mapping
-from contextlib import redirect_stdout
-from functools import partial
+from collections.abc import Iterator
+from dataclasses import dataclass
 from http import HTTPStatus
-from http.cookies import CookieError, SimpleCookie
-from io import StringIO
-from typing import Any, NamedTuple
-from urllib.parse import parse_qs, urlsplit
+from typing import Any
+from urllib.parse import parse_qs
 
+import rich
 import viser
-import websockets.asyncio.server as web
-from viser import _messages as messages  # what a client may ask for that is not for it
+import websockets.asyncio.server
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from nectosome.io import InputError
+from nectosome.io.atomic import reason
+from nectosome.io.errors import InputError
+from nectosome.view.studio.uploads import limit_uploads
 
-LOCAL = ("127.0.0.1", "localhost", "::1")
-MOST_UPLOADED = 64 * 2**20  # bytes of a file
-_COOKIE = "nectosome_studio"
-_HEADERS = {  # of all that is answered: no page shows ours in a frame, nobody keeps it, nobody is told its address
+_LOCAL = ("127.0.0.1", "localhost", "::1")
+_TRIES = 100  # ports
+_HEADERS = {  # of everything that is answered
     "Cache-Control": "no-store",
     "Content-Security-Policy": "frame-ancestors 'none'",
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
 }
+_PAGE = '<!doctype html><html lang="en"><meta charset="utf-8"><title>nectosome studio</title><p>{}</p></html>\n'
 
 
-class Verdict(NamedTuple):
-    """What becomes of a request: `status` 0 lets it in; a redirection leads to / with the cookie."""
+@dataclass(frozen=True)
+class Answer:
+    """What is answered in the place of viser: a status, a sentence (HTML), more headers."""
 
-    status: int
-    words: str = ""
+    status: HTTPStatus
+    sentence: str
+    headers: tuple[tuple[str, str], ...] = ()
 
 
+@dataclass(frozen=True)
 class Gate:
-    """Decides about requests to a server that listens at a host; other hosts than LOCAL ask for a token."""
+    """Decides on requests to a server that listens at `host`.
 
-    def __init__(self, host: str):
-        self.token = "" if host in LOCAL else secrets.token_urlsafe(24)
-
-    def check(self, headers: Mapping[str, str], path: str, port: int) -> Verdict:
-        """Judge a request for a path by its headers, at the port where it came in.
-
-        Without a token the request must name this machine, which keeps out pages that were given its address by a name
-        of their own (DNS rebinding). A websocket must come from a page of this very server. With a token it must be in
-        the cookie, or in the address of the first page. Nothing else may stand behind an address: viser's page takes
-        from there which server it obeys.
-        """
-        host = headers.get("Host", "")
-        if not self.token and host not in {f"{name}:{port}" for name in ("127.0.0.1", "localhost", "[::1]")}:
-            return Verdict(HTTPStatus.FORBIDDEN, "The studio is open to this machine only, by its own address.")
-        own = bool(host) and headers.get("Origin", "") in (f"http://{host}", f"https://{host}")
-        if headers.get("Upgrade", "").lower() == "websocket" and not own:
-            return Verdict(HTTPStatus.FORBIDDEN, "Another page may not use the studio.")
-        parts = urlsplit(path)
-        if self.token and parts.path == "/" and self._known(parse_qs(parts.query).get("token", [""])[0]):
-            return Verdict(HTTPStatus.SEE_OTHER)
-        if self.token and not self._known(_cookie(headers)):
-            return Verdict(HTTPStatus.FORBIDDEN, "Open the whole address that the studio printed, with its token.")
-        if parts.query:
-            return Verdict(HTTPStatus.FORBIDDEN, "Open the address without what is behind its question mark.")
-        return Verdict(0)
-
-    def cookie(self) -> str:
-        """Header with which a page comes in from then on."""
-        return f"{_COOKIE}={self.token}; Path=/; HttpOnly; SameSite=Strict"
-
-    def _known(self, token: str) -> bool:
-        return secrets.compare_digest(token.encode(), self.token.encode())
-
-
-def _cookie(headers: Mapping[str, str]) -> str:
-    try:
-        found = SimpleCookie(headers.get("Cookie", "")).get(_COOKIE)
-    except CookieError:
-        return ""
-    return found.value if found else ""
-
-
-def guarded_server(host: str, port: int) -> tuple[viser.ViserServer, str]:
-    """Start viser behind a gate; return it with the address to open. The next free port is taken.
-
-    viser has no place for a gate, so for the time of its start the function with which it serves is one that asks the
-    gate first. Raises InputError where it cannot listen there, RuntimeError where this viser starts in another way.
+    With a `token` it has to be shown; away from this machine there is always one. Raises InputError without.
     """
-    gate, original, passed = Gate(host), web.serve, threading.Event()
 
-    def asked(inner: Any, connection: web.ServerConnection, request: Request) -> Response | None:
-        verdict = gate.check(_first(request.headers), request.path, connection.local_address[1])
-        if verdict.status:
-            return _refused(verdict, gate)
-        answer = inner(connection, request)
-        if answer is not None:
-            answer.headers.update(_HEADERS)
-        return answer
+    host: str = "127.0.0.1"
+    token: str | None = None
 
-    def serve(*args: Any, process_request: Any, **options: Any) -> Any:
-        passed.set()
-        return original(*args, process_request=partial(asked, process_request), **options)
+    def __post_init__(self):
+        if not self.token and self.host not in _LOCAL:
+            raise InputError(f'"{self.host}" can be reached from elsewhere: a token is needed.')
 
-    _check_address(host, port)
-    web.serve = serve
+    @classmethod
+    def at(cls, host: str) -> "Gate":
+        """Return the gate for a host, with a fresh token where one is needed."""
+        return cls(host, None if host in _LOCAL else secrets.token_urlsafe(32))
+
+    def address(self, port: int) -> str:
+        """Return the address to open in a browser, with the token."""
+        name = socket.gethostname() if self.host in ("", "0.0.0.0", "::") else self.host
+        return f"http://{f'[{name}]' if ':' in name else name}:{port}/" + (f"?token={self.token}" if self.token else "")
+
+    def check(self, headers: Headers, path: str, port: int) -> Answer | None:
+        """Return None for a request that may go on to viser, else what to answer.
+
+        `path` is as in the request, with its query; `port` is the one that the server listens at.
+        """
+        host, origin = _one(headers, "Host"), _one(headers, "Origin")
+        if self.host in _LOCAL:
+            at = "" if port == 80 else f":{port}"
+            if host is None or host.lower() not in (f"127.0.0.1{at}", f"localhost{at}", f"[::1]{at}"):
+                return Answer(HTTPStatus.FORBIDDEN, f"Open http://localhost{at}/: the studio has no other name.")
+        # What has no origin is no script of a page; a websocket from a browser always has one.
+        is_socket = "Upgrade" in headers
+        if ("Origin" in headers or is_socket) and (host is None or origin != f"http://{host}"):
+            return Answer(
+                HTTPStatus.FORBIDDEN, "This was asked for by another page, or by none. The studio serves its own."
+            )
+        query = path.partition("?")[2]
+        if self.token:
+            cookie = f"nectosome-{port}"  # cookies are of a host, for all its ports
+            if not is_socket and _same(parse_qs(query).get("token", [""])[0], self.token):
+                return _onwards(("Set-Cookie", f"{cookie}={self.token}; HttpOnly; SameSite=Strict; Path=/"))
+            if not any(_same(value, self.token) for value in _cookies(headers, cookie)):
+                return Answer(
+                    HTTPStatus.FORBIDDEN,
+                    "The studio needs its token: open the whole address that <code>nectosome studio</code> printed, "
+                    "with <code>?token=</code> and what follows. It is a new one each time the studio is started.",
+                )
+        return _onwards() if query and not is_socket else None
+
+
+class _Server(viser.ViserServer):
+    """viser's server without its way around the gate, and without its lines in the terminal."""
+
+    def request_share_url(self, verbose: bool = True) -> None:
+        """Do nothing: it would open a tunnel to a public address, and any page may ask for it."""
+
+    def disconnect_share_url(self) -> None:
+        """Do nothing: there is no tunnel."""
+
+    def stop(self) -> None:
+        with _quiet():
+            super().stop()
+
+
+def guarded_server(gate: Gate, port: int = 8080, label: str | None = None) -> viser.ViserServer:
+    """Start viser at the gate's host so that every request passes the gate and uploads are limited.
+
+    Takes the next free port where `port` is busy, any free one for 0: `get_port()` tells. Raises InputError where the
+    host cannot be listened at, and RuntimeError for a viser that starts its server in another way than the known one.
+    """
+    listening = _listen(gate.host, port)
+    port = listening.getsockname()[1]
+    with _quiet(), _serving(gate, listening) as guarded:
+        # Served is `listening`. Another viser might use host and port: then it is open to this machine until it stops.
+        server = _Server("127.0.0.1", port, label=label, verbose=False)
     try:
-        with redirect_stdout(StringIO()):  # its banner, which names the address without the token
-            server = viser.ViserServer(host=host, port=port, verbose=False)
+        if not guarded or server.get_port() != port:
+            raise RuntimeError(f"viser {viser.__version__} starts its server in an unknown way: it is stopped again.")
+        limit_uploads(server)
+    except BaseException:
+        server.stop()
+        listening.close()
+        raise
+    return server
+
+
+_starting = threading.Lock()
+_log = logging.getLogger("nectosome.studio")  # what no browser would send is no reason for a traceback
+_log.addFilter(lambda record: record.getMessage() != "opening handshake failed")
+
+
+@contextlib.contextmanager
+def _serving(gate: Gate, listening: socket.socket) -> Iterator[list[bool]]:
+    """Put the gate before what viser serves for as long as this lasts; yields what is filled when that was done."""
+    real, guarded, port = websockets.asyncio.server.serve, [], listening.getsockname()[1]
+
+    def serve(handler: Any, *where: Any, process_request: Any = None, **options: Any) -> Any:
+        if handler.__module__ != "viser.infra._infra":  # someone else's server, in another thread
+            return real(handler, *where, process_request=process_request, **options)
+
+        def guard(connection: Any, request: Request) -> Response | None:
+            refusal = gate.check(request.headers, request.path, port)
+            answer = process_request(connection, request) if refusal is None else _response(refusal)
+            if answer is not None:
+                answer.headers.update(_HEADERS)
+            return answer
+
+        guarded.append(True)
+        return real(handler, sock=listening, process_request=guard, logger=_log, **options)
+
+    with _starting:
+        websockets.asyncio.server.serve = serve
+        try:
+            yield guarded
+        finally:
+            websockets.asyncio.server.serve = real
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Let nothing be printed by `rich.print`, which viser uses."""
+    console = rich.get_console()
+    before, console.quiet = console.quiet, True
+    try:
+        yield
     finally:
-        web.serve = original
-    if not passed.is_set():
-        server.stop()
-        raise RuntimeError(f"viser {viser.__version__} serves in a way that has no gate.")
-    for kind in (messages.ShareUrlRequest, messages.ShareUrlDisconnect):  # nothing goes to servers of others
-        server._websock_server.unregister_handler(kind)
-    shown = "127.0.0.1" if host in LOCAL else host
-    address = f"http://{shown}:{server.get_port()}/"
-    return server, f"{address}?token={gate.token}" if gate.token else address
+        console.quiet = before
 
 
-def stop(server: viser.ViserServer) -> None:
-    """End a server without its last words."""
-    with redirect_stdout(StringIO()):
-        server.stop()
+def _listen(host: str, port: int) -> socket.socket:
+    """Return a socket that listens at the first free port from `port` on; viser would wait for ever where none can."""
+    host = "127.0.0.1" if host == "localhost" else host  # whatever that name may lead to here
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    for candidate in range(port, min(port + _TRIES, 65536)):
+        try:
+            return socket.create_server((host, candidate), family=family)
+        except OSError as error:
+            if error.errno != errno.EADDRINUSE:
+                raise InputError(f'cannot listen at "{host}", port {candidate}: {reason(error)}.') from None
+    raise InputError(f"no free port found from {port} on. Ports go from 1 to 65535; 0 takes any that is free.")
 
 
-def limit_uploads(client: viser.ClientHandle) -> None:
-    """Forget an upload before its first part where it is said to be larger than MOST_UPLOADED, or grows beyond."""
-    gui = client.gui
-    begin, go_on = gui._handle_file_transfer_start, gui._handle_file_transfer_part
-    states = gui._current_file_upload_states
-
-    def begun(client_id: Any, message: Any) -> None:
-        if 0 <= message.size_bytes <= MOST_UPLOADED and len(states) < 2:
-            begin(client_id, message)
-
-    def part(client_id: Any, message: Any) -> None:
-        state = states.get(message.transfer_uuid)
-        if state is not None and state["transferred_bytes"] + len(message.content) > MOST_UPLOADED:
-            states.pop(message.transfer_uuid, None)
-            return
-        go_on(client_id, message)
-
-    connection = gui._websock_interface
-    connection.unregister_handler(messages.FileTransferStartUpload, begin)
-    connection.register_handler(messages.FileTransferStartUpload, begun)
-    connection.unregister_handler(messages.FileTransferPart, go_on)
-    connection.register_handler(messages.FileTransferPart, part)
+def _response(answer: Answer) -> Response:
+    page = _PAGE.format(answer.sentence).encode()
+    headers = Headers(answer.headers)
+    headers.update({"Content-Type": "text/html; charset=utf-8", "Content-Length": str(len(page))})
+    return Response(answer.status, answer.status.phrase, headers, page)
 
 
-def _first(headers: Headers) -> dict[str, str]:
-    """Headers that come once, such as Host; of what comes twice none, so that nothing slips in behind the first."""
-    return {name.title(): values[0] for name in headers for values in [headers.get_all(name)] if len(values) == 1}
+def _onwards(*headers: tuple[str, str]) -> Answer:
+    """Return a page that goes on to the address without a query.
+
+    A redirection by status would belong to the page with the link, and a strict cookie would not be sent along.
+    """
+    return Answer(HTTPStatus.OK, '<a href="/">To the studio</a>', (*headers, ("Refresh", "0; url=/")))
 
 
-def _refused(verdict: Verdict, gate: Gate) -> Response:
-    headers = Headers(_HEADERS | {"Content-Type": "text/plain; charset=utf-8"})
-    if verdict.status == HTTPStatus.SEE_OTHER:
-        headers["Location"], headers["Set-Cookie"] = "/", gate.cookie()
-    body = verdict.words.encode()
-    headers["Content-Length"] = str(len(body))
-    return Response(int(verdict.status), HTTPStatus(verdict.status).phrase, headers, body)
+def _one(headers: Headers, name: str) -> str | None:
+    """Return a header that is there once; None where it is missing, or there are several of which any may count."""
+    values = headers.get_all(name)
+    return values[0] if len(values) == 1 else None
 
 
-def _check_address(host: str, port: int) -> None:
-    """viser tries one port after another where it cannot listen: of a wrong host it would try a thousand."""
-    import socket
+def _cookies(headers: Headers, name: str) -> list[str]:
+    """Return the values under a name; others' cookies on the same host may be of any form."""
+    pairs = [pair.strip().partition("=") for line in headers.get_all("Cookie") for pair in line.split(";")]
+    return [value for key, _, value in pairs if key == name]
 
-    try:
-        with socket.create_server((host, 0), family=socket.AF_INET6 if ":" in host else socket.AF_INET):
-            pass
-    except OSError as error:
-        why = error.strerror or str(error)
-        raise InputError(f'"{host}" is no address of this machine to listen at: {why}.', field="--host") from None
+
+def _same(given: str, token: str) -> bool:
+    """Compare in a time that does not tell how much was right."""
+    return secrets.compare_digest(given.encode("utf-8", "surrogatepass"), token.encode())

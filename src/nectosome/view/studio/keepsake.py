@@ -6,7 +6,7 @@ import numpy as np
 
 from nectosome.io import RobotDescription
 
-from .gate import guarded_server, stop
+from .gate import Gate, guarded_server
 from .scene import Look, Stage
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ _PERIODS = 3  # of what repeats itself
 
 def page_of(run: "xr.Dataset", robot: RobotDescription, period: float, look: Look) -> str:
     """HTML with all that it needs: three periods of what repeats itself, else the whole run, in its own time."""
-    server, _ = guarded_server("127.0.0.1", 0)
+    server = guarded_server(Gate(), 0)
     try:
         scene = server.scene
         scene.world_axes.visible = False
@@ -34,4 +34,4 @@ def page_of(run: "xr.Dataset", robot: RobotDescription, period: float, look: Loo
             record.insert_sleep(float(times[1] - times[0]))
         return record.as_html()
     finally:
-        stop(server)
+        server.stop()

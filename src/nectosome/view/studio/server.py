@@ -7,7 +7,7 @@ from pathlib import Path
 import viser
 
 from .folder import Folder
-from .gate import guarded_server, stop
+from .gate import Gate, guarded_server
 from .session import Session
 
 
@@ -21,7 +21,9 @@ class Studio:
         self._sessions: dict[int, Session] = {}
         self._lock = threading.Lock()
         self._robot, self._folder = robot, Folder(folder)
-        self._server, self.address = guarded_server(host, port)
+        gate = Gate.at(host)
+        self._server = guarded_server(gate, port)
+        self.address = gate.address(self._server.get_port())
         self._server.scene.world_axes.visible = False
         self._server.scene.configure_default_lights(cast_shadow=False)  # shadows halve the pictures a second
         self._server.on_client_connect(self._enter)
@@ -33,7 +35,7 @@ class Studio:
             sessions, self._sessions = [*self._sessions.values()], {}
         for session in sessions:
             session.close()
-        stop(self._server)
+        self._server.stop()
 
     def _enter(self, client: viser.ClientHandle) -> None:
         session = Session(client, self._robot, self._folder)

@@ -17,7 +17,6 @@ from nectosome.view.standing import standing
 from .answers import Answer, Solver
 from .files import Files
 from .folder import Folder
-from .gate import limit_uploads
 from .knobs import Knob, knobs_of
 from .latest import Latest
 from .numbers import Numbers
@@ -42,7 +41,6 @@ class Session:
         self._player = Player(self._show)
         self._latest = Latest(self._work)
         self._lay_out()
-        limit_uploads(client)
         self.open(robot)
 
     def open(self, robot: str | Path) -> None:
