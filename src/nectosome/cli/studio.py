@@ -10,7 +10,6 @@ from cyclopts import Parameter
 
 from nectosome.cli.options import read_count
 from nectosome.cli.output import tell, write
-from nectosome.core.strategies import need
 from nectosome.io import InputError
 
 
@@ -31,10 +30,11 @@ def studio(
     number = read_count(port, "--port", least=1, most=65_535)
     if not folder.is_dir():
         raise InputError("is no folder.", field="--folder")
-    need("viser", "the studio", "studio")
 
     from nectosome import robots
+    from nectosome.core.strategies import need
 
+    need("viser", "the studio", "studio")
     robots.describe(robot)
 
     from nectosome.view.studio.server import Studio
