@@ -26,6 +26,11 @@ class Numbers:
         for name, history in self._history.items():
             history.append(numbers.get(name, np.nan))
 
+    def forget(self) -> None:
+        """Begin anew, for another robot."""
+        for history in self._history.values():
+            history.clear()
+
     def html(self, words: str, bad: bool) -> str:
         """The table, and a line of words about the motion under it."""
         known = {name: history for name, history in self._history.items() if history and np.isfinite(history[-1])}

@@ -34,7 +34,7 @@ class Session:
 
     def __init__(self, client: "viser.ClientHandle", robot: str, folder: Folder):
         self._client, self._gui, self._folder = client, client.gui, folder
-        self._stage, self._numbers, self._solve = Stage(client.scene), Numbers(), Solver()
+        self._stage, self._numbers = Stage(client.scene), Numbers()
         self._drawing = threading.RLock()  # the stage changes, or shows a moment, one after the other
         self._answer: Answer | None = None
         self._opened = 0  # robots and runs so far: an answer for one before is not shown
@@ -78,6 +78,8 @@ class Session:
 
     def _take(self, description: RobotDescription, knobs: list[Knob]) -> None:
         self.description, self._opened, self._answer = description, self._opened + 1, None
+        self._solve = Solver()  # what the last robot did is no place to begin for another one
+        self._numbers.forget()
         self._put_sliders(knobs)
 
     # --- controls
@@ -177,7 +179,7 @@ class Session:
 
     def _ask(self) -> None:
         if self._answer is None:
-            self._tell("computing; the first answer of a robot compiles its equations", bad=False)
+            self.tell("computing; the first answer of a robot compiles its equations", bad=False)
         self._latest.ask((self._opened, self.description))
 
     def _work(self, asked: tuple[int, RobotDescription]) -> None:
