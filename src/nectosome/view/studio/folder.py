@@ -90,8 +90,10 @@ class Folder:
         """Return the path of what is called `name`, whatever it is, once all links are followed."""
         try:
             path = self.root.joinpath(*_parts(name)).resolve(strict=True)
-        except (OSError, RuntimeError, ValueError) as error:  # RuntimeError: links in a circle, before Python 3.13
+        except OSError as error:
             raise InputError(f'"{name}" cannot be opened: {reason(error)}.') from None
+        except RuntimeError:  # what Python says before 3.13; its text has the path
+            raise InputError(f'"{name}" cannot be opened: it is a link in a circle.') from None
         if not path.is_relative_to(self.root):
             raise InputError(f'"{name}" is a link that leads out of the working folder.')
         return path

@@ -48,10 +48,13 @@ def _watch(server: viser.ViserServer, gui: viser.GuiApi) -> None:
 
     def arrived(client_id: Any, message: messages.FileTransferPart) -> None:
         transfer = transfers.get(message.transfer_uuid)
-        if transfer is not None and transfer["transferred_bytes"] + len(message.content) > transfer["total_bytes"]:
-            del transfers[message.transfer_uuid]  # more comes than was announced
-        else:
+        if transfer is None:
+            return
+        is_bytes = isinstance(message.content, bytes)  # viser takes what comes
+        if is_bytes and transfer["transferred_bytes"] + len(message.content) <= transfer["total_bytes"]:
             keep(client_id, message)
+        else:
+            del transfers[message.transfer_uuid]
 
     interface = gui._websock_interface
     interface.unregister_handler(messages.FileTransferStartUpload, start)
@@ -76,5 +79,10 @@ def _refuse(client: viser.ClientHandle, message: messages.FileTransferStartUploa
             color="red",
         ),
     )
+
+    def say() -> None:
+        if not connection.get_message_buffer().done:  # the page is still there
+            connection.queue_message(said)
+
     # The page redraws its bar after the first message, and would redraw it over the second one.
-    asyncio.get_running_loop().call_later(0.5, connection.queue_message, said)
+    asyncio.get_running_loop().call_later(0.5, say)
