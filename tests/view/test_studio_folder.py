@@ -14,28 +14,8 @@ from nectosome.view.studio.folder import Folder, harmless, received
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links and pipes need rights there")
 
 # Names made of the pieces with which one gets out of a folder, and of any characters at all, half ones too.
-PIECES = [
-    "..",
-    ".",
-    "/",
-    "\\",
-    "~",
-    "*",
-    "C:",
-    "CON",
-    "nul.yaml",
-    "%2e%2e",
-    "a.yaml",
-    "b.txt",
-    "runs",
-    "out",
-    "in",
-    "pipe",
-    "loop",
-    "dangling",
-    ".git",
-    "secret",
-]
+PIECES = ["..", ".", "/", "\\", "~", "*", "C:", "CON", "nul.yaml", "%2e%2e", "a.yaml", "b.txt", "runs", "out", "in"]
+PIECES += ["pipe", "loop", "dangling.yaml", ".git", "secret"]
 PIECES += ["\0", "\n", " ", "\u2215", "\uff0f", "\u202e", "\ud800", "a" * 60]
 ANY = st.lists(st.integers(0, sys.maxunicode).map(chr)).map("".join)
 quick = settings(deadline=None)
@@ -65,7 +45,7 @@ def around(tmp_path_factory):
             "in": "runs",
             "in.yaml": "runs/c.yaml",
             "loop": "loop",
-            "dangling": "nothing",
+            "dangling.yaml": "nothing",
             "runs/back.yaml": "../../secret",
             "pipe.yaml": "pipe",
         }.items():
@@ -191,7 +171,7 @@ def test_a_long_list_is_cut(tmp_path):
         ("pipe", "a pipe or a device"),
         ("pipe.yaml", "a pipe or a device"),
         ("loop", "cannot be opened"),
-        ("dangling", "cannot be opened"),
+        ("dangling.yaml", "cannot be opened"),
         ("missing.yaml", "cannot be opened"),
         ("a.yaml/b", "cannot be opened"),
     ],
@@ -213,6 +193,7 @@ def test_a_refusal_says_why(around, name, why):
         ("in.yaml", "a link"),
         ("out.yaml", "a link"),
         ("device.yaml", "a link"),
+        ("dangling", "a link"),
         ("out/new", "leads out"),
         ("missing/new", "cannot be opened"),
         ("a.yaml/new", "not a folder"),
