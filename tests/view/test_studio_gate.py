@@ -181,7 +181,7 @@ def send(connection, message):
     connection.send(msgspec.msgpack.encode(message.as_serializable_dict()))
 
 
-def test_viser_is_served_and_says_nothing(capfd):
+def test_viser_is_served_and_says_nothing(capfd, caplog):
     stops, server = serving(LOCAL)
     with stops:
         socket.create_connection(("127.0.0.1", server.get_port())).close()  # browsers do so
@@ -191,7 +191,7 @@ def test_viser_is_served_and_says_nothing(capfd):
         with page(server) as connection:
             connection.recv(timeout=5)
     assert not server._websock_server._server_thread.is_alive()
-    assert capfd.readouterr() == ("", "")
+    assert capfd.readouterr() == ("", "") and not caplog.records
 
 
 @pytest.mark.parametrize(

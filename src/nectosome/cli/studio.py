@@ -32,9 +32,9 @@ def studio(
         raise InputError("is no folder.", field="--folder")
 
     from nectosome import robots
-    from nectosome.core.strategies import need
+    from nectosome.io.extras import package
 
-    need("viser", "the studio", "studio")
+    package("viser", "studio")
     robots.describe(robot)
 
     from nectosome.view.studio.server import Studio

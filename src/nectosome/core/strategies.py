@@ -35,10 +35,10 @@ def covariance_strategy(
         return CMAEvolutionStrategy(start, spread, own | size | options)
 
 
-def need(package: str, what: str, extra: str = "") -> None:
-    """Raise InputError where a package is not installed that an extra brings, one of the same name unless told."""
+def need(package: str, what: str) -> None:
+    """Raise InputError where a package is not installed that an extra of the same name brings."""
     if importlib.util.find_spec(package) is None:
-        raise InputError(f'{package} is needed for {what}: pip install "nectosome[{extra or package}]".')
+        raise InputError(f'{package} is needed for {what}: pip install "nectosome[{package}]".')
 
 
 def undominated(values: Float[np.ndarray, "m k"]) -> Int[np.ndarray, "f"]:

@@ -78,7 +78,7 @@ class Folder:
         *folders, last = _parts(name)
         folder = self._within("/".join(folders)) if folders else self.root
         if not folder.is_dir():
-            raise InputError(f'"{"/".join(folders)}" is not a folder.', field=name)
+            raise InputError(f'"{"/".join(folders)}" is not a folder.')
         path = folder / last
         if os.path.lexists(path):
             _must_be_file(path, name)
