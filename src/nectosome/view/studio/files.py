@@ -9,6 +9,7 @@ from nectosome.io.atomic import write_atomic
 from nectosome.robots.shipped import file_names
 
 from .folder import Folder, received
+from .work import told
 
 if TYPE_CHECKING:
     import viser
@@ -51,13 +52,10 @@ class Files:
         self._runs.options = self._folder.names(*_RUNS) or [_NONE]
 
     def _told(self, work: Callable[[], str]) -> None:
-        try:
+        with told(self._session.tell):
             words = work()
-        except InputError as error:
-            self._session.tell(str(error), bad=True)
-            return
-        if words:
-            self._session.tell(words, bad=False)
+            if words:
+                self._session.tell(words, bad=False)
 
     def _open_robot(self) -> str:
         name = self._robots.value

@@ -3,13 +3,12 @@
 import gc
 import threading
 import time
-import traceback
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nectosome.design import load_problem, shipped_problem
-from nectosome.io import InputError, RobotDescription, get_value, load_dataset, parse_robot, with_values
+from nectosome.design import Problem, load_problem, shipped_problem
+from nectosome.io import RobotDescription, get_value, load_dataset, parse_robot, with_values
 from nectosome.robots import build, describe
 from nectosome.view.saved import check_run
 from nectosome.view.standing import standing
@@ -22,6 +21,8 @@ from .latest import Latest
 from .numbers import Numbers
 from .player import Player
 from .scene import CAMERAS, COLOURINGS, UNITS, Look, Stage
+from .tasks import TASKS, Task
+from .work import Work, told
 
 if TYPE_CHECKING:
     import viser
@@ -33,7 +34,7 @@ class Session:
     """A tab from when it is opened to when it is closed."""
 
     def __init__(self, client: "viser.ClientHandle", robot: str, folder: Folder):
-        self._client, self._gui, self._folder = client, client.gui, folder
+        self._client, self.gui, self.folder = client, client.gui, folder
         self._stage, self._numbers = Stage(client.scene), Numbers()
         self._drawing = threading.RLock()  # the stage changes, or shows a moment, one after the other
         self._answer: Answer | None = None
@@ -48,8 +49,7 @@ class Session:
         description = describe(str(robot))
         beside = Path(robot).with_suffix(".design.yaml")
         problem = load_problem(beside) if beside.is_file() else shipped_problem(str(robot))
-        knobs = knobs_of(description, problem.variables if problem else {})
-        self._take(description, knobs)
+        self._take(description, problem or Problem())
         self._stand()
         self._ask()
 
@@ -58,7 +58,7 @@ class Session:
         run = load_dataset(path)
         check_run(run, path.name)
         robot = parse_robot(run.attrs["robot"])
-        self._take(robot, knobs_of(robot, {}))
+        self._take(robot, Problem())
         self._put(Answer(run, robot, "a run", 0.0, {}, ""), f"{run.attrs['title']}, as it was saved")
 
     @property
@@ -71,25 +71,37 @@ class Session:
         """What is shown; None until there is an answer."""
         return self._answer
 
+    def become(self, description: RobotDescription) -> None:
+        """Take other numbers of the same robot: sliders follow, and its motion is asked for."""
+        self.description = description
+        self._put_sliders(knobs_of(description, self.problem.variables))
+        self._ask()
+
     def close(self) -> None:
         """End all that runs for this tab."""
         self._player.close()
         self._latest.close()
+        self.work.close()
 
-    def _take(self, description: RobotDescription, knobs: list[Knob]) -> None:
-        self.description, self._opened, self._answer = description, self._opened + 1, None
+    def _take(self, description: RobotDescription, problem: Problem) -> None:
+        knobs = knobs_of(description, problem.variables)
+        self.description, self.problem = description, problem
+        self._opened, self._answer = self._opened + 1, None
         self._solve = Solver()  # what the last robot did is no place to begin for another one
         self._numbers.forget()
         self._put_sliders(knobs)
+        for task in self._tasks:
+            task.renew()
 
     # --- controls
 
     def _lay_out(self) -> None:
-        gui = self._gui
+        gui = self.gui
         gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
         gui.main_panel.dock_right()
         gui.set_panel_label("nectosome studio")
         self._board = gui.add_html("")
+        self.work = Work(gui, self.tell)
         with gui.add_folder("Motion"):
             self._play = gui.add_button("Pause")
             self._speed = gui.add_dropdown("Speed", [f"{s:g} x" for s in _SPEEDS], initial_value="1 x")
@@ -99,13 +111,24 @@ class Session:
         with tabs.add_tab("View"):
             self._lay_out_view()
         with tabs.add_tab("Files"):
-            Files(self, self._client, self._folder)
+            Files(self, self._client, self.folder)
+        self._tasks = self._lay_out_tasks()
         self._play.on_click(lambda _: self._toggle())
         self._speed.on_update(lambda _: setattr(self._player, "speed", float(self._speed.value.split()[0])))
         self._scrub.on_update(self._scrubbed)
 
+    def _lay_out_tasks(self) -> list[Task]:
+        if not TASKS:
+            return []
+        panel, tasks = self.gui.add_panel(), []
+        for name, lay_out in TASKS.items():
+            with panel.add_tab(name):
+                tasks.append(lay_out(self))
+        panel.dock_left()
+        return tasks
+
     def _lay_out_view(self) -> None:
-        gui = self._gui
+        gui = self.gui
         colouring = gui.add_dropdown("Colour", COLOURINGS, initial_value=COLOURINGS[0])
         forces = gui.add_checkbox("Forces by load", False)
         way = gui.add_checkbox("Way", True, hint="The way of the body.")
@@ -133,22 +156,19 @@ class Session:
             handle.remove()
         self._sliders = []
         with self._robot_tab:
-            self._sliders.append(self._gui.add_markdown(f"**{self.description.name}**"))
+            self._sliders.append(self.gui.add_markdown(f"**{self.description.name}**"))
             for knob in knobs:
                 value = knob.shown(float(get_value(self.description, knob.name)))
-                slider = self._gui.add_slider(knob.label, knob.low, knob.high, knob.step, value)
+                slider = self.gui.add_slider(knob.label, knob.low, knob.high, knob.step, value)
                 slider.on_update(lambda event, knob=knob: self._turned(knob, float(event.target.value)))
                 self._sliders.append(slider)
 
     # --- what the user does
 
     def _turned(self, knob: Knob, value: float) -> None:
-        try:
+        with told(self.tell):
             self.description = with_values(self.description, {knob.name: value * knob.factor})
-        except InputError as error:
-            self.tell(str(error), bad=True)
-            return
-        self._ask()
+            self._ask()
 
     def _toggle(self) -> None:
         self._player.play(not self._player.playing)
@@ -185,20 +205,16 @@ class Session:
     def _work(self, asked: tuple[int, RobotDescription]) -> None:
         began = time.perf_counter()
         opened, description = asked
-        try:
-            answer = self._solve(description)
-        except InputError as error:
+
+        def tell(words: str, bad: bool) -> None:
             if opened == self._opened:
-                self.tell(f"{error} What is shown is the last answer.", bad=True)
-            return
-        except Exception:
-            traceback.print_exc()
-            self.tell("The studio made a mistake, which stands in its terminal.", bad=True)
-            return
-        if opened != self._opened:
-            return
-        took = f"{answer.kind}, {1e3 * (time.perf_counter() - began):.0f} ms"
-        self._put(answer, f"{took}: {answer.warning}" if answer.warning else took)
+                self.tell(f"{words} What is shown is the last answer.", bad)
+
+        with told(tell):
+            answer = self._solve(description)
+            if opened == self._opened:
+                took = f"{answer.kind}, {1e3 * (time.perf_counter() - began):.0f} ms"
+                self._put(answer, f"{took}: {answer.warning}" if answer.warning else took)
 
     def _put(self, answer: Answer, words: str) -> None:
         """Show an answer, and begin to play where it is the first one of its robot."""

@@ -1,0 +1,18 @@
+"""What a robot is worked on with in the studio: one tab for each task, in the panel on the left."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from nectosome.view.studio.session import Session
+
+
+class Task(Protocol):
+    """A tab, laid out where it is made, which is within the tab's context."""
+
+    def renew(self) -> None:
+        """Begin anew for `session.description`, another robot, and `session.problem`."""
+        ...
+
+
+TASKS: dict[str, Callable[["Session"], Task]] = {}  # by the tab's name

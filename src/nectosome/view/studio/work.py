@@ -1,0 +1,93 @@
+"""Long work of a tab: one piece at a time, in the background, with its progress and an end by a button."""
+
+import threading
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from html import escape
+from typing import TYPE_CHECKING, TypeVar
+
+from nectosome.io import InputError
+
+if TYPE_CHECKING:
+    import viser
+
+_T = TypeVar("_T")
+Progress = Callable[[float, str], bool]  # takes the share done and what to say of it; False where the work shall end
+Tell = Callable[[str, bool], None]  # takes words to say on the page, and whether they are bad news
+
+
+@contextmanager
+def told(tell: Tell) -> Iterator[None]:
+    """Tell on the page what goes wrong: bad input with its reason, mistakes of ours in the terminal."""
+    try:
+        yield
+    except InputError as error:
+        tell(str(error), True)
+    except Exception:
+        traceback.print_exc()
+        tell("The studio made a mistake, which stands in its terminal.", True)
+
+
+class Work:
+    """Lays out a bar, a line and a button, which are seen while something is under way."""
+
+    def __init__(self, gui: "viser.GuiApi", tell: Tell):
+        self._tell = tell
+        self._bar = gui.add_progress_bar(0.0, visible=False)
+        self._line = gui.add_html("", visible=False)
+        self._button = gui.add_button("Cancel", visible=False)
+        self._button.on_click(lambda _: self.cancel())
+        self._end = threading.Event()  # of what is under way
+        self._lock = threading.Lock()
+        self._name = ""
+
+    def begin(self, name: str, compute: Callable[[Progress], _T], done: Callable[[_T], None]) -> None:
+        """Call done(compute(progress)) in a thread of its own. Raises InputError while something else is under way.
+
+        Compute has to look at what `progress` returns, and to end soon, with what there is, where it is False; its
+        result is taken all the same. Where it raises, the reason is told.
+        """
+        with self._lock:
+            if self._name:
+                raise InputError(f"{self._name} is under way. Wait for its end, or cancel it.")
+            self._name, self._end = name, threading.Event()
+        self._show(0.0, "")
+        # no daemon: the interpreter must not end under a program that is being compiled
+        threading.Thread(target=self._run, args=(compute, done, self._end), name="studio-work").start()
+
+    def cancel(self) -> None:
+        """Ask what is under way to end."""
+        self._end.set()
+        if self._name:
+            self._line.content = _line(f"{self._name}: ending")
+
+    def close(self) -> None:
+        """As cancel, for a tab that is closed."""
+        self._end.set()
+
+    def _run(self, compute: Callable[[Progress], _T], done: Callable[[_T], None], end: threading.Event) -> None:
+        def progress(share: float, words: str) -> bool:
+            if not end.is_set():
+                self._show(share, words)
+            return not end.is_set()
+
+        with told(self._tell):
+            try:
+                found = compute(progress)
+            finally:
+                with self._lock:
+                    self._name = ""
+                for handle in (self._bar, self._line, self._button):
+                    handle.visible = False
+            done(found)
+
+    def _show(self, share: float, words: str) -> None:
+        self._bar.value = 100 * min(max(share, 0.0), 1.0)
+        self._line.content = _line(f"{self._name}: {words}" if words else self._name)
+        for handle in (self._bar, self._line, self._button):
+            handle.visible = True
+
+
+def _line(words: str) -> str:
+    return f'<div style="font-size:13px;padding:0 12px" id="studio-work">{escape(words)}</div>'
