@@ -1,6 +1,7 @@
 """A run in a few lines: where the body came, what the joints need, where the power goes, and whether it balances."""
 
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Group
@@ -28,7 +29,19 @@ _NEEDED = {
     "energy": ("time", "form"),
     "power_balance": ("time",),
 }
+_HDF5 = b"\x89HDF"
 _ATTRIBUTES = ("title", "robot", "status", "status_reason", "provenance")
+
+
+def is_run(what: str) -> bool:
+    """Return whether that is a results file, by its name or by how it begins, and no robot."""
+    if what.endswith(".nc"):
+        return True
+    try:
+        with Path(what).open("rb") as file:
+            return file.read(4) == _HDF5
+    except (OSError, ValueError):
+        return False
 
 
 def check_run(dataset: "xr.Dataset", source: str) -> None:
