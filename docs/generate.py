@@ -46,6 +46,7 @@ COMMANDS = (
     "control fishtail",
     "new",
     "show",
+    "render",
     "check",
     "schema",
     "reproduce",

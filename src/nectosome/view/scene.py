@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 CAMERAS = {
     "side": (0.0, -1.0, 0.0),
     "top": (0.0, 0.0, 1.0),
-    "front": (-1.0, 0.0, 0.0),
+    "front": (-1.0, 0.0, 0.25),
     "three-quarter": (-0.55, -0.8, 0.5),
 }
 
@@ -31,7 +31,7 @@ _SMOOTH = 0.5  # s, standard deviation of the window over which the camera's way
 _FINER = 2  # pictures are drawn larger by this and shrunk, so that edges are smooth
 _FACE = 5.0  # px, about how large a face is
 _CHUNK = 32  # frames whose surfaces are worked out at once
-_LOOKED_AT = 60  # moments at which the robot is measured, so that it stays in the picture
+_LOOKED_AT = 60  # saved moments at which the robot is measured, so that it stays in the picture
 _SIGHT = 1.5  # how far grid and trail are seen, in distances of the camera
 
 _ABOVE, _BELOW = colour_of("#eef6f8"), colour_of("#a9cbd8")  # the water, from the upper to the lower edge
@@ -66,8 +66,10 @@ class Scene:
         saved = run["time"].values
         self._moments = _evenly(float(saved[0]), end)
         self._way = _smoothed(between(saved, _middle(run), self._moments), self._moments)
-        times = np.linspace(self._moments[0], end, _LOOKED_AT)
-        rough = tubes(run, times)
+        known = max(int(np.searchsorted(saved, end, side="right")), 1)
+        some = run.isel(time=np.unique(np.linspace(0, known - 1, _LOOKED_AT).astype(int)))
+        times = some["time"].values
+        rough = tubes(some, times)
         if not rough:
             raise InputError("no part of this robot has a size, so that there is nothing to see.")
         points = np.concatenate([rings.reshape(len(times), -1, 3) for rings in rough.values()], axis=1)
