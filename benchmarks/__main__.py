@@ -30,6 +30,7 @@ BENCHMARKS = {
     "hysteresis": False,
     "control": False,
     "track": True,
+    "studio": False,
 }
 
 

@@ -77,7 +77,7 @@ def _holding(ax: "Axes", one: "xr.Dataset", numbers: np.ndarray, colour: str) ->
         color=colour,
         loc="left",
     )
-    ax.set(xlim=(-10, 340), ylim=(-40, 240), aspect="equal", yticks=[0, 100])
+    ax.set(xlim=(-10, 470), ylim=(-50, 320), aspect="equal", yticks=[0, 100, 200, 300])
     ax.set_ylabel("mm")
 
 

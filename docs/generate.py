@@ -47,6 +47,7 @@ COMMANDS = (
     "new",
     "show",
     "render",
+    "studio",
     "check",
     "schema",
     "reproduce",

@@ -100,9 +100,16 @@ def test_mistakes_are_told(nectosome, ball, ball_run, words):
 
 
 def test_a_run_that_cannot_be_drawn_is_refused(nectosome, ball_run):
-    load_dataset(ball_run).drop_vars("rotation").to_netcdf("a.nc", engine="h5netcdf")
-    answer = nectosome("render", "a.nc", "--out", "a.png")
-    assert (answer.code, answer.err) == (2, "a.nc: its rotation is missing, or not finite: it cannot be drawn.\n")
+    run = load_dataset(ball_run)
+    for broken, why in (
+        (run.drop_vars("rotation"), "this is not a simulation: it has no rotation over time, station, row, axis."),
+        (run.assign(position=run["position"] * float("nan")), "its position is not finite everywhere"),
+        (run.isel(time=slice(None, None, -1)), "its times do not go on"),
+    ):
+        broken.to_netcdf("a.nc", engine="h5netcdf")
+        answer = nectosome("render", "a.nc", "--out", "a.png")
+        assert answer.code == 2
+        assert answer.err.startswith(f"a.nc: {why}")
 
 
 def test_a_package_that_is_missing_is_told(nectosome, ball_run, monkeypatch):

@@ -1,3 +1,5 @@
+"""From geometry to pixels: places, areas, light, and what hides what."""
+
 import cv2
 import numpy as np
 import pytest

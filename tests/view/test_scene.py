@@ -1,3 +1,5 @@
+"""Pictures and videos of a run: what is in them, where, and that nothing half-written is left."""
+
 import av
 import numpy as np
 import pytest

@@ -4,11 +4,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from nectosome.cli.check import count
 from nectosome.cli.page import number
-from nectosome.io import RobotDescription, dump_robot, format_quantity
+from nectosome.io import RobotDescription, format_quantity
 
 if TYPE_CHECKING:
     import numpy as np
-    import xarray as xr
 
     from nectosome.mechanism import Robot
 
@@ -17,10 +16,8 @@ _NAMED = 6  # at most so many prescribed coordinates by name
 
 
 class Afloat(NamedTuple):
-    """A robot as it starts: poses of its stations, masses [kg], centres [m, world frame]."""
+    """A robot as it starts: masses [kg], centres [m, world frame]."""
 
-    rotation: "np.ndarray"
-    position: "np.ndarray"
     mass: float
     displaced: float
     centre_of_mass: "np.ndarray"
@@ -42,8 +39,6 @@ def afloat(robot: "Robot") -> Afloat:
     moment = mass[:, None] * position + np.einsum("nij,nj->ni", rotation, moment)
     displaced = float(robot.water.density) * np.concatenate([np.asarray(p.body.volume) for p in robot.tree.parts])
     return Afloat(
-        rotation,
-        position,
         float(mass.sum()),
         float(displaced.sum()),
         moment.sum(axis=0) / mass.sum(),
@@ -97,22 +92,3 @@ def _way_out(description: RobotDescription, excess: float) -> str:
 
 def _place(xyz: "np.ndarray") -> str:
     return f"({', '.join(number(float(v) if abs(v) > 1e-12 else 0.0) for v in xyz)}) m"
-
-
-def picture(description: RobotDescription, robot: "Robot", found: Afloat) -> "xr.Dataset":
-    """Return what a picture of the robot is drawn from: a run of one moment, without forces."""
-    import numpy as np
-    import xarray as xr
-
-    bodies = {part.name: part.body for part in robot.tree.parts}
-    of_stations = np.concatenate([[name] * body.x.size for name, body in bodies.items()])
-    return xr.Dataset(
-        {
-            "position": (("time", "station", "axis"), found.position[None]),
-            "rotation": (("time", "station", "row", "axis"), found.rotation[None]),
-            "station_x": ("station", np.concatenate([body.x for body in bodies.values()])),
-            "half_width": (("station", "across"), np.concatenate([body.half_width for body in bodies.values()])),
-        },
-        coords={"time": [0.0], "part": [*bodies], "station_part": ("station", of_stations)},
-        attrs={"title": description.name, "robot": dump_robot(description)},
-    )

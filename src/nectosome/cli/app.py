@@ -26,6 +26,7 @@ from nectosome.cli.show import show
 from nectosome.cli.simulate import simulate
 from nectosome.cli.static import static
 from nectosome.cli.steady import steady
+from nectosome.cli.studio import studio
 from nectosome.cli.sweep import sweep
 from nectosome.cli.track import track
 from nectosome.io import InputError
@@ -56,6 +57,7 @@ for command in (
     new,
     show,
     render,
+    studio,
     check,
     schema,
 ):

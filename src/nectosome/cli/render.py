@@ -12,8 +12,7 @@ from nectosome.cli.options import read_count, read_duration, read_quantity
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.parts import weigh
 from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.cli.summary import check_run, is_run
-from nectosome.io import InputError, load_dataset
+from nectosome.io import InputError, is_results, load_dataset
 from nectosome.io.extras import package
 
 if TYPE_CHECKING:
@@ -75,12 +74,14 @@ def render(
         package(name, "video")
 
     with progress_bar(Path(robot).stem) as update:
-        if is_run(robot):
+        if is_results(robot):
             if settings:
                 raise InputError("a saved run is what it is. Leave it out.", field="--set")
+            from nectosome.view.saved import check_drawable, check_run
+
             run = load_dataset(robot)
             check_run(run, robot)
-            _check_drawable(run, robot)
+            check_drawable(run, robot)
             if seconds is None and run.attrs["status"] not in _FOUND:
                 why = f"{run.attrs['status_reason']}, at {run['time'].values[-1]:.4g} s"
                 tell(f"{robot}: {why}. Say by --time how much of it to show.")
@@ -177,14 +178,3 @@ def _check_frames(seconds: float, rate: int, pace: float) -> None:
     if seconds * rate / pace > _MOST_FRAMES:
         way_out = "a shorter --time, a lower --fps or a higher --speed"
         raise InputError(f"{seconds:g} s make more than {_MOST_FRAMES} frames: take {way_out}.", field="--time")
-
-
-def _check_drawable(run: "xr.Dataset", source: str) -> None:
-    """Raise InputError where a saved run does not tell where its stations are, at times that go on."""
-    import numpy as np
-
-    for name in ("position", "rotation", "half_width", "station_x"):
-        if name not in run or not np.isfinite(run[name].values).all():
-            raise InputError(f"its {name} is missing, or not finite: it cannot be drawn.", file=source)
-    if "station_part" not in run or not np.all(np.diff(run["time"].values) > 0):
-        raise InputError("its stations have no parts, or its times do not go on: it cannot be drawn.", file=source)

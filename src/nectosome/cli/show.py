@@ -5,13 +5,13 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.afloat import afloat, picture, told
+from nectosome.cli.afloat import afloat, told
 from nectosome.cli.output import check_target, write
 from nectosome.cli.page import number
 from nectosome.cli.parts import weigh
-from nectosome.cli.summary import check_run, is_run, origin, summary
+from nectosome.cli.summary import origin, summary
 from nectosome.cli.tree import robot_tree
-from nectosome.io import InputError, load_dataset
+from nectosome.io import InputError, is_results, load_dataset
 
 
 def show(
@@ -24,7 +24,7 @@ def show(
     ] = False,
 ) -> None:
     """Show the parts of a robot and how it lies in the water, or the summary of a saved run."""
-    if is_run(what):
+    if is_results(what):
         _show_run(what, save, loads)
         return
     if loads:
@@ -40,17 +40,19 @@ def show(
     found = afloat(built)
     whole = told(description, built, found)
     if save is not None:
-        from nectosome.view import show_still
+        from nectosome.view import show_still, standing
 
         each = [(part.name, number(part.mass), number(part.displaced), ", ".join(part.freedoms)) for part in parts]
         tables = [[("the robot", ""), *whole], [("part", "mass (kg)", "displaces (kg)", "free to move"), *each]]
-        show_still(picture(description, built, found), save, tables)
+        show_still(standing(description, built), save, tables)
     write(robot_tree(description, parts, whole))
 
 
 def _show_run(path: str, save: Path | None, loads: bool) -> None:
     if save is not None:
         check_target(save, "--save", ".html")
+
+    from nectosome.view.saved import check_run
 
     dataset = load_dataset(path)
     check_run(dataset, path)

@@ -1,7 +1,6 @@
 """A run in a few lines: where the body came, what the joints need, where the power goes, and whether it balances."""
 
 import json
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Group
@@ -9,60 +8,13 @@ from rich.table import Table
 from rich.text import Text
 
 from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos
-from nectosome.io import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import numpy as np
-    import xarray as xr
 
     Arrays = Mapping[str, np.ndarray]
-
-_NEEDED = {
-    "position": ("time", "station", "axis"),
-    "velocity": ("time", "part", "axis"),
-    "load_force": ("time", "load", "part", "axis"),
-    "load_power": ("time", "load", "part"),
-    "reaction": ("time", "prescribed"),
-    "reaction_power": ("time", "prescribed"),
-    "energy": ("time", "form"),
-    "power_balance": ("time",),
-}
-_HDF5 = b"\x89HDF"
-_ATTRIBUTES = ("title", "robot", "status", "status_reason", "provenance")
-
-
-def is_run(what: str) -> bool:
-    """Return whether that is a results file, by its name or by how it begins, and no robot."""
-    if what.endswith(".nc"):
-        return True
-    try:
-        with Path(what).open("rb") as file:
-            return file.read(4) == _HDF5
-    except (OSError, ValueError):
-        return False
-
-
-def check_run(dataset: "xr.Dataset", source: str) -> None:
-    """Raise InputError where a results file is not that of a simulation; `source` names it."""
-    for name, dims in _NEEDED.items():
-        if name not in dataset or dataset[name].dims != dims or dataset[name].dtype.kind != "f":
-            raise InputError(f"this is not a simulation: it has no {name} over {', '.join(dims)}.", file=source)
-    for name in ("time", "part", "load", "prescribed", "form"):
-        if name not in dataset.coords:
-            raise InputError(f"this is not a simulation: its {name} has no names or values.", file=source)
-    if not dataset.sizes["time"] or not dataset.sizes["part"]:
-        raise InputError("this simulation is empty.", file=source)
-    for name in _ATTRIBUTES:
-        if not isinstance(dataset.attrs.get(name), str):
-            raise InputError(f"this is not a simulation: its {name} is missing.", file=source)
-    try:
-        known = isinstance(json.loads(dataset.attrs["provenance"]), dict)
-    except ValueError:
-        known = False
-    if not known:
-        raise InputError("this is not a simulation: its provenance cannot be read.", file=source)
 
 
 def summary(arrays: "Arrays", attributes: "Mapping[str, Any]", loads: bool = False) -> Group:

@@ -10,6 +10,7 @@ from .mission import show_mission
 from .recordings import show_recordings
 from .report import show_run, write_figures, write_report
 from .robot_fit import show_robot_fit
+from .standing import standing
 from .still import show_still
 from .sweeps import show_sweep
 from .swimming import show_surge
@@ -29,6 +30,7 @@ __all__ = [
     "show_surge",
     "show_sweep",
     "show_track",
+    "standing",
     "write_figures",
     "write_film",
     "write_report",

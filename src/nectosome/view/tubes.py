@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 AROUND = 12  # points on a ring
-_FINER = AROUND // 3  # points around, for each ring in an interval between a rod's stations
+_FINER = 3  # rings per interval between a rod's stations, where rings have that many points
 
 
 def tubes(
@@ -32,7 +32,7 @@ def tubes(
     found: dict[str, np.ndarray] = {}
     for part in run["part"].values:
         points = (around or {}).get(str(part), AROUND)
-        rings = part_rings(near, str(part), _shape(robot, str(part)), points)
+        rings = part_rings(near, str(part), shape_of(robot, str(part)), points)
         if rings is not None:
             found[str(part)] = between(near["time"].values, rings, times)
     return found
@@ -64,7 +64,7 @@ def part_rings(
     if not np.any(half > 0) or (len(own) == 1 and x[0] == 0):
         return None
     if x[0] == 0:  # a rod's first station is its root; that of a rigid part its centre
-        x, position, rotation, half = _finer(x, position, rotation, half, around // _FINER)
+        x, position, rotation, half = finer(x, position, rotation, half, around * _FINER // AROUND)
     elif shape == "spheroid":
         x, position, rotation, half = _spheroid(x[0], position[:, :1], rotation[:, :1], half[:1], around + 1)
     else:
@@ -82,7 +82,8 @@ def description(run: "xr.Dataset") -> RobotDescription | None:
         return None
 
 
-def _shape(robot: RobotDescription | None, part: str) -> str:
+def shape_of(robot: RobotDescription | None, part: str) -> str:
+    """Shape or section of a part, such as spheroid; a cylinder where it is not known."""
     if robot is None:
         return "cylinder"
     limb = robot.body if part == "body" else robot.limbs.get(part)
@@ -114,8 +115,8 @@ def between(saved: np.ndarray, values: np.ndarray, times: np.ndarray) -> np.ndar
     return hermite(saved, values, np.gradient(values, saved, axis=0), times)
 
 
-def _finer(
-    x: np.ndarray, position: np.ndarray, rotation: np.ndarray, half: np.ndarray, pieces: int
+def finer(
+    x: np.ndarray, position: np.ndarray, rotation: np.ndarray, half: np.ndarray, pieces: int = _FINER
 ) -> tuple[np.ndarray, ...]:
     """Stations of a rod and more between them, along cubics tangent to it."""
     parts = [np.linspace(a, b, pieces, endpoint=False) for a, b in pairwise(x)]

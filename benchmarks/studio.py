@@ -1,0 +1,91 @@
+"""The studio in a browser: from a press on a slider to the picture that answers it, and to the first picture.
+
+The browser draws by software here, 1280 x 720; with a graphics processor pictures take a small part of that. A press
+counts until the second picture after the numbers have changed. Needs a Chromium; times are wall times.
+"""
+
+import statistics
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Page, sync_playwright
+from tests.view.test_studio_page import CHROMIUM, FLAGS
+
+from nectosome.view.studio.server import Studio
+
+PRESSES = 40
+SLIDERS = {"flagellum": ("omega", 100, 300), "paddle": ("f", 300, 800)}  # and the aims: median, 95th percentile [ms]
+COUNT = "+(document.querySelector('#studio-answer')?.dataset.count ?? 0)"
+WATCH = """() => {
+  window.taken = []; window.told = []; window.seen = +document.querySelector('#studio-answer').dataset.count;
+  document.addEventListener('keydown', () => { window.pressed = performance.now() }, true);
+  new MutationObserver(() => {
+    const count = +(document.querySelector('#studio-answer')?.dataset.count ?? window.seen);
+    if (count === window.seen) return;
+    window.seen = count;
+    const began = window.pressed;
+    window.told.push(performance.now() - began);
+    requestAnimationFrame(() => requestAnimationFrame(() => window.taken.push(performance.now() - began)));
+  }).observe(document.body, { subtree: true, childList: true, attributes: true });
+}"""
+
+
+def main() -> None:
+    """Print a line for each robot, its equations compiled by an earlier visit, playing and paused."""
+    print(f"\nthe studio: medians (95th percentiles) of {PRESSES} presses on a slider")
+    with sync_playwright() as p, tempfile.TemporaryDirectory() as folder:
+        browser = p.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        for robot, (knob, median, worst) in SLIDERS.items():
+            studio = Studio(robot, Path(folder), "127.0.0.1", 18_900)
+            _open(browser, studio.address)[0].close()
+            page, stands, moves = _open(browser, studio.address)
+            playing = _press(page, knob)
+            page.get_by_role("button", name="Pause").click()
+            paused = _press(page, knob)
+            page.close()
+            studio.close()
+            print(f"  {robot}: seen after {stands:.1f} s, in motion after {moves:.1f} s; aims {median} ({worst}) ms")
+            for name, (told, taken) in {"playing": playing, "paused": paused}.items():
+                print(f"    {name:8} numbers {_ms(told)}, picture {_ms(taken)}")
+        browser.close()
+
+
+def _open(browser: Any, address: str) -> tuple[Page, float, float]:
+    """A page that has its first answer; when the robot was there, and when it moved [s]."""
+    page = browser.new_page(viewport={"width": 1280, "height": 720})
+    page.set_default_timeout(600_000)
+    began = time.perf_counter()
+    page.goto(address)
+    page.wait_for_selector("#studio-answer")
+    stands = time.perf_counter() - began
+    page.wait_for_function(f"{COUNT} >= 1")
+    return page, stands, time.perf_counter() - began
+
+
+def _press(page: Page, knob: str) -> tuple[list[float], list[float]]:
+    """Times [ms] from a press to new numbers, and to the picture."""
+    time.sleep(2.0)
+    page.evaluate(WATCH)
+    handle = page.get_by_role("slider").nth(_place(page, knob))
+    handle.focus()
+    for k in range(PRESSES):
+        handle.press("ArrowRight" if k % 2 else "ArrowLeft")
+        page.wait_for_function(f"window.taken.length > {k}")
+    return page.evaluate("window.told"), page.evaluate("window.taken")
+
+
+def _place(page: Page, knob: str) -> int:
+    """Which of the sliders that of a quantity is, by the order of their labels; the time has the first."""
+    order = page.evaluate("[...document.querySelectorAll('label')].map(e => e.innerText)")
+    names = [text for text in order if "(" in text or text == knob]
+    return next(k for k, text in enumerate(names) if text.split(" ")[0] == knob)
+
+
+def _ms(times: list[float]) -> str:
+    return f"{statistics.median(times):.0f} ({statistics.quantiles(times, n=20)[-1]:.0f}) ms"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,52 @@
+"""`nectosome studio`: a page in the browser on which a robot swims and answers to sliders."""
+
+import os
+import time
+import webbrowser
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from nectosome.cli.options import read_count
+from nectosome.cli.output import tell, write
+from nectosome.io import InputError
+
+
+def studio(
+    robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")] = "flagellum",
+    /,
+    *,
+    folder: Annotated[Path, Parameter(help="Working folder: the page opens and saves files there only.")] = Path(),
+    host: Annotated[
+        str, Parameter(help="Address to listen at; others than this machine's own ask for a token.")
+    ] = "127.0.0.1",
+    port: Annotated[
+        str, Parameter(help="Port; the next one that is free is taken.", allow_leading_hyphen=True)
+    ] = "8080",
+    browser: Annotated[bool, Parameter(negative="--no-browser", help="Open the page in the browser.")] = True,
+) -> int:
+    """Open the studio in the browser: see a robot swim, and see it answer as its numbers change. Ctrl-C ends it."""
+    number = read_count(port, "--port", least=1, most=65_535)
+    if not folder.is_dir():
+        raise InputError("is no folder.", field="--folder")
+
+    from nectosome import robots
+    from nectosome.io.extras import package
+
+    package("viser", "studio")
+    robots.describe(robot)
+
+    from nectosome.view.studio.server import Studio
+
+    page = Studio(robot, folder, host, number)
+    try:
+        write(f"the studio is at {page.address} (Ctrl-C ends it)")
+        if browser:
+            webbrowser.open(page.address)
+        while True:
+            time.sleep(3600)
+    except KeyboardInterrupt:
+        page.close()
+        tell("closed.")
+        os._exit(0)  # at once: what is being compiled cannot be stopped otherwise

@@ -1,0 +1,56 @@
+"""Whether a results file is a saved run, and one that can be drawn."""
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nectosome.io import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_NEEDED = {
+    "position": ("time", "station", "axis"),
+    "rotation": ("time", "station", "row", "axis"),
+    "station_x": ("station",),
+    "half_width": ("station", "across"),
+    "velocity": ("time", "part", "axis"),
+    "load_force": ("time", "load", "part", "axis"),
+    "load_power": ("time", "load", "part"),
+    "reaction": ("time", "prescribed"),
+    "reaction_power": ("time", "prescribed"),
+    "energy": ("time", "form"),
+    "power_balance": ("time",),
+}
+_ATTRIBUTES = ("title", "robot", "status", "status_reason", "provenance")
+
+
+def check_run(dataset: "xr.Dataset", source: str) -> None:
+    """Raise InputError where a results file is not that of a simulation; `source` names it."""
+    for name, dims in _NEEDED.items():
+        if name not in dataset or dataset[name].dims != dims or dataset[name].dtype.kind != "f":
+            raise InputError(f"this is not a simulation: it has no {name} over {', '.join(dims)}.", file=source)
+    for name in ("time", "part", "load", "prescribed", "form", "station_part"):
+        if name not in dataset.coords:
+            raise InputError(f"this is not a simulation: its {name} has no names or values.", file=source)
+    if not dataset.sizes["time"] or not dataset.sizes["part"]:
+        raise InputError("this simulation is empty.", file=source)
+    for name in _ATTRIBUTES:
+        if not isinstance(dataset.attrs.get(name), str):
+            raise InputError(f"this is not a simulation: its {name} is missing.", file=source)
+    try:
+        known = isinstance(json.loads(dataset.attrs["provenance"]), dict)
+    except ValueError:
+        known = False
+    if not known:
+        raise InputError("this is not a simulation: its provenance cannot be read.", file=source)
+
+
+def check_drawable(run: "xr.Dataset", source: str) -> None:
+    """Raise InputError where a saved run does not tell at all times where its stations are."""
+    for name in ("position", "rotation", "half_width", "station_x", "time"):
+        if not np.isfinite(run[name].values).all():
+            raise InputError(f"its {name} is not finite everywhere: it cannot be drawn.", file=source)
+    if not np.all(np.diff(run["time"].values) > 0):
+        raise InputError("its times do not go on: it cannot be drawn.", file=source)

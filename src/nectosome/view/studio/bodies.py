@@ -1,0 +1,172 @@
+"""A run as bodies for a scene: rigid parts as meshes that move, soft ones as slices; no drawing here."""
+
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+from plotly.colors import sequential
+from scipy.spatial.transform import Rotation
+
+from nectosome.io import RobotDescription
+from nectosome.view.robot3d import HARD
+from nectosome.view.style import BLUE, source_colour
+from nectosome.view.tubes import finer, part_rings, shape_of, triangles
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+AROUND = 16  # corners of a slice
+_OVERLAP = 1.15  # of slices, so that none gapes where a rod bends
+_NO_FORCE = 1e-3  # of the largest: no arrow
+_LEFT_OUT = ("weight", "buoyancy")  # of what the water does
+_SCALE = np.array([[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in sequential.Viridis])
+
+
+class Rigid(NamedTuple):
+    """A part that keeps its shape: a mesh in the frame of its first station."""
+
+    place: Float[np.ndarray, "t 3"]  # [m]
+    turn: Float[np.ndarray, "t 4"]  # quaternion, scalar first
+    vertices: Float[np.ndarray, "n 3"]  # [m]
+    faces: Int[np.ndarray, "m 3"]
+    colour: str
+
+
+class Slices(NamedTuple):
+    """Cylinders of length, width and height 1 along x, put and stretched."""
+
+    place: Float[np.ndarray, "k 3"]  # [m]
+    turn: Float[np.ndarray, "k 4"]
+    size: Float[np.ndarray, "k 3"]  # along, across y, across z [m]
+
+
+class Soft:
+    """A rod as slices across it, in the frame of its root, which is at `place` [m] with `turn` at all moments.
+
+    Slices are worked out when they are looked at, since most moments never are.
+    """
+
+    def __init__(self, run: "xr.Dataset", own: Int[np.ndarray, "n"]):
+        self.x = run["station_x"].values[own]  # [m]
+        self._half = run["half_width"].values[own]
+        position, rotation = run["position"].values[:, own], run["rotation"].values[:, own]
+        root = rotation[:, 0]
+        self.place, self.turn = position[:, 0], _quaternions(root)
+        self._position = np.einsum("tji,tnj->tni", root, position - position[:, :1])
+        self._rotation = np.einsum("tji,tnjk->tnik", root, rotation)
+        self._forces = np.zeros((1, 1, len(own), 3))
+        if "line_force" in run:
+            outer = [name not in _LEFT_OUT for name in run["load"].values]
+            self._forces = run["line_force"].values[:, outer][:, :, own]
+
+    def slices(self, k: int) -> Slices:
+        """Slices of moment k, in the frame of the root."""
+        _, place, R, widths = finer(self.x, self._position[k : k + 1], self._rotation[k : k + 1], self._half)
+        along = np.linalg.norm(np.diff(place[0], axis=0), axis=1) * _OVERLAP
+        size = np.concatenate([along[:, None], widths[:-1] + widths[1:]], axis=1)
+        return Slices(0.5 * (place[0, :-1] + place[0, 1:]), _quaternions(R[0, :-1]), size)
+
+    def shown(self, colouring: str) -> Float[np.ndarray, "t k"] | None:
+        """What a colouring shows of slices at all moments; None where it shows what the body is made of."""
+        if colouring == "curvature":
+            return self._bending
+        return self._load if colouring == "load of the water" else None
+
+    @cached_property
+    def _bending(self) -> Float[np.ndarray, "t k"]:
+        """Curvature [1/m]."""
+        at, _, R, _ = finer(self.x, self._position, self._rotation, self._half)
+        turned = Rotation.from_matrix(np.swapaxes(R[:, :-1], -1, -2).reshape(-1, 3, 3) @ R[:, 1:].reshape(-1, 3, 3))
+        return np.linalg.norm(turned.as_rotvec()[:, 1:], axis=1).reshape(R.shape[0], -1) / np.diff(at)
+
+    @cached_property
+    def _load(self) -> Float[np.ndarray, "t k"]:
+        """What the water does along the rod [N/m]."""
+        at = finer(self.x, self._position[:1], self._rotation[:1], self._half)[0]
+        force = np.linalg.norm(np.nan_to_num(self._forces).sum(axis=1), axis=-1)
+        middle = 0.5 * (at[:-1] + at[1:])
+        return np.stack([np.interp(middle, self.x, row) for row in force])
+
+
+class Arrows(NamedTuple):
+    """What each load does to each part, from the middle of the part, in the colour of the load."""
+
+    names: tuple[str, ...]  # of the loads
+    colours: tuple[str, ...]  # of the loads
+    root: Float[np.ndarray, "t n 3"]  # [m]
+    force: Float[np.ndarray, "t n 3"]  # [N]
+    load: Int[np.ndarray, "n"]  # which load an arrow is of
+
+
+def bodies_of(run: "xr.Dataset", robot: RobotDescription | None) -> dict[str, Rigid | Soft]:
+    """Bodies of all parts that have a size, by part; of an unknown robot all that is rigid is a cylinder."""
+    found, hard = {}, 0
+    for part in map(str, run["part"].values):
+        own = np.flatnonzero(run["station_part"].values == part)
+        x, half = run["station_x"].values[own], run["half_width"].values[own]
+        if not np.any(half > 0) or (len(own) == 1 and x[0] == 0):
+            continue
+        if x[0] == 0:
+            found[part] = Soft(run, own)
+        else:
+            found[part] = _rigid(run, part, own[0], shape_of(robot, part), HARD[hard % len(HARD)])
+            hard += 1
+    return found
+
+
+def _rigid(run: "xr.Dataset", part: str, station: int, shape: str, colour: str) -> Rigid:
+    first = part_rings(run.isel(time=[0]), part, shape)
+    assert first is not None
+    place, R = run["position"].values[:, station], run["rotation"].values[:, station]
+    rings = first[0]
+    vertices = (rings.reshape(-1, 3) - place[0]) @ R[0]
+    return Rigid(place, _quaternions(R), vertices, triangles(rings.shape[0], rings.shape[1]), colour)
+
+
+def _quaternions(R: Float[np.ndarray, "*n 3 3"]) -> Float[np.ndarray, "*n 4"]:
+    return Rotation.from_matrix(R.reshape(-1, 3, 3)).as_quat(scalar_first=True).reshape(*R.shape[:-2], 4)
+
+
+def arrows_of(run: "xr.Dataset") -> Arrows:
+    """Arrows of all loads that push a part at any time; none of what is no motion."""
+    if "load_force" not in run:
+        none = np.zeros((run.sizes["time"], 0, 3))
+        return Arrows((), (), none, none, np.zeros(0, int))
+    force = np.nan_to_num(run["load_force"].values)  # [t, load, part, axis]
+    load, part = np.nonzero(np.abs(force).max(axis=(0, 3)) > _NO_FORCE * np.abs(force).max())
+    middles = [
+        run["position"].values[:, run["station_part"].values == name].mean(axis=1) for name in run["part"].values
+    ]
+    names = [str(name) for name in run["load"].values]
+    used = sorted(set(load.tolist()))
+    return Arrows(
+        tuple(names[i] for i in used),
+        tuple(source_colour(names[i]) for i in used),
+        np.stack([middles[p] for p in part], axis=1) if part.size else np.zeros((len(force), 0, 3)),
+        force[:, load, part],
+        np.searchsorted(used, load),
+    )
+
+
+def slice_mesh() -> tuple[Float[np.ndarray, "n 3"], Int[np.ndarray, "m 3"]]:
+    """Closed cylinder along x, of length, width and height 1, about 0."""
+    angle = 2 * np.pi * np.arange(AROUND) / AROUND
+    ring = 0.5 * np.stack([np.zeros(AROUND), np.cos(angle), np.sin(angle)], axis=-1)
+    ends = np.array([[-0.5, 0, 0], [0.5, 0, 0]])
+    rings = np.concatenate([ring + ends[0], ring + ends[0], ring + ends[1], ring + ends[1]])
+    return rings, triangles(4, AROUND)
+
+
+def colours(values: Float[np.ndarray, "*n"], largest: float) -> Int[np.ndarray, "*n 3"]:
+    """Colours [0..255] of values from 0 to `largest`, dark to light."""
+    share = np.clip(values / largest if largest > 0 else np.zeros_like(values), 0, 1) * (len(_SCALE) - 1)
+    return np.stack([np.interp(share, np.arange(len(_SCALE)), _SCALE[:, c]) for c in range(3)], -1).astype(np.uint8)
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """Parts, 0 to 255, of a colour such as #0072B2."""
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+MATERIAL = rgb(BLUE)  # of what is soft

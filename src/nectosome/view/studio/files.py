@@ -1,0 +1,117 @@
+"""The tab with files: open robots and runs of the working folder, or sent ones, and save what is there."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nectosome.io import InputError, dump_robot, save_dataset
+from nectosome.io.atomic import write_atomic
+from nectosome.robots.shipped import file_names
+
+from .folder import Folder, received
+
+if TYPE_CHECKING:
+    import viser
+
+    from .session import Session
+
+_ROBOTS, _RUNS = (".yaml", ".yml"), (".nc",)
+_PICTURE = (1280, 720)  # px
+_NONE = "nothing there yet"
+
+
+class Files:
+    """Lays out the tab. What goes wrong is told on the page."""
+
+    def __init__(self, session: "Session", client: "viser.ClientHandle", folder: Folder):
+        self._session, self._client, self._folder, gui = session, client, folder, client.gui
+        with gui.add_folder("Open"):
+            self._robots: Any = gui.add_dropdown("Robot", ("",))
+            gui.add_button("Open robot").on_click(lambda _: self._told(self._open_robot))
+            self._runs: Any = gui.add_dropdown("Run", ("",))
+            gui.add_button("Open run").on_click(lambda _: self._told(self._open_run))
+            gui.add_button("Look again").on_click(lambda _: self.renew())
+            sent = gui.add_upload_button("Send a robot (.yaml) or a run (.nc)")
+            sent.on_upload(lambda _: self._told(lambda: self._take(sent.value.name, sent.value.content)))
+        with gui.add_folder("Save"):
+            self._name = gui.add_text("Name", "robot")
+            for label, work in (
+                ("Save robot (.yaml)", self._save_robot),
+                ("Save run (.nc)", self._save_run),
+                ("Save picture (.png)", self._save_picture),
+                ("Save page that plays (.html)", self._save_page),
+            ):
+                gui.add_button(label).on_click(lambda _, work=work: self._told(work))
+        self.renew()
+
+    def renew(self) -> None:
+        """Look what there is to open."""
+        own = [name for name in self._folder.names(*_ROBOTS) if not name.endswith(".design.yaml")]
+        self._robots.options = [*file_names(), *own]
+        self._runs.options = self._folder.names(*_RUNS) or [_NONE]
+
+    def _told(self, work: Callable[[], str]) -> None:
+        try:
+            words = work()
+        except InputError as error:
+            self._session.tell(str(error), bad=True)
+            return
+        if words:
+            self._session.tell(words, bad=False)
+
+    def _open_robot(self) -> str:
+        name = self._robots.value
+        self._session.open(name if name in file_names() else self._folder.existing(name))
+        return ""
+
+    def _open_run(self) -> str:
+        if self._runs.value != _NONE:
+            self._session.open_run(self._folder.existing(self._runs.value))
+        return ""
+
+    def _take(self, name: str, data: bytes) -> str:
+        with received(name, data) as path:
+            if path.suffix in _RUNS:
+                self._session.open_run(path)
+            elif path.suffix in _ROBOTS:
+                self._session.open(path)
+            else:
+                raise InputError("is neither a robot (.yaml) nor a run (.nc).", field=path.name)
+        return ""
+
+    def _save_robot(self) -> str:
+        path = self._folder.target(self._name.value, ".yaml")
+        write_atomic(path, dump_robot(self._session.description).encode())
+        return self._saved(path)
+
+    def _save_run(self) -> str:
+        path = self._folder.target(self._name.value, ".nc")
+        answer = self._shown()
+        save_dataset(answer.run.assign_attrs(robot=dump_robot(answer.robot)), path)
+        return self._saved(path)
+
+    def _save_picture(self) -> str:
+        import imageio.v3 as imageio
+
+        path = self._folder.target(self._name.value, ".png")
+        pixels = self._client.get_render(height=_PICTURE[1], width=_PICTURE[0], transport_format="png")
+        write_atomic(path, imageio.imwrite("<bytes>", pixels[..., :3], extension=".png"))
+        return self._saved(path)
+
+    def _save_page(self) -> str:
+        from .keepsake import page_of
+
+        path = self._folder.target(self._name.value, ".html")
+        answer = self._shown()
+        write_atomic(path, page_of(answer.run, answer.robot, answer.period, self._session.view).encode())
+        return self._saved(path)
+
+    def _shown(self) -> Any:
+        answer = self._session.answer
+        if answer is None:
+            raise InputError("there is no motion yet.")
+        return answer
+
+    def _saved(self, path: Path) -> str:
+        self.renew()
+        return f"saved {path.relative_to(self._folder.root).as_posix()}"

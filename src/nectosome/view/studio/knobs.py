@@ -1,0 +1,74 @@
+"""Which numbers of a robot have a slider, in which unit, and from where to where."""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from nectosome.io import RobotDescription, get_value, numeric_paths, resolve, show_quantity
+from nectosome.io.units import unit_to_si
+from nectosome.io.variables import Variable, read_variable
+
+_STEPS = 300  # of a slider at least
+_AROUND = 2.0  # a quantity without a range: from its half to its double
+_LOG_AROUND = 4.0  # of a logarithmic range that is shown at once: up and down by this factor
+
+
+class Knob(NamedTuple):
+    """A slider in a unit that people read: `factor` [SI] times what it shows is the value."""
+
+    name: str  # path or alias
+    unit: str
+    factor: float
+    low: float
+    high: float
+    step: float
+
+    @property
+    def label(self) -> str:
+        """Name and unit, as they stand beside the slider."""
+        return f"{self.name} ({self.unit})" if self.unit else self.name
+
+    def shown(self, value: float) -> float:
+        """Value [SI] in the slider's unit, within its range."""
+        return float(f"{min(max(value / self.factor, self.low), self.high):.10g}")
+
+
+def knobs_of(description: RobotDescription, ranges: Mapping[str, str]) -> list[Knob]:
+    """Sliders for what has a range, such as `1.4 MPa .. 1681 MPa log`, and for all that has a short name of its own."""
+    variables = [read_variable(name, text, description) for name, text in ranges.items()]
+    taken = {path for v in variables for path in resolve(description, v.name)}
+    known = numeric_paths(description)
+    for alias, paths in description.aliases.items():
+        value = _value(description, alias)
+        if value and not taken & set(paths):
+            q = known[paths[0]]
+            low, high = sorted((value / _AROUND, value * _AROUND))
+            least = -math.inf if q.minimum is None else q.minimum
+            most = math.inf if q.maximum is None else q.maximum
+            variables.append(Variable(alias, max(low, least), min(high, most), False, q.dimension))
+    return [knob_of(description, v) for v in variables]
+
+
+def knob_of(description: RobotDescription, v: Variable) -> Knob:
+    """Slider of a range. Of a logarithmic one it shows what is near to the robot's value."""
+    value = _value(description, v.name) or v.lower
+    low, high = v.lower, v.upper
+    if v.log:
+        low, high = max(low, value / _LOG_AROUND), min(high, value * _LOG_AROUND)
+    unit = show_quantity(min(max(value, low), high), v.dimension).partition(" ")[2]
+    factor = unit_to_si(unit)[0] if unit else 1.0
+    low, high = low / factor, high / factor
+    finest = (high - low) / _STEPS
+    digits = math.floor(math.log10(finest))
+    step = round(max(m * 10.0**digits for m in (1, 2, 5) if m * 10.0**digits <= finest), -digits)
+    return Knob(v.name, unit, factor, _round(low, step), _round(high, step), step)
+
+
+def _value(description: RobotDescription, name: str) -> float:
+    """Value [SI] of what a name stands for; 0 where its paths differ, so that one slider would not tell."""
+    values = {float(get_value(description, path)) for path in resolve(description, name)}
+    return values.pop() if len(values) == 1 else 0.0
+
+
+def _round(x: float, step: float) -> float:
+    return float(f"{round(x / step) * step:.10g}")

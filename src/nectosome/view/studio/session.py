@@ -1,0 +1,248 @@
+"""One browser tab: its robot, its scene and its controls. Nothing of it is shared with other tabs."""
+
+import gc
+import threading
+import time
+import traceback
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nectosome.design import load_problem, shipped_problem
+from nectosome.io import InputError, RobotDescription, get_value, load_dataset, parse_robot, with_values
+from nectosome.robots import build, describe
+from nectosome.view.saved import check_drawable, check_run
+from nectosome.view.standing import standing
+
+from .answers import Answer, Solver
+from .files import Files
+from .folder import Folder
+from .knobs import Knob, knobs_of
+from .latest import Latest
+from .numbers import Numbers
+from .player import Player
+from .scene import CAMERAS, COLOURINGS, UNITS, Look, Stage
+
+if TYPE_CHECKING:
+    import viser
+
+_SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
+
+
+class Session:
+    """A tab from when it is opened to when it is closed."""
+
+    def __init__(self, client: "viser.ClientHandle", robot: str, folder: Folder):
+        self._client, self._gui, self._folder = client, client.gui, folder
+        self._stage, self._numbers = Stage(client.scene), Numbers()
+        self._drawing = threading.RLock()  # the stage changes, or shows a moment, one after the other
+        self._answer: Answer | None = None
+        self._opened = 0  # robots and runs so far: an answer for one before is not shown
+        self._player = Player(self._show)
+        self._latest = Latest(self._work)
+        self._lay_out()
+        self.open(robot)
+
+    def open(self, robot: str | Path) -> None:
+        """Take a robot that ships, by name, or a file. Raises InputError where it cannot be read: nothing changes."""
+        description = describe(str(robot))
+        beside = Path(robot).with_suffix(".design.yaml")
+        problem = load_problem(beside) if beside.is_file() else shipped_problem(str(robot))
+        knobs = knobs_of(description, problem.variables if problem else {})
+        self._take(description, knobs)
+        self._stand()
+        self._ask()
+
+    def open_run(self, path: Path) -> None:
+        """Show a saved run, and take its robot. Raises InputError where it is none."""
+        run = load_dataset(path)
+        check_run(run, path.name)
+        check_drawable(run, path.name)
+        robot = parse_robot(run.attrs["robot"])
+        self._take(robot, knobs_of(robot, {}))
+        self._put(Answer(run, robot, "a run", 0.0, {}, ""), f"{run.attrs['title']}, as it was saved")
+
+    @property
+    def view(self) -> Look:
+        """How it is shown."""
+        return self._look
+
+    @property
+    def answer(self) -> Answer | None:
+        """What is shown; None until there is an answer."""
+        return self._answer
+
+    def close(self) -> None:
+        """End all that runs for this tab."""
+        self._player.close()
+        self._latest.close()
+
+    def _take(self, description: RobotDescription, knobs: list[Knob]) -> None:
+        self.description, self._opened, self._answer = description, self._opened + 1, None
+        self._solve = Solver()  # what the last robot did is no place to begin for another one
+        self._numbers.forget()
+        self._put_sliders(knobs)
+
+    # --- controls
+
+    def _lay_out(self) -> None:
+        gui = self._gui
+        gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
+        gui.main_panel.dock_right()
+        gui.set_panel_label("nectosome studio")
+        self._board = gui.add_html("")
+        with gui.add_folder("Motion"):
+            self._play = gui.add_button("Pause")
+            self._speed = gui.add_dropdown("Speed", [f"{s:g} x" for s in _SPEEDS], initial_value="1 x")
+            self._scrub = gui.add_slider("Time (s)", 0.0, 1.0, 0.001, 0.0)
+        tabs = gui.add_tab_group()
+        self._robot_tab = tabs.add_tab("Robot")
+        with tabs.add_tab("View"):
+            self._lay_out_view()
+        with tabs.add_tab("Files"):
+            Files(self, self._client, self._folder)
+        self._play.on_click(lambda _: self._toggle())
+        self._speed.on_update(lambda _: setattr(self._player, "speed", float(self._speed.value.split()[0])))
+        self._scrub.on_update(self._scrubbed)
+
+    def _lay_out_view(self) -> None:
+        gui = self._gui
+        colouring = gui.add_dropdown("Colour", COLOURINGS, initial_value=COLOURINGS[0])
+        forces = gui.add_checkbox("Forces by load", False)
+        way = gui.add_checkbox("Way", True, hint="The way of the body.")
+        along = gui.add_checkbox("Go along", True, hint="The observer goes along with the body.")
+        self._legend = gui.add_html("")
+        cameras = gui.add_button_group("Camera", tuple(CAMERAS))
+
+        def changed(_: Any) -> None:
+            look = Look(colouring.value, forces.value, way.value, along.value)
+            with self._drawing, self._client.atomic():
+                self._look = look
+                if self._answer is not None:
+                    self._stage.look(look)
+                    self._stage.at(self._player.time)
+                    self._tell_colours()
+
+        for control in (colouring, forces, way, along):
+            control.on_update(changed)
+        self._look = Look()
+        cameras.on_click(lambda _: self._look_from(cameras.value))
+
+    def _put_sliders(self, knobs: list[Knob]) -> None:
+        """One slider for each number, in place of those of the last robot."""
+        for handle in getattr(self, "_sliders", ()):
+            handle.remove()
+        self._sliders = []
+        with self._robot_tab:
+            self._sliders.append(self._gui.add_markdown(f"**{self.description.name}**"))
+            for knob in knobs:
+                value = knob.shown(float(get_value(self.description, knob.name)))
+                slider = self._gui.add_slider(knob.label, knob.low, knob.high, knob.step, value)
+                slider.on_update(lambda event, knob=knob: self._turned(knob, float(event.target.value)))
+                self._sliders.append(slider)
+
+    # --- what the user does
+
+    def _turned(self, knob: Knob, value: float) -> None:
+        try:
+            self.description = with_values(self.description, {knob.name: value * knob.factor})
+        except InputError as error:
+            self.tell(str(error), bad=True)
+            return
+        self._ask()
+
+    def _toggle(self) -> None:
+        self._player.play(not self._player.playing)
+        self._play.label = "Pause" if self._player.playing else "Play"
+
+    def _scrubbed(self, event: Any) -> None:
+        if event.client is None:  # it moved with the time
+            return
+        self._player.play(False)
+        self._play.label = "Play"
+        self._player.seek(float(self._scrub.value))
+
+    def _look_from(self, camera: str) -> None:
+        with self._drawing:
+            place, target = self._stage.camera(camera)
+        with self._client.atomic():
+            self._client.camera.position = place  # takes what is looked at along
+            self._client.camera.look_at = target
+
+    # --- answers
+
+    def _stand(self) -> None:
+        """Show the robot as it starts, until it moves."""
+        with self._drawing, self._client.atomic():
+            self._stage.load(standing(self.description, build(self.description)), self.description, 0.0, self._look)
+            self._stage.at(0.0)
+        self._look_from("three-quarter")
+
+    def _ask(self) -> None:
+        if self._answer is None:
+            self.tell("computing; the first answer of a robot compiles its equations", bad=False)
+        self._latest.ask((self._opened, self.description))
+
+    def _work(self, asked: tuple[int, RobotDescription]) -> None:
+        began = time.perf_counter()
+        opened, description = asked
+        try:
+            answer = self._solve(description)
+        except InputError as error:
+            if opened == self._opened:
+                self.tell(f"{error} What is shown is the last answer.", bad=True)
+            return
+        except Exception:
+            traceback.print_exc()
+            self.tell("The studio made a mistake, which stands in its terminal.", bad=True)
+            return
+        if opened != self._opened:
+            return
+        took = f"{answer.kind}, {1e3 * (time.perf_counter() - began):.0f} ms"
+        self._put(answer, f"{took}: {answer.warning}" if answer.warning else took)
+
+    def _put(self, answer: Answer, words: str) -> None:
+        """Show an answer, and begin to play where it is the first one of its robot."""
+        first = self._answer is None
+        with self._drawing, self._client.atomic():
+            self._answer = answer
+            self._stage.load(answer.run, answer.robot, answer.period, self._look)
+            self._stage.at(self._player.time)
+            self._numbers.add(answer.numbers)
+            self._tell(words, bad=bool(answer.warning))
+            self._tell_colours()
+            self._scrub.max = round(max(self._stage.course.end, 1e-3), 3)
+        if first:
+            gc.freeze()  # what compiling left is there to stay: looking through it takes longer than an answer
+            self._player.play(self._stage.course.end > 0)
+
+    def _show(self, t: float) -> None:
+        if self._answer is None:
+            return
+        with self._drawing, self._client.atomic():
+            course = self._stage.course
+            if not course.period and t > course.end:
+                t = t % course.end if course.end else 0.0
+            self._stage.at(t)
+            if self._player.playing:
+                self._scrub.value = round(t % course.end if course.end else 0.0, 3)
+
+    def tell(self, words: str, bad: bool) -> None:
+        """Say something under the numbers."""
+        with self._drawing:
+            self._tell(words, bad)
+
+    def _tell(self, words: str, bad: bool) -> None:
+        self._board.content = self._numbers.html(words, bad)
+
+    def _tell_colours(self) -> None:
+        """What the colours of the scene mean."""
+        unit, lines = UNITS[self._look.colouring], []
+        if unit:
+            lines.append(f"{self._look.colouring}: dark 0, light {self._stage.largest:.3g} {unit}")
+        if self._look.forces:
+            marks = zip(self._stage.arrows.names, self._stage.arrows.colours, strict=True)
+            lines.append(
+                " ".join(f'<span style="color:{c}">&#9632; {escape(n.replace("_", " "))}</span>' for n, c in marks)
+            )
+        self._legend.content = f'<div style="font-size:13px;padding:0 12px">{"<br>".join(lines)}</div>'

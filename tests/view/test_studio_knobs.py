@@ -1,0 +1,45 @@
+"""Sliders of a robot: their ranges, units and steps."""
+
+import numpy as np
+import pytest
+
+from nectosome.design import shipped_problem
+from nectosome.io import get_value, with_values
+from nectosome.robots import describe
+from nectosome.view.studio.knobs import knobs_of
+
+ROBOTS = ("flagellum", "paddle", "eel", "fish", "beetle")
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_each_slider_holds_the_robots_value_and_every_place_of_it_is_allowed(name):
+    robot, problem = describe(name), shipped_problem(name)
+    knobs = knobs_of(robot, problem.variables if problem else {})
+    assert knobs
+    for knob in knobs:
+        value = float(get_value(robot, knob.name))
+        assert knob.low <= knob.shown(value) <= knob.high
+        assert knob.shown(value) * knob.factor == pytest.approx(value, rel=1e-9)
+        assert 300 <= (knob.high - knob.low) / knob.step <= 1000
+        assert np.isclose(knob.low / knob.step, round(knob.low / knob.step))
+        for place in (knob.low, knob.high):
+            assert get_value(with_values(robot, {knob.name: place * knob.factor}), knob.name) == place * knob.factor
+
+
+def test_ranges_of_the_design_problem_come_first_in_units_that_people_read():
+    by_name = {knob.name: knob for knob in knobs_of(describe("flagellum"), shipped_problem("flagellum").variables)}
+    assert (by_name["L"].label, by_name["L"].low, by_name["L"].high) == ("L (mm)", 300, 700)
+    assert by_name["alpha"].label == "alpha (deg)"
+
+
+def test_of_a_wide_logarithmic_range_what_is_near_is_shown():
+    knob = next(k for k in knobs_of(describe("flagellum"), {"E": "1.4 MPa .. 1681 MPa log"}) if k.name == "E")
+    assert knob.low == pytest.approx(7.4 / 4, rel=0.03)
+    assert knob.high == pytest.approx(7.4 * 4, rel=0.03)
+
+
+def test_what_differs_among_its_paths_or_is_zero_has_no_slider_of_its_own():
+    robot = describe("beetle", ["A_left=60deg"])
+    names = {knob.name for knob in knobs_of(robot, {})}
+    assert "A_left" in names
+    assert "A" not in names  # it would say one value for two

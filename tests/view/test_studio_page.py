@@ -1,0 +1,221 @@
+"""The studio in a browser: it opens, answers to sliders, saves and opens again, reads what is sent, lets go of tabs."""
+
+import os
+import shutil
+import threading
+import time
+from io import BytesIO
+
+import imageio.v3 as imageio
+import numpy as np
+import pytest
+
+from nectosome.io import get_value, load_dataset, load_robot
+from nectosome.view.studio.server import Studio
+
+CHROMIUM = (
+    os.environ.get("CHROMIUM")
+    or shutil.which("chromium")
+    or shutil.which("chromium-browser")
+    or shutil.which("google-chrome")
+)
+FLAGS = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
+PATIENCE = 120_000  # ms
+ARM = """
+name: arm
+water: {gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: box
+  length: 200 mm
+  width: 30 mm
+  height: 60 mm
+  mass: 1 kg
+  inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
+  joint:
+    kind: revolute
+    axis: z
+    stiffness: 0.03 N m/rad
+    damping: 0.02 N m s/rad
+    torque: {kind: sine, amplitude: 0.02 N m, frequency: 2 Hz}
+  loads: {drag: {kind: lumped_drag, drag_area: [1 cm2, 1 cm2, 1 cm2]}}
+limbs:
+  tail:
+    on: body
+    kind: rod
+    section: circle
+    length: 100 mm
+    radius: 10 mm
+    young: 1 MPa
+    density: 1000 kg/m3
+    strains: {bending_z: 0}
+    points: 4
+    joint: {kind: fixed}
+    loads: {water: {kind: drag, normal: 1.1, tangential: 0}}
+aliases:
+  M: [body.joint.torque.amplitude]
+  c: [body.joint.damping]
+"""
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs a Chromium: name it in CHROMIUM, or put it on the path")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    root = tmp_path_factory.mktemp("studio")
+    (root / "arm.yaml").write_text(ARM)
+    return root
+
+
+@pytest.fixture(scope="module")
+def studio(folder):
+    made = Studio(str(folder / "arm.yaml"), folder, "127.0.0.1", 18_500)
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as p:
+        made = p.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield made
+        made.close()
+
+
+@pytest.fixture
+def page(studio, browser):
+    made = browser.new_page(viewport={"width": 1000, "height": 700})
+    made.set_default_timeout(PATIENCE)
+    made.goto(studio.address)
+    answered(made, 1)
+    yield made
+    made.close()
+
+
+def count(page) -> int:
+    return int(page.get_attribute("#studio-answer", "data-count"))
+
+
+def answered(page, n: int) -> None:
+    page.wait_for_function(f"+(document.querySelector('#studio-answer')?.dataset.count ?? 0) >= {n}")
+
+
+def said(page, words: str) -> None:
+    page.wait_for_function(f"document.querySelector('#studio-words')?.innerText.includes({words!r})")
+
+
+def name_of(page):
+    """The field with the name under which things are saved, the last one on the page."""
+    return page.locator("input:visible").last
+
+
+def turn(page, places: int, which: int = 1) -> None:
+    """Move a slider of the robot by so many places, after that of the time."""
+    before, handle = count(page), page.get_by_role("slider").nth(which)
+    handle.focus()
+    for _ in range(places):
+        handle.press("ArrowRight")
+    answered(page, before + 1)
+
+
+def test_the_robot_is_seen_and_answers_to_a_slider(page, folder):
+    pixels = imageio.imread(BytesIO(page.screenshot()), extension=".png")[..., :3].astype(int)
+    scene = pixels[:, :600].reshape(-1, 3)
+    assert np.mean(scene.max(axis=1) < 190) > 0.002  # the grey box; the ground is lighter
+    power = page.inner_text("#studio-power")
+    turn(page, 1)
+    page.wait_for_function(f"document.querySelector('#studio-power').innerText !== {power!r}")
+    page.screenshot(path=str(folder / "page.png"))
+
+
+def test_it_is_looked_at_in_other_ways(page, capfd):
+    page.get_by_role("tab", name="View").click()
+    page.get_by_text("Forces by load").click()
+    page.get_by_text("drag", exact=False).first.wait_for()
+    for way in ("curvature", "load of the water"):
+        page.locator("input[value='material'], input[value='curvature']").first.click()
+        page.get_by_role("option", name=way).click()
+        page.get_by_text(f"{way}: dark 0").wait_for()
+    for camera in ("side", "top", "front", "three-quarter"):
+        page.get_by_role("button", name=camera).click()
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Play").wait_for()
+    page.get_by_role("slider").first.focus()
+    page.get_by_role("slider").first.press("Home")
+    time.sleep(0.5)
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def test_what_is_set_is_saved_and_opened_again(page, folder):
+    turn(page, 5)
+    page.get_by_role("tab", name="Files").click()
+    name_of(page).fill("mine")
+    page.get_by_role("button", name="Save robot").click()
+    said(page, "saved mine.yaml")
+    saved = load_robot(str(folder / "mine.yaml"))
+    assert get_value(saved, "M") > 0.02
+    page.get_by_role("button", name="Save run").click()
+    said(page, "saved mine.nc")
+    run = load_dataset(folder / "mine.nc")
+    assert get_value(load_robot(str(folder / "arm.yaml")), "M") == 0.02
+    assert "saved" not in run.attrs["title"]
+    page.get_by_role("button", name="Save robot").click()
+    said(page, "is there already")
+    page.get_by_role("button", name="Open run").click()
+    said(page, "as it was saved")
+    page.get_by_role("button", name="Save picture").click()
+    said(page, "saved mine.png")
+    assert imageio.imread(folder / "mine.png").shape[:2] == (720, 1280)
+    page.get_by_role("button", name="Save page").click()
+    said(page, "saved mine.html")
+    assert b"<html" in (folder / "mine.html").read_bytes()[:2000].lower()
+
+
+def test_names_that_lead_out_are_refused_on_the_page(page, folder):
+    page.get_by_role("tab", name="Files").click()
+    for name in ("../out", "/tmp/out", "a/../../out"):
+        name_of(page).fill(name)
+        page.get_by_role("button", name="Save robot").click()
+        said(page, "cannot be used as a file name")
+    assert not (folder.parent / "out.yaml").exists()
+
+
+def test_what_is_sent_is_read_as_data_and_a_bad_file_gets_a_message(page):
+    page.get_by_role("tab", name="Files").click()
+    send = page.get_by_role("button", name="Send a robot")
+    for name, data, words in (
+        ("bad.nc", b"this is no run", "bad.nc"),
+        ("bad.yaml", b"!!python/object/apply:os.system ['true']", "bad.yaml"),
+        ("bad.exe", b"MZ", "is neither a robot"),
+    ):
+        with page.expect_file_chooser() as chooser:
+            send.click()
+        chooser.value.set_files({"name": name, "mimeType": "application/octet-stream", "buffer": data})
+        said(page, words)
+    before = count(page)
+    with page.expect_file_chooser() as chooser:
+        send.click()
+    good = ARM.replace("name: arm", "name: sent")
+    chooser.value.set_files({"name": "sent.yaml", "mimeType": "text/plain", "buffer": good.encode()})
+    answered(page, before + 1)
+    page.get_by_role("tab", name="Robot").click()
+    assert page.get_by_text("sent", exact=True).count() == 1
+
+
+def test_two_tabs_do_not_disturb_each_other_and_leave_nothing_behind(studio, page, browser):
+    other = browser.new_page(viewport={"width": 800, "height": 600})
+    other.set_default_timeout(PATIENCE)
+    other.goto(studio.address)
+    answered(other, 1)
+    power, seen = page.inner_text("#studio-power"), count(page)
+    turn(other, 20)
+    assert other.inner_text("#studio-power") != power
+    assert (page.inner_text("#studio-power"), count(page)) == (power, seen)
+    players = sum(thread.name == "studio-player" for thread in threading.enumerate())
+    other.close()
+    until = time.monotonic() + 60
+    while sum(t.name == "studio-player" for t in threading.enumerate()) >= players and time.monotonic() < until:
+        time.sleep(0.1)
+    assert sum(t.name == "studio-player" for t in threading.enumerate()) == players - 1
