@@ -46,6 +46,7 @@ COMMANDS = (
     "control fishtail",
     "new",
     "show",
+    "render",
     "studio",
     "check",
     "schema",

@@ -20,6 +20,7 @@ from nectosome.cli.measure import measure
 from nectosome.cli.new import new
 from nectosome.cli.output import tell
 from nectosome.cli.periodic import periodic
+from nectosome.cli.render import render
 from nectosome.cli.reproduce import reproduce
 from nectosome.cli.show import show
 from nectosome.cli.simulate import simulate
@@ -55,6 +56,7 @@ for command in (
     control,
     new,
     show,
+    render,
     studio,
     check,
     schema,

@@ -11,9 +11,7 @@ from nectosome.cli.page import number
 from nectosome.cli.parts import weigh
 from nectosome.cli.summary import origin, summary
 from nectosome.cli.tree import robot_tree
-from nectosome.io import InputError, load_dataset
-
-_HDF5 = b"\x89HDF"
+from nectosome.io import InputError, is_results, load_dataset
 
 
 def show(
@@ -26,7 +24,7 @@ def show(
     ] = False,
 ) -> None:
     """Show the parts of a robot and how it lies in the water, or the summary of a saved run."""
-    if _is_run(what):
+    if is_results(what):
         _show_run(what, save, loads)
         return
     if loads:
@@ -48,16 +46,6 @@ def show(
         tables = [[("the robot", ""), *whole], [("part", "mass (kg)", "displaces (kg)", "free to move"), *each]]
         show_still(standing(description, built), save, tables)
     write(robot_tree(description, parts, whole))
-
-
-def _is_run(what: str) -> bool:
-    if what.endswith(".nc"):
-        return True
-    try:
-        with Path(what).open("rb") as file:
-            return file.read(4) == _HDF5
-    except (OSError, ValueError):
-        return False
 
 
 def _show_run(path: str, save: Path | None, loads: bool) -> None:

@@ -53,7 +53,7 @@ from nectosome.io.files import dump_robot, json_schema, load_robot, parse_robot
 from nectosome.io.paths import get_value, numeric_paths, resolve, with_values
 from nectosome.io.period import drive_frequencies, drive_period
 from nectosome.io.provenance import provenance
-from nectosome.io.results import load_dataset, save_dataset
+from nectosome.io.results import is_results, load_dataset, save_dataset
 from nectosome.io.settings import apply_settings, parse_setting
 from nectosome.io.units import format_quantity, parse_quantity, show_quantity
 from nectosome.io.urdf import import_urdf
@@ -113,6 +113,7 @@ __all__ = [
     "format_quantity",
     "get_value",
     "import_urdf",
+    "is_results",
     "json_schema",
     "load_checkpoint",
     "load_dataset",

@@ -9,11 +9,24 @@ from nectosome.io.errors import InputError
 if TYPE_CHECKING:
     import xarray
 
+_HDF5 = b"\x89HDF"
+
 
 def save_dataset(dataset: "xarray.Dataset", path: str | Path) -> None:
     """Write a dataset as netCDF, whole or not at all. Raises InputError where it cannot be written."""
     # made in memory: HDF5 does not survive a disk that fills up under it
     write_atomic(path, bytes(dataset.to_netcdf(engine="h5netcdf")))
+
+
+def is_results(path: str) -> bool:
+    """Return whether that is a results file, by its name or by how it begins."""
+    if path.endswith(".nc"):
+        return True
+    try:
+        with Path(path).open("rb") as file:
+            return file.read(len(_HDF5)) == _HDF5
+    except (OSError, ValueError):
+        return False
 
 
 def load_dataset(path: str | Path) -> "xarray.Dataset":

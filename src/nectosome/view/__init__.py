@@ -2,6 +2,7 @@
 
 from .correction import show_correction
 from .experiment import show_experiment
+from .film import write_film, write_still
 from .following import show_following
 from .gaits import show_gait
 from .hysteresis import show_hysteresis
@@ -31,5 +32,7 @@ __all__ = [
     "show_track",
     "standing",
     "write_figures",
+    "write_film",
     "write_report",
+    "write_still",
 ]

@@ -1,6 +1,6 @@
 """A robot in 3-D that turns in the browser and plays its motion; for any run."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -42,10 +42,14 @@ def actor(
     place = run["position"].values[:, 0]
     path = np.stack([np.interp(times, run["time"].values, place[:, i]) for i in range(3)], axis=-1)
     away = path[:, None, None, :] - np.asarray(at)
-    rods = [name for name in parts if _is_rod(run, name)]
-    colours = dict.fromkeys(rods, soft)
-    colours |= {name: HARD[i % len(HARD)] for i, name in enumerate(n for n in parts if n not in rods)}
-    return Actor(label, {name: rings - away for name, rings in parts.items()}, colours)
+    return Actor(label, {name: rings - away for name, rings in parts.items()}, colours_of(run, parts, soft))
+
+
+def colours_of(run: "xr.Dataset", parts: Collection[str], soft: str = BLUE) -> dict[str, str]:
+    """Colours of parts by name: `soft` of rods, greys of rigid ones."""
+    rods = {name for name in parts if _is_rod(run, name)}
+    hard = {name: HARD[i % len(HARD)] for i, name in enumerate(n for n in parts if n not in rods)}
+    return hard | dict.fromkeys(rods, soft)
 
 
 def _is_rod(run: "xr.Dataset", part: str) -> bool:

@@ -1,7 +1,9 @@
-"""Whether a results file is a saved run."""
+"""Whether a results file is a saved run, and one that can be drawn."""
 
 import json
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from nectosome.io import InputError
 
@@ -43,3 +45,12 @@ def check_run(dataset: "xr.Dataset", source: str) -> None:
         known = False
     if not known:
         raise InputError("this is not a simulation: its provenance cannot be read.", file=source)
+
+
+def check_drawable(run: "xr.Dataset", source: str) -> None:
+    """Raise InputError where a saved run does not tell at all times where its stations are."""
+    for name in ("position", "rotation", "half_width", "station_x", "time"):
+        if not np.isfinite(run[name].values).all():
+            raise InputError(f"its {name} is not finite everywhere: it cannot be drawn.", file=source)
+    if not np.all(np.diff(run["time"].values) > 0):
+        raise InputError("its times do not go on: it cannot be drawn.", file=source)

@@ -1,5 +1,6 @@
 """The skin of a robot as rings around its parts, from the stations of a run; no plotting here."""
 
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -12,14 +13,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 AROUND = 12  # points on a ring
-_FINER = 3  # rings per interval between a rod's stations
+_FINER = 3  # rings per interval between a rod's stations, where rings have that many points
 
 
-def tubes(run: "xr.Dataset", times: Float[np.ndarray, "t"]) -> dict[str, Float[np.ndarray, "t rings around 3"]]:
+def tubes(
+    run: "xr.Dataset", times: Float[np.ndarray, "t"], around: Mapping[str, int] | None = None
+) -> dict[str, Float[np.ndarray, "t rings around 3"]]:
     """Rings [m, world frame] around every part that has a size, at `times` [s], by part.
 
     Between saved times they follow cubics. Rods are drawn through their stations, rigid parts from end to end; boxes
-    and spheroids as such if the run carries its robot.
+    and spheroids as such if the run carries its robot. `around` tells parts whose rings have another number of points.
     """
     saved = run["time"].values
     first = max(int(np.searchsorted(saved, times[0])) - 2, 0)
@@ -28,9 +31,10 @@ def tubes(run: "xr.Dataset", times: Float[np.ndarray, "t"]) -> dict[str, Float[n
     robot = description(run)
     found: dict[str, np.ndarray] = {}
     for part in run["part"].values:
-        rings = part_rings(near, str(part), shape_of(robot, str(part)))
+        points = (around or {}).get(str(part), AROUND)
+        rings = part_rings(near, str(part), shape_of(robot, str(part)), points)
         if rings is not None:
-            found[str(part)] = _between(near["time"].values, rings, times)
+            found[str(part)] = between(near["time"].values, rings, times)
     return found
 
 
@@ -46,8 +50,13 @@ def triangles(rings: int, around: int) -> Int[np.ndarray, "n 3"]:
     return np.concatenate([walls.reshape(-1, 3), fan[:, ::-1], fan + (rings - 1) * around])
 
 
-def part_rings(run: "xr.Dataset", part: str, shape: str = "cylinder") -> Float[np.ndarray, "t rings around 3"] | None:
-    """Rings of one part [m, world frame] at all saved times, both end rings doubled; None for a part without size."""
+def part_rings(
+    run: "xr.Dataset", part: str, shape: str = "cylinder", around: int = AROUND
+) -> Float[np.ndarray, "t rings around 3"] | None:
+    """Rings of one part [m, world frame] at all saved times, both end rings doubled; None for a part without size.
+
+    `around`, a multiple of four, is how many points they have; along a curve they come closer in proportion.
+    """
     own = np.flatnonzero(run["station_part"].values == part)
     x = run["station_x"].values[own]
     position, rotation = run["position"].values[:, own], run["rotation"].values[:, own]
@@ -55,12 +64,12 @@ def part_rings(run: "xr.Dataset", part: str, shape: str = "cylinder") -> Float[n
     if not np.any(half > 0) or (len(own) == 1 and x[0] == 0):
         return None
     if x[0] == 0:  # a rod's first station is its root; that of a rigid part its centre
-        x, position, rotation, half = finer(x, position, rotation, half)
+        x, position, rotation, half = finer(x, position, rotation, half, around * _FINER // AROUND)
     elif shape == "spheroid":
-        x, position, rotation, half = _spheroid(x[0], position[:, :1], rotation[:, :1], half[:1])
+        x, position, rotation, half = _spheroid(x[0], position[:, :1], rotation[:, :1], half[:1], around + 1)
     else:
         x, position, rotation, half = _to_the_ends(x, position, rotation, half)
-    across = half[:, None, :] * _outline(shape)  # [rings, around, 2]
+    across = half[:, None, :] * _outline(shape, around)  # [rings, around, 2]
     rings = position[:, :, None, :] + np.einsum("tnij,nkj->tnki", rotation[..., 1:], across)
     return np.concatenate([rings[:, :1], rings, rings[:, -1:]], axis=1)
 
@@ -83,9 +92,9 @@ def shape_of(robot: RobotDescription | None, part: str) -> str:
     return limb.section if isinstance(limb, Rod) else limb.shape
 
 
-def _outline(shape: str) -> Float[np.ndarray, "around 2"]:
+def _outline(shape: str, around: int) -> Float[np.ndarray, "around 2"]:
     """Section of half widths 1: a circle, or a square whose corners are among the points."""
-    angle = np.pi / 4 + 2 * np.pi * np.arange(AROUND) / AROUND
+    angle = np.pi / 4 + 2 * np.pi * np.arange(around) / around
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     return circle / np.max(np.abs(circle), axis=-1, keepdims=True) if shape in ("box", "rectangle") else circle
 
@@ -99,15 +108,18 @@ def hermite(x: np.ndarray, y: np.ndarray, slope: np.ndarray, at: np.ndarray) -> 
     return value + h * u * (1 - u) * ((1 - u) * slope[k] - u * slope[k + 1])
 
 
-def _between(saved: np.ndarray, rings: np.ndarray, times: np.ndarray) -> np.ndarray:
+def between(saved: np.ndarray, values: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Values [t, ...] at `times`, by cubics through those at the saved times [n, ...]."""
     if len(saved) < 2:
-        return np.repeat(rings, len(times), axis=0)
-    return hermite(saved, rings, np.gradient(rings, saved, axis=0), times)
+        return np.repeat(values, len(times), axis=0)
+    return hermite(saved, values, np.gradient(values, saved, axis=0), times)
 
 
-def finer(x: np.ndarray, position: np.ndarray, rotation: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, ...]:
+def finer(
+    x: np.ndarray, position: np.ndarray, rotation: np.ndarray, half: np.ndarray, pieces: int = _FINER
+) -> tuple[np.ndarray, ...]:
     """Stations of a rod and more between them, along cubics tangent to it."""
-    parts = [np.linspace(a, b, _FINER, endpoint=False) for a, b in pairwise(x)]
+    parts = [np.linspace(a, b, pieces, endpoint=False) for a, b in pairwise(x)]
     at = np.concatenate([*parts, x[-1:]])
     place, slope = np.moveaxis(position, 1, 0), np.moveaxis(rotation[..., 0], 1, 0)
     turned = np.moveaxis(rotation, 1, 0)
@@ -129,9 +141,11 @@ def _to_the_ends(x: np.ndarray, position: np.ndarray, rotation: np.ndarray, half
     return x, np.concatenate([root, position, tip], axis=1), rotation[:, ends], half[ends]
 
 
-def _spheroid(middle: float, position: np.ndarray, rotation: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, ...]:
+def _spheroid(
+    middle: float, position: np.ndarray, rotation: np.ndarray, half: np.ndarray, sections: int
+) -> tuple[np.ndarray, ...]:
     """Sections of a spheroid, from pole to pole."""
-    angle = np.linspace(0, np.pi, 13)
+    angle = np.linspace(0, np.pi, sections)
     x = middle * (1 - np.cos(angle))
     place = position + (x - middle)[:, None] * rotation[..., 0]
     return x, place, np.repeat(rotation, len(x), axis=1), half * np.sin(angle)[:, None]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from nectosome.design import Problem, load_problem, shipped_problem
 from nectosome.io import RobotDescription, get_value, load_dataset, parse_robot, with_values
 from nectosome.robots import build, describe
-from nectosome.view.saved import check_run
+from nectosome.view.saved import check_drawable, check_run
 from nectosome.view.standing import standing
 
 from .answers import Answer, Solver
@@ -57,6 +57,7 @@ class Session:
         """Show a saved run, and take its robot. Raises InputError where it is none."""
         run = load_dataset(path)
         check_run(run, path.name)
+        check_drawable(run, path.name)
         robot = parse_robot(run.attrs["robot"])
         self._take(robot, Problem())
         self._put(Answer(run, robot, "a run", 0.0, {}, ""), f"{run.attrs['title']}, as it was saved")

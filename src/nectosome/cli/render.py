@@ -1,0 +1,180 @@
+"""`nectosome render`: a video of a robot, or a picture; it needs no browser, no display and no graphics card."""
+
+import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from nectosome.cli.options import read_count, read_duration, read_quantity
+from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.parts import weigh
+from nectosome.cli.progress import cancellable, progress_bar
+from nectosome.io import InputError, is_results, load_dataset
+from nectosome.io.extras import package
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_SIZE, _FPS, _SPEED, _TIME = "1280x720", "30", "1", "5s"
+_LEAST, _MOST = 128, 4096  # px
+_FASTEST = 100.0  # times real time, and as many times slower
+_MOST_FRAMES, _MOST_SAMPLES = 20_000, 100_000
+_APART = 1 / 30  # s, between the moments that are saved, at most
+_FOUND = ("SOLVED", "EVENT", "UNSTABLE", "SETTLED")  # statuses of motions that are what was asked for
+
+
+def render(
+    robot: Annotated[str, Parameter(help="Name of a robot that ships, a robot file, or a saved run (.nc).")],
+    /,
+    *,
+    out: Annotated[Path, Parameter(help="Video (.mp4) or picture (.png) to write.")],
+    settings: Annotated[
+        list[str] | None, Parameter("--set", help="PATH=VALUE, such as omega=14.4rad/s; may be repeated.")
+    ] = None,
+    time: Annotated[
+        str | None,
+        Parameter(help="How long, in seconds or with a unit: 5s of a robot, all of a run.", allow_leading_hyphen=True),
+    ] = None,
+    at: Annotated[
+        str | None, Parameter(help="Of a picture: when, instead of at the end.", allow_leading_hyphen=True)
+    ] = None,
+    size: Annotated[str, Parameter(help="Width and height in pixels.", allow_leading_hyphen=True)] = _SIZE,
+    fps: Annotated[str, Parameter(help="Frames per second.", allow_leading_hyphen=True)] = _FPS,
+    speed: Annotated[
+        str, Parameter(help="Times real time; 0.25 is four times slower.", allow_leading_hyphen=True)
+    ] = _SPEED,
+    camera: Annotated[
+        Literal["three-quarter", "side", "top", "front"], Parameter(help="From where; it goes along with the robot.")
+    ] = "three-quarter",
+) -> int:
+    """Write a video of a simulated robot, or a picture.
+
+    The robot is simulated from rest, or is that of a saved run.
+    """
+    if out.suffix not in (".mp4", ".png"):
+        raise InputError(f'"{out}" ends neither in .mp4, for a video, nor in .png, for a picture.', field="--out")
+    check_target(out, "--out", out.suffix)
+    still = out.suffix == ".png"
+    if still:
+        for option, given, usual in (("--fps", fps, _FPS), ("--speed", speed, _SPEED)):
+            if given != usual:
+                raise InputError("is of a video. Leave it out.", field=option)
+    elif at is not None:
+        raise InputError("is of a picture (.png). Leave it out.", field="--at")
+    pixels, rate = _read_size(size), read_count(fps, "--fps", least=1, most=120)
+    pace = read_quantity(speed, "number", "--speed")
+    if not 1 / _FASTEST <= pace <= _FASTEST:
+        raise InputError(f'"{speed}" is out of range: {1 / _FASTEST:g} to {_FASTEST:g} are allowed.', field="--speed")
+    seconds = None if time is None else read_duration(_with_unit(time), "--time")
+    moment = None if at is None else read_quantity(_with_unit(at), "time", "--at")
+    for name in ("cv2",) if still else ("cv2", "av"):
+        package(name, "video")
+
+    with progress_bar(Path(robot).stem) as update:
+        if is_results(robot):
+            if settings:
+                raise InputError("a saved run is what it is. Leave it out.", field="--set")
+            from nectosome.view.saved import check_drawable, check_run
+
+            run = load_dataset(robot)
+            check_run(run, robot)
+            check_drawable(run, robot)
+            if seconds is None and run.attrs["status"] not in _FOUND:
+                why = f"{run.attrs['status_reason']}, at {run['time'].values[-1]:.4g} s"
+                tell(f"{robot}: {why}. Say by --time how much of it to show.")
+                return 1
+        else:
+            seconds = read_duration(_TIME, "--time") if seconds is None else seconds
+            apart = _APART if still else min(pace / rate, _APART)
+            if seconds / apart >= _MOST_SAMPLES:
+                raise InputError(f"{seconds:g} s take more than {_MOST_SAMPLES} moments.", field="--time")
+            if not still:
+                _check_frames(seconds, rate, pace)
+            made = _simulated(robot, settings or [], seconds, max(math.ceil(seconds / apart), 60) + 1, update)
+            if isinstance(made, int):
+                return made
+            run = made
+        first, last = (float(run["time"].values[k]) for k in (0, -1))
+        end = last if seconds is None else first + seconds
+        if end > last * (1 + 1e-9):
+            raise InputError(f"{robot} ends at {last:.4g} s.", field="--time")
+        if not still and end <= first:
+            raise InputError(f"{robot} is of one moment only: write a picture (.png).", field="--out")
+
+        from nectosome.view import write_film, write_still
+
+        if still:
+            moment = end if moment is None else moment
+            if not first <= moment <= end:
+                raise InputError(f"{moment:g} s is not from {first:.4g} to {end:.4g} s.", field="--at")
+            write_still(run, out, at=moment, end=end, size=pixels, camera=camera)
+            write(f"written: {out}")
+            return 0
+        _check_frames(end - first, rate, pace)
+        options: dict[str, Any] = {"size": pixels, "camera": camera, "rate": rate, "speed": pace}
+        count = write_film(run, out, end=end, progress=lambda share: update("drawing", share), **options)
+    write(f"written: {out}, {count} frames, {count / rate:.4g} s")
+    return 0
+
+
+def _simulated(
+    robot: str, settings: list[str], seconds: float, samples: int, update: Callable[[str, float], None]
+) -> "xr.Dataset | int":
+    """A run from rest, or the exit code where it was not solved or cancelled."""
+    from nectosome import robots
+
+    description = robots.describe(robot, settings)
+
+    from nectosome.core import Status
+    from nectosome.solve import prepare_results, simulate
+
+    def compute(going_on: Callable[[], bool]) -> Any:
+        def progress(share: float) -> bool:
+            update("simulating", share)
+            return going_on()
+
+        built = robots.build(description)
+        weigh(built, robot)
+        prepare_results(built, samples)
+        run = simulate(built, seconds, samples=samples, progress=progress)
+        if Status(int(run.status)) not in (Status.SOLVED, Status.EVENT):
+            return run, None
+        return run, run.to_dataset(description, {"robot": robot, "set": settings, "time": seconds})
+
+    run, found = cancellable(compute)
+    if found is not None:
+        return found
+    status, reached = Status(int(run.status)), float(run.value.time[-1])
+    come = f"{description.name}: {status.reason}, at {reached:.4g} s of {seconds:.4g} s; nothing is written."
+    if status == Status.CANCELLED:
+        tell(come)
+        return 130
+    tell(f"{come} With a shorter --time there is something to show.")
+    return 1
+
+
+def _read_size(text: str) -> tuple[int, int]:
+    found = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text)
+    if found is None:
+        raise InputError(f'"{text}" is no width and height, such as {_SIZE}.', field="--size")
+    width, height = (int(number) for number in found.groups())
+    for number in (width, height):
+        if not _LEAST <= number <= _MOST or number % 2:
+            what = f"even numbers from {_LEAST} to {_MOST} are allowed"
+            raise InputError(f'"{text}" cannot be: {what}.', field="--size")
+    return width, height
+
+
+def _with_unit(text: str) -> str:
+    """A time with its unit; a number alone is one of seconds."""
+    return f"{text} s" if re.fullmatch(r"\s*[-+]?[\d.]+([eE][-+]?\d+)?\s*", text) else text
+
+
+def _check_frames(seconds: float, rate: int, pace: float) -> None:
+    """Raise InputError where a video of so much time would have too many frames."""
+    if seconds * rate / pace > _MOST_FRAMES:
+        way_out = "a shorter --time, a lower --fps or a higher --speed"
+        raise InputError(f"{seconds:g} s make more than {_MOST_FRAMES} frames: take {way_out}.", field="--time")

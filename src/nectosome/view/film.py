@@ -1,0 +1,60 @@
+"""Files of a scene: a video of a run, or one picture of it."""
+
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nectosome.io.atomic import write_atomic
+from nectosome.io.extras import package
+from nectosome.measure.video.video_file import write_video
+
+from .raster import Picture
+from .scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def write_film(
+    run: "xr.Dataset",
+    path: str | Path,
+    *,
+    end: float,
+    size: tuple[int, int],
+    camera: str,
+    rate: int = 30,
+    speed: float = 1.0,
+    progress: Callable[[float], None] = lambda share: None,
+) -> int:
+    """Write a video (.mp4) of a run until `end` [s], `rate` frames a second, at `speed` times real time.
+
+    `size` [px] is even. `progress` is told the share of frames done; what it raises ends it, and no file is left.
+    Returns how many frames they are. Raises InputError where nothing is to be seen or nothing can be written.
+    """
+    start = float(run["time"].values[0])
+    count = max(round((end - start) * rate / speed), 1)
+    decimals = max(2, int(np.ceil(np.log10(rate / speed))))  # so that no two frames tell the same time
+    note = "" if speed == 1 else f"{speed:g} x real time"
+    scene = Scene(run, end, size, camera, note, decimals)
+    times = np.minimum(start + np.arange(count) * speed / rate, end)
+
+    def frames() -> Iterator[tuple[float, Picture]]:
+        for k, picture in enumerate(scene.pictures(times)):
+            progress(k / count)
+            yield k / rate, picture
+
+    write_atomic(path, lambda beside: write_video(beside, frames(), Fraction(rate)))
+    return count
+
+
+def write_still(
+    run: "xr.Dataset", path: str | Path, *, at: float, end: float, size: tuple[int, int], camera: str
+) -> None:
+    """Write the picture (.png) that a video of a run until `end` has `at` a time [s]. Raises InputError as it does."""
+    scene = Scene(run, end, size, camera, decimals=3)
+    (picture,) = scene.pictures(np.array([at]))
+    _, data = package("cv2", "video").imencode(".png", picture)
+    write_atomic(path, data.tobytes())
