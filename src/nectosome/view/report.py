@@ -26,6 +26,7 @@ from . import (
     tracking,
 )
 from .page import panel_html, write_library, write_page, write_panel
+from .scenes import Scenes
 from .scorecard import summary, table
 from .style import Panel
 from .tubes import description
@@ -107,9 +108,10 @@ def write_report(studies: Sequence[Study], path: str | Path) -> None:
         table(rows),
         f'<p class="small">{escape(_LEGEND)}</p>',
     ]
+    scenes = Scenes()
     for study in studies:
-        parts += _section(study)
-    write_page(path, "nectosome report", parts)
+        parts += _section(study, scenes)
+    write_page(path, "nectosome report", [*parts, scenes.head()])
 
 
 _LEGEND = (
@@ -149,7 +151,7 @@ def show_run(run: "xr.Dataset", path: str | Path) -> None:
     write_page(path, title, parts)
 
 
-def _section(study: Study) -> Iterator[str]:
+def _section(study: Study, scenes: Scenes) -> Iterator[str]:
     yield f'<h2 id="{escape(study.name)}">{escape(study.title)}</h2>\n<p>{escape(study.about)}</p>'
     what = "recordings" if study.name in _MEASURED else "simulations"
     yield f'<p class="small">{len(study.runs)} {what}, {study.seconds:.0f} s.</p>'
@@ -158,6 +160,7 @@ def _section(study: Study) -> Iterator[str]:
             yield f"<p><b>Run {escape(name)} did not succeed</b>: {escape(_ended(run))}.</p>"
     for i, panel in enumerate(_panels(study)):
         yield panel_html(panel, f"{study.name}-{i + 1}")
+    yield scenes.figure(study.runs, study.name)
 
 
 _MEASURED = {"measure"}  # studies without a model
