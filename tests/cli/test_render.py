@@ -68,7 +68,7 @@ def test_ctrl_c_leaves_nothing(nectosome, ball_run, monkeypatch):
 MISTAKES = {
     "none --out a.mp4": "none",
     "{run}": "render: --out needs a value",
-    "{run} --out a.gif": '--out: "a.gif" ends neither in .mp4, for a video, nor in .png',
+    "{run} --out a.gif": '--out: "a.gif" is neither a video (.mp4) nor a picture (.png, .svg).',
     "{run} --out none/a.mp4": "--out: cannot write into none",
     "{run} --out a.mp4 --size 1280": '--size: "1280" is no width and height',
     "{run} --out a.mp4 --size 641x480": "even numbers from 128 to 4096",

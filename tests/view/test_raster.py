@@ -1,12 +1,12 @@
 """From geometry to pixels: places, areas, light, and what hides what."""
 
-import cv2
 import numpy as np
 import pytest
 
-from nectosome.view.raster import Camera, axes_towards, darken, lit, paint, rule, walls
+from nectosome.view.camera import Camera, axes_towards, lit, outlines, seen, walls
+from nectosome.view.raster import FINER, Raster
 
-SIZE, FOCAL, FINER = (240, 180), 300.0, 2
+SIZE, FOCAL = (240, 180), 300.0
 EDGE = 0.3  # px: OpenCV paints what an edge runs through as well, half a pixel of an image of twice the size
 RED, BLUE = np.array([0.0, 0, 200]), np.array([200.0, 0, 0])
 
@@ -32,11 +32,16 @@ def box(half, middle=(0, 0, 0)):
 
 
 def painted(camera, *coloured):
-    image = np.full((FINER * SIZE[1], FINER * SIZE[0], 3), 255, np.uint8)
+    canvas = before(255)
     faces = [walls(rings) for rings, _ in coloured]
     colours = [np.tile(colour, (len(each), 1)) for each, (_, colour) in zip(faces, coloured, strict=True)]
-    paint(image, camera, np.concatenate(faces), np.concatenate(colours), FINER)
-    return image
+    canvas.paint(*seen(camera, np.concatenate(faces), np.concatenate(colours)))
+    return canvas.image
+
+
+def before(grey):
+    """An empty picture."""
+    return Raster(SIZE, np.full((SIZE[1], 3), float(grey)))
 
 
 def area(image):
@@ -64,9 +69,9 @@ def test_a_camera_is_upright_and_not_mirrored(viewer):
 def test_the_silhouette_of_a_sphere_has_the_area_of_its_cone():
     """The cone around a sphere of radius R at distance d meets the picture in a circle of radius f tan(asin(R/d))."""
     radius, away = 0.4, 2.0
-    seen = FOCAL * np.tan(np.arcsin(radius / away))
+    half = FOCAL * np.tan(np.arcsin(radius / away))
     found = area(painted(camera_at((0, -away, 0)), (sphere(radius), RED)))
-    assert 0.998 * np.pi * seen**2 < found < np.pi * seen**2 + EDGE * 2 * np.pi * seen
+    assert 0.998 * np.pi * half**2 < found < np.pi * half**2 + EDGE * 2 * np.pi * half
 
 
 def test_the_silhouette_of_a_box_is_that_of_its_near_face():
@@ -88,10 +93,8 @@ def test_a_face_is_seen_from_outside_only():
     face = walls(box((0.4, 0.3, 0.2)))
     face = face[np.all(face[..., 1] < -0.29, axis=1)]
     assert len(face) == 1
-    for faces, seen in ((face, True), (face[:, ::-1], False)):
-        image = np.full((FINER * SIZE[1], FINER * SIZE[0], 3), 255, np.uint8)
-        paint(image, camera_at((0, -2, 0)), faces, RED[None], FINER)
-        assert (area(image) > 0) == seen
+    for faces, count in ((face, 1), (face[:, ::-1], 0)):
+        assert len(seen(camera_at((0, -2, 0)), faces, RED[None])[0]) == count
 
 
 def test_what_is_behind_the_eye_is_not_painted():
@@ -114,9 +117,9 @@ def test_a_shadow_darkens_by_its_share_and_nothing_else():
 
     In a mask of half the size its sides are up to half a pixel too far out, one of the picture's.
     """
-    image = np.full((FINER * SIZE[1], FINER * SIZE[0], 3), 200, np.uint8)
-    darken(image, camera_at((0, 0, 2)), [box((0.2, 0.2, 0.0))], FINER, 0.5)
-    grey = cv2.resize(image, SIZE, interpolation=cv2.INTER_AREA)[..., 0]
+    canvas = before(200)
+    canvas.darken(outlines(camera_at((0, 0, 2)), [box((0.2, 0.2, 0.0))]), 0.5)
+    grey = canvas.picture()[..., 0]
     assert grey[90, 120] == pytest.approx(100, abs=2)
     assert grey[10, 10] == 200
     side = 0.4 * FOCAL / 2
@@ -124,9 +127,8 @@ def test_a_shadow_darkens_by_its_share_and_nothing_else():
 
 
 def test_lines_run_from_point_to_point():
-    image = np.zeros((FINER * SIZE[1], FINER * SIZE[0], 3), np.uint8)
-    line = np.array([[[-0.2, 0, 0.1], [0.2, 0, 0.1]]])  # from u = 90 to u = 150 at v = 75
-    rule(image, camera_at((0, -2, 0)), line, np.array([[255.0, 255, 255]]), FINER)
-    rows, columns = np.nonzero(image[..., 0] > 100)
+    canvas = before(0)
+    canvas.rule(np.array([[[90.0, 75], [150, 75]]]), np.array([[255.0, 255, 255]]), 0.5)
+    rows, columns = np.nonzero(canvas.image[..., 0] > 100)
     assert np.unique(rows).tolist() in ([149], [150], [149, 150])
     assert columns.min() == pytest.approx(180, abs=2) and columns.max() == pytest.approx(300, abs=2)

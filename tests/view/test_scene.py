@@ -1,5 +1,8 @@
 """Pictures and videos of a run: what is in them, where, and that nothing half-written is left."""
 
+import re
+from xml.etree import ElementTree
+
 import av
 import numpy as np
 import pytest
@@ -88,11 +91,11 @@ def test_the_grid_stands_still_in_the_world(run):
 def test_the_scale_is_as_long_as_it_says(run):
     scene = Scene(run, 1.0, (640, 360), "side")
     image = picture(run, 0.5, size=(640, 360))
-    row = image[360 - 18, :320].max(axis=1) < 60
+    row = image[360 - 20, :320].max(axis=1) < 60
     camera = scene.camera(0.5)
     middle = camera.eye - scene._away * camera.axes[2]
     pixels, _ = camera.project(middle + np.outer([0, 0.1], camera.axes[0]))
-    assert row.sum() - 1 == pytest.approx(pixels[1, 0] - pixels[0, 0], abs=1)  # 10 cm, as is written
+    assert row.sum() == pytest.approx(pixels[1, 0] - pixels[0, 0], abs=1)  # 10 cm, as is written
 
 
 def test_another_pace_is_told(run):
@@ -145,3 +148,19 @@ def test_what_is_interrupted_leaves_nothing(run, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         write_film(run, tmp_path / "a.mp4", end=1.0, size=SIZE, camera="side", progress=stop)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_picture_in_lines_shows_what_that_in_pixels_does(run, tmp_path):
+    """The same words, and the filament, by its colour, in the same place."""
+    write_still(run, tmp_path / "a.svg", at=0.5, end=1.0, size=SIZE, camera="side")
+    root = ElementTree.parse(tmp_path / "a.svg").getroot()
+    space = "{http://www.w3.org/2000/svg}"
+    assert (root.get("width"), root.get("height")) == ("320", "180")
+    assert [each.text for each in root.iter(f"{space}text")] == ["made up", "0.500 s", "10 cm"]
+    faces = [path for path in root.iter(f"{space}path") if path.get("fill")]
+    fill = np.array([[int(str(path.get("fill"))[k : k + 2], 16) for k in (5, 3, 1)] for path in faces])
+    places = np.array([re.findall(r"-?[\d.]+", str(path.get("d"))) for path in faces], float).reshape(-1, 4, 2)
+    filament = places[blue(fill)].reshape(-1, 2)
+    shown = np.argwhere(blue(picture(run, 0.5)))[:, ::-1] + 0.5
+    for end in (np.min, np.max):
+        np.testing.assert_allclose(end(filament, axis=0), end(shown, axis=0), atol=1.5)

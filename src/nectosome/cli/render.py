@@ -30,7 +30,7 @@ def render(
     robot: Annotated[str, Parameter(help="Name of a robot that ships, a robot file, or a saved run (.nc).")],
     /,
     *,
-    out: Annotated[Path, Parameter(help="Video (.mp4) or picture (.png) to write.")],
+    out: Annotated[Path, Parameter(help="Video (.mp4) or picture (.png, .svg) to write.")],
     settings: Annotated[
         list[str] | None, Parameter("--set", help="PATH=VALUE, such as omega=14.4rad/s; may be repeated.")
     ] = None,
@@ -54,16 +54,16 @@ def render(
 
     The robot is simulated from rest, or is that of a saved run.
     """
-    if out.suffix not in (".mp4", ".png"):
-        raise InputError(f'"{out}" ends neither in .mp4, for a video, nor in .png, for a picture.', field="--out")
+    if out.suffix not in (".mp4", ".png", ".svg"):
+        raise InputError(f'"{out}" is neither a video (.mp4) nor a picture (.png, .svg).', field="--out")
     check_target(out, "--out", out.suffix)
-    still = out.suffix == ".png"
+    still = out.suffix != ".mp4"
     if still:
         for option, given, usual in (("--fps", fps, _FPS), ("--speed", speed, _SPEED)):
             if given != usual:
                 raise InputError("is of a video. Leave it out.", field=option)
     elif at is not None:
-        raise InputError("is of a picture (.png). Leave it out.", field="--at")
+        raise InputError("is of a picture (.png, .svg). Leave it out.", field="--at")
     pixels, rate = _read_size(size), read_count(fps, "--fps", least=1, most=120)
     pace = read_quantity(speed, "number", "--speed")
     if not 1 / _FASTEST <= pace <= _FASTEST:

@@ -51,10 +51,22 @@ def write_film(
 
 
 def write_still(
-    run: "xr.Dataset", path: str | Path, *, at: float, end: float, size: tuple[int, int], camera: str
+    run: "xr.Dataset",
+    path: str | Path,
+    *,
+    at: float,
+    end: float,
+    size: tuple[int, int],
+    camera: str | tuple[float, float, float],
 ) -> None:
-    """Write the picture (.png) that a video of a run until `end` has `at` a time [s]. Raises InputError as it does."""
+    """Write the picture that a video of a run until `end` has `at` a time [s], as .svg if it is called so, else PNG.
+
+    Raises InputError as the video does.
+    """
     scene = Scene(run, end, size, camera, decimals=3)
+    if Path(path).suffix == ".svg":
+        write_atomic(path, scene.svg(at).encode())
+        return
     (picture,) = scene.pictures(np.array([at]))
     _, data = package("cv2", "video").imencode(".png", picture)
     write_atomic(path, data.tobytes())

@@ -7,12 +7,13 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from nectosome.io import InputError, WaterDescription
-from nectosome.io.extras import package
 
-from .raster import Camera, Picture, axes_towards, colour_of, darken, lit, paint, rule, walls
+from .camera import Camera, axes_towards, colour_of, lit, outlines, seen, walls
+from .raster import Picture, Raster
 from .robot3d import colours_of
 from .style import BLACK, ORANGE, SKY
 from .tubes import between, description, tubes
+from .vector import Vector
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,7 +29,6 @@ CAMERAS = {
 _HALF = np.tan(np.radians(15))  # height of the view over its distance, from the middle to the upper edge
 _ROOM = 0.72  # of the picture's width and height: what the robot keeps within
 _SMOOTH = 0.5  # s, standard deviation of the window over which the camera's way is a mean
-_FINER = 2  # pictures are drawn larger by this and shrunk, so that edges are smooth
 _FACE = 5.0  # px, about how large a face is
 _CHUNK = 32  # frames whose surfaces are worked out at once
 _LOOKED_AT = 60  # saved moments at which the robot is measured, so that it stays in the picture
@@ -50,7 +50,9 @@ class Plane(NamedTuple):
 
 
 class Scene:
-    """What there is to see of a run until `end` [s], from one of `CAMERAS`, in pictures of `size` [px].
+    """What there is to see of a run until `end` [s], from one of `CAMERAS`, or from (x, y, z) of what is looked at.
+
+    Pictures have `size` [px].
 
     The camera keeps its direction and its distance, such that the robot stays in the picture at all times, and goes
     along with the middle of the robot, smoothed. `note` stands beside the time, which has so many `decimals`.
@@ -58,7 +60,13 @@ class Scene:
     """
 
     def __init__(
-        self, run: "xr.Dataset", end: float, size: tuple[int, int], camera: str, note: str = "", decimals: int = 2
+        self,
+        run: "xr.Dataset",
+        end: float,
+        size: tuple[int, int],
+        camera: str | tuple[float, float, float],
+        note: str = "",
+        decimals: int = 2,
     ):
         self._run, self._size, self._note, self._decimals = run, size, note, decimals
         robot = description(run)
@@ -73,9 +81,11 @@ class Scene:
         if not rough:
             raise InputError("no part of this robot has a size, so that there is nothing to see.")
         points = np.concatenate([rings.reshape(len(times), -1, 3) for rings in rough.values()], axis=1)
-        x, y, z = CAMERAS[camera]
-        back = self._way[-1, 0] - self._way[0, 0] > 0.05 * np.ptp(points[0], axis=0).max()
-        self._axes = axes_towards((-x if back else x, y, z))
+        if isinstance(camera, str):
+            x, y, z = CAMERAS[camera]
+            back = self._way[-1, 0] - self._way[0, 0] > 0.05 * np.ptp(points[0], axis=0).max()
+            camera = (-x if back else x, y, z)
+        self._axes = axes_towards(camera)
         self._away, shift = _framed((points - self._along(times)[:, None]) @ self._axes.T, size)
         self._way += shift @ self._axes
         self._focal = 0.5 * size[1] / _HALF
@@ -93,38 +103,43 @@ class Scene:
         self._passed, self._path = self._moments[kept], path[kept]
         share = (np.arange(size[1]) + 0.5)[:, None] / size[1]
         self._water = _ABOVE + (_BELOW - _ABOVE) * share
-        rows = np.rint(self._water).astype(np.uint8).repeat(_FINER, axis=0)
-        self._empty = rows[:, None].repeat(_FINER * size[0], axis=1)
 
     def pictures(self, times: Float[np.ndarray, "t"]) -> Iterator[Picture]:
         """One picture for each of the times [s], which increase; memory does not grow with their number."""
+        canvas = Raster(self._size, self._water)
         for k in range(0, len(times), _CHUNK):
             some = times[k : k + _CHUNK]
             parts = tubes(self._run, some, self._around)
             places = between(self._run["time"].values, self._run["position"].values[:, 0], some)
             for i, time in enumerate(some):
-                yield self._picture(float(time), {name: rings[i] for name, rings in parts.items()}, places[i])
+                canvas.clear()
+                self._draw(canvas, float(time), {name: rings[i] for name, rings in parts.items()}, places[i])
+                yield canvas.picture()
+
+    def svg(self, time: float) -> str:
+        """The picture of one time [s] in lines and faces that stay sharp at any size."""
+        canvas, some = Vector(self._size, self._water), np.array([time])
+        parts = tubes(self._run, some, self._around)
+        place = between(self._run["time"].values, self._run["position"].values[:, 0], some)[0]
+        self._draw(canvas, time, {name: rings[0] for name, rings in parts.items()}, place)
+        return canvas.svg()
 
     def camera(self, time: float) -> Camera:
         """Camera at a time [s]."""
         return Camera(self._target(time) + self._away * self._axes[2], self._axes, self._focal, self._size)
 
-    def _picture(self, time: float, parts: Mapping[str, np.ndarray], place: np.ndarray) -> Picture:
+    def _draw(self, canvas: Raster | Vector, time: float, parts: Mapping[str, np.ndarray], place: np.ndarray) -> None:
         camera = self.camera(time)
-        image = self._empty.copy()
         for plane in self._planes:
-            self._draw_plane(image, camera, plane, time)
+            self._draw_plane(canvas, camera, plane, time)
         floor = self._planes[0]
         if floor.normal == 2:
-            darken(image, camera, (_flat(rings, floor.place) for rings in parts.values()), _FINER, 0.2)
+            canvas.darken(outlines(camera, (_flat(rings, floor.place) for rings in parts.values())), 0.2)
         faces = [walls(_refined(rings, self._cuts[name])) for name, rings in parts.items()]
         colours = [lit(each, self._colours[name], camera) for each, name in zip(faces, parts, strict=True)]
         ribbon, tints = self._trail(camera, time, place)
-        paint(image, camera, np.concatenate([*faces, ribbon]), np.concatenate([*colours, tints]), _FINER)
-        cv2 = package("cv2", "video")
-        image = cv2.resize(image, self._size, interpolation=cv2.INTER_AREA)
-        self._write(image, time)
-        return image
+        canvas.paint(*seen(camera, np.concatenate([*faces, ribbon]), np.concatenate([*colours, tints])))
+        self._write(canvas, time)
 
     # --- where the camera is ------------------------------------------------------------------------------------------
 
@@ -161,7 +176,7 @@ class Scene:
             return [first]
         return [first, Plane(2, water.surface, _SURFACE, 0.8, ways=1)]
 
-    def _draw_plane(self, image: Picture, camera: Camera, plane: Plane, time: float) -> None:
+    def _draw_plane(self, canvas: Raster | Vector, camera: Camera, plane: Plane, time: float) -> None:
         target = self._target(time)
         within = [k for k in range(3) if k != plane.normal]
         pieces = self._lattice[: plane.ways].reshape(-1, 2, 2)
@@ -172,7 +187,7 @@ class Scene:
         near = np.all(depth > 0.1 * self._away, axis=1) & (strength > 0.01)
         near &= np.all((pixels.max(axis=1) > 0) & (pixels.min(axis=1) < self._size), axis=1)
         colours = self._in_water(pixels[near].mean(axis=1), plane.colour, strength[near])
-        rule(image, camera, lines[near], colours, _FINER, self._pixels(1.2 * _FINER))
+        canvas.rule(pixels[near], colours, self._pixels(1.2))
 
     def _trail(self, camera: Camera, time: float, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Faces of a ribbon along the body's way so far, turned to the viewer, and their colours."""
@@ -202,27 +217,22 @@ class Scene:
 
     # --- what is written ----------------------------------------------------------------------------------------------
 
-    def _pixels(self, size: float) -> int:
-        """Whole pixels of a length that is `size` px in a picture 720 px high."""
-        return max(round(size * self._size[1] / 720), 1)
+    def _pixels(self, size: float) -> float:
+        """Pixels of a length that is `size` px in a picture 720 px high."""
+        return size * self._size[1] / 720
 
-    def _write(self, image: Picture, time: float) -> None:
+    def _write(self, canvas: Raster | Vector, time: float) -> None:
         """Name, time and scale, the length of which holds where the camera looks."""
-        cv2 = package("cv2", "video")
         edge, size = self._pixels(36), max(self._pixels(25), 9)
-        self._text(image, self._title, (edge, edge + size // 2), size, 600)
+        canvas.text(self._title, edge, edge + size / 2, size, True, _INK)
         told = f"{time:.{self._decimals}f} s" + (f"   {self._note}" if self._note else "")
-        self._text(image, told, (edge, edge + 2 * size), size, 400)
+        canvas.text(told, edge, edge + 2 * size, size, False, _INK)
         per_metre = self._focal / self._away
         length = max(x for x in _LENGTHS if x * per_metre <= 0.2 * self._size[0])
-        low, right = self._size[1] - edge, edge + round(length * per_metre)
-        cv2.rectangle(image, (edge, low - self._pixels(4)), (right, low), _INK.tolist(), -1)
+        low = self._size[1] - edge
+        canvas.bar(edge, low - self._pixels(4.5), length * per_metre, self._pixels(4.5), _INK)
         said = f"{1e3 * length:g} mm" if length < 0.1 else f"{1e2 * length:g} cm" if length < 1 else f"{length:g} m"
-        self._text(image, said, (edge, low - self._pixels(14)), size, 400)
-
-    def _text(self, image: Picture, text: str, place: tuple[int, int], size: int, weight: int) -> None:
-        cv2 = package("cv2", "video")
-        cv2.putText(image, text, place, _INK.tolist(), cv2.FontFace("sans"), size, weight)
+        canvas.text(said, edge, low - self._pixels(14), size, False, _INK)
 
 
 def _middle(run: "xr.Dataset") -> Float[np.ndarray, "t 3"]:

@@ -50,7 +50,9 @@ class Scenes:
         buttons, data = [], []
         for k, (name, robot) in enumerate(shown.items()):
             held = f"{key}-scene-{k + 1}"
-            buttons.append(f'<button value="{held}" onclick="playScene(this)">{escape(name.replace("_", " "))}</button>')
+            buttons.append(
+                f'<button value="{held}" onclick="playScene(this)">{escape(name.replace("_", " "))}</button>'
+            )
             data.append(f'<script type="text/plain" id="{held}">{self._data(runs[name], robot)}</script>')
         title = "Turn and play: choose a run, drag the scene, press play"
         frame = f'<iframe title="{title}"></iframe>'
