@@ -165,9 +165,12 @@ def test_what_is_set_is_saved_and_opened_again(page, folder):
     said(page, "is there already")
     page.get_by_role("button", name="Open run").click()
     said(page, "as it was saved")
-    page.get_by_role("button", name="Save picture").click()
+    page.get_by_role("button", name="Save picture (.png)").click()
     said(page, "saved mine.png")
     assert imageio.imread(folder / "mine.png").shape[:2] == (720, 1280)
+    page.get_by_role("button", name="Save picture (.svg)").click()
+    said(page, "saved mine.svg")
+    assert (folder / "mine.svg").read_text().count("<path") > 100
     page.get_by_role("button", name="Save page").click()
     said(page, "saved mine.html")
     assert b"<html" in (folder / "mine.html").read_bytes()[:2000].lower()

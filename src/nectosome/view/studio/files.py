@@ -4,9 +4,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from nectosome.io import InputError, dump_robot, save_dataset
 from nectosome.io.atomic import write_atomic
 from nectosome.robots.shipped import file_names
+from nectosome.view.film import write_still
 
 from .folder import Folder, received
 from .work import told
@@ -40,6 +43,7 @@ class Files:
                 ("Save robot (.yaml)", self._save_robot),
                 ("Save run (.nc)", self._save_run),
                 ("Save picture (.png)", self._save_picture),
+                ("Save picture (.svg)", self._save_drawing),
                 ("Save page that plays (.html)", self._save_page),
             ):
                 gui.add_button(label).on_click(lambda _, work=work: self._told(work))
@@ -94,6 +98,16 @@ class Files:
         path = self._folder.target(self._name.value, ".png")
         pixels = self._client.get_render(height=_PICTURE[1], width=_PICTURE[0], transport_format="png")
         write_atomic(path, imageio.imwrite("<bytes>", pixels[..., :3], extension=".png"))
+        return self._saved(path)
+
+    def _save_drawing(self) -> str:
+        """The moment that is shown, from the direction it is looked at, without what is laid over the robot."""
+        path = self._folder.target(self._name.value, ".svg")
+        answer, camera = self._shown(), self._client.camera
+        run = answer.run.assign_attrs(robot=dump_robot(answer.robot))
+        end = float(run["time"].values[-1])
+        x, y, z = (float(k) for k in np.subtract(camera.position, camera.look_at))
+        write_still(run, path, at=self._session.moment, end=end, size=_PICTURE, camera=(x, y, z))
         return self._saved(path)
 
     def _save_page(self) -> str:

@@ -72,6 +72,12 @@ class Session:
         """What is shown; None until there is an answer."""
         return self._answer
 
+    @property
+    def moment(self) -> float:
+        """Time of the run [s] that is shown."""
+        start = 0.0 if self._answer is None else float(self._answer.run["time"].values[0])
+        return start + (self._player.time % self._stage.course.end if self._stage.course.end else 0.0)
+
     def become(self, description: RobotDescription) -> None:
         """Take other numbers of the same robot: sliders follow, and its motion is asked for."""
         self.description = description
