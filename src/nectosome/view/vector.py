@@ -6,7 +6,7 @@ from html import escape
 import numpy as np
 from jaxtyping import Float
 
-_SEAM = 0.6  # px, drawn around faces in their own colour, since viewers leave gaps between neighbours
+_SEAM = 1.0  # px, drawn around faces in their own colour, since viewers leave gaps between neighbours
 
 
 class Vector:
