@@ -73,9 +73,9 @@ def relay_gains(
         raise InputError(f"no gains were found: driven by a relay it {told}. Is that out of reach?")
     try:
         found = swing(run.measured, run.command)
-    except InputError as error:
-        told = f"under a relay it does not swing evenly within {run.time[-1]:.3g} s: {error.message}"
-        raise InputError(f"no gains were found: {told}") from None
+    except InputError:
+        told = f"no gains were found: under a relay it does not swing evenly within {run.time[-1]:.3g} s"
+        raise InputError(f"{told}. Give gains of your own, or choose another command or measurement.") from None
     last = -int(np.ceil(4 * found.period / robot.dt))
     sign = -np.sign(np.sum((run.command[last:] - middle) * (run.measured[last:] - about)))
     gains = found.pid() if found.period > _SLOW * robot.dt else found.pi()
