@@ -3,7 +3,7 @@
 
 import pytest
 
-from nectosome.io import InputError, dump_robot, get_value, numeric_paths, parse_robot
+from nectosome.io import InputError, dump_robot, get_value, numeric_paths, numeric_values, parse_robot
 
 TEXT = """
 name: pairs
@@ -50,3 +50,8 @@ def test_pairs_read_back_and_have_paths():
     assert parse_robot(dump_robot(robot)) == robot
     assert {"pairs.pin.offset.0.1", "pairs.grip.static_friction", "pairs.rest.softness"} <= set(numeric_paths(robot))
     assert get_value(robot, "pairs.pin.offset.0.1") == 1e-3
+
+
+def test_all_values_at_once_are_those_one_by_one():
+    robot = parse_robot(TEXT)
+    assert numeric_values(robot) == {path: get_value(robot, path) for path in numeric_paths(robot)}

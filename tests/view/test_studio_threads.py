@@ -53,3 +53,19 @@ def test_time_goes_on_while_it_plays_stands_while_not_and_ends_when_closed():
             break
         time.sleep(0.05)
     assert not any(thread.name == "studio-player" for thread in threading.enumerate())
+
+
+def test_what_is_held_is_not_shown_while_time_goes_on():
+    shown = []
+    player = Player(shown.append)
+    player.hold(60.0)
+    player.play(True)
+    time.sleep(0.3)
+    assert shown == []
+    player.hold(0.0)
+    for _ in range(200):
+        if shown:
+            break
+        time.sleep(0.02)
+    player.close()
+    assert shown[0] > 0.25

@@ -50,7 +50,7 @@ from nectosome.io.description import RobotDescription, WaterDescription
 from nectosome.io.errors import InputError, did_you_mean
 from nectosome.io.fields import Quantity
 from nectosome.io.files import dump_robot, json_schema, load_robot, parse_robot
-from nectosome.io.paths import get_value, numeric_paths, resolve, with_values
+from nectosome.io.paths import get_value, numeric_paths, numeric_values, resolve, with_values
 from nectosome.io.period import drive_frequencies, drive_period
 from nectosome.io.provenance import provenance
 from nectosome.io.results import is_results, load_dataset, save_dataset
@@ -119,6 +119,7 @@ __all__ = [
     "load_dataset",
     "load_robot",
     "numeric_paths",
+    "numeric_values",
     "parse_quantity",
     "parse_robot",
     "parse_setting",

@@ -6,12 +6,17 @@ from typing import Any
 from nectosome.io.description import RobotDescription
 from nectosome.io.errors import InputError, did_you_mean, shorten
 from nectosome.io.fields import Quantity
-from nectosome.io.structure import changed, quantities, quantity_at, value_at
+from nectosome.io.structure import changed, quantities, quantity_at, quantity_values, value_at
 
 
 def numeric_paths(description: RobotDescription) -> dict[str, Quantity]:
     """Return every quantity that has a value, by path, with its dimension, SI unit and range."""
     return quantities(description)
+
+
+def numeric_values(description: RobotDescription) -> dict[str, Any]:
+    """Return the SI value of every quantity that has one, by path, in the order of `numeric_paths`."""
+    return quantity_values(description)
 
 
 def resolve(description: RobotDescription, name: str) -> list[str]:

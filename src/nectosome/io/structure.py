@@ -89,13 +89,14 @@ def items(value: Any) -> Iterator[tuple[str, Any]]:
 
 def leaves(description: BaseModel) -> Iterator[tuple[str, Slot]]:
     """Yield the path and the slot of every single value in `description`, quantity or not."""
-    yield from _leaves(description, slot(type(description)), "")
+    for path, here, _ in _leaves(description, slot(type(description)), ""):
+        yield path, here
 
 
-def _leaves(value: Any, here: Slot, path: str) -> Iterator[tuple[str, Slot]]:
+def _leaves(value: Any, here: Slot, path: str) -> Iterator[tuple[str, Slot, Any]]:
     if not isinstance(value, BaseModel | dict | tuple):
         if value is not None:
-            yield path, here
+            yield path, here, value
         return
     for key, item in items(value):
         below = here.child(key, value)
@@ -106,6 +107,12 @@ def _leaves(value: Any, here: Slot, path: str) -> Iterator[tuple[str, Slot]]:
 def quantities(description: BaseModel) -> dict[str, Quantity]:
     """Return every quantity that has a value in `description`, by its path."""
     return {path: here.quantity for path, here in leaves(description) if here.quantity is not None}
+
+
+def quantity_values(description: BaseModel) -> dict[str, Any]:
+    """Return the value of every quantity that has one in `description`, by its path."""
+    found = _leaves(description, slot(type(description)), "")
+    return {path: value for path, here, value in found if here.quantity is not None}
 
 
 def quantity_at(description: BaseModel, path: str) -> Quantity | None:

@@ -20,6 +20,7 @@ ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE = "added_mass", "shape_change", "viscou
 class Diagnosis(NamedTuple):
     """Forces and powers at one instant; loads of one name on one part are summed."""
 
+    displacement: Float[Array, "nv"]  # of the unknown coordinates, turns as rotation vectors [rad, m]
     a: Float[Array, "nv"]
     position: Float[Array, "n 3"]  # stations, world frame [m]
     rotation: Float[Array, "n 3 3"]
@@ -129,6 +130,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
     angular = dot(shape.rotation, local[:, :3]) + cross(shape.position, linear)
     energy, energy_rate = jax.jvp(lambda t, x: energies(robot, t, x), (t, x), (jnp.ones(()), rate))
     return Diagnosis(
+        displacement=robot.displacements(x.q),
         a=rate.v,
         position=shape.position,
         rotation=shape.rotation,

@@ -17,7 +17,7 @@ from nectosome import loads as ld
 from nectosome.core import Constant, Signal, Stack, UniformCurrent, Water
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot_t, rotation_from_rpy
-from nectosome.io import RobotDescription, get_value, numeric_paths, resolve, with_values
+from nectosome.io import RobotDescription, get_value, numeric_values, resolve, with_values
 from nectosome.io import describe_joints as dj
 from nectosome.io import describe_loads as dl
 from nectosome.io import describe_parts as dp
@@ -55,7 +55,7 @@ def build(description: RobotDescription) -> Robot:
 
     Compiled once for each structure: numbers that are zero are part of it, all others are traced.
     """
-    values = {path: get_value(description, path) for path in numeric_paths(description)}
+    values = numeric_values(description)
     if any(isinstance(value, Tracer) for value in values.values()):
         return _assemble(description)
     blueprint, numbers = blueprint_of(description)
@@ -93,7 +93,7 @@ class _Plan:
 
 def blueprint_of(description: RobotDescription, also: tuple[str, ...] = ()) -> tuple[Blueprint, Float[Array, "n"]]:
     """Blueprint of a description, and its numbers: those that are not zero, and those at the paths `also`."""
-    values = {path: get_value(description, path) for path in numeric_paths(description)}
+    values = numeric_values(description)
     whole = {path for row, ends in _rows(tuple(values)).items() for path in tuple(values)[ends]}
     paths = tuple(path for path, value in values.items() if value != 0 or path in also or path in whole)
     return Blueprint(_Plan(description, paths)), jnp.array([float(values[path]) for path in paths])

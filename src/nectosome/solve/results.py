@@ -176,9 +176,8 @@ def results(run: Run, description: RobotDescription | None, settings: dict[str, 
     powers = np.concatenate([d.load_power.sum(axis=2), d.reaction_power], axis=1)
     scale = max(float(np.max(np.sum(np.abs(powers), axis=1))), np.finfo(float).tiny)
     balance = np.abs(d.energy_rate - np.sum(powers, axis=1)) / scale
-    q = np.asarray(jax.jit(jax.vmap(robot.displacements))(trajectory.state.q))
     data = {
-        "q": (("time", "coordinate"), q, "rad or m"),
+        "q": (("time", "coordinate"), d.displacement, "rad or m"),
         "v": (("time", "coordinate"), np.asarray(trajectory.state.v), "rad/s or m/s"),
         "a": (("time", "coordinate"), d.a, "rad/s2 or m/s2"),
         "position": (("time", "station", "axis"), d.position, "m"),

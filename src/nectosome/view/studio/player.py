@@ -14,6 +14,7 @@ class Player:
         self._show, self._lock = show, threading.Lock()
         self._closed, self._playing = threading.Event(), threading.Event()
         self.time, self.speed = 0.0, 1.0
+        self._held = 0.0  # until when nothing is shown, on the clock of `perf_counter` [s]
         threading.Thread(target=self._run, name="studio-player").start()
 
     @property
@@ -30,6 +31,10 @@ class Player:
         with self._lock:
             self.time = t
         self._show(t)
+
+    def hold(self, seconds: float) -> None:
+        """Show nothing for so long, while time goes on: an answer that comes soon is drawn sooner. 0 ends it."""
+        self._held = time.perf_counter() + seconds
 
     def close(self) -> None:
         """End the thread."""
@@ -48,5 +53,6 @@ class Player:
                 self.time += self.speed * (now - last)
                 t = self.time
             last = now
-            self._show(t)
+            if now >= self._held:
+                self._show(t)
             self._closed.wait(max(0.0, _FRAME - (time.perf_counter() - now)))

@@ -27,6 +27,7 @@ from .work import Work, told
 if TYPE_CHECKING:
     import viser
 
+_SOON = 0.2  # s, within which most answers come
 _SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 
 
@@ -175,6 +176,7 @@ class Session:
     def _turned(self, knob: Knob, value: float) -> None:
         with told(self.tell):
             self.description = with_values(self.description, {knob.name: value * knob.factor})
+            self._player.hold(_SOON)
             self._ask()
 
     def _toggle(self) -> None:
@@ -226,6 +228,7 @@ class Session:
     def _put(self, answer: Answer, words: str) -> None:
         """Show an answer, and begin to play where it is the first one of its robot."""
         first = self._answer is None
+        self._player.hold(0.0)
         with self._drawing, self._client.atomic():
             self._answer = answer
             self._stage.load(answer.run, answer.robot, answer.period, self._look)
