@@ -86,12 +86,13 @@ def test_arrows_are_forces_in_the_colour_of_their_load(run):
     assert arrows_of(run.drop_vars("load_force")).names == ()
 
 
-def test_a_slice_is_a_closed_cylinder_of_size_one():
+def test_a_slice_is_the_wall_of_a_cylinder_of_size_one():
     vertices, faces = slice_mesh()
     np.testing.assert_allclose(np.ptp(vertices, axis=0), 1, atol=1e-12)
     a, b, c = vertices[faces].transpose(1, 0, 2)
-    volume = abs(np.einsum("ij,ij->i", a, np.cross(b, c)).sum()) / 6
-    assert volume == pytest.approx(8 * np.sin(2 * np.pi / 16) / 4, rel=1e-12)  # of a prism with 16 sides
+    normal = 0.5 * np.cross(b - a, c - a)
+    assert np.linalg.norm(normal, axis=1).sum() == pytest.approx(16 * np.sin(np.pi / 16), rel=1e-12)  # 16 sides
+    assert np.all(np.einsum("ij,ij->i", normal, (a + b + c) / 3) > 0)  # turned outwards
 
 
 def test_colours_go_from_dark_to_light():

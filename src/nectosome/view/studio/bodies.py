@@ -150,12 +150,17 @@ def arrows_of(run: "xr.Dataset") -> Arrows:
 
 
 def slice_mesh() -> tuple[Float[np.ndarray, "n 3"], Int[np.ndarray, "m 3"]]:
-    """Closed cylinder along x, of length, width and height 1, about 0."""
+    """Wall of a cylinder along x, of length, width and height 1, about 0.
+
+    Its ends are open, since discs would show as steps wherever a rod is tapered.
+    """
     angle = 2 * np.pi * np.arange(AROUND) / AROUND
     ring = 0.5 * np.stack([np.zeros(AROUND), np.cos(angle), np.sin(angle)], axis=-1)
     ends = np.array([[-0.5, 0, 0], [0.5, 0, 0]])
-    rings = np.concatenate([ring + ends[0], ring + ends[0], ring + ends[1], ring + ends[1]])
-    return rings, triangles(4, AROUND)
+    rings = np.concatenate([ring + ends[0], ring + ends[1]])
+    k = np.arange(AROUND)
+    a, b = k, (k + 1) % AROUND
+    return rings, np.concatenate([np.stack([a, b, b + AROUND], -1), np.stack([a, b + AROUND, a + AROUND], -1)])
 
 
 def colours(values: Float[np.ndarray, "*n"], largest: float) -> Int[np.ndarray, "*n 3"]:
