@@ -6,6 +6,7 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 from nectosome.view.studio.course import Course
+from nectosome.view.studio.repeat import repeated
 
 PERIOD, RATE, PITCH, RADIUS = 0.5, 0.8, 0.3, 0.7  # s, rad/s, m/s, m
 TIMES = np.linspace(0.0, PERIOD, 11)
@@ -62,3 +63,15 @@ def test_a_run_without_a_period_is_seen_as_it_was(run):
     assert moment.k == 4
     np.testing.assert_array_equal(moment.here, run["position"].values[4, 0])
     np.testing.assert_array_equal(moment.R, np.eye(3))
+
+
+def test_what_repeats_itself_is_the_longer_motion(run):
+    sized = run.assign(half_width=(("station", "across"), [[0.1, 0.1]]), station_x=("station", [0.05]))
+    for seconds, periods in ((2.2, 5), (1.5, 3), (0.1, 1)):
+        whole = repeated(sized, PERIOD, seconds)
+        time = whole["time"].values
+        np.testing.assert_allclose(time, np.linspace(0, periods * PERIOD, periods * 10 + 1), atol=1e-12)
+        R, p = (np.stack(x) for x in zip(*map(helix, time), strict=True))
+        np.testing.assert_allclose(whole["position"].values[:, 0], p, atol=1e-12)
+        np.testing.assert_allclose(whole["rotation"].values[:, 0], R, atol=1e-12)
+        assert whole["half_width"].dims == ("station", "across")

@@ -6,6 +6,7 @@ import threading
 import time
 from io import BytesIO
 
+import av
 import imageio.v3 as imageio
 import numpy as np
 import pytest
@@ -171,6 +172,12 @@ def test_what_is_set_is_saved_and_opened_again(page, folder):
     page.get_by_role("button", name="Save picture (.svg)").click()
     said(page, "saved mine.svg")
     assert (folder / "mine.svg").read_text().count("<path") > 100
+    shown = page.locator("input:visible")
+    shown.nth(shown.count() - 2).fill("0.5")  # how long a video is
+    page.get_by_role("button", name="Save video").click()
+    said(page, "saved mine.mp4")
+    with av.open(str(folder / "mine.mp4")) as video:
+        assert sum(1 for _ in video.decode(video=0)) == 15
     page.get_by_role("button", name="Save page").click()
     said(page, "saved mine.html")
     assert b"<html" in (folder / "mine.html").read_bytes()[:2000].lower()

@@ -24,7 +24,7 @@ def write_film(
     *,
     end: float,
     size: tuple[int, int],
-    camera: str,
+    camera: str | tuple[float, float, float],
     rate: int = 30,
     speed: float = 1.0,
     progress: Callable[[float], None] = lambda share: None,

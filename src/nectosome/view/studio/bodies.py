@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 AROUND = 16  # corners of a slice
-_OVERLAP = 1.15  # of slices, so that none gapes where a rod bends
+_OVERLAP = 1.06  # of slices, so that none gapes where a rod bends
 _NO_FORCE = 1e-3  # of the largest: no arrow
 _LEFT_OUT = ("weight", "buoyancy")  # of what the water does
 _SCALE = np.array([[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in sequential.Viridis])
@@ -65,7 +65,7 @@ class Soft:
         _, place, R, widths = finer(self.x, self._position[k : k + 1], self._rotation[k : k + 1], self._half)
         along = np.linalg.norm(np.diff(place[0], axis=0), axis=1) * _OVERLAP
         size = np.concatenate([along[:, None], widths[:-1] + widths[1:]], axis=1)
-        return Slices(0.5 * (place[0, :-1] + place[0, 1:]), _quaternions(R[0, :-1]), size)
+        return Slices(0.5 * (place[0, :-1] + place[0, 1:]), _halfway(_quaternions(R[0])), size)
 
     def shown(self, colouring: str) -> Float[np.ndarray, "t k"] | None:
         """What a colouring shows of slices at all moments; None where it shows what the body is made of."""
@@ -126,6 +126,13 @@ def _rigid(run: "xr.Dataset", part: str, station: int, shape: str, colour: str) 
 
 def _quaternions(R: Float[np.ndarray, "*n 3 3"]) -> Float[np.ndarray, "*n 4"]:
     return Rotation.from_matrix(R.reshape(-1, 3, 3)).as_quat(scalar_first=True).reshape(*R.shape[:-2], 4)
+
+
+def _halfway(turn: Float[np.ndarray, "n 4"]) -> Float[np.ndarray, "n-1 4"]:
+    """Quaternions halfway between each and the next."""
+    one, other = turn[:-1], turn[1:]
+    middle = one + np.sign(np.sum(one * other, axis=1, keepdims=True)) * other
+    return middle / np.linalg.norm(middle, axis=1, keepdims=True)
 
 
 def arrows_of(run: "xr.Dataset") -> Arrows:

@@ -1,6 +1,7 @@
 """The tab with files: open robots and runs of the working folder, or sent ones, and save what is there."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,20 +9,28 @@ import numpy as np
 
 from nectosome.io import InputError, dump_robot, save_dataset
 from nectosome.io.atomic import write_atomic
+from nectosome.io.extras import package
 from nectosome.robots.shipped import file_names
-from nectosome.view.film import write_still
+from nectosome.view.film import write_film, write_still
 
 from .folder import Folder, received
-from .work import told
+from .repeat import repeated
+from .work import Progress, told
 
 if TYPE_CHECKING:
     import viser
+    import xarray as xr
 
+    from .answers import Answer
     from .session import Session
 
 _ROBOTS, _RUNS = (".yaml", ".yml"), (".nc",)
 _PICTURE = (1280, 720)  # px
 _NONE = "nothing there yet"
+
+
+class _CancelledError(Exception):
+    """A video that is not wanted any more."""
 
 
 class Files:
@@ -38,12 +47,14 @@ class Files:
             sent = gui.add_upload_button("Send a robot (.yaml) or a run (.nc)")
             sent.on_upload(lambda _: self._told(lambda: self._take(sent.value.name, sent.value.content)))
         with gui.add_folder("Save"):
+            self._length = gui.add_number("Video (s)", 5.0, min=0.5, max=60.0, step=0.5)
             self._name = gui.add_text("Name", "robot")
             for label, work in (
                 ("Save robot (.yaml)", self._save_robot),
                 ("Save run (.nc)", self._save_run),
                 ("Save picture (.png)", self._save_picture),
                 ("Save picture (.svg)", self._save_drawing),
+                ("Save video (.mp4)", self._save_video),
                 ("Save page that plays (.html)", self._save_page),
             ):
                 gui.add_button(label).on_click(lambda _, work=work: self._told(work))
@@ -103,12 +114,50 @@ class Files:
     def _save_drawing(self) -> str:
         """The moment that is shown, from the direction it is looked at, without what is laid over the robot."""
         path = self._folder.target(self._name.value, ".svg")
-        answer, camera = self._shown(), self._client.camera
-        run = answer.run.assign_attrs(robot=dump_robot(answer.robot))
+        run = self._drawable(self._shown())
         end = float(run["time"].values[-1])
-        x, y, z = (float(k) for k in np.subtract(camera.position, camera.look_at))
-        write_still(run, path, at=self._session.moment, end=end, size=_PICTURE, camera=(x, y, z))
+        write_still(run, path, at=self._session.moment, end=end, size=_PICTURE, camera=self._viewer())
         return self._saved(path)
+
+    def _save_video(self) -> str:
+        """As long as asked, of what repeats itself; at most all of a run."""
+        path = self._folder.target(self._name.value, ".mp4")
+        answer, seconds, viewer = self._shown(), float(self._length.value), self._viewer()
+        if answer.run.sizes["time"] < 2:
+            raise InputError("it does not move: save a picture.")
+        for package_name in ("cv2", "av"):
+            package(package_name, "video")
+
+        def compute(progress: Progress) -> Path | None:
+            run = self._drawable(answer)
+            if answer.period:
+                run = repeated(run, answer.period, seconds)
+            start, end = (float(run["time"].values[k]) for k in (0, -1))
+
+            def drawn(share: float) -> None:
+                if not progress(share, "drawing"):
+                    raise _CancelledError
+
+            with suppress(_CancelledError):
+                write_film(run, path, end=min(end, start + seconds), size=_PICTURE, camera=viewer, progress=drawn)
+                return path
+            return None
+
+        def done(written: Path | None) -> None:
+            self._session.tell(self._saved(written) if written else "the video was cancelled.", False)
+
+        self._session.work.begin("video", compute, done)
+        return ""
+
+    def _drawable(self, answer: "Answer") -> "xr.Dataset":
+        """Run of an answer, with its robot."""
+        return answer.run.assign_attrs(robot=dump_robot(answer.robot))
+
+    def _viewer(self) -> tuple[float, float, float]:
+        """Direction from which the scene is looked at."""
+        camera = self._client.camera
+        x, y, z = (float(k) for k in np.subtract(camera.position, camera.look_at))
+        return x, y, z
 
     def _save_page(self) -> str:
         from .keepsake import page_of

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
+from .scorecard import Scorecard
+
 if TYPE_CHECKING:
     from nectosome.view.studio.session import Session
 
@@ -15,4 +17,4 @@ class Task(Protocol):
         ...
 
 
-TASKS: dict[str, Callable[["Session"], Task]] = {}  # by the tab's name
+TASKS: dict[str, Callable[["Session"], Task]] = {"Scorecard": Scorecard}  # by the tab's name
