@@ -3,6 +3,9 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
+from .design import Design
+from .map import Map
+
 if TYPE_CHECKING:
     from nectosome.view.studio.session import Session
 
@@ -15,4 +18,4 @@ class Task(Protocol):
         ...
 
 
-TASKS: dict[str, Callable[["Session"], Task]] = {}  # by the tab's name
+TASKS: dict[str, Callable[["Session"], Task]] = {"Design": Design, "Map": Map}  # by the tab's name
