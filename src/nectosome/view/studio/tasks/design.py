@@ -52,7 +52,7 @@ class Design:
         self._here = gui.add_checkbox("First start from the sliders", True)
         gui.add_button("Start search").on_click(lambda _: self._told(self._begin))
         self._line = gui.add_html("")
-        self._place = gui.add_folder("History", visible=False)
+        self._place = gui.add_folder(None, visible=False)
         self._plot: Any = None  # made when it is needed, as its program is large
         self._table = gui.add_html("")
         self._apply = gui.add_button("Apply best", visible=False)

@@ -70,7 +70,7 @@ class Map:
         self._shown = gui.add_dropdown("Show", tuple(MEANS))
         self._shown.on_update(lambda _: self._told(self._draw))
         self._line = gui.add_html("")
-        self._place = gui.add_folder("Map", visible=False)
+        self._place = gui.add_folder(None, visible=False)
         self._plot: Any = None  # made when it is needed, as its program is large
         with self._place:
             gui.add_html(_CLICKS)
@@ -221,4 +221,4 @@ def _figure(found: "xr.Dataset", name: str, point: str) -> "go.Figure":
     fig.update_layout(
         meta=f"studio-map-{len(names)}", margin_t=16, margin_r=64 if len(names) == 2 else 12, showlegend=False
     )
-    return fig.update_yaxes(title_standoff=4)
+    return fig

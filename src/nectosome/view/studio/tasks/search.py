@@ -72,7 +72,8 @@ def figure(search: Search) -> "go.Figure":
 def small(fig: "go.Figure") -> "go.Figure":
     """Dress a figure for the panel."""
     dress(fig, 250).update_layout(margin={"l": 56, "r": 12, "t": 28, "b": 44}, font_size=11, hovermode="closest")
-    return fig
+    fig.update_xaxes(title_font_size=12, tickangle=0, nticks=5)
+    return fig.update_yaxes(title_font_size=12, title_standoff=4, nticks=6)
 
 
 def table(search: Search) -> str:
