@@ -75,7 +75,7 @@ class Map:
         with self._place:
             gui.add_html(_CLICKS)
             self._point = gui.add_text("Point", "", hint="A click on the map loads its point; so does its x, y here.")
-            self._point.on_update(lambda event: event.client is not None and self._told(self._load))
+            self._point.on_update(self._pointed)
         with gui.add_folder("Saved maps"):
             self._name = gui.add_text("Name", "map")
             gui.add_button("Save map (.nc)").on_click(lambda _: self._told(self._save))
@@ -99,6 +99,10 @@ class Map:
     def _told(self, work: Any) -> None:
         with told(self._session.tell):
             work()
+
+    def _pointed(self, event: Any) -> None:
+        if event.client is not None:  # not emptied by us
+            self._told(self._load)
 
     def _begin(self) -> None:
         description, robot = self._session.description, self._robot
@@ -207,7 +211,7 @@ def _figure(found: "xr.Dataset", name: str, point: str) -> "go.Figure":
     rows: list[tuple[np.ndarray, dict[str, Any], list[str]]] = []
     bad = np.argwhere(~np.isin(status, [*_GOOD]))
     cross = {"symbol": "x", "size": 8, "color": "#D55E00"}
-    rows.append((bad, cross, [Status[status[tuple(k)]].reason for k in bad]))
+    rows.append((bad, cross, [Status[str(status[tuple(k)])].reason for k in bad]))
     loaded = place_of(point, found)
     ring = {"symbol": "circle-open", "size": 15, "color": "#D55E00", "line": {"width": 3}}
     if loaded is not None:
