@@ -82,8 +82,8 @@ def page(studio, browser):
 
 
 def name_of(page):
-    """The field with the name under which things are saved, the last one on the page."""
-    return page.locator("input:visible").last
+    """The field with the name under which things are saved."""
+    return page.locator("label:visible").get_by_text("Name", exact=True).locator("xpath=following::input[1]")
 
 
 def turn(page, places: int, which: int = 1) -> None:
