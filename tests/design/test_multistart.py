@@ -16,6 +16,7 @@ from nectosome.design import (
     make_solver,
     multistart,
     read_design,
+    read_starts,
 )
 from nectosome.io import InputError, load_dataset, save_dataset
 
@@ -50,6 +51,35 @@ def test_results_do_not_depend_on_who_computes_them(tmp_path):
     assert same(here, multistart(TASK, Pattern(), 5, seed=3, workers=2, folder=tmp_path))
     assert same(here, multistart(TASK, Pattern(), 5, seed=3, executor=HERE, folder=tmp_path))
     assert not same(here, multistart(TASK, Pattern(), 5, seed=4, executor=HERE))
+
+
+def test_the_first_start_begins_where_it_is_told_unless_that_is_refused(tmp_path):
+    own = multistart(TASK, Gradient(), 2, draws=3000, executor=HERE)
+    first = own.starts[1].start
+    told = multistart(TASK, Gradient(), 2, draws=3000, first=first, executor=HERE)
+    assert told.starts[0].start.tolist() == first.tolist()
+    assert repr(content(told)[1]) == repr(content(own)[1])
+    refused = multistart(TASK, Gradient(), 1, draws=3000, first=TASK.upper, executor=HERE).starts[0]
+    assert refused.evaluations[0].u.tolist() == TASK.upper.tolist()
+    assert (refused.draws, refused.begun) == (own.starts[0].draws, True)  # the first draw of that start was refused too
+
+
+def test_the_evaluations_of_a_run_are_read_while_it_is_under_way(tmp_path):
+    seen = []
+    result = multistart(
+        TASK,
+        Pattern(),
+        3,
+        executor=HERE,
+        folder=tmp_path,
+        progress=lambda done, best, evaluations: seen.append((done, list(map(len, read_starts(tmp_path))))),
+    )
+    for done, counts in seen:
+        assert counts[:done] == [len(start.evaluations) for start in result.starts[:done]]
+    read = read_starts(tmp_path)
+    assert [[numbers(e) for e in start] for start in read] == [
+        [numbers(e) for e in start.evaluations] for start in result.starts
+    ]
 
 
 def test_refused_designs_are_counted():

@@ -1,7 +1,5 @@
 """The studio in a browser: it opens, answers to sliders, saves and opens again, reads what is sent, lets go of tabs."""
 
-import os
-import shutil
 import threading
 import time
 from io import BytesIO
@@ -10,18 +8,11 @@ import av
 import imageio.v3 as imageio
 import numpy as np
 import pytest
+from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, count, said
 
 from nectosome.io import get_value, load_dataset, load_robot
 from nectosome.view.studio.server import Studio
 
-CHROMIUM = (
-    os.environ.get("CHROMIUM")
-    or shutil.which("chromium")
-    or shutil.which("chromium-browser")
-    or shutil.which("google-chrome")
-)
-FLAGS = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
-PATIENCE = 120_000  # ms
 ARM = """
 name: arm
 water: {gravity: 0 m/s2}
@@ -58,7 +49,7 @@ aliases:
   c: [body.joint.damping]
 """
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs a Chromium: name it in CHROMIUM, or put it on the path")
+pytestmark = NEEDS_CHROMIUM
 
 
 @pytest.fixture(scope="module")
@@ -77,12 +68,8 @@ def studio(folder):
 
 @pytest.fixture(scope="module")
 def browser():
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as p:
-        made = p.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+    with chromium() as made:
         yield made
-        made.close()
 
 
 @pytest.fixture
@@ -95,21 +82,9 @@ def page(studio, browser):
     made.close()
 
 
-def count(page) -> int:
-    return int(page.get_attribute("#studio-answer", "data-count"))
-
-
-def answered(page, n: int) -> None:
-    page.wait_for_function(f"+(document.querySelector('#studio-answer')?.dataset.count ?? 0) >= {n}")
-
-
-def said(page, words: str) -> None:
-    page.wait_for_function(f"document.querySelector('#studio-words')?.innerText.includes({words!r})")
-
-
 def name_of(page):
-    """The field with the name under which things are saved, the last one on the page."""
-    return page.locator("input:visible").last
+    """The field with the name under which things are saved."""
+    return page.locator("label:visible").get_by_text("Name", exact=True).locator("xpath=following::input[1]")
 
 
 def turn(page, places: int, which: int = 1) -> None:

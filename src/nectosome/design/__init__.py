@@ -6,7 +6,7 @@ from .composite import ratio_of, young_of
 from .constraints import Constraint, Limit, MotorLine, read_constraint
 from .evolution import Evolution
 from .files import Problem, change, dump_design, load_problem, restore_design, shipped_problem
-from .folder import read_design
+from .folder import read_design, read_starts
 from .gradient import Gradient
 from .improve import improve
 from .multistart import multistart
@@ -57,6 +57,7 @@ __all__ = [
     "ratio_of",
     "read_constraint",
     "read_design",
+    "read_starts",
     "read_variable",
     "restore_design",
     "shipped_problem",

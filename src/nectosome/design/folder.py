@@ -9,10 +9,12 @@ from typing import Any
 
 from nectosome.io.atomic import reason, write_atomic
 from nectosome.io.errors import InputError
+from nectosome.io.journal import read_journal
 from nectosome.io.lock import lock
 
+from .record import decode
 from .solvers import describe_solver
-from .task import Solver, Task
+from .task import Evaluation, Solver, Task
 
 FORMAT = 1
 _FILE = "design.json"
@@ -57,7 +59,7 @@ class Folder:
             "seed": seed,
             "draws": draws,
         }
-        self._digest = hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
+        self._digest = _digest(asked)
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             self._lock = (self.path / "lock").open("a+")
@@ -77,7 +79,7 @@ class Folder:
 
     def journal(self, number: int) -> tuple[Path, str]:
         """Return the path and the key of the journal of a start."""
-        return self.path / f"start_{number:04d}.jsonl", f"{self._digest} {number}"
+        return _journal(self.path, self._digest, number)
 
     def __enter__(self) -> "Folder":
         return self
@@ -127,3 +129,23 @@ def read_design(folder: str | Path) -> dict[str, Any]:
     if not all(isinstance(held[name], kind) for name, kind in kinds.items()) or "name" not in held["solver"]:
         raise InputError("cannot be read: it is damaged.", file=str(file))
     return held
+
+
+def read_starts(folder: str | Path) -> list[list[Evaluation]]:
+    """Return the evaluations of each start that a folder holds so far, drawn designs first; its run may be under way.
+
+    Raises InputError as `read_design` does, and for a start that belongs to other work.
+    """
+    held = read_design(folder)
+    digest = _digest({name: held[name] for name in _SAID})
+    journals = (_journal(Path(folder), digest, k) for k in range(held["starts"]))
+    found = [read_journal(path, key)[0] if path.exists() else [] for path, key in journals]
+    return [[decode(record) for record in records if "end" not in record] for records in found]
+
+
+def _digest(asked: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
+
+
+def _journal(folder: Path, digest: str, number: int) -> tuple[Path, str]:
+    return folder / f"start_{number:04d}.jsonl", f"{digest} {number}"

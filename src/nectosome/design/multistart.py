@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from nectosome.io.journal import Journal, read_journal
 
@@ -31,6 +32,7 @@ def multistart(
     starts: int,
     seed: int = 0,
     *,
+    first: Float[np.ndarray, "n"] | None = None,
     folder: str | Path | None = None,
     about: Mapping[str, Any] | None = None,
     draws: int = 200,
@@ -41,6 +43,7 @@ def multistart(
     """Minimise from `starts` designs, drawn evenly from the box until the task accepts one.
 
     - seed: start k is the same whatever the number of starts and workers.
+    - first: a design of the box from which start 0 begins, instead of a drawn one, where the task accepts it.
     - folder: every evaluation is written there at once. The same call with the same folder goes on where it ended,
       however it ended; with more starts it adds some.
     - about: JSON data to keep in the folder's `design.json`, where `read_design` finds it.
@@ -54,7 +57,10 @@ def multistart(
     """
     _check(starts, seed, draws, workers)
     with Folder(folder, task, solver, starts, seed, draws, about) if folder is not None else nullcontext() as held:
-        jobs = [_Job(task, solver, seed, k, draws, held.journal(k) if held else None) for k in range(starts)]
+        jobs = [
+            _Job(task, solver, seed, k, draws, None if k else first, held.journal(k) if held else None)
+            for k in range(starts)
+        ]
         done = {job.number: start for job in jobs if (start := job.recall()) is not None}
         left = [job for job in jobs if job.number not in done]
         cancelled = False
@@ -74,6 +80,7 @@ class _Job:
     seed: int
     number: int
     draws: int
+    first: Float[np.ndarray, "n"] | None
     journal: tuple[Path, str] | None  # path and key
 
     def recall(self) -> Start | None:
@@ -106,7 +113,8 @@ class _Job:
         refused: Counter[str] = Counter()
         accepted = None
         while accepted is None and refused.total() < self.draws:
-            u = rng.uniform(self.task.lower, self.task.upper)
+            drawn = rng.uniform(self.task.lower, self.task.upper)
+            u = drawn if self.first is None or refused else self.first
             why = self.task.accepts(evaluate(u, self.solver.slopes))
             if why:
                 refused[why] += 1

@@ -1,11 +1,14 @@
-"""Whether a results file is a saved run, and one that can be drawn."""
+"""Whether a results file is a saved run, and one that can be drawn, or a saved sweep."""
 
 import json
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nectosome.core import Status
 from nectosome.io import InputError
+
+from .sweeps import MEANS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,3 +57,24 @@ def check_drawable(run: "xr.Dataset", source: str) -> None:
             raise InputError(f"its {name} is not finite everywhere: it cannot be drawn.", file=source)
     if not np.all(np.diff(run["time"].values) > 0):
         raise InputError("its times do not go on: it cannot be drawn.", file=source)
+
+
+def check_sweep(dataset: "xr.Dataset", source: str) -> None:
+    """Raise InputError where a results file is not a sweep of one robot over one or two quantities."""
+
+    def need(fits: bool, what: str) -> None:
+        if not fits:
+            raise InputError(f"this is not a sweep of a robot that can be shown: {what}.", file=source)
+
+    need("status" in dataset, "it has no status")
+    status = dataset["status"]
+    need(status.ndim in (1, 2) and status.size > 0, "it is not over one or two quantities")
+    need(all(str(word) in Status.__members__ for word in status.values.ravel()), "its status is not known here")
+    for name in status.dims:
+        values = dataset[name]
+        fits = name in dataset.coords and values.dtype.kind == "f" and bool(np.isfinite(values.values).all())
+        need(fits and isinstance(values.attrs.get("units"), str), f"its {name} has no values with a unit")
+    for name in MEANS:
+        fits = name in dataset and dataset[name].dtype.kind == "f" and set(dataset[name].dims) == set(status.dims)
+        need(fits and isinstance(dataset[name].attrs.get("units"), str), f"it has no {name} with a unit")
+    need(bool(dataset.attrs.get("robot")) and isinstance(dataset.attrs["robot"], str), "its robot is missing")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
     import xarray as xr
 
-_SHOWN = {
+MEANS = {
     "speed": "How fast the body's place goes on.",
     "power": "What all drives give.",
     "efficiency": "The share of the power that goes on with the body.",
@@ -36,17 +36,27 @@ def show_sweep(found: "xr.Dataset", path: str | Path) -> None:
 def panels(found: "xr.Dataset") -> list[Panel]:
     """A map over two axes, or a curve over one, of each mean that is there."""
     out = []
-    for name, caption in _SHOWN.items():
+    for name, caption in MEANS.items():
         values = found[name]
         least = _NOTHING if name == "turn_rate" else 0.0
         if np.nanmax(np.abs(values.values), initial=0.0) <= least or values.isnull().all():
             continue
-        figure = _curve(found, values) if values.ndim == 1 else _map(found, values)
-        out.append(Panel(readable(name).capitalize(), f"Mean over a cycle. {caption}", figure))
+        out.append(Panel(readable(name).capitalize(), f"Mean over a cycle. {caption}", sweep_figure(found, name)))
     return out
 
 
-def _axis(values: "xr.DataArray") -> Axis:
+def sweep_figure(found: "xr.Dataset", name: str) -> "go.Figure":
+    """A map over two axes, or a curve over one, of a mean that is known somewhere."""
+    values = found[name]
+    return _curve(found, values) if values.ndim == 1 else _map(found, values)
+
+
+def sides(found: "xr.Dataset") -> tuple[str, ...]:
+    """Names of the axes as a figure has them: to the right, then up. The one with more values goes to the right."""
+    return tuple(sorted(map(str, found["status"].dims), key=lambda name: found.sizes[name]))[::-1]
+
+
+def axis_of(values: "xr.DataArray") -> Axis:
     """Values of an axis of the grid, in the unit that people read."""
     factor, unit = shown_unit(str(values.attrs.get("units", "")))
     name = plain(values.name)
@@ -54,9 +64,9 @@ def _axis(values: "xr.DataArray") -> Axis:
 
 
 def _map(found: "xr.Dataset", values: "xr.DataArray") -> "go.Figure":
-    """Colours over both axes; the quantity with more values goes to the right."""
-    down, across = sorted(values.dims, key=lambda name: found.sizes[name])
-    x, y = (_axis(found[name]) for name in (across, down))
+    """Colours over both axes."""
+    across, down = sides(found)
+    x, y = (axis_of(found[name]) for name in (across, down))
     z = values.transpose(down, across).values
     return maps(x, y, {"": z}, sequential(z, str(values.attrs["units"])))
 
@@ -65,7 +75,7 @@ def _curve(found: "xr.Dataset", values: "xr.DataArray") -> "go.Figure":
     """One line over the only axis."""
     import plotly.graph_objects as go
 
-    x = _axis(found[values.dims[0]])
+    x = axis_of(found[values.dims[0]])
     fig = go.Figure()
     fig.add_scatter(x=x.values, y=values.values, mode="lines+markers", line={"color": BLUE})
     fig.update_xaxes(title=x.title)

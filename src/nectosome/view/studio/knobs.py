@@ -37,16 +37,23 @@ def knobs_of(description: RobotDescription, ranges: Mapping[str, str]) -> list[K
     """Sliders for what has a range, such as `1.4 MPa .. 1681 MPa log`, and for all that has a short name of its own."""
     variables = [read_variable(name, text, description) for name, text in ranges.items()]
     taken = {path for v in variables for path in resolve(description, v.name)}
-    known = numeric_paths(description)
     for alias, paths in description.aliases.items():
-        value = _value(description, alias)
-        if value and not taken & set(paths):
-            q = known[paths[0]]
-            low, high = sorted((value / _AROUND, value * _AROUND))
-            least = -math.inf if q.minimum is None else q.minimum
-            most = math.inf if q.maximum is None else q.maximum
-            variables.append(Variable(alias, max(low, least), min(high, most), False, q.dimension))
+        found = None if taken & set(paths) else around(description, alias)
+        if found is not None:
+            variables.append(found)
     return [knob_of(description, v) for v in variables]
+
+
+def around(description: RobotDescription, name: str) -> Variable | None:
+    """From half to double of a quantity, within what its field allows; None where that is no range, as of 0.
+
+    Raises InputError for an unknown name.
+    """
+    value, q = _value(description, name), numeric_paths(description)[resolve(description, name)[0]]
+    low, high = sorted((value / _AROUND, value * _AROUND))
+    least = -math.inf if q.minimum is None else q.minimum
+    most = math.inf if q.maximum is None else q.maximum
+    return Variable(name, max(low, least), min(high, most), False, q.dimension) if value else None
 
 
 def knob_of(description: RobotDescription, v: Variable) -> Knob:

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
+from .design import Design
+from .map import Map
 from .scorecard import Scorecard
 
 if TYPE_CHECKING:
@@ -17,4 +19,5 @@ class Task(Protocol):
         ...
 
 
-TASKS: dict[str, Callable[["Session"], Task]] = {"Scorecard": Scorecard}  # by the tab's name
+# by the tab's name
+TASKS: dict[str, Callable[["Session"], Task]] = {"Design": Design, "Map": Map, "Scorecard": Scorecard}

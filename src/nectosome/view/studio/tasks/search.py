@@ -1,0 +1,107 @@
+"""How a search for a design goes on: what each start reached so far, as a figure, and the best designs, as a table."""
+
+from html import escape
+from itertools import cycle
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from nectosome.design import QUANTITIES, Evaluation, MotionDesign
+from nectosome.io import show_quantity
+from nectosome.view.style import CYCLE, GREY, dress, readable, span
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+
+_SHOWN = 3  # designs of the table
+
+
+class Search(NamedTuple):
+    """A task, and the evaluations of each start so far."""
+
+    task: MotionDesign
+    starts: list[list[Evaluation]]
+
+    @property
+    def evaluations(self) -> int:
+        """How many there are."""
+        return sum(map(len, self.starts))
+
+    @property
+    def best(self) -> list[tuple[int, Evaluation]]:
+        """Number of each start that found something, and the best that it found; the best of all first."""
+        kept = [(k, [e for e, fits in zip(s, self.fits(s), strict=True) if fits]) for k, s in enumerate(self.starts)]
+        found = [(k, min(own, key=lambda e: e.objective)) for k, own in kept if own]
+        return sorted(found, key=lambda one: one[1].objective)
+
+    def fits(self, start: list[Evaluation]) -> list[bool]:
+        """Which evaluations of a start keep all limits; not those of designs that were drawn and refused."""
+        begun = next((k for k, e in enumerate(start) if not self.task.accepts(e)), len(start))
+        return [k >= begun and e.feasible(self.task.tolerance) for k, e in enumerate(start)]
+
+    def told(self, e: Evaluation) -> str:
+        """Objective of a design, with its unit."""
+        return show_quantity(e.outputs[self.task.objective], QUANTITIES[self.task.objective].dimension)
+
+
+def figure(search: Search) -> "go.Figure":
+    """Best objective so far against evaluations, one line a start; crosses did not keep the limits."""
+    import plotly.graph_objects as go
+
+    fig, wanted = go.Figure(), search.task.objective
+    pick = np.fmax if QUANTITIES[wanted].best == "high" else np.fmin
+    shown: list[float] = []
+    for k, (start, colour) in enumerate(zip(search.starts, cycle(CYCLE))):
+        value = np.array([e.outputs.get(wanted, np.nan) if e.solved else np.nan for e in start], dtype=float)
+        fits = np.array(search.fits(start), dtype=bool)
+        x, best = np.arange(1, value.size + 1), pick.accumulate(np.where(fits, value, np.nan))
+        line = {"color": colour, "shape": "hv", "width": 2}
+        fig.add_scatter(x=x, y=best, mode="lines", line=line, name=f"start {k + 1}", hovertemplate="%{y:.4g} at %{x}")
+        cross = {"color": colour, "symbol": "x-thin-open", "size": 6}
+        off = ~fits & np.isfinite(value)
+        fig.add_scatter(x=x[off], y=value[off], mode="markers", marker=cross, showlegend=False, hoverinfo="skip")
+        shown += best[np.isfinite(best)].tolist()
+    if shown:  # what keeps no limit may lie far away
+        fig.update_yaxes(range=span(shown, 0.15))
+    unit = QUANTITIES[wanted].unit
+    fig.update_xaxes(title="evaluations", rangemode="tozero")
+    fig.update_yaxes(title=f"{readable(wanted)} ({unit})" if unit != "1" else readable(wanted))
+    return small(fig).update_layout(showlegend=len(search.starts) > 1)
+
+
+def small(fig: "go.Figure") -> "go.Figure":
+    """Dress a figure for the panel."""
+    dress(fig, 250).update_layout(margin={"l": 56, "r": 12, "t": 28, "b": 44}, font_size=11, hovermode="closest")
+    fig.update_xaxes(title_font_size=12, tickangle=0, nticks=5)
+    return fig.update_yaxes(title_font_size=12, title_standoff=4, nticks=6)
+
+
+def table(search: Search) -> str:
+    """The best designs beside each other, those of different starts."""
+    best, task = search.best[:_SHOWN], search.task
+    if not best:
+        return note("No design so far keeps all limits.")
+    rows = [["", *(f"start {k + 1}" for k, _ in best)]]
+    for name in task.told:
+        dimension = QUANTITIES[name].dimension
+        rows.append([readable(name), *(show_quantity(e.outputs[name], dimension) for _, e in best)])
+    values = [task.box.values(e.u) for _, e in best]
+    for k, v in enumerate(task.variables):
+        rows.append([v.name, *(show_quantity(float(own[k]), v.dimension) for own in values)])
+    body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows)
+    limits = [name for name, g in zip(task.constraint_names, best[0][1].constraints, strict=True) if g > -1e-4]
+    words = f"at its limit: {escape(', '.join(limits))}" if limits else ""
+    line = f'<div style="color:{GREY}">{words}</div>'
+    return (
+        '<div style="font-size:12px;padding:0 12px 8px;overflow-x:auto" id="studio-designs">'
+        f'<table style="width:100%;border-collapse:collapse">{body}</table>{line}</div>'
+    )
+
+
+def note(words: str) -> str:
+    """A line of words in a panel."""
+    return f'<div style="font-size:13px;padding:0 12px 6px">{escape(words)}</div>'
+
+
+def _cell(text: str) -> str:
+    return f'<td style="text-align:right;padding:1px 0 1px 6px;white-space:nowrap">{escape(text)}</td>'

@@ -1,0 +1,44 @@
+"""What tests of the studio in a real browser share."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+CHROMIUM = (
+    os.environ.get("CHROMIUM")
+    or shutil.which("chromium")
+    or shutil.which("chromium-browser")
+    or shutil.which("google-chrome")
+)
+FLAGS = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
+PATIENCE = 120_000  # ms
+NEEDS_CHROMIUM = pytest.mark.skipif(
+    CHROMIUM is None, reason="needs a Chromium: name it in CHROMIUM, or put it on the path"
+)
+
+
+@contextmanager
+def chromium() -> Iterator[Any]:
+    """A browser without a window."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as p:
+        made = p.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield made
+        made.close()
+
+
+def count(page) -> int:
+    return int(page.get_attribute("#studio-answer", "data-count"))
+
+
+def answered(page, n: int) -> None:
+    page.wait_for_function(f"+(document.querySelector('#studio-answer')?.dataset.count ?? 0) >= {n}")
+
+
+def said(page, words: str) -> None:
+    page.wait_for_function(f"document.querySelector('#studio-words')?.innerText.includes({words!r})")
