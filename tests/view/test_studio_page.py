@@ -82,9 +82,9 @@ def page(studio, browser):
     made.close()
 
 
-def name_of(page):
-    """The field with the name under which things are saved."""
-    return page.locator("label:visible").get_by_text("Name", exact=True).locator("xpath=following::input[1]")
+def field(page, label: str):
+    """The field with a label."""
+    return page.locator("label:visible").get_by_text(label, exact=True).locator("xpath=following::input[1]")
 
 
 def turn(page, places: int, which: int = 1) -> None:
@@ -127,7 +127,7 @@ def test_it_is_looked_at_in_other_ways(page, capfd):
 def test_what_is_set_is_saved_and_opened_again(page, folder):
     turn(page, 5)
     page.get_by_role("tab", name="Files").click()
-    name_of(page).fill("mine")
+    field(page, "Name").fill("mine")
     page.get_by_role("button", name="Save robot").click()
     said(page, "saved mine.yaml")
     saved = load_robot(str(folder / "mine.yaml"))
@@ -147,8 +147,7 @@ def test_what_is_set_is_saved_and_opened_again(page, folder):
     page.get_by_role("button", name="Save picture (.svg)").click()
     said(page, "saved mine.svg")
     assert (folder / "mine.svg").read_text().count("<path") > 100
-    shown = page.locator("input:visible")
-    shown.nth(shown.count() - 2).fill("0.5")  # how long a video is
+    field(page, "Video (s)").fill("0.5")
     page.get_by_role("button", name="Save video").click()
     said(page, "saved mine.mp4")
     with av.open(str(folder / "mine.mp4")) as video:
@@ -161,7 +160,7 @@ def test_what_is_set_is_saved_and_opened_again(page, folder):
 def test_names_that_lead_out_are_refused_on_the_page(page, folder):
     page.get_by_role("tab", name="Files").click()
     for name in ("../out", "/tmp/out", "a/../../out"):
-        name_of(page).fill(name)
+        field(page, "Name").fill(name)
         page.get_by_role("button", name="Save robot").click()
         said(page, "cannot be used as a file name")
     assert not (folder.parent / "out.yaml").exists()
