@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
+from .control import Control
 from .scorecard import Scorecard
 
 if TYPE_CHECKING:
@@ -17,4 +18,4 @@ class Task(Protocol):
         ...
 
 
-TASKS: dict[str, Callable[["Session"], Task]] = {"Scorecard": Scorecard}  # by the tab's name
+TASKS: dict[str, Callable[["Session"], Task]] = {"Control": Control, "Scorecard": Scorecard}  # by the tab's name
