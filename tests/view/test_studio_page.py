@@ -8,12 +8,48 @@ import av
 import imageio.v3 as imageio
 import numpy as np
 import pytest
+from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, count, said
 
 from nectosome.io import get_value, load_dataset, load_robot
 from nectosome.view.studio.server import Studio
-from studio_page import ARM, CHROMIUM, FLAGS, PATIENCE, answered, count, name_of, said, turn
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs a Chromium: name it in CHROMIUM, or put it on the path")
+ARM = """
+name: arm
+water: {gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: box
+  length: 200 mm
+  width: 30 mm
+  height: 60 mm
+  mass: 1 kg
+  inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
+  joint:
+    kind: revolute
+    axis: z
+    stiffness: 0.03 N m/rad
+    damping: 0.02 N m s/rad
+    torque: {kind: sine, amplitude: 0.02 N m, frequency: 2 Hz}
+  loads: {drag: {kind: lumped_drag, drag_area: [1 cm2, 1 cm2, 1 cm2]}}
+limbs:
+  tail:
+    on: body
+    kind: rod
+    section: circle
+    length: 100 mm
+    radius: 10 mm
+    young: 1 MPa
+    density: 1000 kg/m3
+    strains: {bending_z: 0}
+    points: 4
+    joint: {kind: fixed}
+    loads: {water: {kind: drag, normal: 1.1, tangential: 0}}
+aliases:
+  M: [body.joint.torque.amplitude]
+  c: [body.joint.damping]
+"""
+
+pytestmark = NEEDS_CHROMIUM
 
 
 @pytest.fixture(scope="module")
@@ -32,12 +68,8 @@ def studio(folder):
 
 @pytest.fixture(scope="module")
 def browser():
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as p:
-        made = p.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+    with chromium() as made:
         yield made
-        made.close()
 
 
 @pytest.fixture
@@ -48,6 +80,20 @@ def page(studio, browser):
     answered(made, 1)
     yield made
     made.close()
+
+
+def name_of(page):
+    """The field with the name under which things are saved, the last one on the page."""
+    return page.locator("input:visible").last
+
+
+def turn(page, places: int, which: int = 1) -> None:
+    """Move a slider of the robot by so many places, after that of the time."""
+    before, handle = count(page), page.get_by_role("slider").nth(which)
+    handle.focus()
+    for _ in range(places):
+        handle.press("ArrowRight")
+    answered(page, before + 1)
 
 
 def test_the_robot_is_seen_and_answers_to_a_slider(page, folder):
@@ -69,7 +115,7 @@ def test_it_is_looked_at_in_other_ways(page, capfd):
         page.get_by_role("option", name=way).click()
         page.get_by_text(f"{way}: dark 0").wait_for()
     for camera in ("side", "top", "front", "three-quarter"):
-        page.get_by_role("button", name=camera).click()
+        page.get_by_role("button", name=camera, exact=True).click()
     page.get_by_role("button", name="Pause").click()
     page.get_by_role("button", name="Play").wait_for()
     page.get_by_role("slider").first.focus()

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 FRAME = 0.05  # s between pictures at least
 LONGEST = 600.0  # s of a run
 _WAY = 120  # pictures whose way is drawn
-_LATE = 0.02  # s, from which on the clock of the robot is put back
+_LATE = 0.25  # s, which are made up for; the clock of the robot is put back where it is later than that
 
 
 class Pace(NamedTuple):
@@ -80,8 +80,8 @@ class Rig:
     ) -> Status:
         """Go on by the clock until `progress` returns False, each sample after its `wanted(k)`.
 
-        The motion of a sample is worked out when it begins, and seen as the clock comes to its moments. Where that
-        takes longer than the sample, the clock of the robot is put back: it never hurries to catch up.
+        The motion of a sample is worked out when it begins, and seen as the clock comes to its moments. Pictures that
+        are late are left out; where the robot is late by a quarter of a second, its clock is put back.
         """
         self._began = begin = time.perf_counter()
         while (t := self.going.standing.sample * self.going.robot.dt) < LONGEST:
@@ -95,8 +95,9 @@ class Rig:
                 left = begin + now - time.perf_counter()
                 if left > 0:
                     time.sleep(left)
-                show(*self._moment(k))
-                self._lates.append(time.perf_counter() - begin - now)
+                if left > -FRAME:
+                    show(*self._moment(k))
+                    self._lates.append(time.perf_counter() - begin - now)
                 if not progress(now / LONGEST, f"{now:.1f} s, {self.pace}"):
                     return Status.SOLVED
         return Status.SOLVED
