@@ -100,6 +100,7 @@ def test_a_robot_reaches_its_reference_on_the_page(tmp_path, capfd):
             page.set_default_timeout(PATIENCE)
             page.goto(studio.address)
             answered(page, 1)
+            page.get_by_role("tab", name="Control").click()
             page.get_by_role("button", name="Start", exact=True).click()
             said(page, "has no range")
             beside(page, "Range").fill("-2:2 N")
