@@ -115,7 +115,7 @@ def test_it_is_looked_at_in_other_ways(page, capfd):
         page.get_by_role("option", name=way).click()
         page.get_by_text(f"{way}: dark 0").wait_for()
     for camera in ("side", "top", "front", "three-quarter"):
-        page.get_by_role("button", name=camera).click()
+        page.get_by_role("button", name=camera, exact=True).click()
     page.get_by_role("button", name="Pause").click()
     page.get_by_role("button", name="Play").wait_for()
     page.get_by_role("slider").first.focus()

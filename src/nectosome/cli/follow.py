@@ -1,13 +1,14 @@
 """`nectosome control ROBOT`: any robot under a controller that sets one of its quantities by what is measured of it."""
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from nectosome.cli.followed import SHAPES, Wanted, Words, followed, read_beat, read_range
+from nectosome.cli.followed import Words, followed
 from nectosome.cli.options import read_duration, read_quantity
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
@@ -63,27 +64,26 @@ def follow(
     asked_rate = None if rate is None else _more_than_nothing(rate, "frequency", "--rate")
     late = 0.0 if delay is None else read_duration(delay, "--delay")
     numbers = None if gains is None else _gains(gains)
+
+    import numpy as np
+
+    from nectosome import control, robots
+    from nectosome.core import Status
+
     for option, given in (("--amplitude", amplitude), ("--frequency", frequency)):
-        if (given is None) == (reference in SHAPES):
+        if (given is None) == (reference in control.SHAPES):
             told = f"a {reference} needs it" if given is None else "only a sine or triangle takes it"
             raise InputError(f"{told}.", field=option)
     turns = 0.0 if frequency is None else _more_than_nothing(frequency, "frequency", "--frequency")
-
-    from nectosome import robots
-
     description = robots.describe(robot, settings or ())
-    reach = read_range(command, description)
-    beat = read_beat(description, reach, mean)
+    with _options():
+        reach = control.read_range(command, description)
+        beat = control.read_beat(description, reach, mean)
     hertz = asked_rate or (_A_BEAT * beat.at(reach.resting) if mean and beat is not None else _USUAL)
     samples = seconds * hertz
     if not 2 <= samples <= _MOST:
         told = f"{show_quantity(hertz, 'frequency')} for {show_quantity(seconds, 'time')} is {samples:.3g} samples"
         raise InputError(f"{told}; from 2 to {_MOST} are possible.", field="--rate")
-
-    import numpy as np
-
-    from nectosome import control
-    from nectosome.core import Status
 
     start = clock.perf_counter()
     with progress_bar(description.name) as update:
@@ -101,7 +101,8 @@ def follow(
                 held = robots.Commanded(description, reach.name, measure, 1 / hertz, moments)
             except InputError as error:
                 raise InputError(error.message, field=error.field or "--measure") from None
-            wanted = Wanted.read(reference, amplitude, held.reading.dimension)
+            with _options():
+                wanted = control.Wanted.read(reference, amplitude, held.reading.dimension)
             spread = 0.0 if noise is None else _noise(noise, held.reading.dimension)
             measuring = control.Measuring(beat if mean else None, late, spread)
             begin = held.start()[0].reading
@@ -152,6 +153,15 @@ def follow(
         tell(f"{description.name}: {why}")
         return 1
     return 0
+
+
+@contextmanager
+def _options() -> Iterator[None]:
+    """Fields of what goes wrong are options here."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(error.message, field=f"--{error.field}") from None
 
 
 def _gains(text: str) -> list[float]:

@@ -1,9 +1,10 @@
 """What makes a rig or a robot follow a reference: references, controllers, loops, tuning and margins."""
 
+from .asked import SHAPES, Range, Wanted, read_beat, read_range
 from .beat import Beat, BeatMean, beat_of, moments_of
 from .controller import Controller, Regulator
 from .feedforward import Feedforward, HystereticModel, hysteretic
-from .following import Followed, Measuring, follow
+from .following import Followed, Measuring, Ongoing, follow
 from .found_gains import relay_gains
 from .kalman import KalmanFilter, kalman
 from .learning import Learned, learned
@@ -21,6 +22,7 @@ from .tuning import Tuned, tune
 
 __all__ = [
     "PID",
+    "SHAPES",
     "Beat",
     "BeatMean",
     "Controller",
@@ -32,8 +34,10 @@ __all__ = [
     "Loop",
     "Margins",
     "Measuring",
+    "Ongoing",
     "PIDRegulator",
     "Predictive",
+    "Range",
     "Reach",
     "Regulator",
     "Relay",
@@ -43,6 +47,7 @@ __all__ = [
     "Tuned",
     "Ultimate",
     "VariableGainPI",
+    "Wanted",
     "beat_of",
     "check_reachable",
     "chirp",
@@ -58,6 +63,8 @@ __all__ = [
     "open_loop",
     "paced",
     "pid_of",
+    "read_beat",
+    "read_range",
     "relay_gains",
     "rms_error",
     "run_lanes",

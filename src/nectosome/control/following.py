@@ -107,51 +107,68 @@ def follow(
     done until then is kept.
     """
     regulator = controller.planned(reference, robot.dt)
-    state = regulator.initial(robot.resting, float(reference[0]))  # a reference that begins apart is a step
-    (standing, held), status = robot.start(), Status.SOLVED
-    sensor = _Sensor(measuring, robot.dt, standing.reading)
-    mean = None if measuring.beat is None else BeatMean(measuring.beat, standing.reading)
-    rows: list[tuple[float, float, float]] = []
-    pieces = [held]
+    going = Ongoing(robot, regulator, float(reference[0]), measuring)
+    status = Status.SOLVED
     every = max(len(reference) // _PROGRESS, 1)
     for k in range(len(reference)):
-        output = standing.reading if mean is None else mean.mean()
-        measured = sensor.read(output)
-        state, command = _step(regulator, state, jnp.asarray(measured))  # a float would compile anew
-        rows.append((output, measured, float(command)))
-        if k == len(reference) - 1 or (enough is not None and enough(*np.array(rows).T[1:])):
+        going.sample(regulator)
+        if k == len(reference) - 1 or (enough is not None and enough(*np.array(going.rows).T[1:])):
             break
         if progress is not None and k % every == 0 and progress(k / len(reference)) is False:
             status = Status.CANCELLED
             break
-        standing, held, status = robot.hold(standing, float(command))
-        if held is None:
+        status = going.hold()
+        if status != Status.SOLVED:
             break
-        pieces.append(held)
-        if mean is not None:
-            mean.add(held.time, held.reading, float(command))
-    return _followed(robot, np.asarray(reference, dtype=float), np.array(rows), pieces, status)
+    return going.followed(np.asarray(reference, dtype=float), status)
 
 
-def _followed(robot: Commanded, reference: np.ndarray, rows: np.ndarray, pieces: list, status: Status) -> Followed:
-    time, reading, position = (np.concatenate([getattr(p, f) for p in pieces]) for f in ("time", "reading", "position"))
-    q, v = (np.concatenate([getattr(p.state, f) for p in pieces]) for f in "qv")
-    q = np.asarray(jax.jit(jax.vmap(robot.displacements))(jnp.asarray(q)))
-    output, measured, command = rows.T
-    return Followed(
-        robot,
-        robot.dt * np.arange(len(rows)),
-        reference[: len(rows)],
-        output,
-        measured,
-        command,
-        time,
-        reading,
-        position,
-        q,
-        v,
-        status,
-    )
+class Ongoing:
+    """A robot under a controller that goes on sample by sample: `sample`, `hold`, `sample`, ...
+
+    The regulator is handed over at each sample, and may have other numbers then. It takes over from the command of the
+    description, and from `first`, what is wanted at first.
+
+    - standing: where the robot is; pieces: what it did, one for the start and one for each sample that was held.
+    - rows: for each sample what was, what the controller was told, and the command.
+    """
+
+    def __init__(self, robot: Commanded, regulator: Regulator, first: float, measuring: Measuring = PLAIN):
+        self.robot, self.rows = robot, list[tuple[float, float, float]]()
+        self._state = regulator.initial(robot.resting, first)  # a reference that begins apart is a step
+        self.standing, begin = robot.start()
+        self.pieces = [begin]
+        self._sensor = _Sensor(measuring, robot.dt, self.standing.reading)
+        self._mean = None if measuring.beat is None else BeatMean(measuring.beat, self.standing.reading)
+
+    def sample(self, regulator: Regulator) -> None:
+        """Take the measurement, and the command that follows from it: one row more."""
+        output = self.standing.reading if self._mean is None else self._mean.mean()
+        measured = self._sensor.read(output)
+        self._state, command = _step(regulator, self._state, jnp.asarray(measured))  # a float would compile anew
+        self.rows.append((output, measured, float(command)))
+
+    def hold(self) -> Status:
+        """Hold the command until the next sample: one piece more, where the robot gets through it."""
+        command = self.rows[-1][2]
+        self.standing, held, status = self.robot.hold(self.standing, command)
+        if held is not None:
+            self.pieces.append(held)
+            if self._mean is not None:
+                self._mean.add(held.time, held.reading, command)
+        return status
+
+    def followed(self, reference: Float[np.ndarray, "k"], status: Status) -> Followed:
+        """All of it, with what was wanted at its samples, and how it ended."""
+        time, reading, position = (
+            np.concatenate([getattr(p, f) for p in self.pieces]) for f in ("time", "reading", "position")
+        )
+        q, v = (np.concatenate([getattr(p.state, f) for p in self.pieces]) for f in "qv")
+        q = np.asarray(jax.jit(jax.vmap(self.robot.displacements))(jnp.asarray(q)))
+        samples = self.robot.dt * np.arange(len(self.rows))
+        output, measured, command = np.array(self.rows).T
+        wanted = reference[: len(self.rows)]
+        return Followed(self.robot, samples, wanted, output, measured, command, time, reading, position, q, v, status)
 
 
 class _Sensor:

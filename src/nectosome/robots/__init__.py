@@ -12,7 +12,7 @@ from .commanded import Commanded
 from .flagella import flagella
 from .mission import Flown, Passed, mission_data, run_mission
 from .paddle import paddle
-from .readings import read, reading_of
+from .readings import common_readings, read, reading_of
 from .shipped import file_names, file_of, mission_of
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "bind",
     "blueprint_of",
     "build",
+    "common_readings",
     "describe",
     "fill",
     "flagella",

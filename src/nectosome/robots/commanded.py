@@ -13,7 +13,8 @@ from nectosome.core import Handover, State, Status
 from nectosome.core.remember import remembered
 from nectosome.io import InputError, RobotDescription, get_value, numeric_paths, resolve
 from nectosome.io.fields import Quantity
-from nectosome.mechanism import Robot, in_plane, moves_in_plane
+from nectosome.mechanism import Diagnosis, Robot, in_plane, moves_in_plane
+from nectosome.solve import diagnose_all
 from nectosome.solve.march import Settings, begin, march
 
 from .build import Blueprint, blueprint_of, build, fill
@@ -125,6 +126,14 @@ class Commanded:
         held = Held(np.asarray(found.time), reading, np.asarray(found.position), found.states)
         return Standing(standing.sample + 1, last, float(reading[-1]), float(found.step), numbers), held, status
 
+    def diagnosis(self, before: Standing, after: Standing, held: Held) -> Diagnosis:
+        """Forces, powers and the place of all stations at the moments of a sample, from where it stood before it."""
+        of_time = (jnp.asarray(x, dtype=float) for x in (before.sample * self.dt, self.dt))
+        found = remembered(
+            _diagnose, self._plan, before.numbers, after.numbers, *of_time, jnp.asarray(held.time), held.state
+        )
+        return jax.tree.map(np.asarray, found)
+
 
 class _Plan(eqx.Module):
     """What of a commanded robot is structure."""
@@ -162,14 +171,22 @@ def _begin(plan: _Plan, numbers: Array, time: Array, states: State) -> tuple[Arr
 
 def _hold(plan: _Plan, before: Array, numbers: Array, t: Array, step: Array, x: State, settings: Settings) -> _Found:
     dt = jnp.asarray(settings.longest)
-    robot = fill(plan.blueprint, numbers)
-    if plan.made:
-        robot = _handed_over(fill(plan.blueprint, before), robot, t, dt)
+    robot = _within(plan, before, numbers, t, dt)
     times = t + dt * jnp.arange(1, plan.moments + 1) / plan.moments
     equations = in_plane(robot) if plan.flat else robot
     m, states = march(equations, begin(t, x, settings, step), times, settings)
 
     return _Found(times, states, *_seen(plan, robot, times, states), m.h, m.status)
+
+
+def _diagnose(plan: _Plan, before: Array, numbers: Array, t: Array, dt: Array, time: Array, states: State) -> Diagnosis:
+    return diagnose_all(_within(plan, before, numbers, t, dt), time, states)
+
+
+def _within(plan: _Plan, before: Array, numbers: Array, t: Array, dt: Array) -> Robot:
+    """The robot in the sample that begins at t."""
+    robot = fill(plan.blueprint, numbers)
+    return _handed_over(fill(plan.blueprint, before), robot, t, dt) if plan.made else robot
 
 
 def _handed_over(before: Robot, after: Robot, t: Array, dt: Array) -> Robot:

@@ -125,10 +125,15 @@ def reading_of(robot: Robot, name: str) -> Reading:
     if name.rpartition(".")[2] == "depth" and robot.water.surface is None:
         raise InputError(f'"{shorten(name)}" needs a surface of the water, and there is none. Measure z.')
     near = did_you_mean(name, known)
-    listed = [n for n in known if "." not in n or known[n].kind not in PLACES][:30]
+    listed = common_readings(robot)[:30]
     raise InputError(
         f'"{shorten(name)}" is nothing that can be measured.{near or " Known: " + ", ".join(listed) + "."}'
     )
+
+
+def common_readings(robot: Robot) -> list[str]:
+    """Names of what can be read, but for the places of parts and of tips."""
+    return [one.name for one in _readings(robot) if "." not in one.name or one.kind not in PLACES]
 
 
 def _readings(robot: Robot) -> Iterator[Reading]:

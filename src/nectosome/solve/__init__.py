@@ -5,7 +5,7 @@ from .equilibrium import Equilibrium, equilibrium
 from .pace import pace
 from .periodic import Course, Periodic, periodic
 from .resting import Resting, held, resting
-from .results import Results, Run, Trajectory, attributes_of, drive_limits, prepare_results
+from .results import Results, Run, Trajectory, attributes_of, diagnose_all, drive_limits, prepare_results, results_of
 from .screw import Screw, screw_of
 from .settle import Settled, settled
 from .simulate import simulate
@@ -28,6 +28,7 @@ __all__ = [
     "Trajectory",
     "attributes_of",
     "cycle_means",
+    "diagnose_all",
     "drive_limits",
     "equilibrium",
     "find_symmetry",
@@ -38,6 +39,7 @@ __all__ = [
     "prepare_means",
     "prepare_results",
     "resting",
+    "results_of",
     "screw_of",
     "settled",
     "simulate",

@@ -162,16 +162,20 @@ def attributes_of(run: Run, description: RobotDescription | None, settings: dict
 
 
 def results(run: Run, description: RobotDescription | None, settings: dict[str, Any]) -> Results:
-    """Motion, forces by load and part, powers, energies and reactions of a robot's run, in SI units.
+    """Motion, forces by load and part, powers, energies and reactions of a robot's run (see `results_of`)."""
+    trajectory = run.value
+    d = remembered(diagnose_all, trajectory.system, trajectory.time, trajectory.state)
+    return results_of(run, d, description, settings)
+
+
+def results_of(run: Run, d: Diagnosis, description: RobotDescription | None, settings: dict[str, Any]) -> Results:
+    """The same of a run that has been diagnosed, leaves [n, ...], in SI units.
 
     `power_balance` is |dE/dt - sum of powers| relative to the largest sum of |powers| of the run: what rounding
     leaves, since accelerations, forces and energies are all taken at the saved states.
     """
     robot, trajectory = run.value.system, run.value
-    d = jax.tree.map(
-        np.asarray,
-        remembered(diagnose_all, robot, trajectory.time, trajectory.state),
-    )
+    d = jax.tree.map(np.asarray, d)
     tree = robot.tree
     powers = np.concatenate([d.load_power.sum(axis=2), d.reaction_power], axis=1)
     scale = max(float(np.max(np.sum(np.abs(powers), axis=1))), np.finfo(float).tiny)

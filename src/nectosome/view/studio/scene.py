@@ -10,7 +10,7 @@ from nectosome.io import RobotDescription
 from nectosome.io.description import WaterDescription
 
 from .bodies import MATERIAL, Arrows, Rigid, Soft, arrows_of, bodies_of, colours, rgb, slice_mesh
-from .course import Course
+from .course import Course, Moment
 
 if TYPE_CHECKING:
     import viser
@@ -59,6 +59,7 @@ class Stage:
         before = (self._look, self._kinds()) if self._nodes else None
         self.course, self._bodies, self.arrows = Course(run, period), bodies_of(run, robot), arrows_of(run)
         corners = np.concatenate([_corners(body) for body in self._bodies.values()] or [self.course.place[:1]])
+        self._first = self.course.place[0]
         self.size = float(np.ptp(corners, axis=0).max()) or 1.0
         self.middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0)) - self.course.place[0]
         self._lowest = float(corners[:, 2].min())
@@ -92,7 +93,21 @@ class Stage:
 
     def at(self, time: float) -> None:
         """Show the moment at a time [s] after the start of the run."""
-        k, R, d, here = self.course.moment(time, self._look.along)
+        self._put(self.course.moment(time, self._look.along))
+
+    def go_on(self, moment: "xr.Dataset", robot: RobotDescription, way: Float[np.ndarray, "n 3"]) -> None:
+        """Show one moment more of what goes on from a run on the stage.
+
+        `way` [m] ends there and has as many places as that run has moments. Forces are not drawn.
+        """
+        self._bodies, self.course.place = bodies_of(moment, robot), way
+        self.largest = max(self.largest, self._lightest(self._look))
+        if "/world/way" in self._nodes:
+            self._nodes["/world/way"].points = self._way()
+        self._put(Moment(0, np.eye(3), np.zeros(3), way[-1] if self._look.along else self._first))
+
+    def _put(self, moment: Moment) -> None:
+        k, R, d, here = moment
         world = self._nodes["/world"]
         world.wxyz, world.position = Rotation.from_matrix(R).as_quat(scalar_first=True), d - here
         self._nodes["/around"].position, self._nodes["/tank"].position = -self._whole_steps(here), -here
@@ -174,7 +189,7 @@ class Stage:
 
     def _add_surroundings(self) -> None:
         """Ground, surface and ends of the tank, as far as the robot's water has them; else a grid under the robot."""
-        water, first = self._water, self.course.place[0]
+        water, first = self._water, self._first
         floor = water.floor
         height = (self._lowest - 0.3 * self.size if floor is None else floor) - first[2]
         wide = {"width": _LARGE * self.size, "height": _LARGE * self.size}
@@ -195,7 +210,7 @@ class Stage:
 
     def _whole_steps(self, here: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
         """How far the ground has come by: all of the way up, the rest of five cells, after which it looks the same."""
-        gone = here - self.course.place[0]
+        gone = here - self._first
         return np.array([*np.remainder(gone[:2], 5 * self._cell()), gone[2]])
 
 

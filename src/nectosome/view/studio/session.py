@@ -7,6 +7,9 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from jaxtyping import Float
+
 from nectosome.design import Problem, load_problem, shipped_problem
 from nectosome.io import RobotDescription, get_value, load_dataset, parse_robot, with_values
 from nectosome.robots import build, describe
@@ -26,6 +29,7 @@ from .work import Work, told
 
 if TYPE_CHECKING:
     import viser
+    import xarray as xr
 
 _SOON = 0.2  # s, within which most answers come
 _SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
@@ -39,6 +43,7 @@ class Session:
         self._stage, self._numbers = Stage(client.scene), Numbers()
         self._drawing = threading.RLock()  # the stage changes, or shows a moment, one after the other
         self._answer: Answer | None = None
+        self._live = False  # whether what is shown is made while it is shown
         self._opened = 0  # robots and runs so far: an answer for one before is not shown
         self._player = Player(self._show)
         self._latest = Latest(self._work)
@@ -81,9 +86,37 @@ class Session:
 
     def become(self, description: RobotDescription) -> None:
         """Take other numbers of the same robot: sliders follow, and its motion is asked for."""
+        self._leave_live()
         self.description = description
         self._put_sliders(knobs_of(description, self.problem.variables))
         self._ask()
+
+    def go_live(self, run: "xr.Dataset") -> None:
+        """Show from now on what `live` shows, which goes on from a run of the session's robot."""
+        self._player.play(False)
+        with self._drawing, self._client.atomic():
+            self._live, self._answer = True, None
+            self._stage.load(run, self.description, 0.0, self._look)
+            self._stage.at(0.0)
+
+    def live(self, moment: "xr.Dataset", way: Float[np.ndarray, "n 3"]) -> None:
+        """Show one moment more (see `Stage.go_on`); nothing where the robot is another one by now."""
+        with self._drawing:
+            if self._live:
+                with self._client.atomic():
+                    self._stage.go_on(moment, self.description, way)
+
+    def end_live(self, run: "xr.Dataset | None", words: str) -> None:
+        """Keep what was shown as a run, to play it; without one, and with another robot, ask for its motion."""
+        with self._drawing:
+            going, self._live = self._live, False
+        if not going:
+            return
+        if run is None:
+            self._ask()
+            return
+        self._player.seek(0.0)
+        self._put(Answer(run, self.description, "a run", 0.0, {}, ""), words)
 
     def close(self) -> None:
         """End all that runs for this tab."""
@@ -93,6 +126,7 @@ class Session:
 
     def _take(self, description: RobotDescription, problem: Problem) -> None:
         knobs = knobs_of(description, problem.variables)
+        self._leave_live()
         self.description, self.problem = description, problem
         self._opened, self._answer = self._opened + 1, None
         self._solve = Solver()  # what the last robot did is no place to begin for another one
@@ -148,7 +182,9 @@ class Session:
             look = Look(colouring.value, forces.value, way.value, along.value)
             with self._drawing, self._client.atomic():
                 self._look = look
-                if self._answer is not None:
+                if self._live:
+                    self._stage.look(look)
+                elif self._answer is not None:
                     self._stage.look(look)
                     self._stage.at(self._player.time)
                     self._tell_colours()
@@ -175,6 +211,7 @@ class Session:
 
     def _turned(self, knob: Knob, value: float) -> None:
         with told(self.tell):
+            self._leave_live()
             self.description = with_values(self.description, {knob.name: value * knob.factor})
             self._player.hold(_SOON)
             self._ask()
@@ -196,6 +233,13 @@ class Session:
         with self._client.atomic():
             self._client.camera.position = place  # takes what is looked at along
             self._client.camera.look_at = target
+
+    def _leave_live(self) -> None:
+        """What goes on with the robot as it was ends."""
+        with self._drawing:
+            if self._live:
+                self._live = False
+                self.work.cancel()
 
     # --- answers
 
@@ -221,7 +265,7 @@ class Session:
 
         with told(tell):
             answer = self._solve(description)
-            if opened == self._opened:
+            if opened == self._opened and not self._live:
                 took = f"{answer.kind}, {1e3 * (time.perf_counter() - began):.0f} ms"
                 self._put(answer, f"{took}: {answer.warning}" if answer.warning else took)
 

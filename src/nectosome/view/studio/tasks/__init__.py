@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
+from .control import Control
 from .design import Design
 from .map import Map
 from .scorecard import Scorecard
@@ -20,4 +21,9 @@ class Task(Protocol):
 
 
 # by the tab's name
-TASKS: dict[str, Callable[["Session"], Task]] = {"Design": Design, "Map": Map, "Scorecard": Scorecard}
+TASKS: dict[str, Callable[["Session"], Task]] = {
+    "Design": Design,
+    "Map": Map,
+    "Control": Control,
+    "Scorecard": Scorecard,
+}

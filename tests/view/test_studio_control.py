@@ -1,0 +1,138 @@
+"""A robot under a controller in the studio: the rig keeps the clock, follows as the loop alone does, and lets go."""
+
+import threading
+import time
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, said
+
+from nectosome.control import Measuring, Reach, follow, pid_of
+from nectosome.core import Status
+from nectosome.io import load_dataset, parse_robot
+from nectosome.robots import Commanded
+from nectosome.view.saved import check_drawable, check_run
+from nectosome.view.studio.server import Studio
+from nectosome.view.studio.tasks.rig import Rig
+
+SLIDE = """
+name: slide
+water: {gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: box
+  length: 200 mm
+  width: 60 mm
+  height: 60 mm
+  mass: 2 kg
+  inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
+  joint: {kind: prismatic, axis: x, stiffness: 5 N/m, damping: 4 N s/m, force: {kind: constant, value: 0 N}}
+aliases: {push: body.joint.force.value, m: body.mass}
+"""
+DT, GAINS, WANTED = 0.05, (20.0, 30.0, 10.0), 0.1  # s; N/m, N/(m s), N s/m; m
+
+
+@pytest.fixture(scope="module")
+def slide():
+    return Commanded(parse_robot(SLIDE), "push", "body.position", DT)
+
+
+@pytest.fixture(scope="module")
+def pid():
+    return pid_of(GAINS, 0.05, Reach(*map(jnp.asarray, (-2.0, 2.0, np.inf))))
+
+
+def until(seconds: float, clock=time.perf_counter):
+    """Progress that ends it by the clock."""
+    end = clock() + seconds
+    return lambda share, words: clock() < end
+
+
+def test_it_goes_on_as_the_clock_does_and_as_the_loop_alone_would(slide, pid):
+    Rig(slide, pid, WANTED, Measuring()).step(WANTED)  # compiled
+    rig, shown = Rig(slide, pid, WANTED, Measuring()), []
+    began = time.perf_counter()
+    assert rig.run(lambda k: WANTED, lambda moment, way: shown.append(way[-1, 0]), until(1.5)) == Status.SOLVED
+    taken = time.perf_counter() - began
+    n = len(rig.reference)
+    assert (n - 1) * DT <= taken  # never ahead of the clock
+    alone = follow(slide, pid, np.full(n, WANTED))
+    track = rig.track()
+    np.testing.assert_allclose(track["output"].values, alone.output, atol=1e-12)
+    np.testing.assert_allclose(track["command"].values, alone.command, atol=1e-12)
+    assert shown == sorted(shown) and len(shown) > 5  # it moves towards the reference, and is seen
+
+
+def test_what_it_did_is_a_run_like_any(slide, pid):
+    rig = Rig(slide, pid, WANTED, Measuring())
+    for k in range(80):
+        assert rig.step(WANTED if k < 40 else -WANTED) == Status.SOLVED
+    run = rig.kept(Status.SOLVED)
+    check_run(run, "kept")
+    check_drawable(run, "kept")
+    assert run.sizes["time"] == run.sizes["sample"] == 80
+    moved = np.diff(run["position"].values[:-1, 0, 0])  # the place after a sample is what is measured at the next one
+    np.testing.assert_allclose(moved, np.diff(run["output"].values[1:]), atol=1e-12)
+    assert set(run["reference"].values) == {WANTED, -WANTED}
+    assert float(run["power_balance"].max()) < 1e-12
+
+
+def test_a_slow_machine_is_told_and_the_clock_is_put_back(slide, pid):
+    rig = Rig(slide, pid, WANTED, Measuring())
+    rig.run(lambda k: WANTED, lambda moment, way: time.sleep(0.4), until(2.0))
+    assert rig.pace.time < 0.5 * rig.pace.taken
+    assert "this machine is too slow" in str(rig.pace)
+
+
+def beside(page, label: str):
+    """The field with a label."""
+    return page.locator(f"input:right-of(:text-is('{label}'))").first
+
+
+@NEEDS_CHROMIUM
+def test_a_robot_reaches_its_reference_on_the_page(tmp_path, capfd):
+    (tmp_path / "slide.yaml").write_text(SLIDE)
+    studio = Studio(str(tmp_path / "slide.yaml"), tmp_path, "127.0.0.1", 18_600)
+    try:
+        with chromium() as browser:
+            page = browser.new_page(viewport={"width": 1280, "height": 800})
+            page.set_default_timeout(PATIENCE)
+            page.goto(studio.address)
+            answered(page, 1)
+            page.get_by_role("tab", name="Control").click()
+            page.get_by_role("button", name="Start", exact=True).click()
+            said(page, "has no range")
+            beside(page, "Range").fill("-2:2 N")
+            beside(page, "Gains").fill("20, 30, 10")
+            page.get_by_role("button", name="Start", exact=True).click()
+            page.wait_for_function("document.querySelector('#studio-work')?.innerText.includes('pictures')")
+            page.get_by_role("tab", name="View").click()  # it answers meanwhile
+            page.get_by_text("Go along").click()
+            page.get_by_role("tab", name="Files").click()
+            page.wait_for_timeout(3000)
+            wanted = page.get_by_role("slider").first
+            wanted.focus()
+            wanted.press("Home")
+            page.wait_for_timeout(5000)
+            page.get_by_role("button", name="Stop", exact=True).click()
+            page.wait_for_selector("#studio-control")
+            said(page, "controlled for")
+            page.locator("input:visible").last.fill("held")
+            page.get_by_role("button", name="Save run").click()
+            said(page, "saved held.nc")
+            run = load_dataset(tmp_path / "held.nc")
+            first, last = run["reference"].values[[0, -1]]
+            assert (first, last) == pytest.approx((0.1, -0.2))  # the slider goes from the start to twice as far
+            assert abs(run["output"].values[-1] - last) < 0.05 * abs(last - first)
+            page.get_by_role("button", name="Start", exact=True).click()
+            page.wait_for_function("document.querySelector('#studio-work')?.innerText.includes('pictures')")
+            assert any(t.name == "studio-work" for t in threading.enumerate())
+            page.close()
+            end = time.monotonic() + 60
+            while any(t.name == "studio-work" for t in threading.enumerate()) and time.monotonic() < end:
+                time.sleep(0.1)
+            assert not any(t.name == "studio-work" for t in threading.enumerate())
+            assert "Traceback" not in capfd.readouterr().err
+    finally:
+        studio.close()
