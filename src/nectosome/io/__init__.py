@@ -51,7 +51,7 @@ from nectosome.io.errors import InputError, did_you_mean
 from nectosome.io.fields import Quantity
 from nectosome.io.files import dump_robot, json_schema, load_robot, parse_robot
 from nectosome.io.paths import get_value, numeric_paths, numeric_values, resolve, with_values
-from nectosome.io.period import drive_frequencies, drive_period
+from nectosome.io.period import drive_frequencies, drive_period, driving_signals
 from nectosome.io.provenance import provenance
 from nectosome.io.results import is_results, load_dataset, save_dataset
 from nectosome.io.settings import apply_settings, parse_setting
@@ -109,6 +109,7 @@ __all__ = [
     "did_you_mean",
     "drive_frequencies",
     "drive_period",
+    "driving_signals",
     "dump_robot",
     "format_quantity",
     "get_value",

@@ -43,22 +43,26 @@ def drive_frequencies(description: RobotDescription) -> dict[str, float]:
     return dict(_frequencies(description))
 
 
+def driving_signals(description: RobotDescription) -> dict[str, Any]:
+    """Description, by its path, of each signal that drives a robot. Raises InputError for a jet's motor."""
+    limbs = {"body": description.body} | {f"limbs.{name}": limb for name, limb in description.limbs.items()}
+    return {path: signal for place, limb in limbs.items() for path, signal in _driving(limb, place)}
+
+
 def _frequencies(description: RobotDescription) -> Iterator[tuple[str, float]]:
-    for part, limb in {"body": description.body, **description.limbs}.items():
-        place = "body" if part == "body" else f"limbs.{part}"
-        for path, signal in _driving(limb, place):
-            if getattr(signal, "ramp", 0.0):
-                raise InputError("what begins slowly does not repeat itself. Set it to 0 s.", field=f"{path}.ramp")
-            if signal.kind == "recording" and len(set(signal.values)) > 1:
-                why = "a recording does not repeat itself. Cut one period out of it and give that as a cycle."
-                raise InputError(why, field=f"{path}.values")
-            moves = len(set(signal.values)) > 1 if signal.kind == "cycle" else getattr(signal, "amplitude", 0.0)
-            if signal.kind in ("sine", "stroke", "cycle", "wave") and signal.frequency and moves:
-                yield f"{path}.frequency", signal.frequency
-            if signal.kind == "rate" and signal.rate:
-                if isinstance(signal, RateLength):
-                    raise InputError("what slides on and on never comes back. Give the period.", field=f"{path}.rate")
-                yield f"{path}.rate", abs(signal.rate) / (2 * math.pi)
+    for path, signal in driving_signals(description).items():
+        if getattr(signal, "ramp", 0.0):
+            raise InputError("what begins slowly does not repeat itself. Set it to 0 s.", field=f"{path}.ramp")
+        if signal.kind == "recording" and len(set(signal.values)) > 1:
+            why = "a recording does not repeat itself. Cut one period out of it and give that as a cycle."
+            raise InputError(why, field=f"{path}.values")
+        moves = len(set(signal.values)) > 1 if signal.kind == "cycle" else getattr(signal, "amplitude", 0.0)
+        if signal.kind in ("sine", "stroke", "cycle", "wave") and signal.frequency and moves:
+            yield f"{path}.frequency", signal.frequency
+        if signal.kind == "rate" and signal.rate:
+            if isinstance(signal, RateLength):
+                raise InputError("what slides on and on never comes back. Give the period.", field=f"{path}.rate")
+            yield f"{path}.rate", abs(signal.rate) / (2 * math.pi)
 
 
 def _driving(limb: Any, place: str) -> Iterator[tuple[str, Any]]:

@@ -5,6 +5,7 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from html import escape
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from nectosome.io import InputError
@@ -19,11 +20,15 @@ Tell = Callable[[str, bool], None]  # takes words to say on the page, and whethe
 
 @contextmanager
 def told(tell: Tell) -> Iterator[None]:
-    """Tell on the page what goes wrong: bad input with its reason, mistakes of ours in the terminal."""
+    """Tell on the page what goes wrong: bad input with its reason, mistakes of ours in the terminal.
+
+    Files go by their names: the page knows no other folder than its own.
+    """
     try:
         yield
     except InputError as error:
-        tell(str(error), True)
+        file = error.file and Path(error.file).name
+        tell(str(InputError(error.message, file=file, line=error.line, field=error.field)), True)
     except Exception:
         traceback.print_exc()
         tell("The studio made a mistake, which stands in its terminal.", True)

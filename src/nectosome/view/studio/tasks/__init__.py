@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from .control import Control
 from .design import Design
+from .identify import Identify
 from .map import Map
 from .scorecard import Scorecard
 
@@ -24,6 +25,7 @@ class Task(Protocol):
 TASKS: dict[str, Callable[["Session"], Task]] = {
     "Design": Design,
     "Map": Map,
+    "Identify": Identify,
     "Control": Control,
     "Scorecard": Scorecard,
 }
