@@ -2,9 +2,9 @@
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from nectosome.cli.check import count
 from nectosome.cli.page import number
 from nectosome.io import RobotDescription, format_quantity
+from nectosome.io.errors import count
 
 if TYPE_CHECKING:
     import numpy as np

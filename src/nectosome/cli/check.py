@@ -9,6 +9,7 @@ from cyclopts import Parameter
 from nectosome.cli.output import write
 from nectosome.cli.parts import weigh
 from nectosome.io import json_schema, load_robot
+from nectosome.io.errors import count
 
 
 def check(file: Annotated[Path, Parameter(help="A robot file.")], /) -> None:
@@ -26,8 +27,3 @@ def check(file: Annotated[Path, Parameter(help="A robot file.")], /) -> None:
 def schema() -> None:
     """Print the JSON Schema of robot files, for editors."""
     write(json.dumps(json_schema(), indent=2), wrap=False)
-
-
-def count(n: int, thing: str) -> str:
-    """Return `1 part`, `2 parts`."""
-    return f"{n} {thing}{'' if n == 1 else 's'}"

@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 from cyclopts import Parameter
 
@@ -14,6 +14,7 @@ from nectosome.io import InputError, did_you_mean, load_dataset, provenance, sav
 if TYPE_CHECKING:
     import xarray as xr
 
+    from nectosome.identify import Aim
     from nectosome.measure import Campaign
 
 _AIMS = ("error", "highest", "lowest")
@@ -61,45 +62,29 @@ def correct(
         check_target(target, option, suffix)
 
     from nectosome.cli.correction import correction_page
-    from nectosome.cli.grids import parameter_of, quantity_of
-    from nectosome.identify import (
-        SimToReal,
-        corrected_data,
-        experiments_of,
-        leave_one_out,
-        next_experiments,
-        observe,
-        table_of,
-    )
+    from nectosome.identify import SimToReal, correct_grid
     from nectosome.measure import load_campaign
 
-    how = SimToReal(method or "cn-gp")  # a mistake in its name is told before anything is read
+    if method is not None:
+        SimToReal(method)  # a mistake in its name is told before anything is read
     grid = load_dataset(sim)
     recordings = _read(load_campaign(measured))
-    columns = [str(name) for name in recordings[0].data_vars]
-    simulated, peak, column = quantity_of(grid, columns, quantity)
-    told = [str(name) for name, value in recordings[0].coords.items() if value.ndim == 0]
-    name, nominal = parameter_of(simulated, told, parameter, str(grid.attrs.get("robot", "")))
-    table = table_of(simulated, name, nominal)
-    peaks = None if peak is None else table_of(peak, name, nominal)
-    observed = observe(recordings, simulated, column, name, lowpass=cutoff)
-    experiments = experiments_of(observed, table, peaks)
-    if method is None and name is None:
-        how = SimToReal("gp")
     with progress_bar("correcting") as update:
-        fitted = how.fit(table, experiments)
-        update("leaving each out", 0.2)
-        left_out = leave_one_out(how, table, experiments)
-        update("next experiments", 0.8)
-        planned = next_experiments(how, table, experiments, count, aim)
-        found = corrected_data(fitted, simulated, experiments, left_out, planned)
-    asked: dict[str, Any] = {"sim": sim, "measured": measured, "method": how.method, "next": count, "aim": aim}
-    asked |= {"quantity": quantity, "parameter": parameter, "lowpass": lowpass}
+        found, observed, column = correct_grid(
+            grid,
+            recordings,
+            quantity=quantity,
+            parameter=parameter,
+            method=method,
+            lowpass=cutoff,
+            count=count,
+            aim=cast("Aim", aim),
+            progress=update,
+        )
+    asked: dict[str, Any] = {"sim": sim, "measured": measured, "method": found.attrs["method"], "next": count}
+    asked |= {"aim": aim, "quantity": quantity, "parameter": parameter, "lowpass": lowpass}
     found.attrs |= {
         "title": f"{column} of {sim.name}, corrected with {measured.name}",
-        "method": how.method,
-        "nominal": nominal,
-        "told_by": "peaks" if experiments.told else "values",
         "provenance": json.dumps(provenance({key: value and str(value) for key, value in asked.items()})),
     }
     from nectosome.view import show_correction

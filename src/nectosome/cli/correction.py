@@ -3,146 +3,27 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
 from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.check import count
-from nectosome.cli.page import columns, number, page
-from nectosome.identify import Errors, Observed, errors_of
-from nectosome.identify.metrics import SIDES
-from nectosome.io.units import shown_unit
+from nectosome.cli.page import columns, page
+from nectosome.identify import Observed
+from nectosome.view.correction_words import Rows, lines, read_lines, tables
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_ODD = 4.0  # standard errors from what the others tell: measure again
-_NOTES = 12  # shown
-
 
 def correction_page(found: "xr.Dataset", observed: Sequence[Observed], aim: str) -> Group:
-    """Return the page of what `corrected_data` holds."""
+    """Return the page of what `correct_grid` gives."""
     title = Text(str(found.attrs["title"]), "bold")
-    return page(
-        Text("\n").join([title, Text(""), *map(Text, _read(observed))]),
-        _tables(found, aim),
-        [*_lines(found), *_cost(found, observed)],
-    )
+    head = Text("\n").join([title, Text(""), *map(Text, read_lines(observed))])
+    return page(head, [_table(rows) for rows in tables(found, aim)], lines(found, observed))
 
 
-def _read(observed: Sequence[Observed]) -> list[str]:
-    files, seconds = sum(len(row.files) for row in observed), sum(row.seconds for row in observed)
-    noise = np.median([row.error / abs(row.mean) for row in observed if row.mean != 0])
-    repeated = sum(row.repeats > 1 for row in observed)
-    first = f"{count(files, 'recording')}, {number(seconds)} s in all, at {count(len(observed), 'condition')}"
-    notes = _gathered([*dict.fromkeys(note for row in observed for note in row.notes)])
-    more = [f"and {count(len(notes) - _NOTES, 'more note')}"] if len(notes) > _NOTES else []
-    told = f"{repeated} of them repeated; standard error of a mean: {100 * noise:.2g} % (median)"
-    return [f"{first}, {told}", *notes[:_NOTES], *more]
-
-
-def _gathered(notes: Sequence[str]) -> list[str]:
-    """Notes `file: what`, those that say the same of several files as one."""
-    files: dict[str, list[str]] = {}
-    for note in notes:
-        file, _, what = note.partition(": ")
-        files.setdefault(what or note, []).append(file)
-    return [
-        (f"{named[0]}: {what}" if what != named[0] else what)
-        + (f" (and {len(named) - 1} more files)" if named[1:] else "")
-        for what, named in files.items()
-    ]
-
-
-def _tables(found: "xr.Dataset", aim: str) -> list[Table]:
-    return [_errors(found), _optimum(found, aim), *([_next(found)] if found.sizes["next"] else [])]
-
-
-def _errors(found: "xr.Dataset") -> Table:
-    """How far the simulator is off, as it was and corrected; each experiment is predicted by the others."""
-    table = columns("error, % of what is measured", "mean", "signed", "largest", "total", "in 95 % intervals")
-    measured, noise = found["measured"].values, found["measured_error"].values
-    before = errors_of(found["simulated_there"].values, measured, np.full(len(measured), np.nan), noise)
-    after = errors_of(found["predicted"].values, measured, found["predicted_error"].values, noise)
-    for name, e in (("simulator as it was", before), (f"corrected ({found.attrs['method']}), by the others", after)):
-        table.add_row(name, *map(number, (e.mean, e.signed, e.largest, e.total)), _covered(e))
-    table.add_row("noise alone", number(after.floor))
-    if after.small:
-        table.add_row(f"{count(after.small, 'experiment')} below 1 % of the largest: in total and intervals only")
+def _table(rows: Rows) -> Table:
+    table = columns(*rows.names)
+    for row in rows.rows:
+        table.add_row(*row)
     return table
-
-
-def _covered(e: Errors) -> str:
-    return f"{e.coverage:.0f} %" if e.coverage == e.coverage else ""
-
-
-def _optimum(found: "xr.Dataset", aim: str) -> Table:
-    """Where the grid is best, before and after."""
-    name = found.attrs["quantity"]
-    what = "lowest" if aim == "lowest" else "highest"
-    table = columns(f"{what} on the grid", name, "95 %", "at")
-    for row, values in (("simulator as it was", found["simulated"]), ("corrected", found[name])):
-        place = values.argmin(...) if aim == "lowest" else values.argmax(...)
-        at = values.isel(place)
-        error = float(found[f"{name}_error"].isel(place)) if row == "corrected" else np.nan
-        table.add_row(row, *_value(float(at), error, values), _place([at[dim] for dim in values.dims]))
-    return table
-
-
-def _next(found: "xr.Dataset") -> Table:
-    table = columns("next experiment", "expected", "95 %", "")
-    for k in range(found.sizes["next"]):
-        one = found.isel(next=k)
-        place = _place([one[f"next_{name}"] for name in found["simulated"].dims], "next_")
-        told = _value(float(one["expected"]), float(one["expected_error"]), one["expected"])
-        table.add_row(place, *told, str(one["reason"].item()))
-    return table
-
-
-def _lines(found: "xr.Dataset") -> list[str]:
-    """What was told of the parameter, and what does not fit."""
-    lines, parameter = list[str](), found["parameter_there"]
-    if found.attrs["parameter"]:
-        low, high = (number(float(x)) for x in (parameter.min(), parameter.max()))
-        ends = f"{low} to {high} {parameter.attrs['units']}".strip()
-        nominal = f"{number(found.attrs['nominal'])} in the simulator as it was"
-        lines.append(f"{found.attrs['parameter']}: {ends} where measured, told by {found.attrs['told_by']}; {nominal}")
-    if not found.sizes["next"]:
-        lines.append("every point of the grid was measured: there is no next experiment")
-    return [*lines, *_odd(found)]
-
-
-def _cost(found: "xr.Dataset", observed: Sequence[Observed]) -> list[str]:
-    """What the next experiments take, if they are made as those before."""
-    seconds = found.sizes["next"] * float(np.median([row.seconds for row in observed]))
-    return [f"the next {count(found.sizes['next'], 'experiment')} take about {number(seconds)} s"] if seconds else []
-
-
-def _odd(found: "xr.Dataset") -> list[str]:
-    """Which experiments do not fit the others."""
-    off = abs(found["measured"] - found["predicted"]).values
-    error = np.hypot(found["predicted_error"].values, found["measured_error"].values)
-    if not np.isfinite(error).all():
-        return [f"{found.attrs['method']} tells no intervals, and so not which experiments do not fit the others"]
-    lines = []
-    for k in np.flatnonzero(off > _ODD * error):
-        place = _place([found[f"measured_{name}"][k] for name in found["simulated"].dims], "measured_")
-        value, told = (number(float(found[name][k])) for name in ("measured", "predicted"))
-        far = f"{off[k] / max(error[k], 1e-300):.1f} standard errors"
-        lines.append(f"measure again: {place}: {value}, where the others tell {told}, {far} away")
-    return lines or [f"no experiment is more than {_ODD:g} standard errors from what the others tell"]
-
-
-def _value(value: float, error: float, like: "xr.DataArray") -> tuple[str, str]:
-    """A value with its unit and half of its 95 % interval, where there is one."""
-    return f"{number(value)} {like.attrs['units']}".strip(), f"± {SIDES * error:.2g}" if error == error else ""
-
-
-def _place(conditions: "Sequence[xr.DataArray]", prefix: str = "") -> str:
-    """Conditions with their units."""
-    parts = []
-    for x in conditions:
-        factor, unit = shown_unit(str(x.attrs.get("units", "")))
-        parts.append(f"{str(x.name).removeprefix(prefix)}={number(factor * float(x))} {unit}".strip())
-    return ", ".join(parts)

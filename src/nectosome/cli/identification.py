@@ -8,8 +8,8 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.check import count
 from nectosome.cli.page import columns, number, page
+from nectosome.io.errors import count
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,12 +9,12 @@ from cyclopts import Parameter
 from rich.console import Group
 from rich.text import Text
 
-from nectosome.cli.check import count
 from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.page import columns, number, page
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import InputError, save_dataset
+from nectosome.io.errors import count
 
 if TYPE_CHECKING:
     import xarray as xr

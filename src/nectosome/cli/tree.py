@@ -7,9 +7,9 @@ from typing import Any
 from rich.text import Text
 from rich.tree import Tree
 
-from nectosome.cli.check import count
 from nectosome.cli.parts import Weighed
 from nectosome.io import RobotDescription, get_value
+from nectosome.io.errors import count
 from nectosome.io.paths import numeric_paths
 from nectosome.io.plain import to_plain
 from nectosome.io.units import format_quantity

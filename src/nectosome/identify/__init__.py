@@ -1,6 +1,7 @@
 """Identification: what measurements say of a model. `linear`, `surge` and `posterior` need JAX: import them by name."""
 
 from .alignment import Rigid, align_inliers, align_points
+from .correct import CorrectedGrid, correct_grid
 from .evolve import evolve
 from .evolved import Evolved
 from .evolvers import CmaEs, DifferentialEvolution, Evolver, Genetic, ParetoFront
@@ -22,6 +23,7 @@ __all__ = [
     "Bootstrap",
     "CmaEs",
     "Corrected",
+    "CorrectedGrid",
     "DifferentialEvolution",
     "Errors",
     "Evolved",
@@ -46,6 +48,7 @@ __all__ = [
     "align_inliers",
     "align_points",
     "bootstrap",
+    "correct_grid",
     "corrected_data",
     "errors_of",
     "evolve",

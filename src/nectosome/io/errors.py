@@ -41,3 +41,8 @@ def shorten(value: object, limit: int = 60) -> str:
         text = str(value)
     text = "".join(c if c.isprintable() else " " for c in text)
     return text if len(text) <= limit else text[: limit - 3] + "..."
+
+
+def count(n: int, thing: str) -> str:
+    """Return `1 part`, `2 parts`."""
+    return f"{n} {thing}{'' if n == 1 else 's'}"

@@ -1,4 +1,4 @@
-"""Simulated grids on the command line: which of their quantities is meant, and which axis is a parameter's."""
+"""Simulated grids: which of their quantities is meant, and which axis is a parameter's."""
 
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -28,7 +28,7 @@ def quantity_of(grid: "xr.Dataset", columns: Sequence[str], asked: str | None) -
         if len(both) != 1:
             what = f"which of {', '.join(both)} is meant?" if both else "the grid and the recordings share no quantity:"
             names = f"the recordings have {', '.join(columns)}, the grid has {', '.join(_numeric(grid))}"
-            raise InputError(f"{what} {names}. Name one, as in --quantity force.y.", field="--quantity")
+            raise InputError(f"{what} {names}. Name one, as in force.y.", field="quantity")
         asked = both[0]
     name = asked.removeprefix("-").strip()
     values, stem = _values(grid, name)
@@ -54,17 +54,17 @@ def _values(grid: "xr.Dataset", name: str) -> tuple["xr.DataArray", str]:
     stem, _, label = (name, "", "") if name in grid.data_vars else name.partition(".")
     if stem not in _numeric(grid):
         near = did_you_mean(stem, _numeric(grid))
-        raise InputError(f'the grid has no quantity with numbers called "{stem}".{near}', field="--quantity")
+        raise InputError(f'the grid has no quantity with numbers called "{stem}".{near}', field="quantity")
     values = grid[stem].squeeze()
     for dim in values.dims:
         if dim not in values.coords:
-            raise InputError(f"{stem} has no values of its dimension {dim} in the grid.", field="--quantity")
+            raise InputError(f"{stem} has no values of its dimension {dim} in the grid.", field="quantity")
     worded = [str(dim) for dim in values.dims if values[dim].dtype.kind not in "iuf"]
     labels = [str(x) for x in values[worded[0]].values] if len(worded) == 1 else []
     if len(worded) > 1 or (label and label not in labels) or (labels and not label):
         has = f"has several along {', '.join(worded)}" if worded else "is a single quantity"
         names = " or ".join(f"{stem}.{x}" for x in labels) or ("another one" if worded else stem)
-        raise InputError(f'"{name}": {stem} {has}. Write {names}.', field="--quantity")
+        raise InputError(f'"{name}": {stem} {has}. Write {names}.', field="quantity")
     values = values.sel({worded[0]: label}, drop=True) if labels else values
     return _in_si(values.assign_coords({dim: _in_si(values[dim]) for dim in values.dims})), stem
 
@@ -92,15 +92,15 @@ def parameter_of(
     if asked is None and len(others) > 1:
         raise InputError(
             f"the grid has {' and '.join(others)}, which are no conditions of the campaign; only one of them can be "
-            "the parameter. Name it, as in --parameter Cn=1, and write the others into the campaign.",
-            field="--parameter",
+            "the parameter. Name it, as in Cn=1, and write the others into the campaign.",
+            field="parameter",
         )
     name, _, text = (others[0] if asked is None else asked).partition("=")
     name, text = name.strip(), text.strip()
     if name not in dims:
-        raise InputError(f'"{name}" is no dimension of the grid, which has {", ".join(dims)}.', field="--parameter")
+        raise InputError(f'"{name}" is no dimension of the grid, which has {", ".join(dims)}.', field="parameter")
     if name in conditions:
-        raise InputError(f"{name} is a condition of the campaign, and so no parameter to be told.", field="--parameter")
+        raise InputError(f"{name} is a condition of the campaign, and so no parameter to be told.", field="parameter")
     return name, _given(values, name, text) if text else _own(name, robot)
 
 
@@ -108,20 +108,20 @@ def _given(values: "xr.DataArray", name: str, text: str) -> float:
     try:
         value, unit = read_any(text)
     except ValueError as error:
-        raise InputError(str(error), field="--parameter") from None
+        raise InputError(str(error), field="parameter") from None
     wanted = str(values[name].attrs.get("units", ""))
     if unit != wanted:
         raise InputError(
-            f'"{text}" is in {unit or "no unit"}, in the grid {name} is in {wanted or "no unit"}.', field="--parameter"
+            f'"{text}" is in {unit or "no unit"}, in the grid {name} is in {wanted or "no unit"}.', field="parameter"
         )
     return value
 
 
 def _own(name: str, robot: str) -> float:
-    way = f"Give what the simulator takes it to be, as in --parameter {name}=1."
+    way = f"Give what the simulator takes it to be, as in {name}=1."
     if not robot:
-        raise InputError(f"the grid does not hold the robot, which would tell {name}. {way}", field="--parameter")
+        raise InputError(f"the grid does not hold the robot, which would tell {name}. {way}", field="parameter")
     try:
         return float(get_value(parse_robot(robot, "the grid's robot"), name))
     except (InputError, TypeError, ValueError):
-        raise InputError(f"the grid's robot has no {name}. {way}", field="--parameter") from None
+        raise InputError(f"the grid's robot has no {name}. {way}", field="parameter") from None
