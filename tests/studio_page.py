@@ -42,3 +42,8 @@ def answered(page, n: int) -> None:
 
 def said(page, words: str) -> None:
     page.wait_for_function(f"document.querySelector('#studio-words')?.innerText.includes({words!r})")
+
+
+def beside(page, label: str):
+    """The field with a label."""
+    return page.locator(f"input:right-of(:text-is('{label}'))").first

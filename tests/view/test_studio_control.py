@@ -6,7 +6,7 @@ import time
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, said
+from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, beside, chromium, said
 
 from nectosome.control import Measuring, Reach, follow, pid_of
 from nectosome.core import Status
@@ -83,11 +83,6 @@ def test_a_slow_machine_is_told_and_the_clock_is_put_back(slide, pid):
     rig.run(lambda k: WANTED, lambda moment, way: time.sleep(0.4), until(2.0))
     assert rig.pace.time < 0.5 * rig.pace.taken
     assert "this machine is too slow" in str(rig.pace)
-
-
-def beside(page, label: str):
-    """The field with a label."""
-    return page.locator(f"input:right-of(:text-is('{label}'))").first
 
 
 @NEEDS_CHROMIUM

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 from cyclopts import App, Parameter
 
 from nectosome.cli.follow import follow
-from nectosome.cli.options import read_count, read_duration, read_quantity
+from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io import InputError, did_you_mean, load_dataset, parse_quantity
+from nectosome.io.asked import read_positive
 
 if TYPE_CHECKING:
     import numpy as np
@@ -187,19 +188,10 @@ def _course(name: str, amplitude: str | None, frequency: str | None, to: str | N
                 f'"{name}" is no reference.{did_you_mean(name, (*_NEEDS, "variable"))}', field="--reference"
             )
         return _Course(name)
-    size = read_quantity(amplitude or "", "length", "--amplitude")
-    if size <= 0:
-        raise InputError(f'"{amplitude}" is out of range: it must be more than 0 m.', field="--amplitude")
-    turns = tuple(_frequency(asked[option] or "", option) for option in ("--frequency", "--to") if option in needed)
-    return _Course(name, size, turns, 2 / turns[0] if time is None else read_duration(time, "--time"))
-
-
-def _frequency(text: str, option: str) -> float:
-    """More than 0 Hz. Raises InputError."""
-    hertz = read_quantity(text, "frequency", option)
-    if hertz <= 0:
-        raise InputError(f'"{text}" is out of range: it must be more than 0 Hz.', field=option)
-    return hertz
+    size = read_positive(amplitude or "", "length", "--amplitude")
+    options = [option for option in ("--frequency", "--to") if option in needed]
+    turns = tuple(read_positive(asked[option] or "", "frequency", option) for option in options)
+    return _Course(name, size, turns, 2 / turns[0] if time is None else read_positive(time, "time", "--time"))
 
 
 def _gains(text: str) -> list[float]:

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 from cyclopts import Parameter
 
-from nectosome.cli.options import read_count, read_quantity
+from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io import InputError, did_you_mean, load_dataset, provenance, save_dataset
+from nectosome.io.asked import read_positive
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,9 +56,7 @@ def correct(
     count = read_count(upcoming, "--next", least=1, most=50)
     if aim not in _AIMS:
         raise InputError(f'"{aim}" is no aim.{did_you_mean(aim, _AIMS)}', field="--aim")
-    cutoff = None if lowpass is None else read_quantity(lowpass, "frequency", "--lowpass")
-    if cutoff is not None and cutoff <= 0:
-        raise InputError(f'"{lowpass}" is out of range: it must be more than 0 Hz.', field="--lowpass")
+    cutoff = None if lowpass is None else read_positive(lowpass, "frequency", "--lowpass")
     for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
         check_target(target, option, suffix)
 

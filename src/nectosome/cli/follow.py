@@ -9,10 +9,10 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from nectosome.cli.followed import Words, followed
-from nectosome.cli.options import read_duration, read_quantity
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import InputError, parse_quantity, save_dataset, show_quantity
+from nectosome.io.asked import read_positive, read_quantity
 
 _USUAL = 20.0  # Hz, of samples where nothing is averaged
 _A_BEAT = 4  # samples, where it is
@@ -60,9 +60,9 @@ def follow(
     for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
         if target is not None:
             check_target(target, option, suffix)
-    seconds = read_duration(time, "--time")
-    asked_rate = None if rate is None else _more_than_nothing(rate, "frequency", "--rate")
-    late = 0.0 if delay is None else read_duration(delay, "--delay")
+    seconds = read_positive(time, "time", "--time")
+    asked_rate = None if rate is None else read_positive(rate, "frequency", "--rate")
+    late = 0.0 if delay is None else read_positive(delay, "time", "--delay")
     numbers = None if gains is None else _gains(gains)
 
     import numpy as np
@@ -74,7 +74,7 @@ def follow(
         if (given is None) == (reference in control.SHAPES):
             told = f"a {reference} needs it" if given is None else "only a sine or triangle takes it"
             raise InputError(f"{told}.", field=option)
-    turns = 0.0 if frequency is None else _more_than_nothing(frequency, "frequency", "--frequency")
+    turns = 0.0 if frequency is None else read_positive(frequency, "frequency", "--frequency")
     description = robots.describe(robot, settings or ())
     with _options():
         reach = control.read_range(command, description)
@@ -176,13 +176,6 @@ def _gains(text: str) -> list[float]:
         message = f'"{text}" pulls to both sides: give all of one sign, below 0 for what answers downwards.'
         raise InputError(message, field="--gains")
     return numbers
-
-
-def _more_than_nothing(text: str, dimension: str, option: str) -> float:
-    value = read_quantity(text, dimension, option)
-    if value <= 0:
-        raise InputError(f'"{text}" is out of range: it must be more than 0.', field=option)
-    return value
 
 
 def _noise(text: str, dimension: str) -> float:

@@ -9,10 +9,11 @@ from cyclopts import App, Parameter
 
 from nectosome.cli.campaigns import planned_files
 from nectosome.cli.identify_robot import identify_robot
-from nectosome.cli.options import read_count, read_duration, read_quantity
+from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io import InputError, did_you_mean, provenance, save_dataset
+from nectosome.io.asked import read_positive, read_quantity
 
 _SOLVERS = ("cmaes", "genetic", "differential", "front")
 
@@ -40,10 +41,8 @@ def swim(
     plot: Annotated[Path | None, Parameter(help="Where the page with figures goes (.html).")] = None,
 ) -> None:
     """Find added mass and drag of a swimmer from its speed and thrust: (M + m_as) dv/dt = -Lambda v|v| + thrust."""
-    kilograms = read_quantity(f"{mass}kg" if _bare(mass) else mass, "mass", "--mass")
-    if kilograms <= 0:
-        raise InputError(f'"{mass}" is out of range: it must be more than 0 kg.', field="--mass")
-    window = None if smooth is None else read_duration(smooth, "--smooth")
+    kilograms = read_positive(f"{mass}kg" if _bare(mass) else mass, "mass", "--mass")
+    window = None if smooth is None else read_positive(smooth, "time", "--smooth")
     _check_targets(save, plot)
 
     planned, held_out = planned_files(campaign, test)

@@ -7,11 +7,12 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from nectosome.cli.campaigns import planned_files
-from nectosome.cli.options import read_count, read_duration, read_quantity
+from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, write
 from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
 from nectosome.io import InputError, dump_robot, provenance, save_dataset, write_atomic
+from nectosome.io.asked import read_positive
 from nectosome.io.errors import shorten
 
 
@@ -48,7 +49,7 @@ def identify_robot(
 ) -> None:
     """Find what is unknown of a robot: its simulated motion is brought to what recordings say, by least squares."""
     many = read_count(starts, "--starts", least=1, most=1000)
-    left_out = 0.0 if skip is None else read_duration(skip, "--skip")
+    left_out = 0.0 if skip is None else read_positive(skip, "time", "--skip")
     for target, option, suffix in (
         (save, "--save", ".nc"),
         (plot, "--plot", ".html"),
@@ -118,7 +119,4 @@ def _pair(text: str, option: str, example: str) -> tuple[str, str]:
 
 def _standard_error(text: str, dimension: str) -> float:
     """A standard error in SI. Raises InputError."""
-    value = read_quantity(text, dimension, "--error")
-    if not value > 0:
-        raise InputError(f'"{shorten(text)}" is out of range: it must be more than 0.', field="--error")
-    return value
+    return read_positive(text, dimension, "--error")

@@ -10,12 +10,13 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.options import read_count, read_duration
+from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos
 from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
 from nectosome.io import InputError, drive_period, save_dataset, show_quantity
+from nectosome.io.asked import read_positive
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -53,7 +54,7 @@ def periodic(
 ) -> int:
     """Find the motion that repeats itself with the drives, what it gives on the mean, and whether it lasts."""
     moments = read_count(samples, "--samples", least=_FEWEST, most=_MOST)
-    seconds = None if period is None else read_duration(period, "--period")
+    seconds = None if period is None else read_positive(period, "time", "--period")
     if save is not None:
         check_target(save, "--save", ".nc")
 

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from nectosome.cli.options import read_count, read_duration, read_quantity
+from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.parts import weigh
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import InputError, is_results, load_dataset
+from nectosome.io.asked import read_positive, read_quantity
 from nectosome.io.extras import package
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def render(
     pace = read_quantity(speed, "number", "--speed")
     if not 1 / _FASTEST <= pace <= _FASTEST:
         raise InputError(f'"{speed}" is out of range: {1 / _FASTEST:g} to {_FASTEST:g} are allowed.', field="--speed")
-    seconds = None if time is None else read_duration(_with_unit(time), "--time")
+    seconds = None if time is None else read_positive(_with_unit(time), "time", "--time")
     moment = None if at is None else read_quantity(_with_unit(at), "time", "--at")
     for name in ("cv2",) if still else ("cv2", "av"):
         package(name, "video")
@@ -87,7 +88,7 @@ def render(
                 tell(f"{robot}: {why}. Say by --time how much of it to show.")
                 return 1
         else:
-            seconds = read_duration(_TIME, "--time") if seconds is None else seconds
+            seconds = read_positive(_TIME, "time", "--time") if seconds is None else seconds
             apart = _APART if still else min(pace / rate, _APART)
             if seconds / apart >= _MOST_SAMPLES:
                 raise InputError(f"{seconds:g} s take more than {_MOST_SAMPLES} moments.", field="--time")

@@ -8,12 +8,13 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome.cli.mission import fly
-from nectosome.cli.options import read_count, read_duration, read_quantity
+from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.parts import weigh
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.cli.summary import summary
 from nectosome.io import InputError, save_dataset
+from nectosome.io.asked import read_positive, read_quantity
 
 _MOST_SAMPLES = 100_000
 _TIME, _METHOD, _SAMPLES, _RTOL, _STEP = "2.5s", "auto", "201", "1e-4", "1ms"
@@ -58,10 +59,10 @@ def simulate(
         ):
             if given != usual:
                 raise InputError("a mission takes even steps until its modes end. Leave it out.", field=option)
-        return fly(robot, settings, mission, read_duration(step, "--step"), save, plot)
+        return fly(robot, settings, mission, read_positive(step, "time", "--step"), save, plot)
     if step != _STEP:
         raise InputError("is of a mission; else steps follow from --rtol. Leave it out.", field="--step")
-    seconds = read_duration(time, "--time")
+    seconds = read_positive(time, "time", "--time")
     moments = read_count(samples, "--samples", least=2, most=_MOST_SAMPLES)
     tolerance = read_quantity(rtol, "number", "--rtol")
     if not 0 < tolerance < 1:

@@ -9,10 +9,10 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.options import read_quantity
 from nectosome.cli.output import check_target, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io import InputError, save_dataset
+from nectosome.io.asked import read_quantity
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,9 +12,9 @@ from nectosome.io import (
     did_you_mean,
     get_value,
     numeric_paths,
-    parse_quantity,
     resolve,
 )
+from nectosome.io.asked import read_quantity
 from nectosome.io.dimensions import DIMENSIONS
 from nectosome.io.errors import shorten
 from nectosome.io.units import unit_to_si
@@ -109,7 +109,7 @@ class Wanted(NamedTuple):
         if amplitude is None and not re.match(r"\s*[-+.\d]", reference):
             message = f'"{shorten(reference)}" is no reference: a quantity, sine or triangle.'
             raise InputError(message + did_you_mean(reference, SHAPES), field=option)
-        size = _read(text, dimension, option)
+        size = read_quantity(text, dimension, option)
         if amplitude is not None and size <= 0:
             raise InputError(f'"{amplitude}" is out of range: it must be more than 0.', field=option)
         unit = _unit_of(text)
@@ -126,13 +126,6 @@ class Wanted(NamedTuple):
     def show(self, value: float) -> str:
         """A value in the unit in which it was written."""
         return f"{value / self.unit_size:.4g} {self.unit}".strip()
-
-
-def _read(text: str, dimension: str, field: str) -> float:
-    try:
-        return parse_quantity(text, dimension)
-    except ValueError as error:
-        raise InputError(str(error), field=field) from None
 
 
 def _unit_of(text: str) -> str:

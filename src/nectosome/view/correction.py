@@ -41,31 +41,51 @@ def panels(found: "xr.Dataset", aim: str = "highest") -> list[Panel]:
 
 def map_panels(found: "xr.Dataset", aim: str) -> list[Panel]:
     """The grid as simulated and corrected, what is not known of it, and the parameter."""
-    name = str(found.attrs["quantity"])
-    before, after = found["simulated"], found[name]
-    both = np.stack([before.values, after.values])
-    sides = np.abs([both.min(), both.max()])
-    axis = diverging if both.min() < 0 < both.max() and sides.min() > _BOTH * sides.max() else sequential
-    unit = _unit(after)
-    best = "lowest" if aim == "lowest" else "highest"
+    name, called = str(found.attrs["quantity"]), str(found.attrs["parameter"])
     caption = (
         f"{name}, as simulated and as corrected by {found.attrs['method']}. Dots: measured; diamonds: the next "
-        f"experiments; star: the {best}."
+        f"experiments; star: the {_best(aim)}."
     )
-    shown = {"simulated": before, "corrected": after}
-    out = [Panel("Corrected grid", caption, _maps(found, shown, axis(both, unit), best))]
-    half = SIDES * found[f"{name}_error"]
-    if half.notnull().all():
-        colours = sequential(half.values, unit)
+    out = [Panel("Corrected grid", caption, grid_maps(found, aim, "simulated", "corrected"))]
+    half, told = unknown_map(found), parameter_map(found)
+    if half is not None:
         what = "Half of the 95 % interval of the corrected value, without the noise of a measurement."
-        out.append(Panel("What is not known", what, _maps(found, {"half of the 95 % interval": half}, colours)))
-    told = found["parameter"]
-    if told.notnull().all():
-        called = str(found.attrs["parameter"])
-        colours = sequential(told.values, _unit(told) if told.attrs["units"] else called)
+        out.append(Panel("What is not known", what, half))
+    if told is not None:
         what = f"{called} as the experiments tell it; the simulator took {float(found.attrs['nominal']):.4g}."
-        out.append(Panel("The simulator's parameter", what, _maps(found, {called: told}, colours)))
+        out.append(Panel("The simulator's parameter", what, told))
     return out
+
+
+def grid_maps(found: "xr.Dataset", aim: str, *names: str) -> "go.Figure":
+    """Maps of the grid, "simulated" or "corrected", in the same colours, with the experiments and the best point."""
+    name = str(found.attrs["quantity"])
+    shown = {"simulated": found["simulated"], "corrected": found[name]}
+    both = np.stack([values.values for values in shown.values()])
+    sides = np.abs([both.min(), both.max()])
+    axis = diverging if both.min() < 0 < both.max() and sides.min() > _BOTH * sides.max() else sequential
+    return _maps(found, {title: shown[title] for title in names}, axis(both, _unit(found[name])), _best(aim))
+
+
+def unknown_map(found: "xr.Dataset") -> "go.Figure | None":
+    """Half of the 95 % interval of the corrected values; None where the method tells none."""
+    name = str(found.attrs["quantity"])
+    half = SIDES * found[f"{name}_error"]
+    if not half.notnull().all():
+        return None
+    return _maps(found, {"half of the 95 % interval": half}, sequential(half.values, _unit(found[name])))
+
+
+def parameter_map(found: "xr.Dataset") -> "go.Figure | None":
+    """The simulator's parameter as the experiments tell it; None where they do not."""
+    told, called = found["parameter"], str(found.attrs["parameter"])
+    if not told.notnull().all():
+        return None
+    return _maps(found, {called: told}, sequential(told.values, _unit(told) if told.attrs["units"] else called))
+
+
+def _best(aim: str) -> str:
+    return "lowest" if aim == "lowest" else "highest"
 
 
 def _maps(
@@ -125,7 +145,7 @@ def curves_panel(found: "xr.Dataset", aim: str) -> Panel:
         )
     k = int(np.argmin(y) if aim == "lowest" else np.argmax(y))
     star = {"symbol": "star", "size": 16, "color": "white", "line": {"color": BLACK, "width": 1.5}}
-    fig.add_scatter(x=x[[k]], y=y[[k]], mode="markers", marker=star, name="lowest" if aim == "lowest" else "highest")
+    fig.add_scatter(x=x[[k]], y=y[[k]], mode="markers", marker=star, name=_best(aim))
     fig.update_xaxes(title=_title(found[condition]))
     fig.update_yaxes(title=f"{plain(name)} ({_unit(found[name])})")
     dress(fig, 460).update_layout(showlegend=True, hovermode="closest", margin_t=60)

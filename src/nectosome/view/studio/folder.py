@@ -67,6 +67,17 @@ class Folder:
         _must_be_file(path, name)
         return path
 
+    def listed(self, path: Path) -> Path:
+        """Return the path, free of links, of a file that another file of the folder names.
+
+        Raises InputError where it is elsewhere, or no plain file.
+        """
+        found = path.resolve()
+        if not found.is_relative_to(self.root):
+            raise InputError("is a link that leads out of the working folder.", file=path.name)
+        _must_be_file(found, path.name)
+        return found
+
     def target(self, name: str, suffix: str, *, overwrite: bool = False) -> Path:
         """Return the path where to write what is to be called `name`; `suffix` is put behind it where it is missing.
 

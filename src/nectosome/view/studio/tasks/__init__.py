@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 from .control import Control
+from .correct import Correct
 from .design import Design
 from .identify import Identify
 from .map import Map
@@ -26,6 +27,7 @@ TASKS: dict[str, Callable[["Session"], Task]] = {
     "Design": Design,
     "Map": Map,
     "Identify": Identify,
+    "Correct": Correct,
     "Control": Control,
     "Scorecard": Scorecard,
 }

@@ -14,7 +14,8 @@ from nectosome.io.variables import read_variable
 from nectosome.view.studio.knobs import around
 from nectosome.view.studio.work import Progress, told
 
-from .search import Search, figure, note, table
+from .narrow import note
+from .search import Search, figure, table
 
 if TYPE_CHECKING:
     from nectosome.view.studio.session import Session

@@ -19,7 +19,7 @@ from nectosome.view.studio.knobs import around
 from nectosome.view.studio.work import Progress, told
 
 from .fitted import fitted_html
-from .search import note, small
+from .narrow import note, with_legend
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -159,8 +159,7 @@ class Identify:
     def _show(self, number: int, found: RobotFit, robot: RobotDescription) -> None:
         data = robot_data(found)
         figure: Any = recording_panel(data, 0).figure
-        legend = {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.0}
-        drawn = small(figure).update_layout(height=None, showlegend=True, legend=legend)
+        drawn = with_legend(figure)
         with self._drawing:
             if number != self._robot:
                 return

@@ -9,6 +9,7 @@ import numpy as np
 from nectosome import control
 from nectosome.io import InputError, RobotDescription, drive_period, get_value, numeric_paths, parse_quantity, resolve
 from nectosome.io import show_quantity as shown
+from nectosome.io.asked import read_positive
 from nectosome.mechanism import Robot
 from nectosome.robots import Commanded, reading_of
 from nectosome.view.studio.knobs import knobs_of
@@ -58,7 +59,7 @@ def loop_of(asked: Asked, reach: control.Range, model: Robot, progress: Progress
     of = reading_of(model, asked.measure)
     reference, amplitude = (asked.size, None) if constant else (asked.reference, asked.size)
     wanted = control.Wanted.read(reference, amplitude, of.dimension)
-    turns = 0.0 if constant else _positive(asked.frequency)
+    turns = 0.0 if constant else read_positive(asked.frequency, "frequency", "frequency")
     scale = np.array([reach.unit_size / wanted.unit_size])
     gains = None if not asked.gains.strip() else scale * _gains(asked.gains)
     if not progress(0.0, "compiling the equations"):
@@ -124,16 +125,6 @@ def beats(description: RobotDescription) -> bool:
         return drive_period(description) > 0
     except InputError:
         return False
-
-
-def _positive(text: str) -> float:
-    try:
-        value = parse_quantity(text, "frequency")
-    except ValueError as error:
-        raise InputError(str(error), field="frequency") from None
-    if value <= 0:
-        raise InputError(f'"{text}" is out of range: it must be more than 0.', field="frequency")
-    return value
 
 
 def _gains(text: str) -> np.ndarray:

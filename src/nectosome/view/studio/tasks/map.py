@@ -23,7 +23,7 @@ from nectosome.view.studio.knobs import Knob, knobs_of
 from nectosome.view.studio.work import Progress, told
 from nectosome.view.sweeps import MEANS, axis_of, sides, sweep_figure
 
-from .search import note, small
+from .narrow import note, small
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go

@@ -1,6 +1,5 @@
 """How a search for a design goes on: what each start reached so far, as a figure, and the best designs, as a table."""
 
-from html import escape
 from itertools import cycle
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -8,7 +7,9 @@ import numpy as np
 
 from nectosome.design import QUANTITIES, Evaluation, MotionDesign
 from nectosome.io import show_quantity
-from nectosome.view.style import CYCLE, GREY, dress, readable, span
+from nectosome.view.style import CYCLE, readable, span
+
+from .narrow import cells, note, small
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -69,13 +70,6 @@ def figure(search: Search) -> "go.Figure":
     return small(fig).update_layout(showlegend=len(search.starts) > 1)
 
 
-def small(fig: "go.Figure") -> "go.Figure":
-    """Dress a figure for the panel."""
-    dress(fig, 250).update_layout(margin={"l": 56, "r": 12, "t": 28, "b": 44}, font_size=11, hovermode="closest")
-    fig.update_xaxes(title_font_size=12, tickangle=0, nticks=5)
-    return fig.update_yaxes(title_font_size=12, title_standoff=4, nticks=6)
-
-
 def table(search: Search) -> str:
     """The best designs beside each other, those of different starts."""
     best, task = search.best[:_SHOWN], search.task
@@ -88,20 +82,5 @@ def table(search: Search) -> str:
     values = [task.box.values(e.u) for _, e in best]
     for k, v in enumerate(task.variables):
         rows.append([v.name, *(show_quantity(float(own[k]), v.dimension) for own in values)])
-    body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows)
     limits = [name for name, g in zip(task.constraint_names, best[0][1].constraints, strict=True) if g > -1e-4]
-    words = f"at its limit: {escape(', '.join(limits))}" if limits else ""
-    line = f'<div style="color:{GREY}">{words}</div>'
-    return (
-        '<div style="font-size:12px;padding:0 12px 8px;overflow-x:auto" id="studio-designs">'
-        f'<table style="width:100%;border-collapse:collapse">{body}</table>{line}</div>'
-    )
-
-
-def note(words: str) -> str:
-    """A line of words in a panel."""
-    return f'<div style="font-size:13px;padding:0 12px 6px">{escape(words)}</div>'
-
-
-def _cell(text: str) -> str:
-    return f'<td style="text-align:right;padding:1px 0 1px 6px;white-space:nowrap">{escape(text)}</td>'
+    return cells(rows, "studio-designs", [f"at its limit: {', '.join(limits)}"] if limits else [])

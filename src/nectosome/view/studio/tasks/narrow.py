@@ -1,0 +1,57 @@
+"""What fits the narrow panel on the left: figures, tables and words."""
+
+from collections.abc import Sequence
+from html import escape
+from typing import TYPE_CHECKING
+
+from nectosome.view.style import GREY, dress
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+
+
+def small(fig: "go.Figure") -> "go.Figure":
+    """Dress a figure for the panel."""
+    dress(fig, 250).update_layout(margin={"l": 56, "r": 12, "t": 28, "b": 44}, font_size=11, hovermode="closest")
+    fig.update_xaxes(title_font_size=12, tickangle=0, nticks=5)
+    return fig.update_yaxes(title_font_size=12, title_standoff=4, nticks=6)
+
+
+def with_legend(fig: "go.Figure") -> "go.Figure":
+    """Dress a figure for the panel whose height is that of its place, with a legend above."""
+    legend = {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.0}
+    return small(fig).update_layout(height=None, showlegend=True, legend=legend)
+
+
+def note(words: str) -> str:
+    """A line of words."""
+    return f'<div style="font-size:13px;padding:0 12px 6px">{escape(words)}</div>'
+
+
+def cells(rows: Sequence[Sequence[str]], name: str, lines: Sequence[str] = ()) -> str:
+    """A table, called `name` on the page, whose columns stand to the right, and lines under it."""
+    cell = '<td style="text-align:right;padding:1px 0 1px 6px;white-space:nowrap">{}</td>'
+    body = "".join(f"<tr>{''.join(cell.format(escape(text)) for text in row)}</tr>" for row in rows)
+    said = "".join(f'<div style="color:{GREY};padding-top:3px">{escape(line)}</div>' for line in lines)
+    return _block(name, f'<table style="width:100%;border-collapse:collapse">{body}</table>{said}')
+
+
+def spelled(tables: Sequence[tuple[Sequence[str], Sequence[Sequence[str]]]], name: str, lines: Sequence[str]) -> str:
+    """Tables too wide for the panel, called `name` on the page, row by row in words, and lines under them.
+
+    Each table has the names of its columns and its rows; a row is called as its first cell says.
+    """
+    out = list[str]()
+    for columns, rows in tables:
+        out.append(f'<div style="padding-top:6px"><b>{escape(columns[0])}</b></div>')
+        for first, *others in rows:
+            told = ", ".join(
+                f"{column} {cell}".strip() for column, cell in zip(columns[1:], others, strict=False) if cell
+            )
+            out.append(f'<div style="padding-top:3px">{escape(f"{first}: {told}" if told else first)}</div>')
+    out += [f'<div style="color:{GREY};padding-top:6px">{escape(line)}</div>' for line in lines]
+    return _block(name, "".join(out))
+
+
+def _block(name: str, body: str) -> str:
+    return f'<div style="font-size:12px;padding:0 12px 8px;overflow-x:auto" id="{name}">{body}</div>'
