@@ -1,7 +1,10 @@
 """What tests of the studio in a real browser share."""
 
+import multiprocessing
 import os
 import shutil
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -47,3 +50,13 @@ def said(page, words: str) -> None:
 def beside(page, label: str):
     """The field with a label."""
     return page.locator(f"input:right-of(:text-is('{label}'))").first
+
+
+def nothing_left() -> bool:
+    """Whether work and its processes end, by themselves, within a minute."""
+    until = time.monotonic() + 60
+    while time.monotonic() < until:
+        if not multiprocessing.active_children() and not any(t.name == "studio-work" for t in threading.enumerate()):
+            return True
+        time.sleep(0.1)
+    return False

@@ -6,7 +6,7 @@ import time
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, beside, chromium, said
+from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, beside, chromium, nothing_left, said
 
 from nectosome.control import Measuring, Reach, follow, pid_of
 from nectosome.core import Status
@@ -124,10 +124,7 @@ def test_a_robot_reaches_its_reference_on_the_page(tmp_path, capfd):
             page.wait_for_function("document.querySelector('#studio-work')?.innerText.includes('pictures')")
             assert any(t.name == "studio-work" for t in threading.enumerate())
             page.close()
-            end = time.monotonic() + 60
-            while any(t.name == "studio-work" for t in threading.enumerate()) and time.monotonic() < end:
-                time.sleep(0.1)
-            assert not any(t.name == "studio-work" for t in threading.enumerate())
+            assert nothing_left()
             assert "Traceback" not in capfd.readouterr().err
     finally:
         studio.close()

@@ -1,12 +1,8 @@
 """The studio's tabs for design and maps in a browser: a search ends, is applied, cancelled; a point is loaded."""
 
-import multiprocessing
-import threading
-import time
-
 import numpy as np
 import pytest
-from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, count, said
+from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, count, nothing_left, said
 
 from nectosome.io import load_dataset
 from nectosome.view.studio.server import Studio
@@ -73,16 +69,6 @@ def power(page) -> float:
 
 def press(page, name: str) -> None:
     page.get_by_role("button", name=name).click()
-
-
-def nothing_left() -> bool:
-    """Whether work and its processes end, by themselves, within a minute."""
-    until = time.monotonic() + 60
-    while time.monotonic() < until:
-        if not multiprocessing.active_children() and not any(t.name == "studio-work" for t in threading.enumerate()):
-            return True
-        time.sleep(0.1)
-    return False
 
 
 def test_a_search_comes_to_its_end_and_its_best_design_is_applied(page, folder):

@@ -1,11 +1,8 @@
 """The studio's tab that identifies: a recording is sent, what is unknown found and applied; bad ones are refused."""
 
-import threading
-import time
-
 import numpy as np
 import pytest
-from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, count, said
+from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, count, nothing_left, said
 
 from nectosome.io import parse_robot
 from nectosome.view.studio.server import Studio
@@ -114,10 +111,7 @@ def test_a_recording_is_sent_and_what_it_tells_applied(tmp_path, capfd):
             page.get_by_text("identifying").first.wait_for()
             press("Cancel")
             said(page, "the fit was cancelled")
-            end = time.monotonic() + 60
-            while any(t.name == "studio-work" for t in threading.enumerate()) and time.monotonic() < end:
-                time.sleep(0.1)
-            assert not any(t.name == "studio-work" for t in threading.enumerate())
+            assert nothing_left()
             assert "Traceback" not in capfd.readouterr().err
     finally:
         studio.close()
