@@ -6,16 +6,18 @@ import pytest
 from nectosome.design import shipped_problem
 from nectosome.io import get_value, with_values
 from nectosome.robots import describe
+from nectosome.robots.shipped import file_names
 from nectosome.view.studio.knobs import knobs_of
+from nectosome.view.studio.session import problem_of
 
-ROBOTS = ("flagellum", "paddle", "eel", "fish", "beetle")
+ROBOTS = (*file_names(), "beetle")
 
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_each_slider_holds_the_robots_value_and_every_place_of_it_is_allowed(name):
-    robot, problem = describe(name), shipped_problem(name)
-    knobs = knobs_of(robot, problem.variables if problem else {})
-    assert knobs
+    robot = describe(name)
+    knobs = knobs_of(robot, problem_of(name).variables)
+    assert knobs or name == "poseidrone_turning"  # front and rear legs are not driven alike
     for knob in knobs:
         value = float(get_value(robot, knob.name))
         assert knob.low <= knob.shown(value) <= knob.high

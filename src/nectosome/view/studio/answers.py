@@ -13,12 +13,13 @@ from nectosome.design.quantities import QUANTITIES, Stroke
 from nectosome.io import InputError, RobotDescription, drive_period
 from nectosome.mechanism import Robot
 from nectosome.robots import build
-from nectosome.solve import CycleMeans, Run, Trajectory, cycle_means, find_symmetry, periodic, resting, steady
+from nectosome.solve import CycleMeans, Run, Trajectory, cycle_means, find_symmetry, periodic, resting, simulate, steady
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOMENTS = 65  # of a period
+_BEGINNING = 5.0  # s, of a robot that keeps no motion
 _STANDS = 1e-8  # m/s: what is left of a body that is held
 _SHOWN = (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)
 
@@ -48,17 +49,18 @@ class Solver:
     def __call__(self, description: RobotDescription) -> Answer:
         """The motion that a robot keeps: steady, or periodic with its drives, or none, at rest.
 
-        Raises InputError with the reason where there is none, or it cannot be found.
+        Of one that keeps none by its nature, as it sinks, walks or begins slowly, its first seconds. Raises InputError
+        with the reason where a motion cannot be found.
         """
         robot = build(description)
         if not robot.tree.free_v.size:
             raise InputError("nothing of this robot is free to move.", field=description.name)
         try:
             period = drive_period(description)
-        except InputError:
+        except InputError as error:
             if find_symmetry(robot).steady:
                 return self._kept(robot, description, 0.0)
-            raise
+            return _begun(robot, description, str(error))
         if find_symmetry(robot).steady:
             return self._kept(robot, description, period)
         found = periodic(robot, period, samples=MOMENTS)
@@ -67,7 +69,11 @@ class Solver:
     def _kept(self, robot: Robot, description: RobotDescription, period: float) -> Answer:
         """Steady motion over a turn of its drives; without any, the shape at rest."""
         if period == 0:
-            return _answer(resting(robot), description, "at rest", 0.0, None)
+            found = resting(robot)
+            status = Status(int(found.status))
+            if status not in _SHOWN:
+                return _begun(robot, description, f"{status.reason}.")
+            return _answer(found, description, "at rest", 0.0, None)
         found = steady(robot, guess=self._last)
         if Status(int(found.status)) not in _SHOWN and self._last is not None:
             found = steady(robot)
@@ -83,6 +89,16 @@ class Solver:
 def going_on(robot: Robot, x: State, times: Float[Array, "n"]) -> State:
     """States of a steady motion at times [s] after x: velocities stay, what is displaced goes on evenly."""
     return jax.vmap(lambda t: State(robot.advance(x.q, x.v, t), x.v, x.z))(times)
+
+
+def _begun(robot: Robot, description: RobotDescription, why: str) -> Answer:
+    """What a robot does at first, from its start, where it keeps no motion."""
+    found = simulate(robot, _BEGINNING, samples=MOMENTS)
+    answer = _answer(found, description, f"the first {_BEGINNING:g} s", 0.0, None)
+    place = answer.run["position"].values[:, 0]  # the first part is the body
+    # over what is no cycle the mean of a force or power tells nothing that lasts
+    speed = float(np.linalg.norm(place[-1] - place[0])) / _BEGINNING
+    return answer._replace(numbers={"speed": speed}, warning=f"{why} The speed is the mean over them.")
 
 
 def _answer(found: Run, description: RobotDescription, kind: str, period: float, means: CycleMeans | None) -> Answer:

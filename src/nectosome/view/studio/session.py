@@ -53,9 +53,7 @@ class Session:
     def open(self, robot: str | Path) -> None:
         """Take a robot that ships, by name, or a file. Raises InputError where it cannot be read: nothing changes."""
         description = describe(str(robot))
-        beside = Path(robot).with_suffix(".design.yaml")
-        problem = load_problem(beside) if beside.is_file() else shipped_problem(str(robot))
-        self._take(description, problem or Problem())
+        self._take(description, problem_of(robot))
         self._stand()
         self._ask()
 
@@ -315,3 +313,10 @@ class Session:
                 " ".join(f'<span style="color:{c}">&#9632; {escape(n.replace("_", " "))}</span>' for n, c in marks)
             )
         self._legend.content = f'<div style="font-size:13px;padding:0 12px">{"<br>".join(lines)}</div>'
+
+
+def problem_of(robot: str | Path) -> Problem:
+    """The design problem beside a robot file, or that ships with a robot; an empty one where that is a mission's."""
+    beside = Path(robot).with_suffix(".design.yaml")
+    problem = load_problem(beside) if beside.is_file() else shipped_problem(str(robot))
+    return Problem() if problem is None or problem.mission else problem

@@ -60,9 +60,8 @@ class Design:
         self._apply.on_click(lambda _: self._told(self._become))
 
     def renew(self) -> None:
-        """Ask what the problem file of the session's robot asks; a mission's is another matter."""
+        """Ask what the problem file of the session's robot asks."""
         problem = self._session.problem
-        problem = Problem() if problem.mission else problem
         with self._drawing:
             self._robot, self._found = self._robot + 1, None
             for row in self._rows:

@@ -74,7 +74,7 @@ class Identify:
             self._robot, self._found = self._robot + 1, None
             self._place.visible = self._apply.visible = False
             self._table.content = ""
-        ranges = {} if problem.mission else dict(problem.variables)
+        ranges = dict(problem.variables)
         if not ranges:
             found = (around(robot, alias) for alias in robot.aliases)
             ranges = {knob.name: knob.text() for knob in found if knob is not None}

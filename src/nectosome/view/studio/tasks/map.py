@@ -88,7 +88,7 @@ class Map:
         with self._drawing:
             self._robot, self._found = self._robot + 1, None
             self._place.visible, self._line.content, self._point.value = False, "", ""
-        knobs = knobs_of(robot, {} if problem.mission else problem.variables)
+        knobs = knobs_of(robot, problem.variables)
         for field, knob in zip(self._axes, [*knobs[:2], None, None], strict=False):
             field.value = "" if knob is None else _around(knob, float(get_value(robot, knob.name)))
         self._look()
