@@ -1,7 +1,10 @@
 import numpy as np
 import pytest
 
+from nectosome.io import parse_robot
+from nectosome.robots import build
 from nectosome.view.robot3d import actor, stage
+from nectosome.view.standing import standing
 from nectosome.view.tubes import AROUND, hermite, part_rings, triangles, tubes
 
 from .conftest import LENGTH, RADIUS, TIP
@@ -75,3 +78,14 @@ def test_the_stage_has_equal_scales_and_a_frame_per_moment(run):
     np.testing.assert_allclose(per_metre, per_metre[0])
     assert len(fig.frames) == 4
     assert all(len(frame.data) == len(frame.traces) == 4 for frame in fig.frames)
+
+
+@pytest.mark.parametrize(("given", "volume"), [("volume: 0.1 L", 1e-4), ("volume: 0 m3", 2e-4)])
+def test_a_robot_of_points_is_drawn_as_balls(given, volume):
+    """Of their volume; of as much water as they weigh where they have none."""
+    joint = "{kind: prismatic, axis: z, position: 0.3 m}"
+    robot = parse_robot(f"{{name: ball, body: {{kind: rigid, shape: point, mass: 200 g, {given}, joint: {joint}}}}}")
+    rings = tubes(standing(robot, build(robot)), np.array([0.0]))["body"][0]
+    far = np.linalg.norm(rings - [0, 0, 0.3], axis=-1)
+    np.testing.assert_allclose(far, (3 * volume / (4 * np.pi)) ** (1 / 3), rtol=1e-9)
+    assert tubes(standing(robot, build(robot)).drop_attrs(), np.array([0.0])) == {}  # nobody knows their mass

@@ -12,7 +12,7 @@ from .camera import Camera, axes_towards, colour_of, lit, outlines, seen, walls
 from .raster import Picture, Raster
 from .robot3d import colours_of
 from .style import BLACK, ORANGE, SKY
-from .tubes import between, description, tubes
+from .tubes import between, description, tubes, visible
 from .vector import Vector
 
 if TYPE_CHECKING:
@@ -68,8 +68,9 @@ class Scene:
         note: str = "",
         decimals: int = 2,
     ):
-        self._run, self._size, self._note, self._decimals = run, size, note, decimals
+        self._size, self._note, self._decimals = size, note, decimals
         robot = description(run)
+        self._run = run = visible(run, robot)
         self._title = robot.name if robot is not None else str(run.attrs.get("title", ""))
         saved = run["time"].values
         self._moments = _evenly(float(saved[0]), end)

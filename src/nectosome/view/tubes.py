@@ -22,9 +22,10 @@ def tubes(
     """Rings [m, world frame] around every part that has a size, at `times` [s], by part.
 
     Between saved times they follow cubics. Rods are drawn through their stations, rigid parts from end to end; boxes
-    and spheroids as such if the run carries its robot. `around` tells parts whose rings have another number of points.
+    and spheroids as such if the run carries its robot, and points as `visible` has them. `around` tells parts whose
+    rings have another number of points.
     """
-    saved = run["time"].values
+    run, saved = visible(run, description(run)), run["time"].values
     first = max(int(np.searchsorted(saved, times[0])) - 2, 0)
     last = int(np.searchsorted(saved, times[-1])) + 3
     near = run.isel(time=slice(first, last))
@@ -36,6 +37,20 @@ def tubes(
         if rings is not None:
             found[str(part)] = between(near["time"].values, rings, times)
     return found
+
+
+def visible(run: "xr.Dataset", robot: RobotDescription | None) -> "xr.Dataset":
+    """A run of a robot that is nothing but points, with balls in their place: of their volume, or of as much water.
+
+    Without the robot, and where anything has a size, the run as it is.
+    """
+    limbs = {} if robot is None else {"body": robot.body, **robot.limbs}
+    points = {name: limb for name, limb in limbs.items() if limb.kind == "rigid" and limb.shape == "point"}
+    if robot is None or points.keys() != limbs.keys():
+        return run
+    sizes = {name: point.volume or (point.mass or 0.0) / robot.water.density for name, point in points.items()}
+    r = np.array([(0.75 * sizes[str(part)] / np.pi) ** (1 / 3) for part in run["station_part"].values])
+    return run.assign(station_x=("station", r), half_width=(("station", "across"), np.stack([r, r], axis=-1)))
 
 
 def triangles(rings: int, around: int) -> Int[np.ndarray, "n 3"]:
@@ -89,7 +104,8 @@ def shape_of(robot: RobotDescription | None, part: str) -> str:
     limb = robot.body if part == "body" else robot.limbs.get(part)
     if limb is None:
         return "cylinder"
-    return limb.section if isinstance(limb, Rod) else limb.shape
+    shape = limb.section if isinstance(limb, Rod) else limb.shape
+    return "spheroid" if shape == "point" else shape
 
 
 def _outline(shape: str, around: int) -> Float[np.ndarray, "around 2"]:

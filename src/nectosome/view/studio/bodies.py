@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from nectosome.io import RobotDescription
 from nectosome.view.robot3d import HARD
 from nectosome.view.style import BLUE, source_colour
-from nectosome.view.tubes import finer, part_rings, shape_of, triangles
+from nectosome.view.tubes import finer, part_rings, shape_of, triangles, visible
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -100,8 +100,11 @@ class Arrows(NamedTuple):
 
 
 def bodies_of(run: "xr.Dataset", robot: RobotDescription | None) -> dict[str, Rigid | Soft]:
-    """Bodies of all parts that have a size, by part; of an unknown robot all that is rigid is a cylinder."""
-    found, hard = {}, 0
+    """Bodies of all parts that have a size, by part; of an unknown robot all that is rigid is a cylinder.
+
+    Those of points are as `visible` has them.
+    """
+    run, found, hard = visible(run, robot), {}, 0
     for part in map(str, run["part"].values):
         own = np.flatnonzero(run["station_part"].values == part)
         x, half = run["station_x"].values[own], run["half_width"].values[own]
