@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from playwright.sync_api import Page, sync_playwright
-from tests.view.test_studio_page import CHROMIUM, FLAGS
+from tests.studio_page import CHROMIUM, FLAGS
 
 from nectosome.view.studio.server import Studio
 
@@ -30,6 +30,12 @@ WATCH = """() => {
     requestAnimationFrame(() => requestAnimationFrame(() => window.taken.push(performance.now() - began)));
   }).observe(document.body, { subtree: true, childList: true, attributes: true });
 }"""
+
+LABELS = """[...document.querySelectorAll('[role=slider]')].map(slider => {
+  let place = slider;
+  while (!place.querySelector('label')) place = place.parentElement;
+  return place.querySelector('label').innerText;
+})"""
 
 
 def main() -> None:
@@ -77,10 +83,8 @@ def _press(page: Page, knob: str) -> tuple[list[float], list[float]]:
 
 
 def _place(page: Page, knob: str) -> int:
-    """Which of the sliders that of a quantity is, by the order of their labels; the time has the first."""
-    order = page.evaluate("[...document.querySelectorAll('label')].map(e => e.innerText)")
-    names = [text for text in order if "(" in text or text == knob]
-    return next(k for k, text in enumerate(names) if text.split(" ")[0] == knob)
+    """Which of the sliders that of a quantity is."""
+    return next(k for k, text in enumerate(page.evaluate(LABELS)) if text.split(" ")[0] == knob)
 
 
 def _ms(times: list[float]) -> str:
