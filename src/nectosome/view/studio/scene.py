@@ -50,7 +50,7 @@ class Stage:
         self.size, self.middle = 1.0, np.zeros(3)  # of the robot [m], seen from its body at first
         self.largest = 0.0  # what the lightest colour means, in UNITS
         scene.set_up_direction("+z")
-        # instead of viser's environment and shadows, for which a browser that draws by software takes a third of its time
+        # instead of viser's environment and shadows, which take a browser that draws by software a third of its time
         scene.configure_environment_map(None)
         scene.configure_default_lights(cast_shadow=False)
         scene.add_light_hemisphere("/light", sky_color=(255, 255, 255), ground_color=(150, 165, 180), intensity=1.6)
