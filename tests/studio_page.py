@@ -49,7 +49,7 @@ def said(page, words: str) -> None:
 
 def beside(page, label: str):
     """The field with a label."""
-    return page.locator(f"input:right-of(:text-is('{label}'))").first
+    return page.locator(f"input:visible:right-of(:text-is('{label}'))").first
 
 
 def nothing_left() -> bool:

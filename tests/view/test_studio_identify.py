@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, count, nothing_left, said
+from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, beside, chromium, count, nothing_left, said
 
 from nectosome.io import parse_robot
 from nectosome.view.studio.server import Studio
@@ -107,6 +107,7 @@ def test_a_recording_is_sent_and_what_it_tells_applied(tmp_path, capfd):
             answered(page, before + 1)
             shown = [float(box.input_value()) for box in page.locator("input[type=text]:visible").all()[-2:]]
             assert shown == pytest.approx([1e3 * rows["k"][0], 1e3 * rows["c"][0]], rel=1e-3)
+            beside(page, "Starts").fill("64")  # long enough to be cancelled, however slow the page is
             press("Identify")
             page.get_by_text("identifying").first.wait_for()
             press("Cancel")
