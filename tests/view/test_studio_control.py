@@ -89,6 +89,12 @@ def test_a_slow_machine_is_told_and_the_clock_is_put_back(slide, pid):
 def test_a_robot_reaches_its_reference_on_the_page(tmp_path, capfd):
     (tmp_path / "slide.yaml").write_text(SLIDE)
     studio = Studio(str(tmp_path / "slide.yaml"), tmp_path, "127.0.0.1", 18_600)
+
+    def passed(seconds: float) -> None:
+        """Wait for so much more time of the robot, whose clock stands on the page."""
+        clock = "+document.querySelector('#studio-work').innerText.match(/([0-9.]+) s,/)[1]"
+        page.wait_for_function(f"{clock} > {page.evaluate(clock) + seconds}")
+
     try:
         with chromium() as browser:
             page = browser.new_page(viewport={"width": 1280, "height": 800})
@@ -105,11 +111,11 @@ def test_a_robot_reaches_its_reference_on_the_page(tmp_path, capfd):
             page.get_by_role("tab", name="View").click()  # it answers meanwhile
             page.get_by_text("Go along").click()
             page.get_by_role("tab", name="Files").click()
-            page.wait_for_timeout(3000)
+            passed(3.0)
             wanted = page.get_by_role("slider").first
             wanted.focus()
             wanted.press("Home")
-            page.wait_for_timeout(5000)
+            passed(5.0)
             page.get_by_role("button", name="Stop", exact=True).click()
             page.wait_for_selector("#studio-control")
             said(page, "controlled for")

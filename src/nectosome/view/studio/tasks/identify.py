@@ -103,8 +103,8 @@ class Identify:
         time, columns = recording["time"].values, recording.data_vars.items()
         listed = ", ".join(f"{column} ({unit_of(values) or '1'})" for column, values in columns)
         words = f"{shorten(name)}: {time.size} samples, {time[-1] - time[0]:.4g} s; {listed}"
-        self._columns.content = note(words)
         self._guess()
+        self._columns.content = note(words)
 
     def _guess(self) -> None:
         """What columns are, as far as their names tell."""
