@@ -17,6 +17,28 @@ body:
   joint: {{kind: prismatic, axis: z{spring}}}
 """
 
+PUSHED = """
+name: pushed
+water: {density: 1000 kg/m3, gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: point
+  mass: 2 kg
+  volume: 0 m3
+  joint: {kind: prismatic, axis: x}
+  loads:
+    push: {kind: force, force: [4 N, 0 N, 0 N], frame: world}
+    drag: {kind: lumped_drag, drag_area: [5 cm2, 0 m2, 0 m2]}
+limbs:
+  hub:
+    on: body
+    kind: rigid
+    shape: point
+    mass: 1 kg
+    volume: 0 m3
+    joint: {kind: revolute, axis: x, motion: {kind: rate, rate: 5 rad/s}}
+"""
+
 
 def test_what_falls_is_seen_falling():
     """Half of g t^2 down, g t/2 on the mean; nothing else is told, as it is no cycle."""
@@ -34,6 +56,20 @@ def test_what_hangs_on_a_spring_is_at_rest():
     answer = Solver()(parse_robot(BALL.format(spring=", stiffness: 20 N/m, damping: 1 N s/m")))
     assert (answer.kind, answer.warning, answer.numbers) == ("at rest", "", {})
     np.testing.assert_allclose(answer.run["position"].values[:, 0, 2], -2 * G / 20, rtol=1e-6)
+
+
+def test_what_is_pushed_while_something_turns_on_it_is_told_over_one_turn():
+    """F = rho A v^2/2; nothing brakes the hub, so that it takes no power."""
+    robot = parse_robot(PUSHED)
+    speed = np.sqrt(2 * 4.0 / (1000 * 5e-4))  # m/s
+    solver = Solver()
+    for answer in (solver(robot), solver(robot)):  # from rest, and from the last answer
+        assert (answer.kind, answer.warning) == ("steady motion", "")
+        assert answer.period == pytest.approx(2 * np.pi / 5)
+        assert answer.numbers["speed"] == pytest.approx(speed, rel=1e-9)
+        assert answer.numbers["power"] == pytest.approx(0, abs=1e-9)
+        place = answer.run["position"].values[:, 0, 0]
+        np.testing.assert_allclose(np.diff(place), speed * answer.period / 64, rtol=1e-9)
 
 
 def test_what_cannot_move_is_refused():

@@ -58,8 +58,7 @@ def build(description: RobotDescription) -> Robot:
     values = numeric_values(description)
     if any(isinstance(value, Tracer) for value in values.values()):
         return _assemble(description)
-    blueprint, numbers = blueprint_of(description)
-    return remembered(fill, blueprint, numbers)
+    return remembered(fill, *_blueprint(description, values, ()))
 
 
 class Blueprint(eqx.Module):
@@ -78,7 +77,7 @@ class _Plan:
 
     def __init__(self, description: RobotDescription, paths: tuple[str, ...]):
         self.description, self.paths, self.rows = description, paths, _rows(paths)
-        bare = with_values(description, dict.fromkeys(paths, 1.0))
+        bare = changed(description, dict.fromkeys(paths, 1.0))
         self.key = bare.model_dump_json(exclude={"name", "about", "aliases"})
 
     def __hash__(self) -> int:
@@ -93,7 +92,12 @@ class _Plan:
 
 def blueprint_of(description: RobotDescription, also: tuple[str, ...] = ()) -> tuple[Blueprint, Float[Array, "n"]]:
     """Blueprint of a description, and its numbers: those that are not zero, and those at the paths `also`."""
-    values = numeric_values(description)
+    return _blueprint(description, numeric_values(description), also)
+
+
+def _blueprint(
+    description: RobotDescription, values: dict[str, Any], also: tuple[str, ...]
+) -> tuple[Blueprint, Float[Array, "n"]]:
     whole = {path for row, ends in _rows(tuple(values)).items() for path in tuple(values)[ends]}
     paths = tuple(path for path, value in values.items() if value != 0 or path in also or path in whole)
     return Blueprint(_Plan(description, paths)), jnp.array([float(values[path]) for path in paths])

@@ -1,6 +1,6 @@
 """Solvers: simulate through time, static equilibrium, steady and periodic motion."""
 
-from .cycle import CycleMeans, cycle_means, mean_data, prepare_means
+from .cycle import CycleMeans, cycle_means, mean_data, means_of, prepare_means
 from .equilibrium import Equilibrium, equilibrium
 from .pace import pace
 from .periodic import Course, Periodic, periodic
@@ -34,6 +34,7 @@ __all__ = [
     "find_symmetry",
     "held",
     "mean_data",
+    "means_of",
     "pace",
     "periodic",
     "prepare_means",

@@ -66,7 +66,11 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
 
     Works under jit, vmap and derivatives.
     """
-    d = diagnose_all(robot, times, states)
+    return means_of(robot, times, diagnose_all(robot, times, states))
+
+
+def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans:
+    """`cycle_means` of a cycle that has been diagnosed at those times, leaves [n, ...]."""
     once = jax.tree.map(lambda x: x[:-1], d)  # the last sample is the first again
     mean = jax.tree.map(lambda x: jnp.mean(x, axis=0), once)
     power = jnp.sum(mean.reaction_power) + jnp.sum(mean.load_power[driving(robot)])

@@ -11,9 +11,22 @@ from nectosome.core import State, Status
 from nectosome.core.remember import remembered
 from nectosome.design.quantities import QUANTITIES, Stroke
 from nectosome.io import InputError, RobotDescription, drive_period
-from nectosome.mechanism import Robot
+from nectosome.mechanism import Diagnosis, Robot, diagnose
 from nectosome.robots import build
-from nectosome.solve import CycleMeans, Run, Trajectory, cycle_means, find_symmetry, periodic, resting, simulate, steady
+from nectosome.solve import (
+    CycleMeans,
+    Results,
+    Run,
+    Steady,
+    Trajectory,
+    find_symmetry,
+    means_of,
+    periodic,
+    resting,
+    results_of,
+    simulate,
+    steady,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,37 +71,49 @@ class Solver:
         try:
             period = drive_period(description)
         except InputError as error:
-            if find_symmetry(robot).steady:
-                return self._kept(robot, description, 0.0)
-            return _begun(robot, description, str(error))
-        if find_symmetry(robot).steady:
-            return self._kept(robot, description, period)
-        found = periodic(robot, period, samples=MOMENTS)
-        return _answer(found, description, "periodic motion", period, found.means())
+            return (
+                _resting(robot, description) if find_symmetry(robot).steady else _begun(robot, description, str(error))
+            )
+        found = self._steady(robot)
+        if Status(int(found.status)) != Status.UNSTEADY_DRIVES:
+            return _turning(found, description, period)
+        cycle = periodic(robot, period, samples=MOMENTS)
+        return _answer(cycle, description, "periodic motion", period, cycle.means())
 
-    def _kept(self, robot: Robot, description: RobotDescription, period: float) -> Answer:
-        """Steady motion over a turn of its drives; without any, the shape at rest."""
-        if period == 0:
-            found = resting(robot)
-            status = Status(int(found.status))
-            if status not in _SHOWN:
-                return _begun(robot, description, f"{status.reason}.")
-            return _answer(found, description, "at rest", 0.0, None)
+    def _steady(self, robot: Robot) -> Steady:
+        """Steady motion from where the last one was, else from rest."""
         found = steady(robot, guess=self._last)
         if Status(int(found.status)) not in _SHOWN and self._last is not None:
             found = steady(robot)
         self._last = found.state if Status(int(found.status)) in _SHOWN else None
-        times = jnp.linspace(0.0, period, MOMENTS)
-        turn = Run(
-            Trajectory(robot, times, remembered(going_on, robot, found.state, times)), found.status, {}, found.residual
-        )
-        means = remembered(cycle_means, robot, times, turn.value.state)
-        return _answer(turn, description, "steady motion", period, means)
+        return found
 
 
-def going_on(robot: Robot, x: State, times: Float[Array, "n"]) -> State:
-    """States of a steady motion at times [s] after x: velocities stay, what is displaced goes on evenly."""
-    return jax.vmap(lambda t: State(robot.advance(x.q, x.v, t), x.v, x.z))(times)
+def _resting(robot: Robot, description: RobotDescription) -> Answer:
+    """The shape at rest, or what happens where there is none."""
+    found = resting(robot)
+    status = Status(int(found.status))
+    if status not in _SHOWN:
+        return _begun(robot, description, f"{status.reason}.")
+    return _answer(found, description, "at rest", 0.0, None)
+
+
+def _turning(found: Steady, description: RobotDescription, period: float) -> Answer:
+    """A steady motion over a turn of its drives [s]."""
+    robot, times = found.value.system, jnp.linspace(0.0, period, MOMENTS)
+    states, d, means = remembered(turn, robot, found.state, times)
+    run = Run(Trajectory(robot, times, states), found.status, {}, found.residual)
+    return _answer(run, description, "steady motion", period, means, results_of(run, d, None, {}))
+
+
+def turn(robot: Robot, x: State, times: Float[Array, "n"]) -> tuple[State, Diagnosis, CycleMeans]:
+    """A turn of a steady motion from x on: velocities stay, what is displaced goes on evenly. Leaves [n, ...].
+
+    All moments side by side, which is twice as fast as one after another.
+    """
+    states = jax.vmap(lambda t: State(robot.advance(x.q, x.v, t), x.v, x.z))(times)
+    d = jax.vmap(lambda t, x: diagnose(robot, t, x))(times, states)
+    return states, d, means_of(robot, times, d)
 
 
 def _begun(robot: Robot, description: RobotDescription, why: str) -> Answer:
@@ -101,13 +126,20 @@ def _begun(robot: Robot, description: RobotDescription, why: str) -> Answer:
     return answer._replace(numbers={"speed": speed}, warning=f"{why} The speed is the mean over them.")
 
 
-def _answer(found: Run, description: RobotDescription, kind: str, period: float, means: CycleMeans | None) -> Answer:
+def _answer(
+    found: Run,
+    description: RobotDescription,
+    kind: str,
+    period: float,
+    means: CycleMeans | None,
+    results: Results | None = None,
+) -> Answer:
     status = Status(int(found.status))
     if status not in _SHOWN:
         raise InputError(f"{status.reason}.", field=description.name)
     numbers = {} if means is None else numbers_of(means)
     warning = f"{status.reason}." if status == Status.UNSTABLE else ""
-    return Answer(found.to_dataset(), description, kind, period, numbers, warning)
+    return Answer((results or found.results()).to_dataset(), description, kind, period, numbers, warning)
 
 
 def numbers_of(means: CycleMeans) -> dict[str, float]:
