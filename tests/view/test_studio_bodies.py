@@ -8,7 +8,18 @@ from nectosome.io import parse_robot
 from nectosome.robots import build
 from nectosome.solve import simulate
 from nectosome.view.standing import standing
-from nectosome.view.studio.bodies import MATERIAL, Rigid, Soft, arrows_of, bodies_of, colours, rgb, slice_mesh
+from nectosome.view.studio.bodies import (
+    AROUND,
+    MATERIAL,
+    Rigid,
+    Soft,
+    arrows_of,
+    bodies_of,
+    colours,
+    disc_mesh,
+    rgb,
+    slice_mesh,
+)
 
 LENGTH, RADIUS, ANGLE, RATE = 0.4, 0.01, 1.2, 3.0  # m, m, rad, rad/s
 BENT = f"""
@@ -65,6 +76,21 @@ def test_slices_follow_each_other_along_a_rod_without_gaps(run):
     assert np.linalg.norm(np.diff(place, axis=0), axis=1).sum() == pytest.approx(LENGTH, rel=0.05)
 
 
+def test_discs_close_both_ends_of_a_rod(run):
+    """They stand across it, as wide as it is there, no farther from its ends than slices overlap."""
+    arm = bodies_of(run, parse_robot(BENT))["arm"]
+    assert isinstance(arm, Soft)
+    slices = arm.slices(2)
+    place, turn, size = slices.ends
+    np.testing.assert_allclose(place, [[0, 0, 0], [LENGTH, 0, 0]], atol=0.05 * slices.size[:, 0].max())
+    np.testing.assert_allclose(Rotation.from_quat(turn, scalar_first=True).as_matrix(), [np.eye(3)] * 2, atol=1e-9)
+    vertices, faces = disc_mesh()
+    np.testing.assert_allclose((vertices * size[1]).max(axis=0), [0, RADIUS, RADIUS], atol=1e-12)
+    a, b, c = vertices[faces].transpose(1, 0, 2)
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    assert area == pytest.approx(0.125 * AROUND * np.sin(2 * np.pi / AROUND), rel=1e-12)
+
+
 def test_colours_of_curvature_are_those_of_an_arc():
     """Its angle over its length."""
     robot = parse_robot(BENT)
@@ -91,7 +117,7 @@ def test_a_slice_is_the_wall_of_a_cylinder_of_size_one():
     np.testing.assert_allclose(np.ptp(vertices, axis=0), 1, atol=1e-12)
     a, b, c = vertices[faces].transpose(1, 0, 2)
     normal = 0.5 * np.cross(b - a, c - a)
-    assert np.linalg.norm(normal, axis=1).sum() == pytest.approx(16 * np.sin(np.pi / 16), rel=1e-12)  # 16 sides
+    assert np.linalg.norm(normal, axis=1).sum() == pytest.approx(AROUND * np.sin(np.pi / AROUND), rel=1e-12)
     assert np.all(np.einsum("ij,ij->i", normal, (a + b + c) / 3) > 0)  # turned outwards
 
 

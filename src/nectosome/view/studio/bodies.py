@@ -16,7 +16,7 @@ from nectosome.view.tubes import finer, part_rings, shape_of, triangles, visible
 if TYPE_CHECKING:
     import xarray as xr
 
-AROUND = 16  # corners of a slice
+AROUND = 12  # corners of a slice
 _OVERLAP = 1.06  # of slices, so that none gapes where a rod bends
 _NO_FORCE = 1e-3  # of the largest: no arrow
 _LEFT_OUT = ("weight", "buoyancy")  # of what the water does
@@ -39,6 +39,13 @@ class Slices(NamedTuple):
     place: Float[np.ndarray, "k 3"]  # [m]
     turn: Float[np.ndarray, "k 4"]
     size: Float[np.ndarray, "k 3"]  # along, across y, across z [m]
+
+    @property
+    def ends(self) -> "Slices":
+        """The first and the last one, moved outwards by half of their length: where discs close the rod."""
+        turn, size = self.turn[[0, -1]], self.size[[0, -1]]
+        out = 0.5 * size * [[-1, 0, 0], [1, 0, 0]]
+        return Slices(self.place[[0, -1]] + Rotation.from_quat(turn, scalar_first=True).apply(out), turn, size)
 
 
 class Soft:
@@ -105,6 +112,7 @@ def bodies_of(run: "xr.Dataset", robot: RobotDescription | None) -> dict[str, Ri
     Those of points are as `visible` has them.
     """
     run, found, hard = visible(run, robot), {}, 0
+    first = run[["station_part", "station_x", "half_width", "position", "rotation"]].isel(time=[0])
     for part in map(str, run["part"].values):
         own = np.flatnonzero(run["station_part"].values == part)
         x, half = run["station_x"].values[own], run["half_width"].values[own]
@@ -113,16 +121,17 @@ def bodies_of(run: "xr.Dataset", robot: RobotDescription | None) -> dict[str, Ri
         if x[0] == 0:
             found[part] = Soft(run, own)
         else:
-            found[part] = _rigid(run, part, own[0], shape_of(robot, part), HARD[hard % len(HARD)])
+            found[part] = _rigid(run, first, part, own[0], shape_of(robot, part), HARD[hard % len(HARD)])
             hard += 1
     return found
 
 
-def _rigid(run: "xr.Dataset", part: str, station: int, shape: str, colour: str) -> Rigid:
-    first = part_rings(run.isel(time=[0]), part, shape)
-    assert first is not None
+def _rigid(run: "xr.Dataset", first: "xr.Dataset", part: str, station: int, shape: str, colour: str) -> Rigid:
+    """A part of a run whose first moment is given."""
+    found = part_rings(first, part, shape)
+    assert found is not None
     place, R = run["position"].values[:, station], run["rotation"].values[:, station]
-    rings = first[0]
+    rings = found[0]
     vertices = (rings.reshape(-1, 3) - place[0]) @ R[0]
     return Rigid(place, _quaternions(R), vertices, triangles(rings.shape[0], rings.shape[1]), colour)
 
@@ -171,6 +180,12 @@ def slice_mesh() -> tuple[Float[np.ndarray, "n 3"], Int[np.ndarray, "m 3"]]:
     k = np.arange(AROUND)
     a, b = k, (k + 1) % AROUND
     return rings, np.concatenate([np.stack([a, b, b + AROUND], -1), np.stack([a, b + AROUND, a + AROUND], -1)])
+
+
+def disc_mesh() -> tuple[Float[np.ndarray, "n 3"], Int[np.ndarray, "m 3"]]:
+    """Disc across x, of width and height 1, about 0."""
+    ring, k = slice_mesh()[0][:AROUND] * [0, 1, 1], np.arange(1, AROUND - 1)
+    return ring, np.stack([np.zeros_like(k), k, k + 1], axis=-1)
 
 
 def colours(values: Float[np.ndarray, "*n"], largest: float) -> Int[np.ndarray, "*n 3"]:

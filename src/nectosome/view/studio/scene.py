@@ -3,14 +3,15 @@
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 
 from nectosome.io import RobotDescription
 from nectosome.io.description import WaterDescription
 
-from .bodies import MATERIAL, Arrows, Rigid, Soft, arrows_of, bodies_of, colours, rgb, slice_mesh
+from .bodies import MATERIAL, Arrows, Rigid, Slices, Soft, arrows_of, bodies_of, colours, disc_mesh, rgb, slice_mesh
 from .course import Course, Moment
+from .surroundings import Surroundings
 
 if TYPE_CHECKING:
     import viser
@@ -24,10 +25,8 @@ _FAR = 1.2  # of the camera, in lengths of the robot
 _SEEN = 1e-4  # of the robot's length: what moves by less is not seen
 _ARROW = 0.35  # length of the largest force, as a share of the robot's
 _BEFORE = 4  # periods whose way is shown
-_LARGE = 200.0  # of grids, in lengths of the robot
-_CELL, _SECTION = (222, 227, 232), (190, 198, 206)
-_WATER, _GROUND, _WAY = (120, 180, 220), (196, 182, 152), (120, 126, 134)
-_STEPS = [m * 10.0**k for k in range(-4, 4) for m in (1, 2, 5)]  # of the grid [m]
+_CORNERS = 49  # of a way at most: one takes a browser that draws by software as long as a dozen triangles
+_WAY = (120, 126, 134)
 
 
 class Look(NamedTuple):
@@ -73,8 +72,9 @@ class Stage:
             return
         self.largest = self._lightest(look)
         for name, body in self._bodies.items():
-            if isinstance(body, Rigid):
-                self._nodes[f"/world/{name}"].vertices = _f32(body.vertices)
+            node = self._nodes[f"/world/{name}"]
+            if isinstance(body, Rigid) and self._is_seen(node.vertices, body.vertices):
+                node.vertices = _f32(body.vertices)
         if "/world/way" in self._nodes:
             self._nodes["/world/way"].points = self._way()
 
@@ -93,7 +93,8 @@ class Stage:
             self._nodes["/world/way"] = self._scene.add_line_segments("/world/way", self._way(), **line)
         if look.forces and self.arrows.load.size:
             self._add_arrows(self.arrows)
-        self._add_surroundings()
+        height = self._lowest - 0.3 * self.size if self._water.floor is None else self._water.floor
+        self._around = Surroundings(self._scene, self._water, self.size, height, self._first)
 
     def at(self, time: float) -> None:
         """Show the moment at a time [s] after the start of the run."""
@@ -114,28 +115,33 @@ class Stage:
         k, R, d, here = moment
         world = self._nodes["/world"]
         world.wxyz, world.position = Rotation.from_matrix(R).as_quat(scalar_first=True), d - here
-        self._nodes["/around"].position, self._nodes["/tank"].position = -self._whole_steps(here), -here
+        self._nodes["/around"].position, self._nodes["/tank"].position = -self._around.gone(here), -here
         for name, body in self._bodies.items():
             node = self._nodes[f"/world/{name}"]
             node.position, node.wxyz = body.place[k], body.turn[k]
             if isinstance(body, Soft):
-                self._bend(node, body, k)
+                self._bend(f"/world/{name}", body, k)
         if "/world/forces" in self._nodes:
             self._nodes["/world/forces"].points = self._arrow_points(k)
 
-    def _bend(self, node: Any, body: Soft, k: int) -> None:
+    def _bend(self, name: str, body: Soft, k: int) -> None:
         """Give a rod its shape. One that keeps it is left alone: the browser takes longer for shapes than for poses."""
-        place, turn, size = map(_f32, body.slices(k))
-        if (
-            max(np.abs(node.batched_positions - place).max(), np.abs(node.batched_scales - size).max())
-            > _SEEN * self.size
-        ):
-            node.batched_positions, node.batched_wxyzs, node.batched_scales = place, turn, size
-        values = body.shown(self._look.colouring)
-        if values is not None:
-            tinted = colours(values[k], self.largest)
-            if not np.array_equal(node.batched_colors, tinted):
-                node.batched_colors = tinted
+        for part, slices, tint in self._batches(body, k):
+            node = self._nodes[name + part]
+            if self._is_seen(node.batched_positions, slices.place) or self._is_seen(node.batched_scales, slices.size):
+                node.batched_positions, node.batched_wxyzs, node.batched_scales = map(_f32, slices)
+            node.batched_colors = tint
+
+    def _batches(self, body: Soft, k: int) -> list[tuple[str, Slices, Int[np.ndarray, "n 3"]]]:
+        """What a rod is drawn by at moment k: its slices and the discs that close it, each with colours."""
+        slices, values = body.slices(k), body.shown(self._look.colouring)
+        plain = np.tile(np.array(MATERIAL, np.uint8), (len(slices.place), 1))
+        tint = plain if values is None else colours(values[k], self.largest)
+        return [("", slices, tint), ("/ends", slices.ends, tint[[0, -1]])]
+
+    def _is_seen(self, was: np.ndarray, now: np.ndarray) -> bool:
+        """Whether places or sizes [m] are others."""
+        return bool(np.abs(now - was).max() > _SEEN * self.size)
 
     def camera(self, name: str) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
         """Place of a camera of CAMERAS, and what it looks at [m]."""
@@ -156,24 +162,30 @@ class Stage:
 
     def _way(self) -> Float[np.ndarray, "n 2 3"]:
         way = self.course.way(_BEFORE)
+        way = way[np.linspace(0, len(way) - 1, min(len(way), _CORNERS)).round().astype(int)]
         return _f32(np.stack([way[:-1], way[1:]], axis=1))
 
     def _add(self, name: str, body: Rigid | Soft) -> None:
         if isinstance(body, Rigid):
-            mesh = {"color": rgb(body.colour), "side": "double"}
+            mesh = {"color": rgb(body.colour)}
             place = {"position": body.place[0], "wxyz": body.turn[0]}
             self._nodes[name] = self._scene.add_mesh_simple(name, _f32(body.vertices), body.faces, **mesh, **place)
             return
-        vertices, faces = slice_mesh()
-        place, turn, size = map(_f32, body.slices(0))
-        values = body.shown(self._look.colouring)
-        one = np.tile(np.array(MATERIAL, np.uint8), (len(place), 1))
-        colour = one if values is None else colours(values[0], self.largest)
-        batch = {"batched_scales": size, "batched_colors": colour}
-        style = {"lod": "off", "side": "double", "position": body.place[0], "wxyz": body.turn[0]}
-        self._nodes[name] = self._scene.add_batched_meshes_simple(
-            name, _f32(vertices), faces, turn, place, **batch, **style
-        )
+        for part, slices, tint in self._batches(body, 0):
+            place, turn, size = map(_f32, slices)
+            vertices, faces = disc_mesh() if part else slice_mesh()
+            self._nodes[name + part] = self._scene.add_batched_meshes_simple(
+                name + part,
+                _f32(vertices),
+                faces,
+                turn,
+                place,
+                batched_scales=size,
+                batched_colors=tint,
+                lod="off",
+                side="double" if part else "front",
+            )
+        self._nodes[name].position, self._nodes[name].wxyz = body.place[0], body.turn[0]
 
     def _add_arrows(self, arrows: Arrows) -> None:
         each = np.array([rgb(arrows.colours[i]) for i in arrows.load], np.uint8)
@@ -190,32 +202,6 @@ class Stage:
         per_newton = _ARROW * self.size / np.linalg.norm(self.arrows.force, axis=-1).max()
         root = self.arrows.root[k]
         return _f32(np.stack([root, root + per_newton * self.arrows.force[k]], axis=1))
-
-    def _add_surroundings(self) -> None:
-        """Ground, surface and ends of the tank, as far as the robot's water has them; else a grid under the robot."""
-        water, first = self._water, self._first
-        floor = water.floor
-        height = (self._lowest - 0.3 * self.size if floor is None else floor) - first[2]
-        wide = {"width": _LARGE * self.size, "height": _LARGE * self.size}
-        cell = self._cell()
-        lines = {"cell_size": cell, "section_size": 5 * cell, "cell_color": _CELL, "section_color": _SECTION}
-        fade = {"fade_distance": 12 * self.size, "fade_strength": 1.5}
-        ground = {} if floor is None else {"plane_color": _GROUND, "plane_opacity": 0.35}
-        self._scene.add_grid("/around/ground", position=(0, 0, height), **wide, **lines, **fade, **ground)
-        if water.surface is not None:
-            pane = {"plane_color": _WATER, "plane_opacity": 0.25, "position": (0, 0, water.surface - first[2])}
-            self._scene.add_grid("/around/surface", **wide, **lines, **fade, **pane)
-        for name, x in zip(("low", "high"), water.walls or (), strict=False):
-            side = {"dimensions": (0.01 * self.size, 8 * self.size, 2 * self.size), "opacity": 0.3}
-            self._scene.add_box(f"/tank/{name}", color=_WATER, position=(x, first[1], first[2]), **side)
-
-    def _cell(self) -> float:
-        return min(_STEPS, key=lambda step: abs(np.log(step / (0.1 * self.size))))
-
-    def _whole_steps(self, here: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
-        """How far the ground has come by: all of the way up, the rest of five cells, after which it looks the same."""
-        gone = here - self._first
-        return np.array([*np.remainder(gone[:2], 5 * self._cell()), gone[2]])
 
 
 def _corners(body: Rigid | Soft) -> Float[np.ndarray, "n 3"]:

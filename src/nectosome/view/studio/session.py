@@ -279,6 +279,7 @@ class Session:
             self._tell(words, bad=bool(answer.warning))
             self._tell_colours()
             self._scrub.max = round(max(self._stage.course.end, 1e-3), 3)
+        self._client.flush()  # viser would wait for more to send along
         if first:
             gc.freeze()  # what compiling left is there to stay: looking through it takes longer than an answer
             self._player.play(self._stage.course.end > 0)
