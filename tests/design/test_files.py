@@ -139,6 +139,18 @@ def test_a_change_that_makes_no_sense_is_refused(options):
         problem.task(robot)
 
 
+@pytest.mark.parametrize(
+    ("fixed", "vary", "said"),
+    [
+        ((), ("m=1 kg .. 2 kg", "body.mass=1 kg .. 3 kg"), "--vary m and --vary body.mass both set body.mass"),
+        (("body.mass=2 kg",), ("m=1 kg .. 2 kg",), "--fix body.mass and --vary m both set body.mass"),
+    ],
+)
+def test_what_is_asked_for_in_two_ways_at_once_is_refused(fixed, vary, said):
+    with pytest.raises(InputError, match=said):
+        change(ROBOT, WORDS, fixed=fixed, vary=vary)
+
+
 def test_a_robot_and_its_problem_are_stored_and_restored():
     robot, problem = restore_design(dump_design(ROBOT, WORDS), "run")
     assert (robot, problem) == (ROBOT, WORDS)

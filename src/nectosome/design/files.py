@@ -98,6 +98,8 @@ def change(
         if not problem.mission:
             variables = _without(variables, name.strip(), description)
         variables[name.strip()] = span.strip()
+    if not problem.mission:
+        _check_each_once(vary, fixed, description)
     for text in fixed if not problem.mission else ():
         variables = _without(variables, text.partition("=")[0].strip(), description)
     new = [read_constraint(text) for text in constraints]
@@ -132,6 +134,19 @@ def restore_design(about: Mapping[str, Any], source: str) -> tuple[RobotDescript
 def _without(variables: Mapping[str, str], name: str, description: RobotDescription) -> dict[str, str]:
     paths = set(resolve(description, name)) if _is_quantity(name, description) else set()
     return {v: text for v, text in variables.items() if not paths & set(resolve(description, v))}
+
+
+def _check_each_once(vary: tuple[str, ...], fixed: tuple[str, ...], description: RobotDescription) -> None:
+    """Raise InputError where what was asked for sets a quantity twice, so that one of both would be ignored."""
+    asked: dict[str, str] = {}
+    for option, texts in (("fix", fixed), ("vary", vary)):
+        for text in texts:
+            name = text.partition("=")[0].strip()
+            for path in resolve(description, name) if _is_quantity(name, description) else ():
+                if option == "vary" and path in asked:
+                    both = f"{asked[path]} and --vary {name}"
+                    raise InputError(f"{both} both set {path}. Take one of them.", field="vary")
+                asked[path] = f"--{option} {name}"
 
 
 def _is_quantity(name: str, description: RobotDescription) -> bool:
