@@ -43,12 +43,20 @@ def test_a_sweep_is_printed_and_saved(nectosome, arm, tmp_path):
     assert "<h3>Speed</h3>" not in page  # an arm goes nowhere
     assert "arm: sweep over M, f" in answer.out
     assert "6 points: " in answer.out
+    assert "M=10 mN m, f=2 Hz" in answer.out  # where the power is lowest: beyond resonance
     found = load_dataset(tmp_path / "grid.nc")
     M, w = found["M"].to_numpy()[:, None], 2 * np.pi * found["f"].to_numpy()
     speed = w * M / abs(0.03 - 1e-3 * w**2 + 0.02j * w)
     np.testing.assert_allclose(found["power"], 0.02 * speed**2 / 2, rtol=1e-3)
     assert found["M"].attrs["units"] == "N m"
     assert sorted(file.name for file in tmp_path.iterdir()) == ["a.html", "arm.yaml", "grid.nc"]
+
+
+def test_long_paths_leave_room_for_the_numbers(nectosome, arm):
+    answer = nectosome("sweep", arm, "--over", "body.joint.torque.amplitude=10,20mN m", "--over", "f=1,2Hz")
+    assert answer.code == 0, answer.err
+    assert "amplitude=10 mN m, f=2 Hz" in answer.out
+    assert "…" not in answer.out
 
 
 def test_wrong_sweeps_are_answered_in_a_sentence(nectosome, arm, tmp_path):

@@ -9,7 +9,7 @@ from tests.small_robots import DRIVEN, M0, F, I, K
 from nectosome.design.grid import Axis, read_axis
 from nectosome.design.points import Points
 from nectosome.design.sweep import forget, sweep
-from nectosome.io import InputError, parse_robot, with_values
+from nectosome.io import InputError, parse_robot, resolve, with_values
 from nectosome.robots import describe
 
 SINKING = """
@@ -209,6 +209,9 @@ def test_wrong_sweeps_are_told(driven):
         sweep(driven, {"N": [1]})
     with pytest.raises(InputError, match="takes no value"):
         sweep(driven, {"f": []})
+    path = resolve(driven, "f")[0]
+    with pytest.raises(InputError, match=f"f and {path} both set {path}"):
+        sweep(driven, {"f": [1.0], path: [1.0, 2.0]})
 
 
 # a body that is pushed along and to and fro, and gains a thousandth of what it lacks in a period

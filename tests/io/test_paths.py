@@ -5,6 +5,7 @@ import jax
 import pytest
 
 from nectosome.io import InputError, apply_settings, get_value, numeric_paths, parse_setting, resolve, with_values
+from nectosome.io.paths import shortest
 
 
 def test_every_quantity_has_a_path(flagellum):
@@ -25,6 +26,12 @@ def test_values_are_put_where_the_path_leads(flagellum):
     assert changed.body.loads["hull"].drag_area == (0.012566370614359173, 0.5, 0.0)
     assert get_value(flagellum, "omega") == 14.4
     assert with_values(changed, {p: get_value(flagellum, p) for p in numeric_paths(flagellum)}) == flagellum
+
+
+def test_names_are_told_apart_by_their_last_words():
+    found = shortest(["limbs.left.motion.rate", "limbs.right.motion.rate", "limbs.left.young", "omega"])
+    assert [*found.values()] == ["left.motion.rate", "right.motion.rate", "young", "omega"]
+    assert shortest(["rate", "motion.rate"]) == {"rate": "rate", "motion.rate": "motion.rate"}
 
 
 def test_a_value_may_be_traced(flagellum):

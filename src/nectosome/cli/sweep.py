@@ -13,8 +13,9 @@ from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.page import columns, number, page
 from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.io import InputError, save_dataset
+from nectosome.io import InputError, save_dataset, show_quantity
 from nectosome.io.errors import count
+from nectosome.io.paths import shortest
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -78,7 +79,7 @@ def sweep(
     if (found["status"] == "CANCELLED").any():
         tell("cancelled." + (f" The parts done are in {folder}; the same command goes on." if folder else ""))
         return 130
-    write(_page(found))
+    write(_page(found, {axis.name: axis.dimension for axis in axes}))
     if save is not None and folder is not None:
         save_dataset(found, save)
         forget(folder)
@@ -93,9 +94,9 @@ _NOTHING = 1e-3  # mean of a force that is left of its peak where nothing holds 
 _TOLD = ("speed", "turn_rate", "power", "efficiency", "cost_of_transport")
 
 
-def _page(found: "xr.Dataset") -> Group:
+def _page(found: "xr.Dataset", dimensions: dict[str, str]) -> Group:
     """Where each quantity is lowest and highest, and how many points were solved how."""
-    dims = found["status"].dims
+    dims = tuple(map(str, found["status"].dims))
     table = columns("mean over a cycle", "lowest", "at", "highest", "at", "unit")
     force, peak = found["force"], found["force_peak"].max("axis")
     held = force.where((abs(force) > _NOTHING * peak) | force.isnull(), 0)
@@ -104,7 +105,7 @@ def _page(found: "xr.Dataset") -> Group:
     for name, values in named:
         if values.notnull().any() and (values != 0).any():
             ends = [values.isel(end(dims)) for end in (values.argmin, values.argmax)]  # type: ignore[arg-type]
-            cells = [cell for end in ends for cell in (number(float(end)), _place(end, dims))]
+            cells = [cell for end in ends for cell in (number(float(end)), _place(end, dimensions))]
             table.add_row(name, *cells, values.attrs["units"])
     words = found["status"].to_series().value_counts()
     solved = ", ".join(f"{n} {status}" for status, n in words.items())
@@ -112,7 +113,7 @@ def _page(found: "xr.Dataset") -> Group:
     return page(Text(str(found.attrs["title"]), "bold"), [table], [line])
 
 
-def _place(value: "xr.DataArray", dims: tuple) -> str:
-    """Where on the axes a value is, in SI units."""
-    units = (value[dim].attrs.get("units", "") for dim in dims)
-    return ", ".join(f"{dim}={number(float(value[dim]))} {unit}".strip() for dim, unit in zip(dims, units, strict=True))
+def _place(value: "xr.DataArray", dimensions: dict[str, str]) -> str:
+    """Where on the axes a value is, by as much of their names as tells them apart."""
+    names = shortest(dimensions)
+    return ", ".join(f"{names[dim]}={show_quantity(float(value[dim]), kind)}" for dim, kind in dimensions.items())

@@ -18,6 +18,7 @@ class Axis:
     name: str  # path or alias, or "N"
     values: tuple[float, ...]
     unit: str  # SI
+    dimension: str
 
 
 def read_axis(text: str, description: RobotDescription | None) -> Axis:
@@ -57,7 +58,7 @@ def axis(name: str, values: Sequence[float | str], description: RobotDescription
         raise InputError("takes no value: at least one is needed.", field=name)
     if len(set(found)) < len(found):
         raise InputError("takes a value twice.", field=name)
-    return Axis(name, found, known[paths[0]].unit)
+    return Axis(name, found, known[paths[0]].unit, known[paths[0]].dimension)
 
 
 def _steps(start: float, stop: float, step: float, *, name: str) -> list[float]:
@@ -75,4 +76,4 @@ def _steps(start: float, stop: float, step: float, *, name: str) -> list[float]:
 def _count(numbers: list[float], unit: str | None) -> Axis:
     if unit or any(x != int(x) or x < 0 for x in numbers):
         raise InputError("is a count: whole numbers without a unit, as in N=1,2,3.", field=COUNT)
-    return Axis(COUNT, tuple(numbers), "1")
+    return Axis(COUNT, tuple(numbers), "1", "number")

@@ -20,6 +20,7 @@ from nectosome.io import (
     dump_robot,
     load_checkpoint,
     provenance,
+    resolve,
     save_checkpoint,
 )
 from nectosome.solve import CycleMeans, mean_data
@@ -122,8 +123,18 @@ def _grids(
         else:
             description = apply_settings(robot, settings)
         axes = tuple(axis(name, values, description) for name, values in rest.items())
+        _check_each_once(rest, description)
         grids.append(_Grid(description, axes, points_of(description, axes, samples, rtol)))
     return grids
+
+
+def _check_each_once(names: Iterable[str], description: RobotDescription) -> None:
+    """Raise InputError where two axes set the same quantity, so that one of them would be ignored."""
+    taken: dict[str, str] = {}
+    for name in names:
+        for path in resolve(description, name):
+            if taken.setdefault(path, name) != name:
+                raise InputError(f"{taken[path]} and {name} both set {path}. Take one of them.", field="over")
 
 
 def forget(folder: Path) -> None:

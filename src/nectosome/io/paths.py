@@ -1,6 +1,6 @@
 """Every quantity of a robot by its path, such as `limbs.filament.young` or `body.offset.2`; aliases name paths."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from nectosome.io.description import RobotDescription
@@ -28,6 +28,20 @@ def resolve(description: RobotDescription, name: str) -> list[str]:
     known = quantities(description)
     near = did_you_mean(name, [*description.aliases, *known])
     raise InputError(f'there is no quantity called "{shorten(name)}" in {description.name}.{near}')
+
+
+def shortest(names: Iterable[str]) -> dict[str, str]:
+    """Return by name as few of its last words as tell it from the others: `start` for `limbs.shaft.motion.start`."""
+    words = [name.split(".") for name in names]
+
+    def last(name: list[str], n: int) -> str:
+        return ".".join(name[-n:])
+
+    found = {}
+    for own in words:
+        enough = (n for n in range(1, len(own) + 1) if [last(w, n) for w in words].count(last(own, n)) == 1)
+        found[".".join(own)] = last(own, next(enough, len(own)))
+    return found
 
 
 def get_value(description: RobotDescription, name: str) -> Any:
