@@ -54,7 +54,7 @@ def test_a_diver_finds_gains_and_goes_down(nectosome, diver, tmp_path):
     run = load_dataset(tmp_path / "run.nc")
     assert run.attrs["measured"] == "depth"
     np.testing.assert_allclose(run["output"].values[-20:], 1.5, atol=1e-3)
-    np.testing.assert_allclose(run["reading"].values, -run["position"].sel(part="body", axis="z").values, atol=1e-12)
+    np.testing.assert_allclose(run["reading"].values, -run["position"].sel(axis="z").values[:, 0], atol=1e-12)
     assert np.abs(run["command"].values).max() <= 20
     assert "depth by thrust" in (tmp_path / "run.html").read_text()
 
@@ -150,13 +150,13 @@ def test_an_eel_turns_to_a_heading_and_holds_it(nectosome):
     answer = nectosome("control", "eel", *turn, "--save", "run.nc")
     assert (answer.code, answer.err) == (0, "")
     run = load_dataset("run.nc")
-    degrees, time = np.degrees(run["output"].values), run["time"].values
+    degrees, time = np.degrees(run["output"].values), run["sample"].values
     assert np.abs(degrees[time > 5.0] - 30).max() < 1.5
     assert degrees.max() < 42
     np.testing.assert_allclose(degrees[time > 19], 30, atol=0.01)
     assert np.abs(run["command"].values).max() <= 8e-3
-    assert np.ptp(np.degrees(run["reading"].values[run["moment"].values > 10])) > 60  # the head goes to and fro
-    way = run["position"].sel(part="body").values[run["moment"].values > 10]
-    beats = way[:: round(0.5 / np.diff(run["moment"].values).mean())]
+    assert np.ptp(np.degrees(run["reading"].values[run["time"].values > 10])) > 60  # the head goes to and fro
+    way = run["position"].values[run["time"].values > 10, 0]
+    beats = way[:: round(0.5 / np.diff(run["time"].values).mean())]
     course = beats[0] - beats[-1]  # it swims towards -x of its own
     assert np.degrees(np.arctan2(course[1], course[0])) == pytest.approx(30, abs=2)

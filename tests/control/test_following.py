@@ -1,5 +1,7 @@
 """Robots under a controller, against the same loop about a transfer function, and what a sensor does to it."""
 
+import json
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -21,6 +23,7 @@ from nectosome.control import (
 from nectosome.core import Status
 from nectosome.io import dump_robot, parse_robot
 from nectosome.robots import Commanded
+from nectosome.view.saved import check_drawable, check_run
 
 MASS, DRAG, MOST, DT = 2.0, 4.0, 2.0, 0.05  # kg, N s/m, N, s
 SLIDE = parse_robot(f"""
@@ -62,16 +65,32 @@ def test_a_robot_answers_as_its_transfer_function_saturated_or_not(slide):
 def test_the_run_comes_with_moments_between_the_samples(slide):
     """Held force: v goes to u/c with exp(-c t/m), half a sample on too."""
     found = follow(slide, PI, np.full(21, 0.3))
-    data = found.to_dataset({"rate": 20.0})
-    assert dict(data.sizes) == {"time": 21, "moment": 41, "part": 1, "axis": 3, "coordinate": 1}
-    v, u = data["reading"].values, data["command"].values[:-1]
+    track = found.track()
+    assert dict(track.sizes) == {"sample": 21, "time": 41, "station": 1, "axis": 3}
+    v, u = track["reading"].values, track["command"].values[:-1]
     half = np.exp(-DRAG * DT / 2 / MASS)
     np.testing.assert_allclose(v[1::2], half * v[:-1:2] + (1 - half) * u / DRAG, atol=1e-9)
-    np.testing.assert_allclose(data["v"].values[:, 0], v, atol=1e-12)
-    x = data["position"].sel(part="body", axis="x").values
-    np.testing.assert_allclose(np.diff(x), np.diff(data["q"].values[:, 0]), atol=1e-12)
     np.testing.assert_allclose(found.output, v[::2], atol=1e-12)
-    assert data["command"].attrs["units"] == "N" and data["reading"].attrs["units"] == "m/s"
+    assert track["command"].attrs["units"] == "N" and track["reading"].attrs["units"] == "m/s"
+    late = found.last(0.5)
+    np.testing.assert_array_equal(late.time, found.time[-10:])
+    np.testing.assert_array_equal(late.moment, found.moment[found.moment > 0.5 + 1e-9])
+
+
+def test_what_is_kept_is_a_run_like_any(slide):
+    """From the first sample on; the held force is told as a drive, and all powers balance."""
+    found = follow(slide, PI, np.full(21, 0.3))
+    data = found.to_dataset({"rate": 20.0})
+    check_run(data, "kept")
+    check_drawable(data, "kept")
+    np.testing.assert_allclose(data["time"].values, found.moment[1:])
+    np.testing.assert_allclose(data["v"].values[:, 0], data["reading"].values, atol=1e-12)
+    x = data["position"].sel(axis="x").values[:, 0]
+    np.testing.assert_allclose(x, found.track()["position"].values[1:, 0, 0], atol=1e-12)
+    pushed = data["load_power"].sel(load="drive").sum("part").values / data["v"].values[:, 0]
+    np.testing.assert_allclose(pushed[1::2], data["command"].values[:-1], rtol=1e-9)
+    assert float(data["power_balance"].max()) < 1e-12
+    assert json.loads(data.attrs["provenance"])["settings"] == {"rate": 20.0}
 
 
 def test_a_delay_of_whole_samples_and_noise_are_what_the_controller_is_told(slide):

@@ -58,9 +58,8 @@ def test_it_goes_on_as_the_clock_does_and_as_the_loop_alone_would(slide, pid):
     n = len(rig.reference)
     assert (n - 1) * DT <= taken  # never ahead of the clock
     alone = follow(slide, pid, np.full(n, WANTED))
-    track = rig.track()
-    np.testing.assert_allclose(track["output"].values, alone.output, atol=1e-12)
-    np.testing.assert_allclose(track["command"].values, alone.command, atol=1e-12)
+    np.testing.assert_allclose(rig.followed.output, alone.output, atol=1e-12)
+    np.testing.assert_allclose(rig.followed.command, alone.command, atol=1e-12)
     assert shown == sorted(shown) and len(shown) > 5  # it moves towards the reference, and is seen
 
 

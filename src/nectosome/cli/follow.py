@@ -134,15 +134,15 @@ def follow(
     asked = {"robot": robot, "set": settings or [], "command": command, "measure": measure, "reference": reference}
     asked |= {"amplitude": amplitude, "frequency": frequency, "time": seconds, "rate": hertz, "mean": mean}
     asked |= {"noise": noise, "delay": late, "gains": words.gains_text()}
-    data = run.to_dataset({key: value for key, value in asked.items() if value is not None})
-    data.attrs["seconds"] = round(clock.perf_counter() - start, 3)
-    write(followed(run, words, data.attrs), wrap=False)
-    if save is not None:
-        save_dataset(data, save)
+    seconds_taken = round(clock.perf_counter() - start, 3)
+    write(followed(run, words, seconds_taken), wrap=False)
+    if save is not None and len(run.pieces) > 1:
+        data = run.to_dataset({key: value for key, value in asked.items() if value is not None})
+        save_dataset(data.assign_attrs(seconds=seconds_taken), save)
     if plot is not None:
         from nectosome.view import show_following
 
-        show_following(data, plot)
+        show_following(run.track(), plot)
     if run.status == Status.CANCELLED:
         tell(f"cancelled at {run.time[-1]:.4g} s of {seconds:.4g} s.")
         return 130

@@ -53,7 +53,11 @@ class Words(NamedTuple):
         lines.append(told)
         at_ends = np.isclose(run.command, self.reach.low) | np.isclose(run.command, self.reach.high)
         ends = f"{self.reach.show(run.command.min())} to {self.reach.show(run.command.max())}"
-        lines.append(f"command: {ends}, at an end of its range for {np.mean(at_ends):.0%} of the samples")
+        last = self.reach.show(run.command[-max(len(run.time) // 10, 1) :].mean())
+        lines.append(
+            f"command: {ends}, {last} on the mean of the last tenth; at an end of its range for "
+            f"{np.mean(at_ends):.0%} of the samples"
+        )
         if self.beat is not None and not self.mean and self.rate < 2 * self.beat.frequency:
             beats = show_quantity(self.beat.frequency, "frequency")
             lines.append(f"warning: what beats at {beats} looks like an offset when sampled so rarely; see --mean")
@@ -81,7 +85,7 @@ class Words(NamedTuple):
         return f"the reference is out of reach: {held}, and {name} is {now} instead of {wanted}."
 
 
-def followed(run: "Followed", words: Words, attributes: dict[str, Any]) -> Group:
+def followed(run: "Followed", words: Words, seconds: float) -> Group:
     """How the reference was followed."""
     import numpy as np
 
@@ -101,5 +105,6 @@ def followed(run: "Followed", words: Words, attributes: dict[str, Any]) -> Group
             table.add_row(name, number(value) if np.isfinite(value) else "never", of)
     table.add_row("rms error", number(rms_error(run.output, run.reference) / size), unit)
     table.add_row("largest error", number(float(np.abs(run.output - run.reference).max()) / size), unit)
-    title = Text(f"{attributes['title']}, {run.time[-1]:.4g} s", "bold")
+    title = Text(f"{run.title}, {run.time[-1]:.4g} s", "bold")
+    attributes = {"status": run.status.name, "status_reason": run.status.reason, "seconds": seconds}
     return page(title, [table], [*words.lines(run), ending(attributes)])

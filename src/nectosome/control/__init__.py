@@ -4,7 +4,8 @@ from .asked import SHAPES, Range, Wanted, read_beat, read_range
 from .beat import Beat, BeatMean, beat_of, moments_of
 from .controller import Controller, Regulator
 from .feedforward import Feedforward, HystereticModel, hysteretic
-from .following import Followed, Measuring, Ongoing, follow
+from .followed import Followed
+from .following import Measuring, Ongoing, follow
 from .found_gains import relay_gains
 from .kalman import KalmanFilter, kalman
 from .learning import Learned, learned

@@ -1,26 +1,21 @@
 """A robot under a controller: measured and commanded once a sample, its state carried on in between."""
 
-import json
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
 from nectosome.actuators import Chain, DeadTime, Sensor
 from nectosome.core import Line, Status
-from nectosome.io import dump_robot, provenance
-from nectosome.io.dimensions import DIMENSIONS
 from nectosome.robots import Commanded
+from nectosome.robots.commanded import Standing
 
 from .beat import Beat, BeatMean
 from .controller import Controller, Regulator
-
-if TYPE_CHECKING:
-    import xarray as xr
+from .followed import Followed
 
 _PROGRESS = 100  # times a run tells how far it is
 
@@ -35,59 +30,6 @@ class Measuring(NamedTuple):
 
 
 PLAIN = Measuring()
-
-
-class Followed(NamedTuple):
-    """What a robot did under a controller. Samples have the index k, moments within them m."""
-
-    robot: Commanded
-    time: Float[np.ndarray, "k"]  # [s]
-    reference: Float[np.ndarray, "k"]
-    output: Float[np.ndarray, "k"]  # what was, without delay and noise; its mean over a beat where that is measured
-    measured: Float[np.ndarray, "k"]  # what the controller was told
-    command: Float[np.ndarray, "k"]  # held from this sample to the next
-    moment: Float[np.ndarray, "m"]  # [s]
-    reading: Float[np.ndarray, "m"]  # what is measured, at each moment
-    position: Float[np.ndarray, "m parts 3"]  # of each part's first station [m]
-    q: Float[np.ndarray, "m coordinates"]  # displacements [rad or m]
-    v: Float[np.ndarray, "m coordinates"]  # [rad/s or m/s]
-    status: Status
-
-    def to_dataset(self, settings: dict[str, Any] | None = None) -> "xr.Dataset":
-        """As labelled data, in SI units; `settings` go into its provenance.
-
-        `reference`, `output`, `measured`, `command` (time); `reading` (moment), `position` (moment, part, axis), `q`
-        and `v` (moment, coordinate).
-        """
-        import xarray as xr
-
-        robot, of = self.robot, DIMENSIONS[self.robot.reading.dimension].unit or "1"
-        units = {"reference": of, "output": of, "measured": of, "command": robot.quantity.unit or "1"}
-        return xr.Dataset(
-            {name: ("time", getattr(self, name), {"units": unit}) for name, unit in units.items()}
-            | {
-                "reading": ("moment", self.reading, {"units": of}),
-                "position": (("moment", "part", "axis"), self.position, {"units": "m"}),
-                "q": (("moment", "coordinate"), self.q, {"units": "rad or m"}),
-                "v": (("moment", "coordinate"), self.v, {"units": "rad/s or m/s"}),
-            },
-            coords={
-                "time": ("time", self.time, {"units": "s"}),
-                "moment": ("moment", self.moment, {"units": "s"}),
-                "part": np.array(robot.parts, dtype=str),
-                "axis": np.array(list("xyz"), dtype=str),
-                "coordinate": np.array(robot.coordinates, dtype=str),
-            },
-            attrs={
-                "title": f"{robot.description.name}: {robot.reading.name} by {robot.command}",
-                "robot": dump_robot(robot.description),
-                "measured": robot.reading.name,
-                "commanded": robot.command,
-                "status": self.status.name,
-                "status_reason": self.status.reason,
-                "provenance": json.dumps(provenance(settings or {})),
-            },
-        )
 
 
 def follow(
@@ -129,17 +71,22 @@ class Ongoing:
     The regulator is handed over at each sample, and may have other numbers then. It takes over from the command of the
     description, and from `first`, what is wanted at first.
 
-    - standing: where the robot is; pieces: what it did, one for the start and one for each sample that was held.
+    - standings, pieces: where the robot was and what it did, one for the start and one for each sample that was held.
     - rows: for each sample what was, what the controller was told, and the command.
     """
 
     def __init__(self, robot: Commanded, regulator: Regulator, first: float, measuring: Measuring = PLAIN):
         self.robot, self.rows = robot, list[tuple[float, float, float]]()
         self._state = regulator.initial(robot.resting, first)  # a reference that begins apart is a step
-        self.standing, begin = robot.start()
-        self.pieces = [begin]
-        self._sensor = _Sensor(measuring, robot.dt, self.standing.reading)
-        self._mean = None if measuring.beat is None else BeatMean(measuring.beat, self.standing.reading)
+        start, begin = robot.start()
+        self.standings, self.pieces = [start], [begin]
+        self._sensor = _Sensor(measuring, robot.dt, start.reading)
+        self._mean = None if measuring.beat is None else BeatMean(measuring.beat, start.reading)
+
+    @property
+    def standing(self) -> Standing:
+        """Where the robot is."""
+        return self.standings[-1]
 
     def sample(self, regulator: Regulator) -> None:
         """Take the measurement, and the command that follows from it: one row more."""
@@ -151,8 +98,9 @@ class Ongoing:
     def hold(self) -> Status:
         """Hold the command until the next sample: one piece more, where the robot gets through it."""
         command = self.rows[-1][2]
-        self.standing, held, status = self.robot.hold(self.standing, command)
+        standing, held, status = self.robot.hold(self.standing, command)
         if held is not None:
+            self.standings.append(standing)
             self.pieces.append(held)
             if self._mean is not None:
                 self._mean.add(held.time, held.reading, command)
@@ -160,15 +108,10 @@ class Ongoing:
 
     def followed(self, reference: Float[np.ndarray, "k"], status: Status) -> Followed:
         """All of it, with what was wanted at its samples, and how it ended."""
-        time, reading, position = (
-            np.concatenate([getattr(p, f) for p in self.pieces]) for f in ("time", "reading", "position")
-        )
-        q, v = (np.concatenate([getattr(p.state, f) for p in self.pieces]) for f in "qv")
-        q = np.asarray(jax.jit(jax.vmap(self.robot.displacements))(jnp.asarray(q)))
         samples = self.robot.dt * np.arange(len(self.rows))
         output, measured, command = np.array(self.rows).T
-        wanted = reference[: len(self.rows)]
-        return Followed(self.robot, samples, wanted, output, measured, command, time, reading, position, q, v, status)
+        of_samples = samples, reference[: len(self.rows)], output, measured, command
+        return Followed(self.robot, *of_samples, tuple(self.standings), tuple(self.pieces), status)
 
 
 class _Sensor:

@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from . import series
 from .robot3d import actor, stage
-from .style import BLUE, CYCLE, GREY, VERMILLION, End, Panel, dress, label_ends, readable, source_colour, span
+from .style import BLUE, CYCLE, GREY, VERMILLION, End, Panel, dress, label_ends, readable, source_lines, span
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -159,9 +159,9 @@ def thrust_panel(runs: Runs) -> Panel:
     x, forces = along_filament(run)
     titles = ("thrust, along -x", "outwards from the motor's axis", "around the motor's axis")
     fig = make_subplots(1, 3, subplot_titles=titles, horizontal_spacing=0.07)
-    for name, force in forces.items():
+    for (name, force), line in zip(forces.items(), source_lines([*forces]), strict=True):
         for i in range(3):
-            style = {"line": {"color": source_colour(name)}, "mode": "lines+markers", "showlegend": i == 0}
+            style = {"line": line, "mode": "lines+markers", "showlegend": i == 0}
             fig.add_scatter(x=1e3 * x, y=force[:, i], name=readable(name), row=1, col=i + 1, **style)
     fig.update_xaxes(title="position along the filament (mm)")
     fig.update_yaxes(title="force per length (N/m)", col=1)

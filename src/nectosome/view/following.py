@@ -1,6 +1,6 @@
 """Figures of a robot under a controller: reference and measurement, the command, and the way it took.
 
-Data as `control.Followed.to_dataset` gives it.
+Data as `control.Followed.to_dataset` gives it, or `track`.
 """
 
 from html import escape
@@ -27,9 +27,14 @@ def show_following(run: "xr.Dataset", path: str | Path) -> None:
     """Write a page about one run, whole or not at all. Raises InputError where it cannot be written."""
     title = str(run.attrs["title"])
     ended = f"{run.attrs['status']}: {run.attrs['status_reason']}"
-    shown = [followed_panel(run), *([way_panel(run)] if len(_directions(run)) == 2 else [])]
     parts = [f"<h1>{escape(title)}</h1>", f"<p>{escape(ended)}</p>"]
-    write_page(path, title, [*parts, *(panel_html(panel, f"following-{k}") for k, panel in enumerate(shown))])
+    shown = enumerate(following_panels(run))
+    write_page(path, title, [*parts, *(panel_html(panel, f"following-{k}") for k, panel in shown)])
+
+
+def following_panels(run: "xr.Dataset") -> list[Panel]:
+    """How the reference was followed, and the way it took, where that has two directions."""
+    return [followed_panel(run), *([way_panel(run)] if len(_directions(run)) == 2 else [])]
 
 
 def followed_panel(run: "xr.Dataset") -> Panel:
@@ -38,7 +43,7 @@ def followed_panel(run: "xr.Dataset") -> Panel:
 
     fig = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06, row_heights=[0.62, 0.38])
     size, unit = _shown(run["reading"])
-    time, moment = run["time"].values, run["moment"].values
+    time, moment = run["sample"].values, run["time"].values
     every = slice(None, None, max(moment.size // _MOST, 1))
     measured, output, reading = (size * run[name].values for name in ("measured", "output", "reading"))
     inside = moment.size > time.size  # it is known between the samples too
@@ -68,14 +73,15 @@ def way_panel(run: "xr.Dataset") -> Panel:
     import plotly.graph_objects as go
 
     across, up = _directions(run)
-    place, moment = run["position"].isel(part=0).values, run["moment"].values
+    place, moment = run["position"].isel(station=0).values, run["time"].values
     every = slice(None, None, max(moment.size // _MOST, 1))
     x, y = (place[:, "xyz".index(axis)] for axis in (across, up))
     fig = go.Figure()
     fig.add_scatter(x=x[every], y=y[every], mode="lines", line={"color": BLUE, "width": 1.4}, name="way")
-    k = np.searchsorted(moment, np.linspace(moment[0], moment[-1], _MARKS + 1)).clip(0, moment.size - 1)
+    marks = np.linspace(0.0, moment[-1], _MARKS + 1)
+    k = np.searchsorted(moment, marks).clip(0, moment.size - 1)
     marker = {"color": BLACK, "size": 6}
-    texts = [f"{t:.3g} s" for t in moment[k]]
+    texts = [f"{t:.3g} s" for t in marks]
     style = {"size": 11, "color": BLACK}
     fig.add_scatter(
         x=x[k], y=y[k], mode="markers+text", text=texts, textposition="top right", textfont=style, marker=marker
@@ -83,13 +89,13 @@ def way_panel(run: "xr.Dataset") -> Panel:
     fig.update_xaxes(title=f"{across} (m)", constrain="domain")
     fig.update_yaxes(title=f"{up} (m)", scaleanchor="x")
     dress(fig, 460).update_layout(hovermode="closest")
-    caption = f"Way of the first station of {plain(run['part'].values[0])}, to scale."
+    caption = f"Way of the first station of {plain(run['station_part'].values[0])}, to scale."
     return Panel("Seen from above" if up == "y" else "Seen from the side", caption, fig)
 
 
 def _directions(run: "xr.Dataset") -> tuple[str, ...]:
     """The two axes of the world along which the body went furthest; fewer where it did not move along them."""
-    far = np.ptp(run["position"].isel(part=0).values, axis=0)
+    far = np.ptp(run["position"].isel(station=0).values, axis=0)
     furthest = sorted(np.argsort(far)[-2:])
     return tuple("xyz"[k] for k in furthest if far[k] > _MOVED)
 

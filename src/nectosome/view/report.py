@@ -25,6 +25,7 @@ from . import (
     tracked,
     tracking,
 )
+from .following import following_panels
 from .page import panel_html, write_library, write_page, write_panel
 from .scenes import Scenes
 from .scorecard import summary, table
@@ -135,7 +136,8 @@ def write_figures(studies: Sequence[Study], folder: str | Path) -> None:
 def show_run(run: "xr.Dataset", path: str | Path) -> None:
     """Write a page about any one run, with its robot in motion, velocity, powers and energies.
 
-    The page works offline and is written whole or not at all. Raises InputError where it cannot be written.
+    Of one under a controller also how the reference was followed. The page works offline and is written whole or not at
+    all. Raises InputError where it cannot be written.
     """
     import json
 
@@ -147,7 +149,9 @@ def show_run(run: "xr.Dataset", path: str | Path) -> None:
         parts.append(f"<p>{escape(robot.about)}</p>")
     parts.append(f'<p class="small">{escape(" · ".join(filter(None, [_ended(run), _origin(origin)])))}</p>')
     panels = (robot3d.robot_panel, series.velocity_panel, series.power_panel, series.energy_panel)
-    parts += [panel_html(make(run), f"figure-{i + 1}") for i, make in enumerate(panels)]
+    shown = [make(run) for make in panels]
+    shown[1:1] = following_panels(run) if "reference" in run else []
+    parts += [panel_html(panel, f"figure-{i + 1}") for i, panel in enumerate(shown)]
     write_page(path, title, parts)
 
 

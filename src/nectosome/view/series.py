@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from .style import BLACK, BLUE, CYCLE, GREEN, ORANGE, PURPLE, VERMILLION, Panel, dress, readable, source_colour, span
+from .style import BLACK, BLUE, CYCLE, GREEN, ORANGE, PURPLE, VERMILLION, Panel, dress, readable, source_lines, span
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -108,9 +108,9 @@ def add_powers(fig: "go.Figure", run: "xr.Dataset", row: int | None = None) -> N
     place: dict[str, Any] = {} if row is None else {"row": row, "col": 1}
     flow = powers(run)
     drives = {str(name) for name in run["prescribed"].values}
-    for name, power in flow.items():
-        colour, label = (BLUE, f"drive of {name}") if name in drives else (source_colour(name), readable(name))
-        fig.add_scatter(x=run["time"].values, y=power, name=label, line={"color": colour}, **place)
+    for (name, power), line in zip(flow.items(), source_lines([*flow]), strict=True):
+        label = f"drive of {name}" if name in drives else readable(name)
+        fig.add_scatter(x=run["time"].values, y=power, name=label, line=line, **place)
     if flow:
         fig.update_yaxes(range=_usual(list(flow.values())), **place)
         total = np.sum(list(flow.values()), axis=0)

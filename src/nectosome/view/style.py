@@ -40,9 +40,17 @@ class End(NamedTuple):
     colour: str
 
 
-def source_colour(name: str) -> str:
-    """Colour of a load, or of a drive; the same in all figures."""
-    return _SOURCES.get(name) or CYCLE[sum(map(ord, name)) % len(CYCLE)]
+def source_lines(names: Sequence[str]) -> list[dict[str, str]]:
+    """Colour and dash of each of several loads and drives, no two alike.
+
+    What is in most robots has the same colour in all figures; the others take what is left, drives before loads.
+    """
+    free = [(colour, dash) for dash in ("solid", "dash", "longdashdot") for colour in CYCLE]
+    found: dict[str, tuple[str, str]] = {name: (_SOURCES[name], "solid") for name in names if name in _SOURCES}
+    for name in names:
+        if name not in found:
+            found[name] = next((style for style in free if style not in found.values()), free[-1])
+    return [dict(zip(("color", "dash"), found[name], strict=True)) for name in names]
 
 
 def readable(name: str) -> str:

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from nectosome.io import RobotDescription
 from nectosome.view.robot3d import HARD
-from nectosome.view.style import BLUE, source_colour
+from nectosome.view.style import BLUE, source_lines
 from nectosome.view.tubes import finer, part_rings, shape_of, triangles, visible
 
 if TYPE_CHECKING:
@@ -158,10 +158,10 @@ def arrows_of(run: "xr.Dataset") -> Arrows:
         run["position"].values[:, run["station_part"].values == name].mean(axis=1) for name in run["part"].values
     ]
     names = [str(name) for name in run["load"].values]
-    used = sorted(set(load.tolist()))
+    lines, used = source_lines(names), sorted(set(load.tolist()))
     return Arrows(
         tuple(names[i] for i in used),
-        tuple(source_colour(names[i]) for i in used),
+        tuple(lines[i]["color"] for i in used),
         np.stack([middles[p] for p in part], axis=1) if part.size else np.zeros((len(force), 0, 3)),
         force[:, load, part],
         np.searchsorted(used, load),

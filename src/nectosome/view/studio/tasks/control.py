@@ -169,7 +169,7 @@ class Control:
         self._slider.on_update(lambda event: setattr(self, "_now", float(event.target.value) * size))
 
     def _draw(self, rig: Rig, robot: int, words: str, seconds: float) -> None:
-        figure: Any = followed_panel(rig.track(seconds)).figure
+        figure: Any = followed_panel(rig.followed.last(seconds).track()).figure
         figure.update_layout(margin={"l": 50, "r": 8, "t": 50, "b": 36}, font_size=11, height=None, hovermode="x")
         figure.update_layout(legend={"font_size": 10, "entrywidth": 0.5, "entrywidthmode": "fraction"})
         figure.update_traces(showlegend=False, selector={"name": "command"})

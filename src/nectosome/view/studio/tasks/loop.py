@@ -139,14 +139,14 @@ def _gains(text: str) -> np.ndarray:
 
 def numbers_of(rig: Rig, wanted: control.Wanted) -> str:
     """How well the reference was followed, since it last changed where the slider said it."""
-    track = rig.track()
-    reference, output = track["reference"].values, track["output"].values
+    run = rig.followed
+    reference, output = run.reference, run.output
     changes = np.flatnonzero(np.diff(reference)) if wanted.kind == CONSTANT else np.zeros(0, int)
     k = slice(int(changes[-1]) + 1 if changes.size else 0, None)
     rows = [("rms error", wanted.show(control.rms_error(output[k], reference[k])))]
-    answer = control.step_response(track["time"].values[k], output[k], reference[k])
+    answer = control.step_response(run.time[k], output[k], reference[k])
     if answer is not None:
-        settled = answer.settling - float(track["time"].values[k][0])
+        settled = answer.settling - float(run.time[k][0])
         rows = [
             ("overshoot", f"{100 * answer.overshoot:.3g} %"),
             ("settled within 5 %", f"after {settled:.3g} s" if np.isfinite(settled) else "never"),

@@ -3,20 +3,16 @@
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.control import Controller, Measuring, Ongoing
+from nectosome.control import Controller, Followed, Measuring, Ongoing
 from nectosome.core import Status
-from nectosome.io import dump_robot
-from nectosome.io.dimensions import DIMENSIONS
 from nectosome.mechanism import Diagnosis
 from nectosome.robots import Commanded, build
-from nectosome.solve import Run, Trajectory, results_of
 from nectosome.view.standing import standing
 from nectosome.view.studio.work import Progress
 
@@ -50,8 +46,7 @@ class Rig:
         self.going = Ongoing(robot, controller.planned(np.array([first]), robot.dt), first, measuring)
         self.reference: list[float] = []
         self._controller, self._found = controller, list[Diagnosis]()
-        self._robot = build(robot.description)
-        self._stands = standing(robot.description, self._robot)
+        self._stands = standing(robot.description, build(robot.description))
         self._lates: list[float] = []
         self._began = time.perf_counter()
         place = self._stands["position"].values[0, 0]
@@ -117,38 +112,15 @@ class Rig:
         now = self._stands.assign({name: (("time", *of), getattr(found, name)[k : k + 1]) for name, of in dims.items()})
         return now.assign_coords(load=[str(i) for i in range(found.line_force.shape[1])]), np.array(self._way)
 
-    def track(self, last: float = np.inf) -> "xr.Dataset":
-        """Reference, measurement and command of the last so many seconds, as `view.following` draws them."""
-        import xarray as xr
-
-        going, dt = self.going, self.going.robot.dt
-        count = min(len(going.rows), len(self.reference))
-        k = max(count - int(min(last / dt, count)), 0)
-        output, measured, command = np.array(going.rows[k:count]).T
-        pieces = going.pieces[k : count + 1]
-        moment, reading = (np.concatenate([getattr(p, name) for p in pieces]) for name in ("time", "reading"))
-        of = DIMENSIONS[going.robot.reading.dimension].unit or "1"
-        units = {"reference": of, "output": of, "measured": of, "command": going.robot.quantity.unit or "1"}
-        values = {"reference": self.reference[k:count], "output": output, "measured": measured, "command": command}
-        return xr.Dataset(
-            {name: ("time", np.asarray(values[name]), {"units": unit}) for name, unit in units.items()}
-            | {"reading": ("moment", reading, {"units": of})},
-            coords={"time": dt * np.arange(k, count), "moment": moment},
-            attrs={"measured": going.robot.reading.name, "commanded": going.robot.command},
-        )
+    @property
+    def followed(self) -> Followed:
+        """All of it so far: what was wanted of samples that were taken is known."""
+        return self.going.followed(np.array(self.reference), Status.SOLVED)
 
     def kept(self, status: Status) -> "xr.Dataset":
-        """All of it as a run like any, with `reference`, `output`, `measured` and `command` over `sample` [s]."""
-        robot, pieces = self.going.robot, self.going.pieces[1 : len(self._found) + 1]
-        d = jax.tree.map(lambda *x: np.concatenate(x), *self._found)
-        time_ = np.concatenate([p.time for p in pieces])
-        states = jax.tree.map(lambda *x: jnp.concatenate(x), *(p.state for p in pieces))
-        run = Run(Trajectory(self._robot, jnp.asarray(time_), states), jnp.asarray(status), {}, jnp.zeros(()))
-        data = results_of(run, d, robot.description, {"measured": robot.reading.name, "commanded": robot.command})
-        track = self.track().drop_vars(("moment", "reading")).rename(time="sample")
-        title = f"{robot.description.name}: {robot.reading.name} by {robot.command}, on a simulated rig"
-        attributes = track.attrs | {"title": title, "robot": dump_robot(robot.description)}
-        return data.to_dataset().merge(track).assign_attrs(attributes)
+        """All of it as a run like any."""
+        run = replace(self.followed, status=status)
+        return run.to_dataset(diagnoses=self._found).assign_attrs(title=f"{run.title}, on a simulated rig")
 
 
 def _frames(time: np.ndarray, begin: float) -> list[int]:
