@@ -92,6 +92,60 @@ def test_the_robot_of_a_sweep_tells_the_nominal_parameter(nectosome, lab, tmp_pa
     assert "cn-svd tells no intervals" in answer.out
 
 
+DROPPED = """
+name: dropped
+water: {gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: point
+  mass: 1 kg
+  inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
+  joint:
+    kind: prismatic
+    axis: x
+    stiffness: 40 N/m
+    damping: 5 N s/m
+    force: {kind: sine, amplitude: 0.5 N, frequency: 1 Hz}
+aliases:
+  F: [body.joint.force.amplitude]
+  f: [body.joint.force.frequency]
+  k: [body.joint.stiffness]
+"""
+
+
+def test_a_robot_file_is_simulated_and_corrected_at_once(nectosome, tmp_path):
+    """An oscillator on a line: its power is known in closed form, at 40 N/m in the file and 32 N/m on the bench."""
+    (tmp_path / "lab").mkdir()
+    (tmp_path / "dropped.yaml").write_text(DROPPED)
+    lines = ["columns: {power: {column: P, unit: W}}", "time: {column: t, unit: s}", "recordings:"]
+
+    def power(F, f, k):
+        w = 2 * np.pi * f
+        return 0.5 * 5 * abs(w * F / (k - w**2 + 5j * w)) ** 2
+
+    measured = [(0.3, 0.5), (0.3, 1.0), (0.5, 0.5), (0.5, 0.75), (0.5, 1.25), (0.5, 1.5), (0.7, 0.75), (0.7, 1.25)]
+    for k, (F, f) in enumerate(measured):
+        t = np.arange(200) / (40 * f)
+        P = 2 * power(F, f, 32.0) * np.sin(2 * np.pi * f * t) ** 2
+        np.savetxt(tmp_path / "lab" / f"{k}.csv", np.transpose([t, P]), delimiter=",", header="t,P", comments="")
+        lines.append(f"  - {{file: {k}.csv, conditions: {{F: {F} N, f: {f} Hz}}}}")
+    (tmp_path / "lab" / "campaign.yaml").write_text("\n".join(lines) + "\n")
+    robot = ("correct", "dropped.yaml", "--measured", "lab/campaign.yaml", "--quantity", "power", "--next", "1")
+    over = ("--over", "F=0.3:0.7:0.2N", "--over", "f=0.5:1.5:0.25Hz", "--over", "k=25,30,35,40,50N/m")
+    check_wrong(
+        nectosome, [(*robot, *over[:1]), robot, (*robot, "--sim", "grid.nc"), (*robot, "--over", "q=1,2N")], tmp_path
+    )
+
+    answer = nectosome(*robot, *over)
+    assert (answer.code, answer.err) == (0, "")
+    assert "power of dropped.yaml, corrected with campaign.yaml" in answer.out
+    found = load_dataset(tmp_path / "corrected.nc")
+    truth = power(found["F"], found["f"], 32.0)
+    assert float(abs(found["simulated"] / power(found["F"], found["f"], 40.0) - 1).max()) < 2e-3
+    assert float(abs(found["power"] / truth - 1).mean()) < 0.03 < float(abs(found["simulated"] / truth - 1).mean())
+    assert not (tmp_path / "corrected.parts").exists()
+
+
 def test_wrong_corrections_are_answered_in_a_sentence(nectosome, tmp_path):
     write_grid(tmp_path / "grid.nc")
     text = write_campaign(tmp_path / "lab", PLAN[:4]).read_text()

@@ -1,6 +1,7 @@
 """`nectosome correct`: a simulator made to agree with a few experiments."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -9,6 +10,7 @@ from cyclopts import Parameter
 from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, write
 from nectosome.cli.progress import progress_bar
+from nectosome.cli.swept import swept
 from nectosome.io import InputError, did_you_mean, load_dataset, provenance, save_dataset
 from nectosome.io.asked import read_positive
 
@@ -22,8 +24,16 @@ _AIMS = ("error", "highest", "lowest")
 
 
 def correct(
+    robot: Annotated[str | None, Parameter(help="Robot that ships, or file: its grid is simulated first.")] = None,
+    /,
     *,
-    sim: Annotated[Path, Parameter(help="Simulated grid (.nc), as sweep --save writes it.")],
+    over: Annotated[
+        list[str] | None, Parameter(help="Axis of a robot's grid, such as A=30:75:5deg, as for sweep; may be repeated.")
+    ] = None,
+    settings: Annotated[
+        list[str] | None, Parameter("--set", help="PATH=VALUE of a robot, such as E=3MPa; may be repeated.")
+    ] = None,
+    sim: Annotated[Path | None, Parameter(help="Grid that is there already (.nc), as sweep --save writes it.")] = None,
     measured: Annotated[Path, Parameter(help="Campaign (.yaml): recordings and the conditions of each.")],
     method: Annotated[
         str | None,
@@ -48,11 +58,13 @@ def correct(
     ] = None,
     save: Annotated[Path, Parameter(help="Where the corrected grid goes (.nc).")] = Path("corrected.nc"),
     plot: Annotated[Path, Parameter(help="Where the page with figures goes (.html).")] = Path("corrected.html"),
-) -> None:
+) -> int:
     """Correct a simulated grid with a few experiments, tell how well, and which experiments to make next.
 
-    The corrected grid and figures are written into the current folder, unless other files are named.
+    The grid is a robot's over some of its quantities (ROBOT --over ...), or one that is there already (--sim). The
+    corrected grid and figures are written into the current folder, unless other files are named.
     """
+    _check_grid(robot, over, settings, sim)
     count = read_count(upcoming, "--next", least=1, most=50)
     if aim not in _AIMS:
         raise InputError(f'"{aim}" is no aim.{did_you_mean(aim, _AIMS)}', field="--aim")
@@ -61,13 +73,21 @@ def correct(
         check_target(target, option, suffix)
 
     from nectosome.cli.correction import correction_page
+    from nectosome.design.sweep import forget
     from nectosome.identify import SimToReal, correct_grid
     from nectosome.measure import load_campaign
 
     if method is not None:
         SimToReal(method)  # a mistake in its name is told before anything is read
-    grid = load_dataset(sim)
-    recordings = _read(load_campaign(measured))
+    recordings = _read(load_campaign(measured))  # a mistake in them is told before anything long is computed
+    folder = save.with_suffix(".parts")
+    if sim is not None:
+        grid = load_dataset(sim)
+    else:
+        computed = swept(str(robot), over or (), settings or (), folder=folder)
+        if computed is None:
+            return 130
+        grid = computed[0]
     with progress_bar("correcting") as update:
         found, observed, column = correct_grid(
             grid,
@@ -80,10 +100,16 @@ def correct(
             aim=cast("Aim", aim),
             progress=update,
         )
-    asked: dict[str, Any] = {"sim": sim, "measured": measured, "method": found.attrs["method"], "next": count}
+    asked: dict[str, Any] = {
+        "robot": robot,
+        "over": ", ".join(over or ()),
+        "set": ", ".join(settings or ()),
+        "sim": sim,
+    }
+    asked |= {"measured": measured, "method": found.attrs["method"], "next": count}
     asked |= {"aim": aim, "quantity": quantity, "parameter": parameter, "lowpass": lowpass}
     found.attrs |= {
-        "title": f"{column} of {sim.name}, corrected with {measured.name}",
+        "title": f"{column} of {robot if sim is None else sim.name}, corrected with {measured.name}",
         "provenance": json.dumps(provenance({key: value and str(value) for key, value in asked.items()})),
     }
     from nectosome.view import show_correction
@@ -91,6 +117,21 @@ def correct(
     save_dataset(found, save)
     show_correction(found, plot, aim)
     write(correction_page(found, observed, aim), f"written: {save}, {plot}")
+    if sim is None:
+        forget(folder)
+    return 0
+
+
+def _check_grid(
+    robot: str | None, over: Sequence[str] | None, settings: Sequence[str] | None, sim: Path | None
+) -> None:
+    """Raise InputError unless there is a robot with axes, or a grid."""
+    if (robot is None) == (sim is None):
+        raise InputError("takes a robot with --over, or a grid with --sim: one of the two.", field="correct")
+    if robot is not None and not over:
+        raise InputError(f"{robot} is simulated over nothing. Name an axis, as in f=0.5:2:0.5Hz.", field="--over")
+    if sim is not None and (over or settings):
+        raise InputError("--over and --set are of a robot, and a grid is there already.", field="--sim")
 
 
 def _read(campaign: "Campaign") -> "list[xr.Dataset]":

@@ -1,7 +1,5 @@
 """`nectosome sweep`: what a robot's motion gives on a grid of its quantities."""
 
-import time as clock
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,9 +8,9 @@ from rich.console import Group
 from rich.text import Text
 
 from nectosome.cli.options import read_count
-from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.output import check_target, write
 from nectosome.cli.page import columns, number, page
-from nectosome.cli.progress import cancellable, progress_bar
+from nectosome.cli.swept import swept
 from nectosome.io import InputError, save_dataset, show_quantity
 from nectosome.io.errors import count
 from nectosome.io.paths import shortest
@@ -48,39 +46,15 @@ def sweep(
     if plot is not None and len(over) > 2:
         raise InputError("shows one or two quantities, not more. Save the sweep instead.", field="--plot")
 
-    from nectosome import robots
-    from nectosome.design.grid import COUNT, read_axis
-
-    named = dict.fromkeys(text.partition("=")[0].strip() for text in over)
-    if len(named) < len(over):
-        raise InputError("names a quantity twice.", field="--over")
-    counts = [text for text in over if text.partition("=")[0].strip() == COUNT]
-    first = [f"{COUNT}={int(n)}" for text in counts for n in read_axis(text, None).values[:1]]
-    description = robots.describe(robot, [*(settings or ()), *first])
-    axes = [read_axis(text, description) for text in over]
-
-    from nectosome.design.sweep import forget
-    from nectosome.design.sweep import sweep as compute
-
     folder = None if save is None else save.with_suffix(".parts")
-    start = clock.perf_counter()
-    with progress_bar(f"sweep of {robot}") as update:
-
-        def work(going_on: Callable[[], bool]) -> "xr.Dataset":
-            def progress(share: float) -> bool:
-                update("", share)
-                return going_on()
-
-            values = {axis.name: axis.values for axis in axes}
-            return compute(robot, values, settings or (), samples=moments, folder=folder, progress=progress)
-
-        found = cancellable(work)
-    found.attrs["seconds"] = round(clock.perf_counter() - start, 3)
-    if (found["status"] == "CANCELLED").any():
-        tell("cancelled." + (f" The parts done are in {folder}; the same command goes on." if folder else ""))
+    computed = swept(robot, over, settings or (), samples=moments, folder=folder)
+    if computed is None:
         return 130
-    write(_page(found, {axis.name: axis.dimension for axis in axes}))
+    found, dimensions = computed
+    write(_page(found, dimensions))
     if save is not None and folder is not None:
+        from nectosome.design.sweep import forget
+
         save_dataset(found, save)
         forget(folder)
     if plot is not None:

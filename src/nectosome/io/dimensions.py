@@ -31,7 +31,7 @@ DIMENSIONS = {
     "angle": Dimension("angle", "rad", '"45 deg" or "0.785 rad"', ("deg",)),
     "curvature": Dimension("curvature", "rad/m", '"2.5 rad/m" or "2.5 1/m"'),
     "time": Dimension("time", "s", '"0.5 s" or "500 ms"', ("ms",)),
-    "frequency": Dimension("frequency", "Hz", '"2.3 Hz" or "2.3 1/s"', ("kHz", "mHz")),
+    "frequency": Dimension("frequency", "Hz", '"2.3 Hz" or "2.3 1/s"', ("kHz",)),
     "angular_speed": Dimension("angular speed", "rad/s", '"14.4 rad/s" or "137 rpm"', ("deg/s", "rpm")),
     "speed": Dimension("speed", "m/s", '"0.2 m/s" or "20 cm/s"', ("mm/s",)),
     "acceleration": Dimension("acceleration", "m/s2", '"9.81 m/s2"'),
