@@ -1,7 +1,6 @@
 """The pages made from the code: formulas, and the tables of robot files."""
 
 import importlib.util
-import re
 from dataclasses import fields
 from pathlib import Path
 from types import ModuleType
@@ -53,16 +52,6 @@ def test_the_page_on_design_has_every_quantity_and_every_field_of_a_problem():
 def test_every_command_is_on_the_page_of_commands():
     written = {name.split()[0] for name in load("generate").COMMANDS}
     assert written == {name for name in app if not name.startswith("-")}
-
-
-def test_the_example_of_the_page_on_identification_prints_what_it_says(monkeypatch, capsys):
-    page = (DOCS / "identify.md").read_text(encoding="utf-8")
-    code, said = re.search(r"```python\n(.*?)```", page, re.DOTALL), re.search(r"It prints `(.*?)`", page)
-    assert code is not None
-    assert said is not None
-    monkeypatch.chdir(DOCS.parent)
-    exec(compile(code[1], "identify.md", "exec"), {})
-    assert capsys.readouterr().out.strip() == said[1]
 
 
 def test_the_tables_hold_every_field_of_a_rod_with_unit_and_range():

@@ -1,0 +1,132 @@
+"""Code in the pages runs, robots and sheets in them are read, and commands in them are as the command line has them.
+
+The files that a page speaks of are made here, synthetic ones. Tutorials are followed step by step in a test of their
+own, and so is the page on rigs.
+"""
+
+import re
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.measure.video.scenes import paddle
+from tests.synthetic_campaign import write_campaign, write_grid
+
+from nectosome.cli.app import app
+from nectosome.io import load_robot
+from nectosome.measure import load_sheet, video
+from nectosome.papers.track.render import write_clip
+
+ROOT = Path(__file__).parents[2]
+PAGES = {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("*.md")}
+PAGES["README"] = (ROOT / "README.md").read_text(encoding="utf-8")
+EVERY = PAGES | {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "docs" / "tutorials").glob("*.md")}
+COMMANDS = sorted({line[2:] for page in EVERY.values() for line in re.findall(r"^\$ nectosome .*", page, re.MULTILINE)})
+
+
+def blocks(page: str, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", PAGES[page], re.DOTALL)
+
+
+def runs(page: str, k: int, names: dict[str, object] | None = None) -> None:
+    exec(compile(blocks(page, "python")[k], f"{page}.md", "exec"), {} if names is None else names)
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder to work in, with the examples beside."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    return tmp_path
+
+
+def test_every_block_of_python_is_run_by_a_test():
+    """A new one needs a test here (or beside the page of rigs, which has its own)."""
+    assert {page: len(blocks(page, "python")) for page in PAGES if blocks(page, "python")} == {
+        "README": 1, "control": 2, "identify": 3, "index": 1, "measure": 3, "rigs": 2, "sim-to-real": 1, "track": 1,
+    }  # fmt: skip
+
+
+def test_the_swim_of_the_first_page(folder: Path, capsys: pytest.CaptureFixture[str]):
+    runs("index", 0)
+    assert float(capsys.readouterr().out) == pytest.approx(-0.68, abs=0.03)
+
+
+@pytest.mark.parametrize("k", [0, 1])
+def test_the_examples_of_identification_print_what_is_said(folder: Path, capsys: pytest.CaptureFixture[str], k: int):
+    runs("identify", k)
+    said = re.findall(r"It prints `(.*?)`", PAGES["identify"])
+    assert capsys.readouterr().out.strip() == said[k]
+
+
+@pytest.mark.slow
+def test_the_walks_of_identification(folder: Path, capsys: pytest.CaptureFixture[str]):
+    runs("identify", 2)
+    assert capsys.readouterr().out.strip()
+
+
+def test_recordings_are_measured(folder: Path):
+    t = np.arange(0.0, 8.0, 1e-3)
+    rows = np.transpose([t, 2.0 + np.sin(2 * np.pi * 1.1 * t)])
+    np.savetxt("run_1.csv", rows, delimiter=",", header="t,force", comments="")
+    (folder / "sheet.yaml").write_text("time: {column: t, unit: s}\ncolumns: {force: {column: force, unit: N}}\n")
+    (folder / "campaign.yaml").write_text(
+        "time: {column: t, unit: s}\ncolumns: {force: {column: force, unit: N}}\n"
+        "recordings: [{file: run_1.csv, conditions: {f: 1.1 Hz}}]\n"
+    )
+    names: dict[str, object] = {}
+    for k in range(3):
+        runs("measure", k, names)
+    assert float(names["numbers"]["force_amplitude"]) == pytest.approx(1.0, rel=1e-3)  # type: ignore[index]
+
+
+def test_a_grid_is_corrected(folder: Path, capsys: pytest.CaptureFixture[str]):
+    write_grid(folder / "grid.nc")
+    write_campaign(folder)
+    runs("sim-to-real", 0)
+    assert len(capsys.readouterr().out.splitlines()) == 4  # errors, and three experiments
+
+
+def test_a_video_is_tracked(folder: Path):
+    """Four segments over five frames, of a camera that is twice as near as the page's."""
+    scene = paddle(px_per_cm=10.0, size=(640, 640))
+    write_clip(folder / "paddle.mp4", (scene.frame(k / 30) for k in range(5)), 30, quality=5)
+    (folder / "track.yaml").write_text(blocks("track", "yaml")[0].replace("2 mm", "1 mm"))
+    names: dict[str, object] = {}
+    runs("track", 0, names)
+    tracked = names["tracked"]
+    assert dict(tracked.sizes)["time"] == 5  # type: ignore[attr-defined]
+    assert not tracked["reason"].values.any()  # type: ignore[index]
+
+
+def test_a_loop_of_control(folder: Path, capsys: pytest.CaptureFixture[str]):
+    runs("control", 1)
+    assert 0 < float(capsys.readouterr().out.split()[0]) < 1e-3  # m
+
+
+@pytest.mark.slow
+def test_a_robot_under_control(folder: Path, capsys: pytest.CaptureFixture[str]):
+    runs("control", 0)
+    assert capsys.readouterr().out
+
+
+def test_the_robot_of_the_first_page_is_read(tmp_path: Path):
+    (tmp_path / "ball.yaml").write_text(blocks("index", "yaml")[0])
+    assert load_robot(tmp_path / "ball.yaml").name == "ball"
+
+
+@pytest.mark.parametrize(
+    ("page", "k", "read"),
+    [("measure", 0, load_sheet), ("track", 0, video.load_sheet)],
+)
+def test_sheets_are_read(page: str, k: int, read: Callable[[Path], object], tmp_path: Path):
+    (tmp_path / "sheet.yaml").write_text(blocks(page, "yaml")[k])
+    read(tmp_path / "sheet.yaml")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_commands_have_the_options_that_pages_show(command: str):
+    words = shlex.split(command.partition(" > ")[0], comments=True)
+    app.parse_args(words[1:], print_error=False, exit_on_error=False)
