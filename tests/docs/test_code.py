@@ -45,13 +45,19 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_every_block_of_python_is_run_by_a_test():
     """A new one needs a test here (or beside the page of rigs, which has its own)."""
     assert {page: len(blocks(page, "python")) for page in PAGES if blocks(page, "python")} == {
-        "README": 1, "control": 2, "identify": 3, "index": 1, "measure": 3, "rigs": 2, "sim-to-real": 1, "track": 1,
+        "README": 1, "api": 1, "control": 2, "identify": 3, "index": 1, "measure": 3, "rigs": 2, "sim-to-real": 1,
+        "track": 1,
     }  # fmt: skip
 
 
 def test_the_swim_of_the_first_page(folder: Path, capsys: pytest.CaptureFixture[str]):
     runs("index", 0)
     assert float(capsys.readouterr().out) == pytest.approx(-0.68, abs=0.03)
+
+
+def test_slopes_and_batches_print_what_is_said(folder: Path, capsys: pytest.CaptureFixture[str]):
+    runs("api", 0)
+    assert capsys.readouterr().out.strip() == blocks("api", "text")[0].strip()
 
 
 @pytest.mark.parametrize("k", [0, 1])

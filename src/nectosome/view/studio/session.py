@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.design import Problem, load_problem, shipped_problem
-from nectosome.io import RobotDescription, get_value, load_dataset, parse_robot, with_values
+from nectosome.io import RobotDescription, get_value, load_dataset, parse_robot, show_quantity, with_values
 from nectosome.robots import build, describe
 from nectosome.view.saved import check_drawable, check_run
 from nectosome.view.standing import standing
@@ -264,7 +264,8 @@ class Session:
         with told(tell):
             answer = self._solve(description)
             if opened == self._opened and not self._live:
-                took = f"{answer.kind}, {1e3 * (time.perf_counter() - began):.0f} ms"
+                seconds = float(f"{time.perf_counter() - began:.2g}")
+                took = f"{answer.kind}, {show_quantity(seconds, 'time')}"
                 self._put(answer, f"{took}: {answer.warning}" if answer.warning else took)
 
     def _put(self, answer: Answer, words: str) -> None:
