@@ -1,7 +1,7 @@
 """Write what the pages take from the code and from the last `make run`: tables, help texts, numbers, the picture.
 
-Everything goes to docs/generated, except the pictures and the table of the README, which are renewed in place when the
-full studies have been run.
+Everything goes to docs/generated, except the pictures, the robots of the gallery and the table of the README, which are
+renewed in place when the full studies have been run.
 """
 
 import ast
@@ -9,7 +9,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib import import_module
 from itertools import groupby
 from pathlib import Path
@@ -67,12 +67,11 @@ def main() -> None:
         "commands": commands(),
         "validation": validation(),
         "scorecard": scorecard(rows) if rows else NOT_RUN,
-        "gallery": gallery(rows),
         "benchmarks": benchmarks() or NOT_TIMED,
     }
     for name, text in pages.items():
         (GENERATED / f"{name}.md").write_text(text, encoding="utf-8")
-    renew_portraits()
+    renew_gallery(rows)
     if rows and studied_in_full():
         renew_readme(rows)
         renew_picture()
@@ -287,26 +286,36 @@ def benchmarks() -> str:
 # --- gallery ---------------------------------------------------------------------------------------------------------
 
 
-def gallery(rows: list[dict[str, Any]]) -> str:
-    """A section for each robot, with its picture and the numbers of its last run, if there was one."""
+def renew_gallery(rows: list[dict[str, Any]]) -> None:
+    """Draw the robots of the gallery, and write a section for each, where their last runs were full ones."""
+    from portraits import draw
+
+    files = {entry.name: OUT / "gallery" / f"{entry.name}.nc" for entry in ENTRIES}
+    runs = {name: load_dataset(file) for name, file in files.items() if file.exists()}
     by_id = {row["id"]: row for row in rows}
-    return "\n\n".join(_section(entry, by_id) for entry in ENTRIES) + "\n"
+    there = len(runs) == len(ENTRIES) and all(name in by_id for entry in ENTRIES for name in entry.held)
+    if not there or any(json.loads(run.attrs["provenance"])["settings"]["quick"] for run in runs.values()):
+        return
+    for entry in ENTRIES:
+        draw(runs[entry.name], entry.seen, ROOT / "docs/img" / f"gallery_{entry.name}.png")
+    sections = "\n\n".join(section(entry, runs[entry.name].attrs, by_id) for entry in ENTRIES)
+    (ROOT / "docs" / "gallery_robots.md").write_text(f"{sections}\n", encoding="utf-8")
 
 
-def _section(entry: Entry, rows: dict[str, dict[str, Any]]) -> str:
-    parts = [f"## {entry.title}", f"{entry.what} {entry.drive}"]
-    if (ROOT / _portrait(entry)).exists():
-        parts.insert(1, f"![{entry.title}](img/gallery_{entry.name}.png)")
-    file = OUT / "gallery" / f"{entry.name}.nc"
-    if file.exists():
-        run = load_dataset(file).attrs
-        heads = "| speed (m/s) | power (W) | cost of transport | frequency (Hz) | swam (s) | computed in (s) |"
-        row = [run[key] for key in ("speed", "power", "cost-of-transport", "frequency")]
-        row += [run["period"] * json.loads(run["provenance"])["settings"]["periods"], run["seconds"]]
-        parts.append(f"{heads}\n|{'---:|' * len(row)}\n| {' | '.join(f'{x:.3g}' for x in row)} |")
-    if held := [rows[name] for name in entry.held if name in rows]:
+def section(entry: Entry, run: Mapping[str, Any], rows: Mapping[str, dict[str, Any]]) -> str:
+    """A robot with its picture, the numbers of its run, and what holds it against published numbers."""
+    heads = "| speed (m/s) | power (W) | cost of transport | frequency (Hz) | swam (s) | computed in (s) |"
+    row = [run[key] for key in ("speed", "power", "cost-of-transport", "frequency")]
+    row += [run["period"] * json.loads(run["provenance"])["settings"]["periods"], run["seconds"]]
+    parts = [
+        f"## {entry.title}",
+        f"![{entry.title}](img/gallery_{entry.name}.png)",
+        f"{entry.what} {entry.drive}",
+        f"{heads}\n|{'---:|' * len(row)}\n| {' | '.join(f'{x:.3g}' for x in row)} |",
+    ]
+    if entry.held:
         parts.append("Held against published numbers, with nothing fitted:")
-        parts.append("\n".join(f"- {_held(row)}" for row in held))
+        parts.append("\n".join(f"- {_held(rows[name])}" for name in entry.held))
     return "\n\n".join([*parts, f"```console\n$ {entry.command}\n```"])
 
 
@@ -314,21 +323,6 @@ def _held(row: dict[str, Any]) -> str:
     unit = {"1": "", "percent": " %"}.get(row["unit"], f" {row['unit']}")
     printed, ours = (f"{_number(row[key])}{unit}" for key in ("printed", "ours"))
     return f"{_cell(row['quantity'])}: published {printed}, computed {ours}, error {row['error']:+.1f} %"
-
-
-def _portrait(entry: Entry) -> Path:
-    return Path("docs/img") / f"gallery_{entry.name}.png"
-
-
-def renew_portraits() -> None:
-    """Draw the robots of the gallery whose last run was a full one."""
-    from portraits import draw
-
-    for entry in ENTRIES:
-        file = OUT / "gallery" / f"{entry.name}.nc"
-        run = load_dataset(file) if file.exists() else None
-        if run is not None and not json.loads(run.attrs["provenance"])["settings"]["quick"]:
-            draw(run, entry.seen, ROOT / _portrait(entry))
 
 
 def _number(value: Any) -> str:

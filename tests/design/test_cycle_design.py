@@ -97,7 +97,7 @@ def test_quantities_of_the_paddle_are_those_of_its_cycle():
     limits = tuple(Limit(name, True, 1.0) for name in names)  # a limit of 1 tells the quantity: excess + 1
     variable = read_variable("A", "40 deg .. 70 deg", robot)
     task = MotionDesign(robot, (variable,), "thrust", limits, "-y")
-    u = task.box.design(robot, (variable,))
+    u = task.box.design(robot)
     got = dict(zip(names, task.prepare()(u, False, None).constraints + 1, strict=True))
     means = periodic(build(robot), 1 / 0.9, samples=257).means()
     want = {

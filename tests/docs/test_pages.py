@@ -1,6 +1,8 @@
 """The pages made from the code: formulas, and the tables of robot files."""
 
 import importlib.util
+import math
+import re
 from dataclasses import fields
 from pathlib import Path
 from types import ModuleType
@@ -10,6 +12,7 @@ import pytest
 
 from nectosome.cli.app import app
 from nectosome.design import QUANTITIES, Problem
+from nectosome.papers.gallery.entries import ENTRIES
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -52,6 +55,21 @@ def test_the_page_on_design_has_every_quantity_and_every_field_of_a_problem():
 def test_every_command_is_on_the_page_of_commands():
     written = {name.split()[0] for name in load("generate").COMMANDS}
     assert written == {name for name in app if not name.startswith("-")}
+
+
+def test_the_gallery_has_every_robot_as_it_is_now_with_the_numbers_of_a_run():
+    """Else `nectosome reproduce`, and `make docs`, renew it."""
+    page = (DOCS / "gallery_robots.md").read_text(encoding="utf-8")
+    sections = dict(section.split("\n", 1) for section in page.removeprefix("## ").split("\n## "))
+    assert list(sections) == [entry.title for entry in ENTRIES]
+    for entry in ENTRIES:
+        section = sections[entry.title]
+        assert f"{entry.what} {entry.drive}\n" in section
+        assert f"$ {entry.command}\n" in section
+        assert (DOCS / "img" / f"gallery_{entry.name}.png").exists()
+        numbers = next(line for line in section.splitlines() if re.match(r"\| -?\d", line)).split("|")[1:-1]
+        assert all(math.isfinite(float(number)) for number in numbers)
+        assert section.count("published") - len(entry.held) in (0, 1)
 
 
 def test_the_tables_hold_every_field_of_a_rod_with_unit_and_range():
