@@ -43,7 +43,9 @@ def _needs(model: HystereticModel, reach: Reach, reference: Float[np.ndarray, "n
     driven = model.driven(jnp.asarray(reference, dtype=float), dt, _WIDTH)
     command = np.asarray(model.command(driven, dt))
     low, high, slew = (float(x) for x in (reach.low, reach.high, reach.slew))
-    k = int(np.argmax(np.maximum(command - high, low - command)))
+    beyond = np.maximum(command - high, low - command)
+    # the first of periods that are alike but for rounding
+    k = int(np.argmax(beyond >= beyond.max() - 1e-9 * (high - low)))
     if not low <= command[k] <= high:
         there = f"{show_quantity(low, kind)} to {show_quantity(high, kind)}"
         return f"it needs {show_quantity(command[k], kind)} at {k * dt:.3g} s; {there} are there"

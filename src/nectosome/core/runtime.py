@@ -24,6 +24,8 @@ def configure() -> None:
     flags = os.environ.get("XLA_FLAGS", "")
     new = (flag for flag in _FOR_SMALL_GRAPHS if flag.partition("=")[0] not in flags)
     os.environ["XLA_FLAGS"] = " ".join([flags, *new]).strip()
+    # What goes wrong is raised; XLA's own lines on stderr ask users to report compilations that take two minutes.
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 
     import jax
     from platformdirs import user_cache_dir
