@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 AROUND = 12  # corners of a slice
 _OVERLAP = 1.06  # of slices, so that none gapes where a rod bends
+_STEP = 0.02  # of a rod's width
 _NO_FORCE = 1e-3  # of the largest: no arrow
 _LEFT_OUT = ("weight", "buoyancy")  # of what the water does
 _SCALE = np.array([[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in sequential.Viridis])
@@ -73,6 +74,12 @@ class Soft:
         along = np.linalg.norm(np.diff(place[0], axis=0), axis=1) * _OVERLAP
         size = np.concatenate([along[:, None], widths[:-1] + widths[1:]], axis=1)
         return Slices(0.5 * (place[0, :-1] + place[0, 1:]), _halfway(_quaternions(R[0])), size)
+
+    @property
+    def stepped(self) -> bool:
+        """Whether slices differ so much from the next ones that one sees in between them."""
+        widths = self.slices(0).size[:, 1:]
+        return bool((np.abs(np.diff(widths, axis=0)) > _STEP * widths.max()).any())
 
     def shown(self, colouring: str) -> Float[np.ndarray, "t k"] | None:
         """What a colouring shows of slices at all moments; None where it shows what the body is made of."""

@@ -22,6 +22,7 @@ UNITS = {"material": "", "curvature": "1/m", "load of the water": "N/m"}
 CAMERAS = {"three-quarter": (-0.7, -1.0, 0.6), "side": (0, -1, 0), "top": (0, -0.01, 1), "front": (-1, -0.01, 0)}
 _ROOTS = ("/world", "/around", "/tank")  # of what moves with the run, of the endless ground, of what stands still
 _FAR = 1.2  # of the camera, in lengths of the robot
+_LOOKED_AT = 9  # moments that a camera takes in
 _SEEN = 1e-4  # of the robot's length: what moves by less is not seen
 _ARROW = 0.35  # length of the largest force, as a share of the robot's
 _BEFORE = 4  # periods whose way is shown
@@ -46,7 +47,7 @@ class Stage:
         self._nodes: dict[str, Any] = {}
         self._look = Look()
         self._water = WaterDescription()
-        self.size, self.middle = 1.0, np.zeros(3)  # of the robot [m], seen from its body at first
+        self.size = 1.0  # of the robot as it is at first [m]
         self.largest = 0.0  # what the lightest colour means, in UNITS
         scene.set_up_direction("+z")
         # instead of viser's environment and shadows, which take a browser that draws by software a third of its time
@@ -61,11 +62,10 @@ class Stage:
         """
         before = (self._look, self._kinds()) if self._nodes else None
         self.course, self._bodies, self.arrows = Course(run, period), bodies_of(run, robot), arrows_of(run)
-        corners = np.concatenate([_corners(body) for body in self._bodies.values()] or [self.course.place[:1]])
         self._first = self.course.place[0]
+        corners = self._corners(0)
         self.size = float(np.ptp(corners, axis=0).max()) or 1.0
-        self.middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0)) - self.course.place[0]
-        self._lowest = float(corners[:, 2].min())
+        self._lowest = float(corners[:, 2].min() + self._first[2])
         self._water = robot.water
         if before != (look, self._kinds()):
             self.look(look)
@@ -144,9 +144,17 @@ class Stage:
         return bool(np.abs(now - was).max() > _SEEN * self.size)
 
     def camera(self, name: str) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-        """Place of a camera of CAMERAS, and what it looks at [m]."""
-        way = np.array(CAMERAS[name], dtype=float)
-        return self.middle + _FAR * self.size * way / np.linalg.norm(way), self.middle
+        """Place of a camera of CAMERAS from which all moments are seen, and what it looks at [m]."""
+        moments = np.linspace(0, len(self.course.place) - 1, _LOOKED_AT).round().astype(int)
+        corners = np.concatenate([self._corners(k) for k in np.unique(moments)])
+        size, way = float(np.ptp(corners, axis=0).max()) or 1.0, np.array(CAMERAS[name], dtype=float)
+        middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+        return middle + _FAR * size * way / np.linalg.norm(way), middle
+
+    def _corners(self, k: int) -> Float[np.ndarray, "n 3"]:
+        """Corners of all bodies at moment k, as one sees them who goes along [m]."""
+        corners = [_corners(body, k) for body in self._bodies.values()] or [self.course.place[[k]]]
+        return np.concatenate(corners) - self.course.place[k]
 
     def _kinds(self) -> list[tuple[str, int, int]]:
         """What nodes depend on: names, numbers of corners or slices, how many arrows and moments on the way."""
@@ -183,7 +191,7 @@ class Stage:
                 batched_scales=size,
                 batched_colors=tint,
                 lod="off",
-                side="double" if part else "front",
+                side="double" if part or body.stepped else "front",
             )
         self._nodes[name].position, self._nodes[name].wxyz = body.place[0], body.turn[0]
 
@@ -204,11 +212,11 @@ class Stage:
         return _f32(np.stack([root, root + per_newton * self.arrows.force[k]], axis=1))
 
 
-def _corners(body: Rigid | Soft) -> Float[np.ndarray, "n 3"]:
-    """Ends of a body at the first moment [m]."""
-    own = body.vertices if isinstance(body, Rigid) else body.slices(0).place
-    R = Rotation.from_quat(body.turn[0], scalar_first=True).as_matrix()
-    return own @ R.T + body.place[0]
+def _corners(body: Rigid | Soft, k: int) -> Float[np.ndarray, "n 3"]:
+    """Corners, or middles of slices, of a body at moment k [m]."""
+    own = body.vertices if isinstance(body, Rigid) else body.slices(k).place
+    R = Rotation.from_quat(body.turn[k], scalar_first=True).as_matrix()
+    return own @ R.T + body.place[k]
 
 
 def _f32(x: np.ndarray) -> np.ndarray:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     import viser
     import xarray as xr
 
+_MOVED = 0.02  # of the robot's length: a camera that is as far from where it was put was moved by the user
 _SOON = 0.2  # s, within which most answers come
 _SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 
@@ -231,6 +232,12 @@ class Session:
         with self._client.atomic():
             self._client.camera.position = place  # takes what is looked at along
             self._client.camera.look_at = target
+        self._seen_from = place
+
+    def _turned_away(self) -> bool:
+        """Whether the user looks from elsewhere than where the camera was put."""
+        gone = np.linalg.norm(self._client.camera.position - self._seen_from)
+        return bool(gone > _MOVED * self._stage.size)
 
     def _leave_live(self) -> None:
         """What goes on with the robot as it was ends."""
@@ -281,6 +288,8 @@ class Session:
             self._tell_colours()
             self._scrub.max = round(max(self._stage.course.end, 1e-3), 3)
         self._client.flush()  # viser would wait for more to send along
+        if first and not self._turned_away():
+            self._look_from("three-quarter")  # all of the motion
         if first:
             gc.freeze()  # what compiling left is there to stay: looking through it takes longer than an answer
             self._player.play(self._stage.course.end > 0)

@@ -29,9 +29,16 @@ def note(words: str) -> str:
 
 
 def cells(rows: Sequence[Sequence[str]], name: str, lines: Sequence[str] = ()) -> str:
-    """A table, called `name` on the page, whose columns stand to the right, and lines under it."""
-    cell = '<td style="text-align:right;padding:1px 0 1px 6px;white-space:nowrap">{}</td>'
-    body = "".join(f"<tr>{''.join(cell.format(escape(text)) for text in row)}</tr>" for row in rows)
+    """A table, called `name` on the page, whose columns stand to the right, and lines under it.
+
+    Where that takes more than there is, the last column, that of units, goes on in another line.
+    """
+    cell = '<td style="text-align:right;padding:1px 0 1px 5px;white-space:{}">{}</td>'
+    kinds = [*["nowrap"] * (len(rows[0]) - 1), "normal"]
+    body = "".join(
+        f"<tr>{''.join(cell.format(kind, escape(text)) for kind, text in zip(kinds, row, strict=True))}</tr>"
+        for row in rows
+    )
     said = "".join(f'<div style="color:{GREY};padding-top:3px">{escape(line)}</div>' for line in lines)
     return _block(name, f'<table style="width:100%;border-collapse:collapse">{body}</table>{said}')
 
