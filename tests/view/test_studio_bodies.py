@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from nectosome.io import parse_robot
 from nectosome.robots import build
 from nectosome.solve import simulate
-from nectosome.view.standing import standing
+from nectosome.view.starting import standing
 from nectosome.view.studio.bodies import (
     AROUND,
     MATERIAL,

@@ -4,7 +4,7 @@ import pytest
 from nectosome.io import parse_robot
 from nectosome.robots import build
 from nectosome.view.robot3d import actor, stage
-from nectosome.view.standing import standing
+from nectosome.view.starting import standing
 from nectosome.view.tubes import AROUND, hermite, part_rings, triangles, tubes
 
 from .conftest import LENGTH, RADIUS, TIP

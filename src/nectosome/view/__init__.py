@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .recordings import show_recordings
     from .report import show_run, write_figures, write_report
     from .robot_fit import show_robot_fit
-    from .standing import standing
+    from .starting import standing
     from .still import show_still
     from .sweeps import show_sweep
     from .swimming import show_surge
@@ -37,7 +37,7 @@ _HOME = {
     "show_surge": "swimming",
     "show_sweep": "sweeps",
     "show_track": "track",
-    "standing": "standing",
+    "standing": "starting",
     "write_figures": "report",
     "write_film": "film",
     "write_report": "report",

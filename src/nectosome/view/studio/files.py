@@ -108,7 +108,9 @@ class Files:
 
         path = self._folder.target(self._name.value, ".png")
         pixels = self._client.get_render(height=_PICTURE[1], width=_PICTURE[0], transport_format="png")
-        write_atomic(path, imageio.imwrite("<bytes>", pixels[..., :3], extension=".png"))
+        shown = pixels[..., 3:] / 255  # what is nothing is clear, and white on the page
+        on_white = np.round(shown * pixels[..., :3] + (1 - shown) * 255).astype(np.uint8)
+        write_atomic(path, imageio.imwrite("<bytes>", on_white, extension=".png"))
         return self._saved(path)
 
     def _save_drawing(self) -> str:

@@ -18,6 +18,8 @@ from pathlib import Path, PurePosixPath
 from nectosome.io.atomic import reason
 from nectosome.io.errors import InputError, shorten
 
+from .unpacked import check_unpacked
+
 UPLOAD_LIMIT = 64 * 1024 * 1024  # [bytes] of a file that a page sends, and of all that are on their way at once
 _LONGEST = 100  # [characters] of a name
 _LISTED = 300  # names in a list
@@ -94,7 +96,7 @@ class Folder:
         if os.path.lexists(path):
             _must_be_file(path, name)
             if not overwrite:
-                raise InputError(f'"{name}" is there already. Choose another name, or overwrite it.')
+                raise InputError(f'"{name}" is there already. Choose another name.')
         return path
 
     def _within(self, name: str) -> Path:
@@ -122,13 +124,14 @@ def received(name: str, content: bytes) -> Iterator[Path]:
     """Keep a file that a page sent, for as long as it is read, in a temporary folder of its own; yields its path.
 
     It goes by a harmless form of its own name, so that messages name it and readers see its suffix. It cannot be
-    executed. Raises InputError where it is larger than `UPLOAD_LIMIT`.
+    executed. Raises InputError where it is larger than `UPLOAD_LIMIT`, or becomes too large when it is unpacked.
     """
     if len(content) > UPLOAD_LIMIT:
         raise InputError(too_large(name, len(content)))
     with tempfile.TemporaryDirectory(prefix="nectosome-", ignore_cleanup_errors=True) as folder:
         path = Path(folder) / harmless(name)
         path.write_bytes(content)
+        check_unpacked(path)
         yield path
 
 

@@ -41,6 +41,8 @@ class Studio:
         session = Session(client, self._robot, self._folder)
         with self._lock:
             self._sessions[client.client_id] = session
+        if client.client_id not in self._server.get_clients():  # it was closed while its session was made
+            self._leave(client)
 
     def _leave(self, client: viser.ClientHandle) -> None:
         with self._lock:

@@ -3,6 +3,8 @@
 import gc
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +16,7 @@ from nectosome.design import Problem, load_problem, shipped_problem
 from nectosome.io import RobotDescription, get_value, load_dataset, parse_robot, show_quantity, with_values
 from nectosome.robots import build, describe
 from nectosome.view.saved import check_drawable, check_run
-from nectosome.view.standing import standing
+from nectosome.view.starting import standing
 
 from .answers import Answer, Solver
 from .files import Files
@@ -31,6 +33,9 @@ if TYPE_CHECKING:
     import viser
     import xarray as xr
 
+_CAMERA = "three-quarter"  # at first
+_FIRST = "computing; the first answer of a robot compiles its equations"
+_TOLD = 1.0  # s
 _MOVED = 0.02  # of the robot's length: a camera that is as far from where it was put was moved by the user
 _SOON = 0.2  # s, within which most answers come
 _SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
@@ -46,6 +51,7 @@ class Session:
         self._answer: Answer | None = None
         self._live = False  # whether what is shown is made while it is shown
         self._opened = 0  # robots and runs so far: an answer for one before is not shown
+        self._setting = threading.Lock()  # numbers of the robot change one after the other
         self._player = Player(self._show)
         self._latest = Latest(self._work)
         self._lay_out()
@@ -66,6 +72,7 @@ class Session:
         robot = parse_robot(run.attrs["robot"])
         self._take(robot, Problem())
         self._put(Answer(run, robot, "a run", 0.0, {}, ""), f"{run.attrs['title']}, as it was saved")
+        self._look_from(_CAMERA)
 
     @property
     def view(self) -> Look:
@@ -86,13 +93,14 @@ class Session:
     def become(self, description: RobotDescription) -> None:
         """Take other numbers of the same robot: sliders follow, and its motion is asked for."""
         self._leave_live()
-        self.description = description
-        self._put_sliders(knobs_of(description, self.problem.variables))
+        with self._setting:
+            self.description = description
+            self._put_sliders(knobs_of(description, self.problem.variables))
         self._ask()
 
     def go_live(self, run: "xr.Dataset") -> None:
         """Show from now on what `live` shows, which goes on from a run of the session's robot."""
-        self._player.play(False)
+        self._go_on(False)
         with self._drawing, self._client.atomic():
             self._live, self._answer = True, None
             self._stage.load(run, self.description, 0.0, self._look)
@@ -126,11 +134,15 @@ class Session:
     def _take(self, description: RobotDescription, problem: Problem) -> None:
         knobs = knobs_of(description, problem.variables)
         self._leave_live()
-        self.description, self.problem = description, problem
-        self._opened, self._answer = self._opened + 1, None
-        self._solve = Solver()  # what the last robot did is no place to begin for another one
-        self._numbers.forget()
-        self._put_sliders(knobs)
+        self._go_on(False)
+        self._latest.close()  # what is being compiled for the last robot cannot be stopped, but need not be waited for
+        with self._setting, self._drawing:
+            self.description, self.problem = description, problem
+            self._opened, self._answer = self._opened + 1, None
+            self._solve = Solver()  # what the last robot did is no place to begin for another one
+            self._latest = Latest(self._work)
+            self._numbers.forget()
+            self._put_sliders(knobs)
         for task in self._tasks:
             task.renew()
 
@@ -203,27 +215,34 @@ class Session:
             for knob in knobs:
                 value = knob.shown(float(get_value(self.description, knob.name)))
                 slider = self.gui.add_slider(knob.label, knob.low, knob.high, knob.step, value)
-                slider.on_update(lambda event, knob=knob: self._turned(knob, float(event.target.value)))
+                slider.on_update(lambda event, knob=knob: self._turned(knob, event.target))
                 self._sliders.append(slider)
 
     # --- what the user does
 
-    def _turned(self, knob: Knob, value: float) -> None:
+    def _turned(self, knob: Knob, slider: Any) -> None:
+        """Take where a slider is by now: moves are told in threads of their own, which may overtake each other."""
         with told(self.tell):
             self._leave_live()
-            self.description = with_values(self.description, {knob.name: value * knob.factor})
-            self._player.hold(_SOON)
-            self._ask()
+            with self._setting:
+                if slider not in self._sliders:
+                    return
+                self.description = with_values(self.description, {knob.name: float(slider.value) * knob.factor})
+                self._player.hold(_SOON)
+                self._ask()
 
     def _toggle(self) -> None:
-        self._player.play(not self._player.playing)
-        self._play.label = "Pause" if self._player.playing else "Play"
+        self._go_on(not self._player.playing)
+
+    def _go_on(self, on: bool) -> None:
+        """Let time go on, or stop it; the button says what else there is."""
+        self._player.play(on)
+        self._play.label = "Pause" if on else "Play"
 
     def _scrubbed(self, event: Any) -> None:
         if event.client is None:  # it moved with the time
             return
-        self._player.play(False)
-        self._play.label = "Play"
+        self._go_on(False)
         self._player.seek(float(self._scrub.value))
 
     def _look_from(self, camera: str) -> None:
@@ -253,27 +272,47 @@ class Session:
         with self._drawing, self._client.atomic():
             self._stage.load(standing(self.description, build(self.description)), self.description, 0.0, self._look)
             self._stage.at(0.0)
-        self._look_from("three-quarter")
+        self._look_from(_CAMERA)
 
     def _ask(self) -> None:
-        if self._answer is None:
-            self.tell("computing; the first answer of a robot compiles its equations", bad=False)
-        self._latest.ask((self._opened, self.description))
+        self._latest.ask((self._opened, self._solve, self.description))
 
-    def _work(self, asked: tuple[int, RobotDescription]) -> None:
+    def _work(self, asked: tuple[int, Solver, RobotDescription]) -> None:
         began = time.perf_counter()
-        opened, description = asked
+        opened, solve, description = asked
 
         def tell(words: str, bad: bool) -> None:
             if opened == self._opened:
                 self.tell(f"{words} What is shown is the last answer.", bad)
 
         with told(tell):
-            answer = self._solve(description)
-            if opened == self._opened and not self._live:
-                seconds = float(f"{time.perf_counter() - began:.2g}")
-                took = f"{answer.kind}, {show_quantity(seconds, 'time')}"
-                self._put(answer, f"{took}: {answer.warning}" if answer.warning else took)
+            with self._waiting(opened):
+                answer = solve(description)
+            with self._drawing:
+                if opened == self._opened and not self._live:
+                    seconds = float(f"{time.perf_counter() - began:.2g}")
+                    took = f"{answer.kind}, {show_quantity(seconds, 'time')}"
+                    self._put(answer, f"{took}: {answer.warning}" if answer.warning else took)
+
+    @contextmanager
+    def _waiting(self, opened: int) -> Iterator[None]:
+        """Tell how long the first answer of a robot takes, while it does."""
+        done, began = threading.Event(), time.perf_counter()
+
+        def count() -> None:
+            while not done.wait(_TOLD):
+                with self._drawing:
+                    if done.is_set() or opened != self._opened or self._answer is not None:
+                        return
+                    self._tell(f"{_FIRST}: {time.perf_counter() - began:.0f} s so far", bad=False)
+
+        if self._answer is None:
+            self.tell(_FIRST, bad=False)
+            threading.Thread(target=count, name="studio-waiting", daemon=True).start()
+        try:
+            yield
+        finally:
+            done.set()
 
     def _put(self, answer: Answer, words: str) -> None:
         """Show an answer, and begin to play where it is the first one of its robot."""
@@ -289,15 +328,15 @@ class Session:
             self._scrub.max = round(max(self._stage.course.end, 1e-3), 3)
         self._client.flush()  # viser would wait for more to send along
         if first and not self._turned_away():
-            self._look_from("three-quarter")  # all of the motion
+            self._look_from(_CAMERA)  # all of the motion
         if first:
             gc.freeze()  # what compiling left is there to stay: looking through it takes longer than an answer
-            self._player.play(self._stage.course.end > 0)
+            self._go_on(self._stage.course.end > 0)
 
     def _show(self, t: float) -> None:
         if self._answer is None:
             return
-        with self._drawing, self._client.atomic():
+        with told(self.tell), self._drawing, self._client.atomic():
             course = self._stage.course
             if not course.period and t > course.end:
                 t = t % course.end if course.end else 0.0
@@ -316,7 +355,7 @@ class Session:
     def _tell_colours(self) -> None:
         """What the colours of the scene mean."""
         unit, lines = UNITS[self._look.colouring], []
-        if unit:
+        if unit and self._stage.largest:
             lines.append(f"{self._look.colouring}: dark 0, light {self._stage.largest:.3g} {unit}")
         if self._look.forces:
             marks = zip(self._stage.arrows.names, self._stage.arrows.colours, strict=True)

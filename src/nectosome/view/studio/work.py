@@ -82,9 +82,9 @@ class Work:
                 found = compute(progress)
             finally:
                 with self._lock:
+                    for handle in (self._bar, self._line, self._button):
+                        handle.visible = False
                     self._name = ""
-                for handle in (self._bar, self._line, self._button):
-                    handle.visible = False
             done(found)
 
     def _show(self, share: float, words: str) -> None:

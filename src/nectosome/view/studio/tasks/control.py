@@ -180,6 +180,6 @@ class Control:
             self._line.content = words
             if self._plot is None:
                 with self._place:
-                    self._plot = self._session.gui.add_plotly(figure, aspect=1.2)
+                    self._plot = self._session.gui.add_plotly(figure, aspect=1.2, config={"displayModeBar": False})
             else:
                 self._plot.figure = figure

@@ -105,6 +105,7 @@ class Identify:
         words = f"{shorten(name)}: {time.size} samples, {time[-1] - time[0]:.4g} s; {listed}"
         self._guess()
         self._columns.content = note(words)
+        self._session.tell(f"{shorten(name)} was read", False)
 
     def _guess(self) -> None:
         """What columns are, as far as their names tell."""
@@ -154,6 +155,7 @@ class Identify:
             else:
                 self._show(number, found, robot)
 
+        self._session.tell("identifying", False)
         self._session.work.begin("identifying", compute, done)
 
     def _show(self, number: int, found: RobotFit, robot: RobotDescription) -> None:

@@ -176,6 +176,7 @@ class Map:
         if robot.name != own.name or numeric_paths(robot).keys() != numeric_paths(own).keys():
             raise InputError(f"is a map of {robot.name}, not of the robot that is shown. Open that one.", field=name)
         self._take(self._robot, found)
+        self._session.tell(f"opened {name}", False)
 
 
 def place_of(point: str, found: "xr.Dataset") -> dict[str, int] | None:

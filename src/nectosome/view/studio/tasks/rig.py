@@ -13,7 +13,7 @@ from nectosome.control import Controller, Followed, Measuring, Ongoing
 from nectosome.core import Status
 from nectosome.mechanism import Diagnosis
 from nectosome.robots import Commanded, build
-from nectosome.view.standing import standing
+from nectosome.view.starting import standing
 from nectosome.view.studio.work import Progress
 
 if TYPE_CHECKING:
