@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, beside, chromium, nothing_left, said
 
-from nectosome.control import Measuring, Reach, follow, pid_of
+from nectosome.control import Measuring, Reach, follow, pid_of, read_range
 from nectosome.core import Status
+from nectosome.design import shipped_problem
 from nectosome.io import load_dataset, parse_robot
-from nectosome.robots import Commanded
+from nectosome.robots import Commanded, build, describe, reading_of
 from nectosome.view.saved import check_drawable, check_run
+from nectosome.view.studio.answers import Solver
 from nectosome.view.studio.server import Studio
+from nectosome.view.studio.tasks.loop import Asked, first_measured, loop_of, most_of
 from nectosome.view.studio.tasks.rig import Rig
 
 SLIDE = """
@@ -133,3 +136,34 @@ def test_a_robot_reaches_its_reference_on_the_page(tmp_path, capfd):
             assert "Traceback" not in capfd.readouterr().err
     finally:
         studio.close()
+
+
+@pytest.mark.parametrize(
+    ("robot", "measured"),
+    [("flagellum", "surge"), ("paddle", "force.y"), ("fish", "heading"), ("turtle", "heading"), ("beetle", "heading")],
+)
+def test_what_is_measured_at_first_is_what_the_robot_can_change(robot, measured):
+    description, problem = describe(robot), shipped_problem(robot)
+    assert first_measured(description, problem.forward if problem else "") == measured
+
+
+def test_of_what_sits_on_a_spring_its_place_is_measured_at_first():
+    assert first_measured(parse_robot(SLIDE), "") == "body.position"
+    assert first_measured(parse_robot(SLIDE.replace("stiffness: 5 N/m, ", "")), "") == "surge"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("robot", "command"),
+    [("flagellum", "omega=3:22 rad/s"), ("paddle", "A=30:75 deg"), ("poseidrone_jet", "omega=6:20 rad/s")],
+)
+def test_what_is_suggested_can_be_reached(robot, command):
+    """With what stands on the page at first, gains are found on the model."""
+    description, problem = describe(robot), shipped_problem(robot)
+    model, measured = build(description), first_measured(description, problem.forward if problem else "")
+    wanted = most_of(Solver()(description).run, reading_of(model, measured))
+    asked = Asked(description, command, measured, True, "constant", wanted, "0.1 Hz", "")
+    loop = loop_of(asked, read_range(command, description), model, lambda share, words: True)
+    assert loop is not None
+    gains = [float(x) for x in loop.gains_text.split(",")]
+    assert min(gains) * max(gains) >= 0 and any(gains)

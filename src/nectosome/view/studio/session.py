@@ -3,7 +3,7 @@
 import gc
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from html import escape
 from pathlib import Path
@@ -51,6 +51,7 @@ class Session:
         self._answer: Answer | None = None
         self._live = False  # whether what is shown is made while it is shown
         self._opened = 0  # robots and runs so far: an answer for one before is not shown
+        self._on_seen: list[Callable[[Answer], None]] = []
         self._setting = threading.Lock()  # numbers of the robot change one after the other
         self._player = Player(self._show)
         self._latest = Latest(self._work)
@@ -124,6 +125,10 @@ class Session:
             return
         self._player.seek(0.0)
         self._put(Answer(run, self.description, "a run", 0.0, {}, ""), words)
+
+    def on_seen(self, tell: Callable[[Answer], None]) -> None:
+        """Have the first answer of each robot told, before it is shown."""
+        self._on_seen.append(tell)
 
     def close(self) -> None:
         """End all that runs for this tab."""
@@ -317,6 +322,8 @@ class Session:
     def _put(self, answer: Answer, words: str) -> None:
         """Show an answer, and begin to play where it is the first one of its robot."""
         first = self._answer is None
+        for tell in self._on_seen if first else ():
+            tell(answer)
         self._player.hold(0.0)
         with self._drawing, self._client.atomic():
             self._answer = answer

@@ -13,10 +13,23 @@ from nectosome.robots import build, common_readings, reading_of
 from nectosome.view.following import followed_panel
 from nectosome.view.studio.work import Progress, told
 
-from .loop import CONSTANT, Asked, Loop, beats, commands_of, first_range, loop_of, numbers_of
+from .loop import (
+    CONSTANT,
+    Asked,
+    Loop,
+    beats,
+    commands_of,
+    first_measured,
+    first_range,
+    is_held,
+    loop_of,
+    most_of,
+    numbers_of,
+)
 from .rig import Rig
 
 if TYPE_CHECKING:
+    from nectosome.view.studio.answers import Answer
     from nectosome.view.studio.session import Session
 
 _SEEN = 20.0  # s that the plot shows while it goes on
@@ -61,6 +74,7 @@ class Control:
         self._slider: Any = None
         self._command.on_update(lambda _: self._command_chosen())
         self._measure.on_update(lambda _: self._measure_chosen())
+        session.on_seen(self._seen)
         self._mean.on_update(lambda _: setattr(self._gains, "value", ""))
         self._shape.on_update(lambda _: setattr(self._frequency, "visible", self._shape.value != CONSTANT))
         self._start.on_click(lambda _: self._told(self._begin))
@@ -74,13 +88,13 @@ class Control:
             self._place.visible = False
         self._model = build(description)
         commands = commands_of(description)
-        kind = getattr(description.body.joint, "kind", "")
+        kind, held = description.body.joint.kind, is_held(description)
         readings = common_readings(self._model)
-        own = [name for name in readings if name.startswith("body.")]
-        first = "heading" if kind in ("free", "planar") else "force.x" if kind == "fixed" or not own else own[0]
+        first = first_measured(description, self._session.problem.forward)
         self._command.options, self._measure.options = commands, tuple(readings)
-        self._command.value, self._measure.value = commands[0], first
-        self._mean.value = kind in ("free", "planar") and beats(description)
+        chosen = [name for name in self._session.problem.variables if held and name in commands]
+        self._command.value, self._measure.value = (chosen or commands)[0], first
+        self._mean.value = (held or kind in ("free", "planar", "prismatic")) and beats(description)
         self._command_chosen()
         self._measure_chosen()
 
@@ -88,8 +102,17 @@ class Control:
         self._range.value, self._gains.value = first_range(self._session, self._command.value), ""
 
     def _measure_chosen(self) -> None:
-        self._size.value = _SIZES.get(reading_of(self._model, self._measure.value).dimension, "1")
-        self._gains.value = ""
+        self._size.value, self._gains.value = self._usual(), ""
+        if (answer := self._session.answer) is not None:
+            self._seen(answer)
+
+    def _usual(self) -> str:
+        return _SIZES.get(reading_of(self._model, self._measure.value).dimension, "1")
+
+    def _seen(self, answer: "Answer") -> None:
+        """Suggest what the robot can reach, once it is seen, unless something else stands there already."""
+        if self._size.value == self._usual():
+            self._size.value = most_of(answer.run, reading_of(self._model, self._measure.value)) or self._usual()
 
     def _told(self, work: Any) -> None:
         with told(self._session.tell):

@@ -12,17 +12,22 @@ from nectosome.io import show_quantity as shown
 from nectosome.io.asked import read_positive
 from nectosome.mechanism import Robot
 from nectosome.robots import Commanded, reading_of
+from nectosome.robots.readings import Reading
 from nectosome.view.studio.knobs import knobs_of
 from nectosome.view.studio.work import Progress
 
 from .rig import FRAME, LONGEST, Rig
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from nectosome.view.studio.session import Session
 
 CONSTANT = "constant"
 _USUAL, _A_BEAT = 20.0, 4  # samples a second, and in a beat where its mean is measured
 _REHEARSED = 10.0  # s of the reference on the model, to find gains
+_SPEEDS = ("surge", "sway", "climb")
+_MOST, _NOTHING = 0.8, 1e-4  # of a speed or force; m/s, N
 _SHARE = 0.5  # of a drive's amplitude, that its offset may be
 
 
@@ -117,6 +122,39 @@ def first_range(session: "Session", command: str) -> str:
     most = _SHARE * abs(float(get_value(description, beside)))
     number, _, unit = shown(most, known[path].dimension).partition(" ")
     return f"-{number}:{number} {unit}".strip() if most else ""
+
+
+def is_held(description: RobotDescription) -> bool:
+    """Whether something holds its body, or moves it as is prescribed."""
+    joint = description.body.joint
+    return joint.kind == "fixed" or getattr(joint, "motion", None) is not None
+
+
+def first_measured(description: RobotDescription, forward: str) -> str:
+    """What to measure at first: of a robot that may turn its heading, of one on a line how fast it goes along it.
+
+    Of one that is held the force that it gives along `forward`; of one on a spring its place, on a hinge its angle.
+    """
+    joint = description.body.joint
+    if is_held(description):
+        return f"force.{forward.lstrip('-') or 'x'}"
+    if joint.kind in ("free", "planar", "spherical"):
+        return "heading"
+    if joint.kind == "prismatic":
+        return "body.position" if joint.stiffness else _SPEEDS[int(np.argmax(np.abs(joint.axis)))]
+    return "body.angle"
+
+
+def most_of(run: "xr.Dataset", reading: Reading) -> str:
+    """Most of a speed or a force that a robot has by now, on the mean: what it can have; empty for other readings."""
+    if reading.kind in _SPEEDS:
+        now = run["velocity"].isel(part=0, axis=_SPEEDS.index(reading.kind))
+    elif reading.kind == "force" and "load_force" in run:
+        now = run["load_force"].isel(axis=reading.index).sum(("load", "part"))
+    else:
+        return ""
+    value = float(f"{_MOST * float(now.mean('time')):.1g}")
+    return shown(value, reading.dimension) if abs(value) > _NOTHING else ""
 
 
 def beats(description: RobotDescription) -> bool:
