@@ -16,17 +16,17 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .design import sweep
-    from .io import InputError, apply_settings, load_dataset, load_robot, save_dataset
-    from .robots import bind, build, describe, flagella, names, read
+    from .io import InputError, apply_settings, drive_period, load_dataset, load_robot, save_dataset, save_robot
+    from .robots import beetle, beetle_free, bind, build, describe, flagella, names, read
     from .solve import periodic, simulate, static, steady
-    from .view import show_run
+    from .view import show_run, show_sweep
 
 _ROOMS = {
     "design": ("sweep",),
-    "io": ("InputError", "apply_settings", "load_dataset", "load_robot", "save_dataset"),
-    "robots": ("bind", "build", "describe", "flagella", "names", "read"),
+    "io": ("InputError", "apply_settings", "drive_period", "load_dataset", "load_robot", "save_dataset", "save_robot"),
+    "robots": ("beetle", "beetle_free", "bind", "build", "describe", "flagella", "names", "read"),
     "solve": ("periodic", "simulate", "static", "steady"),
-    "view": ("show_run",),
+    "view": ("show_run", "show_sweep"),
 }
 _OTHERS = ("actuators", "control", "core", "identify", "loads", "measure", "mechanism", "papers", "rigs")
 _HOME = {name: room for room, inside in _ROOMS.items() for name in inside}
@@ -34,9 +34,12 @@ _HOME = {name: room for room, inside in _ROOMS.items() for name in inside}
 __all__ = [
     "InputError",
     "apply_settings",
+    "beetle",
+    "beetle_free",
     "bind",
     "build",
     "describe",
+    "drive_period",
     "flagella",
     "load_dataset",
     "load_robot",
@@ -44,7 +47,9 @@ __all__ = [
     "periodic",
     "read",
     "save_dataset",
+    "save_robot",
     "show_run",
+    "show_sweep",
     "simulate",
     "static",
     "steady",

@@ -1,6 +1,8 @@
 """What `import nectosome as ns` gives to those who work in a notebook."""
 
+import re
 from importlib import import_module
+from pathlib import Path
 
 import jax
 import pytest
@@ -34,6 +36,23 @@ def test_names_and_rooms_are_offered_and_come():
     assert ns.measure is import_module("nectosome.measure")
     with pytest.raises(AttributeError, match=r"nectosome has no simulat$"):
         _ = ns.simulat
+
+
+def test_the_page_lists_all_public_names_and_no_others():
+    page = (Path(__file__).parents[2] / "docs" / "api.md").read_text(encoding="utf-8")
+    face = page.partition("## The public face")[2].partition("\n## ")[0]
+    listed = {path.rpartition(".")[::2][::-1] for path in re.findall(r"^::: (\S+)$", face, re.M)}
+    assert {name for name, _ in listed} == set(ns.__all__)
+    for name, module in listed:
+        assert getattr(ns, name) is getattr(import_module(module), name)
+
+
+def test_a_robot_with_other_numbers_is_saved_and_read_again(ball, tmp_path):
+    other = ns.apply_settings(ball, ["heavy=1.3g/cm3"])
+    ns.save_robot(other, tmp_path / "other.yaml")
+    assert ns.load_robot(tmp_path / "other.yaml") == other != ball
+    with pytest.raises(ns.InputError, match="it is a folder"):
+        ns.save_robot(other, tmp_path)
 
 
 def test_what_is_printed_is_one_line(ball):

@@ -11,7 +11,7 @@ from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, write
 from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
-from nectosome.io import InputError, dump_robot, provenance, save_dataset, write_atomic
+from nectosome.io import InputError, provenance, save_dataset, save_robot
 from nectosome.io.asked import read_positive
 from nectosome.io.errors import shorten
 
@@ -105,7 +105,7 @@ def identify_robot(
 
         show_robot_fit(data, plot)
     if write_robot is not None:
-        write_atomic(write_robot, dump_robot(found.described(description)).encode())
+        save_robot(found.described(description), write_robot)
     written = [str(target) for target in (save, plot, write_robot) if target is not None]
     write(robot_page(data), *([f"written: {', '.join(written)}"] if written else []))
 

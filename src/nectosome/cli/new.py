@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.page import columns
-from nectosome.io import InputError, did_you_mean, dump_robot, import_urdf, load_robot, write_atomic
+from nectosome.io import InputError, did_you_mean, import_urdf, load_robot, save_robot, write_atomic
 
 
 def new(
@@ -51,7 +51,7 @@ def new(
         for words in imported.left_out:
             tell(f"left out: {words}")
     elif member is not None:
-        write_atomic(target, dump_robot(member).encode())
+        save_robot(member, target)
     else:
         write_atomic(target, template_of(template).read_bytes())
     tell(f"wrote {target}. See nectosome show {target}, nectosome simulate {target}.")

@@ -49,7 +49,7 @@ from nectosome.io.describe_signals import (
 from nectosome.io.description import RobotDescription, WaterDescription
 from nectosome.io.errors import InputError, did_you_mean
 from nectosome.io.fields import Quantity
-from nectosome.io.files import dump_robot, json_schema, load_robot, parse_robot
+from nectosome.io.files import dump_robot, json_schema, load_robot, parse_robot, save_robot
 from nectosome.io.paths import get_value, numeric_paths, numeric_values, resolve, with_values
 from nectosome.io.period import drive_frequencies, drive_period, driving_signals
 from nectosome.io.provenance import provenance
@@ -128,6 +128,7 @@ __all__ = [
     "resolve",
     "save_checkpoint",
     "save_dataset",
+    "save_robot",
     "show_quantity",
     "with_values",
     "write_atomic",

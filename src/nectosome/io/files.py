@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from nectosome.io.atomic import write_atomic
 from nectosome.io.description import RobotDescription
 from nectosome.io.plain import to_plain
 from nectosome.io.validate import validate
@@ -26,6 +27,14 @@ def parse_robot(text: str, source: str = "robot") -> RobotDescription:
 def dump_robot(description: RobotDescription) -> str:
     """Return YAML text with readable units that loads as exactly the same description."""
     return write_yaml(to_plain(description))
+
+
+def save_robot(description: RobotDescription, path: str | Path) -> None:
+    """Write a robot file that `load_robot` reads as exactly the same description, whole or not at all.
+
+    Raises InputError where it cannot be written.
+    """
+    write_atomic(path, dump_robot(description).encode())
 
 
 def json_schema() -> dict[str, Any]:

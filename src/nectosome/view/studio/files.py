@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nectosome.io import InputError, dump_robot, save_dataset
+from nectosome.io import InputError, dump_robot, save_dataset, save_robot
 from nectosome.io.atomic import write_atomic
 from nectosome.io.extras import package
 from nectosome.robots.shipped import file_names
@@ -94,7 +94,7 @@ class Files:
 
     def _save_robot(self) -> str:
         path = self._folder.target(self._name.value, ".yaml")
-        write_atomic(path, dump_robot(self._session.description).encode())
+        save_robot(self._session.description, path)
         return self._saved(path)
 
     def _save_run(self) -> str:
