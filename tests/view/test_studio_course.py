@@ -27,7 +27,7 @@ def run():
         "position": (("time", "station", "axis"), p[:, None]),
         "rotation": (("time", "station", "row", "axis"), R[:, None]),
     }
-    return xr.Dataset(data, {"time": TIMES})
+    return xr.Dataset(data, {"time": TIMES, "part": ["body"]})
 
 
 @pytest.mark.parametrize("n", [0, 1, 7])
@@ -75,3 +75,4 @@ def test_what_repeats_itself_is_the_longer_motion(run):
         np.testing.assert_allclose(whole["position"].values[:, 0], p, atol=1e-12)
         np.testing.assert_allclose(whole["rotation"].values[:, 0], R, atol=1e-12)
         assert whole["half_width"].dims == ("station", "across")
+        assert list(whole["part"].values) == list(run["part"].values)

@@ -139,6 +139,9 @@ def test_what_is_set_is_saved_and_opened_again(page, folder):
     assert "saved" not in run.attrs["title"]
     page.get_by_role("button", name="Save robot").click()
     said(page, "is there already")
+    field(page, "Name").fill("going on")
+    film(page, folder / "going on.mp4")  # of what repeats itself
+    field(page, "Name").fill("mine")
     page.get_by_role("button", name="Open run").click()
     said(page, "as it was saved")
     page.get_by_role("button", name="Save picture (.png)").click()
@@ -147,14 +150,19 @@ def test_what_is_set_is_saved_and_opened_again(page, folder):
     page.get_by_role("button", name="Save picture (.svg)").click()
     said(page, "saved mine.svg")
     assert (folder / "mine.svg").read_text().count("<path") > 100
-    field(page, "Video (s)").fill("0.5")
-    page.get_by_role("button", name="Save video").click()
-    said(page, "saved mine.mp4")
-    with av.open(str(folder / "mine.mp4")) as video:
-        assert sum(1 for _ in video.decode(video=0)) == 15
+    film(page, folder / "mine.mp4")  # of a run
     page.get_by_role("button", name="Save page").click()
     said(page, "saved mine.html")
     assert b"<html" in (folder / "mine.html").read_bytes()[:2000].lower()
+
+
+def film(page, path):
+    """Save a video of half a second and look at it."""
+    field(page, "Video (s)").fill("0.5")
+    page.get_by_role("button", name="Save video").click()
+    said(page, f"saved {path.name}")
+    with av.open(str(path)) as video:
+        assert sum(1 for _ in video.decode(video=0)) == 15
 
 
 def test_names_that_lead_out_are_refused_on_the_page(page, folder):

@@ -28,5 +28,5 @@ def repeated(run: "xr.Dataset", period: float, seconds: float) -> "xr.Dataset":
         )
         last = n == count - 1
         pieces.append(moved.assign_coords(time=course.time + n * period).isel(time=slice(None, None if last else -1)))
-    whole = pieces[0].drop_dims("time")
+    whole = pieces[0].drop_dims("time").assign_coords(part=run["part"])
     return xr.concat([piece[["position", "rotation"]] for piece in pieces], "time").merge(whole).assign_attrs(run.attrs)
