@@ -206,4 +206,11 @@ def rgb(colour: str) -> tuple[int, int, int]:
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
 
 
+def linear(colour: Int[np.ndarray, "*n 3"]) -> Int[np.ndarray, "*n 3"]:
+    """Colours [0..255] of sRGB as shares of light, which viser takes them for where many things have one each."""
+    share = colour / 255
+    light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    return np.round(255 * light).astype(np.uint8)
+
+
 MATERIAL = rgb(BLUE)  # of what is soft

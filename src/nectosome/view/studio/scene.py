@@ -9,7 +9,20 @@ from scipy.spatial.transform import Rotation
 from nectosome.io import RobotDescription
 from nectosome.io.description import WaterDescription
 
-from .bodies import MATERIAL, Arrows, Rigid, Slices, Soft, arrows_of, bodies_of, colours, disc_mesh, rgb, slice_mesh
+from .bodies import (
+    MATERIAL,
+    Arrows,
+    Rigid,
+    Slices,
+    Soft,
+    arrows_of,
+    bodies_of,
+    colours,
+    disc_mesh,
+    linear,
+    rgb,
+    slice_mesh,
+)
 from .course import Course, Moment
 from .surroundings import Surroundings
 
@@ -79,12 +92,14 @@ class Stage:
             self._nodes["/world/way"].points = self._way()
 
     def look(self, look: Look) -> None:
-        """Show the same run in another way."""
+        """Show the same run in another way.
+
+        What is there already is replaced by what has its name, not removed before: of what is removed and comes back at
+        once the browser keeps the pose, and viser tells no pose that is that of a new node.
+        """
         self._look = look
         self.largest = self._lightest(look)
-        for root in _ROOTS:
-            if root in self._nodes:
-                self._nodes[root].remove()
+        before = self._nodes
         self._nodes = {root: self._scene.add_frame(root, show_axes=False) for root in _ROOTS}
         for name, body in self._bodies.items():
             self._add(f"/world/{name}", body)
@@ -95,6 +110,11 @@ class Stage:
             self._add_arrows(self.arrows)
         height = self._lowest - 0.3 * self.size if self._water.floor is None else self._water.floor
         self._around = Surroundings(self._scene, self._water, self.size, height, self._first)
+        self._nodes |= self._around.nodes
+        gone = before.keys() - self._nodes.keys()
+        for name in gone:
+            if name.rpartition("/")[0] not in gone:  # else it goes with what it sits on
+                before[name].remove()
 
     def at(self, time: float) -> None:
         """Show the moment at a time [s] after the start of the run."""
@@ -136,7 +156,7 @@ class Stage:
         """What a rod is drawn by at moment k: its slices and the discs that close it, each with colours."""
         slices, values = body.slices(k), body.shown(self._look.colouring)
         plain = np.tile(np.array(MATERIAL, np.uint8), (len(slices.place), 1))
-        tint = plain if values is None else colours(values[k], self.largest)
+        tint = linear(plain if values is None else colours(values[k], self.largest))
         return [("", slices, tint), ("/ends", slices.ends, tint[[0, -1]])]
 
     def _is_seen(self, was: np.ndarray, now: np.ndarray) -> bool:
@@ -196,7 +216,7 @@ class Stage:
         self._nodes[name].position, self._nodes[name].wxyz = body.place[0], body.turn[0]
 
     def _add_arrows(self, arrows: Arrows) -> None:
-        each = np.array([rgb(arrows.colours[i]) for i in arrows.load], np.uint8)
+        each = linear(np.array([rgb(arrows.colours[i]) for i in arrows.load], np.uint8))
         self._nodes["/world/forces"] = self._scene.add_arrows(
             "/world/forces",
             self._arrow_points(0),

@@ -1,6 +1,6 @@
 """What is around a robot on the stage: dots or a ground under it, the surface over it, the ends of its tank."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
@@ -36,22 +36,25 @@ class Surroundings:
         first: Float[np.ndarray, "3"],
     ):
         cell = min(_CELLS, key=lambda cell: abs(np.log(cell / (_CELL * size))))
+        self.nodes: dict[str, Any] = {}
         self._first, self._step = first, (_APART if water.floor is water.surface is None else _SECTION) * cell
         lines = {"cell_size": cell, "section_size": _SECTION * cell}
         style = {"cell_color": _THIN, "section_color": _THICK, "fade_distance": _FADES * size, "fade_strength": 1.5}
         plane = {"width": _PLANE * size, "height": _PLANE * size} | lines | style
         if water.floor is None:
             place, colour = _dots(_APART * cell, _DOTS * size, height - first[2])
-            scene.add_point_cloud("/around/ground", place, colour, point_size=_DOT * size, point_shape="circle")
+            dots = {"point_size": _DOT * size, "point_shape": "circle"}
+            self.nodes["/around/ground"] = scene.add_point_cloud("/around/ground", place, colour, **dots)
         else:
             ground = {"plane_color": _GROUND, "plane_opacity": 0.35, "position": (0, 0, height - first[2])}
-            scene.add_grid("/around/ground", **plane, **ground)
+            self.nodes["/around/ground"] = scene.add_grid("/around/ground", **plane, **ground)
         if water.surface is not None:
             pane = {"plane_color": _WATER, "plane_opacity": 0.25, "position": (0, 0, water.surface - first[2])}
-            scene.add_grid("/around/surface", **plane, **pane)
+            self.nodes["/around/surface"] = scene.add_grid("/around/surface", **plane, **pane)
         for name, x in zip(("low", "high"), water.walls or (), strict=False):
             side = {"dimensions": (0.01 * size, 8 * size, 2 * size), "opacity": 0.3}
-            scene.add_box(f"/tank/{name}", color=_WATER, position=(x, first[1], first[2]), **side)
+            box = scene.add_box(f"/tank/{name}", color=_WATER, position=(x, first[1], first[2]), **side)
+            self.nodes[f"/tank/{name}"] = box
 
     def gone(self, here: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
         """How far the ground has come by, seen from `here` [m].
