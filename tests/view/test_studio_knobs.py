@@ -22,7 +22,7 @@ def test_each_slider_holds_the_robots_value_and_every_place_of_it_is_allowed(nam
         value = float(get_value(robot, knob.name))
         assert knob.low <= knob.shown(value) <= knob.high
         assert knob.shown(value) * knob.factor == pytest.approx(value, rel=1e-9)
-        assert 300 <= (knob.high - knob.low) / knob.step <= 1000
+        assert 299 <= (knob.high - knob.low) / knob.step <= 1000
         assert np.isclose(knob.low / knob.step, round(knob.low / knob.step))
         for place in (knob.low, knob.high):
             assert get_value(with_values(robot, {knob.name: place * knob.factor}), knob.name) == place * knob.factor
@@ -32,6 +32,15 @@ def test_ranges_of_the_design_problem_come_first_in_units_that_people_read():
     by_name = {knob.name: knob for knob in knobs_of(describe("flagellum"), shipped_problem("flagellum").variables)}
     assert (by_name["L"].label, by_name["L"].low, by_name["L"].high) == ("L (mm)", 300, 700)
     assert by_name["alpha"].label == "alpha (deg)"
+
+
+def test_a_slider_goes_to_the_ends_of_its_range_and_never_beyond():
+    robot = describe("flagellum")
+    whole, odd = knobs_of(robot, {"omega": "3 rad/s .. 3000 rad/s", "E": "100 Pa .. 100 MPa"})[:2]
+    assert (whole.low, whole.high, whole.step) == (3, 3000, 1)
+    assert odd.unit == "MPa"
+    assert 1e-4 <= odd.low < 1e-4 + odd.step  # no step people count in meets both ends
+    assert odd.high == 100
 
 
 def test_of_a_wide_logarithmic_range_what_is_near_is_shown():

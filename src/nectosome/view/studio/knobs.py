@@ -9,6 +9,7 @@ from nectosome.io.units import unit_to_si
 from nectosome.io.variables import Variable, read_variable
 
 _STEPS = 300  # of a slider at least
+_MEETS = 1e-6  # of a step
 _AROUND = 2.0  # a quantity without a range: from its half to its double
 _LOG_AROUND = 4.0  # of a logarithmic range that is shown at once: up and down by this factor
 
@@ -35,13 +36,10 @@ class Knob(NamedTuple):
 
 def knobs_of(description: RobotDescription, ranges: Mapping[str, str]) -> list[Knob]:
     """Sliders for what has a range, such as `1.4 MPa .. 1681 MPa log`, and for all that has a short name of its own."""
-    variables = [read_variable(name, text, description) for name, text in ranges.items()]
-    taken = {path for v in variables for path in resolve(description, v.name)}
-    for alias, paths in description.aliases.items():
-        found = None if taken & set(paths) else around(description, alias)
-        if found is not None:
-            variables.append(found)
-    return [knob_of(description, v) for v in variables]
+    given = [read_variable(name, text, description) for name, text in ranges.items()]
+    taken = {path for v in given for path in resolve(description, v.name)}
+    own = (around(description, alias) for alias, paths in description.aliases.items() if not taken & set(paths))
+    return [_knob(description, v, not v.log) for v in given] + [_knob(description, v, False) for v in own if v]
 
 
 def around(description: RobotDescription, name: str) -> Variable | None:
@@ -56,7 +54,7 @@ def around(description: RobotDescription, name: str) -> Variable | None:
     return Variable(name, max(low, least), min(high, most), False, q.dimension) if value else None
 
 
-def knob_of(description: RobotDescription, v: Variable) -> Knob:
+def _knob(description: RobotDescription, v: Variable, to_the_ends: bool) -> Knob:
     """Slider of a range. Of a logarithmic one it shows what is near to the robot's value."""
     value = _value(description, v.name) or v.lower
     low, high = v.lower, v.upper
@@ -64,11 +62,7 @@ def knob_of(description: RobotDescription, v: Variable) -> Knob:
         low, high = max(low, value / _LOG_AROUND), min(high, value * _LOG_AROUND)
     unit = show_quantity(min(max(value, low), high), v.dimension).partition(" ")[2]
     factor = unit_to_si(unit)[0] if unit else 1.0
-    low, high = low / factor, high / factor
-    finest = (high - low) / _STEPS
-    digits = math.floor(math.log10(finest))
-    step = round(max(m * 10.0**digits for m in (1, 2, 5) if m * 10.0**digits <= finest), -digits)
-    return Knob(v.name, unit, factor, _round(low, step), _round(high, step), step)
+    return Knob(v.name, unit, factor, *_scale(low / factor, high / factor, to_the_ends))
 
 
 def _value(description: RobotDescription, name: str) -> float:
@@ -77,5 +71,15 @@ def _value(description: RobotDescription, name: str) -> float:
     return values.pop() if len(values) == 1 else 0.0
 
 
-def _round(x: float, step: float) -> float:
-    return float(f"{round(x / step) * step:.10g}")
+def _scale(low: float, high: float, to_the_ends: bool) -> tuple[float, float, float]:
+    """Ends and step of a slider, a step that people count in; `to_the_ends` asks for one that meets both ends.
+
+    Where it meets an end not, the slider ends within the range, by less than a step: beyond it may not be allowed.
+    """
+    finest = (high - low) / _STEPS
+    digits = math.floor(math.log10(finest))
+    steps = [m * 10.0**k for k in range(digits, digits - 3, -1) for m in (5, 2, 1) if m * 10.0**k <= finest]
+    met = (step for step in steps if all(abs(x / step - round(x / step)) < _MEETS for x in (low, high)))
+    step = next(met, steps[0]) if to_the_ends else steps[0]
+    first, last = (f(x / step + sign * _MEETS) for f, x, sign in ((math.ceil, low, -1), (math.floor, high, 1)))
+    return tuple(float(f"{x:.10g}") for x in (first * step, last * step, step))  # type: ignore[return-value]
