@@ -5,12 +5,12 @@ import pytest
 import xarray as xr
 
 from nectosome.design import Evaluation, Problem
+from nectosome.design.means import MEANS, telling
 from nectosome.io import InputError
 from nectosome.robots import describe
 from nectosome.view.saved import check_sweep
 from nectosome.view.studio.tasks.map import place_of
 from nectosome.view.studio.tasks.search import Search
-from nectosome.view.sweeps import MEANS
 
 
 @pytest.fixture
@@ -18,10 +18,12 @@ def swept():
     shape = ("A", "f"), np.array([[1.0, 2.0, 3.0], [4.0, 5.0, np.nan]])
     return xr.Dataset(
         {name: (*shape, {"units": "W"}) for name in MEANS}
+        | {name: (("A", "f", "axis"), np.zeros((2, 3, 3)), {"units": "N"}) for name in ("force", "force_peak")}
         | {"status": (("A", "f"), [["SOLVED"] * 3, ["SOLVED", "SETTLED", "NO_PERIOD"]])},
         coords={
             "A": ("A", np.deg2rad([30.0, 60.0]), {"units": "rad"}),
             "f": ("f", [1.0, 2.0, 3.0], {"units": "Hz"}),
+            "axis": ["x", "y", "z"],
         },
         attrs={"robot": "name: paddle", "title": "made up"},
     )
@@ -42,10 +44,23 @@ def test_a_file_that_is_no_sweep_is_refused_with_the_reason(swept):
         (swept.assign(status=swept["status"].where(swept["f"] < 2, "GOOD")), "its status is not known"),
         (swept.drop_vars("f"), "its f has no values"),
         (swept.drop_vars("power"), "it has no power"),
+        (swept.drop_vars("force"), "it has no force over axis"),
         (swept.assign_attrs(robot=""), "its robot is missing"),
     ):
         with pytest.raises(InputError, match=f"a.nc.*{words}"):
             check_sweep(bad, "a.nc")
+
+
+def test_forces_are_among_the_means_where_something_holds_the_robot(swept):
+    """A force counts beside its own peak: weight along z does not hide a small thrust along y."""
+    force, peak = np.zeros((2, 3, 3)), np.zeros((2, 3, 3))
+    peak[:] = [0.5, 0.01, 4.0]
+    force[:] = [1e-5, -0.001, 3.6]
+    held = swept.assign(force=swept["force"].copy(data=force), force_peak=swept["force"].copy(data=peak))
+    means = telling(held)
+    assert set(means) == {*MEANS, "force.y", "force.z"}
+    assert float(means["force.y"].min()) == -0.001
+    assert telling(swept).keys() == {*MEANS}
 
 
 def test_what_was_drawn_and_refused_is_no_best_design():

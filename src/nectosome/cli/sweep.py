@@ -64,23 +64,16 @@ def sweep(
     return 0
 
 
-_NOTHING = 1e-3  # mean of a force that is left of its peak where nothing holds the robot: what the tolerance leaves
-_TOLD = ("speed", "turn_rate", "power", "efficiency", "cost_of_transport")
-
-
 def _page(found: "xr.Dataset", dimensions: dict[str, str]) -> Group:
     """Where each quantity is lowest and highest, and how many points were solved how."""
+    from nectosome.design.means import telling
+
     dims = tuple(map(str, found["status"].dims))
     table = columns("mean over a cycle", "lowest", "at", "highest", "at", "unit")
-    force, peak = found["force"], found["force_peak"].max("axis")
-    held = force.where((abs(force) > _NOTHING * peak) | force.isnull(), 0)
-    named = [(f"force {axis}", held.sel(axis=axis).assign_attrs(force.attrs)) for axis in found["axis"].values]
-    named += [(name.replace("_", " "), found[name]) for name in _TOLD]
-    for name, values in named:
-        if values.notnull().any() and (values != 0).any():
-            ends = [values.isel(end(dims)) for end in (values.argmin, values.argmax)]  # type: ignore[arg-type]
-            cells = [cell for end in ends for cell in (number(float(end)), _place(end, dimensions))]
-            table.add_row(name, *cells, values.attrs["units"])
+    for values in telling(found).values():
+        ends = [values.isel(end(dims)) for end in (values.argmin, values.argmax)]  # type: ignore[arg-type]
+        cells = [cell for end in ends for cell in (number(float(end)), _place(end, dimensions))]
+        table.add_row(str(values.name).replace("_", " "), *cells, values.attrs["units"])
     words = found["status"].to_series().value_counts()
     solved = ", ".join(f"{n} {status}" for status, n in words.items())
     line = f"{count(found['status'].size, 'point')}: {solved}; {found.attrs['seconds']:.1f} s to compute"

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nectosome.core import Status
+from nectosome.design.means import MEANS
 from nectosome.io import InputError
-
-from .sweeps import MEANS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -77,4 +76,7 @@ def check_sweep(dataset: "xr.Dataset", source: str) -> None:
     for name in MEANS:
         fits = name in dataset and dataset[name].dtype.kind == "f" and set(dataset[name].dims) == set(status.dims)
         need(fits and isinstance(dataset[name].attrs.get("units"), str), f"it has no {name} with a unit")
+    for name in ("force", "force_peak"):
+        fits = name in dataset and set(dataset[name].dims) == {*status.dims, "axis"} and "axis" in dataset.coords
+        need(fits and isinstance(dataset[name].attrs.get("units"), str), f"it has no {name} over axis with a unit")
     need(bool(dataset.attrs.get("robot")) and isinstance(dataset.attrs["robot"], str), "its robot is missing")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nectosome.design.means import mean_of, telling
 from nectosome.io.units import shown_unit
 
 from .heatmap import Axis, maps, sequential
@@ -16,8 +17,9 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
     import xarray as xr
 
-MEANS = {
+_CAPTIONS = {
     "speed": "How fast the body's place goes on.",
+    "force": "What pushes the robot along the world's {}, and what holds it has to hold.",
     "power": "What all drives give.",
     "efficiency": "The share of the power that goes on with the body.",
     "cost_of_transport": "Power over weight in air and speed.",
@@ -36,18 +38,19 @@ def show_sweep(found: "xr.Dataset", path: str | Path) -> None:
 def panels(found: "xr.Dataset") -> list[Panel]:
     """A map over two axes, or a curve over one, of each mean that is there."""
     out = []
-    for name, caption in MEANS.items():
-        values = found[name]
-        least = _NOTHING if name == "turn_rate" else 0.0
-        if np.nanmax(np.abs(values.values), initial=0.0) <= least or values.isnull().all():
+    for name, values in telling(found).items():
+        if name == "turn_rate" and np.nanmax(np.abs(values.values)) <= _NOTHING:
             continue
-        out.append(Panel(readable(name).capitalize(), f"Mean over a cycle. {caption}", sweep_figure(found, name)))
+        kind, _, axis = name.partition(".")
+        caption = f"Mean over a cycle. {_CAPTIONS[kind].format(axis)}"
+        title = readable(str(values.name))
+        out.append(Panel(title[:1].upper() + title[1:], caption, sweep_figure(found, name)))
     return out
 
 
 def sweep_figure(found: "xr.Dataset", name: str) -> "go.Figure":
     """A map over two axes, or a curve over one, of a mean that is known somewhere."""
-    values = found[name]
+    values = mean_of(found, name)
     return _curve(found, values) if values.ndim == 1 else _map(found, values)
 
 

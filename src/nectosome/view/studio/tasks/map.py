@@ -7,9 +7,11 @@ import numpy as np
 
 from nectosome.core import Status
 from nectosome.design.grid import Axis, read_axis
+from nectosome.design.means import mean_of, telling
 from nectosome.design.sweep import sweep
 from nectosome.io import (
     InputError,
+    RobotDescription,
     get_value,
     load_dataset,
     numeric_paths,
@@ -21,7 +23,7 @@ from nectosome.io import (
 from nectosome.view.saved import check_sweep
 from nectosome.view.studio.knobs import Knob, knobs_of
 from nectosome.view.studio.work import Progress, told
-from nectosome.view.sweeps import MEANS, axis_of, sides, sweep_figure
+from nectosome.view.sweeps import axis_of, sides, sweep_figure
 
 from .narrow import note, small
 
@@ -50,7 +52,8 @@ document.addEventListener('pointerover', (event) => {
     const after = (field) => mark.compareDocumentPosition(field) &amp; Node.DOCUMENT_POSITION_FOLLOWING;
     const field = [...document.querySelectorAll('input')].find(after);
     const write = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set;
-    write.call(field, plot.layout.meta === 'studio-map-2' ? point.x + ', ' + point.y : point.x);
+    const short = (value) => +value.toPrecision(6);
+    write.call(field, plot.layout.meta === 'studio-map-2' ? short(point.x) + ', ' + short(point.y) : short(point.x));
     field.dispatchEvent(new Event('input', {bubbles: true}));
   });
 });">"""
@@ -67,7 +70,7 @@ class Map:
         hint = "NAME=from:to:step unit, or NAME=values unit."
         self._axes = [gui.add_text("Axis 1", "", hint=hint), gui.add_text("Axis 2", "", hint=f"{hint} May be empty.")]
         gui.add_button("Compute map").on_click(lambda _: self._told(self._begin))
-        self._shown = gui.add_dropdown("Show", tuple(MEANS))
+        self._shown: Any = gui.add_dropdown("Show", (_NOTHING,))
         self._shown.on_update(lambda _: self._told(self._draw))
         self._line = gui.add_html("")
         self._place = gui.add_folder(None, visible=False)
@@ -106,7 +109,7 @@ class Map:
 
     def _begin(self) -> None:
         description, robot = self._session.description, self._robot
-        axes: list[Axis] = [read_axis(field.value, description) for field in self._axes if field.value.strip()]
+        axes = [_axis(field, description) for field in self._axes if field.value.strip()]
         paths = [path for axis in axes for path in resolve(description, axis.name)]
         if len(set(paths)) < len(paths):
             raise InputError("names a quantity twice.", field="Axis 2")
@@ -115,10 +118,9 @@ class Map:
             raise InputError(f"{points} points are too many for this page: {_MOST} at most. Take nectosome sweep.")
 
         def compute(progress: Progress) -> "xr.Dataset":
-            words = f"{points} points"
-            progress(0.0, words)
+            progress(0.0, f"{points} points, the first ones while their equations are compiled")
             over = {axis.name: axis.values for axis in axes}
-            return sweep(description, over, progress=lambda share: progress(share, words))
+            return sweep(description, over, progress=lambda share: progress(share, f"{points} points"))
 
         self._session.work.begin("map", compute, lambda found: self._take(robot, found))
 
@@ -127,18 +129,22 @@ class Map:
             if robot != self._robot:
                 return
             self._found, self._point.value = found, ""
+        known, last = tuple(telling(found)) or (_NOTHING,), self._shown.value
+        along = f"force.{self._session.problem.forward.lstrip('-')}"
+        self._shown.options = known
+        self._shown.value = next(name for name in (last, "speed", along, known[0]) if name in known)
         self._draw()
 
     def _draw(self) -> None:
         """Show the map, if there is one."""
         with self._drawing:
             found, name = self._found, self._shown.value
-            if found is None:
+            if found is None or (name == _NOTHING and telling(found)):
                 return
             unsolved = int((~found["status"].isin([*_GOOD])).sum())
             words = f"{found['status'].size} points, {unsolved} without a motion (crosses)" if unsolved else ""
-            self._place.visible = known = bool(found[name].notnull().any())
-            self._line.content = note(words if known else f"No point of the map has {name.replace('_', ' ')}.")
+            self._place.visible = known = name != _NOTHING
+            self._line.content = note(words if known else "No point of the map moves.")
             if not known:
                 return
             drawn = _figure(found, name, self._point.value)
@@ -193,6 +199,14 @@ def place_of(point: str, found: "xr.Dataset") -> dict[str, int] | None:
     }
 
 
+def _axis(field: Any, description: RobotDescription) -> Axis:
+    """Axis that a field of the page asks for. Raises InputError."""
+    try:
+        return read_axis(field.value, description)
+    except InputError as error:
+        raise InputError(error.message, field=field.label) from None
+
+
 def _around(knob: Knob, value: float) -> str:
     """Axis around a value [SI], in the unit of its slider and within it."""
     shown = knob.shown(value)
@@ -208,7 +222,8 @@ def _figure(found: "xr.Dataset", name: str, point: str) -> "go.Figure":
     fig, names = small(sweep_figure(found, name)), sides(found)
     axes = [axis_of(found[side]).values for side in names]
     status = found["status"].transpose(*names).values
-    level = float(np.nanmin(found[name])) if len(names) == 1 else 0.0  # where a point without a value stands
+    mean = mean_of(found, name)
+    level = float(np.nanmin(mean)) if len(names) == 1 else 0.0  # where a point without a value stands
     rows: list[tuple[np.ndarray, dict[str, Any], list[str]]] = []
     bad = np.argwhere(~np.isin(status, [*_GOOD]))
     cross = {"symbol": "x", "size": 8, "color": "#D55E00"}
@@ -217,7 +232,7 @@ def _figure(found: "xr.Dataset", name: str, point: str) -> "go.Figure":
     ring = {"symbol": "circle-open", "size": 15, "color": "#D55E00", "line": {"width": 3}}
     if loaded is not None:
         rows.append((np.array([[loaded[side] for side in names]]), ring, ["loaded"]))
-    values = found[name].transpose(*names).values
+    values = mean.transpose(*names).values
     for places, marker, words in rows:
         x = [axes[0][k[0]] for k in places]
         y = [axes[1][k[1]] if len(names) == 2 else np.nan_to_num(values[k[0]], nan=level) for k in places]
