@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 _CAMERA = "three-quarter"  # at first
 _FIRST = "computing; the first answer of a robot compiles its equations"
+_LATER = "computing; what is shown is the last answer"
 _TOLD = 1.0  # s
 _MOVED = 0.02  # of the robot's length: a camera that is as far from where it was put was moved by the user
 _SOON = 0.2  # s, within which most answers come
@@ -62,7 +63,8 @@ class Session:
         """Take a robot that ships, by name, or a file. Raises InputError where it cannot be read: nothing changes."""
         description = describe(str(robot))
         self._take(description, problem_of(robot))
-        self._stand()
+        with self._waiting(self._opened):
+            self._stand()
         self._ask()
 
     def open_run(self, path: Path) -> None:
@@ -139,6 +141,7 @@ class Session:
     def _take(self, description: RobotDescription, problem: Problem) -> None:
         knobs = knobs_of(description, problem.variables)
         self._leave_live()
+        self.work.cancel()  # what is found for the last robot is not for this one
         self._go_on(False)
         self._latest.close()  # what is being compiled for the last robot cannot be stopped, but need not be waited for
         with self._setting, self._drawing:
@@ -301,19 +304,20 @@ class Session:
 
     @contextmanager
     def _waiting(self, opened: int) -> Iterator[None]:
-        """Tell how long the first answer of a robot takes, while it does."""
+        """Tell how long an answer takes, while it does: of the first one of a robot at once, else after a second."""
         done, began = threading.Event(), time.perf_counter()
+        words = _FIRST if self._answer is None else _LATER
 
         def count() -> None:
             while not done.wait(_TOLD):
                 with self._drawing:
-                    if done.is_set() or opened != self._opened or self._answer is not None:
+                    if done.is_set() or opened != self._opened or self._live:
                         return
-                    self._tell(f"{_FIRST}: {time.perf_counter() - began:.0f} s so far", bad=False)
+                    self._tell(f"{words}: {time.perf_counter() - began:.0f} s so far", bad=False)
 
         if self._answer is None:
             self.tell(_FIRST, bad=False)
-            threading.Thread(target=count, name="studio-waiting", daemon=True).start()
+        threading.Thread(target=count, name="studio-waiting", daemon=True).start()
         try:
             yield
         finally:
@@ -333,6 +337,7 @@ class Session:
             self._tell(words, bad=bool(answer.warning))
             self._tell_colours()
             self._scrub.max = round(max(self._stage.course.end, 1e-3), 3)
+            self._play.disabled = self._scrub.disabled = self._stage.course.end == 0  # at rest
         self._client.flush()  # viser would wait for more to send along
         if first and not self._turned_away():
             self._look_from(_CAMERA)  # all of the motion

@@ -58,6 +58,7 @@ class Work:
                 raise InputError(f"{self._name} is under way. Wait for its end, or cancel it.")
             self._name, self._end = name, threading.Event()
         self._show(0.0, "")
+        self._tell("", False)  # what was wrong before is no longer of interest
         # no daemon: the interpreter must not end under a program that is being compiled
         threading.Thread(target=self._run, args=(compute, done, self._end), name="studio-work").start()
 

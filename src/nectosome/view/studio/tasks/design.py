@@ -118,6 +118,7 @@ class Design:
         starts, seed = int(self._starts.value), int(self._seed.value)
 
         def compute(progress: Progress) -> Search:
+            progress(0.0, "compiling the equations")
             task.prepare()  # mistakes are told before anything is begun
             with TemporaryDirectory(prefix="nectosome-") as folder:
                 search = Search(task, [])

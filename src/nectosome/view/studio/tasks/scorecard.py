@@ -42,7 +42,8 @@ class Scorecard:
 
     def _open(self) -> None:
         with told(self._session.tell):
-            name = self._file.value
+            name, self._rows = self._file.value, []
+            self._page.content = ""
             self._rows = [] if name == _NONE else read_rows(self._session.folder.existing(name))
             self._study.options = [_ALL, *dict.fromkeys(_study(row) for row in self._rows)]
             self._show()
