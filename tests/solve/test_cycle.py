@@ -114,6 +114,12 @@ def test_a_body_that_goes_straight_and_one_that_goes_round():
     goes_straight = course(robot, times, (lambda t: V * t, lambda t: 0 * t, lambda t: 0 * t))
     assert (goes_straight.radius, goes_straight.rate) == (np.inf, 0)
     assert goes_straight.axis == pytest.approx([1, 0, 0], abs=1e-12)
+    pushed = build(parse_robot(THRUSTER.replace("loads: {", "loads: {push: {kind: force, force: [1 N, 0 N, 0 N]}, ")))
+    place, rates = jnp.stack([V * times, 0 * times, 0 * times], axis=1), jnp.tile(jnp.array([V, 0.0, 0.0]), (17, 1))
+    given = means_of(pushed, times, State(place, rates, pushed.initial().z))
+    assert float(given.power) == pytest.approx(force * V, rel=1e-12)
+    assert np.isnan(given.efficiency)  # what a given force takes is not known
+    assert np.isnan(given.cost_of_transport)
     nowhere = jnp.zeros((times.size, 3))
     held = means_of(robot, times, State(nowhere, nowhere, robot.initial().z))
     assert np.isnan(held.cost_of_transport)

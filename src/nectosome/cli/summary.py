@@ -8,6 +8,9 @@ from rich.table import Table
 from rich.text import Text
 
 from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos
+from nectosome.io import InputError, drive_period, numeric_paths, parse_robot, show_quantity, with_values
+
+_SHARE = 0.1  # of a run, that means are over
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,16 +23,18 @@ if TYPE_CHECKING:
 def summary(arrays: "Arrays", attributes: "Mapping[str, Any]", loads: bool = False) -> Group:
     """Return body, joints, powers, energies and status; with `loads`, each load on each part as well.
 
-    `mean` is over a cycle, or the last tenth of another run.
+    Means are over a cycle, or over the last whole beats of another run, about a tenth of it where it has many; where
+    nothing beats, or no beat is over yet, over its last tenth.
     """
     import numpy as np
 
     time = np.asarray(arrays["time"], dtype=float)
-    cycle = "period" in attributes and time.size > 1
-    kept = time < time[-1] if cycle else time >= time[-1] - 0.1 * (time[-1] - time[0])
+    start, words = _window(time, attributes)
+    weights = _weights(time, start)
+    kept = weights > 0
 
     def mean(name: str) -> "np.ndarray":
-        return arrays[name][kept].mean(axis=0)
+        return np.tensordot(weights[kept], arrays[name][kept], axes=1)
 
     length = f", {time[-1]:.4g} s" if time.size > 1 else ""
     title = Text(f"{attributes['title']}{length}", "bold")
@@ -42,7 +47,48 @@ def summary(arrays: "Arrays", attributes: "Mapping[str, Any]", loads: bool = Fal
         _energies(arrays, mean("energy")),
     ]
     balance = float(np.max(arrays["power_balance"]))
-    return page(title, tables, [f"power balance: off by {balance:.1e} at worst", *_asked(arrays), ending(attributes)])
+    lines = [*words, f"power balance: off by {balance:.1e} at worst", *_asked(arrays), ending(attributes)]
+    return page(title, tables, lines)
+
+
+def _window(time: "np.ndarray", attributes: "Mapping[str, Any]") -> tuple[float, list[str]]:
+    """From when on means are taken [s], and what to say of it."""
+    if time.size < 2:
+        return float(time[0]), []
+    whole = float(time[-1] - time[0])
+    if "period" in attributes:
+        return float(time[0]), ["means: over the cycle"]
+    beat = _beat(attributes)
+    if beat is None or beat > whole * (1 + 1e-9):
+        return float(time[-1]) - _SHARE * whole, [f"means: over the last {show_quantity(_SHARE * whole, 'time')}"]
+    beats = max(int(_SHARE * whole / beat + 1e-9), 1)
+    words = "beat" if beats == 1 else f"{beats} beats"
+    return float(time[-1]) - beats * beat, [f"means: over the last {words}, {show_quantity(beats * beat, 'time')}"]
+
+
+def _beat(attributes: "Mapping[str, Any]") -> float | None:
+    """Period of the drives of a run's robot [s], once those that begin slowly have begun; None where they have none."""
+    try:
+        robot = parse_robot(str(attributes["robot"]))
+        ramps = [path for path in numeric_paths(robot) if path.endswith(".ramp")]
+        return drive_period(with_values(robot, dict.fromkeys(ramps, 0.0)))
+    except (InputError, KeyError):
+        return None
+
+
+def _weights(time: "np.ndarray", start: float) -> "np.ndarray":
+    """What samples count in the mean from `start` to the end [s] of what runs straight from one to the next."""
+    import numpy as np
+
+    if time.size < 2:
+        return np.ones(1)
+    step = np.diff(time)
+    share = np.clip((start - time[:-1]) / np.where(step > 0, step, 1.0), 0.0, 1.0)  # of each step that is left out
+    later = 0.5 * step * (1 - share**2)
+    found = np.zeros(time.size)
+    found[1:] += later
+    found[:-1] += step * (1 - share) - later
+    return found / found.sum()
 
 
 def _asked(arrays: "Arrays") -> list[str]:

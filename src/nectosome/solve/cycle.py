@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 from nectosome.core import STANDARD_GRAVITY, State, safe_norm
 from nectosome.core.remember import prepare
 from nectosome.core.se3 import matmul3
+from nectosome.loads import LineForce, PointForce, PulsedThrust
 from nectosome.mechanism import Diagnosis, Robot, Rod, load_names
 from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS, driving
 
@@ -62,7 +63,8 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
       which tows at the mean speed. NaN where the body stays, the drives give no power, or that body is a rod, whose
       bending cannot be told from its towing.
     - cost_of_transport $P/(m g U)$ with standard gravity (Gabrielli and von Karman 1950; Tucker 1975). NaN where the
-      body stays. It and the efficiency are NaN where a load changes the shape: its power is not among the drives'.
+      body stays. It and the efficiency are NaN where a load changes the shape or is a given force or thrust: the power
+      of what makes it is not among the drives'.
 
     Works under jit, vmap and derivatives.
     """
@@ -76,9 +78,10 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     power = jnp.sum(mean.reaction_power) + jnp.sum(mean.load_power[driving(robot)])
     speed = safe_norm(d.position[-1, 0] - d.position[0, 0]) / times[-1]
     fastest = jnp.max(safe_norm(jax.lax.stop_gradient(once.velocity)))
-    # what turns the crank of a jet is no drive of a joint: its power is not told here
+    # what turns the crank of a jet, or gives a force, is no drive of a joint: its power is not told here
     hull = not isinstance(robot.tree.parts[0].body, Rod)
-    goes = (speed > _STAYS * fastest) & (SHAPE_CHANGE not in load_names(robot))
+    given = any(isinstance(attached.load, PointForce | LineForce | PulsedThrust) for attached in robot.loads)
+    goes = (speed > _STAYS * fastest) & (SHAPE_CHANGE not in load_names(robot)) & (not given)
     return CycleMeans(
         velocity=mean.velocity,
         load_force=mean.load_force,

@@ -1,0 +1,66 @@
+"""Means of a run in its summary: over whole beats, and of what lies between the samples."""
+
+import numpy as np
+import pytest
+
+from nectosome.cli.summary import _weights
+from nectosome.io import load_dataset
+
+ARM = """
+name: arm
+water: {gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: box
+  length: 100 mm
+  width: 20 mm
+  height: 20 mm
+  mass: 1 kg
+  volume: 0 m3
+  joint: {kind: prismatic, axis: x, motion: {kind: sine, amplitude: 20 mm, frequency: 2 Hz}}
+"""
+TURN = "motion: {kind: sine, amplitude: 20 mm, frequency: 2 Hz}"
+
+STROKE = "motion: {kind: stroke, amplitude: 20 deg, frequency: 2 Hz, ramp: 0.5 s}"
+
+
+def told(answer) -> str:
+    return next(line for line in answer.out.splitlines() if line.startswith("means: "))
+
+
+def test_weights_are_exact_for_what_is_straight_between_samples():
+    time = np.array([0.0, 0.1, 0.15, 0.4, 0.7, 1.0])
+    for start in (0.0, 0.12, 0.4, 0.93):
+        weights = _weights(time, start)
+        assert weights.sum() == pytest.approx(1.0, abs=1e-14)
+        assert weights @ (3 - 2 * time) == pytest.approx(3 - (1 + start), abs=1e-14)  # in the middle of start and end
+        assert (weights[:-1] > 0).tolist() == (time[1:] > start).tolist()
+
+
+def test_means_are_over_the_last_whole_beats(nectosome, tmp_path):
+    """After 1.37 beats a tenth of the run would give half of the largest speed; over a beat it is 0."""
+    (tmp_path / "arm.yaml").write_text(ARM)
+    answer = nectosome("simulate", "arm.yaml", "--time", "0.685s", "--samples", "1001", "--save", "run.nc")
+    assert answer.code == 0, answer.err
+    assert told(answer) == "means: over the last beat, 500 ms"
+    row = next(line for line in answer.out.splitlines() if line.startswith("mean velocity"))
+    assert abs(float(row.split()[2])) < 1e-5
+    v = load_dataset(tmp_path / "run.nc")["velocity"].values[-100:, 0, 0]
+    assert abs(v.mean()) > 0.05
+
+
+@pytest.mark.parametrize(
+    ("drive", "time", "words"),
+    [
+        (TURN, "20s", "the last 4 beats, 2 s"),
+        (STROKE, "1.7s", "the last beat, 500 ms"),
+        (TURN, "0.3s", "the last 30 ms"),  # no beat is over
+        ("force: {kind: constant, value: 1 N}", "2s", "the last 200 ms"),
+    ],
+)
+def test_it_is_told_what_means_are_over(nectosome, tmp_path, drive, time, words):
+    robot = ARM.replace("prismatic", "revolute") if drive == STROKE else ARM
+    (tmp_path / "arm.yaml").write_text(robot.replace(TURN, drive))
+    answer = nectosome("simulate", "arm.yaml", "--time", time)
+    assert answer.code == 0, answer.err
+    assert told(answer) == f"means: over {words}"
