@@ -31,6 +31,31 @@ limbs:
     joint: {kind: revolute, axis: y, motion: {kind: constant, value: 90 deg}}
 """
 
+PINNED = """
+name: pinned
+body: {kind: rigid, shape: box, length: 60 mm, width: 60 mm, height: 60 mm, density: 2700 kg/m3, joint: {kind: free}}
+limbs:
+  a:
+    kind: rigid
+    shape: cylinder
+    length: 100 mm
+    radius: 5 mm
+    density: 1000 kg/m3
+    joint: {kind: revolute, axis: z}
+  b:
+    on: body
+    at: root
+    offset: [0 m, 50 mm, 0 m]
+    kind: rigid
+    shape: cylinder
+    length: 100 mm
+    radius: 5 mm
+    density: 1000 kg/m3
+    joint: {kind: revolute, axis: z}
+pairs:
+  pin: {kind: tie, between: [a, b], stiffness: 1e4 N/m, damping: 10 N s/m}
+"""
+
 
 def line(page: str, name: str) -> str:
     """Return the text of a line of the tree, with what goes on in the next one."""
@@ -61,6 +86,15 @@ def test_with_what_is_told_it_is_neutral(nectosome):
     assert told == "4.903 N upward, 20 % of its weight; 0.5 kg too light; neutral with body.mass 1.5 kg"
     Path("pair.yaml").write_text(PAIR.replace("density: 1500 kg/m3", "density: 4 g/cm3"))
     assert line(nectosome("show", "pair.yaml").out, "weight in water").endswith("more than its body can give up")
+
+
+def test_a_robot_whose_limbs_are_tied_in_pairs_is_told_what_makes_it_neutral(nectosome):
+    """Its limbs are as dense as its water: so must its body be, of 0.216 l."""
+    Path("pinned.yaml").write_text(PINNED)
+    answer = nectosome("show", "pinned.yaml")
+    assert (answer.code, answer.err) == (0, "")
+    told = line(answer.out, "weight in water")
+    assert told.endswith("0.3672 kg too heavy; neutral with body.density 1000 kg/m3")
 
 
 def test_the_page_of_a_robot_has_a_picture_and_the_numbers(nectosome):

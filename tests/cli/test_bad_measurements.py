@@ -159,3 +159,14 @@ def test_there_are_hundreds_of_cases():
 def test_wrong_measurements_are_answered_with_one_sentence_and_exit_code_2(nectosome, bench, monkeypatch, part):
     monkeypatch.chdir(bench)
     check_wrong(nectosome, CASES[part::2], bench)
+
+
+def test_a_recording_of_one_row_is_told_to_have_one(nectosome, tmp_path):
+    """Two times make a step; one has none."""
+    for rows, said in ((1, "1 row, at 0 s\n"), (2, "2 rows, 0 to 0.1 s, every 0.1 s\n")):
+        file = tmp_path / f"few{rows}.csv"
+        file.write_text("".join(GOOD.splitlines(keepends=True)[: rows + 1]))
+        answer = nectosome("measure", str(file))
+        assert (answer.code, answer.err) == (0, "")
+        assert said in answer.out
+        assert "nan" not in answer.out

@@ -75,7 +75,7 @@ def best_of(folder: str) -> list[float]:
 
 def test_a_design_is_found_kept_and_not_computed_again(nectosome, whole, monkeypatch):
     """The limit of 0.4 m/s binds; what is told, kept and handed to other commands is one design."""
-    assert "at its limit: speed <= 0.4 m/s" in whole.out
+    assert "at its limit: speed <= 0.4 m/s\nbest design" in whole.out  # inside its ranges
     assert "best design: run/best.yaml; all evaluations: run/evaluations.nc" in whole.out
     density, area = best_of("run")
     weight = 4 / 3 * np.pi * 0.02**3 * (density - 1000) * 9.80665
@@ -114,7 +114,7 @@ def test_a_robot_without_drives_or_limits_is_designed_too_and_has_no_efficiency(
     argv = ("design", "ball.yaml", "--vary", "body.density=1100 kg/m3 .. 1300 kg/m3", "--forward=-z", "--starts", "1")
     done = nectosome(*argv, "--out", "free")
     assert (done.code, done.err) == (0, "")
-    assert "at its limit: nothing" in done.out
+    assert "at its limit: nothing\nat an end of its range: body.density (1300 kg/m3): widen it if the robot" in done.out
     assert best_of("free")[0] == pytest.approx(1300, rel=1e-6)
     undefined = nectosome(*argv, "--out", "none", "--objective", "efficiency")
     assert undefined.code == 1

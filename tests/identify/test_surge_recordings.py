@@ -120,6 +120,7 @@ def test_positions_are_differentiated_and_the_thrust_goes_through_the_same_filte
         (lambda d: d.rename(speed="v"), r"swim.csv: has no speed, position or thrust, but v\. Name the columns"),
         (lambda d: d.rename(time="row").drop_vars("row"), r"swim.csv: has no time"),
         (lambda d: d.isel(time=slice(5)), r"swim.csv, speed: has 5 values; 20 at least"),
+        (lambda d: d.isel(time=slice(1)), r"swim.csv, speed: has 1 value; 20 at least"),
         (lambda d: d.assign_coords(time=d["time"] + 50.0), r"have no 20 samples in common"),
         (lambda d: d.assign_coords(shift=((), 1.0, {"units": "m"})), r"swim.csv, shift: is no time"),
     ],

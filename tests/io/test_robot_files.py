@@ -85,12 +85,45 @@ def test_a_message_has_file_line_and_field(tmp_path, monkeypatch, flagellum_file
         ("name: a\nbody: {shape: point}", "robot, line 2, body: the kind is missing. Write one of rigid, rod."),
         ("name: a\nbody: {kind: rgid}", 'robot, line 2, body: there is no kind "rgid" here. Did you mean "rigid"?'),
         ("name: a\nbody: {kind: rigid, shape: ball, mass: 1 kg}", 'robot, line 2, body.shape: "ball" is not known here. Known: cylinder, box, spheroid, point.'),
+        (SPHERE + "pairs: {a: {kind: }}", "robot, line 3, pairs.a.kind: the kind is missing. Write one of tie, touch."),
+        ("name: a\nbody: {kind: }", "robot, line 2, body.kind: the kind is missing. Write one of rigid, rod."),
     ],
 )  # fmt: skip
 def test_what_is_no_robot_is_told_in_a_sentence(text, message):
     with pytest.raises(InputError) as caught:
         parse_robot(text)
     assert str(caught.value) == message
+
+
+ON_BOTH = {"drag", "plate_drag", "added_mass", "force", "distributed_force"}
+ON_RIGID = {"lumped_drag", "spheroid_added_mass", "cylinder_added_mass", "given_added_mass", "jet", "leg"}
+ON_RIGID |= {"near_floor", "pulsed_thrust", "bumper"}
+ON_RODS = {"trailing_edge", "tendon", "chamber", "muscle"}
+
+
+@pytest.mark.parametrize(("part", "loads"), [("rigid", ON_BOTH | ON_RIGID), ("rod", ON_BOTH | ON_RODS)])
+@pytest.mark.parametrize(
+    ("load", "field", "said"),
+    [
+        ("{kind: thruster}", "", 'there is no kind "thruster" here. Known: '),
+        ("{kind: }", ".kind", "the kind is missing. Write one of "),
+        ("{}", "", "the kind is missing. Write one of "),
+        ("3", "", '"3" does not fit here. A group of fields expected, with the kind '),
+    ],
+)
+def test_all_loads_that_act_on_such_a_part_are_told_and_no_others(part, loads, load, field, said):
+    with pytest.raises(InputError) as caught:
+        parse_robot(f"name: a\nbody: {{kind: {part}, loads: {{p: {load}}}}}")
+    message = caught.value.message
+    assert caught.value.field == f"body.loads.p{field}"
+    assert message.startswith(said)
+    assert set(message.removeprefix(said).rstrip(".").split(", ")) == loads
+
+
+def test_the_nearest_load_is_suggested_in_place_of_the_list():
+    with pytest.raises(InputError) as caught:
+        parse_robot("name: a\nbody: {kind: rigid, shape: point, mass: 1 kg, loads: {p: {kind: jett}}}")
+    assert caught.value.message == 'there is no kind "jett" here. Did you mean "jet"?'
 
 
 def test_an_empty_value_is_told(flagellum_file):

@@ -53,14 +53,14 @@ def told(description: RobotDescription, robot: "Robot", found: Afloat) -> list[t
     if driven:
         moves += f": {', '.join(driven[:_NAMED])}{', ...' if len(driven) > _NAMED else ''}"
     rows = [("moves", moves), ("mass", f"{number(found.mass)} kg, displaces {number(found.displaced)} kg")]
-    rows.append(("weight in water", _weight(description, found)))
+    rows.append(("weight in water", _weight(description, robot, found)))
     rows.append(("centre of mass", _place(found.centre_of_mass)))
     if found.displaced > 0:
         rows.append(("centre of buoyancy", _place(found.centre_of_buoyancy)))
     return rows
 
 
-def _weight(description: RobotDescription, found: Afloat) -> str:
+def _weight(description: RobotDescription, robot: "Robot", found: Afloat) -> str:
     """The net weight, and what would make it none."""
     gravity, excess = description.water.gravity, found.mass - found.displaced
     if abs(excess) <= _NEUTRAL * found.mass:
@@ -69,19 +69,16 @@ def _weight(description: RobotDescription, found: Afloat) -> str:
     share = f"{number(100 * abs(excess) / found.mass)} % of its {'weight' if gravity else 'mass'}"
     left_out = "" if gravity else " (gravity is 0: neither weight nor buoyancy acts)"
     heavy = f"{number(abs(excess))} kg too {'heavy' if excess > 0 else 'light'}"
-    return f"{words}{share}{left_out}; {heavy}{_way_out(description, excess)}"
+    return f"{words}{share}{left_out}; {heavy}{_way_out(description, robot, excess)}"
 
 
-def _way_out(description: RobotDescription, excess: float) -> str:
+def _way_out(description: RobotDescription, robot: "Robot", excess: float) -> str:
     """The body's mass or density with which the robot floats."""
     body = description.body
     if body.kind == "rigid" and body.mass is not None:
         name, value, dimension = "mass", body.mass - excess, "mass"
     elif body.density is not None:
-        from nectosome.robots import build
-
-        bare = description.model_copy(update={"limbs": {}, "aliases": {}})
-        volume = float(build(bare).weight()[0]) / body.density
+        volume = float(robot.weight()[0]) / body.density
         name, value, dimension = "density", body.density - excess / volume, "density"
     else:
         return ""

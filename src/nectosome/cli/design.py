@@ -17,6 +17,8 @@ from nectosome.io.yaml_text import read_text
 if TYPE_CHECKING:
     from nectosome.design import Evaluation, Result, Varied
 
+_AT_AN_END = 1e-3  # of a variable's range, on its scale
+
 
 def design(
     robot: Annotated[str | None, Parameter(help="Name of a robot that ships, or a robot file.")] = None,
@@ -158,11 +160,7 @@ def _tell(task: "Varied", result: "Result", folder: Path, seconds: float) -> int
         table.add_column(name, justify="right")
     for start in chosen:
         assert start.best is not None
-        values = [
-            show_quantity(float(x), v.dimension)
-            for v, x in zip(task.variables, task.box.values(start.best.u), strict=True)
-        ]
-        table.add_row(*values, *(f"{start.best.outputs[name]:.4g}" for name in task.told))
+        table.add_row(*_values(task, start.best), *(f"{start.best.outputs[name]:.4g}" for name in task.told))
     best = chosen[0].best
     assert best is not None
     write_atomic(folder / "best.yaml", task.chosen(best.u).encode())
@@ -174,6 +172,7 @@ def _tell(task: "Varied", result: "Result", folder: Path, seconds: float) -> int
         f"{len(result.starts)} starts, {refused} drawn designs refused, {counted} evaluations, {seconds:.1f} s; "
         f"{100 * result.share():.0f} % of the starts within 1 % of the best",
         f"at its limit: {', '.join(active) or 'nothing'}",
+        *_at_an_end(task, best),
         f"best design: {folder / 'best.yaml'}; all evaluations: {folder / 'evaluations.nc'}",
         wrap=False,
     )
@@ -181,3 +180,15 @@ def _tell(task: "Varied", result: "Result", folder: Path, seconds: float) -> int
     if unfinished:
         tell(f"{unfinished} of {len(result.starts)} starts ended before they converged; their best designs count.")
     return 0
+
+
+def _values(task: "Varied", e: "Evaluation") -> list[str]:
+    """The variables of a design in words."""
+    return [show_quantity(float(x), v.dimension) for v, x in zip(task.variables, task.box.values(e.u), strict=True)]
+
+
+def _at_an_end(task: "Varied", e: "Evaluation") -> list[str]:
+    """A line that names the variables that a wider range may make better; none where there are none."""
+    each = zip(task.names, e.u, _values(task, e), strict=True)
+    there = [f"{name} ({value})" for name, u, value in each if min(u, 1 - u) < _AT_AN_END]
+    return [f"at an end of its range: {', '.join(there)}: widen it if the robot allows"] if there else []

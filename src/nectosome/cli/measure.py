@@ -12,6 +12,7 @@ from rich.text import Text
 from nectosome.cli.output import check_target, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io import InputError, save_dataset
+from nectosome.io.errors import count
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,8 +63,8 @@ def understood(recording: "xr.Dataset") -> Group:
     """A recording in a few lines and a table."""
     about = json.loads(recording.attrs["provenance"])
     dim = "time" if "time" in recording.dims else "row"
-    n = recording.sizes[dim]
-    lines = [f"{about['file']}: {about['reader']}, {n} rows{_duration(recording) if dim == 'time' else ''}"]
+    rows = count(recording.sizes[dim], "row")
+    lines = [f"{about['file']}: {about['reader']}, {rows}{_duration(recording) if dim == 'time' else ''}"]
     lines += [
         f"  {name}: {float(value):.6g} {value.attrs.get('units', '')}".rstrip()
         for name, value in recording.coords.items()
@@ -87,5 +88,7 @@ def _duration(recording: "xr.Dataset") -> str:
 
     first, last = (float(recording["time"][k]) for k in (0, -1))
     n = recording.sizes["time"]
-    usual = float(np.median(np.diff(recording["time"][: min(n, 100_000)].values))) if n > 1 else float("nan")
+    if n == 1:
+        return f", at {first:.6g} s"
+    usual = float(np.median(np.diff(recording["time"][: min(n, 100_000)].values)))
     return f", {first:.6g} to {last:.6g} s, every {usual:.4g} s"

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.io import InputError
+from nectosome.io.errors import count
 from nectosome.measure.signals.checks import is_even
 from nectosome.measure.signals.resample import default_gap, unbroken
 
@@ -48,13 +49,13 @@ def _recording(recording: "xr.Dataset") -> PressureRecording:
     time, columns = _columns(file, recording)
     known = np.all([np.isfinite(x) for x in columns.values()], axis=0)
     if known.sum() < _LEAST:
-        raise InputError(f"has {known.sum()} samples of both; {_LEAST} at least are needed.", file=file)
+        raise InputError(f"has {count(int(known.sum()), 'sample')} of both; {_LEAST} at least are needed.", file=file)
     first = unbroken(time, known, default_gap(time[known]))[0]
     kept = np.flatnonzero(known)[: first.stop - first.start] if known[0] else np.zeros(0, int)
     if kept.size < _LEAST:
         raise InputError(
-            f"has {kept.size} samples before its first gap; {_LEAST} at least are needed, since hysteresis remembers "
-            "what came in the gap.",
+            f"has {count(kept.size, 'sample')} before its first gap; {_LEAST} at least are needed, since hysteresis "
+            "remembers what came in the gap.",
             file=file,
         )
     notes = list[str]()

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.io import InputError, RobotDescription, apply_settings, did_you_mean
-from nectosome.io.errors import shorten
+from nectosome.io.errors import count, shorten
 from nectosome.mechanism import Robot
 from nectosome.robots.readings import Reading, reading_of
 
@@ -90,6 +90,8 @@ def _trial(
     if "time" not in recording.dims:
         raise InputError("has no time. Say in the campaign which column it is, or its rate.", file=file)
     time = recording["time"].values.astype(float)
+    if time.size < _LEAST:
+        raise InputError(f"has {count(time.size, 'row')}; at least {_LEAST} are needed.", file=file)
     time = time - time[0]
     driven, notes = list[str](), list[str]()
     for column, path in inputs.items():
@@ -105,9 +107,10 @@ def _trial(
     measured = np.stack([_measured(recording, one, file) for one in compared])
     measured[:, time < skip] = np.nan
     for one, row in zip(compared, measured, strict=True):
-        if np.isfinite(row).sum() < _LEAST:
+        known = int(np.isfinite(row).sum())
+        if known < _LEAST:
             raise InputError(
-                f"has {np.isfinite(row).sum()} values to compare; {_LEAST} at least are needed.",
+                f"has {count(known, 'value')} to compare; {_LEAST} at least are needed.",
                 file=file,
                 field=one.column,
             )
@@ -157,13 +160,17 @@ def _measured(recording: "xr.Dataset", one: Compared, file: str) -> Float[np.nda
 
 
 def _column(recording: "xr.Dataset", column: str, file: str) -> tuple[Float[np.ndarray, "n"], str]:
-    """Values and SI unit of a column. Raises InputError for one that is missing or the same all the time."""
+    """Values and SI unit of a column. Raises InputError for one that is missing, empty or the same all the time."""
     if column not in recording.data_vars:
         there = [str(name) for name in recording.data_vars]
         raise InputError(
             f"is missing; there are {', '.join(there)}.{did_you_mean(column, there)}", file=file, field=column
         )
     values = recording[column].values.astype(float)
-    if not np.isfinite(values).any() or np.ptp(values[np.isfinite(values)]) == 0:
+    known = values[np.isfinite(values)]
+    if known.size < 2:
+        what = "has 1 value" if known.size else "has no values"
+        raise InputError(f"{what}: nothing can be told from it.", file=file, field=column)
+    if np.ptp(known) == 0:
         raise InputError("is the same all the time: nothing can be told from it.", file=file, field=column)
     return values.copy(), unit_of(recording[column])

@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 
 from nectosome.io import InputError
+from nectosome.io.errors import count
 from nectosome.measure.signals.checks import is_even
 from nectosome.measure.signals.resample import default_gap, unbroken
 
@@ -102,8 +103,9 @@ def _signal(file: str, recording: "xr.Dataset", name: str) -> _Signal:
     """A column where it has values, on the clock that all files share."""
     time, values = recording["time"].values.astype(float), recording[name].values.astype(float)
     known = np.isfinite(values)
-    if known.sum() < _LEAST:
-        raise InputError(f"has {known.sum()} values; {_LEAST} at least are needed.", file=file, field=name)
+    there = int(known.sum())
+    if there < _LEAST:
+        raise InputError(f"has {count(there, 'value')}; {_LEAST} at least are needed.", file=file, field=name)
     later = 0.0
     if _SHIFT in recording.coords:
         shift = recording.coords[_SHIFT]

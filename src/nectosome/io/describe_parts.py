@@ -25,6 +25,7 @@ from nectosome.io.fields import (
     ProductOfInertia,
     Viscosity,
     Volume,
+    Without,
 )
 
 StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
@@ -84,6 +85,7 @@ class Rigid(Part):
     """
 
     kind: Literal["rigid"]
+    loads: Annotated[dict[Name, Load], Without(_ONLY_ON_RODS)] = Field(default_factory=dict)
     shape: Literal["cylinder", "box", "spheroid", "point"]
     length: Length | None = None
     radius: Length | None = None
@@ -219,6 +221,7 @@ class Rod(Part):
     """
 
     kind: Literal["rod"]
+    loads: Annotated[dict[Name, Load], Without(_NOT_ON_RODS)] = Field(default_factory=dict)
     section: Literal["circle", "ellipse", "rectangle"]
     length: Length
     radius: Length | None = None

@@ -18,13 +18,13 @@ class InputError(Exception):
         super().__init__(f"{prefix}: {message}" if prefix else message)
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return ` Did you mean "..."?` for the nearest of the `known` names, or the list of them if none is near."""
+def did_you_mean(name: str, known: Iterable[str], most: int = 12) -> str:
+    """Return ` Did you mean "..."?` for the nearest of the `known` names, or the list of at most so many if none is."""
     names = list(known)
     near = get_close_matches(name, names, n=1, cutoff=0.6)
     if near:
         return f' Did you mean "{near[0]}"?'
-    if 0 < len(names) <= 12:
+    if 0 < len(names) <= most:
         return f" Known: {', '.join(names)}."
     return ""
 

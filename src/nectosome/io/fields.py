@@ -16,6 +16,13 @@ FROM_FILE = {"units": "required"}
 
 
 @dataclass(frozen=True)
+class Without:
+    """Marks a place of groups of fields of several kinds: those that are known but do not belong there."""
+
+    kinds: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Quantity:
     """Marks a float as a quantity of `dimension` (a key of `DIMENSIONS`) between `minimum` and `maximum` [SI].
 

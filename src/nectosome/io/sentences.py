@@ -43,6 +43,8 @@ class Spot:
 def sentence(mistake: Any, spot: Spot) -> str:
     """Return what is wrong and the way out, for one of pydantic's errors."""
     kind, name = mistake["type"], str(spot.path[-1]) if spot.path else ""
+    if kind == "empty" and name == "kind" and spot.around is not None and spot.around.kinds():
+        return _bad_kind(spot.data, spot.around)
     if "why" in mistake.get("ctx", {}):
         return mistake["ctx"]["why"]
     if mistake["loc"][-1] == "[key]":
@@ -72,10 +74,10 @@ def _bad_name(name: Any) -> str:
 
 
 def _bad_kind(value: Any, slot: Slot) -> str:
-    kinds = slot.kinds()
-    if not isinstance(value, dict) or "kind" not in value:
+    kinds = slot.fitting()
+    if not isinstance(value, dict) or value.get("kind") is None:
         return f"the kind is missing. Write one of {', '.join(kinds)}."
-    return f'there is no kind "{shorten(value["kind"])}" here.{did_you_mean(str(value["kind"]), kinds)}'
+    return f'there is no kind "{shorten(value["kind"])}" here.{did_you_mean(str(value["kind"]), kinds, len(kinds))}'
 
 
 def _given(value: Any) -> str:
@@ -93,7 +95,7 @@ def wanted(slot: Slot | None) -> str:
     if slot.quantity is not None:
         return expected(slot.quantity.dimension)
     if slot.kinds():
-        return f"A group of fields expected, with the kind {', '.join(slot.kinds())}."
+        return f"A group of fields expected, with the kind {', '.join(slot.fitting())}."
     if get_origin(slot.hint) is Literal:
         return f"One of {', '.join(map(str, get_args(slot.hint)))} expected."
     if get_origin(slot.hint) is tuple:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from nectosome.io.fields import Quantity
+from nectosome.io.fields import Quantity, Without
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,11 @@ class Slot:
         models = [m for m in get_args(self.hint) if isinstance(m, type) and issubclass(m, BaseModel)]
         return {get_args(model.model_fields["kind"].annotation)[0]: model for model in models}
 
+    def fitting(self) -> list[str]:
+        """Return the kinds that may be written here, which are all but those of `Without`."""
+        out = [kind for mark in self.metadata if isinstance(mark, Without) for kind in mark.kinds]
+        return [kind for kind in self.kinds() if kind not in out]
+
     def child(self, key: str | int, data: Any) -> "Slot | None":
         """Return the place under `key`, where `data` stands here; None if there is none."""
         model = self.model(data)
@@ -47,7 +52,7 @@ class Slot:
             return None if field is None else slot(field.annotation, tuple(field.metadata))
         origin, args = get_origin(self.hint), get_args(self.hint)
         if origin is dict:
-            return slot(args[1])
+            return slot(args[1], tuple(mark for mark in self.metadata if isinstance(mark, Without)))
         if origin is tuple and str(key).isdigit():
             index = 0 if args[-1] is Ellipsis else int(key)
             return slot(args[index]) if index < len(args) else None

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from nectosome.io.errors import InputError, did_you_mean, shorten
+from nectosome.io.errors import InputError, count, did_you_mean, shorten
 from nectosome.measure.formats.arrays import Block
 from nectosome.measure.formats.headings import is_time
 from nectosome.measure.formats.items import Item, Other, Turned, join
@@ -23,7 +23,7 @@ class Table:
 
     def __str__(self) -> str:
         names = shorten(", ".join(join(self.group, item.name) for item in self.items))
-        return f"{names} ({self.rows} rows{', ' if self.along else ''}{self.along})"
+        return f"{names} ({count(self.rows, 'row')}{', ' if self.along else ''}{self.along})"
 
     def blocks(self) -> list[Block]:
         """Its arrays as columns, coordinates first."""
