@@ -10,6 +10,9 @@ from nectosome.io import InputError
 from nectosome.view.studio.work import Work
 
 
+CLEARED = ("", False)  # what is said as work begins
+
+
 class Gui:
     """What `Work` needs of a page."""
 
@@ -57,7 +60,7 @@ def test_a_result_is_handed_on_and_progress_is_seen_meanwhile(work, said):
 
     work.begin("counting", compute, results.append)
     ended()
-    assert (seen, results, said) == ([(25.0, True, True)], [7], [])
+    assert (seen, results, said) == ([(25.0, True, True)], [7], [CLEARED])
     assert not (work._bar.visible or work._line.visible or work._button.visible)
 
 
@@ -94,10 +97,12 @@ def test_what_goes_wrong_is_told_and_the_next_work_can_begin(work, said, error, 
     results = []
     work.begin("failing", compute, results.append)
     ended()
-    assert len(said) == 1
-    assert words in said[0][0]
-    assert said[0][1]
+    cleared, (told, bad) = said
+    assert cleared == CLEARED
+    assert words in told
+    assert bad
     assert ("Traceback" in capfd.readouterr().err) == isinstance(error, KeyError)
     work.begin("next", lambda progress: 1, results.append)
     ended()
     assert results == [1]
+    assert said[2:] == [CLEARED]  # what went wrong is no longer told
