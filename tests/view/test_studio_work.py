@@ -9,7 +9,6 @@ import pytest
 from nectosome.io import InputError
 from nectosome.view.studio.work import Work
 
-
 CLEARED = ("", False)  # what is said as work begins
 
 
