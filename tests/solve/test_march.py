@@ -119,6 +119,12 @@ def test_a_run_tells_its_progress_to_the_end(falling):
     np.testing.assert_allclose(shares, np.arange(1, 21) / 20)
 
 
+def test_a_run_of_many_samples_can_be_cancelled_every_twenty_of_them(falling):
+    run = simulate(falling, 1.0, samples=2001, method="explicit", progress=lambda share: False)
+    assert int(run.status) == Status.CANCELLED
+    assert float(run.value.time[-1]) == pytest.approx(0.01)
+
+
 def test_a_run_that_takes_too_many_steps_says_so(swinging):
     robot, at = swinging
     run = simulate(robot, 1.0, samples=21, method="explicit", initial=at(1.0), max_steps=20, **TIGHT)

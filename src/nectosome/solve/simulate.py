@@ -17,7 +17,7 @@ from nectosome.mechanism import reduced
 from .march import Guard, March, Method, Settings, begin, interpolate, march
 from .results import Run, Trajectory
 
-_CHUNKS = 20
+_CHUNKS, _WIDEST = 20, 20  # parts of a run, and how many samples one has at most: between them it can be cancelled
 
 
 @eqx.filter_jit
@@ -44,7 +44,8 @@ def simulate(
       within a step is that of the step's cubic, as accurate as the steps.
     - method: "implicit" for soft bodies, "explicit" for systems without stiff springs; "auto" takes the implicit one.
     - until(t, x): the run stops where it changes sign; status EVENT, and the moment is the last time kept.
-    - progress(share): called about twenty times with the share done; the run is cancelled where it returns False.
+    - progress(share): called about twenty times with the share done, of many samples after every twentieth; the run is
+      cancelled where it returns False.
 
     Returns a Run, a Solution whose value is a Trajectory up to where the run came; its status says why it ended there.
     Raises ValueError for a time, sample count or tolerance that makes no sense.
@@ -89,8 +90,8 @@ def _solution(system: Mechanical, m: March, times: np.ndarray, states: list[Stat
 
 
 def _chunks(times: np.ndarray) -> np.ndarray:
-    """Times in about twenty equal rows; the last is filled up with the last time, where a march stands still."""
-    width = -(-times.size // _CHUNKS)
+    """Times in equal rows; the last one is filled up with the last time, where a march stands still."""
+    width = min(-(-times.size // _CHUNKS), _WIDEST)
     rows = -(-times.size // width)
     return np.append(times, np.full(rows * width - times.size, times[-1])).reshape(rows, width)
 
