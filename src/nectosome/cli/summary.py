@@ -10,14 +10,14 @@ from rich.text import Text
 from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos
 from nectosome.io import InputError, drive_period, numeric_paths, parse_robot, show_quantity, with_values
 
-_SHARE = 0.1  # of a run, that means are over
-
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import numpy as np
 
     Arrays = Mapping[str, np.ndarray]
+
+_SHARE = 0.1  # of a run, that means are over
 
 
 def summary(arrays: "Arrays", attributes: "Mapping[str, Any]", loads: bool = False) -> Group:

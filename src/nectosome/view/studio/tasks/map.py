@@ -144,7 +144,7 @@ class Map:
             unsolved = int((~found["status"].isin([*_GOOD])).sum())
             words = f"{found['status'].size} points, {unsolved} without a motion (crosses)" if unsolved else ""
             self._place.visible = known = name != _NOTHING
-            self._line.content = note(words if known else "No point of the map moves.")
+            self._line.content = note(words or ("" if known else "No point of the map moves."))
             if not known:
                 return
             drawn = _figure(found, name, self._point.value)
