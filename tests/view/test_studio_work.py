@@ -86,6 +86,29 @@ def test_the_button_ends_it_and_what_was_found_is_handed_on(gui, work):
     assert results[-1] is True
 
 
+def test_a_double_click_begins_once_and_says_nothing(gui, work, said):
+    end, results = threading.Event(), []
+
+    def compute(_):
+        return end.wait(10)
+
+    work.begin("searching", compute, results.append)
+    work.begin("searching", compute, results.append)
+    end.set()
+    ended()
+    assert (results, said) == ([True], [CLEARED])
+
+
+def test_the_same_later_is_no_double_click(work, monkeypatch):
+    monkeypatch.setattr("nectosome.view.studio.work._DOUBLE", 0.0)
+    end = threading.Event()
+    work.begin("searching", lambda _: end.wait(10), lambda _: None)
+    with pytest.raises(InputError, match="searching is under way"):
+        work.begin("searching", lambda _: None, lambda _: None)
+    end.set()
+    ended()
+
+
 @pytest.mark.parametrize(
     ("error", "words"), [(InputError("no such thing."), "no such thing."), (KeyError("x"), "The studio made a mistake")]
 )

@@ -1,6 +1,7 @@
 """Long work of a tab: one piece at a time, in the background, with its progress and an end by a button."""
 
 import threading
+import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 Progress = Callable[[float, str], bool]  # takes the share done and what to say of it; False where the work shall end
 Tell = Callable[[str, bool], None]  # takes words to say on the page, and whether they are bad news
+_DOUBLE = 1.0  # s, within which a button that is pressed again was clicked twice
 
 
 @contextmanager
@@ -45,18 +47,22 @@ class Work:
         self._button.on_click(lambda _: self.cancel())
         self._end = threading.Event()  # of what is under way
         self._lock = threading.Lock()
-        self._name = ""
+        self._name, self._began = "", 0.0
 
     def begin(self, name: str, compute: Callable[[Progress], _T], done: Callable[[_T], None]) -> None:
         """Call done(compute(progress)) in a thread of its own. Raises InputError while something else is under way.
 
+        The same once more, a moment later, is a double click: nothing is done.
         Compute has to look at what `progress` returns, and to end soon, with what there is, where it is False; its
         result is taken all the same. Where it raises, the reason is told.
         """
         with self._lock:
+            twice = self._name == name and time.perf_counter() - self._began < _DOUBLE
+            if twice and not self._end.is_set():
+                return
             if self._name:
                 raise InputError(f"{self._name} is under way. Wait for its end, or cancel it.")
-            self._name, self._end = name, threading.Event()
+            self._name, self._began, self._end = name, time.perf_counter(), threading.Event()
         self._show(0.0, "")
         self._tell("", False)  # what was wrong before is no longer of interest
         # no daemon: the interpreter must not end under a program that is being compiled
