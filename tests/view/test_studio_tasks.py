@@ -10,7 +10,7 @@ from nectosome.io import InputError
 from nectosome.robots import describe
 from nectosome.view.saved import check_sweep
 from nectosome.view.studio.tasks.map import place_of
-from nectosome.view.studio.tasks.search import Search
+from nectosome.view.studio.tasks.search import Search, table
 
 
 @pytest.fixture
@@ -76,3 +76,11 @@ def test_what_was_drawn_and_refused_is_no_best_design():
     assert [(k, e.objective) for k, e in search.best] == [(0, 4.5)]
     assert search.fits(start) == [False, True, False, True]
     assert search.told(search.best[0][1]) == "4.5 W"
+
+
+@pytest.mark.parametrize(("u", "told"), [(0.9995, True), (1e-4, True), (0.99, False)])
+def test_a_best_design_at_an_end_of_its_range_is_told(u, told):
+    task = Problem({"E": "2 MPa .. 9 MPa"}, "power").motion(describe("flagellum"))
+    outputs = {"speed": 0.5, "power": 4.0, "torque": 0.4}
+    search = Search(task, [[Evaluation(np.array([u]), 4.0, np.array([]), outputs=outputs)]])
+    assert ("at an end of its range, widen it if the robot allows: E" in table(search)) == told

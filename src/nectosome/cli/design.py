@@ -17,8 +17,6 @@ from nectosome.io.yaml_text import read_text
 if TYPE_CHECKING:
     from nectosome.design import Evaluation, Result, Varied
 
-_AT_AN_END = 1e-3  # of a variable's range, on its scale
-
 
 def design(
     robot: Annotated[str | None, Parameter(help="Name of a robot that ships, or a robot file.")] = None,
@@ -189,6 +187,7 @@ def _values(task: "Varied", e: "Evaluation") -> list[str]:
 
 def _at_an_end(task: "Varied", e: "Evaluation") -> list[str]:
     """A line that names the variables that a wider range may make better; none where there are none."""
-    each = zip(task.names, e.u, _values(task, e), strict=True)
-    there = [f"{name} ({value})" for name, u, value in each if min(u, 1 - u) < _AT_AN_END]
+    ends = task.at_an_end(e.u)
+    each = zip(task.variables, _values(task, e), strict=True)
+    there = [f"{v.name} ({value})" for v, value in each if v in ends]
     return [f"at an end of its range: {', '.join(there)}: widen it if the robot allows"] if there else []

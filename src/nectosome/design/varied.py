@@ -10,6 +10,8 @@ from nectosome.io.variables import Box, Variable
 
 from .task import Task
 
+_AT_AN_END = 1e-3  # of a variable's range, on its scale
+
 
 class Varied(Task):
     """A task over quantities of a robot, or of what it is made to do."""
@@ -31,3 +33,7 @@ class Varied(Task):
     @abstractmethod
     def chosen(self, u: Float[np.ndarray, "n"]) -> str:
         """Return the file that holds a design."""
+
+    def at_an_end(self, u: Float[np.ndarray, "n"]) -> list[Variable]:
+        """Variables of a design that stand at an end of their range: a wider one may make it better."""
+        return [v for v, x in zip(self.variables, u, strict=True) if min(x, 1 - x) < _AT_AN_END]

@@ -82,5 +82,8 @@ def table(search: Search) -> str:
     values = [task.box.values(e.u) for _, e in best]
     for k, v in enumerate(task.variables):
         rows.append([v.name, *(show_quantity(float(own[k]), v.dimension) for own in values)])
-    limits = [name for name, g in zip(task.constraint_names, best[0][1].constraints, strict=True) if g > -1e-4]
-    return cells(rows, "studio-designs", [f"at its limit: {', '.join(limits)}"] if limits else [])
+    first = best[0][1]
+    limits = [name for name, g in zip(task.constraint_names, first.constraints, strict=True) if g > -1e-4]
+    ends = [v.name for v in task.at_an_end(first.u)]
+    told = {"at its limit": limits, "at an end of its range, widen it if the robot allows": ends}
+    return cells(rows, "studio-designs", [f"{words}: {', '.join(names)}" for words, names in told.items() if names])
