@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache, cached_property
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -18,7 +19,7 @@ class Slot:
     hint: Any
     metadata: tuple[Any, ...] = ()
 
-    @property
+    @cached_property
     def quantity(self) -> Quantity | None:
         """The quantity that belongs here, if it is one."""
         return next((m for m in self.metadata if isinstance(m, Quantity)), None)
@@ -48,8 +49,7 @@ class Slot:
         """Return the place under `key`, where `data` stands here; None if there is none."""
         model = self.model(data)
         if model is not None:
-            field = model.model_fields.get(str(key))
-            return None if field is None else slot(field.annotation, tuple(field.metadata))
+            return _fields(model).get(str(key))
         origin, args = get_origin(self.hint), get_args(self.hint)
         if origin is dict:
             return slot(args[1], tuple(mark for mark in self.metadata if isinstance(mark, Without)))
@@ -66,6 +66,12 @@ class Slot:
         if get_origin(self.hint) is dict and get_origin(get_args(self.hint)[0]) is Literal:
             return list(get_args(get_args(self.hint)[0]))
         return []
+
+
+@cache
+def _fields(model: type[BaseModel]) -> dict[str, Slot]:
+    """The places of a model's fields."""
+    return {name: slot(field.annotation, tuple(field.metadata)) for name, field in model.model_fields.items()}
 
 
 def slot(annotation: Any, metadata: tuple[Any, ...] = ()) -> Slot:

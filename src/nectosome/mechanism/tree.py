@@ -35,7 +35,8 @@ class Part(eqx.Module):
     @property
     def left(self) -> np.ndarray:
         """Which strain coordinates of a rod are free."""
-        return np.setdiff1d(np.arange(self.body.nq), self.made)
+        every = np.arange(self.body.nq)
+        return np.setdiff1d(every, self.made) if self.made else every
 
     def strains(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
         """All strain coordinates of a rod, their rates and second rates, from those that are free."""

@@ -100,7 +100,7 @@ def _resting(robot: Robot, description: RobotDescription) -> Answer:
 
 def _turning(found: Steady, description: RobotDescription, period: float) -> Answer:
     """A steady motion over a turn of its drives [s]."""
-    robot, times = found.value.system, jnp.linspace(0.0, period, MOMENTS)
+    robot, times = found.value.system, jnp.asarray(np.linspace(0.0, period, MOMENTS))
     states, d, means = remembered(turn, robot, found.state, times)
     run = Run(Trajectory(robot, times, states), found.status, {}, found.residual)
     return _answer(run, description, "steady motion", period, means, results_of(run, d, None, {}))
@@ -149,6 +149,11 @@ def numbers_of(means: CycleMeans) -> dict[str, float]:
     """
     goes = float(means.speed) > _STANDS
     there = np.asarray(means.velocity[0] if goes else means.force)
-    stroke = Stroke(means, jnp.asarray(there / max(float(np.linalg.norm(there)), 1e-300)))
-    found = {name: float(quantity.of_cycle(stroke)) for name, quantity in QUANTITIES.items()}
+    forward = there / max(float(np.linalg.norm(there)), 1e-300)
+    found: dict[str, float] = {name: float(value) for name, value in remembered(judged, means, forward).items()}
     return found if goes else found | dict.fromkeys(("speed", "efficiency", "cost_of_transport"), np.nan)
+
+
+def judged(means: CycleMeans, forward: Float[Array, "3"]) -> dict[str, Float[Array, ""]]:
+    """All `QUANTITIES` of a cycle."""
+    return {name: quantity.of_cycle(Stroke(means, forward)) for name, quantity in QUANTITIES.items()}
