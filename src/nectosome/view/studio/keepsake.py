@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _PICTURES = 20  # a second
 _MOST = 600  # pictures
 _PERIODS = 3  # of what repeats itself
-_NEARER = 0.6  # than in the studio, where panels stand to both sides
+_NEARER = 0.8  # than in the studio, where panels stand to both sides
 
 
 def page_of(run: "xr.Dataset", robot: RobotDescription, period: float, look: Look) -> str:
