@@ -106,6 +106,22 @@ def test_the_robot_is_seen_and_answers_to_a_slider(page, folder):
     page.screenshot(path=str(folder / "page.png"))
 
 
+def test_a_key_held_on_a_slider_does_not_turn_the_camera(page, studio):
+    camera = [*studio._sessions.values()][-1]._client.camera
+    before, turned = np.array(camera.position), count(page)
+    page.get_by_role("slider").nth(1).focus()
+    page.keyboard.down("ArrowRight")
+    time.sleep(1.0)
+    page.keyboard.up("ArrowRight")
+    answered(page, turned + 1)
+    np.testing.assert_allclose(camera.position, before, atol=1e-6)
+    page.get_by_text("nectosome studio").first.click()  # elsewhere keys are the camera's
+    page.keyboard.down("ArrowRight")
+    time.sleep(1.0)
+    page.keyboard.up("ArrowRight")
+    assert np.abs(np.array(camera.position) - before).max() > 0.01
+
+
 def test_it_is_looked_at_in_other_ways(page, capfd):
     page.get_by_role("tab", name="View").click()
     page.get_by_text("Forces by load").click()

@@ -31,6 +31,7 @@ from websockets.http11 import Request, Response
 
 from nectosome.io.atomic import reason
 from nectosome.io.errors import InputError
+from nectosome.view.studio.keys import with_keys
 from nectosome.view.studio.uploads import limit_uploads
 
 _LOCAL = ("127.0.0.1", "localhost", "::1")
@@ -160,8 +161,11 @@ def _serving(gate: Gate, listening: socket.socket) -> Iterator[list[bool]]:
         def guard(connection: Any, request: Request) -> Response | None:
             refusal = gate.check(request.headers, request.path, port)
             answer = process_request(connection, request) if refusal is None else _response(refusal)
-            if answer is not None:
-                answer.headers.update(_HEADERS)
+            if answer is None:
+                return None
+            if refusal is None and answer.headers.get("Content-Type", "").startswith("text/html"):
+                answer = with_keys(answer)
+            answer.headers.update(_HEADERS)
             return answer
 
         guarded.append(True)
