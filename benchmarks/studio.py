@@ -2,7 +2,9 @@
 
 The browser draws by software here, 1280 x 720; with a graphics processor pictures take a small part of that. A press
 counts until the second picture after the numbers have changed. What the browser takes of that is seen where the
-answers are there already (known). Needs a Chromium; times are wall times.
+answers are there already (known). Keys are pressed half a second after the last picture, as by someone who looks at it
+(single), or as soon as it has come (in a row), while the page still draws it over and over. Needs a Chromium; times are
+wall times.
 """
 
 import signal
@@ -23,6 +25,7 @@ from nectosome.io import RobotDescription
 from nectosome.view.studio.answers import Answer, Solver
 from nectosome.view.studio.server import Studio
 
+APART = 0.5  # s
 PRESSES, WARM = 40, 20  # the page's own programs are compiled as they are used: the first presses do not count
 SLIDERS = {"flagellum": ("omega", 100, 300), "paddle": ("f", 300, 800)}  # and the aims: median, 95th percentile [ms]
 COUNT = "+(document.querySelector('#studio-answer')?.dataset.count ?? 0)"
@@ -56,18 +59,19 @@ def main() -> None:
             _open(browser, studio.address).close()
             page = _open(browser, studio.address)
             _press(page, knob, WARM)
-            playing = _press(page, knob)
+            times = {"playing, single": _press(page, knob, apart=APART), "playing, in a row": _press(page, knob)}
             page.get_by_role("button", name="Pause").click()
-            paused = _press(page, knob)
+            times |= {"paused, single": _press(page, knob, apart=APART), "paused, in a row": _press(page, knob)}
             with patch.object(Solver, "__call__", _known(Solver.__call__)):
-                known = _press(page, knob)
+                _press(page, knob, 2)
+                times["known, single"] = _press(page, knob, apart=APART)
             page.close()
             studio.close()
             stands, moves = _start(browser, robot, folder)
             print(f"  {robot}: from the command, seen after {stands:.1f} s, in motion after {moves:.1f} s (aim 10 s)")
             print(f"    aims: picture {median} ({worst}) ms")
-            for name, (told, taken) in {"playing": playing, "paused": paused, "known": known}.items():
-                print(f"    {name:8} numbers {_ms(told)}, picture {_ms(taken)}")
+            for name, (told, taken) in times.items():
+                print(f"    {name:17} numbers {_ms(told)}, picture {_ms(taken)}")
         browser.close()
 
 
@@ -110,8 +114,8 @@ def _start(browser: Any, robot: str, folder: str) -> tuple[float, float]:
     return stands, moves
 
 
-def _press(page: Page, knob: str, presses: int = PRESSES) -> tuple[list[float], list[float]]:
-    """Times [ms] from a press to new numbers, and to the picture."""
+def _press(page: Page, knob: str, presses: int = PRESSES, apart: float = 0.0) -> tuple[list[float], list[float]]:
+    """Times [ms] from a press to new numbers, and to the picture; `apart` [s] from that to the next press."""
     time.sleep(2.0)
     page.evaluate(WATCH)
     handle = page.get_by_role("slider").nth(_place(page, knob))
@@ -119,6 +123,7 @@ def _press(page: Page, knob: str, presses: int = PRESSES) -> tuple[list[float], 
     for k in range(presses):
         handle.press("ArrowRight" if k % 2 else "ArrowLeft")
         page.wait_for_function(f"window.taken.length > {k}")
+        time.sleep(apart)
     return page.evaluate("window.told"), page.evaluate("window.taken")
 
 

@@ -1,4 +1,4 @@
-"""What the studio adds to viser's page: arrow keys that move a slider, or go from tab to tab, do not turn the camera too."""
+"""What the studio adds to the page of viser: arrow keys that move a slider or a tab do not turn the camera as well."""
 
 import gzip
 from functools import cache
@@ -14,7 +14,8 @@ document.documentElement.addEventListener("keydown", (event) => {
 
 def with_keys(page: Response) -> Response:
     """The page with a script that keeps such keys from the listener of the camera, which is the document's."""
-    body = _packed(page.body) if page.headers.get("Content-Encoding") == "gzip" else _added(page.body)
+    body = bytes(page.body)
+    body = _packed(body) if page.headers.get("Content-Encoding") == "gzip" else _added(body)
     headers = page.headers.copy()
     del headers["Content-Length"]
     headers["Content-Length"] = str(len(body))
