@@ -39,11 +39,12 @@ def test_a_ball_sinks_at_the_speed_where_drag_carries_its_weight(nectosome, ball
     assert "SOLVED, solved" in answer.out
 
 
-def test_each_load_on_each_part_is_told_on_request(nectosome, ball_run):
+def test_each_load_on_each_part_and_the_energy_of_parts_are_told_on_request(nectosome, ball_run):
     answer = nectosome("show", str(ball_run), "--loads")
     page = rows(answer.out)
     assert [float(x) for x in page["weight on body"][3:6]] == pytest.approx([0, 0, -WEIGHT], rel=1e-3)
     assert float(page["drag on body"][5]) == pytest.approx(WEIGHT / 6, rel=1e-3)
+    assert float(page["body"][1]) == pytest.approx(WEIGHT / 9.80665 * SPEED**2 / 2, rel=1e-3)  # the table's only row
     refused = nectosome("show", "eel", "--loads")
     assert (refused.code, refused.out) == (2, "")
     assert refused.err.startswith("--loads: is of a saved run.")

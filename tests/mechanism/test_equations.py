@@ -39,7 +39,9 @@ def dynamics(robot, x, a, b):
     accelerations = jnp.concatenate([jnp.zeros((1, n)), jnp.eye(n), a[None], a[None]])
     forces = jnp.zeros((n + 3, n)).at[-1].set(b)
     zero, *units, residual, pushed = jax.vmap(lambda a, u: robot.residual(T, x, a, u))(accelerations, forces)
-    energy = jax.vmap(lambda s: energies(robot, T, State(x.q, x.v + s * a, x.z)))(jnp.array([-1.0, 0.0, 1.0]))
+    energy = jax.vmap(lambda s: energies(robot, T, State(x.q, x.v + s * a, x.z)).sum(axis=0))(
+        jnp.array([-1.0, 0.0, 1.0])
+    )
     return M, h, jnp.stack(units, axis=1) - zero[:, None], residual, pushed, energy
 
 

@@ -133,7 +133,7 @@ def imported():
     def at(q, v):
         x = State(q, v, robot.initial().z)
         M, h = robot.mass_bias(jnp.zeros(()), x)
-        return M, h, robot.rates(jnp.zeros(()), x).v, energies(robot, jnp.zeros(()), x)[0]
+        return M, h, robot.rates(jnp.zeros(()), x).v, energies(robot, jnp.zeros(()), x)[:, 0].sum()
 
     return lambda q, v: [np.asarray(value) for value in at(jnp.asarray(q), jnp.asarray(v))]
 

@@ -55,6 +55,15 @@ def acting(arrays: "Arrays", force: "np.ndarray", power: "np.ndarray") -> Table:
     return table
 
 
+def stored(arrays: "Arrays", energy: "np.ndarray") -> Table:
+    """Return the mean energy [part, form] of each part that has any."""
+    table = columns("energy of part", *map(str, arrays["form"]), "unit")
+    for part, joules in zip(arrays["part"], energy, strict=True):
+        if joules.any():
+            table.add_row(str(part), *map(number, joules), "J")
+    return table
+
+
 def is_joint(coordinate: str) -> bool:
     """Return whether a prescribed coordinate is that of a joint, not of a rod's strain."""
     return not coordinate.rpartition(".")[2].isdigit()

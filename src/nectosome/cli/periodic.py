@@ -12,7 +12,7 @@ from rich.text import Text
 
 from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, tell, write
-from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos
+from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos, stored
 from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
 from nectosome.io import InputError, drive_period, save_dataset, show_quantity
@@ -49,7 +49,8 @@ def periodic(
     ] = "129",
     save: Annotated[Path | None, Parameter(help="Write the cycle to this netCDF file (.nc).")] = None,
     loads: Annotated[
-        bool, Parameter(negative=(), help="Tell the mean force and power of each load on each part.")
+        bool,
+        Parameter(negative=(), help="Tell the mean force and power of each load on each part, and each part's energy."),
     ] = False,
 ) -> int:
     """Find the motion that repeats itself with the drives, what it gives on the mean, and whether it lasts."""
@@ -103,7 +104,8 @@ def _page(arrays: "Arrays", course: "Course", attributes: "Mapping[str, Any]", e
     tables = [_drives(arrays)] if any(map(is_joint, arrays["prescribed"])) else []
     loads, joints = arrays["load_power"].sum(axis=1), arrays["reaction_power"]
     tables += [_body(arrays), _motion(arrays), *_turning(course), *_bending(arrays)]
-    tables += [acting(arrays, arrays["load_force"], arrays["load_power"])] if each else []
+    if each:
+        tables += [acting(arrays, arrays["load_force"], arrays["load_power"]), stored(arrays, arrays["part_energy"])]
     tables += [powers(arrays, loads, joints)]
     off = abs(loads.sum() + joints.sum()) / max(abs(loads).sum() + abs(joints).sum(), 1e-300)
     lines = [f"mean powers: off balance by {off:.1e}"]

@@ -20,7 +20,11 @@ def show(
     *,
     save: Annotated[Path | None, Parameter(help="Write a page with a picture, of a run with plots (.html).")] = None,
     loads: Annotated[
-        bool, Parameter(negative=(), help="Of a run: tell the mean force and power of each load on each part.")
+        bool,
+        Parameter(
+            negative=(),
+            help="Of a run: tell the mean force and power of each load on each part, and each part's energy.",
+        ),
     ] = False,
 ) -> None:
     """Show the parts of a robot and how it lies in the water, or the summary of a saved run."""

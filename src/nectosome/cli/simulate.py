@@ -43,7 +43,8 @@ def simulate(
     step: Annotated[str, Parameter(help="Length of a mission's time steps.", allow_leading_hyphen=True)] = _STEP,
     plot: Annotated[Path | None, Parameter(help="Write a page with figures to this file (.html).")] = None,
     loads: Annotated[
-        bool, Parameter(negative=(), help="Tell the mean force and power of each load on each part.")
+        bool,
+        Parameter(negative=(), help="Tell the mean force and power of each load on each part, and each part's energy."),
     ] = False,
 ) -> int:
     """Simulate a robot in water, for a time or through the modes of a mission, and print a summary."""

@@ -23,7 +23,9 @@ def steady(
         list[str] | None, Parameter("--set", help="PATH=VALUE, such as omega=14.4rad/s; may be repeated.")
     ] = None,
     save: Annotated[Path | None, Parameter(help="Write the steady motion to this netCDF file (.nc).")] = None,
-    loads: Annotated[bool, Parameter(negative=(), help="Tell the force and power of each load on each part.")] = False,
+    loads: Annotated[
+        bool, Parameter(negative=(), help="Tell the force and power of each load on each part, and each part's energy.")
+    ] = False,
 ) -> int:
     """Find the steady motion of a robot and say whether it lasts."""
     if save is not None:

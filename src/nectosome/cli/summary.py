@@ -7,7 +7,18 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos
+from nectosome.cli.page import (
+    acting,
+    columns,
+    ending,
+    is_joint,
+    number,
+    page,
+    powers,
+    reaction_unit,
+    servos,
+    stored,
+)
 from nectosome.io import InputError, drive_period, numeric_paths, parse_robot, show_quantity, with_values
 
 if TYPE_CHECKING:
@@ -21,7 +32,7 @@ _SHARE = 0.1  # of a run, that means are over
 
 
 def summary(arrays: "Arrays", attributes: "Mapping[str, Any]", loads: bool = False) -> Group:
-    """Return body, joints, powers, energies and status; with `loads`, each load on each part as well.
+    """Return body, joints, powers, energies and status; with `loads`, each load on each part, and each part's energy.
 
     Means are over a cycle, or over the last whole beats of another run, about a tenth of it where it has many; where
     nothing beats, or no beat is over yet, over its last tenth.
@@ -42,6 +53,8 @@ def summary(arrays: "Arrays", attributes: "Mapping[str, Any]", loads: bool = Fal
     if any(map(is_joint, arrays["prescribed"])):
         tables.append(_joints(arrays, mean("reaction")))
     tables += [acting(arrays, mean("load_force"), mean("load_power"))] if loads else []
+    if loads and "part_energy" in arrays:  # a run that was saved by others may not tell it
+        tables.append(stored(arrays, mean("part_energy")))
     tables += [
         powers(arrays, mean("load_power").sum(axis=1), mean("reaction_power")),
         _energies(arrays, mean("energy")),

@@ -34,6 +34,7 @@ class Diagnosis(NamedTuple):
     momentum: Float[Array, "3"]  # of the body's own matter, world frame [kg m/s]
     angular_momentum: Float[Array, "3"]  # the same about the world's origin [kg m2/s]
     energy: Float[Array, "3"]  # kinetic of the body, kinetic of the water it carries, elastic [J]
+    part_energy: Float[Array, "parts 3"]  # the same of each part
     energy_rate: Float[Array, ""]  # d/dt of their sum [W]
     bending: Bending
 
@@ -57,25 +58,23 @@ def driving(robot: Robot) -> Bool[np.ndarray, "loads parts"]:
     return out
 
 
-def energies(robot: Robot, t: Array, x: State) -> Float[Array, "3"]:
-    """Kinetic energy of the body, of the water it carries (relative to the current), elastic energy of the rods [J]."""
+def energies(robot: Robot, t: Array, x: State) -> Float[Array, "parts 3"]:
+    """Kinetic energy of each part, of the water it carries (relative to the current), elastic energy of rods [J]."""
     tree = robot.tree
     q, v, _ = tree.complete(t, x.q, x.v)
     shape = tree.shape(q)
     twist = tree.twists(shape, v)
     relative, _ = robot.relative(t, shape, twist, twist)
-    elastic = jnp.zeros(())
+    own = 0.5 * jnp.sum(twist * times(robot.inertia, twist), axis=1)  # of each station
+    carried = 0.5 * jnp.sum(relative * times(robot.carried(t, shape, twist, x.z)[0], relative), axis=1)
+    found = []
     for part, place in zip(tree.parts, tree.layout, strict=True):
+        elastic = jnp.zeros(())
         if isinstance(part.body, Rod):
             bent = q[place.q][part.joint.nq :]
-            elastic += 0.5 * bent @ part.body.stiffness @ bent
-    return jnp.stack(
-        [
-            0.5 * jnp.sum(twist * times(robot.inertia, twist)),
-            0.5 * jnp.sum(relative * times(robot.carried(t, shape, twist, x.z)[0], relative)),
-            elastic,
-        ]
-    )
+            elastic = 0.5 * bent @ part.body.stiffness @ bent
+        found.append(jnp.stack([jnp.sum(own[place.stations]), jnp.sum(carried[place.stations]), elastic]))
+    return jnp.stack(found)
 
 
 def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
@@ -143,7 +142,8 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
         drive_velocity=v[tree.prescribed_v],
         momentum=jnp.sum(linear, axis=0),
         angular_momentum=jnp.sum(angular, axis=0),
-        energy=energy,
+        energy=jnp.sum(energy, axis=0),
+        part_energy=energy,
         energy_rate=jnp.sum(energy_rate),
         bending=bending_of(robot, q),
     )

@@ -30,6 +30,7 @@ class CycleMeans(NamedTuple):
     reaction: Float[Array, "prescribed"]  # what the drives of prescribed joints give [N m, N]
     reaction_power: Float[Array, "prescribed"]  # [W]
     energy: Float[Array, "3"]  # kinetic, of the water carried along, elastic [J]
+    part_energy: Float[Array, "parts 3"]
     reaction_peak: Float[Array, "prescribed"]
     drive_velocity_peak: Float[Array, "prescribed"]  # [rad/s, m/s]
     hinge_strain_peak: Float[Array, "parts"]  # NaN where a part sits on no flexible layer
@@ -91,6 +92,7 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
         reaction=mean.reaction,
         reaction_power=mean.reaction_power,
         energy=mean.energy,
+        part_energy=mean.part_energy,
         reaction_peak=_largest(once.reaction),
         drive_velocity_peak=_largest(once.drive_velocity),
         hinge_strain_peak=_largest(once.bending.hinge_strain),

@@ -75,6 +75,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
     "reaction_power": (("prescribed",), "W"),
     "drive_velocity": (("prescribed",), "rad/s or m/s"),
     "energy": (("form",), "J"),
+    "part_energy": (("part", "form"), "J"),
     "hinge_strain": (("part",), "1"),
     "hinge_stress": (("part",), "Pa"),
 }
