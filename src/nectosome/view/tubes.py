@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 AROUND = 12  # points on a ring
+STATIONS = ("station_x", "half_width", "position", "rotation")  # what of a run tells where its stations are
 _FINER = 3  # rings per interval between a rod's stations, where rings have that many points
 
 
@@ -73,10 +74,20 @@ def part_rings(
     `around`, a multiple of four, is how many points they have; along a curve they come closer in proportion.
     """
     own = np.flatnonzero(run["station_part"].values == part)
-    x = run["station_x"].values[own]
-    position, rotation = run["position"].values[:, own], run["rotation"].values[:, own]
-    half = run["half_width"].values[own]
-    if not np.any(half > 0) or (len(own) == 1 and x[0] == 0):
+    x, half, position, rotation = (run[name].values for name in STATIONS)
+    return rings_of(x[own], half[own], position[:, own], rotation[:, own], shape, around)
+
+
+def rings_of(
+    x: Float[np.ndarray, "n"],
+    half: Float[np.ndarray, "n 2"],
+    position: Float[np.ndarray, "t n 3"],
+    rotation: Float[np.ndarray, "t n 3 3"],
+    shape: str,
+    around: int = AROUND,
+) -> Float[np.ndarray, "t rings around 3"] | None:
+    """The same of a part's stations: places along it [m], half axes [m], poses in the world frame."""
+    if not np.any(half > 0) or (len(x) == 1 and x[0] == 0):
         return None
     if x[0] == 0:  # a rod's first station is its root; that of a rigid part its centre
         x, position, rotation, half = finer(x, position, rotation, half, around * _FINER // AROUND)

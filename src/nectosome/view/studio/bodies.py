@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from nectosome.io import RobotDescription
 from nectosome.view.robot3d import HARD
 from nectosome.view.style import BLUE, source_lines
-from nectosome.view.tubes import finer, part_rings, shape_of, triangles, visible
+from nectosome.view.tubes import STATIONS, finer, rings_of, shape_of, triangles, visible
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,18 +55,19 @@ class Soft:
     Slices are worked out when they are looked at, since most moments never are.
     """
 
-    def __init__(self, run: "xr.Dataset", own: Int[np.ndarray, "n"]):
-        self.x = run["station_x"].values[own]  # [m]
-        self._half = run["half_width"].values[own]
-        position, rotation = run["position"].values[:, own], run["rotation"].values[:, own]
+    def __init__(
+        self,
+        x: Float[np.ndarray, "n"],
+        half: Float[np.ndarray, "n 2"],
+        position: Float[np.ndarray, "t n 3"],
+        rotation: Float[np.ndarray, "t n 3 3"],
+        forces: Float[np.ndarray, "t loads n 3"],
+    ):
+        self.x, self._half, self._forces = x, half, forces  # [m], [m], of the water [N/m]
         root = rotation[:, 0]
         self.place, self.turn = position[:, 0], _quaternions(root)
         self._position = np.einsum("tji,tnj->tni", root, position - position[:, :1])
         self._rotation = np.einsum("tji,tnjk->tnik", root, rotation)
-        self._forces = np.zeros((1, 1, len(own), 3))
-        if "line_force" in run:
-            outer = [name not in _LEFT_OUT for name in run["load"].values]
-            self._forces = run["line_force"].values[:, outer][:, :, own]
 
     def slices(self, k: int) -> Slices:
         """Slices of moment k, in the frame of the root."""
@@ -119,26 +120,40 @@ def bodies_of(run: "xr.Dataset", robot: RobotDescription | None) -> dict[str, Ri
     Those of points are as `visible` has them.
     """
     run, found, hard = visible(run, robot), {}, 0
-    first = run[["station_part", "station_x", "half_width", "position", "rotation"]].isel(time=[0])
+    stations = run["station_part"].values
+    forces = _forces(run)
+    x, half, position, rotation = (run[name].values for name in STATIONS)
     for part in map(str, run["part"].values):
-        own = np.flatnonzero(run["station_part"].values == part)
-        x, half = run["station_x"].values[own], run["half_width"].values[own]
-        if not np.any(half > 0) or (len(own) == 1 and x[0] == 0):
+        own = np.flatnonzero(stations == part)
+        if not np.any(half[own] > 0) or (len(own) == 1 and x[own[0]] == 0):
             continue
-        if x[0] == 0:
-            found[part] = Soft(run, own)
+        at = x[own], half[own], position[:, own], rotation[:, own]
+        if x[own[0]] == 0:
+            found[part] = Soft(*at, forces[:, :, own])
         else:
-            found[part] = _rigid(run, first, part, own[0], shape_of(robot, part), HARD[hard % len(HARD)])
+            found[part] = _rigid(*at, shape_of(robot, part), HARD[hard % len(HARD)])
             hard += 1
     return found
 
 
-def _rigid(run: "xr.Dataset", first: "xr.Dataset", part: str, station: int, shape: str, colour: str) -> Rigid:
-    """A part of a run whose first moment is given."""
-    found = part_rings(first, part, shape)
+def _forces(run: "xr.Dataset") -> Float[np.ndarray, "t loads n 3"]:
+    """What each load of the water does along rods [N/m]; nothing where the run does not tell it."""
+    if "line_force" not in run:
+        return np.zeros((1, 1, run.sizes["station"], 3))
+    return run["line_force"].values[:, [name not in _LEFT_OUT for name in run["load"].values]]
+
+
+def _rigid(
+    x: Float[np.ndarray, "n"],
+    half: Float[np.ndarray, "n 2"],
+    position: Float[np.ndarray, "t n 3"],
+    rotation: Float[np.ndarray, "t n 3 3"],
+    shape: str,
+    colour: str,
+) -> Rigid:
+    found = rings_of(x, half, position[:1], rotation[:1], shape)
     assert found is not None
-    place, R = run["position"].values[:, station], run["rotation"].values[:, station]
-    rings = found[0]
+    place, R, rings = position[:, 0], rotation[:, 0], found[0]
     vertices = (rings.reshape(-1, 3) - place[0]) @ R[0]
     return Rigid(place, _quaternions(R), vertices, triangles(rings.shape[0], rings.shape[1]), colour)
 
