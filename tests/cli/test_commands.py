@@ -44,6 +44,9 @@ def test_each_load_on_each_part_and_the_energy_of_parts_are_told_on_request(nect
     page = rows(answer.out)
     assert [float(x) for x in page["weight on body"][3:6]] == pytest.approx([0, 0, -WEIGHT], rel=1e-3)
     assert float(page["drag on body"][5]) == pytest.approx(WEIGHT / 6, rel=1e-3)
+    power, energy = float(page["weight on body"][7]), float(page["weight on body"][9])
+    tenth = 0.1 * float(load_dataset(ball_run)["time"][-1])
+    assert (power, energy) == pytest.approx((WEIGHT * SPEED, WEIGHT * SPEED * tenth), rel=1e-3)
     assert float(page["body"][1]) == pytest.approx(WEIGHT / 9.80665 * SPEED**2 / 2, rel=1e-3)  # the table's only row
     refused = nectosome("show", "eel", "--loads")
     assert (refused.code, refused.out) == (2, "")

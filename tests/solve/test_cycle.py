@@ -173,7 +173,7 @@ def test_derivatives_are_those_of_finite_differences_and_what_has_no_value_spoil
         _, ahead, behind = value
         there = ~np.isnan(ahead)
         difference = ((ahead - behind) / (2 * h))[there]
-        assert np.abs(difference).max(initial=0.0) > 1e-6 or name.startswith("bending") or name.endswith("energy"), name
+        assert np.abs(difference).max(initial=0.0) > 1e-6 or name.startswith("bending") or name == "energy", name
         scale = np.abs(difference).max(initial=1e-9)
         np.testing.assert_allclose(slope[0][there], difference, rtol=0, atol=2e-6 * scale, err_msg=name)
     assert np.isnan(values.hinge_stress_peak[0]).tolist() == [True, True, False]

@@ -44,14 +44,19 @@ def powers(arrays: "Arrays", loads: "np.ndarray", joints: "np.ndarray") -> Table
     return table
 
 
-def acting(arrays: "Arrays", force: "np.ndarray", power: "np.ndarray") -> Table:
-    """Return the mean force [load, part, axis] and power [load, part] of each load on each part, those not all 0."""
-    table = columns("load on part", "x", "y", "z", "unit", "power", "unit")
+def acting(arrays: "Arrays", force: "np.ndarray", power: "np.ndarray", time: float) -> Table:
+    """Return what each load does to each part, where it does anything.
+
+    Mean force [load, part, axis], mean power [load, part], and the energy that it gives in the time [s] of the means;
+    of a moment there is none.
+    """
+    table = columns("load on part", "x", "y", "z", "unit", "power", "unit", *(("energy", "unit") if time else ()))
     for i, load in enumerate(map(str, arrays["load"])):
         for k, part in enumerate(map(str, arrays["part"])):
             if force[i, k].any() or power[i, k]:
                 pushes = (number(x) for x in force[i, k])
-                table.add_row(f"{load.replace('_', ' ')} on {part}", *pushes, "N", number(power[i, k]), "W")
+                gives = (number(time * power[i, k]), "J") if time else ()
+                table.add_row(f"{load.replace('_', ' ')} on {part}", *pushes, "N", number(power[i, k]), "W", *gives)
     return table
 
 

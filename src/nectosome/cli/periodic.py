@@ -105,7 +105,8 @@ def _page(arrays: "Arrays", course: "Course", attributes: "Mapping[str, Any]", e
     loads, joints = arrays["load_power"].sum(axis=1), arrays["reaction_power"]
     tables += [_body(arrays), _motion(arrays), *_turning(course), *_bending(arrays)]
     if each:
-        tables += [acting(arrays, arrays["load_force"], arrays["load_power"]), stored(arrays, arrays["part_energy"])]
+        means = arrays["load_force"], arrays["load_power"]
+        tables += [acting(arrays, *means, attributes["period"]), stored(arrays, arrays["part_energy"])]
     tables += [powers(arrays, loads, joints)]
     off = abs(loads.sum() + joints.sum()) / max(abs(loads).sum() + abs(joints).sum(), 1e-300)
     lines = [f"mean powers: off balance by {off:.1e}"]

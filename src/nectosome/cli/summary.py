@@ -52,7 +52,7 @@ def summary(arrays: "Arrays", attributes: "Mapping[str, Any]", loads: bool = Fal
     tables = [_body(arrays, mean("velocity")[0])]
     if any(map(is_joint, arrays["prescribed"])):
         tables.append(_joints(arrays, mean("reaction")))
-    tables += [acting(arrays, mean("load_force"), mean("load_power"))] if loads else []
+    tables += [acting(arrays, mean("load_force"), mean("load_power"), time[-1] - start)] if loads else []
     if loads and "part_energy" in arrays:  # a run that was saved by others may not tell it
         tables.append(stored(arrays, mean("part_energy")))
     tables += [

@@ -100,7 +100,7 @@ def _resting(robot: Robot, description: RobotDescription) -> Answer:
 
 def _turning(found: Steady, description: RobotDescription, period: float) -> Answer:
     """A steady motion over a turn of its drives [s]."""
-    robot, times = found.value.system, jnp.asarray(np.linspace(0.0, period, MOMENTS))
+    robot, times = found.value.system, jnp.linspace(0.0, period, MOMENTS)
     states, d, means = remembered(turn, robot, found.state, times)
     run = Run(Trajectory(robot, times, states), found.status, {}, found.residual)
     return _answer(run, description, "steady motion", period, means, results_of(run, d, None, {}))
