@@ -9,7 +9,7 @@ def test_numbers_stand_in_readable_units_with_a_history_of_their_own():
     numbers = Numbers()
     numbers.add({"speed": 0.5, "power": 2.0, "torque": np.nan})
     numbers.add({"speed": 0.25, "power": 2.0, "torque": np.nan})
-    page = numbers.html("steady <motion>", bad=False)
+    page = numbers.html([("steady <motion>", False)])
     assert 'id="studio-speed">250</td>' in page
     assert ">mm/s</td>" in page
     assert "torque" not in page
@@ -22,9 +22,10 @@ def test_of_another_robot_they_begin_anew():
     numbers = Numbers()
     numbers.add({"speed": 0.5})
     numbers.forget()
-    assert "speed" not in numbers.html("", bad=False)
+    assert "speed" not in numbers.html([("", False)])
     numbers.add({"power": 1.0})
-    page = numbers.html("no", bad=True)
+    page = numbers.html([("steady", False), ("no", True)])
     assert "speed" not in page
     assert "<polyline" not in page
-    assert "#D55E00" in page
+    assert '#D55E00">no</div>' in page
+    assert page.count("#D55E00") == 1

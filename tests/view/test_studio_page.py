@@ -140,6 +140,21 @@ def test_it_is_looked_at_in_other_ways(page, capfd):
     assert "Traceback" not in capfd.readouterr().err
 
 
+def test_what_came_of_a_deed_stands_until_the_next_whatever_answers_come(page, studio):
+    page.get_by_role("tab", name="Files").click()
+    field(page, "Name").fill("../out")
+    page.get_by_role("button", name="Save robot").click()
+    said(page, "cannot be used as a file name")
+    session, before = [*studio._sessions.values()][-1], count(page)
+    session.become(session.description)
+    answered(page, before + 1)
+    words = page.inner_text("#studio-words")
+    assert "periodic" in words and "cannot be used as a file name" in words
+    page.get_by_role("tab", name="Robot").click()
+    turn(page, 1)
+    assert "cannot be used" not in page.inner_text("#studio-words")
+
+
 def test_what_is_set_is_saved_and_opened_again(page, folder):
     turn(page, 5)
     page.get_by_role("tab", name="Files").click()

@@ -1,6 +1,7 @@
 """The numbers of an answer as a small table, each with the history of what the sliders did to it."""
 
 from collections import deque
+from collections.abc import Iterable
 from html import escape
 
 import numpy as np
@@ -10,6 +11,7 @@ from nectosome.io import show_quantity
 
 _KEPT = 60  # answers
 _SHOWN = ("speed", "thrust", "torque", "power", "efficiency", "cost_of_transport")
+_BAD = "#D55E00"
 _W, _H = 90, 22  # of a history [px]
 
 
@@ -31,15 +33,15 @@ class Numbers:
         for history in self._history.values():
             history.clear()
 
-    def html(self, words: str, bad: bool) -> str:
-        """The table, and a line of words about the motion under it."""
+    def html(self, lines: Iterable[tuple[str, bool]]) -> str:
+        """The table, and under it lines of words, each with whether it is bad news."""
         known = {name: history for name, history in self._history.items() if history and np.isfinite(history[-1])}
         rows = [self._row(name, history) for name, history in known.items() if any(history)]
-        colour = "#D55E00" if bad else "inherit"
-        line = f'<div style="color:{colour};margin-top:4px" id="studio-words">{escape(words)}</div>'
+        said = (f'<div style="color:{_BAD if bad else "inherit"}">{escape(words)}</div>' for words, bad in lines if words)
         table = f'<table style="width:100%;border-collapse:collapse">{"".join(rows)}</table>'
+        below = f'<div style="margin-top:4px" id="studio-words">{"".join(said)}</div>'
         style = "font-size:13px;padding:0 12px 6px"
-        return f'<div style="{style}" id="studio-answer" data-count="{self._count}">{table}{line}</div>'
+        return f'<div style="{style}" id="studio-answer" data-count="{self._count}">{table}{below}</div>'
 
     def _row(self, name: str, history: deque[float]) -> str:
         value, _, unit = show_quantity(history[-1], QUANTITIES[name].dimension).partition(" ")

@@ -48,6 +48,7 @@ class Session:
     def __init__(self, client: "viser.ClientHandle", robot: str, folder: Folder):
         self._client, self.gui, self.folder = client, client.gui, folder
         self._stage, self._numbers = Stage(client.scene), Numbers()
+        self._words = {"motion": ("", False), "deed": ("", False)}  # of what is shown, and of what the user did last
         self._drawing = threading.RLock()  # the stage changes, or shows a moment, one after the other
         self._answer: Answer | None = None
         self._live = False  # whether what is shown is made while it is shown
@@ -106,6 +107,7 @@ class Session:
         self._go_on(False)
         with self._drawing, self._client.atomic():
             self._live, self._answer = True, None
+            self._tell("motion", "", bad=False)
             self._stage.load(run, self.description, 0.0, self._look)
             self._stage.at(0.0)
 
@@ -147,6 +149,7 @@ class Session:
         with self._setting, self._drawing:
             self.description, self.problem = description, problem
             self._opened, self._answer = self._opened + 1, None
+            self._words["deed"] = "", False
             self._solve = Solver()  # what the last robot did is no place to begin for another one
             self._latest = Latest(self._work)
             self._numbers.forget()
@@ -235,6 +238,7 @@ class Session:
             with self._setting:
                 if slider not in self._sliders:
                     return
+                self._words["deed"] = "", False
                 self.description = with_values(self.description, {knob.name: float(slider.value) * knob.factor})
                 self._player.hold(_SOON)
                 self._ask()
@@ -291,7 +295,7 @@ class Session:
 
         def tell(words: str, bad: bool) -> None:
             if opened == self._opened:
-                self.tell(f"{words} What is shown is the last answer.", bad)
+                self._tell("motion", f"{words} What is shown is the last answer.", bad)
 
         with told(tell):
             with self._waiting(opened):
@@ -313,10 +317,10 @@ class Session:
                 with self._drawing:
                     if done.is_set() or opened != self._opened or self._live:
                         return
-                    self._tell(f"{words}: {time.perf_counter() - began:.0f} s so far", bad=False)
+                    self._tell("motion", f"{words}: {time.perf_counter() - began:.0f} s so far", bad=False)
 
         if self._answer is None:
-            self.tell(_FIRST, bad=False)
+            self._tell("motion", _FIRST, bad=False)
         threading.Thread(target=count, name="studio-waiting", daemon=True).start()
         try:
             yield
@@ -334,7 +338,7 @@ class Session:
             self._stage.load(answer.run, answer.robot, answer.period, self._look)
             self._stage.at(self._player.time)
             self._numbers.add(answer.numbers)
-            self._tell(words, bad=bool(answer.warning))
+            self._tell("motion", words, bad=bool(answer.warning))
             self._tell_colours()
             self._scrub.max = round(max(self._stage.course.end, 1e-3), 3)
             self._play.disabled = self._scrub.disabled = self._stage.course.end == 0  # at rest
@@ -357,12 +361,13 @@ class Session:
                 self._scrub.value = round(t % course.end if course.end else 0.0, 3)
 
     def tell(self, words: str, bad: bool) -> None:
-        """Say something under the numbers."""
-        with self._drawing:
-            self._tell(words, bad)
+        """Say under the numbers what came of something that the user did; it stays until the next thing is done."""
+        self._tell("deed", words, bad)
 
-    def _tell(self, words: str, bad: bool) -> None:
-        self._board.content = self._numbers.html(words, bad)
+    def _tell(self, of: str, words: str, bad: bool) -> None:
+        with self._drawing:
+            self._words[of] = words, bad
+            self._board.content = self._numbers.html(self._words.values())
 
     def _tell_colours(self) -> None:
         """What the colours of the scene mean."""
