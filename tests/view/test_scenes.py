@@ -2,8 +2,11 @@
 
 import base64
 import re
+from io import BytesIO
 
+import imageio.v3 as imageio
 import pytest
+from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, chromium
 
 from nectosome.io import dump_robot
 from nectosome.robots import describe
@@ -48,3 +51,28 @@ def test_there_are_none_without_robots_or_without_their_package(runs, monkeypatc
     assert made.figure({"bare": runs["bare"]}, "study") == made.head() == ""
     monkeypatch.setattr(scenes, "find_spec", lambda name: None)
     assert made.figure(runs, "study") == made.head() == ""
+
+
+@NEEDS_CHROMIUM
+def test_the_first_plays_where_it_comes_into_view_and_another_where_it_is_chosen(runs, study, tmp_path):
+    study.runs.update(runs)
+    write_report([study], tmp_path / "report.html")
+    with chromium() as browser:
+        page = browser.new_page(viewport={"width": 900, "height": 800})
+        page.set_default_timeout(PATIENCE)
+        page.goto((tmp_path / "report.html").as_uri())
+        frame = page.locator(".scenes iframe")
+        assert frame.get_attribute("srcdoc") is None
+        frame.scroll_into_view_if_needed()
+        page.frame_locator(".scenes iframe").locator("canvas").first.wait_for()
+        first = frame.get_attribute("srcdoc")
+        assert page.inner_text(".scenes .on") == "swims"
+        page.get_by_role("button", name="drifts").click()
+        assert page.inner_text(".scenes .on") == "drifts"
+        assert frame.get_attribute("srcdoc") not in (None, first)
+        page.frame_locator(".scenes iframe").locator("canvas").first.wait_for()
+        page.wait_for_timeout(4000)
+        shot = frame.screenshot()
+        (tmp_path / "scene.png").write_bytes(shot)
+        pixels = imageio.imread(BytesIO(shot), extension=".png")[..., :3].astype(int)
+        assert (pixels.max(axis=-1) - pixels.min(axis=-1) > 60).any()  # the rod is blue, all around it is grey

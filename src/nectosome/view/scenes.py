@@ -30,7 +30,12 @@ function playScene(button) {
   const box = button.closest(".scenes"), data = document.getElementById(button.value).textContent;
   box.querySelectorAll("button").forEach(b => b.classList.toggle("on", b === button));
   box.querySelector("iframe").srcdoc = scenePage[0] + data + scenePage[1];
-}</script>"""
+}
+const cameIntoView = new IntersectionObserver(boxes => boxes.filter(box => box.isIntersecting).forEach(box => {
+  cameIntoView.unobserve(box.target);
+  if (!box.target.querySelector(".on")) playScene(box.target.querySelector("button"));
+}));
+document.querySelectorAll(".scenes").forEach(box => cameIntoView.observe(box));</script>"""
 
 
 class Scenes:
@@ -42,6 +47,7 @@ class Scenes:
     def figure(self, runs: "Mapping[str, xr.Dataset]", key: str) -> str:
         """Buttons and a frame for the last three periods, or five seconds, of each run that carries its robot.
 
+        The first one is begun when the frame comes into view: a browser has room for some scenes at once, not for all.
         Empty where no run does, and where viser is not installed. `key` is unique on the page.
         """
         shown = {name: robot for name, run in runs.items() if (robot := _robot(run)) is not None}
@@ -63,7 +69,7 @@ class Scenes:
         )
 
     def head(self) -> str:
-        """What the scenes need, to come after their figures were made; empty without any."""
+        """What the scenes need, to come after their figures in the page; empty without any."""
         if not self._around:
             return ""
         return _HEAD.replace("PAGE", json.dumps(self._around).replace("<", "\\u003c"))

@@ -37,7 +37,7 @@ class Numbers:
         """The table, and under it lines of words, each with whether it is bad news."""
         known = {name: history for name, history in self._history.items() if history and np.isfinite(history[-1])}
         rows = [self._row(name, history) for name, history in known.items() if any(history)]
-        said = (f'<div style="color:{_BAD if bad else "inherit"}">{escape(words)}</div>' for words, bad in lines if words)
+        said = (_line(words, bad) for words, bad in lines if words)
         table = f'<table style="width:100%;border-collapse:collapse">{"".join(rows)}</table>'
         below = f'<div style="margin-top:4px" id="studio-words">{"".join(said)}</div>'
         style = "font-size:13px;padding:0 12px 6px"
@@ -51,6 +51,10 @@ class Numbers:
             f'<td style="padding-left:4px;width:5em">{unit}</td><td>{_curve([*history])}</td>',
         )
         return f"<tr>{''.join(cells)}</tr>"
+
+
+def _line(words: str, bad: bool) -> str:
+    return f'<div style="color:{_BAD if bad else "inherit"}">{escape(words)}</div>'
 
 
 def _curve(values: list[float]) -> str:
