@@ -21,7 +21,8 @@ def test_each_slider_holds_the_robots_value_and_every_place_of_it_is_allowed(nam
     for knob in knobs:
         value = float(get_value(robot, knob.name))
         assert knob.low <= knob.shown(value) <= knob.high
-        assert knob.shown(value) * knob.factor == pytest.approx(value, rel=1e-9)
+        assert abs(knob.shown(value) * knob.factor - value) <= 0.051 * knob.step * knob.factor
+        assert len(f"{knob.shown(value):.10g}") <= 6  # what the field beside it has room for
         assert 299 <= (knob.high - knob.low) / knob.step <= 1000
         assert np.isclose(knob.low / knob.step, round(knob.low / knob.step))
         for place in (knob.low, knob.high):

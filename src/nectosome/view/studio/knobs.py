@@ -30,8 +30,8 @@ class Knob(NamedTuple):
         return f"{self.name} ({self.unit})" if self.unit else self.name
 
     def shown(self, value: float) -> float:
-        """Value [SI] in the slider's unit, within its range."""
-        return float(f"{min(max(value / self.factor, self.low), self.high):.10g}")
+        """Value [SI] in the slider's unit, within its range, with one decimal more than its step has."""
+        return round(min(max(value / self.factor, self.low), self.high), 1 - math.floor(math.log10(self.step)))
 
 
 def knobs_of(description: RobotDescription, ranges: Mapping[str, str]) -> list[Knob]:

@@ -50,6 +50,7 @@ class Surroundings:
             self.nodes["/around/ground"] = scene.add_grid("/around/ground", **plane, **ground)
         if water.surface is not None:
             pane = {"plane_color": _WATER, "plane_opacity": 0.25, "position": (0, 0, water.surface - first[2])}
+            pane |= {"cell_thickness": 0.0, "section_thickness": 0.0}  # what is under it is looked at through it
             self.nodes["/around/surface"] = scene.add_grid("/around/surface", **plane, **pane)
         for name, x in zip(("low", "high"), water.walls or (), strict=False):
             side = {"dimensions": (0.01 * size, 8 * size, 2 * size), "opacity": 0.3}
