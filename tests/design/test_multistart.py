@@ -1,6 +1,7 @@
 """Many starts: the same whoever runs them, whatever befell the run before."""
 
 import json
+import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -158,6 +159,19 @@ def test_a_cancelled_run_keeps_what_is_done(tmp_path, workers):
     rest = multistart(task, Gradient(), 12, folder=tmp_path, **how)
     assert not rest.cancelled
     assert same(rest, multistart(task, Gradient(), 12, executor=HERE))
+
+
+def test_a_worker_that_is_far_from_its_next_evaluation_is_ended(tmp_path):
+    task, begun = Known("disc", pause=600.0, log=str(tmp_path)), []
+
+    def progress(done, best, evaluations):
+        if any(file.name.isdigit() for file in tmp_path.iterdir()):  # an evaluation is under way
+            begun.append(time.perf_counter())
+        return not begun
+
+    part = multistart(task, Gradient(), 2, progress=progress, workers=2)
+    assert part.cancelled and not part.starts
+    assert time.perf_counter() - begun[0] < 60
 
 
 def test_an_interrupted_run_keeps_what_is_done(tmp_path):

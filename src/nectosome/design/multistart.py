@@ -193,9 +193,10 @@ class _Run:
                 workers.stop.set()
             for future in futures:
                 future.cancel()
-            wait(futures)  # those in this process and in our workers stop at their next evaluation
+            wait(futures)  # those in this process stop at their next evaluation, our workers soon
             _STOPPED.discard(id(token))
-        self._collect({future for future in futures if not future.cancelled()})
+        ended = (future for future in futures if not future.cancelled())
+        self._collect({future for future in ended if not isinstance(future.exception(), BrokenProcessPool)})
 
     def _collect(self, futures: set[Future[Start | None]]) -> None:
         for future in futures:

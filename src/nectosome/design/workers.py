@@ -1,9 +1,14 @@
-"""Processes that run starts: spawned, deaf to Ctrl-C, and gone when the process that began them is gone."""
+"""Processes that run starts: spawned, deaf to Ctrl-C, and gone when the process that began them is gone.
+
+Told to stop, they do so at their next evaluation. One that is far from it, as while it compiles, is ended: what it had
+computed before is in its journal.
+"""
 
 import multiprocessing
 import os
 import signal
 import threading
+import time
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
@@ -11,6 +16,7 @@ _stop: Any = None  # in a worker: the event that says stop
 _count: Any = None  # in a worker: the shared number of evaluations computed
 
 
+_PULSE, _LONGEST = 0.25, 3.0  # s between looks whether to stop, and from then on to the end
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NPROC")  # NPROC is read by XLA
 
 
@@ -66,6 +72,15 @@ def _begin(stop: Any, count: Any) -> None:
     _stop, _count = stop, count
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all; the parent decides
     threading.Thread(target=_follow_parent, daemon=True).start()
+    threading.Thread(target=_follow_stop, daemon=True).start()
+
+
+def _follow_stop() -> None:
+    """End this process where it was told to stop and goes on."""
+    while not stopped():
+        time.sleep(_PULSE)
+    time.sleep(_LONGEST)
+    os._exit(1)
 
 
 def _follow_parent() -> None:
