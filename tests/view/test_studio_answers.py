@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+import nectosome as ns
 from nectosome.io import InputError, parse_robot
+from nectosome.solve import periodic
 from nectosome.view.studio.answers import Solver
 
 G = 9.80665  # m/s2, as the water has it by default
@@ -40,6 +42,31 @@ limbs:
 """
 
 
+SERVO = """
+name: servo
+water: {density: 1000 kg/m3, gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: point
+  mass: 2 kg
+  volume: 0 m3
+  joint: {kind: prismatic, axis: y, stiffness: 50 N/m, damping: 5 N s/m}
+limbs:
+  arm:
+    on: body
+    kind: rigid
+    shape: cylinder
+    length: 100 mm
+    radius: 5 mm
+    mass: 0.1 kg
+    joint:
+      kind: revolute
+      axis: z
+      motion: {kind: sine, amplitude: 30 deg, frequency: 2 Hz}
+      limits: {torque: 5 N m, speed: 60 rpm}
+"""
+
+
 def test_what_falls_is_seen_falling():
     """Half of g t^2 down, g t/2 on the mean; nothing else is told, as it is no cycle."""
     answer = Solver()(parse_robot(BALL.format(spring="")))
@@ -70,6 +97,21 @@ def test_what_is_pushed_while_something_turns_on_it_is_told_over_one_turn():
         assert answer.numbers["power"] == pytest.approx(0, abs=1e-9)
         place = answer.run["position"].values[:, 0, 0]
         np.testing.assert_allclose(np.diff(place), speed * answer.period / 64, rtol=1e-9)
+
+
+def test_speed_counts_along_what_is_forward_where_that_is_said():
+    robot = parse_robot(PUSHED)
+    along, against, across = (Solver(forward)(robot).numbers["speed"] for forward in ("x", "-x", "y"))
+    assert along == pytest.approx(np.sqrt(2 * 4.0 / (1000 * 5e-4)), rel=1e-9)
+    assert (against, across) == (pytest.approx(-along), pytest.approx(0, abs=1e-12))
+
+
+def test_what_a_servo_cannot_do_is_told_and_numbers_are_those_of_the_command():
+    answer, found = Solver()(parse_robot(SERVO)), periodic(ns.build(parse_robot(SERVO)), 0.5, samples=257)
+    assert answer.kind == "periodic motion"
+    assert answer.run.sizes["time"] == 65
+    assert answer.numbers["power"] == pytest.approx(float(found.means().power), rel=1e-9)
+    assert answer.warning == "the servo of arm.angle cannot do this: more speed than it has."
 
 
 def test_what_cannot_move_is_refused():

@@ -86,7 +86,9 @@ def number(value: float) -> str:
 
 def servos(arrays: "Arrays", torque: "np.ndarray", speed: "np.ndarray") -> list[str]:
     """Return the largest torque [N m] and speed [rad/s] asked of servos whose limits are known, and what is beyond."""
-    asked, warned = [], []
+    from nectosome.solve import overloaded
+
+    asked = []
     limits = zip(arrays["prescribed"], arrays["reaction_limit"], arrays["drive_velocity_limit"], strict=True)
     for (name, most, fastest), given, rate in zip(limits, torque, speed, strict=True):
         if most != most:  # NaN: none is known
@@ -95,9 +97,7 @@ def servos(arrays: "Arrays", torque: "np.ndarray", speed: "np.ndarray") -> list[
             f"servo of {name}: at most {number(given)} N m, {given / most:.0%} of its {number(most)} N m; "
             f"{number(rate)} rad/s, {rate / fastest:.0%} of its {number(fastest)} rad/s"
         )
-        beyond = " and ".join(what for what, x in (("torque", given / most), ("speed", rate / fastest)) if x > 1)
-        warned += [f"warning: the servo of {name} cannot do this: more {beyond} than it has"] if beyond else []
-    return asked + warned
+    return [*asked, *(f"warning: {told}" for told in overloaded(arrays, torque, speed))]
 
 
 def ending(attributes: "Mapping[str, Any]") -> str:

@@ -5,7 +5,17 @@ from .equilibrium import Equilibrium, equilibrium
 from .pace import pace
 from .periodic import Course, Periodic, periodic
 from .resting import Resting, held, resting
-from .results import Results, Run, Trajectory, attributes_of, diagnose_all, drive_limits, prepare_results, results_of
+from .results import (
+    Results,
+    Run,
+    Trajectory,
+    attributes_of,
+    diagnose_all,
+    drive_limits,
+    overloaded,
+    prepare_results,
+    results_of,
+)
 from .screw import Screw, screw_of
 from .settle import Settled, settled
 from .simulate import simulate
@@ -35,6 +45,7 @@ __all__ = [
     "held",
     "mean_data",
     "means_of",
+    "overloaded",
     "pace",
     "periodic",
     "prepare_means",

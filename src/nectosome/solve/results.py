@@ -1,6 +1,7 @@
 """Results as labelled data: what users, files and plots see."""
 
 import json
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import equinox as eqx
@@ -147,6 +148,21 @@ def drive_limits(robot: Robot, description: RobotDescription | None) -> Data:
         "reaction_limit": (("prescribed",), np.array([limit.torque for limit in limits]), "N m"),
         "drive_velocity_limit": (("prescribed",), np.array([limit.speed for limit in limits]), "rad/s"),
     }
+
+
+def overloaded(arrays: Mapping[str, np.ndarray], torque: np.ndarray, speed: np.ndarray) -> list[str]:
+    """A sentence for each servo of which more is asked than it has: the largest torque [N m] or speed [rad/s].
+
+    `arrays` are those of results with `drive_limits`, where any are known; values are those of their prescribed joints.
+    """
+    if "reaction_limit" not in arrays:
+        return []
+    told: list[str] = []
+    limits = arrays["prescribed"], arrays["reaction_limit"], arrays["drive_velocity_limit"]
+    for name, most, fastest, given, rate in zip(*limits, torque, speed, strict=True):
+        beyond = " and ".join(what for what, over in (("torque", given > most), ("speed", rate > fastest)) if over)
+        told += [f"the servo of {name} cannot do this: more {beyond} than it has"] if beyond else []
+    return told
 
 
 def attributes_of(run: Run, description: RobotDescription | None, settings: dict[str, Any]) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
 from nectosome.core.remember import remembered
+from nectosome.design.problem import FORWARD
 from nectosome.design.quantities import QUANTITIES, Stroke
 from nectosome.io import InputError, RobotDescription, drive_period
 from nectosome.mechanism import Diagnosis, Robot, diagnose
@@ -19,8 +20,10 @@ from nectosome.solve import (
     Run,
     Steady,
     Trajectory,
+    drive_limits,
     find_symmetry,
     means_of,
+    overloaded,
     periodic,
     resting,
     results_of,
@@ -31,9 +34,11 @@ from nectosome.solve import (
 if TYPE_CHECKING:
     import xarray as xr
 
-MOMENTS = 65  # of a period
+MOMENTS = 65  # of a period that are shown
+_FINER = 4  # by so much are those finer that numbers of a cycle are means of: as many as a sweep takes
 _BEGINNING = 5.0  # s, of a robot that keeps no motion
 _STANDS = 1e-8  # m/s: what is left of a body that is held
+Direction = tuple[float, float, float]  # of the world
 _SHOWN = (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)
 
 
@@ -54,9 +59,13 @@ class Answer(NamedTuple):
 
 
 class Solver:
-    """Answers for one robot after another, each begun where the last one ended."""
+    """Answers for one robot after another, each begun where the last one ended.
 
-    def __init__(self):
+    Numbers are along `forward`, as of a design problem; without, along where the robot goes or is pushed.
+    """
+
+    def __init__(self, forward: str = ""):
+        self._forward = FORWARD.get(forward)
         self._last: State | None = None
 
     def __call__(self, description: RobotDescription) -> Answer:
@@ -76,9 +85,10 @@ class Solver:
             )
         found = self._steady(robot)
         if Status(int(found.status)) != Status.UNSTEADY_DRIVES:
-            return _turning(found, description, period)
-        cycle = periodic(robot, period, samples=MOMENTS)
-        return _answer(cycle, description, "periodic motion", period, cycle.means())
+            return _turning(found, description, period, self._forward)
+        cycle = periodic(robot, period, samples=_FINER * (MOMENTS - 1) + 1)
+        answer = _answer(cycle, description, "periodic motion", period, cycle.means(), forward=self._forward)
+        return answer._replace(run=answer.run.isel(time=slice(None, None, _FINER)))
 
     def _steady(self, robot: Robot) -> Steady:
         """Steady motion from where the last one was, else from rest."""
@@ -95,15 +105,15 @@ def _resting(robot: Robot, description: RobotDescription) -> Answer:
     status = Status(int(found.status))
     if status not in _SHOWN:
         return _begun(robot, description, f"{status.reason}.")
-    return _answer(found, description, "at rest", 0.0, None)
+    return _answer(found, description, "at rest", 0.0)
 
 
-def _turning(found: Steady, description: RobotDescription, period: float) -> Answer:
+def _turning(found: Steady, description: RobotDescription, period: float, forward: Direction | None) -> Answer:
     """A steady motion over a turn of its drives [s]."""
     robot, times = found.value.system, jnp.linspace(0.0, period, MOMENTS)
     states, d, means = remembered(turn, robot, found.state, times)
     run = Run(Trajectory(robot, times, states), found.status, {}, found.residual)
-    return _answer(run, description, "steady motion", period, means, results_of(run, d, None, {}))
+    return _answer(run, description, "steady motion", period, means, results_of(run, d, None, {}), forward)
 
 
 def turn(robot: Robot, x: State, times: Float[Array, "n"]) -> tuple[State, Diagnosis, CycleMeans]:
@@ -119,7 +129,7 @@ def turn(robot: Robot, x: State, times: Float[Array, "n"]) -> tuple[State, Diagn
 def _begun(robot: Robot, description: RobotDescription, why: str) -> Answer:
     """What a robot does at first, from its start, where it keeps no motion."""
     found = simulate(robot, _BEGINNING, samples=MOMENTS)
-    answer = _answer(found, description, f"the first {_BEGINNING:g} s", 0.0, None)
+    answer = _answer(found, description, f"the first {_BEGINNING:g} s", 0.0)
     place = answer.run["position"].values[:, 0]  # the first part is the body
     # over what is no cycle the mean of a force or power tells nothing that lasts
     speed = float(np.linalg.norm(place[-1] - place[0])) / _BEGINNING
@@ -131,26 +141,38 @@ def _answer(
     description: RobotDescription,
     kind: str,
     period: float,
-    means: CycleMeans | None,
+    means: CycleMeans | None = None,
     results: Results | None = None,
+    forward: Direction | None = None,
 ) -> Answer:
+    """Raises InputError with the reason for what is no motion."""
     status = Status(int(found.status))
     if status not in _SHOWN:
         raise InputError(f"{status.reason}.", field=description.name)
-    numbers = {} if means is None else numbers_of(means)
-    warning = f"{status.reason}." if status == Status.UNSTABLE else ""
-    return Answer((results or found.results()).to_dataset(), description, kind, period, numbers, warning)
+    run = (results or found.results()).to_dataset()
+    warned = [status.reason] if status == Status.UNSTABLE else []
+    numbers = dict[str, float]()
+    if means is not None:
+        numbers = numbers_of(means, forward)
+        warned += _overloaded(found.value.system, description, means)
+    return Answer(run, description, kind, period, numbers, " ".join(f"{words}." for words in warned))
 
 
-def numbers_of(means: CycleMeans) -> dict[str, float]:
+def _overloaded(robot: Robot, description: RobotDescription, means: CycleMeans) -> list[str]:
+    """Which servos cannot do it."""
+    arrays = Results(drive_limits(robot, description), {}, {}).arrays | {"prescribed": np.array(robot.prescribed_names)}
+    return overloaded(arrays, np.asarray(means.reaction_peak), np.asarray(means.drive_velocity_peak))
+
+
+def numbers_of(means: CycleMeans, forward: Direction | None) -> dict[str, float]:
     """All `QUANTITIES` of a cycle [SI]; NaN where one makes no sense.
 
-    Forward is where the body goes; of one that is held, where the water pushes it.
+    Where no direction is forward, it is where the body goes; of one that is held, where the water pushes it.
     """
     goes = float(means.speed) > _STANDS
-    there = np.asarray(means.velocity[0] if goes else means.force)
-    forward = there / max(float(np.linalg.norm(there)), 1e-300)
-    found: dict[str, float] = {name: float(value) for name, value in remembered(judged, means, forward).items()}
+    there = np.asarray(forward if forward else means.velocity[0] if goes else means.force)
+    along = there / max(float(np.linalg.norm(there)), 1e-300)
+    found: dict[str, float] = {name: float(value) for name, value in remembered(judged, means, along).items()}
     return found if goes else found | dict.fromkeys(("speed", "efficiency", "cost_of_transport"), np.nan)
 
 
