@@ -105,7 +105,7 @@ def test_a_robot_reaches_its_reference_on_the_page(tmp_path, capfd):
             answered(page, 1)
             page.get_by_role("tab", name="Control").click()
             page.get_by_role("button", name="Start", exact=True).click()
-            said(page, "has no range")
+            said(page, "has no two ends")
             beside(page, "Range").fill("-2:2 N")
             beside(page, "Gains").fill("20, 30, 10")
             page.get_by_role("button", name="Start", exact=True).click()

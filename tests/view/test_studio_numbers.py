@@ -18,6 +18,15 @@ def test_numbers_stand_in_readable_units_with_a_history_of_their_own():
     assert page.count("<polyline") == 2
 
 
+def test_what_was_never_known_has_no_row_whatever_lies_between():
+    numbers = Numbers()
+    for thrust in (0.0, np.nan, 0.0):
+        numbers.add({"thrust": thrust, "power": 1.0})
+    page = numbers.html([])
+    assert "thrust" not in page
+    assert "power" in page
+
+
 def test_of_another_robot_they_begin_anew():
     numbers = Numbers()
     numbers.add({"speed": 0.5})

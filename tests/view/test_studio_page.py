@@ -155,6 +155,18 @@ def test_what_came_of_a_deed_stands_until_the_next_whatever_answers_come(page, s
     assert "cannot be used" not in page.inner_text("#studio-words")
 
 
+def test_what_is_typed_beside_a_slider_is_computed_within_its_range_only(page):
+    before = count(page)
+    beside_slider = page.get_by_role("slider").nth(1).locator("xpath=following::input[not(@type='hidden')][1]")
+    power = page.inner_text("#studio-power")
+    beside_slider.fill("900")
+    said(page, "900 is not from")
+    assert (count(page), page.inner_text("#studio-power")) == (before, power)
+    beside_slider.fill("25")
+    answered(page, before + 1)
+    assert "is not from" not in page.inner_text("#studio-words")
+
+
 def test_what_is_set_is_saved_and_opened_again(page, folder):
     turn(page, 5)
     page.get_by_role("tab", name="Files").click()

@@ -79,6 +79,20 @@ def test_where_there_is_none_the_way_to_one_is_told(session):
     assert session.said == []
 
 
+def test_a_file_that_is_none_is_told_in_the_tab_and_no_longer_once_it_is_mended(session, tmp_path):
+    path = tmp_path / "scorecard.json"
+    path.write_text("{}")
+    tab = Scorecard(session)
+    session.gui.made["File"].value = "scorecard.json"
+    tab.renew()
+    page = session.gui.made["page"]
+    assert "this is not a scorecard" in page.content
+    assert session.said == []
+    path.write_text(json.dumps({"rows": [ROW]}))
+    tab.renew()
+    assert "not a scorecard" not in page.content and "1 row" in page.content
+
+
 def test_what_a_row_says_is_escaped():
     shown = rows_html([ROW, REFUSED])
     assert "speed &lt;b&gt;" in shown and "not &lt;printed&gt;" in shown and "&lt;i&gt;" in shown

@@ -32,8 +32,8 @@ def swept():
 def test_a_point_is_the_nearest_one_in_the_units_of_the_figure(swept):
     """The quantity with more values goes to the right; angles are in degrees."""
     assert place_of("2.2, 58", swept) == {"f": 1, "A": 1}
-    assert place_of("-9, 0", swept) == {"f": 0, "A": 0}
-    for text in ("", "2", "2, x", "2, 58, 1", "nan, 58", "2,"):
+    assert place_of("1, 30", swept) == {"f": 0, "A": 0}
+    for text in ("-9, 0", "0.9, 45", "2, 61", "", "2", "2, x", "2, 58, 1", "nan, 58", "2,"):
         assert place_of(text, swept) is None
 
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from nectosome.io import InputError
-from nectosome.view.studio.work import Work
+from nectosome.view.studio.work import Work, wait_for_work
 
 CLEARED = ("", False)  # what is said as work begins
 
@@ -84,6 +84,20 @@ def test_the_button_ends_it_and_what_was_found_is_handed_on(gui, work):
     work.begin("searching more", lambda progress: progress(1.0, ""), results.append)
     ended()
     assert results[-1] is True
+
+
+def test_what_was_refused_meanwhile_is_told_to_the_end_of_what_was_under_way(work, said):
+    end = threading.Event()
+    work.begin("searching", lambda _: end.wait(10), lambda _: None)
+    with pytest.raises(InputError, match="searching is under way"):
+        work.begin("mapping", lambda _: None, lambda _: None)
+    work.cancel()
+    with pytest.raises(InputError, match="searching is still ending"):
+        work.begin("mapping", lambda _: None, lambda _: None)
+    assert said == [CLEARED]
+    end.set()
+    wait_for_work(20)
+    assert said == [CLEARED, CLEARED]
 
 
 def test_a_double_click_begins_once_and_says_nothing(gui, work, said):

@@ -12,6 +12,8 @@ from nectosome.cli.options import read_count
 from nectosome.cli.output import tell, write
 from nectosome.io import InputError
 
+_PATIENCE = 6.0  # s for work under way, which ends sooner unless it compiles
+
 
 def studio(
     robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")] = "flagellum",
@@ -38,6 +40,7 @@ def studio(
     robots.describe(robot)
 
     from nectosome.view.studio.server import Studio
+    from nectosome.view.studio.work import wait_for_work
 
     page = Studio(robot, folder, host, number)
     try:
@@ -48,5 +51,6 @@ def studio(
             time.sleep(3600)
     except KeyboardInterrupt:
         page.close()
+        wait_for_work(_PATIENCE)
         tell("closed.")
-        os._exit(0)  # at once: what is being compiled cannot be stopped otherwise
+        os._exit(0)  # what is being compiled cannot be stopped otherwise

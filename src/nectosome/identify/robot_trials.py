@@ -103,7 +103,9 @@ def _trial(
     try:
         described = apply_settings(_without_names(apply_settings(description, _conditions(recording)), inputs), driven)
     except InputError as error:
-        raise InputError(error.message, file=file, field=error.field) from None
+        number = "{kind: recording" in error.message  # it was to be read as one
+        message = "is a number: no recording can drive it. Name a signal." if number else error.message
+        raise InputError(message, file=file, field=error.field) from None
     measured = np.stack([_measured(recording, one, file) for one in compared])
     measured[:, time < skip] = np.nan
     for one, row in zip(compared, measured, strict=True):

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 AROUND = 12  # corners of a slice
+_ROUND = 24  # of a rigid part, which is drawn once
 _OVERLAP = 1.06  # of slices, so that none gapes where a rod bends
 _STEP = 0.02  # of a rod's width
 _NO_FORCE = 1e-3  # of the largest: no arrow
@@ -32,6 +33,7 @@ class Rigid(NamedTuple):
     vertices: Float[np.ndarray, "n 3"]  # [m]
     faces: Int[np.ndarray, "m 3"]
     colour: str
+    flat: bool  # whether its faces meet at edges
 
 
 class Slices(NamedTuple):
@@ -151,11 +153,12 @@ def _rigid(
     shape: str,
     colour: str,
 ) -> Rigid:
-    found = rings_of(x, half, position[:1], rotation[:1], shape)
+    found = rings_of(x, half, position[:1], rotation[:1], shape, _ROUND)
     assert found is not None
     place, R, rings = position[:, 0], rotation[:, 0], found[0]
     vertices = (rings.reshape(-1, 3) - place[0]) @ R[0]
-    return Rigid(place, _quaternions(R), vertices, triangles(rings.shape[0], rings.shape[1]), colour)
+    faces = triangles(rings.shape[0], rings.shape[1])
+    return Rigid(place, _quaternions(R), vertices, faces, colour, flat=shape == "box")
 
 
 def _quaternions(R: Float[np.ndarray, "*n 3 3"]) -> Float[np.ndarray, "*n 4"]:

@@ -172,7 +172,7 @@ class Files:
     def _shown(self) -> Any:
         answer = self._session.answer
         if answer is None:
-            raise InputError("there is no motion yet.")
+            raise InputError("there is no motion to save yet. One under a controller is kept when that is stopped.")
         return answer
 
     def _saved(self, path: Path) -> str:

@@ -8,10 +8,10 @@ import numpy as np
 
 from nectosome.design.quantities import QUANTITIES
 from nectosome.io import show_quantity
+from nectosome.view.style import VERMILLION
 
 _KEPT = 60  # answers
 _SHOWN = ("speed", "thrust", "torque", "power", "efficiency", "cost_of_transport")
-_BAD = "#D55E00"
 _W, _H = 90, 22  # of a history [px]
 
 
@@ -36,7 +36,7 @@ class Numbers:
     def html(self, lines: Iterable[tuple[str, bool]]) -> str:
         """The table, and under it lines of words, each with whether it is bad news."""
         known = {name: history for name, history in self._history.items() if history and np.isfinite(history[-1])}
-        rows = [self._row(name, history) for name, history in known.items() if any(history)]
+        rows = [self._row(name, history) for name, history in known.items() if np.nan_to_num(history).any()]
         said = (_line(words, bad) for words, bad in lines if words)
         table = f'<table style="width:100%;border-collapse:collapse">{"".join(rows)}</table>'
         below = f'<div style="margin-top:4px" id="studio-words">{"".join(said)}</div>'
@@ -54,7 +54,7 @@ class Numbers:
 
 
 def _line(words: str, bad: bool) -> str:
-    return f'<div style="color:{_BAD if bad else "inherit"}">{escape(words)}</div>'
+    return f'<div style="color:{VERMILLION if bad else "inherit"}">{escape(words)}</div>'
 
 
 def _curve(values: list[float]) -> str:

@@ -195,7 +195,7 @@ class Stage:
 
     def _add(self, name: str, body: Rigid | Soft) -> None:
         if isinstance(body, Rigid):
-            mesh = {"color": rgb(body.colour)}
+            mesh = {"color": rgb(body.colour), "flat_shading": body.flat}
             place = {"position": body.place[0], "wxyz": body.turn[0]}
             self._nodes[name] = self._scene.add_mesh_simple(name, _f32(body.vertices), body.faces, **mesh, **place)
             return

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.design import Problem, load_problem, shipped_problem
-from nectosome.io import RobotDescription, get_value, load_dataset, parse_robot, show_quantity, with_values
+from nectosome.io import InputError, RobotDescription, get_value, load_dataset, parse_robot, show_quantity, with_values
 from nectosome.robots import build, describe
 from nectosome.view.saved import check_drawable, check_run
 from nectosome.view.starting import standing
@@ -89,6 +89,11 @@ class Session:
         return self._answer
 
     @property
+    def sliders(self) -> list[str]:
+        """Names of what has a slider."""
+        return [knob.name for knob in knobs_of(self.description, self.problem.variables)]
+
+    @property
     def moment(self) -> float:
         """Time of the run [s] that is shown."""
         start = 0.0 if self._answer is None else float(self._answer.run["time"].values[0])
@@ -107,6 +112,7 @@ class Session:
         self._go_on(False)
         with self._drawing, self._client.atomic():
             self._live, self._answer = True, None
+            self._play.disabled = self._scrub.disabled = True
             self._tell("motion", "", bad=False)
             self._stage.load(run, self.description, 0.0, self._look)
             self._stage.at(0.0)
@@ -150,10 +156,11 @@ class Session:
             self.description, self.problem = description, problem
             self._opened, self._answer = self._opened + 1, None
             self._words["deed"] = "", False
-            self._solve = Solver()  # what the last robot did is no place to begin for another one
+            self._solve = Solver(problem.forward)  # what the last robot did is no place to begin for another one
             self._latest = Latest(self._work)
             self._numbers.forget()
             self._put_sliders(knobs)
+            self._play.disabled = self._scrub.disabled = True  # until there is a motion
         for task in self._tasks:
             task.renew()
 
@@ -233,15 +240,17 @@ class Session:
 
     def _turned(self, knob: Knob, slider: Any) -> None:
         """Take where a slider is by now: moves are told in threads of their own, which may overtake each other."""
-        with told(self.tell):
+        with told(self.tell), self._setting:
+            if slider not in self._sliders:
+                return
+            value = float(slider.value)
+            if not knob.low <= value <= knob.high:  # as it is typed, figure by figure
+                raise InputError(f"{value:g} is not from {knob.low:g} to {knob.high:g}.", field=knob.label)
+            self._words["deed"] = "", False
+            self.description = with_values(self.description, {knob.name: value * knob.factor})
             self._leave_live()
-            with self._setting:
-                if slider not in self._sliders:
-                    return
-                self._words["deed"] = "", False
-                self.description = with_values(self.description, {knob.name: float(slider.value) * knob.factor})
-                self._player.hold(_SOON)
-                self._ask()
+            self._player.hold(_SOON)
+            self._ask()
 
     def _toggle(self) -> None:
         self._go_on(not self._player.playing)
@@ -303,7 +312,7 @@ class Session:
             with self._drawing:
                 if opened == self._opened and not self._live:
                     seconds = float(f"{time.perf_counter() - began:.2g}")
-                    took = f"{answer.kind}, {show_quantity(seconds, 'time')}"
+                    took = f"{answer.kind}, computed in {show_quantity(seconds, 'time')}"
                     self._put(answer, f"{took}: {answer.warning}" if answer.warning else took)
 
     @contextmanager

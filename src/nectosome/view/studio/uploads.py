@@ -13,6 +13,12 @@ from viser import _messages as messages
 
 from nectosome.view.studio.folder import UPLOAD_LIMIT, too_large
 
+_SAID = (
+    0.5,
+    2.0,
+    5.0,
+    15.0,
+)  # s after a refusal: its reason
 _SMALLEST_PART = 1024  # [bytes] on average; viser's page sends parts of 512 KiB
 
 
@@ -84,5 +90,6 @@ def _refuse(client: viser.ClientHandle, message: messages.FileTransferStartUploa
         if not connection.get_message_buffer().done:  # the page is still there
             connection.queue_message(said)
 
-    # The page redraws its bar after the first message, and would redraw it over the second one.
-    asyncio.get_running_loop().call_later(0.5, say)
+    # The page redraws its bar after the first message, and would redraw it over the second one; slow pages do it late.
+    for later in _SAID:
+        asyncio.get_running_loop().call_later(later, say)

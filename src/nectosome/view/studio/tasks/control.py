@@ -9,9 +9,11 @@ import numpy as np
 
 from nectosome import control
 from nectosome.core import Status
+from nectosome.io import InputError
+from nectosome.io.errors import shorten
 from nectosome.robots import build, common_readings, reading_of
 from nectosome.view.following import followed_panel
-from nectosome.view.studio.work import Progress, told
+from nectosome.view.studio.work import Progress, called, told
 
 from .loop import (
     CONSTANT,
@@ -131,13 +133,20 @@ class Control:
             self._frequency.value,
             self._gains.value,
         )
-        reach = control.read_range(asked.command, asked.description)
+        if not all(part.strip() for part in self._range.value.partition(":")):
+            words = f'"{shorten(self._range.value)}" has no two ends. Write LOW:HIGH and the unit, such as -8:8 mN m.'
+            raise InputError(words, field=self._range.label)
+        with called({"command": self._range.label}):
+            reach = control.read_range(asked.command, asked.description)
         self._session.work.begin("control", partial(self._compute, asked, reach, self._robot), lambda _: None)
 
     def _compute(self, asked: Asked, reach: control.Range, robot: int, progress: Progress) -> None:
         self._stop.disabled = False
         try:
-            loop = loop_of(asked, reach, self._model, progress)
+            fields = {"reference": self._size, "amplitude": self._size, "frequency": self._frequency}
+            fields |= {"gains": self._gains, "mean": self._mean, "command": self._range}
+            with called({name: field.label for name, field in fields.items()}):
+                loop = loop_of(asked, reach, self._model, progress)
             if loop is None or robot != self._robot:
                 return
             with self._drawing:

@@ -9,10 +9,10 @@ import numpy as np
 
 from nectosome.design import QUANTITIES, Evaluation, MotionDesign, Problem, make_solver, multistart, read_starts
 from nectosome.design.problem import FORWARD
-from nectosome.io import InputError, resolve
+from nectosome.io import InputError, get_value, resolve, show_quantity
 from nectosome.io.variables import read_variable
 from nectosome.view.studio.knobs import around
-from nectosome.view.studio.work import Progress, told
+from nectosome.view.studio.work import Progress, called, told
 
 from .narrow import note
 from .search import Search, figure, table
@@ -107,9 +107,12 @@ class Design:
     def _asked(self) -> MotionDesign:
         """The task as it stands on the page. Raises InputError."""
         variables = {row.name: row.range.value for row in self._rows if row.varies.value}
+        if not variables:
+            raise InputError("nothing may vary. Mark one at least.", field="May vary")
         limits = tuple(line.strip() for line in self._limits.value.splitlines() if line.strip())
         problem = Problem(variables, self._objective.value, limits, self._forward.value)
-        return problem.motion(self._session.description)
+        with called({"constraint": "Limits"}):
+            return problem.motion(self._session.description)
 
     def _begin(self) -> None:
         task, robot = self._asked(), self._robot
@@ -157,8 +160,15 @@ class Design:
     def _become(self) -> None:
         with self._drawing:
             search = self._found
-        if search is not None and search.best:
-            self._session.become(search.task.robot_at(search.best[0][1].u))
+        if search is None or not search.best:
+            return
+        robot, variables = search.task.robot_at(search.best[0][1].u), search.task.variables
+        self._session.become(robot)
+        shown = {path for name in self._session.sliders for path in resolve(robot, name)}
+        unseen = [v for v in variables if not shown & set(resolve(robot, v.name))]
+        if unseen:
+            each = (f"{v.name} = {show_quantity(float(get_value(robot, v.name)), v.dimension)}" for v in unseen)
+            self._session.tell(f"applied; without a slider: {', '.join(each)}", False)
 
 
 def _words(search: Search) -> str:

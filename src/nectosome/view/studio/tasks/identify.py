@@ -8,7 +8,7 @@ from nectosome.identify.recorded import unit_of
 from nectosome.identify.robot_fit import RobotFit, fit_robot
 from nectosome.identify.robot_results import robot_data
 from nectosome.identify.robot_trials import read_compared, robot_trials
-from nectosome.io import InputError, RobotDescription, driving_signals
+from nectosome.io import InputError, RobotDescription, driving_signals, resolve
 from nectosome.io.errors import shorten
 from nectosome.io.variables import read_variable
 from nectosome.measure import read
@@ -133,7 +133,8 @@ class Identify:
         for field, given in (("Compare", compared), ("Unknown", variables)):
             if not given:
                 raise InputError("is empty: say at least one.", field=field)
-        for field, names in (("Compare", [one.column for one in compared]), ("Unknown", [v.name for v in variables])):
+        paths = [path for v in variables for path in resolve(robot, v.name)]
+        for field, names in (("Compare", [one.column for one in compared]), ("Unknown", paths)):
             if len(set(names)) < len(names):
                 raise InputError("names one twice.", field=field)
         skip, starts = float(self._skip.value), int(self._starts.value)

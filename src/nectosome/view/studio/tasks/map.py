@@ -20,9 +20,11 @@ from nectosome.io import (
     save_dataset,
     with_values,
 )
+from nectosome.io.errors import shorten
 from nectosome.view.saved import check_sweep
 from nectosome.view.studio.knobs import Knob, knobs_of
 from nectosome.view.studio.work import Progress, told
+from nectosome.view.style import VERMILLION
 from nectosome.view.sweeps import axis_of, sides, sweep_figure
 
 from .narrow import note, small
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
 _POINTS = 5  # of an axis at first
 _STEP = 0.1  # of the robot's value, between them
 _MOST = 2500  # points
+_NEAR = 1e-3  # of an axis' largest value: so far a number that is written may lie beyond an end
 _NOTHING = "nothing there yet"
 _GOOD = {status.name for status in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)}
 # A click on the figure is typed into the next field of the page, since viser does not tell of it. What is put into a
@@ -110,6 +113,8 @@ class Map:
     def _begin(self) -> None:
         description, robot = self._session.description, self._robot
         axes = [_axis(field, description) for field in self._axes if field.value.strip()]
+        if not axes:
+            raise InputError("is empty: say what to go over, as in L=300:700:100 mm.", field=self._axes[0].label)
         paths = [path for axis in axes for path in resolve(description, axis.name)]
         if len(set(paths)) < len(paths):
             raise InputError("names a quantity twice.", field="Axis 2")
@@ -156,13 +161,19 @@ class Map:
                 self._plot.figure = drawn
 
     def _load(self) -> None:
-        """Take the numbers of the point in the field, once it is written to its end."""
+        """Take the numbers of the point in the field. Raises InputError where it is none, or not yet."""
         found = self._found
-        place = None if found is None else place_of(self._point.value, found)
-        if found is not None and place is not None:
-            robot = parse_robot(found.attrs["robot"])
-            self._session.become(with_values(robot, {name: float(found[name][k]) for name, k in place.items()}))
-            self._draw()
+        if found is None or not self._point.value.strip():
+            return
+        place = place_of(self._point.value, found)
+        if place is None:
+            ends = (f"{name} from {axis.min():.6g} to {axis.max():.6g}" for name, axis in _places(found).items())
+            words = f'"{shorten(self._point.value)}" is no point of the map. Write {", ".join(ends)}.'
+            raise InputError(words, field=self._point.label)
+        self._session.tell("", False)
+        robot = parse_robot(found.attrs["robot"])
+        self._session.become(with_values(robot, {name: float(found[name][k]) for name, k in place.items()}))
+        self._draw()
 
     def _save(self) -> None:
         if self._found is None:
@@ -170,6 +181,7 @@ class Map:
         path = self._session.folder.target(self._name.value, ".nc")
         save_dataset(self._found, path)
         self._look()
+        self._saved.value = path.relative_to(self._session.folder.root).as_posix()
         self._session.tell(f"saved {path.relative_to(self._session.folder.root).as_posix()}", False)
 
     def _open(self) -> None:
@@ -186,17 +198,24 @@ class Map:
 
 
 def place_of(point: str, found: "xr.Dataset") -> dict[str, int] | None:
-    """Nearest place on each axis to `x, y` in the units of the figure; None where that is no point."""
-    names = sides(found)
+    """Nearest place on each axis to `x, y` in the units of the figure; None where that is no point of the map."""
+    axes = _places(found)
     try:
         values = [float(text) for text in point.split(",")]
     except ValueError:
         return None
-    if len(values) != len(names) or not np.all(np.isfinite(values)):
+    if len(values) != len(axes):
         return None
-    return {
-        name: int(np.argmin(np.abs(axis_of(found[name]).values - x))) for name, x in zip(names, values, strict=True)
-    }
+    pairs = list(zip(axes.values(), values, strict=True))
+    near = [_NEAR * np.abs(axis).max() for axis in axes.values()]
+    if not all(axis.min() - e <= x <= axis.max() + e for (axis, x), e in zip(pairs, near, strict=True)):
+        return None
+    return {name: int(np.argmin(np.abs(axis - x))) for name, (axis, x) in zip(axes, pairs, strict=True)}
+
+
+def _places(found: "xr.Dataset") -> dict[str, np.ndarray]:
+    """Values on each axis, in the units of the figure."""
+    return {name: axis_of(found[name]).values for name in sides(found)}
 
 
 def _axis(field: Any, description: RobotDescription) -> Axis:
@@ -226,10 +245,10 @@ def _figure(found: "xr.Dataset", name: str, point: str) -> "go.Figure":
     level = float(np.nanmin(mean)) if len(names) == 1 else 0.0  # where a point without a value stands
     rows: list[tuple[np.ndarray, dict[str, Any], list[str]]] = []
     bad = np.argwhere(~np.isin(status, [*_GOOD]))
-    cross = {"symbol": "x", "size": 8, "color": "#D55E00"}
+    cross = {"symbol": "x", "size": 8, "color": VERMILLION}
     rows.append((bad, cross, [Status[str(status[tuple(k)])].reason for k in bad]))
     loaded = place_of(point, found)
-    ring = {"symbol": "circle-open", "size": 15, "color": "#D55E00", "line": {"width": 3}}
+    ring = {"symbol": "circle-open", "size": 15, "color": VERMILLION, "line": {"width": 3}}
     if loaded is not None:
         rows.append((np.array([[loaded[side] for side in names]]), ring, ["loaded"]))
     values = mean.transpose(*names).values

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
-from nectosome.view.style import GREY, dress
+from nectosome.view.style import GREY, VERMILLION, dress
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -23,9 +23,10 @@ def with_legend(fig: "go.Figure") -> "go.Figure":
     return small(fig).update_layout(height=None, showlegend=True, legend=legend)
 
 
-def note(words: str) -> str:
-    """A line of words."""
-    return f'<div style="font-size:13px;padding:0 12px 6px">{escape(words)}</div>'
+def note(words: str, bad: bool = False) -> str:
+    """A line of words, in colour where they are bad news."""
+    colour = VERMILLION if bad else "inherit"
+    return f'<div style="font-size:13px;padding:0 12px 6px;color:{colour}">{escape(words)}</div>'
 
 
 def cells(rows: Sequence[Sequence[str]], name: str, lines: Sequence[str] = ()) -> str:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from nectosome.io import InputError
 from nectosome.view.scorecard import Row, number, percent, summary
-from nectosome.view.studio.work import told
+
+from .narrow import note
 
 if TYPE_CHECKING:
     from nectosome.view.studio.session import Session
@@ -41,12 +42,14 @@ class Scorecard:
         self._open()
 
     def _open(self) -> None:
-        with told(self._session.tell):
-            name, self._rows = self._file.value, []
-            self._page.content = ""
+        name, self._rows = self._file.value, []
+        try:
             self._rows = [] if name == _NONE else read_rows(self._session.folder.existing(name))
-            self._study.options = [_ALL, *dict.fromkeys(_study(row) for row in self._rows)]
-            self._show()
+        except InputError as error:  # told here: a file of the folder is not what the user may be doing
+            self._page.content = note(str(error), bad=True)
+            return
+        self._study.options = [_ALL, *dict.fromkeys(_study(row) for row in self._rows)]
+        self._show()
 
     def _show(self) -> None:
         chosen = [row for row in self._rows if self._study.value in (_ALL, _study(row))]
