@@ -153,6 +153,13 @@ def test_mistakes_in_recordings_are_told_with_their_file(hinge, words):
     assert told.value.file == "hinge.csv"
 
 
+@pytest.mark.parametrize("path", ["body.joint.stiffness", "k"])
+def test_a_number_is_driven_by_no_recording(hinge, path):
+    with pytest.raises(InputError, match="is a number: no recording can drive it") as told:
+        trials_of(hinge, recording(angle(K, C)), inputs={"encoder": path})
+    assert told.value.field == path
+
+
 @pytest.mark.parametrize("text", ["encoder", "=body.angle", "encoder=", "encoder=body.angel", "encoder=-"])
 def test_what_is_compared_must_be_of_the_robot(text):
     with pytest.raises(InputError):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.io import InputError, RobotDescription, apply_settings, did_you_mean
+from nectosome.io import InputError, RobotDescription, apply_settings, did_you_mean, numeric_paths
 from nectosome.io.errors import count, shorten
 from nectosome.mechanism import Robot
 from nectosome.robots.readings import Reading, reading_of
@@ -95,6 +95,8 @@ def _trial(
     time = time - time[0]
     driven, notes = list[str](), list[str]()
     for column, path in inputs.items():
+        if path in numeric_paths(description) or path in description.aliases:
+            raise InputError("is a number: no recording can drive it. Name a signal.", file=file, field=path)
         values, unit = _column(recording, column, file)
         setting, left_out = _driven(path, time, values, unit)
         driven.append(setting)
@@ -103,9 +105,7 @@ def _trial(
     try:
         described = apply_settings(_without_names(apply_settings(description, _conditions(recording)), inputs), driven)
     except InputError as error:
-        number = "{kind: recording" in error.message  # it was to be read as one
-        message = "is a number: no recording can drive it. Name a signal." if number else error.message
-        raise InputError(message, file=file, field=error.field) from None
+        raise InputError(error.message, file=file, field=error.field) from None
     measured = np.stack([_measured(recording, one, file) for one in compared])
     measured[:, time < skip] = np.nan
     for one, row in zip(compared, measured, strict=True):

@@ -13,12 +13,7 @@ from viser import _messages as messages
 
 from nectosome.view.studio.folder import UPLOAD_LIMIT, too_large
 
-_SAID = (
-    0.5,
-    2.0,
-    5.0,
-    15.0,
-)  # s after a refusal: its reason
+_SAID = (0.5, 2.0, 5.0, 15.0)  # s after a refusal: its reason
 _SMALLEST_PART = 1024  # [bytes] on average; viser's page sends parts of 512 KiB
 
 

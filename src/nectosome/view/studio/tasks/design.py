@@ -107,11 +107,9 @@ class Design:
     def _asked(self) -> MotionDesign:
         """The task as it stands on the page. Raises InputError."""
         variables = {row.name: row.range.value for row in self._rows if row.varies.value}
-        if not variables:
-            raise InputError("nothing may vary. Mark one at least.", field="May vary")
         limits = tuple(line.strip() for line in self._limits.value.splitlines() if line.strip())
         problem = Problem(variables, self._objective.value, limits, self._forward.value)
-        with called({"constraint": "Limits"}):
+        with called({"constraint": "Limits", "variables": "May vary"}):
             return problem.motion(self._session.description)
 
     def _begin(self) -> None:

@@ -1,7 +1,6 @@
 """What a loop of a controller and a robot is asked for on the page, made ready; and what it is told of it."""
 
 import math
-import re
 from html import escape
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,8 +9,7 @@ import numpy as np
 from nectosome import control
 from nectosome.io import InputError, RobotDescription, drive_period, get_value, numeric_paths, parse_quantity, resolve
 from nectosome.io import show_quantity as shown
-from nectosome.io.asked import read_positive
-from nectosome.io.errors import shorten
+from nectosome.io.asked import read_positive, read_quantity
 from nectosome.mechanism import Robot
 from nectosome.robots import Commanded, reading_of
 from nectosome.robots.readings import Reading
@@ -64,9 +62,8 @@ def loop_of(asked: Asked, reach: control.Range, model: Robot, progress: Progress
     dt = 1 / hertz
     moments = 1 if beat is None else control.moments_of(beat, reach.largest, dt)
     of = reading_of(model, asked.measure)
+    read_quantity(asked.size, of.dimension, "reference")  # the name of a reference stands in another field here
     reference, amplitude = (asked.size, None) if constant else (asked.reference, asked.size)
-    if constant and not re.match(r"\s*[-+.\d]", asked.size):
-        raise InputError(f'"{shorten(asked.size)}" is no number. Write one with its unit.', field="reference")
     wanted = control.Wanted.read(reference, amplitude, of.dimension)
     turns = 0.0 if constant else read_positive(asked.frequency, "frequency", "frequency")
     scale = np.array([reach.unit_size / wanted.unit_size])

@@ -181,8 +181,8 @@ class Map:
         path = self._session.folder.target(self._name.value, ".nc")
         save_dataset(self._found, path)
         self._look()
-        self._saved.value = path.relative_to(self._session.folder.root).as_posix()
-        self._session.tell(f"saved {path.relative_to(self._session.folder.root).as_posix()}", False)
+        self._saved.value = name = path.relative_to(self._session.folder.root).as_posix()
+        self._session.tell(f"saved {name}", False)
 
     def _open(self) -> None:
         name = self._saved.value
