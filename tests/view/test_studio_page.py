@@ -122,6 +122,38 @@ def test_a_key_held_on_a_slider_does_not_turn_the_camera(page, studio):
     assert np.abs(np.array(camera.position) - before).max() > 0.01
 
 
+def test_pictures_wait_a_moment_for_an_answer_and_go_on(page):
+    page.get_by_role("button", name="Pause").click()
+    slider = page.get_by_role("slider").nth(1)
+    slider.focus()
+    waited = """key => new Promise(done => {
+      const began = performance.now();
+      document.activeElement.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+      requestAnimationFrame(() => done(performance.now() - began));
+    })"""
+    assert page.evaluate(waited, "ArrowRight") >= 30
+    box = slider.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    pictures, dropped = page.evaluate("""() => new Promise(done => {
+      let pictures = 0, drawn = false;
+      const next = () => { pictures += 1; requestAnimationFrame(next) };
+      requestAnimationFrame(() => {
+        next();
+        const move = () => document.dispatchEvent(new PointerEvent("pointermove", { buttons: 1 }));
+        move();
+        const dropped = requestAnimationFrame(() => { drawn = true });
+        setTimeout(() => cancelAnimationFrame(dropped), 25);
+        setInterval(move, 5);
+        setTimeout(() => done([pictures, drawn]), 1000);
+      });
+    })""")
+    page.mouse.up()
+    assert pictures >= 5  # with moves every 5 ms
+    assert not dropped
+
+
 def test_it_is_looked_at_in_other_ways(page, capfd):
     page.get_by_role("tab", name="View").click()
     page.get_by_text("Forces by load").click()

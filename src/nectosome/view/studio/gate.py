@@ -31,7 +31,7 @@ from websockets.http11 import Request, Response
 
 from nectosome.io.atomic import reason
 from nectosome.io.errors import InputError
-from nectosome.view.studio.keys import with_keys
+from nectosome.view.studio.page import with_script
 from nectosome.view.studio.uploads import limit_uploads
 
 _LOCAL = ("127.0.0.1", "localhost", "::1")
@@ -164,7 +164,7 @@ def _serving(gate: Gate, listening: socket.socket) -> Iterator[list[bool]]:
             if answer is None:
                 return None
             if refusal is None and answer.headers.get("Content-Type", "").startswith("text/html"):
-                answer = with_keys(answer)
+                answer = with_script(answer)
             answer.headers.update(_HEADERS)
             return answer
 
