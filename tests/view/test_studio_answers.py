@@ -114,6 +114,21 @@ def test_what_a_servo_cannot_do_is_told_and_numbers_are_those_of_the_command():
     assert answer.warning == "the servo of arm.angle cannot do this: more speed than it has."
 
 
+def test_what_never_repeats_itself_is_seen_beginning_unless_it_did_before():
+    """A push that nothing brakes, over the swings of an arm: (F/m) t/2 on the mean, and what the arm throws it."""
+    free = "joint: {kind: prismatic, axis: y}\n  loads: {push: {kind: force, force: [0 N, 21 N, 0 N], frame: world}}"
+    runaway = parse_robot(SERVO.replace("joint: {kind: prismatic, axis: y, stiffness: 50 N/m, damping: 5 N s/m}", free))
+    solver = Solver()
+    for answer in (solver(runaway), solver(runaway)):
+        assert answer.kind == "the first 5 s"
+        assert answer.warning.startswith("no motion found that repeats itself.")
+        assert answer.numbers == {"speed": pytest.approx(0.5 * 21 / 2.1 * 5, rel=0.01)}
+    solver = Solver()
+    assert solver(parse_robot(SERVO)).kind == "periodic motion"
+    with pytest.raises(InputError, match="no motion found that repeats itself"):
+        solver(runaway)
+
+
 def test_what_cannot_move_is_refused():
     still = BALL.format(spring="").replace("  joint: {kind: prismatic, axis: z}\n", "")
     with pytest.raises(InputError, match="free to move"):

@@ -39,6 +39,7 @@ _FINER = 4  # by so much are those finer that numbers of a cycle are means of: a
 _BEGINNING = 5.0  # s, of a robot that keeps no motion
 _STANDS = 1e-8  # m/s: what is left of a body that is held
 Direction = tuple[float, float, float]  # of the world
+_NO_PERIOD = f"{Status.NO_PERIOD.reason}."
 _SHOWN = (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)
 
 
@@ -67,12 +68,14 @@ class Solver:
     def __init__(self, forward: str = ""):
         self._forward = FORWARD.get(forward)
         self._last: State | None = None
+        self._repeats: bool | None = None  # whether the first robot has a periodic motion; None until it is known
 
     def __call__(self, description: RobotDescription) -> Answer:
         """The motion that a robot keeps: steady, or periodic with its drives, or none, at rest.
 
-        Of one that keeps none by its nature, as it sinks, walks or begins slowly, its first seconds. Raises InputError
-        with the reason where a motion cannot be found.
+        Of one that keeps none by its nature, as it sinks, walks or begins slowly, its first seconds; and where no
+        periodic motion was found of the first robot, those of all. Raises InputError with the reason where a motion
+        cannot be found.
         """
         robot = build(description)
         if not robot.tree.free_v.size:
@@ -86,7 +89,13 @@ class Solver:
         found = self._steady(robot)
         if Status(int(found.status)) != Status.UNSTEADY_DRIVES:
             return _turning(found, description, period, self._forward)
+        if self._repeats is False:
+            return _begun(robot, description, _NO_PERIOD)
         cycle = periodic(robot, period, samples=_FINER * (MOMENTS - 1) + 1)
+        if self._repeats is None:
+            self._repeats = Status(int(cycle.status)) != Status.NO_PERIOD
+            if not self._repeats:
+                return _begun(robot, description, _NO_PERIOD)
         answer = _answer(cycle, description, "periodic motion", period, cycle.means(), forward=self._forward)
         return answer._replace(run=answer.run.isel(time=slice(None, None, _FINER)))
 
