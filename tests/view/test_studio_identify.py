@@ -58,6 +58,8 @@ def test_a_recording_is_sent_and_what_it_tells_applied(tmp_path, capfd):
     (tmp_path / "oscillator.yaml").write_text(OSCILLATOR)
     (tmp_path / "good.csv").write_text(recording())
     (tmp_path / "bad.csv").write_text("time (s),angle (deg)\n0,1\n1,x\n")
+    (tmp_path / "bare.csv").write_text("time (s),channel 1\n0,90\n1,180\n")
+    (tmp_path / "bench.yaml").write_text("columns:\n  angle: {column: channel 1, unit: deg}\n")
     studio = Studio(str(tmp_path / "oscillator.yaml"), tmp_path, "127.0.0.1", 18_600)
 
     def press(name: str) -> None:
@@ -80,6 +82,14 @@ def test_a_recording_is_sent_and_what_it_tells_applied(tmp_path, capfd):
             said(page, "there is no recording yet")
             send("bad.csv")
             said(page, 'bad.csv, line 3, angle: "x" is not a number')
+            beside(page, "Sheet").click()
+            page.get_by_role("option", name="bench.yaml").click()
+            send("bare.csv")
+            page.get_by_text("bare.csv: 2 samples, 1 s; angle (rad)").wait_for()
+            send("good.csv")
+            said(page, "channel 1")  # it has none
+            beside(page, "Sheet").click()
+            page.get_by_role("option", name="none").click()
             send("good.csv")
             page.get_by_text("good.csv: 400 samples, 3.99 s; torque (N m), angle (rad)").wait_for()
             fields = page.locator("textarea:visible")

@@ -2,6 +2,7 @@
 
 import threading
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nectosome.identify.recorded import unit_of
@@ -27,7 +28,8 @@ if TYPE_CHECKING:
     from nectosome.view.studio.session import Session
 
 _FILES = (".csv", ".txt", ".tsv", ".xlsx", ".nc", ".h5", ".tdms", ".mat")
-_NOTHING = "nothing there yet"
+_SHEETS = (".yaml", ".yml")
+_NOTHING, _NONE = "nothing there yet", "none"
 _MOST = 64  # starts
 
 
@@ -44,10 +46,13 @@ class Identify:
         self._robot = 0  # how many there were: what is found for one before is not shown
         self._recording: xr.Dataset | None = None
         self._found: RobotDescription | None = None
+        hint = "What recordings do not say themselves, such as units: a file of the folder, taken as they are read."
+        self._sheet: Any = gui.add_dropdown("Sheet", (_NONE,), hint=hint)
         sent = gui.add_upload_button("Send a recording (.csv, ...)")
         sent.on_upload(lambda _: self._told(lambda: self._send(sent.value.name, sent.value.content)))
         self._file: Any = gui.add_dropdown("File", (_NOTHING,))
         gui.add_button("Open recording").on_click(lambda _: self._told(self._open))
+        gui.add_button("Look again").on_click(lambda _: self._look())
         self._columns = gui.add_html("")
         hints = (
             "One a line: COLUMN=READING, such as push=-force.y.",
@@ -79,8 +84,13 @@ class Identify:
             found = (around(robot, alias) for alias in robot.aliases)
             ranges = {knob.name: knob.text() for knob in found if knob is not None}
         self._unknown.value = "\n".join(f"{name} = {text}" for name, text in ranges.items())
-        self._file.options = self._session.folder.names(*_FILES) or [_NOTHING]
+        self._look()
         self._guess()
+
+    def _look(self) -> None:
+        folder = self._session.folder
+        self._file.options = folder.names(*_FILES) or [_NOTHING]
+        self._sheet.options = [_NONE, *(name for name in folder.names(*_SHEETS) if not name.endswith(".design.yaml"))]
 
     def _told(self, work: Any) -> None:
         with told(self._session.tell):
@@ -88,15 +98,17 @@ class Identify:
 
     def _send(self, name: str, data: bytes) -> None:
         with received(name, data) as path:
-            self._take(read(path).load(), path.name)
+            self._take(path, path.name)
 
     def _open(self) -> None:
         name = self._file.value
         if name != _NOTHING:
-            self._take(read(self._session.folder.existing(name)).load(), name)
+            self._take(self._session.folder.existing(name), name)
 
-    def _take(self, recording: "xr.Dataset", name: str) -> None:
-        """Take a recording that could be read."""
+    def _take(self, path: Path, name: str) -> None:
+        """Take a recording, as the sheet says."""
+        sheet = None if self._sheet.value == _NONE else self._session.folder.existing(self._sheet.value)
+        recording = read(path, sheet).load()
         if "time" not in recording.dims:
             raise InputError("has no time.", file=name)
         self._recording = recording
