@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from .session import Session
 
 _ROBOTS, _RUNS = (".yaml", ".yml"), (".nc",)
-_PICTURE = (1280, 720)  # px
+_PICTURE = (1280, 720)  # px, of what is drawn anew
+_HEIGHT = 1080  # px, of what is as wide as the page shows it
 _NONE = "nothing there yet"
 
 
@@ -107,7 +108,8 @@ class Files:
         import imageio.v3 as imageio
 
         path = self._folder.target(self._name.value, ".png")
-        pixels = self._client.get_render(height=_PICTURE[1], width=_PICTURE[0], transport_format="png")
+        width = round(_HEIGHT * self._client.camera.aspect)
+        pixels = self._client.get_render(_HEIGHT, width, transport_format="png")
         shown = pixels[..., 3:] / 255  # what is nothing is clear, and white on the page
         on_white = np.round(shown * pixels[..., :3] + (1 - shown) * 255).astype(np.uint8)
         write_atomic(path, imageio.imwrite("<bytes>", on_white, extension=".png"))

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 _SOLVERS = ("gradient", "pattern")
 _MOST = 64  # starts
+_LINE = 22  # letters that a field of the panel shows
 
 
 class _Row(NamedTuple):
@@ -84,7 +85,8 @@ class Design:
         """A row for a variable."""
         with self._list:
             varies = self._session.gui.add_checkbox(name, True)
-            span = self._session.gui.add_text("", text, hint="Lowest and highest; log for a logarithmic scale.")
+            hint = "Lowest and highest; log for a logarithmic scale."
+            span = self._session.gui.add_text("", text, multiline=len(text) > _LINE, hint=hint)
         varies.on_update(lambda _: setattr(span, "visible", varies.value))
         self._rows.append(_Row(name, varies, span))
 
