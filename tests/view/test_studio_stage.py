@@ -10,7 +10,7 @@ from nectosome.robots import build
 from nectosome.solve import simulate
 from nectosome.view.starting import standing
 from nectosome.view.studio.bodies import linear
-from nectosome.view.studio.scene import Look, Stage
+from nectosome.view.studio.scene import CAMERAS, Look, Stage
 
 MOVING = """
 name: moving
@@ -84,3 +84,21 @@ def test_the_next_robot_stands_where_it_is_and_nothing_of_the_last_one_is_left(s
 def test_colours_of_many_things_are_told_as_light():
     """sRGB 188 is half of the light of 255; the ends stay."""
     assert linear(np.array([[0, 188, 255]])).tolist() == [[0, 128, 255]]
+
+
+@pytest.mark.parametrize("aspect", [0.4, 1.0, 2.5])
+@pytest.mark.parametrize("name", CAMERAS)
+def test_all_of_a_robot_is_seen_however_narrow_the_page(stage, name, aspect):
+    """Its corners lie within the picture; viser's camera sees 75 deg from top to bottom."""
+    made, _ = stage
+    robot = parse_robot(RESTING)
+    made.load(standing(robot, build(robot)), robot, 0.0, Look())
+    place, target = made.camera(name, aspect)
+    ahead = (target - place) / np.linalg.norm(target - place)
+    right = np.cross(ahead, (0, 0, 1)) / np.linalg.norm(np.cross(ahead, (0, 0, 1)))
+    corners = made._corners(0) - place
+    x, y = (corners @ axis / (corners @ ahead) for axis in (right, np.cross(right, ahead)))
+    high = np.tan(np.radians(75 / 2))
+    assert np.abs(y).max() < high
+    assert np.abs(x).max() < aspect * high
+    assert max(np.abs(y).max() / high, np.abs(x).max() / (aspect * high)) > 0.15  # nor is it too small

@@ -108,7 +108,7 @@ class Files:
         import imageio.v3 as imageio
 
         path = self._folder.target(self._name.value, ".png")
-        width = round(_HEIGHT * self._client.camera.aspect)
+        width = round(_HEIGHT * self._session.aspect)
         pixels = self._client.get_render(_HEIGHT, width, transport_format="png")
         shown = pixels[..., 3:] / 255  # what is nothing is clear, and white on the page
         on_white = np.round(shown * pixels[..., :3] + (1 - shown) * 255).astype(np.uint8)

@@ -35,6 +35,7 @@ UNITS = {"material": "", "curvature": "1/m", "load of the water": "N/m"}
 CAMERAS = {"three-quarter": (-0.7, -1.0, 0.6), "side": (0, -1, 0), "top": (0, -0.01, 1), "front": (-1, -0.01, 0)}
 _ROOTS = ("/world", "/around", "/tank")  # of what moves with the run, of the endless ground, of what stands still
 _FAR = 1.2  # of the camera, in lengths of the robot
+_NARROW = 0.9  # width of a picture by its height, below which the camera goes further away
 _LOOKED_AT = 9  # moments that a camera takes in
 _SEEN = 1e-4  # of the robot's length: what moves by less is not seen
 _ARROW = 0.35  # length of the largest force, as a share of the robot's
@@ -163,13 +164,17 @@ class Stage:
         """Whether places or sizes [m] are others."""
         return bool(np.abs(now - was).max() > _SEEN * self.size)
 
-    def camera(self, name: str) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-        """Place of a camera of CAMERAS from which all moments are seen, and what it looks at [m]."""
+    def camera(self, name: str, aspect: float = 1.0) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+        """Place of a camera of CAMERAS from which all moments are seen, and what it looks at [m].
+
+        `aspect` is what its pictures are wide by what they are high.
+        """
         moments = np.linspace(0, len(self.course.place) - 1, _LOOKED_AT).round().astype(int)
         corners = np.concatenate([self._corners(k) for k in np.unique(moments)])
         size, way = float(np.ptp(corners, axis=0).max()) or 1.0, np.array(CAMERAS[name], dtype=float)
         middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-        return middle + _FAR * size * way / np.linalg.norm(way), middle
+        away = _FAR * size * max(1.0, _NARROW / aspect)
+        return middle + away * way / np.linalg.norm(way), middle
 
     def _corners(self, k: int) -> Float[np.ndarray, "n 3"]:
         """Corners of all bodies at moment k, as one sees them who goes along [m]."""

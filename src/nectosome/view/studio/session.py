@@ -84,6 +84,12 @@ class Session:
         return self._look
 
     @property
+    def aspect(self) -> float:
+        """What the page's picture is wide by what it is high; 1 where the page shows none."""
+        width, height = self._client.camera.image_width, self._client.camera.image_height
+        return width / height if width and height else 1.0
+
+    @property
     def answer(self) -> Answer | None:
         """What is shown; None until there is an answer."""
         return self._answer
@@ -268,7 +274,7 @@ class Session:
 
     def _look_from(self, camera: str) -> None:
         with self._drawing:
-            place, target = self._stage.camera(camera)
+            place, target = self._stage.camera(camera, self.aspect)
         with self._client.atomic():
             self._client.camera.position = place  # takes what is looked at along
             self._client.camera.look_at = target
