@@ -208,7 +208,7 @@ def test_errors_of_formulas_are_refused_but_not_available_is_missing(sheet, wron
 
 def test_a_worksheet_is_chosen_by_its_title(sheet):
     path = sheet(HEAD, [0, 1], calm=[HEAD, [2, 3]], about=[["who", "me"], ["Rate", 1000]])
-    with pytest.raises(InputError, match=r'several worksheets with numbers: Data, calm.*table="Data"'):
+    with pytest.raises(InputError, match=r'several worksheets with numbers: Data, calm.*table: "Data"'):
         read(open_excel, path)
     assert_array_equal(read(open_excel, path, table="calm").values, [[2, 3]])
     with pytest.raises(InputError, match=r'no worksheet called "clam"\. Did you mean "calm"\?'):

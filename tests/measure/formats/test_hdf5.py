@@ -78,7 +78,7 @@ def test_what_is_left_out_is_told(h5):
 
 def test_a_group_is_chosen_by_its_name(h5):
     path = h5(run1__t=T, run1__F=F, run2__t=T[:9], run2__F=F[:9])
-    with pytest.raises(InputError, match=r'run1/F, run1/t \(40 rows\); run2/F, run2/t \(9 rows\).*table="run1"'):
+    with pytest.raises(InputError, match=r'run1/F, run1/t \(40 rows\); run2/F, run2/t \(9 rows\).*table: "run1"'):
         read(open_hdf5, path)
     for name in ("run2", "/run2/", "run2/F"):
         got = read(open_hdf5, path, table=name)

@@ -97,7 +97,7 @@ def test_vectors_of_one_length_are_columns_and_the_rest_is_told(savez):
 def test_tables_of_similar_length_are_not_chosen_between(savez):
     path = savez(t=T, F=F, slow=np.arange(30.0), picture=np.zeros((4, 5)))
     with pytest.raises(
-        InputError, match=r'a\.npz: holds several tables: t, F \(40 rows\); slow \(30 rows\);.* table="t"'
+        InputError, match=r'a\.npz: holds several tables: t, F \(40 rows\); slow \(30 rows\);.*\{table: "t"'
     ):
         read(open_numpy, path)
     assert read(open_numpy, path, table="F").names == ["t", "F"]

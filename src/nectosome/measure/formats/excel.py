@@ -61,7 +61,8 @@ def _choose(book: Book, options: Options) -> tuple[str, Layout]:
     if len(layouts) > 1:
         first = next(iter(layouts))
         listed = ", ".join(layouts)
-        raise InputError(f'has several worksheets with numbers: {listed}. Choose one, as in table="{first}".')
+        choose = f'Choose one in a sheet, as in file: {{table: "{first}"}}.'
+        raise InputError(f"has several worksheets with numbers: {listed}. {choose}")
     return layouts.popitem()
 
 

@@ -111,5 +111,6 @@ def _main(tables: Sequence[Table], beside: bool) -> Table:
     name = first.group if first.group and not one_group else min(first.items, key=lambda item: item.first).path
     listed = "; ".join(str(table) for table in tables[:8]) + ("; ..." if len(tables) > 8 else "")
     raise InputError(
-        f'holds several tables: {listed}. Choose one by its group or a column of it, as in table="{name}".'
+        f"holds several tables: {listed}. Choose one in a sheet, by its group or a column of it, as in "
+        f'file: {{table: "{name}"}}.'
     )
