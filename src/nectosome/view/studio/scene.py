@@ -143,7 +143,8 @@ class Stage:
             if isinstance(body, Soft):
                 self._bend(f"/world/{name}", body, k)
         if "/world/forces" in self._nodes:
-            self._nodes["/world/forces"].points = self._arrow_points(k)
+            node = self._nodes["/world/forces"]
+            node.position, node.points = self.course.place[k], self._arrow_points(k)
 
     def _bend(self, name: str, body: Soft, k: int) -> None:
         """Give a rod its shape. One that keeps it is left alone: the browser takes longer for shapes than for poses."""
@@ -232,8 +233,9 @@ class Stage:
         )
 
     def _arrow_points(self, k: int) -> Float[np.ndarray, "n 2 3"]:
+        """From the body's place: the browser draws where a node is sooner than what is in it."""
         per_newton = _ARROW * self.size / np.linalg.norm(self.arrows.force, axis=-1).max()
-        root = self.arrows.root[k]
+        root = self.arrows.root[k] - self.course.place[k]
         return _f32(np.stack([root, root + per_newton * self.arrows.force[k]], axis=1))
 
 
