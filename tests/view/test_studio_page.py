@@ -106,8 +106,32 @@ def test_the_robot_is_seen_and_answers_to_a_slider(page, folder):
     page.screenshot(path=str(folder / "page.png"))
 
 
+def test_the_camera_stands_off_as_the_page_is_narrow_until_the_user_turns_it(page, studio):
+    camera = [*studio._sessions.values()][-1]._client.camera
+
+    def away() -> float:
+        time.sleep(2.0)
+        return float(np.linalg.norm(camera.position - camera.look_at))
+
+    far = away()
+    page.set_viewport_size({"width": 1600, "height": 700})
+    near = away()
+    page.set_viewport_size({"width": 1000, "height": 700})
+    assert away() == pytest.approx(far, rel=1e-3)
+    assert near < 0.6 * far
+    page.mouse.move(450, 300)
+    page.mouse.down()
+    page.mouse.move(480, 310, steps=3)
+    page.mouse.up()
+    turned = np.array(camera.position)
+    page.set_viewport_size({"width": 1600, "height": 700})
+    away()
+    assert np.linalg.norm(camera.position - turned) < 0.05 * far
+
+
 def test_a_key_held_on_a_slider_does_not_turn_the_camera(page, studio):
     camera = [*studio._sessions.values()][-1]._client.camera
+    time.sleep(2.0)  # until the panels are laid out
     before, turned = np.array(camera.position), count(page)
     page.get_by_role("slider").nth(1).focus()
     page.keyboard.down("ArrowRight")

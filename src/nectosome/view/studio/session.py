@@ -38,6 +38,7 @@ _FIRST = "computing; the first answer of a robot compiles its equations"
 _LATER = "computing; what is shown is the last answer"
 _TOLD = 1.0  # s
 _MOVED = 0.02  # of the robot's length: a camera that is as far from where it was put was moved by the user
+_SHAPE = 0.02  # change of a page's shape by which the robot is looked at anew
 _SOON = 0.2  # s, within which most answers come
 _SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 
@@ -59,6 +60,7 @@ class Session:
         self._latest = Latest(self._work)
         self._lay_out()
         self.open(robot)
+        client.camera.on_update(lambda _: self._look_anew())
 
     def open(self, robot: str | Path) -> None:
         """Take a robot that ships, by name, or a file. Raises InputError where it cannot be read: nothing changes."""
@@ -273,12 +275,18 @@ class Session:
         self._player.seek(float(self._scrub.value))
 
     def _look_from(self, camera: str) -> None:
+        aspect = self.aspect
         with self._drawing:
-            place, target = self._stage.camera(camera, self.aspect)
+            place, target = self._stage.camera(camera, aspect)
         with self._client.atomic():
             self._client.camera.position = place  # takes what is looked at along
             self._client.camera.look_at = target
-        self._seen_from = place
+        self._camera, self._seen_in, self._seen_from = camera, aspect, place
+
+    def _look_anew(self) -> None:
+        """Look from the same camera where the page has another shape, as once its panels are laid out."""
+        if abs(self.aspect / self._seen_in - 1) > _SHAPE and not self._turned_away():
+            self._look_from(self._camera)
 
     def _turned_away(self) -> bool:
         """Whether the user looks from elsewhere than where the camera was put."""
