@@ -85,7 +85,7 @@ def test_a_search_comes_to_its_end_and_its_best_design_is_applied(page, folder):
 
 
 def test_a_search_is_cancelled_and_one_ends_with_its_tab(page):
-    box = page.locator("textarea:visible").first
+    box = page.locator("textarea:visible:right-of(:text-is('Limits'))").first
     box.fill("pawer <= 3 W")
     press(page, "Start search")
     said(page, "is no quantity of a motion")

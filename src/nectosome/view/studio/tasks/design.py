@@ -105,6 +105,7 @@ class Design:
             raise InputError("has no range around its value. Write PATH = LOW .. HIGH.", field=name)
         self._put(name, text or found.text())
         self._new.value = ""
+        self._session.tell("", False)  # what was wrong before is no longer of interest
 
     def _asked(self) -> MotionDesign:
         """The task as it stands on the page. Raises InputError."""
@@ -139,6 +140,7 @@ class Design:
                     raise InputError("a process of the search died, perhaps for want of memory.") from None
                 return Search(task, read_starts(folder))
 
+        self._line.content = ""
         self._session.work.begin("search", compute, partial(self._show, robot, ended=True))
 
     def _show(self, robot: int, search: Search, ended: bool = False) -> None:
