@@ -86,6 +86,17 @@ def test_colours_of_many_things_are_told_as_light():
     assert linear(np.array([[0, 188, 255]])).tolist() == [[0, 128, 255]]
 
 
+def test_what_goes_on_is_looked_at_where_it_is(stage):
+    made, _ = stage
+    moving = parse_robot(MOVING.format(surface=""))
+    run = simulate(build(moving), 0.5, samples=5).to_dataset(moving)
+    made.load(run.isel(time=slice(0, 1)), moving, 0.0, Look())
+    there = made.camera("side")
+    made.load(run, moving, 0.0, Look())
+    made.go_on(run.isel(time=slice(4, 5)), moving, run["position"].values[:, 0])
+    np.testing.assert_allclose(made.camera("side"), there, atol=1e-9)  # of one who goes along
+
+
 @pytest.mark.parametrize("aspect", [0.4, 1.0, 2.5])
 @pytest.mark.parametrize("name", CAMERAS)
 def test_all_of_a_robot_is_seen_however_narrow_the_page(stage, name, aspect):

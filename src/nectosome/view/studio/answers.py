@@ -39,7 +39,6 @@ _FINER = 4  # by so much are those finer that numbers of a cycle are means of: a
 _BEGINNING = 5.0  # s, of a robot that keeps no motion
 _STANDS = 1e-8  # m/s: what is left of a body that is held
 Direction = tuple[float, float, float]  # of the world
-_NO_PERIOD = f"{Status.NO_PERIOD.reason}."
 _SHOWN = (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)
 
 
@@ -89,13 +88,11 @@ class Solver:
         found = self._steady(robot)
         if Status(int(found.status)) != Status.UNSTEADY_DRIVES:
             return _turning(found, description, period, self._forward)
-        if self._repeats is False:
-            return _begun(robot, description, _NO_PERIOD)
-        cycle = periodic(robot, period, samples=_FINER * (MOMENTS - 1) + 1)
-        if self._repeats is None:
+        cycle = None if self._repeats is False else periodic(robot, period, samples=_FINER * (MOMENTS - 1) + 1)
+        if cycle is not None and self._repeats is None:
             self._repeats = Status(int(cycle.status)) != Status.NO_PERIOD
-            if not self._repeats:
-                return _begun(robot, description, _NO_PERIOD)
+        if cycle is None or not self._repeats:
+            return _begun(robot, description, f"{Status.NO_PERIOD.reason}.")
         answer = _answer(cycle, description, "periodic motion", period, cycle.means(), forward=self._forward)
         return answer._replace(run=answer.run.isel(time=slice(None, None, _FINER)))
 

@@ -170,17 +170,23 @@ class Stage:
 
         `aspect` is what its pictures are wide by what they are high.
         """
-        moments = np.linspace(0, len(self.course.place) - 1, _LOOKED_AT).round().astype(int)
+        moments = np.linspace(0, self._moments - 1, _LOOKED_AT).round().astype(int)
         corners = np.concatenate([self._corners(k) for k in np.unique(moments)])
         size, way = float(np.ptp(corners, axis=0).max()) or 1.0, np.array(CAMERAS[name], dtype=float)
         middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
         away = _FAR * size * max(1.0, _NARROW / aspect)
         return middle + away * way / np.linalg.norm(way), middle
 
+    @property
+    def _moments(self) -> int:
+        """How many moments bodies are known at, the last ones of the course; one only of what goes on."""
+        return min((len(body.place) for body in self._bodies.values()), default=len(self.course.place))
+
     def _corners(self, k: int) -> Float[np.ndarray, "n 3"]:
         """Corners of all bodies at moment k, as one sees them who goes along [m]."""
-        corners = [_corners(body, k) for body in self._bodies.values()] or [self.course.place[[k]]]
-        return np.concatenate(corners) - self.course.place[k]
+        here = self.course.place[k - self._moments]
+        corners = [_corners(body, k) for body in self._bodies.values()] or [here[None]]
+        return np.concatenate(corners) - here
 
     def _kinds(self) -> list[tuple[str, int, int]]:
         """What nodes depend on: names, numbers of corners or slices, how many arrows and moments on the way."""

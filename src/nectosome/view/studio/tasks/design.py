@@ -122,6 +122,7 @@ class Design:
         starts, seed = int(self._starts.value), int(self._seed.value)
 
         def compute(progress: Progress) -> Search:
+            self._line.content = ""
             progress(0.0, "compiling the equations")
             task.prepare()  # mistakes are told before anything is begun
             with TemporaryDirectory(prefix="nectosome-") as folder:
@@ -140,7 +141,6 @@ class Design:
                     raise InputError("a process of the search died, perhaps for want of memory.") from None
                 return Search(task, read_starts(folder))
 
-        self._line.content = ""
         self._session.work.begin("search", compute, partial(self._show, robot, ended=True))
 
     def _show(self, robot: int, search: Search, ended: bool = False) -> None:
