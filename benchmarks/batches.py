@@ -3,7 +3,7 @@
 import numpy as np
 
 from nectosome.core import Status
-from nectosome.design.sweep import sweep
+from nectosome.designs.sweep import sweep
 
 from .paddle import AMPLITUDES, FREQUENCIES, grid, timed
 

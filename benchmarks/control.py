@@ -10,11 +10,11 @@ import jax.numpy as jnp
 import numba
 import numpy as np
 
-from nectosome.actuators import Chain, DeadTime, Sensor
-from nectosome.control import Controller, Loop, sine
+from nectosome.controllers import Controller, Loop, sine
+from nectosome.drives import Chain, DeadTime, Sensor
+from nectosome.papers.fishtail.comparison import DT, REACH, actuator, controllers, kept, known_model
 from nectosome.papers.fishtail.plant import LARGEST, LIMIT
-from nectosome.papers.fishtail.ways import DT, REACH, actuator, controllers, kept, known_model
-from nectosome.rigs.course import Law
+from nectosome.rigs.sampling_loop import Law
 
 from .paddle import timed
 

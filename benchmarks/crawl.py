@@ -13,11 +13,12 @@ import jax.numpy as jnp
 import numba
 import numpy as np
 
-from nectosome.identify.gait import FEATURES
-from nectosome.identify.walks import Walks
-from nectosome.io import get_value
+from nectosome.description import get_value
+from nectosome.identification.gait.batch import Walks
+from nectosome.identification.gait.features import FEATURES
 from nectosome.mechanism import in_plane
-from nectosome.robots import build, describe
+from nectosome.model import build
+from nectosome.robots import describe
 from nectosome.solve import pace
 
 from . import crawl_loop

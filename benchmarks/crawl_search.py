@@ -5,8 +5,8 @@
 
 import sys
 
-from nectosome.identify import Genetic, evolve
 from nectosome.papers.poseidrone.crawl import fit
+from nectosome.search import Genetic, evolve
 
 from .paddle import timed
 

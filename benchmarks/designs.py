@@ -12,10 +12,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from nectosome.core import State, Status
-from nectosome.design import MotionDesign, shipped_problem
-from nectosome.design.plans import Found, judge, judge_with_slopes
+from nectosome.designs import MotionDesign, shipped_problem
+from nectosome.designs.plans import Found, judge, judge_with_slopes
 from nectosome.mechanism import Robot
-from nectosome.robots import build, describe
+from nectosome.model import build
+from nectosome.robots import describe
 from nectosome.solve import simulate
 
 _PIECE, _LONGEST = 4.0, 300.0  # s, of the dynamics from rest; next to a standstill the canister coasts for minutes

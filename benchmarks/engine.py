@@ -14,7 +14,8 @@ import numpy as np
 
 from nectosome.core import State, Status
 from nectosome.mechanism import Robot
-from nectosome.robots import build, describe
+from nectosome.model import build
+from nectosome.robots import describe
 from nectosome.solve import simulate
 
 from .designs import draw, swimmers

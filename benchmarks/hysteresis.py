@@ -9,8 +9,8 @@ import jax
 import numba
 import numpy as np
 
-from nectosome.actuators import respond
-from nectosome.identify.hysteresis import HysteresisModel, identify_hysteresis
+from nectosome.drives import respond
+from nectosome.identification.hysteresis.fit import HysteresisModel, identify_hysteresis
 from nectosome.papers.fishtail.plant import LARGEST, plant
 from nectosome.papers.fishtail.recordings import DT, TRAIN, recorded
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from nectosome.io.describe_mission import load_mission
-from nectosome.robots import describe, mission_of, run_mission
+from nectosome.description.mission import load_mission
+from nectosome.model import run_mission
+from nectosome.robots import describe, mission_of
 
 from .paddle import timed
 

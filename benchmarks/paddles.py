@@ -15,11 +15,12 @@ import numpy as np
 from mujoco.rollout import Rollout
 
 from nectosome.core.remember import remembered
-from nectosome.io import RobotDescription, resolve
+from nectosome.description import RobotDescription, resolve
 from nectosome.mechanism import in_plane
-from nectosome.robots import Blueprint, blueprint_of, build, describe, fill
+from nectosome.model import Blueprint, blueprint_of, build, fill
+from nectosome.robots import describe
 from nectosome.solve import simulate
-from nectosome.solve.march import Settings, begin, march
+from nectosome.solve.integrate import Settings, begin, march
 
 SECONDS = 8.0
 SAMPLE = 0.1  # s

@@ -48,8 +48,8 @@ def nectosome(
     """Inextensible, or with all six strains (`COSSERAT`); the implicit method of `simulate` unless told otherwise."""
     import jax
 
-    from nectosome.io import RobotDescription
-    from nectosome.robots import build
+    from nectosome.description import RobotDescription
+    from nectosome.model import build
     from nectosome.solve import simulate
 
     water = {"gravity": G, "density": 1e-9}

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-from nectosome.design import Gradient, multistart
+from nectosome.search import Gradient, multistart
 
 from .designs import task
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from nectosome.model import bind
 from nectosome.papers.study import printed
-from nectosome.robots import bind, describe
+from nectosome.robots import describe
 from nectosome.solve import simulate, steady
 
 from .designs import Kept, draw, keep, task

@@ -21,9 +21,9 @@ from unittest.mock import patch
 from playwright.sync_api import Page, sync_playwright
 from tests.studio_page import CHROMIUM, FLAGS
 
-from nectosome.io import RobotDescription
-from nectosome.view.studio.answers import Answer, Solver
-from nectosome.view.studio.server import Studio
+from nectosome.description import RobotDescription
+from nectosome.studio.answers import Answer, Solver
+from nectosome.studio.server import Studio
 
 APART = 0.5  # s
 PRESSES, WARM = 40, 20  # the page's own programs are compiled as they are used: the first presses do not count

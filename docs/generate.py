@@ -18,12 +18,13 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
-from nectosome.design import QUANTITIES
-from nectosome.io import RobotDescription, load_dataset
-from nectosome.io.dimensions import DIMENSIONS
-from nectosome.io.plain import to_plain
-from nectosome.io.structure import Slot, slot
+from nectosome.description import RobotDescription
+from nectosome.description.plain_data import to_plain
+from nectosome.description.structure import Slot, slot
+from nectosome.designs import QUANTITIES
+from nectosome.io import load_dataset
 from nectosome.papers.gallery.entries import ENTRIES, Entry
+from nectosome.units import DIMENSIONS
 
 ROOT = Path(__file__).parents[1]
 OUT = ROOT / "out"

@@ -102,7 +102,9 @@ def _skin(ax: "mpl.axes.Axes", corners: dict, sizes: dict, colours: dict[str, st
         tints.append(np.clip(light[:, None] * np.array(to_rgb(colours[name])), 0, 1))
     face, tint = np.concatenate(faces), np.concatenate(tints)
     order = np.argsort(face[..., 2].mean(axis=1))
-    skin = PolyCollection(face[order][..., :2], facecolors=tint[order], edgecolors=tint[order], linewidths=0.3, zorder=2)
+    skin = PolyCollection(
+        face[order][..., :2], facecolors=tint[order], edgecolors=tint[order], linewidths=0.3, zorder=2
+    )
     ax.add_collection(skin, autolim=False)
 
 

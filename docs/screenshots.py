@@ -9,7 +9,7 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from nectosome.view.studio.server import Studio
+from nectosome.studio.server import Studio
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))  # the studio's tests know the way about its page

@@ -9,7 +9,9 @@ import xarray as xr
 
 import nectosome as ns
 from nectosome.core import Status
-from nectosome.design import Evaluation, Front, Gradient, Limit, MotionDesign, front, multistart, read_variable
+from nectosome.description import read_variable
+from nectosome.designs import Limit, MotionDesign
+from nectosome.search import Evaluation, Front, Gradient, front, multistart
 
 WINCH, STRAIN = 30.0, 0.3  # what the winch gives [N] and the material takes [1]: both assumed
 RATES = np.linspace(4.0, 22.0, 10)  # of the motor [rad/s]

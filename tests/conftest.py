@@ -10,7 +10,7 @@ from hypothesis import settings
 from jaxtyping import install_import_hook
 
 # `io` checks its own input; what JAX traces is checked once a program by its annotations; numpy's would be at each call
-_TRACED = ("core", "mechanism", "loads", "solve", "robots", "design.plans", "design.quantities")
+_TRACED = ("core", "mechanism", "loads", "solve", "model", "robots", "designs.plans", "designs.quantities")
 install_import_hook([f"nectosome.{name}" for name in _TRACED], "beartype.beartype")
 
 gc.set_threshold(50_000, 20, 20)  # as the command line does: tracing makes many objects that stay
@@ -25,8 +25,9 @@ import pytest  # noqa: E402
 
 from nectosome.core import State  # noqa: E402
 from nectosome.core.remember import _programs  # noqa: E402
-from nectosome.io import RobotDescription, parse_robot  # noqa: E402
-from nectosome.robots import build, describe  # noqa: E402
+from nectosome.description import RobotDescription, parse_robot  # noqa: E402
+from nectosome.model import build  # noqa: E402
+from nectosome.robots import describe  # noqa: E402
 
 _MOST = 4 * 2**30  # bytes of a process
 

@@ -1,6 +1,6 @@
 """Small robots: some whose drives repeat themselves, and one that is pushed and sinks."""
 
-from nectosome.io import parse_robot
+from nectosome.description import parse_robot
 
 I, K, C, M0, F = 0.02, 0.8, 0.03, 0.05, 1.3  # kg m2, N m/rad, N m s/rad, N m, Hz
 DRIVEN = f"""

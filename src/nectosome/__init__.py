@@ -15,20 +15,38 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .design import sweep
-    from .io import InputError, apply_settings, drive_period, load_dataset, load_robot, save_dataset, save_robot
-    from .robots import beetle, beetle_free, bind, build, describe, flagella, names, read
+    from .description import apply_settings, drive_period, load_robot, save_robot
+    from .designs import sweep
+    from .io import load_dataset, save_dataset
+    from .model import bind, build, read
+    from .robots import beetle, beetle_free, describe, flagella, names
     from .solve import periodic, simulate, static, steady
+    from .units import InputError
     from .view import show_run, show_sweep
 
 _ROOMS = {
-    "design": ("sweep",),
-    "io": ("InputError", "apply_settings", "drive_period", "load_dataset", "load_robot", "save_dataset", "save_robot"),
-    "robots": ("beetle", "beetle_free", "bind", "build", "describe", "flagella", "names", "read"),
+    "description": ("apply_settings", "drive_period", "load_robot", "save_robot"),
+    "designs": ("sweep",),
+    "io": ("load_dataset", "save_dataset"),
+    "model": ("bind", "build", "read"),
+    "robots": ("beetle", "beetle_free", "describe", "flagella", "names"),
     "solve": ("periodic", "simulate", "static", "steady"),
+    "units": ("InputError",),
     "view": ("show_run", "show_sweep"),
 }
-_OTHERS = ("actuators", "control", "core", "identify", "loads", "measure", "mechanism", "papers", "rigs")
+_OTHERS = (
+    "controllers",
+    "core",
+    "drives",
+    "identification",
+    "loads",
+    "measure",
+    "mechanism",
+    "papers",
+    "rigs",
+    "search",
+    "vision",
+)
 _HOME = {name: room for room, inside in _ROOMS.items() for name in inside}
 
 __all__ = [

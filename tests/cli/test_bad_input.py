@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import nectosome.robots as nectosome_robots
-from nectosome.io import apply_settings, load_robot, numeric_paths
+from nectosome.description import apply_settings, load_robot, numeric_paths
 from nectosome.robots.shipped import file_of
 
 from .answers import check_wrong, faults

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from nectosome.io import dump_robot
+from nectosome.description import dump_robot
 from nectosome.robots import describe
 
 ALL = ["flagella1", "flagella4", "beetle", "eel", "fish", "poseidrone_jet", "jelly", "turtle", "krill", "octopus"]

@@ -48,7 +48,7 @@ def test_the_example_finds_the_truth_and_predicts_the_other_recording(nectosome,
 
 
 def test_a_valve_that_is_left_out_is_told_to_be_missing(nectosome, lab):
-    answer = nectosome(*ASKED, "--method", "levenberg", "--order", "2")
+    answer = nectosome(*ASKED, "--order", "2")
     assert (answer.code, answer.err) == (0, "")
     assert "beware: what is left is no noise" in answer.out
 

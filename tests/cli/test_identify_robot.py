@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nectosome.io import load_dataset, load_robot
+from nectosome.description import load_robot
+from nectosome.io import load_dataset
 
 from .answers import check_made, check_wrong
 

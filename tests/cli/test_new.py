@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from nectosome.io import load_robot
+from nectosome.description import load_robot
 from nectosome.robots import describe
 from nectosome.robots.shipped import template_names, template_of
 

@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nectosome.io import get_value, load_dataset, load_robot
+from nectosome.description import get_value, load_robot
+from nectosome.io import load_dataset
 
 SPEED = np.sqrt(4 / 3 * np.pi * 0.02**3 * 200 * 9.80665 / (0.5 * 1000 * 1.2e-3))  # where drag carries the weight [m/s]
 AREA = "body.loads.drag.drag_area.2"

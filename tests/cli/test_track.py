@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.measure.video import scenes
+from tests.vision.video import scenes
 
 from nectosome.cli.app import main
 from nectosome.io import load_dataset

@@ -11,13 +11,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.measure.video.scenes import paddle
 from tests.synthetic_campaign import write_campaign, write_grid
+from tests.vision.video.scenes import paddle
 
 from nectosome.cli.app import app
-from nectosome.io import load_robot
-from nectosome.measure import load_sheet, video
+from nectosome.description import load_robot
+from nectosome.measure import load_sheet
 from nectosome.papers.track.render import write_clip
+from nectosome.vision import video
 
 ROOT = Path(__file__).parents[2]
 PAGES = {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("*.md")}

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import pytest
 
 from nectosome.cli.app import app
-from nectosome.design import QUANTITIES, Problem
+from nectosome.designs import QUANTITIES, Problem
 from nectosome.papers.gallery.entries import ENTRIES
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -5,7 +5,8 @@ import os
 
 import pytest
 
-from nectosome.io import InputError, write_atomic
+from nectosome.io import write_atomic
+from nectosome.units import InputError
 
 
 def left(folder):

@@ -6,8 +6,9 @@ import json
 import numpy as np
 import pytest
 
-from nectosome.io import InputError, load_checkpoint, provenance, save_checkpoint
+from nectosome.io import load_checkpoint, provenance, save_checkpoint
 from nectosome.io.checkpoint import FORMAT
+from nectosome.units import InputError
 
 ARRAYS = {
     "population": np.arange(12.0).reshape(3, 4),

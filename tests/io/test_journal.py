@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-from nectosome.io import InputError
 from nectosome.io.journal import FORMAT, Journal, read_journal
+from nectosome.units import InputError
 
 RECORDS = [{"u": [0.1, 1e-300, -0.0, 1 / 3]}, {"reason": "schön\n", "f": None}, [1, "nan"]]
 

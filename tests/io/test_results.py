@@ -5,7 +5,8 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_array_equal
 
-from nectosome.io import InputError, load_dataset, save_dataset
+from nectosome.io import load_dataset, save_dataset
+from nectosome.units import InputError
 
 
 @pytest.fixture

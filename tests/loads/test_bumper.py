@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from nectosome.io import InputError, parse_robot
-from nectosome.robots import build
+from nectosome.description import parse_robot
+from nectosome.model import build
 from nectosome.solve import simulate
+from nectosome.units import InputError
 
 BOAT = """
 name: boat

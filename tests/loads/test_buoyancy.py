@@ -10,10 +10,10 @@ import pytest
 from scipy.optimize import brentq
 
 from nectosome.core import State, Strips, Water
-from nectosome.io import RobotDescription
+from nectosome.description import RobotDescription
 from nectosome.loads.buoyancy import wetted
 from nectosome.mechanism import Robot, diagnose
-from nectosome.robots import build
+from nectosome.model import build
 from nectosome.solve import simulate
 
 G = 9.80665

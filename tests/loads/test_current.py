@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from jaxtyping import Array, Float
 
-from nectosome.io import RobotDescription
+from nectosome.description import RobotDescription
 from nectosome.mechanism import Robot, diagnose
-from nectosome.robots import build
+from nectosome.model import build
 from nectosome.solve import simulate
 
 CD, CA, LENGTH, DIAMETER, MASS = 1.1, 0.9, 0.3, 0.02, 0.12

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from nectosome.core import State
-from nectosome.io import InputError, drive_period, parse_robot
+from nectosome.description import drive_period, parse_robot
 from nectosome.mechanism import diagnose, in_plane, load_names, moves_in_plane
-from nectosome.robots import bind, build
+from nectosome.model import bind, build
 from nectosome.solve import simulate
+from nectosome.units import InputError
 
 RHO, OMEGA, NOZZLE, INLET, BELL, MEAN, SWING = 1000.0, 11.0, 12e-4, 9e-4, 0.8, 300e-6, 60e-6
 VOLUMES = MEAN + SWING * np.cos(2 * np.pi * np.arange(24) / 24)

@@ -7,10 +7,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import nectosome.loads as ld
-from nectosome.io import InputError, RobotDescription
+from nectosome.description import RobotDescription
 from nectosome.mechanism import in_plane, moves_in_plane
-from nectosome.robots import build, describe
+from nectosome.model import build
+from nectosome.robots import describe
 from nectosome.solve import pace
+from nectosome.units import InputError
 
 OMEGA, MASS, G = 12.4602, 0.755, 9.80665
 WEIGHT = MASS * G - 0.609854604e-3 * 1025 * G  # in water [N]

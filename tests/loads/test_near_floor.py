@@ -7,9 +7,10 @@ import pytest
 from scipy.optimize import brentq
 
 from nectosome.core import State
-from nectosome.io import parse_robot
+from nectosome.description import parse_robot
 from nectosome.mechanism import in_plane
-from nectosome.robots import build, describe
+from nectosome.model import build
+from nectosome.robots import describe
 from nectosome.solve import simulate
 
 _n = jnp.asarray

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from nectosome.io import InputError
 from nectosome.measure import read
 from nectosome.measure.sheet import parse_sheet
+from nectosome.units import InputError
 
 from .formats.write import FORMATS
 

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nectosome.io import InputError, load_dataset, save_dataset
+from nectosome.io import load_dataset, save_dataset
 from nectosome.measure import load_campaign, load_sheet, read
+from nectosome.units import InputError
 
 LOG = "time (ms);force [V];note\n" + "".join(f"{10 * k};{0.5 + 0.1 * k};{k}\n" for k in range(20))
 SHEET = """
@@ -178,7 +179,7 @@ recordings:
 def test_what_is_too_large_for_memory_is_read_from_a_file_of_its_own(folder, monkeypatch):
     small = read("log.csv")
     monkeypatch.setattr("nectosome.measure.store._LIMIT", 200)
-    monkeypatch.setattr("nectosome.measure.recording._ROWS", 3)
+    monkeypatch.setattr("nectosome.measure.recordings._ROWS", 3)
     large = read("log.csv")
     assert large["force"].chunks is None
     np.testing.assert_array_equal(large["force"].values, small["force"].values)

@@ -2,8 +2,8 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from nectosome.io import parse_robot
-from nectosome.robots import build
+from nectosome.description import parse_robot
+from nectosome.model import build
 
 # every kind of joint, link and load, rods on links, a link on a rod's mark, a rod on a rod
 ZOO = """

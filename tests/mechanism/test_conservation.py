@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import simpson
 
 from nectosome.core.se3 import dot, rotation_from_rpy
-from nectosome.robots import build
+from nectosome.model import build
 from nectosome.solve import simulate
 
 TOP = """

@@ -160,8 +160,8 @@ def test_the_reaction_of_a_prescribed_joint_is_the_torque_that_drives_a_free_one
     """Given to the same joint as its torque, it makes all accelerations what they were, that of the joint as given."""
     import equinox as eqx
 
-    from nectosome.io import ConstantTorque, SineAngle
-    from nectosome.robots import build
+    from nectosome.description import ConstantTorque, SineAngle
+    from nectosome.model import build
 
     def shaft(**changes):
         joint = propeller.limbs["shaft"].joint.model_copy(update=changes)

@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.robots import bind
-from nectosome.solve.march import Settings, begin, march
+from nectosome.model import bind
+from nectosome.solve.integrate import Settings, begin, march
 
 PATHS = (
     "L",

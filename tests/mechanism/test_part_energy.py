@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from nectosome.core import State
-from nectosome.io import parse_robot
+from nectosome.description import parse_robot
 from nectosome.mechanism import diagnose
-from nectosome.robots import build
+from nectosome.model import build
 
 ROBOT = """
 name: sledge

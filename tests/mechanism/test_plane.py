@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from nectosome.core import State
-from nectosome.io import parse_robot
+from nectosome.description import parse_robot
 from nectosome.mechanism import InPlane, in_plane, moves_in_plane, reduced
-from nectosome.robots import build, describe
+from nectosome.model import build
+from nectosome.robots import describe
 from nectosome.solve import simulate
 
 FLAT = """

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from nectosome.actuators import inverse, respond
-from nectosome.identify.metrics import range_errors
+from nectosome.drives import inverse, respond
+from nectosome.identification.fits.errors import range_errors
 from nectosome.papers.fishtail import fit, plant
+from nectosome.papers.fishtail.figures_fit import panels
 from nectosome.papers.study import printed
-from nectosome.view.fishtail import panels
 
 
 def gain_at(block, frequency):

@@ -8,15 +8,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.control import Controller, eased, sine
-from nectosome.identify.hysteresis import PressureTrial, identify_hysteresis
-from nectosome.identify.hysteresis_results import hysteresis_data, saved_model
-from nectosome.io import InputError
-from nectosome.papers.fishtail import plant, tracking, ways
+from nectosome.controllers import Controller, eased, sine
+from nectosome.identification.hysteresis.files import hysteresis_data, saved_model
+from nectosome.identification.hysteresis.fit import PressureTrial, identify_hysteresis
+from nectosome.papers.fishtail import comparison as ways
+from nectosome.papers.fishtail import plant, tracking
 from nectosome.papers.fishtail.bench import Bench, recorded_reference
+from nectosome.papers.fishtail.figures_tracking import panels
 from nectosome.papers.fishtail.recordings import recorded
 from nectosome.papers.study import printed
-from nectosome.view.tracking import panels
+from nectosome.units import InputError
 
 MM = 1e-3
 SHORT = eased(sine(8 * MM, 0.4, 7.5, ways.DT), 2.5, ways.DT)

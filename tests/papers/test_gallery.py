@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nectosome.io import parse_robot
+from nectosome.description import parse_robot
 from nectosome.mechanism.diagnose import driving
+from nectosome.model import build
 from nectosome.papers.gallery import study
 from nectosome.papers.gallery.entries import ENTRIES
-from nectosome.robots import build, describe
+from nectosome.robots import describe
 
 SPEEDS = {  # m/s, of the version that drew the pictures
     "flagellum": 0.0716241,

@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.actuators import respond
+from nectosome.drives import respond
 from nectosome.papers.measure import study
 from nectosome.papers.measure.friction import RANGES, compare, friction, predicted, runs_of
 from nectosome.papers.measure.pneumatic import friction_test

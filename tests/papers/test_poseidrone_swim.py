@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from nectosome.io import with_values
+from nectosome.description import with_values
+from nectosome.model import build
 from nectosome.papers.poseidrone import study, swim
 from nectosome.papers.poseidrone.recordings import OMEGA, body, recording, settled, thrust
+from nectosome.papers.report import write_report
 from nectosome.papers.study import printed
-from nectosome.robots import build, describe
+from nectosome.robots import describe
 from nectosome.solve import simulate
-from nectosome.view import write_report
 
 OWN = ("poseidrone/table1/", "poseidrone/table2/", "poseidrone/swim/")
 

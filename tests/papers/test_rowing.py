@@ -4,14 +4,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.io import get_value, resolve
+from nectosome.description import get_value, resolve
+from nectosome.model import build
 from nectosome.papers.paddle import tolerances
 from nectosome.papers.paddle.drop import factor
 from nectosome.papers.paddle.heading import HalfStrokes, HeadingControl, disturbed, swim
 from nectosome.papers.paddle.steering import turn
 from nectosome.papers.paddle.swim import on_a_slide
 from nectosome.papers.paddle.trials import measured_yaw
-from nectosome.robots import build, describe
+from nectosome.robots import describe
 from nectosome.solve import simulate
 
 

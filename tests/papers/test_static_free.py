@@ -4,9 +4,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from nectosome.model import build
 from nectosome.papers.poseidrone import jet, static_free
-from nectosome.robots import build, describe
-from nectosome.view.jets import motor_panel, static_free_panel
+from nectosome.papers.poseidrone.figures_jet import motor_panel, static_free_panel
+from nectosome.robots import describe
 
 
 @pytest.fixture(scope="module")

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from nectosome.io import get_value
+from nectosome.description import get_value
+from nectosome.model import build
 from nectosome.papers.flagellum.pool import NO_LOAD, STALL, on_motor_line
 from nectosome.papers.flagellum.reaction import lateral_share, reaction_over_a_turn
 from nectosome.papers.flagellum.swims import Swimmer
 from nectosome.papers.study import printed, score
-from nectosome.robots import build, describe
+from nectosome.robots import describe
 
 ENTRY = {"quantity": "speed", "unit": "m/s", "printed": 2.0, "tolerance": 1.0}
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nectosome.design.sweep import sweep
+from nectosome.designs.sweep import sweep
 from nectosome.papers.paddle import transfer, truths
 from nectosome.papers.study import printed
 

@@ -7,10 +7,11 @@ import pytest
 
 from nectosome.core import State
 from nectosome.mechanism.rods import legendre
+from nectosome.model import build
 from nectosome.papers import undulation
 from nectosome.papers.catshark.midline import curvature, waves
 from nectosome.papers.catshark.table import VISCOSITY, table, wavelengths
-from nectosome.robots import build, describe
+from nectosome.robots import describe
 
 ONE = slice(33, 34)  # catshark 2 at 1.5 L/s
 NO_CROSS = "body.loads.cross.normal=0"

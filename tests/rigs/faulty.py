@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from nectosome.actuators import Sensor, second_order
-from nectosome.control import Controller, Regulator
+from nectosome.controllers import Controller, Regulator
+from nectosome.drives import Sensor, second_order
 from nectosome.rigs import Experiment, Limits, Rig, SimulatedRig
 
 Hook = Callable[..., Any]  # hook(n, call, *arguments): n calls were made before

@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nectosome.io import InputError, load_dataset
-from nectosome.rigs import course, log, recovered
+from nectosome.io import load_dataset
+from nectosome.rigs import log, recovered
+from nectosome.rigs import sampling_loop as course
+from nectosome.units import InputError
 
 from .faulty import RIGS, Faulty, Hook, Setup
 

@@ -7,8 +7,8 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from nectosome.control.motor import VariableGainPI
-from nectosome.control.pid import Reach
+from nectosome.controllers.motor_speed import VariableGainPI
+from nectosome.controllers.pid import Reach
 
 from .on_a_pty import OnAPty
 

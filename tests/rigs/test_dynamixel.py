@@ -7,9 +7,9 @@ import time
 
 import pytest
 
-from nectosome.io import InputError
 from nectosome.rigs import RigError
 from nectosome.rigs.dynamixel import Dynamixel, Servo
+from nectosome.units import InputError
 
 from .servo_emulator import (
     ACCESS_ERROR,

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nectosome.control.loop import Loop
-from nectosome.io import InputError, load_dataset
+from nectosome.controllers.block_loop import Loop
+from nectosome.io import load_dataset
 from nectosome.rigs import Experiment, SimulatedRig
+from nectosome.units import InputError
 
 from .faulty import DT, LIMITS, PI, RIGS, Faulty, PIRegulator, pi, plant, sensor, simulated, sine
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from nectosome.io import InputError
 from nectosome.rigs import Limits
 from nectosome.rigs.guards import Guards
 from nectosome.rigs.limits import Frozen, Overruns, Timer, slewed
+from nectosome.units import InputError
 
 from .faulty import simulated
 

@@ -11,9 +11,9 @@ import nidaqmx.system.watchdog
 import pytest
 from nidaqmx.system.watchdog import WatchdogTask
 
-from nectosome.io import InputError
 from nectosome.rigs import RigError
 from nectosome.rigs.ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
+from nectosome.units import InputError
 
 from .ni_stand_in import Card
 

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from nectosome.io import InputError
 from nectosome.rigs.dynamixel import Dynamixel, Servo
 from nectosome.rigs.files import load_rig
 from nectosome.rigs.limits import Limits
 from nectosome.rigs.ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
 from nectosome.rigs.serial_motor import Controller, SerialMotor
+from nectosome.units import InputError
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "rigs"
 NI = (EXAMPLES / "fishtail_ni.yaml").read_text(encoding="utf-8")

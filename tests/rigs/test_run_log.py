@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nectosome.io import InputError, load_dataset
+from nectosome.io import load_dataset
 from nectosome.rigs import log, recovered
 from nectosome.rigs.log import COLUMNS, LogError, RunLog
+from nectosome.units import InputError
 
 UNITS = {"time": "s", "reference": "m", "measured": "m", "command": "Pa", "late": "s"}
 ABOUT = {"title": "sine on rig", "controller": "PI(\n  1.0,\n  # not a line of its own\n)", "dt": 0.005, "rig": "é"}

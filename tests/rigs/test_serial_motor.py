@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nectosome.io import InputError
 from nectosome.rigs import RigError
 from nectosome.rigs.serial_motor import Controller, SerialMotor, framed, unframed
+from nectosome.units import InputError
 
 from .motor_emulator import Microcontroller
 

@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.actuators import Chain, DeadTime, Sensor, respond
 from nectosome.core import Memoryless
+from nectosome.drives import Chain, DeadTime, Sensor, respond
 from nectosome.rigs import RigError, SimulatedRig
 
 from .faulty import FREQUENCY, GAIN, plant, sensor, simulated

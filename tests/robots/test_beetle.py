@@ -5,9 +5,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from nectosome.core import Status
-from nectosome.io import InputError, get_value, resolve, with_values
-from nectosome.robots import build, describe
+from nectosome.description import get_value, resolve, with_values
+from nectosome.model import build
+from nectosome.robots import describe
 from nectosome.solve import simulate
+from nectosome.units import InputError
 
 TIGHT = {"rtol": 1e-9, "atol": 1e-11}
 LESS = np.radians(60.0)

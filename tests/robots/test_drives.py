@@ -7,9 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
-from nectosome.io import InputError, get_value, parse_robot, with_values
-from nectosome.robots import build
+from nectosome.description import get_value, parse_robot, with_values
+from nectosome.model import build
 from nectosome.solve import simulate
+from nectosome.units import InputError
 
 BALL = """
 name: ball

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nectosome.design import sweep
+from nectosome.designs import sweep
 
 BIAS = [-1e4, 0.0, 1e4]  # Pa, on the left chamber
 pytestmark = pytest.mark.slow

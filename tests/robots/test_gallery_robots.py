@@ -6,9 +6,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from nectosome.io import get_value
+from nectosome.description import get_value
 from nectosome.mechanism import Robot
-from nectosome.robots import build, describe
+from nectosome.model import build
+from nectosome.robots import describe
 from nectosome.solve import simulate
 
 TIME = 0.1  # s

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from nectosome.core import Status
-from nectosome.io import apply_settings, get_value, load_robot
-from nectosome.robots import build
+from nectosome.description import apply_settings, get_value, load_robot
+from nectosome.model import build
 from nectosome.solve import simulate
 
 FILE = Path(__file__).parents[2] / "examples" / "holding.yaml"

@@ -7,12 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nectosome import robots
+from nectosome import model
 from nectosome.core import State
-from nectosome.io import InputError, drive_period, dump_robot, parse_robot
+from nectosome.description import drive_period, dump_robot, parse_robot
 from nectosome.loads import Chamber, Tendon
 from nectosome.mechanism import Rod
 from nectosome.solve import static
+from nectosome.units import InputError
 
 HOLD = """
 name: rod
@@ -32,7 +33,7 @@ FREE = "  strains: {torsion: 1, bending_y: 2, bending_z: 2, extension: 1, shear_
 
 
 def robot_of(*lines: str):
-    return robots.build(parse_robot(HOLD + "".join(f"  {line}\n" for line in lines)))
+    return model.build(parse_robot(HOLD + "".join(f"  {line}\n" for line in lines)))
 
 
 def at_rest(*lines: str) -> tuple[Rod, jax.Array]:
@@ -141,7 +142,7 @@ LOADS = """
 
 @pytest.fixture(scope="module")
 def threads():
-    robot = robots.build(parse_robot(HOLD + FREE + LOADS))
+    robot = model.build(parse_robot(HOLD + FREE + LOADS))
     return {a.name: a.load for a in robot.loads if isinstance(a.load, Tendon | Chamber)}
 
 
@@ -163,7 +164,7 @@ def test_what_threads_give_is_the_slope_of_their_length_and_volume(threads, seed
 
 def test_the_length_of_a_thread_is_that_of_its_curve(threads):
     """Against points along the built rod, joined by straight lines."""
-    robot = robots.build(parse_robot((HOLD + FREE + LOADS).replace("points: 6", "points: 200")))
+    robot = model.build(parse_robot((HOLD + FREE + LOADS).replace("points: 6", "points: 200")))
     q = jnp.asarray(np.random.default_rng(3).normal(size=11) * 0.3)
     shape, rod = robot.tree.shape(q), robot.tree.parts[0].body
     s = np.asarray(rod.nodes)
@@ -188,7 +189,7 @@ SWIMS = """
 
 @pytest.fixture(scope="module")
 def made():
-    return robots.build(parse_robot(HOLD + SWIMS + f"  motion: {{bending_z: {WAVE}}}\n"))
+    return model.build(parse_robot(HOLD + SWIMS + f"  motion: {{bending_z: {WAVE}}}\n"))
 
 
 def test_a_rod_takes_the_curvature_that_it_is_made_to(made):
@@ -209,7 +210,7 @@ def test_a_rod_takes_the_curvature_that_it_is_made_to(made):
 
 def test_what_it_takes_to_make_the_shape_is_what_moves_a_free_rod_alike(made):
     """Inverse dynamics: the reactions, put on a rod that is free, give the accelerations that are prescribed."""
-    free = robots.build(parse_robot(HOLD + SWIMS))
+    free = model.build(parse_robot(HOLD + SWIMS))
     t, r = jnp.asarray(0.13), np.random.default_rng(0)
     x = made.initial()
     x = State(x.q + 0.1 * jnp.asarray(r.normal(size=x.q.shape)), jnp.asarray(0.2 * r.normal(size=x.v.shape)), x.z)
@@ -283,7 +284,7 @@ def test_sections_go_over_from_one_to_the_next():
     """Half widths at the stations, and the mass, which the Gauss points see but for kinks."""
     text = HOLD.replace("radius: 10 mm", "radius: 4 mm\n  tip_radius: 2 mm").replace("points: 6", "points: 40")
     text += "  strains: {bending_z: 2}\n  between: [{at: 0.2, radius: 12 mm}, {at: 0.7, radius: 8 mm}]\n"
-    robot = robots.build(parse_robot(text))
+    robot = model.build(parse_robot(text))
     rod = robot.tree.parts[0].body
     assert isinstance(rod, Rod)
     radius = np.interp(rod.nodes, [0, 0.2, 0.7, 1], [4e-3, 12e-3, 8e-3, 2e-3])

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from nectosome.core import State
-from nectosome.io import InputError, RevoluteJoint, SineTorque, with_values
+from nectosome.description import RevoluteJoint, SineTorque, with_values
 from nectosome.mechanism import diagnose
-from nectosome.robots import build, describe
+from nectosome.model import build
+from nectosome.robots import describe
 from nectosome.solve import simulate
+from nectosome.units import InputError
 
 L1, WIDTH, LENGTH, MASS, RHO = 0.105, 0.040, 0.105, 0.030, 1000.0
 K = np.pi * 0.85**2 * 2e6 * (WIDTH * 0.006**3 / 12) / 0.105

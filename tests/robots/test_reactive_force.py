@@ -5,9 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome import robots
+from nectosome import model
 from nectosome.core import State
-from nectosome.io import parse_robot
+from nectosome.description import parse_robot
 
 SPEED, FREQUENCY, WAVELENGTH, LENGTH, RADIUS = 0.5, 2.0, 0.35, 0.4, 0.02
 TOWED = f"""
@@ -34,7 +34,7 @@ body:
 
 def mean_force(amplitude: float) -> np.ndarray:
     """Mean force of the water [N] along x over a cycle: of the added mass, and of the wake."""
-    robot = robots.build(parse_robot(TOWED.replace("AMPLITUDE", str(amplitude))))
+    robot = model.build(parse_robot(TOWED.replace("AMPLITUDE", str(amplitude))))
     assert robot.tree.free_v.size == 0
 
     @jax.jit

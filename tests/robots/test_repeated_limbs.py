@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from nectosome.core import State
-from nectosome.io import parse_robot
-from nectosome.robots import build
+from nectosome.description import parse_robot
+from nectosome.model import build
 from nectosome.solve import simulate
 
 HANDED = """

@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nectosome.io import dump_robot, load_robot, parse_robot
-from nectosome.robots import blueprint_of, describe, names
+from nectosome.description import dump_robot, load_robot, parse_robot
+from nectosome.model import blueprint_of
+from nectosome.robots import describe, names
 from nectosome.robots.shipped import file_names, template_names, template_of
 
 ROOT = Path(__file__).parents[2]

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from nectosome.core import Status
-from nectosome.io import apply_settings, parse_robot
+from nectosome.description import apply_settings, parse_robot
 from nectosome.mechanism import diagnose, load_names
-from nectosome.robots import build
+from nectosome.model import build
 from nectosome.solve import simulate, static
 
 # ground 0.3 m, crank 0.1 m, coupler 0.25 m, rocker 0.2 m; the crank is held at 1.1 rad, the rocker is pulled

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from nectosome.core import State, Status
-from nectosome.io import parse_robot
+from nectosome.description import parse_robot
 from nectosome.mechanism import diagnose, load_names, reduced
-from nectosome.robots import bind, build
+from nectosome.model import bind, build
 from nectosome.solve import simulate, static
 from nectosome.solve.symmetry import find_symmetry
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from nectosome.core import State
-from nectosome.io import import_urdf, parse_robot
+from nectosome.description import import_urdf, parse_robot
 from nectosome.mechanism.diagnose import energies
-from nectosome.robots import build
+from nectosome.model import build
 
 ARM = Path(__file__).with_name("arm.urdf")
 GRAVITY, WATER = 9.80665, 1000.0

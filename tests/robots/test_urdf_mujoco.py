@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from nectosome.core import State
-from nectosome.io.urdf import import_urdf
-from nectosome.robots import build
+from nectosome.description.urdf import import_urdf
+from nectosome.model import build
 
 ARM = """
 <link name="base">

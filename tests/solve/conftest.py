@@ -4,8 +4,8 @@ import pytest
 from tests.small_robots import DRIVEN, ROWING
 
 from nectosome.core import State
-from nectosome.io import RobotDescription, parse_robot
-from nectosome.robots import build
+from nectosome.description import RobotDescription, parse_robot
+from nectosome.model import build
 
 # a mass point that slides, without any force
 SLIDER = """

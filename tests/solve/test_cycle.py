@@ -7,8 +7,9 @@ import pytest
 from tests.small_robots import DRIVEN, M0, ROWING, C, F, I, K
 
 from nectosome.core import State
-from nectosome.io import parse_robot
-from nectosome.robots import bind, build, describe
+from nectosome.description import parse_robot
+from nectosome.model import bind, build
+from nectosome.robots import describe
 from nectosome.solve import CycleMeans, Periodic, Trajectory, cycle_means, mean_data
 
 means_of = jax.jit(cycle_means)

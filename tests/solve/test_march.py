@@ -14,9 +14,9 @@ from scipy.special import ellipk
 from nectosome.core import Constant, Load, State, Status, Strips, Water
 from nectosome.loads import Damper
 from nectosome.mechanism import Attached
-from nectosome.robots import bind
+from nectosome.model import bind
 from nectosome.solve import simulate
-from nectosome.solve.march import Settings, begin, march
+from nectosome.solve.integrate import Settings, begin, march
 from nectosome.solve.stages import explicit_step, implicit_step, newton_memory
 
 G = 9.81

@@ -7,8 +7,9 @@ from scipy.integrate import solve_ivp
 from tests.small_robots import DRIVEN, M0, ROWING, SHAKEN, C, F, I, K
 
 from nectosome.core import State, Status
-from nectosome.io import parse_robot
-from nectosome.robots import build, describe
+from nectosome.description import parse_robot
+from nectosome.model import build
+from nectosome.robots import describe
 from nectosome.solve import find_symmetry, periodic, simulate
 
 

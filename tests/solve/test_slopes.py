@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from nectosome.core import Load, State, Status
-from nectosome.io import with_values
+from nectosome.description import with_values
 from nectosome.mechanism.reduce import in_plane
-from nectosome.robots import bind, describe
+from nectosome.model import bind
+from nectosome.robots import describe
 from nectosome.solve import find_symmetry
-from nectosome.solve.march import Settings
+from nectosome.solve.integrate import Settings
 from nectosome.solve.orbit import orbit
-from nectosome.solve.slopes import allowed_slopes
+from nectosome.solve.sensitivity import allowed_slopes
 
 SHARES = jnp.linspace(0.0, 1.0, 129)  # of the period
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from nectosome.core import Status
-from nectosome.io import parse_robot
-from nectosome.robots import bind, build
+from nectosome.description import parse_robot
+from nectosome.model import bind, build
 from nectosome.solve import static
 
 PENDULUM = """

@@ -8,8 +8,9 @@ import pytest
 from scipy.optimize import fsolve
 
 from nectosome.core import Sine, State, Status
-from nectosome.io import parse_robot
-from nectosome.robots import bind, build, describe
+from nectosome.description import parse_robot
+from nectosome.model import bind, build
+from nectosome.robots import describe
 from nectosome.solve import equilibrium, find_symmetry, settled, simulate, steady
 
 RHO, G = 1000.0, 9.80665

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from nectosome.core import Status
-from nectosome.robots import build, flagella
+from nectosome.model import build
+from nectosome.robots import flagella
 from nectosome.solve import periodic, screw_of
 
 FAST = 14.4  # rad/s

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from nectosome.core import State, Status
-from nectosome.io import RobotDescription
+from nectosome.description import RobotDescription
 from nectosome.mechanism import Robot
-from nectosome.robots import build
+from nectosome.model import build
 from nectosome.solve import static
 
 

@@ -3,7 +3,11 @@ from html import escape
 import numpy as np
 import pytest
 
-from nectosome.view import design, landscape, prototype, search, write_figures, write_report
+from nectosome.papers.flagellum import figures_design as design
+from nectosome.papers.flagellum import figures_landscape as landscape
+from nectosome.papers.flagellum import figures_prototype as prototype
+from nectosome.papers.report import write_figures, write_report
+from nectosome.view import search
 from nectosome.view.style import log_ticks
 
 from . import made_up_designs as made_up

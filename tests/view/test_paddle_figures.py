@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nectosome.view import chains, paddle, rowing
+from nectosome.papers.paddle import figures as paddle
+from nectosome.papers.paddle import figures_chains as chains
+from nectosome.papers.paddle import figures_rowing as rowing
 
 
 def swing(n=8):

@@ -4,8 +4,8 @@ import sys
 
 import pytest
 
-from nectosome.io import InputError
-from nectosome.view import show_run, write_report
+from nectosome.papers.report import show_run, write_report
+from nectosome.units import InputError
 from nectosome.view.scorecard import number, percent, summary, table
 
 

@@ -7,9 +7,9 @@ import av
 import numpy as np
 import pytest
 
-from nectosome.io import InputError
+from nectosome.units import InputError
+from nectosome.view.drawing import CAMERAS, Scene
 from nectosome.view.film import write_film, write_still
-from nectosome.view.scene import CAMERAS, Scene
 from nectosome.view.tubes import tubes
 
 from .conftest import made_up_run

@@ -8,10 +8,11 @@ import imageio.v3 as imageio
 import pytest
 from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, chromium
 
-from nectosome.io import dump_robot
+from nectosome.description import dump_robot
+from nectosome.papers.report import write_report
 from nectosome.robots import describe
-from nectosome.view import scenes, write_report
-from nectosome.view.scenes import Scenes
+from nectosome.view import offline_scenes as scenes
+from nectosome.view.offline_scenes import Scenes
 
 from .conftest import made_up_run
 

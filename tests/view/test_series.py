@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from nectosome.view import flagellum, series
+from nectosome.papers.flagellum import figures as flagellum
+from nectosome.view import series
 from nectosome.view.style import End, dress, label_ends, span
 
 from .conftest import OMEGA, made_up_run

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from nectosome.io import parse_robot
-from nectosome.robots import build
+from nectosome.description import parse_robot
+from nectosome.model import build
 from nectosome.view.robot3d import actor, stage
-from nectosome.view.starting import standing
+from nectosome.view.start import standing
 from nectosome.view.tubes import AROUND, hermite, part_rings, triangles, tubes
 
 from .conftest import LENGTH, RADIUS, TIP

@@ -29,7 +29,7 @@ from nectosome.cli.steady import steady
 from nectosome.cli.studio import studio
 from nectosome.cli.sweep import sweep
 from nectosome.cli.track import track
-from nectosome.io import InputError
+from nectosome.units import InputError
 
 app = App(
     name="nectosome",

@@ -7,16 +7,16 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from nectosome.cli.output import write
-from nectosome.cli.parts import weigh
-from nectosome.io import json_schema, load_robot
-from nectosome.io.errors import count
+from nectosome.cli.weights import weigh
+from nectosome.description import json_schema, load_robot
+from nectosome.units import count
 
 
 def check(file: Annotated[Path, Parameter(help="A robot file.")], /) -> None:
     """Check a robot file and say what it describes, or what is wrong with it."""
     description = load_robot(file)
 
-    from nectosome.robots import build
+    from nectosome.model import build
 
     parts = weigh(build(description), str(file))
     freedoms = sum(len(part.freedoms) for part in parts)

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from cyclopts import App, Parameter
 
-from nectosome.cli.follow import follow
+from nectosome.cli.control_robot import follow
 from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.progress import progress_bar
-from nectosome.io import InputError, did_you_mean, load_dataset, parse_quantity
-from nectosome.io.asked import read_positive
+from nectosome.io import load_dataset
+from nectosome.units import InputError, did_you_mean, parse_quantity, read_positive
 
 if TYPE_CHECKING:
     import numpy as np
@@ -82,7 +82,7 @@ def fishtail(
     logs = _logs(save, runs)
 
     from nectosome.papers.fishtail.bench import Bench
-    from nectosome.papers.fishtail.ways import DT
+    from nectosome.papers.fishtail.comparison import DT
 
     identified = None if model is None else load_dataset(model)
     if config is None:
@@ -159,9 +159,9 @@ class _Course(NamedTuple):
 
     def samples(self, dt: float) -> "np.ndarray":
         """At even times."""
-        from nectosome.control import chirp, sine, triangle
+        from nectosome.controllers import chirp, sine, triangle
         from nectosome.papers.fishtail.bench import recorded_reference
-        from nectosome.papers.fishtail.ways import VARIABLE
+        from nectosome.papers.fishtail.comparison import VARIABLE
 
         if self.name == "variable":
             return VARIABLE

@@ -10,15 +10,43 @@ from cyclopts import Parameter
 from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, write
 from nectosome.cli.progress import progress_bar
-from nectosome.cli.swept import swept
-from nectosome.io import InputError, did_you_mean, load_dataset, provenance, save_dataset
-from nectosome.io.asked import read_positive
+from nectosome.cli.sweep import swept
+from nectosome.io import load_dataset, provenance, save_dataset
+from nectosome.units import InputError, did_you_mean, read_positive
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from nectosome.identify import Aim
+    from nectosome.identification import Aim
     from nectosome.measure import Campaign
+
+from typing import TYPE_CHECKING
+
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from nectosome.cli.page import columns, page
+from nectosome.identification import Observed
+from nectosome.view.correction_words import Rows, lines, read_lines, tables
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def correction_page(found: "xr.Dataset", observed: Sequence[Observed], aim: str) -> Group:
+    """Return the page of what `correct_grid` gives."""
+    title = Text(str(found.attrs["title"]), "bold")
+    head = Text("\n").join([title, Text(""), *map(Text, read_lines(observed))])
+    return page(head, [_table(rows) for rows in tables(found, aim)], lines(found, observed))
+
+
+def _table(rows: Rows) -> Table:
+    table = columns(*rows.names)
+    for row in rows.rows:
+        table.add_row(*row)
+    return table
+
 
 _AIMS = ("error", "highest", "lowest")
 
@@ -72,9 +100,9 @@ def correct(
     for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
         check_target(target, option, suffix)
 
-    from nectosome.cli.correction import correction_page
-    from nectosome.design.sweep import forget
-    from nectosome.identify import SimToReal, correct_grid
+    pass
+    from nectosome.designs.sweep import forget
+    from nectosome.identification import SimToReal, correct_grid
     from nectosome.measure import load_campaign
 
     if method is not None:

@@ -8,14 +8,15 @@ from cyclopts import Parameter
 from rich.table import Table
 
 from nectosome.cli.output import tell, write
-from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
-from nectosome.io import InputError, save_dataset, show_quantity, write_atomic
-from nectosome.io.errors import shorten
+from nectosome.cli.weights import weigh
+from nectosome.io import save_dataset, write_atomic
 from nectosome.io.yaml_text import read_text
+from nectosome.units import InputError, shorten, show_quantity
 
 if TYPE_CHECKING:
-    from nectosome.design import Evaluation, Result, Varied
+    from nectosome.designs import Varied
+    from nectosome.search import Evaluation, Result
 
 
 def design(
@@ -65,19 +66,18 @@ def design(
             "what the run in that folder was asked is settled; only --starts may go with it.", field="--resume"
         )
 
-    from nectosome import design as room
-    from nectosome import robots
+    from nectosome import designs, model, robots, search
 
     if resume is not None:
-        held = room.read_design(resume)
-        description, wanted = room.restore_design(held["about"], str(resume))
+        held = search.read_design(resume)
+        description, wanted = designs.restore_design(held["about"], str(resume))
         options = dict(held["solver"])
-        chosen = room.make_solver(options.pop("name"), **options)
+        chosen = search.make_solver(options.pop("name"), **options)
         number, seeded, folder = number or held["starts"], held["seed"], resume
     else:
         assert robot is not None
         base = robots.describe(robot)
-        description, wanted = room.change(
+        description, wanted = designs.change(
             base,
             _problem(robot, problem, vary),
             tuple(fix or ()),
@@ -90,10 +90,10 @@ def design(
         solver = solver or ("evolution" if wanted.mission else "gradient")
         if wanted.mission and solver == "gradient":
             raise InputError("a mission has no slopes. Take evolution or pattern.", field="--solver")
-        chosen, number = room.make_solver(solver), number or (2 if wanted.mission else 12)
+        chosen, number = search.make_solver(solver), number or (2 if wanted.mission else 12)
         folder = out or Path("out") / f"design-{description.name}-{solver}-{seeded}"
     task = wanted.task(description)
-    weigh(robots.build(description), robot or str(resume))
+    weigh(model.build(description), robot or str(resume))
     task.prepare()  # mistakes are told before anything is begun
     began = clock.perf_counter()
     with progress_bar(f"{description.name}, {number} starts") as update:
@@ -103,9 +103,9 @@ def design(
             update(f"{value}{evaluations} evaluations", done / number)
             return True
 
-        about = room.dump_design(description, wanted)
+        about = designs.dump_design(description, wanted)
         try:
-            result = room.multistart(task, chosen, number, seeded, folder=folder, about=about, progress=progress)
+            result = search.multistart(task, chosen, number, seeded, folder=folder, about=about, progress=progress)
         except KeyboardInterrupt:
             tell(f"cancelled. To go on: nectosome design --resume {folder}")
             return 130
@@ -126,7 +126,7 @@ def _whole(text: str, option: str, least: int, most: int) -> int:
 
 
 def _problem(robot: str, file: Path | None, vary: list[str] | None):
-    from nectosome.design import Problem, load_problem, shipped_problem
+    from nectosome.designs import Problem, load_problem, shipped_problem
 
     beside = Path(robot).with_suffix(".design.yaml") if robot.endswith((".yaml", ".yml")) else None
     if file is not None:

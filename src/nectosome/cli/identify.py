@@ -7,13 +7,12 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from nectosome.cli.campaigns import planned_files
 from nectosome.cli.identify_robot import identify_robot
-from nectosome.cli.options import read_count
+from nectosome.cli.options import planned_files, read_count
 from nectosome.cli.output import check_target, write
 from nectosome.cli.progress import progress_bar
-from nectosome.io import InputError, did_you_mean, provenance, save_dataset
-from nectosome.io.asked import read_positive, read_quantity
+from nectosome.io import provenance, save_dataset
+from nectosome.units import InputError, did_you_mean, read_positive, read_quantity
 
 _SOLVERS = ("cmaes", "genetic", "differential", "front")
 
@@ -47,10 +46,9 @@ def swim(
 
     planned, held_out = planned_files(campaign, test)
 
-    from nectosome.cli.identification import swim_page
-    from nectosome.identify.surge import METHODS, surge
-    from nectosome.identify.surge_recordings import surge_recordings
-    from nectosome.identify.surge_results import surge_data
+    from nectosome.cli.identify_pages import swim_page
+    from nectosome.identification.surge.estimators import METHODS, surge
+    from nectosome.identification.surge.files import surge_data, surge_recordings
 
     if method not in METHODS:
         raise InputError(f'"{method}" is no method.{did_you_mean(method, METHODS)}', field="--method")
@@ -84,7 +82,6 @@ def swim(
 def fishtail(
     *,
     campaign: Annotated[Path, Parameter(help="Campaign (.yaml): recordings of pressure and displacement.")],
-    method: Annotated[str, Parameter(help="varpro, or levenberg, as papers do it.")] = "varpro",
     order: Annotated[str, Parameter(help="Of the transfer function.", allow_leading_hyphen=True)] = "2",
     slew: Annotated[bool, Parameter(help="Pressures are commands: fit the rate that the valve keeps to.")] = False,
     test: Annotated[
@@ -99,13 +96,10 @@ def fishtail(
 
     planned, held_out = planned_files(campaign, test)
 
-    from nectosome.cli.identification import fishtail_page
-    from nectosome.identify.hysteresis import METHODS, identify_hysteresis
-    from nectosome.identify.hysteresis_results import hysteresis_data
-    from nectosome.identify.pressure_recordings import pressure_recordings
+    from nectosome.cli.identify_pages import fishtail_page
+    from nectosome.identification.hysteresis.files import hysteresis_data, pressure_recordings
+    from nectosome.identification.hysteresis.fit import identify_hysteresis
 
-    if method not in METHODS:
-        raise InputError(f'"{method}" is no method.{did_you_mean(method, METHODS)}', field="--method")
     with progress_bar("identifying") as update:
         recordings = pressure_recordings([one.read() for one in planned.planned])
         update("fitting", 0.3)
@@ -113,10 +107,10 @@ def fishtail(
         fitted = [one.trial for one in recordings if one.file not in held_out]
         if not fitted:
             raise InputError("all recordings are held out: nothing is left to fit.", field="--test")
-        data = hysteresis_data(identify_hysteresis(fitted, method, degree, slew), fitted, held)
-    asked = {"campaign": campaign, "method": method, "order": order, "slew": slew, "test": ", ".join(test or ())}
+        data = hysteresis_data(identify_hysteresis(fitted, degree, slew), fitted, held)
+    asked = {"campaign": campaign, "order": order, "slew": slew, "test": ", ".join(test or ())}
     data.attrs |= {
-        "title": f"hysteresis of {campaign.name} by {method}",
+        "title": f"hysteresis of {campaign.name}",
         "provenance": json.dumps(provenance({key: str(value) for key, value in asked.items()})),
     }
     if save is not None:
@@ -161,8 +155,9 @@ def crawl(
     if solver not in _SOLVERS:
         raise InputError(f'"{solver}" is no solver.{did_you_mean(solver, _SOLVERS)}', field="--solver")
 
-    from nectosome.identify import CmaEs, DifferentialEvolution, Genetic, ParetoFront, evolve, identifiability
-    from nectosome.identify.gait_files import load_gait_fit
+    from nectosome.identification import identifiability
+    from nectosome.identification.gait.files import load_gait_fit
+    from nectosome.search import CmaEs, DifferentialEvolution, Genetic, ParetoFront, evolve
 
     fit = load_gait_fit(target)
     ways = {
@@ -193,8 +188,8 @@ def crawl(
         update("what the features tell", 1.0)
         told = identifiability(fit.misfit, found.best)
         walked = fit.walked(found.best[None])
-    from nectosome.cli.identification import crawl_page
-    from nectosome.identify.gait_results import gait_data
+    from nectosome.cli.identify_pages import crawl_page
+    from nectosome.identification.gait.fit import gait_data
 
     data = gait_data(fit, found, walked, told, max(10 * found.value, enough))
     asked = {"target": target, "solver": solver, "seed": number, "evaluations": most, "goal": enough}

@@ -6,14 +6,13 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.campaigns import planned_files
-from nectosome.cli.options import read_count
+from nectosome.cli.options import planned_files, read_count
 from nectosome.cli.output import check_target, write
-from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
-from nectosome.io import InputError, provenance, save_dataset, save_robot
-from nectosome.io.asked import read_positive
-from nectosome.io.errors import shorten
+from nectosome.cli.weights import weigh
+from nectosome.description import save_robot
+from nectosome.io import provenance, save_dataset
+from nectosome.units import InputError, read_positive, shorten
 
 
 def identify_robot(
@@ -58,19 +57,18 @@ def identify_robot(
         if target is not None:
             check_target(target, option, suffix)
 
-    from nectosome import robots
-    from nectosome.cli.identification import robot_page
-    from nectosome.identify.robot_fit import fit_robot
-    from nectosome.identify.robot_misfit import RobotMisfit
-    from nectosome.identify.robot_results import robot_data
-    from nectosome.identify.robot_trials import read_compared, robot_trials
-    from nectosome.io.variables import read_variable
+    from nectosome import model, robots
+    from nectosome.cli.identify_pages import robot_page
+    from nectosome.description.variables import read_variable
+    from nectosome.identification.robot.fit import fit_robot, robot_data
+    from nectosome.identification.robot.misfit import RobotMisfit
+    from nectosome.identification.robot.trials import read_compared, robot_trials
 
     planned, held_out = planned_files(campaign, test)
     description = robots.describe(robot, settings or ())
     variables = [read_variable(*_pair(text, "--find", "E=1 MPa .. 9 MPa log"), description) for text in find]
     drives = dict(_pair(text, "--drive", "pressure=body.loads.blow.pressure") for text in drive or ())
-    built = robots.build(description)
+    built = model.build(description)
     weigh(built, robot)
     compared = [read_compared(text, built) for text in compare]
     for option, names in (("--find", [v.name for v in variables]), ("--compare", [one.column for one in compared])):

@@ -11,8 +11,8 @@ from rich.text import Text
 
 from nectosome.cli.output import check_target, write
 from nectosome.cli.progress import progress_bar
-from nectosome.io import InputError, save_dataset
-from nectosome.io.errors import count
+from nectosome.io import save_dataset
+from nectosome.units import InputError, count
 
 if TYPE_CHECKING:
     import xarray as xr

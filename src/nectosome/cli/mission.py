@@ -9,7 +9,8 @@ from rich.text import Text
 from nectosome.cli.output import tell, write
 from nectosome.cli.page import columns, ending, number, page
 from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.io import InputError, save_dataset
+from nectosome.io import save_dataset
+from nectosome.units import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,8 +23,8 @@ def fly(robot: str, settings: list[str] | None, file: Path, step: float, save: P
     if step > _LONGEST:
         raise InputError(f"{step:g} s is out of range: it must be at most {_LONGEST} s.", field="--step")
 
-    from nectosome import robots
-    from nectosome.io.describe_mission import load_mission
+    from nectosome import model, robots
+    from nectosome.description.mission import load_mission
 
     description = robots.describe(robot, settings or ())
     path = robots.mission_of(str(file)) or file
@@ -35,11 +36,11 @@ def fly(robot: str, settings: list[str] | None, file: Path, step: float, save: P
                 update(mode, share)
                 return going_on()
 
-            return robots.run_mission(modes, step=step, progress=progress)
+            return model.run_mission(modes, step=step, progress=progress)
 
         flown = cancellable(compute)
     asked = {"robot": robot, "mission": str(path), "set": settings or [], "step": step}
-    found = robots.mission_data(flown, asked)
+    found = model.mission_data(flown, asked)
     write(_told(found))
     if save is not None:
         save_dataset(found, save)

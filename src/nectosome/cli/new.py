@@ -8,7 +8,9 @@ from cyclopts import Parameter
 
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.page import columns
-from nectosome.io import InputError, did_you_mean, import_urdf, load_robot, save_robot, write_atomic
+from nectosome.description import import_urdf, load_robot, save_robot
+from nectosome.io import write_atomic
+from nectosome.units import InputError, did_you_mean
 
 
 def new(

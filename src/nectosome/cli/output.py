@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rich.console import Console, RenderableType
 
-from nectosome.io import InputError
+from nectosome.units import InputError
 
 _WIDTH = 120  # of what goes to a file or a pipe
 

@@ -6,7 +6,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.io.errors import count
+from nectosome.units import count
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

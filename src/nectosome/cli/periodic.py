@@ -13,10 +13,11 @@ from rich.text import Text
 from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos, stored
-from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
-from nectosome.io import InputError, drive_period, save_dataset, show_quantity
-from nectosome.io.asked import read_positive
+from nectosome.cli.weights import weigh
+from nectosome.description import drive_period
+from nectosome.io import save_dataset
+from nectosome.units import InputError, read_positive, show_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -59,7 +60,7 @@ def periodic(
     if save is not None:
         check_target(save, "--save", ".nc")
 
-    from nectosome import robots
+    from nectosome import model, robots
 
     description = robots.describe(robot, settings or ())
     if seconds is None:
@@ -71,7 +72,7 @@ def periodic(
 
     start = clock.perf_counter()
     with progress_bar(description.name):
-        built = robots.build(description)
+        built = model.build(description)
         weigh(built, robot)
         prepare_means(built, moments)
         try:

@@ -10,11 +10,11 @@ from cyclopts import Parameter
 
 from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, tell, write
-from nectosome.cli.parts import weigh
 from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.io import InputError, is_results, load_dataset
-from nectosome.io.asked import read_positive, read_quantity
+from nectosome.cli.weights import weigh
+from nectosome.io import is_results, load_dataset
 from nectosome.io.extras import package
+from nectosome.units import InputError, read_positive, read_quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -125,7 +125,7 @@ def _simulated(
     robot: str, settings: list[str], seconds: float, samples: int, update: Callable[[str, float], None]
 ) -> "xr.Dataset | int":
     """A run from rest, or the exit code where it was not solved or cancelled."""
-    from nectosome import robots
+    from nectosome import model, robots
 
     description = robots.describe(robot, settings)
 
@@ -137,7 +137,7 @@ def _simulated(
             update("simulating", share)
             return going_on()
 
-        built = robots.build(description)
+        built = model.build(description)
         weigh(built, robot)
         prepare_results(built, samples)
         run = simulate(built, seconds, samples=samples, progress=progress)

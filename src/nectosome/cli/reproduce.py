@@ -11,7 +11,8 @@ from rich.text import Text
 
 from nectosome.cli.output import check_folder, check_target, tell, write
 from nectosome.cli.progress import progress_bar
-from nectosome.io import InputError, did_you_mean, save_dataset, write_atomic
+from nectosome.io import save_dataset, write_atomic
+from nectosome.units import InputError, did_you_mean
 
 if TYPE_CHECKING:
     from nectosome.papers import Study
@@ -28,7 +29,7 @@ def reproduce(
 ) -> int:
     """Run the studies of the published robots and print how they compare with the papers."""
     from nectosome.papers import STUDIES
-    from nectosome.view import write_figures, write_report
+    from nectosome.papers.report import write_figures, write_report
 
     for name in studies:
         if name not in STUDIES:

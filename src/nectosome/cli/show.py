@@ -5,13 +5,14 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.afloat import afloat, told
 from nectosome.cli.output import check_target, write
 from nectosome.cli.page import number
-from nectosome.cli.parts import weigh
 from nectosome.cli.summary import origin, summary
 from nectosome.cli.tree import robot_tree
-from nectosome.io import InputError, is_results, load_dataset
+from nectosome.cli.trim import afloat, told
+from nectosome.cli.weights import weigh
+from nectosome.io import is_results, load_dataset
+from nectosome.units import InputError
 
 
 def show(
@@ -36,10 +37,10 @@ def show(
     if save is not None:
         check_target(save, "--save", ".html")
 
-    from nectosome import robots
+    from nectosome import model, robots
 
     description = robots.describe(what)
-    built = robots.build(description)
+    built = model.build(description)
     parts = weigh(built, what)
     found = afloat(built)
     whole = told(description, built, found)

@@ -10,11 +10,11 @@ from cyclopts import Parameter
 from nectosome.cli.mission import fly
 from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, tell, write
-from nectosome.cli.parts import weigh
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.cli.summary import summary
-from nectosome.io import InputError, save_dataset
-from nectosome.io.asked import read_positive, read_quantity
+from nectosome.cli.weights import weigh
+from nectosome.io import save_dataset
+from nectosome.units import InputError, read_positive, read_quantity
 
 _MOST_SAMPLES = 100_000
 _TIME, _METHOD, _SAMPLES, _RTOL, _STEP = "2.5s", "auto", "201", "1e-4", "1ms"
@@ -69,7 +69,7 @@ def simulate(
     if not 0 < tolerance < 1:
         raise InputError(f'"{rtol}" is out of range: it must be more than 0 and less than 1.', field="--rtol")
 
-    from nectosome import robots
+    from nectosome import model, robots
 
     description = robots.describe(robot, settings or ())
 
@@ -87,7 +87,7 @@ def simulate(
                 update("", share)
                 return going_on()
 
-            built = robots.build(description)
+            built = model.build(description)
             weigh(built, robot)
             prepare_results(built, moments)
             run = integrate(built, seconds, samples=moments, method=method, rtol=tolerance, progress=progress)

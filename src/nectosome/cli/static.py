@@ -9,9 +9,10 @@ from rich.text import Text
 
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.page import columns, ending, number, page, reaction_unit
-from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
-from nectosome.io import InputError, save_dataset
+from nectosome.cli.weights import weigh
+from nectosome.io import save_dataset
+from nectosome.units import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -38,7 +39,7 @@ def static(
         if target is not None:
             check_target(target, option, suffix)
 
-    from nectosome import robots
+    from nectosome import model, robots
 
     description = robots.describe(robot, settings or ())
 
@@ -47,7 +48,7 @@ def static(
 
     start = clock.perf_counter()
     with progress_bar(description.name):
-        built = robots.build(description)
+        built = model.build(description)
         weigh(built, robot)
         prepare_results(built, 1)
         try:

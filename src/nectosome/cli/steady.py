@@ -7,10 +7,11 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from nectosome.cli.output import check_target, tell, write
-from nectosome.cli.parts import weigh
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.summary import summary
-from nectosome.io import InputError, save_dataset
+from nectosome.cli.weights import weigh
+from nectosome.io import save_dataset
+from nectosome.units import InputError
 
 _WATCHED = 10.0  # s of simulation that show what happens where nothing is steady
 
@@ -31,7 +32,7 @@ def steady(
     if save is not None:
         check_target(save, "--save", ".nc")
 
-    from nectosome import robots
+    from nectosome import model, robots
 
     description = robots.describe(robot, settings or ())
 
@@ -41,7 +42,7 @@ def steady(
 
     start = clock.perf_counter()
     with progress_bar(description.name) as update:
-        built = robots.build(description)
+        built = model.build(description)
         weigh(built, robot)
         prepare_results(built, 1)
         try:

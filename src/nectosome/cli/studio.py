@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from nectosome.cli.options import read_count
 from nectosome.cli.output import tell, write
-from nectosome.io import InputError
+from nectosome.units import InputError
 
 _PATIENCE = 6.0  # s for work under way, which ends sooner unless it compiles
 
@@ -39,8 +39,8 @@ def studio(
     package("viser", "studio")
     robots.describe(robot)
 
-    from nectosome.view.studio.server import Studio
-    from nectosome.view.studio.work import wait_for_work
+    from nectosome.studio.server import Studio
+    from nectosome.studio.work import wait_for_work
 
     page = Studio(robot, folder, host, number)
     try:

@@ -7,19 +7,9 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.page import (
-    acting,
-    columns,
-    ending,
-    is_joint,
-    number,
-    page,
-    powers,
-    reaction_unit,
-    servos,
-    stored,
-)
-from nectosome.io import InputError, drive_period, numeric_paths, parse_robot, show_quantity, with_values
+from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos, stored
+from nectosome.description import drive_period, numeric_paths, parse_robot, with_values
+from nectosome.units import InputError, show_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

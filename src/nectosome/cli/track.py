@@ -11,8 +11,8 @@ from rich.text import Text
 
 from nectosome.cli.output import check_target, write
 from nectosome.cli.progress import progress_bar
-from nectosome.io import InputError, save_dataset
-from nectosome.io.asked import read_quantity
+from nectosome.io import save_dataset
+from nectosome.units import InputError, read_quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,7 +54,7 @@ def track(
             "a file is needed that says what to track; --propose shows how to begin one.", field="--config"
         )
 
-    from nectosome.measure.video import MarkerSheet, draw_over, load_sheet, track_markers, track_segments
+    from nectosome.vision.video import MarkerSheet, draw_over, load_sheet, track_markers, track_segments
 
     sheet = load_sheet(config)
     with progress_bar("tracking") as update:
@@ -71,7 +71,7 @@ def track(
     if save is not None:
         save_dataset(tracked, save)
     if table is not None:
-        from nectosome.measure.video import write_table
+        from nectosome.vision.video import write_table
 
         write_table(tracked, table)
     if plot is not None:
@@ -88,7 +88,7 @@ def track(
 def _propose(video: Path, at: str) -> int:
     """Print colours as they stand in a sheet."""
     moment = read_quantity(at, "time", "--at")
-    from nectosome.measure.video import Clip, proposal_text, propose
+    from nectosome.vision.video import Clip, proposal_text, propose
 
     clip = Clip(video)
     frame = None

@@ -7,12 +7,11 @@ from typing import Any
 from rich.text import Text
 from rich.tree import Tree
 
-from nectosome.cli.parts import Weighed
-from nectosome.io import RobotDescription, get_value
-from nectosome.io.errors import count
-from nectosome.io.paths import numeric_paths
-from nectosome.io.plain import to_plain
-from nectosome.io.units import format_quantity
+from nectosome.cli.weights import Weighed
+from nectosome.description import RobotDescription, get_value
+from nectosome.description.paths import numeric_paths
+from nectosome.description.plain_data import to_plain
+from nectosome.units import count, format_quantity
 
 _PLACED = ("at", "offset", "rotation")
 

@@ -3,7 +3,7 @@
 from . import runtime as _runtime  # noqa: F401  first: sets up JAX
 from .block import Block, Line, Memoryless, RateIndependent, Stepper
 from .se3 import safe_norm
-from .signal import Constant, Cycle, Handover, Rate, Recording, Signal, Sine, Stack, Steps, Stroke, Wave
+from .signals import Constant, Cycle, Handover, Rate, Recording, Signal, Sine, Stack, Steps, Stroke, Wave
 from .solution import Solution, Status
 from .system import JointLoad, Load, Mechanical, PairLoad, RodLoad, State, Strips, System
 from .water import STANDARD_GRAVITY, UniformCurrent, Water

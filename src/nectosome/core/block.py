@@ -27,7 +27,7 @@ class Stepper(eqx.Module):
 
 
 class Block(eqx.Module):
-    """What answers an input over time; `tests/actuators/test_blocks.py` holds every block to it.
+    """What answers an input over time; `tests/drives/test_blocks.py` holds every block to it.
 
     The output depends on no later input, at any state. Structure is static, numbers are traced.
     """

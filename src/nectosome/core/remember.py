@@ -128,7 +128,7 @@ def _file(text: str, args: Any) -> Path | None:
 
 
 _PACKAGE = Path(__file__).parents[1]
-_ROOMS = ("io", "core", "mechanism", "loads", "solve", "robots", "design")
+_ROOMS = ("units", "io", "description", "core", "mechanism", "loads", "drives", "solve", "model", "designs")
 
 
 def _classes(x: Any) -> set[type]:

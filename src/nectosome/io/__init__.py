@@ -1,135 +1,17 @@
-"""Units at the boundary, robot files and their paths, results, provenance, checkpoints, and the errors a user sees."""
+"""Files that are there whole or not at all: results, checkpoints, journals, locks, provenance, YAML as text."""
 
-from nectosome.io.atomic import write_atomic
-from nectosome.io.checkpoint import load_checkpoint, save_checkpoint
-from nectosome.io.describe_joints import (
-    FixedJoint,
-    FreeJoint,
-    FreeStart,
-    Joint,
-    PlanarJoint,
-    PlanarStart,
-    PrismaticJoint,
-    RevoluteJoint,
-    ServoLimits,
-    SphericalJoint,
-    SphericalStart,
-)
-from nectosome.io.describe_loads import (
-    AddedMassLoad,
-    CylinderAddedMassLoad,
-    DistributedForceLoad,
-    DragLoad,
-    ForceLoad,
-    GivenAddedMassLoad,
-    Load,
-    LumpedDragLoad,
-    PlateDragLoad,
-    SpheroidAddedMassLoad,
-)
-from nectosome.io.describe_parts import STRAIN_NAMES, Limb, RestStrains, Rigid, Rod
-from nectosome.io.describe_signals import (
-    AngleSignal,
-    ConstantAngle,
-    ConstantForce,
-    ConstantLength,
-    ConstantTorque,
-    CycleForce,
-    CycleTorque,
-    ForceSignal,
-    LengthSignal,
-    RateAngle,
-    RateLength,
-    SineAngle,
-    SineForce,
-    SineLength,
-    SineTorque,
-    TorqueSignal,
-)
-from nectosome.io.description import RobotDescription, WaterDescription
-from nectosome.io.errors import InputError, did_you_mean
-from nectosome.io.fields import Quantity
-from nectosome.io.files import dump_robot, json_schema, load_robot, parse_robot, save_robot
-from nectosome.io.paths import get_value, numeric_paths, numeric_values, resolve, with_values
-from nectosome.io.period import drive_frequencies, drive_period, driving_signals
-from nectosome.io.provenance import provenance
-from nectosome.io.results import is_results, load_dataset, save_dataset
-from nectosome.io.settings import apply_settings, parse_setting
-from nectosome.io.units import format_quantity, parse_quantity, show_quantity
-from nectosome.io.urdf import import_urdf
+from .atomic import reason, write_atomic
+from .checkpoint import load_checkpoint, save_checkpoint
+from .provenance import provenance
+from .results import is_results, load_dataset, save_dataset
 
 __all__ = [
-    "STRAIN_NAMES",
-    "AddedMassLoad",
-    "AngleSignal",
-    "ConstantAngle",
-    "ConstantForce",
-    "ConstantLength",
-    "ConstantTorque",
-    "CycleForce",
-    "CycleTorque",
-    "CylinderAddedMassLoad",
-    "DistributedForceLoad",
-    "DragLoad",
-    "FixedJoint",
-    "ForceLoad",
-    "ForceSignal",
-    "FreeJoint",
-    "FreeStart",
-    "GivenAddedMassLoad",
-    "InputError",
-    "Joint",
-    "LengthSignal",
-    "Limb",
-    "Load",
-    "LumpedDragLoad",
-    "PlanarJoint",
-    "PlanarStart",
-    "PlateDragLoad",
-    "PrismaticJoint",
-    "Quantity",
-    "RateAngle",
-    "RateLength",
-    "RestStrains",
-    "RevoluteJoint",
-    "Rigid",
-    "RobotDescription",
-    "Rod",
-    "ServoLimits",
-    "SineAngle",
-    "SineForce",
-    "SineLength",
-    "SineTorque",
-    "SphericalJoint",
-    "SphericalStart",
-    "SpheroidAddedMassLoad",
-    "TorqueSignal",
-    "WaterDescription",
-    "apply_settings",
-    "did_you_mean",
-    "drive_frequencies",
-    "drive_period",
-    "driving_signals",
-    "dump_robot",
-    "format_quantity",
-    "get_value",
-    "import_urdf",
     "is_results",
-    "json_schema",
     "load_checkpoint",
     "load_dataset",
-    "load_robot",
-    "numeric_paths",
-    "numeric_values",
-    "parse_quantity",
-    "parse_robot",
-    "parse_setting",
     "provenance",
-    "resolve",
+    "reason",
     "save_checkpoint",
     "save_dataset",
-    "save_robot",
-    "show_quantity",
-    "with_values",
     "write_atomic",
 ]

@@ -5,7 +5,7 @@ import secrets
 from collections.abc import Callable
 from pathlib import Path
 
-from nectosome.io.errors import InputError
+from nectosome.units import InputError
 
 
 def write_atomic(path: str | Path, content: bytes | Callable[[Path], object]) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nectosome.io.atomic import reason, write_atomic
-from nectosome.io.errors import InputError
+from nectosome.units import InputError
 
 if TYPE_CHECKING:
     import numpy as np

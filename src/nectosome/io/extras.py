@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import Any
 
-from nectosome.io.errors import InputError
+from nectosome.units import InputError
 
 
 def package(name: str, extra: str) -> Any:

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from nectosome.io.atomic import reason
-from nectosome.io.errors import InputError
 from nectosome.io.lock import lock
+from nectosome.units import InputError
 
 FORMAT = 1
 _PATIENCE = 10.0  # seconds for a process that was just killed to let go of its journal

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nectosome.io.atomic import reason, write_atomic
-from nectosome.io.errors import InputError
+from nectosome.units import InputError
 
 if TYPE_CHECKING:
     import xarray

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from nectosome.io.atomic import reason
-from nectosome.io.errors import InputError, shorten
+from nectosome.units import InputError, shorten
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 30

@@ -2,7 +2,7 @@
 
 from .calibrate import calibrate
 from .campaign import Campaign, load_campaign
-from .recording import read
+from .recordings import read
 from .sheet import Sheet, load_sheet
 
 __all__ = ["Campaign", "Sheet", "calibrate", "load_campaign", "load_sheet", "read"]

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nectosome.io.errors import InputError, shorten
 from nectosome.io.yaml_text import Key, read_text, read_yaml
+from nectosome.units import InputError, shorten
 
-from .recording import read
+from .recordings import read
 from .sheet import Sheet, parse_sheet
 
 if TYPE_CHECKING:

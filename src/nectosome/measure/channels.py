@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.io.errors import InputError, did_you_mean, shorten
-from nectosome.io.units import unit_to_si
+from nectosome.units import InputError, did_you_mean, shorten, unit_to_si
 
 from .formats.headings import is_time
 from .formats.source import Column

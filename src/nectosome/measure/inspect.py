@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from nectosome.io.errors import InputError
+from nectosome.units import InputError
 
 from .sheet import Repair
 

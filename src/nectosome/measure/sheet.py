@@ -5,9 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from nectosome.io.errors import InputError, did_you_mean, shorten
-from nectosome.io.units import read_any, unit_to_si
 from nectosome.io.yaml_text import Key, read_text, read_yaml
+from nectosome.units import InputError, did_you_mean, read_any, shorten, unit_to_si
 
 from .formats.source import Options
 

@@ -1,7 +1,7 @@
 """What a study hands over, and how a computed number is scored against a printed one."""
 
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, Literal
@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal
 if TYPE_CHECKING:
     import xarray as xr
 
+    from nectosome.view.style import Panel
+
 Kind = Literal["prediction", "calibration", "synthetic", "measurement"]
+Sets = Mapping[str, "xr.Dataset"]
 Progress = Callable[[str, float], None]  # what is being done, share of the study that is done
 
 
@@ -23,7 +26,9 @@ class Study:
     rows: list[dict[str, Any]]
     runs: dict[str, "xr.Dataset"]
     seconds: float
-    data: dict[str, "xr.Dataset"] = field(default_factory=dict)  # by figure, see `view/design.py`
+    data: dict[str, "xr.Dataset"] = field(default_factory=dict)  # by figure
+    figures: "Callable[[Sets, Sets], list[Panel]] | None" = None  # of data and runs; speeds of the runs where None
+    recorded: bool = False  # the runs are recordings, not simulations
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,11 @@
 Rigs of devices are in modules of their own, which load what they need when they are opened.
 """
 
+from .dry_run import rehearse
 from .experiment import Experiment, Run
 from .limits import Limits
 from .recover import recovered
-from .rehearsal import rehearse
 from .rig import Rig, RigError
-from .simulated import SimulatedRig
+from .simulated_rig import SimulatedRig
 
 __all__ = ["Experiment", "Limits", "Rig", "RigError", "Run", "SimulatedRig", "recovered", "rehearse"]

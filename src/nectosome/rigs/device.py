@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from nectosome.io import InputError, extras
+from nectosome.io import extras
+from nectosome.units import InputError
 
 from .rig import RigError
 

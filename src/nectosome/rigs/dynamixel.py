@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from nectosome.io import InputError
+from nectosome.units import InputError
 
 from .device import insisted, line, package
 from .rig import Rig, RigError

@@ -20,15 +20,16 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.control import Controller
-from nectosome.io import InputError, provenance
+from nectosome.controllers import Controller
+from nectosome.io import provenance
+from nectosome.units import InputError
 
-from .course import AbortError, CancelledError, Course, Law, Progress
 from .guards import Guards
 from .interrupts import Interrupts, caught
 from .limits import Limits
 from .log import LogError, RunLog
 from .rig import Rig, RigError
+from .sampling_loop import AbortError, CancelledError, Course, Law, Progress
 
 if TYPE_CHECKING:
     import xarray

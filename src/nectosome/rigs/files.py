@@ -8,11 +8,11 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import Field, create_model
 
-from nectosome.io import InputError, Quantity, did_you_mean
-from nectosome.io.describe_base import Described
-from nectosome.io.errors import shorten
-from nectosome.io.validate import line_of, validate_as
+from nectosome.description import Quantity
+from nectosome.description.base import Described
+from nectosome.description.validate import line_of, validate_as
 from nectosome.io.yaml_text import Key, read_text, read_yaml
+from nectosome.units import InputError, did_you_mean, shorten
 
 from .dynamixel import Dynamixel, Servo
 from .limits import Limits

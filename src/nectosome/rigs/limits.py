@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, fields
 
-from nectosome.io import InputError
+from nectosome.units import InputError
 
 
 @dataclass(frozen=True)

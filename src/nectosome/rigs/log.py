@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nectosome.io import InputError, save_dataset
+from nectosome.io import save_dataset
 from nectosome.io.atomic import reason
+from nectosome.units import InputError
 
 if TYPE_CHECKING:
     import xarray

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from nectosome.io import InputError
+from nectosome.units import InputError
 
 from .device import one_line, package
 from .rig import Rig, RigError

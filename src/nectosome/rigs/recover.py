@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nectosome.io import InputError
 from nectosome.io.atomic import reason
+from nectosome.units import InputError
 
 from .log import COLUMNS, dataset
 

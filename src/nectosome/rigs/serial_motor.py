@@ -21,7 +21,7 @@ from functools import partial, reduce
 from operator import xor
 from typing import Any
 
-from nectosome.io import InputError
+from nectosome.units import InputError
 
 from .device import insisted, line, package
 from .rig import Rig, RigError

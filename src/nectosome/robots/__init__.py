@@ -1,43 +1,18 @@
-"""The robots that ship, and `build`, which turns a description into a robot."""
+"""The robots that ship, as files and as families of them, by name."""
 
 import os
 import re
 from collections.abc import Callable, Iterable
 
-from nectosome.io import InputError, RobotDescription, apply_settings, did_you_mean, load_robot
+from nectosome.description import RobotDescription, apply_settings, load_robot
+from nectosome.units import InputError, did_you_mean
 
 from .beetle import beetle, beetle_free
-from .build import Blueprint, bind, blueprint_of, build, fill
-from .commanded import Commanded
 from .flagella import flagella
-from .mission import Flown, Passed, mission_data, run_mission
 from .paddle import paddle
-from .readings import common_readings, read, reading_of
 from .shipped import file_names, file_of, mission_of
 
-__all__ = [
-    "Blueprint",
-    "Commanded",
-    "Flown",
-    "Passed",
-    "beetle",
-    "beetle_free",
-    "bind",
-    "blueprint_of",
-    "build",
-    "common_readings",
-    "describe",
-    "fill",
-    "flagella",
-    "mission_data",
-    "mission_of",
-    "names",
-    "of_family",
-    "paddle",
-    "read",
-    "reading_of",
-    "run_mission",
-]
+__all__ = ["beetle", "beetle_free", "describe", "flagella", "mission_of", "names", "of_family", "paddle"]
 
 _FAMILIES = {"beetle": beetle, "beetle_free": beetle_free, "flagella": flagella, "paddle": paddle}
 _USUAL = {"beetle": 3, "beetle_free": 3}  # how many parts where no number is given

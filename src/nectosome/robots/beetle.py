@@ -2,14 +2,9 @@
 
 import math
 
-from nectosome.io import (
-    FreeJoint,
-    InputError,
-    PlanarJoint,
-    Rigid,
-    RobotDescription,
-)
-from nectosome.io.describe_loads import LumpedDragLoad, SpheroidAddedMassLoad
+from nectosome.description import FreeJoint, PlanarJoint, Rigid, RobotDescription
+from nectosome.description.loads import LumpedDragLoad, SpheroidAddedMassLoad
+from nectosome.units import InputError
 
 from .paddle import paddle
 

@@ -2,8 +2,9 @@
 
 import math
 
-from nectosome.io import FreeJoint, InputError, RateAngle, RobotDescription, Rod, load_robot
-from nectosome.io.describe_loads import GivenAddedMassLoad, LumpedDragLoad
+from nectosome.description import FreeJoint, RateAngle, RobotDescription, Rod, load_robot
+from nectosome.description.loads import GivenAddedMassLoad, LumpedDragLoad
+from nectosome.units import InputError
 
 from .shipped import file_of
 

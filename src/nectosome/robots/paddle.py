@@ -1,6 +1,7 @@
 """Rowing paddles of any number of segments, made from the description of the one with three."""
 
-from nectosome.io import FixedJoint, InputError, Rigid, RobotDescription, load_robot
+from nectosome.description import FixedJoint, Rigid, RobotDescription, load_robot
+from nectosome.units import InputError
 
 from .shipped import file_of
 

@@ -1,9 +1,10 @@
 """Solvers: simulate through time, static equilibrium, steady and periodic motion."""
 
-from .cycle import CycleMeans, cycle_means, mean_data, means_of, prepare_means
+from .cycle_means import CycleMeans, cycle_means, mean_data, means_of, prepare_means
 from .equilibrium import Equilibrium, equilibrium
-from .pace import pace
+from .fixed_step import pace
 from .periodic import Course, Periodic, periodic
+from .regime import Settled, settled
 from .resting import Resting, held, resting
 from .results import (
     Results,
@@ -17,7 +18,6 @@ from .results import (
     results_of,
 )
 from .screw import Screw, screw_of
-from .settle import Settled, settled
 from .simulate import simulate
 from .static import static
 from .steady import Steady, steady

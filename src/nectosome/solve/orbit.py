@@ -25,8 +25,8 @@ from nectosome.core import Solution, State, Status
 from nectosome.core.linear import generalised_inverse
 from nectosome.mechanism import InPlane, Robot
 
-from .march import Method, Settings, begin, march
-from .slopes import Sloped, Sloping
+from .integrate import Method, Settings, begin, march
+from .sensitivity import Sloped, Sloping
 from .stages import rms
 from .symmetry import Symmetry
 

@@ -10,10 +10,10 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
-from nectosome.io import RobotDescription
+from nectosome.description import RobotDescription
 from nectosome.mechanism import Robot, reduced
 
-from .cycle import CycleMeans, cycle_means
+from .cycle_means import CycleMeans, cycle_means
 from .orbit import cycle_settings, orbit
 from .results import Results, Run, Trajectory
 from .screw import screw_of

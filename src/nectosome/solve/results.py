@@ -12,7 +12,8 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import prepare, remembered
-from nectosome.io import RevoluteJoint, RobotDescription, ServoLimits, dump_robot, provenance
+from nectosome.description import RevoluteJoint, RobotDescription, ServoLimits, dump_robot
+from nectosome.io import provenance
 from nectosome.mechanism import Diagnosis, Robot, diagnose, load_names
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from nectosome.core import Mechanical, State, Status
 from nectosome.core.remember import remembered
 from nectosome.mechanism import reduced
 
-from .march import Guard, March, Method, Settings, begin, interpolate, march
+from .integrate import Guard, March, Method, Settings, begin, interpolate, march
 from .results import Run, Trajectory
 
 _CHUNKS, _WIDEST = 20, 20  # parts of a run, and how many samples one has at most: between them it can be cancelled

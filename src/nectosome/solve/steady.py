@@ -12,8 +12,8 @@ from nectosome.core.remember import remembered
 from nectosome.mechanism import Robot
 
 from .equilibrium import equilibrium
+from .regime import Settled, settled
 from .results import Run, Trajectory
-from .settle import Settled, settled
 from .simulate import simulate
 from .stability import modes
 from .symmetry import Symmetry, find_symmetry

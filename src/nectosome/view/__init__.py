@@ -1,46 +1,41 @@
-"""What people look at: the report of all studies, the page of a run, recordings as they were read.
-
-A page is loaded when it is first asked for: that of a recording needs no more than a tenth of what the report does.
-"""
+"""Pages, plots and pictures of any run, sweep, design, fit or recording. A page is loaded when it is first used."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .closed_loop import show_following
     from .correction import show_correction
     from .experiment import show_experiment
     from .film import write_film, write_still
-    from .following import show_following
-    from .gaits import show_gait
+    from .gait import show_gait
     from .hysteresis import show_hysteresis
     from .mission import show_mission
     from .recordings import show_recordings
-    from .report import show_run, write_figures, write_report
     from .robot_fit import show_robot_fit
-    from .starting import standing
+    from .run_page import show_run
+    from .start import standing
     from .still import show_still
-    from .sweeps import show_sweep
-    from .swimming import show_surge
+    from .surge import show_surge
+    from .sweep import show_sweep
     from .track import show_track
 
 _HOME = {
     "show_correction": "correction",
     "show_experiment": "experiment",
-    "show_following": "following",
-    "show_gait": "gaits",
+    "show_following": "closed_loop",
+    "show_gait": "gait",
     "show_hysteresis": "hysteresis",
     "show_mission": "mission",
     "show_recordings": "recordings",
     "show_robot_fit": "robot_fit",
-    "show_run": "report",
+    "show_run": "run_page",
     "show_still": "still",
-    "show_surge": "swimming",
-    "show_sweep": "sweeps",
+    "show_surge": "surge",
+    "show_sweep": "sweep",
     "show_track": "track",
-    "standing": "starting",
-    "write_figures": "report",
+    "standing": "start",
     "write_film": "film",
-    "write_report": "report",
     "write_still": "film",
 }
 
@@ -59,9 +54,7 @@ __all__ = [
     "show_sweep",
     "show_track",
     "standing",
-    "write_figures",
     "write_film",
-    "write_report",
     "write_still",
 ]
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.identify.metrics import SIDES
-from nectosome.io.units import shown_unit
+from nectosome.identification.fits.errors import SIDES
+from nectosome.units import shown_unit
 
 from .heatmap import Axis, diverging, maps, sequential
 from .page import panel_html, write_page

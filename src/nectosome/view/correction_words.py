@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from nectosome.identify import Errors, Observed, errors_of
-from nectosome.identify.metrics import SIDES
-from nectosome.io.errors import count
-from nectosome.io.units import shown_unit
+from nectosome.identification import Errors, Observed, errors_of
+from nectosome.identification.fits.errors import SIDES
+from nectosome.units import count, shown_unit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,10 +9,10 @@ import numpy as np
 
 from nectosome.io.atomic import write_atomic
 from nectosome.io.extras import package
-from nectosome.measure.video.video_file import write_video
+from nectosome.vision.video.clip import write_video
 
+from .drawing import Scene
 from .raster import Picture
-from .scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr

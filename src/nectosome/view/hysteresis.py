@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nectosome.identify.hysteresis_results import BENCH_UNITS
+from nectosome.identification.hysteresis.files import BENCH_UNITS
 
 from .page import panel_html, write_page
 from .style import BLACK, BLUE, Panel, dress

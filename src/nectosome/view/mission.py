@@ -1,6 +1,6 @@
 """Figures of a mission: heave, surge speed, and a ribbon of its modes.
 
-Data as `robots.mission_data` gives it.
+Data as `model.mission_data` gives it.
 """
 
 from collections.abc import Mapping

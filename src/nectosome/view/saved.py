@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nectosome.core import Status
-from nectosome.design.means import MEANS
-from nectosome.io import InputError
+from nectosome.designs.sweep import MEANS
+from nectosome.units import InputError
 
 if TYPE_CHECKING:
     import xarray as xr

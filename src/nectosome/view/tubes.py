@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float, Int
 
-from nectosome.io import InputError, RobotDescription, Rod, parse_robot
+from nectosome.description import RobotDescription, Rod, parse_robot
+from nectosome.units import InputError
 
 if TYPE_CHECKING:
     import xarray as xr

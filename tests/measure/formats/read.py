@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
-from nectosome.io import InputError
 from nectosome.measure.formats.source import Options, Source
+from nectosome.units import InputError
 
 Opener = Callable[[Path, Options], Source]
 

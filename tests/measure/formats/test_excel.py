@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 from openpyxl import Workbook
 
-from nectosome.io import InputError
 from nectosome.measure.formats.excel import open_excel
+from nectosome.units import InputError
 
 from .read import check_refusals, cuts, flipped, flips, read, survived
 

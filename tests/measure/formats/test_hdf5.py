@@ -7,8 +7,9 @@ import xarray as xr
 from hypothesis import given
 from numpy.testing import assert_array_equal
 
-from nectosome.io import InputError, save_dataset
+from nectosome.io import save_dataset
 from nectosome.measure.formats.hdf5 import open_hdf5
+from nectosome.units import InputError
 
 from .read import check_refusals, cuts, flipped, flips, growth, read, survived
 

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
-from nectosome.io import InputError
 from nectosome.measure.formats.numpy_files import open_numpy
+from nectosome.units import InputError
 
 from .read import check_refusals, cuts, flipped, flips, read, survived
 

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from nptdms import ChannelObject, TdmsFile, TdmsWriter
 from numpy.testing import assert_allclose, assert_array_equal
 
-from nectosome.io import InputError
-from nectosome.measure.formats import tdms_spans
+from nectosome.measure.formats import tdms_channels as tdms_spans
 from nectosome.measure.formats.tdms import open_tdms
+from nectosome.units import InputError
 
 from .read import check_refusals, cuts, flipped, flips, growth, read, survived
 

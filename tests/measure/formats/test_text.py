@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nectosome.measure.formats import text_blocks
+from nectosome.measure.formats import text as text_blocks
 from nectosome.measure.formats.source import Column, Options
 from nectosome.measure.formats.text import open_text
 from nectosome.papers.measure import study

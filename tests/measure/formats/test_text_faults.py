@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nectosome.io import InputError
 from nectosome.measure.formats.source import Options
 from nectosome.measure.formats.text import open_text
+from nectosome.units import InputError
 
 
 def fault(path, **options):

@@ -6,10 +6,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from nectosome.io.errors import InputError
 from nectosome.measure.formats.faults import damage_told
 from nectosome.measure.formats.headings import distinct
 from nectosome.measure.formats.source import Column, Piece, Source
+from nectosome.units import InputError
 
 _EXACT = 2**53  # the largest integer below which every one is a float
 

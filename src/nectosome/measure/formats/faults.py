@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from nectosome.io.atomic import reason
-from nectosome.io.errors import InputError
+from nectosome.units import InputError
 
 _KINDS = {
     b"PK\x03\x04": "a zip file (.xlsx, .npz and .ods are such files)",

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from nectosome.io.errors import shorten
 from nectosome.measure.formats.arrays import Rows, refusal
+from nectosome.units import shorten
 
 
 @dataclass(frozen=True)

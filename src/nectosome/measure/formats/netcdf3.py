@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from nectosome.io.errors import InputError
 from nectosome.measure.formats.arrays import ArraySource
 from nectosome.measure.formats.conventions import described
 from nectosome.measure.formats.faults import damage_told, head
 from nectosome.measure.formats.source import Options, Source
 from nectosome.measure.formats.tables import choose
+from nectosome.units import InputError
 
 
 class Variable:

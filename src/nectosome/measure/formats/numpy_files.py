@@ -6,12 +6,12 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from nectosome.io.errors import InputError
 from nectosome.measure.formats.arrays import ArraySource
 from nectosome.measure.formats.faults import damage_told, foreign, head
 from nectosome.measure.formats.items import Item, Other, item_of
 from nectosome.measure.formats.source import Options, Source
 from nectosome.measure.formats.tables import choose
+from nectosome.units import InputError
 
 _OBJECTS = "Python objects, which are not read from files. Save arrays of numbers"
 

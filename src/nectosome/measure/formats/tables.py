@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from nectosome.io.errors import InputError, count, did_you_mean, shorten
 from nectosome.measure.formats.arrays import Block
 from nectosome.measure.formats.headings import is_time
 from nectosome.measure.formats.items import Item, Other, Turned, join
+from nectosome.units import InputError, count, did_you_mean, shorten
 
 _BESIDE = 10  # a table that much shorter than another is a calibration beside it; a matrix that much wider lies
 

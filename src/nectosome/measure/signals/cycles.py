@@ -4,9 +4,9 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Bool, Float, Int
 
-from .average import average
 from .checks import positive, time_of
 from .labels import CORRELATED, Signal, each, quantities, with_step
+from .repeats import average
 from .resample import Method, between, default_gap, unbroken
 
 

@@ -8,9 +8,9 @@ from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
 
 from .checks import is_even, mean_step, positive, time_of
+from .filters import ZeroPhase
 from .labels import CORRELATED, R, Signal, each, errors_independent, with_step
 from .noise import filtered_se
-from .zero_phase import ZeroPhase
 
 Method = Literal["linear", "cubic"]
 _GAP = 5  # median time steps: what is further apart is a gap where nothing else is said

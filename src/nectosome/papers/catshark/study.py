@@ -7,10 +7,12 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from nectosome.robots import build, describe
+from nectosome.model import build
+from nectosome.robots import describe
 
 from ..study import Progress, Study, printed, score
 from ..undulation import Swims, swims
+from . import figures
 from .midline import waves
 from .table import VISCOSITY, Table, table, wavelengths
 
@@ -57,7 +59,16 @@ def run(quick: bool, progress: Progress) -> Study:
     rows = [score(row, entry, numbers[row]) for row, entry in book.items()]
     one = data.sel(reading=_MAIN)
     rows = _by_class(one) + rows
-    return Study(NAME, TITLE, ABOUT, rows, {}, time.perf_counter() - began, {"swims": data})
+    return Study(
+        NAME,
+        TITLE,
+        ABOUT,
+        rows,
+        {},
+        time.perf_counter() - began,
+        {"swims": data},
+        figures=lambda data, runs: figures.panels(data),
+    )
 
 
 def swum(

@@ -7,8 +7,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from nectosome.core import Wave
-from nectosome.io import get_value, with_values
-from nectosome.robots import build, describe
+from nectosome.description import get_value, with_values
+from nectosome.model import build
+from nectosome.robots import describe
 
 from ..study import Progress, Study, printed, score
 from ..undulation import Swims, swims

@@ -9,8 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.actuators import Sensor
-from nectosome.control import (
+from nectosome.controllers import (
     Controller,
     HystereticModel,
     Loop,
@@ -21,15 +20,16 @@ from nectosome.control import (
     margins,
     open_loop,
 )
-from nectosome.identify.hysteresis_results import saved_model
-from nectosome.identify.metrics import range_errors
-from nectosome.io import InputError
+from nectosome.drives import Sensor
+from nectosome.identification.fits.errors import range_errors
+from nectosome.identification.hysteresis.files import saved_model
 from nectosome.measure import read
 from nectosome.rigs import Experiment, Limits, Rig, Run, SimulatedRig, rehearse
+from nectosome.units import InputError
 
+from .comparison import DT, Gains, Learner, actuator, controllers, kept
 from .plant import BAR, LARGEST, LIMIT, MM, dynamics, hysteresis
 from .recordings import NOISE
-from .ways import DT, Gains, Learner, actuator, controllers, kept
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -3,10 +3,10 @@
 import numpy as np
 import xarray as xr
 
-from nectosome.actuators import respond
-from nectosome.identify.hysteresis import HysteresisModel, Identified, PressureTrial, identify_hysteresis
-from nectosome.identify.hysteresis_results import hysteresis_data
-from nectosome.identify.metrics import range_errors
+from nectosome.drives import respond
+from nectosome.identification.fits.errors import range_errors
+from nectosome.identification.hysteresis.files import hysteresis_data
+from nectosome.identification.hysteresis.fit import HysteresisModel, Identified, PressureTrial, identify_hysteresis
 
 from ..study import Part, Progress
 from .plant import BAR, LARGEST, MM, plant

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.actuators import Chain, PrandtlIshlinskii, TransferFunction, evenly
+from nectosome.drives import Chain, PrandtlIshlinskii, TransferFunction, evenly
 
 BAR, MM = 1e5, 1e-3
 LARGEST = 0.6 * BAR  # pressure [Pa], of either sign

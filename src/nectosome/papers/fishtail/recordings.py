@@ -3,8 +3,8 @@
 import jax.numpy as jnp
 import numpy as np
 
-from nectosome.actuators import Chain, SlewLimit, respond
-from nectosome.identify.hysteresis import PressureTrial
+from nectosome.drives import Chain, SlewLimit, respond
+from nectosome.identification.hysteresis.fit import PressureTrial
 
 from .plant import LIMIT, plant, waves
 

@@ -3,7 +3,7 @@
 import time
 
 from ..study import Progress, Study, gathered, printed, scored
-from . import fit, tracking
+from . import figures_fit, figures_tracking, fit, tracking
 
 NAME = "fishtail"
 TITLE = "Pneumatic fishtail"
@@ -21,4 +21,13 @@ def run(quick: bool, progress: Progress) -> Study:
     began = time.perf_counter()
     done = gathered(((0.4, fit.part), (0.6, tracking.part)), quick, progress)
     rows = scored(printed(NAME), done.numbers, lambda row: "synthetic")
-    return Study(NAME, TITLE, ABOUT, rows, {}, time.perf_counter() - began, done.data)
+    return Study(
+        NAME,
+        TITLE,
+        ABOUT,
+        rows,
+        {},
+        time.perf_counter() - began,
+        done.data,
+        figures=lambda data, runs: [*figures_fit.panels(data), *figures_tracking.panels(data)],
+    )

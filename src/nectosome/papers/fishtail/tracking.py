@@ -7,8 +7,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from nectosome.actuators import Sensor
-from nectosome.control import (
+from nectosome.controllers import (
     Controller,
     Loop,
     Regulator,
@@ -20,11 +19,12 @@ from nectosome.control import (
     sine,
     triangle,
 )
-from nectosome.identify.metrics import range_errors
+from nectosome.drives import Sensor
+from nectosome.identification.fits.errors import range_errors
 
 from ..study import Part, Progress
+from .comparison import DT, NAMES, VARIABLE, Learner, actuator, controllers, kept, known_model, plants, tuned
 from .plant import BAR, MM
-from .ways import DT, NAMES, VARIABLE, Learner, actuator, controllers, kept, known_model, plants, tuned
 
 LANES, _FEW = 10, 3  # plants
 BANDS = 0.04, 0.06, 0.1, 0.16, 0.25, 0.4, 0.6, 1.0, 1.5  # Hz

@@ -8,21 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from nectosome.design import (
-    Evaluation,
-    Evolution,
-    Gradient,
-    Limit,
-    MotionDesign,
-    MotorLine,
-    Pattern,
-    Result,
-    Solver,
-    Start,
-    improve,
-    multistart,
-)
-from nectosome.io import RobotDescription, get_value
+from nectosome.description import RobotDescription, get_value
+from nectosome.designs import Limit, MotionDesign, MotorLine
+from nectosome.search import Evaluation, Evolution, Gradient, Pattern, Result, Solver, Start, improve, multistart
 
 SOLVERS: dict[str, Solver] = {
     "gradient": Gradient(),

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import brentq
 
-from nectosome.io import RobotDescription, get_value, with_values
+from nectosome.description import RobotDescription, get_value, with_values
 
 from .swims import Swim, Swimmer
 

@@ -8,17 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nectosome.design import Workers, ratio_of, young_of
-from nectosome.io import RobotDescription, apply_settings, get_value, with_values
-from nectosome.robots import build, describe, flagella
+from nectosome.description import RobotDescription, apply_settings, get_value, with_values
+from nectosome.model import build
+from nectosome.papers.flagellum.composite import ratio_of, young_of
+from nectosome.robots import describe, flagella
+from nectosome.search import Workers
 from nectosome.solve import simulate
 
 from ..study import Kind, Progress, Study, printed, score
-from . import optimum
+from . import figures, figures_design, optimum
 from .pool import on_motor_line, pool_swims
 from .reaction import lateral_share, reaction_over_a_turn
-from .static_test import Stiffness, stiffness_test
 from .swims import Swimmer, design_task
+from .weights_test import Stiffness, stiffness_test
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -78,7 +80,16 @@ def run(quick: bool, progress: Progress) -> Study:
     missing = sorted(set(numbers) ^ set(book))
     if missing:
         raise RuntimeError(f"scorecard rows without a number, or numbers without a row: {missing}")
-    return Study(NAME, TITLE, ABOUT, rows, runs, time.perf_counter() - began, data)
+    return Study(
+        NAME,
+        TITLE,
+        ABOUT,
+        rows,
+        runs,
+        time.perf_counter() - began,
+        data,
+        figures=lambda data, runs: figures.panels(runs) + figures_design.panels(data, runs),
+    )
 
 
 def _integrate(jobs: "dict[str, _Job]", rtol: float, progress: Progress, executor: Executor) -> "dict[str, xr.Dataset]":

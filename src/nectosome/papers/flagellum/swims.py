@@ -6,9 +6,9 @@ import jax.numpy as jnp
 from jax.flatten_util import ravel_pytree
 
 from nectosome.core import State
-from nectosome.design import MotionDesign, shipped_problem
-from nectosome.io import RobotDescription
-from nectosome.robots import build
+from nectosome.description import RobotDescription
+from nectosome.designs import MotionDesign, shipped_problem
+from nectosome.model import build
 
 
 class Swim(NamedTuple):

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from nectosome.io import FixedJoint, Rigid, RobotDescription
+from nectosome.description import FixedJoint, Rigid, RobotDescription
 from nectosome.robots import describe
 
 _COARSE = tuple(

@@ -8,16 +8,17 @@ import jax.numpy as jnp
 import numpy as np
 
 from nectosome.core import STANDARD_GRAVITY
-from nectosome.design import Workers
-from nectosome.io import drive_period
+from nectosome.description import drive_period
 from nectosome.loads import Jet
 from nectosome.mechanism import Robot
 from nectosome.mechanism.diagnose import driving
-from nectosome.robots import build
+from nectosome.model import build
+from nectosome.search import Workers
 from nectosome.solve import simulate
 
 from ..poseidrone.static_free import pulses
 from ..study import Progress, Study, score
+from . import figures
 from .entries import ENTRIES
 
 if TYPE_CHECKING:
@@ -52,7 +53,9 @@ def run(quick: bool, progress: Progress) -> Study:
             progress(f"{len(runs)} of {len(ENTRIES)} robots", len(runs) / len(ENTRIES))
     runs = {entry.name: runs[entry.name] for entry in ENTRIES}
     rows = [row for name, one in runs.items() for row in _rows(name, one)]
-    return Study(NAME, TITLE, ABOUT, rows, runs, time.perf_counter() - began)
+    return Study(
+        NAME, TITLE, ABOUT, rows, runs, time.perf_counter() - began, figures=lambda data, runs: figures.panels(runs)
+    )
 
 
 def swum(name: str, quick: bool = False) -> "xr.Dataset":

@@ -11,12 +11,12 @@ from jaxtyping import Array, Float
 from scipy.ndimage import median_filter
 from scipy.special import stdtrit
 
-from nectosome.actuators import Chain, Curve, Dahl, Gain, Parallel, Polynomial, respond
 from nectosome.core import Block
-from nectosome.identify.metrics import range_errors
-from nectosome.identify.misfit import Misfit
-from nectosome.identify.outputs import Response, output_misfit
-from nectosome.io.ranges import Ranges
+from nectosome.drives import Chain, Curve, Dahl, Gain, Parallel, Polynomial, respond
+from nectosome.identification.fits.blocks import Response, output_misfit
+from nectosome.identification.fits.errors import range_errors
+from nectosome.identification.fits.misfit import Misfit
+from nectosome.units.ranges import Ranges
 
 from .pneumatic import FrictionTest
 

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..study import Progress, Study, printed, score
+from . import figures
 from .catshark import Catsharks, catsharks
 from .friction import Comparison, compare, runs_of, to_dataset
 from .pneumatic import FrictionTest, friction_test
@@ -62,7 +63,17 @@ def run(quick: bool, progress: Progress) -> Study:
             rows.append(score(row, entry, numbers[row], "measurement"))
         else:
             rows.append(score(row, {**entry, "note": _ABSENT}, None, "measurement"))
-    return Study(NAME, TITLE, ABOUT, rows, runs, time.perf_counter() - began, data)
+    return Study(
+        NAME,
+        TITLE,
+        ABOUT,
+        rows,
+        runs,
+        time.perf_counter() - began,
+        data,
+        figures=lambda data, runs: figures.panels(data),
+        recorded=True,
+    )
 
 
 def _numbers(test: FrictionTest) -> dict[str, float]:

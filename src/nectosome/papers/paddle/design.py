@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from nectosome.design import Box, Gradient, Limit, MotionDesign, improve, read_variable
-from nectosome.io import get_value, with_values
+from nectosome.description import Box, get_value, read_variable, with_values
+from nectosome.designs import Limit, MotionDesign
 from nectosome.robots import describe
+from nectosome.search import Gradient, improve
 
 from .thrust import servo_speed, with_hinges
 

@@ -16,8 +16,8 @@ import xarray as xr
 
 from nectosome.core import Status
 from nectosome.core.remember import remembered
-from nectosome.io import ForceLoad, RobotDescription, get_value, resolve, with_values
-from nectosome.robots import blueprint_of, fill
+from nectosome.description import ForceLoad, RobotDescription, get_value, resolve, with_values
+from nectosome.model import blueprint_of, fill
 from nectosome.robots.beetle import PADDLES
 from nectosome.solve import simulate
 

@@ -7,8 +7,8 @@ import numpy as np
 import xarray as xr
 
 from nectosome.core import Status
-from nectosome.io import RobotDescription, get_value, with_values
-from nectosome.robots import build
+from nectosome.description import RobotDescription, get_value, with_values
+from nectosome.model import build
 from nectosome.solve import periodic
 
 from .swim import hull_centre

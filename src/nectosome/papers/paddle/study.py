@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nectosome.design import Workers
-from nectosome.io import with_values
+from nectosome.description import with_values
 from nectosome.loads import Spring
-from nectosome.robots import build, describe
+from nectosome.model import build
+from nectosome.robots import describe
+from nectosome.search import Workers
 
 from ..study import Kind, Progress, Study, printed, score
-from . import design, drop, heading, steering, swim, thrust, transfer, truths
+from . import design, drop, figures, heading, steering, swim, thrust, transfer, truths
 from .swim import SPEEDS, YAWS
 from .trials import trials
 
@@ -54,7 +55,7 @@ def run(quick: bool, progress: Progress) -> Study:
     if missing:
         raise RuntimeError(f"scorecard rows without a number, or numbers without a row: {missing}")
     rows = [score(row, entry, numbers[row], _kind(row)) for row, entry in book.items()]
-    return Study(NAME, TITLE, ABOUT, rows, runs, time.perf_counter() - began, data)
+    return Study(NAME, TITLE, ABOUT, rows, runs, time.perf_counter() - began, data, figures=figures.panels)
 
 
 def _kind(row: str) -> Kind:

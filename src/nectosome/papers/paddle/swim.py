@@ -13,8 +13,9 @@ from jaxtyping import Float
 from scipy.optimize import brentq
 
 from nectosome.core import Status
-from nectosome.io import PrismaticJoint, RobotDescription, get_value, numeric_paths, with_values
-from nectosome.robots import beetle, build
+from nectosome.description import PrismaticJoint, RobotDescription, get_value, numeric_paths, with_values
+from nectosome.model import build
+from nectosome.robots import beetle
 from nectosome.robots.beetle import PADDLES
 from nectosome.solve import periodic
 

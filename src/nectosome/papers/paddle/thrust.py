@@ -6,10 +6,11 @@ import numpy as np
 import xarray as xr
 
 from nectosome.core import Status
-from nectosome.core.strategies import undominated
-from nectosome.design.sweep import sweep
-from nectosome.io import RevoluteJoint, RobotDescription, get_value
-from nectosome.robots import build, describe
+from nectosome.description import RevoluteJoint, RobotDescription, get_value
+from nectosome.designs.sweep import sweep
+from nectosome.model import build
+from nectosome.robots import describe
+from nectosome.search.covariance import undominated
 from nectosome.solve import periodic
 
 SAMPLES = 257  # moments of a cycle: more of them move a mean thrust by 1e-4 of itself

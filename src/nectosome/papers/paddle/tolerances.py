@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from nectosome.io import RobotDescription, get_value, resolve, with_values
+from nectosome.description import RobotDescription, get_value, resolve, with_values
 from nectosome.robots.beetle import PADDLES
 
 

@@ -14,7 +14,8 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float, Int
 
-from nectosome.identify import (
+from nectosome.description import get_value
+from nectosome.identification import (
     Aim,
     Experiments,
     SimToReal,
@@ -25,7 +26,6 @@ from nectosome.identify import (
     table_of,
     uniform_plan,
 )
-from nectosome.io import get_value
 from nectosome.robots import describe
 
 from ..study import printed

@@ -8,8 +8,9 @@ import xarray as xr
 from jaxtyping import Float
 
 from nectosome.core import Status
-from nectosome.io import RobotDescription, with_values
-from nectosome.robots import beetle, build
+from nectosome.description import RobotDescription, with_values
+from nectosome.model import build
+from nectosome.robots import beetle
 from nectosome.solve import simulate
 
 from .swim import SPEEDS, YAWS, Swim, hull_centre, strokes

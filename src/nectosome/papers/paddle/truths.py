@@ -14,9 +14,9 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from nectosome.design.sweep import sweep
-from nectosome.identify import table_of
-from nectosome.io import AddedMassLoad, RobotDescription, get_value, with_values
+from nectosome.description import AddedMassLoad, RobotDescription, get_value, with_values
+from nectosome.designs.sweep import sweep
+from nectosome.identification import table_of
 from nectosome.robots import describe
 
 AMPLITUDES = np.radians(np.arange(30.0, 76.0, 5.0))

@@ -11,14 +11,14 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from nectosome.identify import CmaEs, Evolved, Identifiability, Misfit, evolve, identifiability, most_helpful, profile
-from nectosome.identify.gait import FEATURES, discrepancy
-from nectosome.identify.gait_fit import GaitFit, GaitTrial
-from nectosome.identify.gait_results import gait_data
-from nectosome.identify.walks import Walks
-from nectosome.io import with_values
-from nectosome.io.variables import read_variable
+from nectosome.description import with_values
+from nectosome.description.variables import read_variable
+from nectosome.identification import Identifiability, Misfit, identifiability, most_helpful, profile
+from nectosome.identification.gait.batch import Walks
+from nectosome.identification.gait.features import FEATURES, discrepancy
+from nectosome.identification.gait.fit import GaitFit, GaitTrial, gait_data
 from nectosome.robots import describe
+from nectosome.search import CmaEs, Evolved, evolve
 
 from ..study import Part, Progress
 

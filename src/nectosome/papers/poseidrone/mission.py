@@ -5,8 +5,9 @@ The parameters are those of Tables 1 and 3; the schedule is that of the mission 
 
 import numpy as np
 
-from nectosome.io.describe_mission import load_mission
-from nectosome.robots import Flown, describe, mission_data, mission_of, run_mission
+from nectosome.description.mission import load_mission
+from nectosome.model import Flown, mission_data, run_mission
+from nectosome.robots import describe, mission_of
 
 from ..study import Part, Progress
 
@@ -16,7 +17,7 @@ _STEP, _QUICK = 5e-4, 1e-3  # s
 
 
 def part(quick: bool, progress: Progress) -> Part:
-    """Rows `mission`; data `mission`, as `robots.mission_data` has it."""
+    """Rows `mission`; data `mission`, as `model.mission_data` has it."""
     description, path = describe(ROBOT), mission_of(ROBOT)
     assert path is not None
     mission = load_mission(path, description)

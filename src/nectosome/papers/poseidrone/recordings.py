@@ -14,8 +14,8 @@ import numpy as np
 from jaxtyping import Float
 from scipy.integrate import solve_ivp
 
-from nectosome.identify.surge import SurgeRecording
-from nectosome.io import get_value
+from nectosome.description import get_value
+from nectosome.identification.surge.estimators import SurgeRecording
 from nectosome.robots import describe
 
 OMEGA = {"train": 11.47, "test": 11.76}  # rad/s, of the paper's two recordings

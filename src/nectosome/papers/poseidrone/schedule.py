@@ -6,10 +6,12 @@ The paper crosses once in each way (section 3) and asks for no best schedule: th
 import numpy as np
 import xarray as xr
 
-from nectosome.design import Evaluation, Evolution, ScheduleDesign, improve, shipped_problem
-from nectosome.io import show_quantity
-from nectosome.io.schedule import get_schedule
-from nectosome.robots import describe, mission_data, run_mission
+from nectosome.description.schedule import get_schedule
+from nectosome.designs import ScheduleDesign, shipped_problem
+from nectosome.model import mission_data, run_mission
+from nectosome.robots import describe
+from nectosome.search import Evaluation, Evolution, improve
+from nectosome.units import show_quantity
 
 from ..study import Part, Progress
 

@@ -15,15 +15,16 @@ import xarray as xr
 from jaxtyping import Array, Float
 from scipy.interpolate import CubicSpline
 
-from nectosome.identify.linear import Regressors, Trial, output_error
-from nectosome.io import RobotDescription, drive_period, get_value
-from nectosome.io.describe_joints import FixedJoint, PrismaticJoint, RevoluteJoint
-from nectosome.io.describe_loads import CrankMotor
-from nectosome.io.describe_parts import Rigid
-from nectosome.io.describe_signals import ConstantLength
+from nectosome.description import RobotDescription, drive_period, get_value
+from nectosome.description.joints import FixedJoint, PrismaticJoint, RevoluteJoint
+from nectosome.description.loads import CrankMotor
+from nectosome.description.parts import Rigid
+from nectosome.description.signals import ConstantLength
+from nectosome.identification.fits.linear import Regressors, Trial, output_error
 from nectosome.loads import Jet, Motor, Pulse
 from nectosome.mechanism import Robot
-from nectosome.robots import bind, build, describe
+from nectosome.model import bind, build
+from nectosome.robots import describe
 from nectosome.solve import Run, Trajectory, simulate
 
 from ..study import Part, Progress

@@ -3,8 +3,12 @@
 import time
 from collections.abc import Callable
 
-from ..study import Kind, Part, Progress, Study, gathered, printed, scored
-from . import crawl, mission, schedule, static_free, swim
+from nectosome.view import mission as mission_figures
+from nectosome.view import surge
+from nectosome.view.style import Panel
+
+from ..study import Kind, Part, Progress, Sets, Study, gathered, printed, scored
+from . import crawl, figures_crawl, figures_jet, figures_schedule, mission, schedule, static_free, swim
 
 NAME = "poseidrone"
 TITLE = "PoseiDRONE"
@@ -38,7 +42,7 @@ def run(quick: bool, progress: Progress) -> Study:
     began = time.perf_counter()
     done = gathered(_PARTS.values(), quick, progress)
     rows = scored(printed(NAME), done.numbers, _kind)
-    return Study(NAME, TITLE, ABOUT, rows, done.runs, time.perf_counter() - began, done.data)
+    return Study(NAME, TITLE, ABOUT, rows, done.runs, time.perf_counter() - began, done.data, figures=_figures)
 
 
 def _kind(row: str) -> Kind:
@@ -46,3 +50,15 @@ def _kind(row: str) -> Kind:
         if row.startswith(start):
             return kind
     return "prediction"
+
+
+def _figures(data: Sets, runs: Sets) -> list[Panel]:
+    """Figures of the parts whose data are there."""
+    parts = {
+        "swim": surge.panels,
+        "static_free": figures_jet.panels,
+        "crawl_told": figures_crawl.panels,
+        "mission": mission_figures.panels,
+        "schedule_cranks": figures_schedule.panels,
+    }
+    return [panel for key, panels in parts.items() if key in data for panel in panels(data)]

@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from nectosome.identify.linear import Estimate
-from nectosome.identify.surge import Surge, SurgeRecording, physical, surge
-from nectosome.identify.surge_results import surge_data
+from nectosome.identification.fits.linear import Estimate
+from nectosome.identification.surge.estimators import Surge, SurgeRecording, physical, surge
+from nectosome.identification.surge.files import surge_data
 
 from ..study import Part, Progress, printed
 from .recordings import body, recording

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from nectosome.io import InputError
+from nectosome.units import InputError
 
 from . import rowing, tank
 from .rowing import Motion, Shot

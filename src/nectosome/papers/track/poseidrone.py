@@ -13,12 +13,12 @@ import xarray as xr
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
-from nectosome.identify.gait import gait_of
-from nectosome.identify.surge import Surge, surge
-from nectosome.identify.surge_recordings import surge_recordings
-from nectosome.io import get_value
+from nectosome.description import get_value
+from nectosome.identification.gait.features import gait_of
+from nectosome.identification.surge.estimators import Surge, surge
+from nectosome.identification.surge.files import surge_recordings
 from nectosome.measure import load_campaign
-from nectosome.measure.video import write_table
+from nectosome.vision.video import write_table
 
 from ..poseidrone.crawl import fit
 from ..poseidrone.recordings import OMEGA, body, settled, thrust

@@ -14,7 +14,7 @@ import xarray as xr
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
-from nectosome.measure.video import SegmentSheet, track_segments
+from nectosome.vision.video import SegmentSheet, track_segments
 
 from .render import Camera, Film, Floor, Lens, Paddle, PaddleScene, Port, Strip, write_clip
 from .render.paddle_scene import Bubbles, Occluder

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from nectosome.io import get_value
+from nectosome.description import get_value
 from nectosome.robots import describe
 
 from ..paddle.thrust import cycle
 from ..study import Part, Progress, Study, gathered, printed, score, scored
-from . import poseidrone, rowing
+from . import figures, poseidrone, rowing
 from .limits import limits
 from .rowing import Motion, Shot
 from .tank import Filming, marker_errors
@@ -48,7 +48,16 @@ def run(quick: bool, progress: Progress) -> Study:
     ]
     done = gathered(parts, quick, progress)
     rows = scored(printed(NAME), done.numbers, lambda row: "synthetic")
-    return Study(NAME, TITLE, ABOUT, rows, {}, time.perf_counter() - began, done.data)
+    return Study(
+        NAME,
+        TITLE,
+        ABOUT,
+        rows,
+        {},
+        time.perf_counter() - began,
+        done.data,
+        figures=lambda data, runs: figures.panels(data),
+    )
 
 
 def _length(part: str) -> float:

@@ -12,7 +12,7 @@ import xarray as xr
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from nectosome.measure.video import MarkerSheet, track_markers
+from nectosome.vision.video import MarkerSheet, track_markers
 
 from .render import Camera, Film, Lamps, Lens, Port, Rod, TankScene, write_clip
 

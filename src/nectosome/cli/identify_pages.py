@@ -1,0 +1,130 @@
+"""The page of an identification in the terminal: parameters, how well recordings are met, what to beware of."""
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from nectosome.cli.page import columns, number, page
+from nectosome.units import count
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from nectosome.identification.hysteresis.files import PressureRecording
+    from nectosome.identification.surge.estimators import SurgeRecording
+
+_NAMES = {"added_mass": "added mass m_as", "drag": "drag Lambda", "alpha": "alpha = -Lambda/m", "gamma": "gamma = 1/m"}
+
+
+def swim_page(found: "xr.Dataset", recordings: "Sequence[SurgeRecording]") -> Group:
+    """Return the page of what `surge_data` holds, and of what was done to recordings."""
+    train = int((found["used"] == "train").sum())
+    held = found.sizes["recording"] - train
+    said = f"{count(train, 'recording')} fitted, {held} held out; M = {number(found.attrs['mass'])} kg"
+    notes = [f"{recording.name}: {note}" for recording in recordings for note in recording.notes]
+    title = Text("\n").join([Text(str(found.attrs["title"]), "bold"), Text(""), *map(Text, [said, *notes])])
+    warnings = [f"beware: {warning}" for warning in json.loads(found.attrs["warnings"])]
+    return page(title, [_parameters(found), _errors(found)], warnings)
+
+
+def _parameters(found: "xr.Dataset") -> Table:
+    table = columns("parameter", "value", "95 % from", "to", "standard error", "%", "unit")
+    for name, what in _NAMES.items():
+        one = found.sel(parameter=name)
+        table.add_row(what, *(number(float(one[key])) for key in _SHOWN), str(one["unit"].item()))
+    return table
+
+
+_SHOWN = ("value", "low", "high", "error", "percent")
+
+
+def _errors(found: "xr.Dataset") -> Table:
+    """Errors of the computed speed, in percent of the root mean square of the measured one."""
+    table = columns("measured - computed speed, % of its rms", "mean", "std", "largest", "")
+    for k in range(found.sizes["recording"]):
+        one = found.isel(recording=k)
+        deviations = [f"{round(float(one[f'deviation_{name}']), 2) + 0.0:.2f}" for name in ("mean", "std", "largest")]
+        table.add_row(
+            str(one["recording"].item()), *deviations, "fitted" if one["used"].item() == "train" else "held out"
+        )
+    return table
+
+
+def fishtail_page(found: "xr.Dataset", recordings: "Sequence[PressureRecording]") -> Group:
+    """Return the page of what `hysteresis_data` holds, and of what was done to recordings."""
+    from nectosome.identification.hysteresis.files import BENCH_UNITS
+
+    train = int((found["used"] == "train").sum())
+    said = [f"{count(train, 'recording')} fitted, {found.sizes['recording'] - train} held out"]
+    said += [f"{recording.trial.name}: {note}" for recording in recordings for note in recording.notes]
+    title = Text("\n").join([Text(str(found.attrs["title"]), "bold"), Text(""), *map(Text, said)])
+    told = columns("parameter", "value", "95 % from", "to", "unit")
+    for name in found["parameter"].values:
+        one = found.sel(parameter=name)
+        scale, unit = BENCH_UNITS[one["unit"].item()]
+        told.add_row(str(name), *(number(scale * float(one[key])) for key in ("value", "low", "high")), unit)
+    errors = columns("computed - measured, % of the range", "rms", "largest", "")
+    for k in range(found.sizes["recording"]):
+        one = found.isel(recording=k)
+        used = "fitted" if one["used"].item() == "train" else "held out"
+        errors.add_row(str(one["recording"].item()), *(f"{float(one[key]):.3g}" for key in ("e_rmsp", "e_mp")), used)
+    left = f"what is left: {number(1e3 * found.attrs['noise'])} mm"
+    return page(title, [told, errors], [left, *(f"beware: {x}" for x in json.loads(found.attrs["warnings"]))])
+
+
+def robot_page(found: "xr.Dataset") -> Group:
+    """Return the page of what `robot_data` holds."""
+    train = int((found["used"] == "train").sum())
+    said = [f"{count(train, 'recording')} fitted, {found.sizes['recording'] - train} held out"]
+    if found.attrs["starts"] > 1:
+        said.append(f"{found.attrs['agree']} of {found.attrs['starts']} starts came to these parameters")
+    title = Text("\n").join([Text(str(found.attrs["title"]), "bold"), Text(""), *map(Text, said)])
+    told = columns("parameter", "value", "95 % from", "to", "unit", "before", "")
+    for name in found["parameter"].values:
+        one = found.sel(parameter=name)
+        values = (number(float(one[key])) for key in ("value", "low", "high"))
+        known = "" if bool(one["told"]) else "not told alone"
+        told.add_row(str(name), *values, str(one["unit"].item()), number(float(one["before"])), known)
+    errors = columns("computed - measured, % of the range", "column", "rms", "largest", "")
+    for k in range(found.sizes["recording"]):
+        one = found.isel(recording=k)
+        used = "fitted" if one["used"].item() == "train" else "held out"
+        for c, column in enumerate(found["column"].values):
+            off = (f"{float(one[key][c]):.3g}" for key in ("e_rmsp", "e_mp"))
+            errors.add_row(str(one["recording"].item()), str(column), *off, used)
+    noise = [
+        f"{column}: what is left is {number(float(error))} {unit}".strip()
+        for column, error, unit in zip(*(found[key].values for key in ("column", "error", "units_of")), strict=True)
+    ]
+    warnings = [f"beware: {warning}" for warning in json.loads(found.attrs["warnings"])]
+    untold = [] if bool(found["told"].all()) else json.loads(found.attrs["words"])
+    return page(title, [told, errors], [*json.loads(found.attrs["notes"]), *noise, *untold, *warnings])
+
+
+def crawl_page(found: "xr.Dataset") -> Group:
+    """Return the page of what `gait_data` holds."""
+    best = float(found["discrepancy"].min())
+    said = f"discrepancy {best:.3g} after {count(found.sizes['evaluation'], 'evaluation')}: {found.attrs['ended']}"
+    title = Text("\n").join([Text(str(found.attrs["title"]), "bold"), Text(""), Text(said)])
+    table = columns("parameter", "best", "as good from", "to", "range", "")
+    for name in found["parameter"].values:
+        one = found.sel(parameter=name)
+        ends = f"{number(float(one['low']))} to {number(float(one['high']))} {one['unit'].item()}".strip()
+        told = "told" if bool(one["told"]) else ""
+        table.add_row(str(name), *(number(float(one[key])) for key in ("value", "good_low", "good_high")), ends, told)
+    tables = [table]
+    for k in range(found.sizes["trial"]):
+        reached = columns(f"trial {k + 1}", *map(str, found["feature"].values))
+        units = found["unit_of_feature"].values
+        for row in ("target", "reached"):
+            values = found[row].values[k]
+            reached.add_row(row, *(f"{x:.6g} {unit}" for x, unit in zip(values, units, strict=True)))
+        tables.append(reached)
+    good = count(int(found.attrs["good"]), "candidate")
+    same = f"as good, of a discrepancy of at most {found.attrs['as_good']:.3g}: {good}"
+    rank = f"the features tell {found.attrs['rank']} of {found.sizes['parameter']} directions in the ranges"
+    return page(title, tables, [same, rank, *json.loads(found.attrs["words"])])

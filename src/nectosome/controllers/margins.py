@@ -1,0 +1,111 @@
+"""How far a loop is from swinging: margins of gain, phase and delay, from its response to sines."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Complex, Float, Int
+
+from .block_loop import Loop, held
+from .controller import Controller, Regulator
+
+_PERIODS = np.unique(np.geomspace(3, 2000, 72).round().astype(int))  # samples
+_SETTLED = 1000  # samples, and two periods, before the period that is looked at
+_SMALL = 1e-3  # errors that a controller is asked with, by the output's amplitude
+
+
+class Margins(NamedTuple):
+    """inf where nothing of the kind makes the loop swing.
+
+    Of a loop that swings as it is, what would just steady it: a gain below 1, phase and delay below 0; 0 and -inf where
+    nothing of the kind does.
+    """
+
+    gain: float  # by which the loop's gain may grow
+    phase: float  # by which it may lag more [rad]
+    delay: float  # by which it may be late [s]
+    frequency: float  # at which the delay would make it swing [Hz]; NaN without one
+
+
+def margins(frequency: Float[np.ndarray, "m"], response: Complex[np.ndarray, "m"]) -> Margins:
+    r"""From the open loop's response L to errors: it swings where L = -1.
+
+    The gain is the smallest 1/|L| above 1 where the phase is -180 degrees, the phase what it is above that where
+    |L| = 1, the delay that phase over $2\pi f$. Between the frequencies log |L| and the phase are straight over log f.
+
+    A loop swings as it is where L goes round -1 (Nyquist; L alone must not swing); so is one taken whose |L| is still
+    above 1 at the highest frequency.
+    """
+    x, size, phase = np.log(frequency), np.log(np.abs(response)), np.unwrap(np.angle(response))
+    phase -= 2 * np.pi * (phase[0] > 0.5 * np.pi)  # it begins at +90 to -270 degrees
+    turns = (phase + np.pi) / (2 * np.pi)
+    wholes = range(int(np.floor(turns.min())), int(np.ceil(turns.max())) + 1)
+    opposed = [(np.interp(at, x, size), way) for whole in wholes for at, way in _crossings(x, turns - whole)]
+    around = (turns[0] < 0 < size[0]) - sum(way for s, way in opposed if s > 0)
+    swings = bool(around > 0 or size[-1] > 0)
+    ends = [((np.interp(at, x, phase) + np.pi) % (2 * np.pi), np.exp(at)) for at, _ in _crossings(x, size)]
+    lags = [(lag - 2 * np.pi * swings, f) for lag, f in ends]
+    none = -np.inf if swings else np.inf
+    delay, at = min(((lag / (2 * np.pi * f), f) for lag, f in lags), key=_size, default=(none, np.nan))
+    gains = [-s for s, _ in opposed if (s > 0) == swings]
+    gain = np.exp(min(gains, key=abs, default=none))
+    return Margins(float(gain), float(min((lag for lag, _ in lags), key=abs, default=none)), float(delay), float(at))
+
+
+def open_loop(
+    loop: Loop, controller: Controller, amplitude: float
+) -> tuple[Float[np.ndarray, "m"], Complex[np.ndarray, "m"]]:
+    """Frequencies [Hz] and the response of controller and block one after the other, as they are sampled.
+
+    The block is asked with sines of an amplitude of the command, since hysteresis answers large ones otherwise than
+    small ones, the controller about a reference of 0 with errors too small for its limits. First harmonics are taken.
+    """
+    regulator = controller.planned(np.zeros(2), loop.dt)
+    block, law = _responses(loop, regulator, jnp.asarray(amplitude, dtype=float), jnp.asarray(_PERIODS))
+    return (1 / (_PERIODS * loop.dt))[::-1], np.asarray(block * law)[::-1]
+
+
+def _size(late: tuple[float, float]) -> float:
+    return abs(late[0])
+
+
+def _crossings(x: Float[np.ndarray, "m"], y: Float[np.ndarray, "m"]) -> list[tuple[float, int]]:
+    """Where y, straight between its samples, goes through 0, and whether it rises (1) or falls (-1)."""
+    k = np.flatnonzero((y[:-1] < 0) != (y[1:] < 0))
+    return [(float(x[i] - y[i] * (x[i + 1] - x[i]) / (y[i + 1] - y[i])), 1 if y[i] < 0 else -1) for i in k]
+
+
+@eqx.filter_jit
+def _responses(
+    loop: Loop, regulator: Regulator, amplitude: Array, periods: Int[Array, "m"]
+) -> tuple[Complex[Array, "m"], Complex[Array, "m"]]:
+    plant = loop.plant.sampled(loop.dt / loop.substeps)
+
+    def answered(state: tuple[Any, Array], u: Array) -> tuple[tuple[Any, Array], Array]:
+        inner, output = held(plant, state[0], u, loop.substeps)
+        return (inner, output), state[1]  # the output at the time of the command
+
+    def one(period: Array) -> tuple[Array, Array]:
+        block = _harmonic(answered, (plant.initial(), jnp.zeros(())), amplitude, period)
+        error = _SMALL * amplitude * jnp.abs(block)
+        law = _harmonic(lambda state, e: regulator.step(state, -e), regulator.initial(), error, period)
+        return block, law
+
+    return jax.lax.map(one, periods)
+
+
+def _harmonic(step: Any, state: Any, amplitude: Array, period: Array) -> Array:
+    """Response at a frequency: the first harmonic of a period, after it has settled."""
+    begin = period * -(-_SETTLED // period) + 2 * period
+
+    def sample(k: Array, carry: tuple[Any, Array]) -> tuple[Any, Array]:
+        state, total = carry
+        angle = 2 * jnp.pi * k / period
+        state, y = step(state, amplitude * jnp.sin(angle))
+        return state, total + jnp.where(k >= begin, y * jnp.exp(-1j * angle), 0.0)
+
+    return jax.lax.fori_loop(0, begin + period, sample, (state, jnp.zeros((), dtype=complex)))[1] * (
+        2j / (amplitude * period)
+    )

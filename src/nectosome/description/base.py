@@ -1,0 +1,111 @@
+"""What all descriptions share: frozen models, names, vectors, and errors that belong to one field."""
+
+from abc import ABC, abstractmethod
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import PydanticCustomError, core_schema
+
+from nectosome.description.fields import Angle, AngularSpeed, Coordinate, Number, Speed
+from nectosome.units import shorten
+
+Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=60)]
+"""A name people choose: small letters, digits and underscores, a letter first."""
+
+AliasName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=60)]
+"""A short name for a quantity; capitals are allowed, since people write E and L."""
+
+Vector = tuple[Number, Number, Number]
+Position = tuple[Coordinate, Coordinate, Coordinate]
+Rotation = tuple[Angle, Angle, Angle]
+Velocity = tuple[Speed, Speed, Speed]
+AngularVelocity = tuple[AngularSpeed, AngularSpeed, AngularSpeed]
+
+ZERO = (0.0, 0.0, 0.0)
+
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+class Described(BaseModel):
+    """A frozen part of a description; its quantities are SI floats, and unknown fields are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def wrong(field: str, why: str) -> PydanticCustomError:
+    """Return the error to raise in a model's validator for a mistake that belongs to `field`."""
+    return PydanticCustomError("field", "{why}", {"field": field, "why": why})
+
+
+def unfit(why: str) -> PydanticCustomError:
+    """Return the error to raise in a field's validator."""
+    return PydanticCustomError("unfit", "{why}", {"why": why})
+
+
+class Shorthand(ABC):
+    """Marks a tuple that may be written in a shorter way."""
+
+    @abstractmethod
+    def expand(self, value: Any) -> Any:
+        """Return what was written, the short way or in full, in full."""
+
+    @abstractmethod
+    def shorten(self, row: list[Any]) -> Any:
+        """Return the short way to write `row`, or `row` itself."""
+
+    @abstractmethod
+    def json_schema(self, row: dict[str, Any]) -> dict[str, Any]:
+        """Return the JSON schema of the short way; `row` is that in full."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return core_schema.no_info_before_validator_function(self.expand, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        row = handler(schema)
+        return {"anyOf": [self.json_schema(row), row]}
+
+
+class OneOrMany(Shorthand):
+    """A row that may be written as its only item."""
+
+    def expand(self, value: Any) -> Any:
+        """Put a single item into a row."""
+        return value if isinstance(value, list | tuple) else (value,)
+
+    def shorten(self, row: list[Any]) -> Any:
+        """Take a single item out of its row."""
+        return row[0] if len(row) == 1 else row
+
+    def json_schema(self, row: dict[str, Any]) -> dict[str, Any]:
+        """Return the schema of one item."""
+        return row["items"]
+
+
+class NamedAxis(Shorthand):
+    """A direction that may be written as x, y or z."""
+
+    def expand(self, value: Any) -> Any:
+        """Turn the name of an axis into a unit vector."""
+        if isinstance(value, str):
+            if value not in AXES:
+                raise unfit(f'"{shorten(value)}" is no axis. Write x, y, z or three numbers.')
+            return AXES[value]
+        return value
+
+    def shorten(self, row: list[Any]) -> Any:
+        """Turn a unit vector into the name of its axis."""
+        return next((name for name, axis in AXES.items() if list(axis) == row), row)
+
+    def json_schema(self, row: dict[str, Any]) -> dict[str, Any]:
+        """Return the schema of the names."""
+        return {"enum": list(AXES)}
+
+
+def _not_zero(axis: tuple[float, ...]) -> tuple[float, ...]:
+    if not any(axis):
+        raise unfit("the axis has no length. Write x, y, z or three numbers.")
+    return axis
+
+
+Axis = Annotated[Vector, AfterValidator(_not_zero), NamedAxis()]
+"""A direction, of any length but 0."""

@@ -1,0 +1,163 @@
+"""Limbs that come several times, and all that sits on them, each on its own."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from pydantic import BaseModel
+from pydantic_core import PydanticCustomError
+
+from nectosome.description.base import wrong
+from nectosome.description.loads import CrankMotor, LegLoad, PulsedThrustLoad
+from nectosome.description.mirror import image
+from nectosome.description.orientation import applied, from_rpy, product, reflection, to_rpy, turn
+from nectosome.description.parts import Limb, Rod
+from nectosome.description.repeat import Repeat
+from nectosome.description.signals import RateAngle
+from nectosome.description.structure import changed, value_at
+from nectosome.units import did_you_mean
+
+_MOST_LIMBS = 500
+_STARTS = {RateAngle: "start", LegLoad: "start", PulsedThrustLoad: "start", CrankMotor: "angle"}
+"""The angle at which what has no `phase` starts."""
+
+
+class Copy(NamedTuple):
+    """One of the times that a limb comes."""
+
+    name: str
+    numbers: tuple[int, ...]  # of the copies that it sits on, and its own; none where it comes once
+    mirrored: bool  # whether its frame is the image of that of the first copy
+    phase: float  # by which its drives run ahead of those of the first copy [rad]
+
+
+Copies = Mapping[str, tuple[Copy, ...]]
+"""Copies of each limb, by the name that it was written under."""
+
+
+def spread(body: Limb, limbs: Mapping[str, Limb]) -> tuple[dict[str, Limb], Copies]:
+    """Return each limb on its own, and which are copies of which. Raises the error of a field.
+
+    A limb sits on "body", on a limb before it, or on one copy of such a limb; what sits on a limb that comes several
+    times is on each copy.
+    """
+    alone: dict[str, Limb] = {}
+    copies: dict[str, tuple[Copy, ...]] = {"body": (Copy("body", (), False, 0.0),)}
+    for name, limb in limbs.items():
+        if name == "body":
+            raise wrong("limbs.body", "a limb cannot be called body. Choose another name.")
+        if limb.on not in copies and limb.on not in alone:
+            later = " It comes later in the file: move it up." if limb.on in limbs and limb.on != name else ""
+            known = dict.fromkeys((*copies, *alone))
+            why = f'there is no part "{limb.on}" before this one.{later or did_you_mean(limb.on, known)}'
+            raise wrong(f"limbs.{name}.on", why)
+        parents = copies.get(limb.on, (Copy(limb.on, (), False, 0.0),))
+        parent = body if limb.on == "body" else alone[parents[0].name]
+        if not isinstance(limb.at, str) and not (isinstance(parent, Rod) and limb.at in parent.marks):
+            raise wrong(f"limbs.{name}.at", f"{limb.on} has no mark at {limb.at}. Write tip or root, or add the mark.")
+        made = [pair for on in parents for pair in _on_one(name, limb, on)]
+        for copy, _ in made:
+            if copy.name in alone or (copy.name != name and copy.name in limbs):
+                why = f"one of its copies is called {copy.name}, as another limb is. Choose another name."
+                raise wrong(f"limbs.{name}", why)
+        alone |= {copy.name: one for copy, one in made}
+        copies[name] = tuple(copy for copy, _ in made)
+        if len(alone) > _MOST_LIMBS:
+            raise wrong(f"limbs.{name}", f"with its copies the robot has more than {_MOST_LIMBS} limbs.")
+    _check_phases(limbs)
+    return alone, copies
+
+
+def on_all_copies(body: Limb, limbs: Mapping[str, Limb], path: str) -> tuple[str, ...]:
+    """Return the paths that a path of a limb as written stands for: one on each copy, or itself.
+
+    Raises ValueError, with a sentence, where the copies do not share the quantity: one is turned or reflected, or runs
+    ahead.
+    """
+    alone, copies = spread(body, limbs)
+    group, _, rest = path.partition(".")
+    name, _, rest = rest.partition(".")
+    if group != "limbs" or name not in limbs or name in alone:
+        return (path,)
+    names = [copy.name for copy in copies[name]]
+    try:
+        value = value_at(alone[names[0]], rest)  # the first is as written
+        other, _ = spread(body, {**limbs, name: changed(limbs[name], {rest: value + 1.0})})
+    except (KeyError, TypeError):
+        return (path,)  # no quantity
+    if not all(math.isclose(value_at(other[copy], rest), value + 1.0, rel_tol=1e-9) for copy in names):
+        raise ValueError(f"the copies of {name} differ in {rest}. Name one of them, as in limbs.{names[0]}.{rest}.")
+    return tuple(f"limbs.{copy}.{rest}" for copy in names)
+
+
+def _on_one(name: str, limb: Limb, on: Copy) -> Iterator[tuple[Copy, Limb]]:
+    """Yield the copies of a limb on one copy of the part that it sits on."""
+    repeat = limb.repeat
+    bare = limb.model_copy(update={"repeat": None, "on": on.name})
+    for k in range(1 if repeat is None else repeat.count or 2):
+        one, mirrored, phase = bare, on.mirrored, on.phase
+        numbers = on.numbers if repeat is None else (*on.numbers, k + 1)
+        try:
+            if repeat is not None and k > 0:
+                one, phase = _placed(one, repeat, k), phase + k * repeat.phase
+                mirrored ^= repeat.mirror is not None
+            if on.mirrored:
+                one = _mirrored(one, "y")
+        except PydanticCustomError as error:  # of a field of the limb
+            raise wrong(f"limbs.{name}.{(error.context or {})['field']}", error.message()) from None
+        copy = Copy(name + "_".join(map(str, numbers)), numbers, mirrored, phase)
+        yield copy, one.model_copy(update={name: _ahead(getattr(one, name), phase) for name in _driving(one)})
+
+
+def _placed(limb: Limb, repeat: Repeat, k: int) -> Limb:
+    """Return a limb k copies on from the first."""
+    if repeat.mirror is not None:
+        return _mirrored(limb, repeat.mirror)
+    if repeat.along is not None:
+        x, y, z = (at + k * step for at, step in zip(limb.offset, repeat.along, strict=True))
+        return limb.model_copy(update={"offset": (x, y, z)})
+    assert repeat.around is not None
+    assert repeat.count is not None
+    turned = turn(repeat.around, 2 * math.pi * k / repeat.count)
+    rotation = to_rpy(product(turned, from_rpy(limb.rotation)))
+    return limb.model_copy(update={"offset": applied(turned, limb.offset), "rotation": rotation})
+
+
+def _mirrored(limb: Limb, axis: str) -> Limb:
+    """Return the image of a limb in the plane normal to an axis of what it sits on: x -> S x, R -> S R D.
+
+    S reflects in that plane, D in the limb's own x-z plane, so that S R D is a rotation and the limb runs along x.
+    """
+    reflected = reflection(axis)
+    rotation = product(reflected, product(from_rpy(limb.rotation), reflection("y")))
+    place = {"offset": applied(reflected, limb.offset), "rotation": to_rpy(rotation)}
+    return image(limb).model_copy(update=place)
+
+
+def _driving(limb: Limb) -> tuple[str, ...]:
+    """Return the names of what may have drives."""
+    return ("joint", "loads", "motion") if isinstance(limb, Rod) else ("joint", "loads")
+
+
+def _ahead(value: Any, phase: float) -> Any:
+    """Return a joint, or loads, whose drives run ahead by an angle [rad]."""
+    if isinstance(value, dict):
+        return {key: _ahead(item, phase) for key, item in value.items()}
+    if not isinstance(value, BaseModel) or phase == 0:
+        return value
+    update = {key: _ahead(item, phase) for key, item in value if isinstance(item, BaseModel)}
+    angle = "phase" if "phase" in type(value).model_fields else _STARTS.get(type(value))
+    if angle is not None:
+        update[angle] = getattr(value, angle) + phase
+    return value.model_copy(update=update)
+
+
+def _check_phases(limbs: Mapping[str, Limb]) -> None:
+    """Raise where copies are to run ahead, and nothing on the limb has a phase."""
+    driven: set[str] = set()
+    for name, limb in reversed([*limbs.items()]):
+        if name in driven or any(_ahead(part, 1.0) != part for part in (getattr(limb, own) for own in _driving(limb))):
+            driven |= {name, limb.on}
+        elif limb.repeat is not None and limb.repeat.phase != 0:
+            why = "no drive on this limb has a phase: they are still, or recorded. Leave it out."
+            raise wrong(f"limbs.{name}.repeat.phase", why)

@@ -1,0 +1,150 @@
+"""Fields that carry a physical quantity: text with a unit in a file, an SI float in Python, a range either way."""
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic_core import PydanticCustomError, core_schema
+
+from nectosome.units import DIMENSIONS, expected, format_quantity, parse_quantity, shorten
+
+FROM_FILE = {"units": "required"}
+"""Validation context of text from people: a bare number is refused where a unit is needed."""
+
+
+@dataclass(frozen=True)
+class Without:
+    """Marks a place of groups of fields of several kinds: those that are known but do not belong there."""
+
+    kinds: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Marks a float as a quantity of `dimension` (a key of `DIMENSIONS`) between `minimum` and `maximum` [SI].
+
+    `exclusive` leaves the minimum itself out.
+    """
+
+    dimension: str
+    minimum: float | None = None
+    maximum: float | None = None
+    exclusive: bool = False
+
+    @property
+    def unit(self) -> str:
+        """The SI unit, such as `Pa`; empty for a plain number."""
+        return DIMENSIONS[self.dimension].unit
+
+    def read(self, value: Any, *, units_required: bool) -> float:
+        """Return the SI float of text or of a number; ValueError says what is wrong and what is expected."""
+        if isinstance(value, str):
+            number = parse_quantity(value, self.dimension)
+        elif isinstance(value, bool) or not isinstance(value, int | float):
+            raise ValueError(f"{_kind(value)} is no quantity. {expected(self.dimension)}")
+        else:
+            try:
+                number = float(value)
+            except OverflowError:
+                number = math.inf
+            if not math.isfinite(number):
+                raise ValueError(f'"{shorten(number)}" must be finite. {expected(self.dimension)}')
+            if units_required and number != 0 and self.unit:
+                raise ValueError(f'"{shorten(value)}" has no unit. {expected(self.dimension)}')
+        self._check_range(number, value)
+        return number
+
+    def _check_range(self, number: float, value: Any) -> None:
+        low = self.minimum is not None and (number < self.minimum or (self.exclusive and number == self.minimum))
+        if low or (self.maximum is not None and number > self.maximum):
+            shown = value if isinstance(value, str) else format_quantity(number, self.dimension)
+            raise ValueError(f'"{shorten(shown)}" is out of range: it must be {self.allowed()}.')
+
+    def allowed(self) -> str:
+        """Return the range in words: `more than 0 m`, `from 0 to 0.5`."""
+        low = None if self.minimum is None else format_quantity(self.minimum, self.dimension)
+        high = None if self.maximum is None else format_quantity(self.maximum, self.dimension)
+        if low is not None and high is not None:
+            return f"from {low} to {high}"
+        if high is not None:
+            return f"at most {high}"
+        return f"{'more than' if self.exclusive else 'at least'} {low}"
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        def validate(value: Any, info: ValidationInfo) -> float:
+            try:
+                return self.read(value, units_required=info.context == FROM_FILE)
+            except ValueError as error:
+                raise PydanticCustomError("quantity", "{why}", {"why": str(error)}) from None
+
+        return core_schema.with_info_plain_validator_function(validate)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        kind = DIMENSIONS[self.dimension]
+        bounded = self.minimum is not None or self.maximum is not None
+        about = kind.name.capitalize() + (f", {self.allowed()}" if bounded else "")
+        if not kind.unit:
+            limits = {"exclusiveMinimum" if self.exclusive else "minimum": self.minimum, "maximum": self.maximum}
+            return {"type": "number", "description": about, **{k: v for k, v in limits.items() if v is not None}}
+        examples = [text.strip('"') for text in kind.example.split(" or ")]
+        text = {"type": "string", "pattern": r"^\s*[-+]?(\d|\.\d)", "examples": examples}
+        return {"description": about, "anyOf": [text, {"const": 0}]}
+
+
+def _kind(value: Any) -> str:
+    """Name a value that is no number, for a message."""
+    if isinstance(value, dict):
+        return "a group of fields"
+    if isinstance(value, list | tuple):
+        return "a list"
+    return f'"{shorten(value)}"' if value is not None else "an empty value"
+
+
+def _positive(dimension: str) -> Quantity:
+    return Quantity(dimension, minimum=0, exclusive=True)
+
+
+Number = Annotated[float, Quantity("number")]
+NonNegativeNumber = Annotated[float, Quantity("number", minimum=0)]
+PositiveNumber = Annotated[float, _positive("number")]
+Fraction = Annotated[float, Quantity("number", minimum=0, maximum=1)]
+Share = Annotated[float, Quantity("number", minimum=0.05, maximum=0.95)]
+Poisson = Annotated[float, Quantity("number", minimum=0, maximum=0.5)]
+Length = Annotated[float, _positive("length")]
+Coordinate = Annotated[float, Quantity("length")]
+Area = Annotated[float, Quantity("area", minimum=0)]
+PositiveArea = Annotated[float, _positive("area")]
+Volume = Annotated[float, Quantity("volume", minimum=0)]
+NonNegativeMass = Annotated[float, Quantity("mass", minimum=0)]
+Density = Annotated[float, _positive("density")]
+PositiveInertia = Annotated[float, _positive("inertia")]
+ProductOfInertia = Annotated[float, Quantity("inertia")]
+NonNegativeInertia = Annotated[float, Quantity("inertia", minimum=0)]
+Pressure = Annotated[float, _positive("pressure")]
+AnyPressure = Annotated[float, Quantity("pressure")]
+Elastance = Annotated[float, Quantity("elastance", minimum=0)]
+Viscosity = Annotated[float, Quantity("viscosity", minimum=0)]
+Angle = Annotated[float, Quantity("angle")]
+Bend = Annotated[float, Quantity("angle", minimum=-2 * math.pi, maximum=2 * math.pi)]
+Curvature = Annotated[float, Quantity("curvature")]
+Time = Annotated[float, Quantity("time")]
+Duration = Annotated[float, Quantity("time", minimum=0)]
+Frequency = Annotated[float, Quantity("frequency", minimum=0)]
+AngularSpeed = Annotated[float, Quantity("angular_speed")]
+Speed = Annotated[float, Quantity("speed")]
+PositiveSpeed = Annotated[float, _positive("speed")]
+Gravity = Annotated[float, Quantity("acceleration", minimum=0)]
+Force = Annotated[float, Quantity("force")]
+Torque = Annotated[float, Quantity("torque")]
+LineForce = Annotated[float, Quantity("line_force")]
+AngularStiffness = Annotated[float, Quantity("angular_stiffness", minimum=0)]
+PositiveTorque = Annotated[float, _positive("torque")]
+PositiveAngularSpeed = Annotated[float, _positive("angular_speed")]
+PositiveAngle = Annotated[float, _positive("angle")]
+Current = Annotated[float, Quantity("current", minimum=0)]
+AngularDamping = Annotated[float, Quantity("angular_damping", minimum=0)]
+Stiffness = Annotated[float, Quantity("stiffness", minimum=0)]
+PositiveStiffness = Annotated[float, _positive("stiffness")]
+QuadraticDrag = Annotated[float, Quantity("quadratic_drag", minimum=0)]
+Damping = Annotated[float, Quantity("damping", minimum=0)]

@@ -1,0 +1,42 @@
+"""Robot files: YAML to a description and back."""
+
+from pathlib import Path
+from typing import Any
+
+from nectosome.description.plain_data import to_plain
+from nectosome.description.robot import RobotDescription
+from nectosome.description.validate import validate
+from nectosome.io.atomic import write_atomic
+from nectosome.io.yaml_text import read_text, read_yaml, write_yaml
+
+
+def load_robot(path: str | Path) -> RobotDescription:
+    """Return the robot described in the YAML file at `path`.
+
+    Raises InputError with file, line and field for whatever is wrong: no such file, no text, no YAML, no robot.
+    """
+    return parse_robot(read_text(path), str(path))
+
+
+def parse_robot(text: str, source: str = "robot") -> RobotDescription:
+    """Return the robot described in YAML `text`; `source` names it in messages. Raises InputError."""
+    data, lines = read_yaml(text, source)
+    return validate(data, file=source, lines=lines)
+
+
+def dump_robot(description: RobotDescription) -> str:
+    """Return YAML text with readable units that loads as exactly the same description."""
+    return write_yaml(to_plain(description))
+
+
+def save_robot(description: RobotDescription, path: str | Path) -> None:
+    """Write a robot file that `load_robot` reads as exactly the same description, whole or not at all.
+
+    Raises InputError where it cannot be written.
+    """
+    write_atomic(path, dump_robot(description).encode())
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON schema of a robot file, for editors."""
+    return RobotDescription.model_json_schema()

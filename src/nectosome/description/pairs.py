@@ -1,0 +1,98 @@
+"""Pairs: what acts between two parts, of which neither need carry the other."""
+
+from collections.abc import Mapping
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from nectosome.description.base import ZERO, Described, Name, Position, Rotation, wrong
+from nectosome.description.fields import (
+    AngularDamping,
+    AngularStiffness,
+    Damping,
+    Length,
+    NonNegativeNumber,
+    PositiveSpeed,
+    PositiveStiffness,
+)
+from nectosome.description.parts import Limb, Rigid, Rod
+from nectosome.description.places import Place
+from nectosome.units import did_you_mean
+
+
+class TiePair(Described):
+    """A stiff bushing that holds a place of one part to a place of another, as in a loop of bodies.
+
+    Each place is `at` the tip, the root or a mark of its part, moved by `offset` [m] along the axes there. `stiffness`
+    [N/m] and `damping` [N s/m] are against their distance: the two are apart by the force over the stiffness. Without
+    more it is a ball joint; `turning_stiffness` [N m/rad] and `turning_damping` [N m s/rad] make it a weld, in which
+    the second place is turned by `rotation` (roll, pitch, yaw) [rad] against the first.
+    """
+
+    kind: Literal["tie"]
+    between: tuple[Name, Name]
+    at: tuple[Place, Place] = ("tip", "tip")
+    offset: tuple[Position, Position] = (ZERO, ZERO)
+    rotation: Rotation = ZERO
+    stiffness: PositiveStiffness
+    damping: Damping = 0.0
+    turning_stiffness: AngularStiffness = 0.0
+    turning_damping: AngularDamping = 0.0
+
+
+class TouchPair(Described):
+    """Contact of two parts: rods, cylinders and spheres, which count as round and end in half spheres.
+
+    The first is sampled at its points (a cylinder at its `strips`), which must be closer than the second is thick.
+    `stiffness` [N/m] and `damping` [N s/m] are those of the first part pressed on evenly along its whole length; both
+    set in smoothly over `softness` [m]. What slips faster than `creep` [m/s] has passed `static_friction`, and feels
+    `dynamic_friction`; what holds creeps slower than that. A part feels another at the joint it sits on too: leave
+    room.
+    """
+
+    kind: Literal["touch"]
+    between: tuple[Name, Name]
+    stiffness: PositiveStiffness
+    damping: Damping = 0.0
+    softness: Length = 1e-4
+    static_friction: NonNegativeNumber = 0.0
+    dynamic_friction: NonNegativeNumber = 0.0
+    creep: PositiveSpeed = 1e-3
+
+    @model_validator(mode="after")
+    def _sticks_at_least_as_it_slips(self) -> Self:
+        if self.dynamic_friction > self.static_friction:
+            raise wrong("dynamic_friction", "what slips has no more friction than what sticks, static_friction.")
+        return self
+
+
+Pair = Annotated[TiePair | TouchPair, Field(discriminator="kind")]
+
+
+def check_pair(own: str, pair: TiePair | TouchPair, parts: Mapping[str, Limb]) -> None:
+    """Raise the error of a pair called `own` that does not fit its parts."""
+    here = f"pairs.{own}"
+    if any(own in part.loads for part in parts.values()):
+        raise wrong(here, f"a load is called {own} too, and results tell them apart by name. Choose another name.")
+    for i, name in enumerate(pair.between):
+        if name not in parts:
+            raise wrong(f"{here}.between.{i}", f'there is no part "{name}".{did_you_mean(name, parts)}')
+    if pair.between[0] == pair.between[1]:
+        raise wrong(f"{here}.between", "a pair is of two parts, these are one.")
+    for i, name in enumerate(pair.between):
+        part = parts[name]
+        if isinstance(pair, TouchPair):
+            _check_shape(f"{here}.between.{i}", name, part)
+        elif not isinstance(pair.at[i], str) and not (isinstance(part, Rod) and pair.at[i] in part.marks):
+            why = f"{name} has no mark at {pair.at[i]}. Write tip or root, or add the mark."
+            raise wrong(f"{here}.at.{i}", why)
+
+
+def _check_shape(field: str, name: str, part: Limb) -> None:
+    if not isinstance(part, Rigid) or part.shape == "cylinder":
+        return
+    if part.shape != "spheroid":
+        raise wrong(field, f"{name} is a {part.shape}: only rods, cylinders and spheres touch. Add a cylinder to it.")
+    assert part.length is not None and part.radius is not None
+    if abs(part.length - 2 * part.radius) > 1e-6 * part.length:
+        raise wrong(field, f"{name} is no sphere: of spheroids only those touch whose length is twice their radius.")

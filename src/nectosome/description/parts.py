@@ -1,0 +1,308 @@
+"""The parts of a robot: rigid bodies and soft rods."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from nectosome.description.base import ZERO, Described, Name, OneOrMany, Position, Rotation, unfit, wrong
+from nectosome.description.fields import (
+    Bend,
+    Curvature,
+    Density,
+    Length,
+    NonNegativeInertia,
+    NonNegativeMass,
+    Number,
+    Poisson,
+    Pressure,
+    ProductOfInertia,
+    Viscosity,
+    Volume,
+    Without,
+)
+from nectosome.description.joints import FixedJoint, Joint
+from nectosome.description.loads import Load
+from nectosome.description.places import Place
+from nectosome.description.repeat import Repeat
+from nectosome.description.waves import MadeStrains, wave_missed
+
+StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
+STRAIN_NAMES: tuple[StrainName, ...] = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")
+Order = Annotated[int, Field(strict=True, ge=0, le=20)]
+Mark = Annotated[float, Field(strict=True, gt=0, lt=1)]
+
+
+class Part(Described):
+    """What rigid bodies and rods share: where they sit, how they move against it, what acts on them.
+
+    A part sits `on` another one ("body" or an earlier limb), `at` its tip, its root or one of its marks, moved by
+    `offset` [m] and turned by `rotation` (roll, pitch, yaw) [rad]; the joint comes after that. For the body of the
+    robot, `offset` and `rotation` are its place in the world. `repeat` makes it come several times.
+    """
+
+    on: Name = "body"
+    at: Place = "tip"
+    offset: Position = ZERO
+    rotation: Rotation = ZERO
+    repeat: Repeat | None = None
+    joint: Joint = FixedJoint(kind="fixed")
+    loads: dict[Name, Load] = Field(default_factory=dict)
+
+
+_SHAPE_FIELDS = {
+    "cylinder": ("length", "radius"),
+    "box": ("length", "width", "height"),
+    "spheroid": ("length", "radius"),
+    "point": (),
+}
+_ON_SHAPES = {
+    "drag": ("cylinder",),
+    "plate_drag": ("box",),
+    "added_mass": ("cylinder", "box"),
+    "cylinder_added_mass": ("cylinder",),
+    "spheroid_added_mass": ("spheroid",),
+    "distributed_force": ("cylinder", "box", "spheroid"),
+}
+_ONLY_ON_RODS = ("tendon", "chamber", "muscle", "trailing_edge")
+_NOT_ON_RODS = ("lumped_drag", "given_added_mass", "cylinder_added_mass", "spheroid_added_mass")
+_NOT_ON_RODS += ("jet", "leg", "near_floor", "pulsed_thrust", "bumper")
+
+
+class Rigid(Part):
+    """A rigid body, along its own x axis from 0 to `length`; exactly one of `mass` and `density` is given.
+
+    What is fixed to another part may weigh nothing: it is counted there.
+
+    Cylinder: `length`, `radius`, and `bend` [rad], the angle by which its axis turns about y, evenly over its length.
+    Box: `length`, `width` (y), `height` (z). Spheroid: `length` (its full axis), `radius` (its equator). Point: none.
+    `inertia` [kg m2] are the moments about the centre of mass, along the part's axes; where these are not the principal
+    ones, `products` [kg m2] are the elements xy, xz, yz of the inertia matrix (xy is minus the integral of x y dm).
+    `centre_of_mass` [m] is seen from the centre of the shape; `volume` [m3] is what it displaces. Inertia and volume
+    follow from the shape where they are left out (a point has none). Loads per length act at `strips` points along the
+    axis.
+    """
+
+    kind: Literal["rigid"]
+    loads: Annotated[dict[Name, Load], Without(_ONLY_ON_RODS)] = Field(default_factory=dict)
+    shape: Literal["cylinder", "box", "spheroid", "point"]
+    length: Length | None = None
+    radius: Length | None = None
+    width: Length | None = None
+    height: Length | None = None
+    bend: Bend = 0.0
+    mass: NonNegativeMass | None = None
+    density: Density | None = None
+    inertia: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] | None = None
+    products: tuple[ProductOfInertia, ProductOfInertia, ProductOfInertia] | None = None
+    centre_of_mass: Position = ZERO
+    volume: Volume | None = None
+    strips: Annotated[int, Field(strict=True, ge=1, le=200)] = 5
+
+    @model_validator(mode="after")
+    def _shape_is_whole(self) -> Self:
+        needed = _SHAPE_FIELDS[self.shape]
+        for name in ("length", "radius", "width", "height"):
+            given = getattr(self, name) is not None
+            if name in needed and not given:
+                raise wrong(name, f"is missing. A {self.shape} needs {_list(needed)}.")
+            if given and name not in needed:
+                has = f"needs only {_list(needed)}" if needed else "has no size"
+                raise wrong(name, f"a {self.shape} has no {name}, it {has}. Leave it out.")
+        if self.bend != 0 and self.shape != "cylinder":
+            raise wrong("bend", f"a {self.shape} has no bend, only a cylinder has one. Leave it out.")
+        return self
+
+    @model_validator(mode="after")
+    def _mass_is_known_once(self) -> Self:
+        if self.mass is None and self.density is None:
+            also = "" if self.shape == "point" else " or a density"
+            raise wrong("mass", f"is missing. Give a mass{also}.")
+        if self.mass == 0 and self.joint.kind != "fixed":
+            raise wrong("mass", "what moves against the part it sits on must weigh something, more than 0 kg.")
+        if self.density is not None:
+            if self.mass is not None:
+                raise wrong("density", "the mass is given already. Leave one of the two out.")
+            if self.shape == "point":
+                raise wrong("density", "a point has no size, so a density gives it no mass. Give its mass instead.")
+        return self
+
+    @model_validator(mode="after")
+    def _inertia_of_a_body(self) -> Self:
+        if self.inertia is None:
+            if self.products is not None:
+                raise wrong("products", "the inertia is missing. Give its moments as well.")
+            return self
+        principal = principal_moments(self.inertia, self.products)
+        if has_a_body(principal):
+            return self
+        if self.products is None:
+            raise wrong("inertia", "no body has these moments: none may be larger than the sum of the other two.")
+        shown = ", ".join(format(moment, ".4g") for moment in principal)
+        why = (
+            f"with the inertia they lead to principal moments of {shown} kg m2, which no body has: none may be below 0,"
+        )
+        raise wrong("products", f"{why} or larger than the sum of the other two.")
+
+    @model_validator(mode="after")
+    def _loads_fit(self) -> Self:
+        for name, load in self.loads.items():
+            if load.kind in _ONLY_ON_RODS:
+                raise wrong(f"loads.{name}.kind", f"{load.kind} acts on a rod, not on a rigid part.")
+            shapes = _ON_SHAPES.get(load.kind)
+            if shapes is not None and self.shape not in shapes:
+                why = f"{load.kind} acts on {_list(shapes, 'or')}, not on a {self.shape}."
+                raise wrong(f"loads.{name}.kind", why)
+            if load.kind == "force" and not isinstance(load.at, str):
+                raise wrong(f"loads.{name}.at", "only a rod has marks. Write tip or root.")
+        return self
+
+
+_MISSED = 0.05  # of a wave's root mean square, which polynomials may miss
+
+_SECTION_FIELDS = {
+    "circle": ("radius", "tip_radius"),
+    "ellipse": ("width", "height", "tip_width", "tip_height"),
+    "rectangle": ("width", "height", "tip_width", "tip_height"),
+}
+
+
+class InnerSection(Described):
+    """The section of a rod at the fraction `at` of its length: its `radius`, or its `width` (y) and `height` (z)."""
+
+    at: Mark
+    radius: Length | None = None
+    width: Length | None = None
+    height: Length | None = None
+
+
+class RestStrains(Described):
+    """The strains at which a rod is free of stress, as coefficients of Legendre polynomials along it.
+
+    Torsion and bending [rad/m]; extension and shear [1]. A single number is the same all along the rod.
+    """
+
+    torsion: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
+    bending_y: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
+    bending_z: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
+    extension: Annotated[tuple[Number, ...], OneOrMany()] = ()
+    shear_y: Annotated[tuple[Number, ...], OneOrMany()] = ()
+    shear_z: Annotated[tuple[Number, ...], OneOrMany()] = ()
+
+
+def _in_canonical_order(strains: dict[StrainName, int]) -> dict[StrainName, int]:
+    if not strains:
+        raise unfit(f"a rod needs at least one of {_list(STRAIN_NAMES)}.")
+    return {name: strains[name] for name in STRAIN_NAMES if name in strains}
+
+
+def _increasing(marks: tuple[float, ...]) -> tuple[float, ...]:
+    if any(b <= a for a, b in pairwise(marks)):
+        raise unfit("the marks must increase along the rod.")
+    return marks
+
+
+def _along(between: tuple[InnerSection, ...]) -> tuple[InnerSection, ...]:
+    if any(b.at <= a.at for a, b in pairwise(between)):
+        raise unfit("the sections must be in the order in which they come along the rod.")
+    return between
+
+
+class Rod(Part):
+    """A soft rod along its own x axis, from 0 to `length`.
+
+    Circle: `radius`, `tip_radius`. Ellipse and rectangle: `width` (y) and `height` (z), full sizes, `tip_width` and
+    `tip_height`. What is left out at the tip is as at the root. It goes over evenly from the root to the tip, or from
+    each of the sections in `between` to the next. `strains` gives the polynomial order of each strain
+    that is free; the others are held. Those in `motion` are prescribed. `damping` [Pa s] is that of a Kelvin-Voigt
+    material. `points` Gauss points carry mass and loads. `marks` are fractions of the length where limbs and forces may
+    sit.
+    """
+
+    kind: Literal["rod"]
+    loads: Annotated[dict[Name, Load], Without(_NOT_ON_RODS)] = Field(default_factory=dict)
+    section: Literal["circle", "ellipse", "rectangle"]
+    length: Length
+    radius: Length | None = None
+    tip_radius: Length | None = None
+    width: Length | None = None
+    height: Length | None = None
+    tip_width: Length | None = None
+    tip_height: Length | None = None
+    between: Annotated[tuple[InnerSection, ...], AfterValidator(_along)] = ()
+    young: Pressure
+    poisson: Poisson = 0.5
+    density: Density
+    damping: Viscosity = 0.0
+    strains: Annotated[dict[StrainName, Order], AfterValidator(_in_canonical_order)]
+    rest: RestStrains = RestStrains()
+    motion: MadeStrains = MadeStrains()
+    points: Annotated[int, Field(strict=True, ge=2, le=200)] = 10
+    marks: Annotated[tuple[Mark, ...], AfterValidator(_increasing)] = ()
+
+    @model_validator(mode="after")
+    def _section_is_whole(self) -> Self:
+        has = _SECTION_FIELDS[self.section]
+        for name in ("radius", "tip_radius", "width", "height", "tip_width", "tip_height"):
+            given = getattr(self, name) is not None
+            if name in has and not given and not name.startswith("tip_"):
+                raise wrong(name, f"is missing. A rod of section {self.section} needs {_list(has[: len(has) // 2])}.")
+            if given and name not in has:
+                raise wrong(name, f"a rod of section {self.section} has no {name}, only {_list(has)}. Leave it out.")
+        for k, inner in enumerate(self.between):
+            for name in ("radius", "width", "height"):
+                if (getattr(inner, name) is not None) != (name in has):
+                    why = "is missing" if name in has else "is none of its sizes. Leave it out"
+                    sizes = _list(has[: len(has) // 2])
+                    raise wrong(f"between.{k}.{name}", f"{why}: a section of this rod has {sizes}.")
+        return self
+
+    @model_validator(mode="after")
+    def _loads_fit(self) -> Self:
+        for name, load in self.loads.items():
+            if load.kind in _NOT_ON_RODS:
+                raise wrong(f"loads.{name}.kind", f"{load.kind} acts on rigid parts, not on a rod.")
+            if load.kind == "force" and not isinstance(load.at, str) and load.at not in self.marks:
+                raise wrong(f"loads.{name}.at", f"the rod has no mark at {load.at}. Add it to its marks.")
+            if load.kind == "muscle" and load.strain not in self.strains:
+                raise wrong(f"loads.{name}.strain", f"{load.strain} is not free: the rod's strains do not name it.")
+        return self
+
+    @model_validator(mode="after")
+    def _takes_its_shape(self) -> Self:
+        for name in type(self.motion).model_fields:
+            wave = getattr(self.motion, name)
+            if wave is None:
+                continue
+            if name not in self.strains:
+                raise wrong(f"motion.{name}", f"the rod's strains do not name {name}. Give it an order there.")
+            missed = [wave_missed(wave, self.length, order) for order in range(self.strains[name], 21)]
+            if missed[0] > _MISSED:
+                enough = next((self.strains[name] + k for k, m in enumerate(missed) if m <= _MISSED), None)
+                way = "Choose a longer wavelength" if enough is None else f"It takes order {enough}"
+                why = f"polynomials of order {self.strains[name]} miss {100 * missed[0]:.0f} % of this wave. {way}."
+                raise wrong(f"strains.{name}", why)
+        return self
+
+
+Limb = Annotated[Rigid | Rod, Field(discriminator="kind")]
+
+
+def principal_moments(moments: Sequence[float], products: Sequence[float] | None) -> tuple[float, ...]:
+    """Return the principal moments of inertia [kg m2], smallest first, from moments and products xy, xz, yz."""
+    if products is None:
+        return tuple(sorted(moments))
+    import numpy as np
+
+    (a, b, c), (xy, xz, yz) = moments, products
+    return tuple(np.linalg.eigvalsh(np.array([[a, xy, xz], [xy, b, yz], [xz, yz, c]])).tolist())
+
+
+def has_a_body(principal: Sequence[float]) -> bool:
+    """Whether some body has these principal moments: none is larger than the sum of the others, so none is negative."""
+    return 2 * max(principal) <= sum(principal) * (1 + 1e-9)
+
+
+def _list(names: tuple[str, ...], last: str = "and") -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}"

@@ -1,0 +1,103 @@
+"""The description of a robot: its parts, the water around it, and short names for its quantities."""
+
+from collections.abc import Iterator
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from nectosome.description.base import AliasName, Described, Name, OneOrMany, Velocity, wrong
+from nectosome.description.copies import on_all_copies, spread
+from nectosome.description.fields import Coordinate, Density, Gravity
+from nectosome.description.pairs import Pair, check_pair
+from nectosome.description.parts import Limb
+from nectosome.description.structure import quantities
+from nectosome.units import did_you_mean
+
+
+class WaterDescription(Described):
+    """The water: `density` [kg/m3], and what is around it.
+
+    `gravity` [m/s2] acts along -z; `surface` [m] is the height of the free surface, without one the water has no end;
+    `floor` [m] is the height of the ground that legs step on, without one there is none; `walls` [m] are the places
+    along x of the tank's ends, without them there are none; `current` [m/s] is its velocity in the world, without one
+    it is still.
+    """
+
+    density: Density = 1000.0
+    gravity: Gravity = 9.80665
+    surface: Coordinate | None = None
+    floor: Coordinate | None = None
+    walls: tuple[Coordinate, Coordinate] | None = None
+    current: Velocity | None = None
+
+    @model_validator(mode="after")
+    def _holds_water(self) -> Self:
+        if self.walls is not None and not self.walls[0] < self.walls[1]:
+            raise wrong("walls", "the second wall must stand further along x than the first one.")
+        if self.surface is not None and self.floor is not None and not self.floor < self.surface:
+            raise wrong("surface", "the surface must be above the floor.")
+        return self
+
+
+class RobotDescription(Described):
+    """A robot in water. The numbers are SI floats; each has a path such as `limbs.filament.young`.
+
+    `body` is the part all others hang on; `limbs` sit on the body or on a limb before them; `aliases` are short
+    names for one path or for several that are set together. `pairs` is what acts between two parts of which neither
+    need carry the other. Limbs that come several times stand here each on its own: a path of the limb as it was
+    written, in an alias, is that of all its copies.
+    """
+
+    name: Annotated[str, Field(min_length=1, max_length=100)]
+    about: str = ""
+    water: WaterDescription = WaterDescription()
+    body: Limb
+    limbs: dict[Name, Limb] = Field(default_factory=dict)
+    pairs: dict[Name, Pair] = Field(default_factory=dict)
+    aliases: dict[AliasName, Annotated[tuple[str, ...], Field(min_length=1), OneOrMany()]] = Field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        short = ", ".join(self.aliases)
+        return (
+            f"<RobotDescription {self.name}: parts {', '.join(('body', *self.limbs))}; short names {short or 'none'}>"
+        )
+
+    __str__ = __repr__
+
+    @model_validator(mode="after")
+    def _limbs_stand_alone(self) -> Self:
+        for name in ("on", "at", "repeat"):
+            if name in self.body.model_fields_set:
+                raise wrong(f"body.{name}", "the body is what all else hangs on, it sits on nothing. Leave it out.")
+        limbs, copies = spread(self.body, self.limbs)
+        if all(len(c) == 1 for c in copies.values()):
+            return self
+        aliases = {name: tuple(self._on_copies(name, paths)) for name, paths in self.aliases.items()}
+        object.__setattr__(self, "limbs", limbs)  # what was written is of no use from here on
+        object.__setattr__(self, "aliases", aliases)
+        return self
+
+    def _on_copies(self, alias: str, paths: tuple[str, ...]) -> Iterator[str]:
+        for path in paths:
+            try:
+                yield from on_all_copies(self.body, self.limbs, path)
+            except ValueError as error:
+                raise wrong(f"aliases.{alias}", str(error)) from None
+
+    @model_validator(mode="after")
+    def _pairs_are_of_parts(self) -> Self:
+        parts = {"body": self.body, **self.limbs}
+        for name, pair in self.pairs.items():
+            check_pair(name, pair, parts)
+        return self
+
+    @model_validator(mode="after")
+    def _aliases_lead_somewhere(self) -> Self:
+        known = quantities(self)
+        for name, paths in self.aliases.items():
+            for path in paths:
+                if path not in known:
+                    raise wrong(f"aliases.{name}", f'"{path}" is no quantity of this robot.{did_you_mean(path, known)}')
+            if len({known[path].dimension for path in paths}) > 1:
+                raise wrong(f"aliases.{name}", "these paths are quantities of different kinds.")
+        return self

@@ -1,0 +1,103 @@
+"""Loads inside rods: tendons, chambers of fluid, muscles."""
+
+from itertools import pairwise
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from nectosome.description.base import Described, unfit, wrong
+from nectosome.description.fields import Coordinate, NonNegativeNumber, Number, PositiveArea, Pressure
+from nectosome.description.signals import ConstantForce, ForceSignal, PressureSignal, SineForce
+from nectosome.description.waves import MomentWave
+
+
+def _forward(along: tuple[float, float]) -> tuple[float, float]:
+    if not along[0] < along[1]:
+        raise unfit("the first fraction of the rod's length must be less than the second.")
+    return along
+
+
+def _rising(thresholds: tuple[float, ...]) -> tuple[float, ...]:
+    if any(b <= a for a, b in pairwise(thresholds)):
+        raise unfit("the thresholds must increase.")
+    return thresholds
+
+
+_Fraction = Annotated[float, Field(ge=0, le=1)]
+_Along = Annotated[tuple[_Fraction, _Fraction], AfterValidator(_forward)]
+_Across = tuple[Coordinate, Coordinate]
+
+
+class _Thread(Described):
+    place: _Across
+    tip_place: _Across | None = None
+    along: _Along = (0.0, 1.0)
+
+
+class TendonLoad(_Thread):
+    """A tendon in a rod, without friction, pulled with `tension` [N].
+
+    It runs `along` the rod from one fraction of its length to another, where it ends: from `place` [m] across the rod
+    (y, z) straight to `tip_place` (the same, where it is left out).
+    """
+
+    kind: Literal["tendon"]
+    tension: ForceSignal
+
+    @model_validator(mode="after")
+    def _pulls(self) -> Self:
+        s = self.tension
+        if isinstance(s, ConstantForce):
+            least = s.value
+        elif isinstance(s, SineForce):
+            least = s.offset - abs(s.amplitude)
+        else:
+            least = min(s.values)
+        if least < 0:
+            raise wrong("tension", "a tendon pulls, it cannot push: its tension must not be below 0 N at any time.")
+        return self
+
+
+class PlayHysteresis(Described):
+    """Hysteresis as a direct part and a sum of plays (Prandtl-Ishlinskii): `direct` p + sum of `weights` H.
+
+    A play H follows the pressure p once that is more than its threshold [Pa] ahead. What repeats itself is taken as
+    having done so for ever.
+    """
+
+    direct: NonNegativeNumber = 1.0
+    thresholds: Annotated[tuple[Pressure, ...], Field(min_length=1), AfterValidator(_rising)]
+    weights: tuple[Number, ...]
+
+    @model_validator(mode="after")
+    def _one_weight_a_play(self) -> Self:
+        if len(self.thresholds) != len(self.weights):
+            counts = f"there are {len(self.weights)} weights for {len(self.thresholds)} thresholds"
+            raise wrong("weights", f"{counts}. Give one for each.")
+        return self
+
+
+class ChamberLoad(_Thread):
+    """A chamber in a rod, whose `pressure` [Pa] over that outside makes it longer; its section does not bulge.
+
+    It runs `along` the rod from one fraction of its length to another, its middle from `place` [m] across the rod (y,
+    z) straight to `tip_place`, its section from `area` [m2] to `tip_area` (the same, where they are left out). With
+    `hysteresis` it pushes with what that makes of the pressure.
+    """
+
+    kind: Literal["chamber"]
+    pressure: PressureSignal
+    hysteresis: PlayHysteresis | None = None
+    area: PositiveArea
+    tip_area: PositiveArea | None = None
+
+
+class MuscleLoad(Described):
+    """Muscles of a rod that bend or twist it: an active `moment` about one axis of its sections, as a wave [N m].
+
+    A positive moment makes that strain larger. The strain must be one of the rod's.
+    """
+
+    kind: Literal["muscle"]
+    strain: Literal["torsion", "bending_y", "bending_z"]
+    moment: MomentWave

@@ -1,0 +1,79 @@
+"""Settings from the command line, `omega=14.4rad/s`: checked like the file, with the same messages."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from nectosome.description.paths import resolve
+from nectosome.description.plain_data import to_plain
+from nectosome.description.robot import RobotDescription
+from nectosome.description.structure import Slot, items, leaves, quantities, slot
+from nectosome.description.validate import validate
+from nectosome.io.yaml_text import read_yaml
+from nectosome.units import InputError, did_you_mean, shorten
+
+
+def parse_setting(setting: str, description: RobotDescription) -> dict[str, float]:
+    """Read `name=value with unit` as SI values by path; an alias may stand for several paths.
+
+    Raises InputError for an unknown name, a missing or wrong unit, or a value out of the field's range.
+    """
+    name, text = _split(setting)
+    known = quantities(description)
+    try:
+        return {path: known[path].read(text, units_required=True) for path in resolve(description, name)}
+    except ValueError as error:
+        raise InputError(str(error), field=name) from None
+
+
+def apply_settings(description: RobotDescription, settings: Iterable[str]) -> RobotDescription:
+    """Return the description with `name=value` settings put in and everything checked anew.
+
+    What is no quantity is set by its path too: `limbs.filament.strains.torsion=5`, `limbs.shaft.joint={kind: fixed}`.
+    Raises InputError.
+    """
+    data = to_plain(description)
+    for setting in settings:
+        name, text = _split(setting)
+        if name in description.aliases or name in quantities(description):
+            for path in parse_setting(setting, description):
+                _put(data, description, path, text)
+        else:
+            _put(data, description, name, _read_value(text, name))
+    return validate(data)
+
+
+def _split(setting: str) -> tuple[str, str]:
+    name, equals, text = setting.partition("=")
+    if not equals or not name.strip() or not text.strip():
+        raise InputError(f'"{shorten(setting)}" is no setting. Write a name, = and a value, as in "omega=14.4rad/s".')
+    return name.strip(), text.strip()
+
+
+def _read_value(text: str, name: str) -> Any:
+    try:
+        return read_yaml(text, name)[0]
+    except InputError as error:
+        raise InputError(error.message, field=name) from None
+
+
+def _put(data: Any, description: RobotDescription, path: str, value: Any) -> None:
+    """Put `value` at `path` into plain `data`; groups that it leaves at their default are filled in first."""
+    standing: Any = description
+    here: Slot | None = slot(type(description))
+    *parents, leaf = path.split(".")
+    for key in parents:
+        standing = dict(items(standing)).get(key)
+        here = here.child(key, data) if here is not None else None
+        if isinstance(data, dict) and here is not None:
+            if isinstance(standing, tuple) and not isinstance(data.get(key), list):
+                data[key] = [to_plain(item, here.child(i, standing)) for i, item in enumerate(standing)]
+            elif key not in data and standing is not None:
+                data[key] = to_plain(standing, here)
+        data = dict(items(data)).get(key)
+    if isinstance(data, list) and leaf.isdigit() and int(leaf) < len(data):
+        data[int(leaf)] = value
+    elif isinstance(data, dict) and here is not None and here.child(leaf, data) is not None:
+        data[leaf] = value
+    else:
+        known = [*description.aliases, *(known for known, _ in leaves(description))]
+        raise InputError(f'there is nothing called "{shorten(path)}" in {description.name}.{did_you_mean(path, known)}')

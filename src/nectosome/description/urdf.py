@@ -1,0 +1,214 @@
+"""From a URDF file to a robot file: each link a point that carries mass and inertia, its shapes fixed to it.
+
+The frame of a part is that of the link; the joint above a link is the part's own. Nothing is added that the file does
+not say, but for the joint of the root, which URDF leaves open: it is fixed.
+"""
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from nectosome.description.files import dump_robot
+from nectosome.description.joints import FixedJoint, FreeJoint, Joint, PlanarJoint, PrismaticJoint, RevoluteJoint
+from nectosome.description.orientation import Matrix, Vector, applied, from_rpy, product, to_rpy
+from nectosome.description.parts import Rigid, has_a_body, principal_moments
+from nectosome.description.robot import RobotDescription
+from nectosome.description.urdf_file import UrdfTree, numbers, read_urdf
+from nectosome.units import InputError, shorten
+
+_MOST_LIMBS = 500  # as many as a robot file may have
+_UPRIGHT = from_rpy((0.0, -math.pi / 2, 0.0))  # takes a part's x axis to z, along which cylinders stand in URDF
+
+
+class Imported(NamedTuple):
+    """A robot, the text of its file with comments, and words for each thing of the URDF that is not in it."""
+
+    description: RobotDescription
+    text: str
+    left_out: tuple[str, ...]
+
+
+def import_urdf(path: str | Path) -> Imported:
+    """Return the robot of a URDF file.
+
+    Links become parts of shape point, with mass, centre of mass and inertia; boxes, cylinders and spheres of their
+    collision (or else visual) geometry become weightless parts fixed to them, which displace water.
+
+    Raises InputError with the file and the link or joint: what `read_urdf` does not take, a moving link without mass
+    or inertia, an inertia that no body has, sizes that are not positive.
+    """
+    return _Import(str(path), read_urdf(path)).made()
+
+
+class _Import:
+    """The parts made so far, and what is to be told about them."""
+
+    def __init__(self, source: str, tree: UrdfTree):
+        self.source, self.tree = source, tree
+        self.left_out = list(tree.left_out)
+        self.names: dict[str, str] = {tree.root: "body"}  # of parts, by link
+        self.limbs: dict[str, Rigid] = {}
+        self.by: list[str] = []  # which part is which link and joint
+
+    def made(self) -> Imported:
+        root = self.tree.root
+        body = self.part(root, None)
+        self.shapes(root)
+        ahead = [*reversed(self.tree.joints[root])]
+        while ahead:
+            joint = ahead.pop()
+            name = self.free_name(joint.child)
+            self.names[joint.child] = name
+            self.by.append(f"{name}: link {shorten(joint.child)}, {joint.type} joint {shorten(joint.name)}")
+            self.limbs[name] = self.part(joint.child, joint)
+            self.shapes(joint.child)
+            ahead += reversed(self.tree.joints[joint.child])
+            if len(self.limbs) > _MOST_LIMBS:
+                raise self.wrong(f"links and shapes make more than {_MOST_LIMBS} parts, too many for a robot file.")
+        description = RobotDescription(name=self.tree.name[:100], body=body, limbs=dict(self.limbs))
+        return Imported(description, self.comments() + dump_robot(description), tuple(self.left_out))
+
+    def part(self, link: str, joint: Any) -> Rigid:
+        """Return the part that stands for a link, on the joint that carries it (None for the root)."""
+        mass, centre, moments, products = self.inertial(link, moves=joint is not None and joint.type != "fixed")
+        place: dict[str, Any] = {}
+        if joint is not None:
+            offset, rotation = self.place(joint.origin, f"joint {joint.name}, origin")
+            place = {"on": self.names[joint.parent], "offset": offset, "rotation": rotation}
+            place["joint"] = self.joint(joint)
+            if place["on"] == "body":
+                del place["on"]
+        return Rigid(
+            kind="rigid",
+            shape="point",
+            mass=mass,
+            inertia=moments,
+            products=products,
+            centre_of_mass=centre,
+            **place,
+        )
+
+    def inertial(self, link: str, moves: bool) -> tuple[float, Vector, Vector | None, Vector | None]:
+        """Return mass, centre of mass, moments and products of inertia in the frame of a link."""
+        here, given = f"link {link}, inertial", self.tree.links[link].inertial
+        what_to_do = "A link that moves needs mass and inertia: write them, or fix it to what it sits on."
+        if given is None:
+            if moves:
+                raise self.wrong(f"is missing. {what_to_do}", here)
+            return 0.0, (0.0, 0.0, 0.0), None, None
+        (mass,) = numbers((given.mass,), self.source, f"{here}, mass")
+        if mass < 0 or (mass == 0 and moves):
+            raise self.wrong(f'"{mass:g}" kg is no mass. {what_to_do}', f"{here}, mass")
+        centre, rotation = self.place(given.origin, f"{here}, origin")
+        here = f"{here}, inertia"
+        i = given.inertia
+        six = (0.0,) * 6 if i is None else (i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz)
+        xx, yy, zz, xy, xz, yz = numbers(six, self.source, here)
+        if not any(six):
+            if moves:
+                raise self.wrong(f"is missing or zero. {what_to_do}", here)
+            return mass, centre, None, None
+        if mass == 0:
+            raise self.wrong("is given, but the mass is 0 kg. Write the mass, or take the inertial out.", here)
+        moments, products = _turned(from_rpy(rotation), ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
+        principal = principal_moments(moments, products)
+        if not has_a_body(principal) or min(moments) < 0:
+            shown = ", ".join(format(moment, ".4g") for moment in principal)
+            why = f"no body has the principal moments {shown} kg m2: none may be below 0, or larger than the sum of the"
+            raise self.wrong(f"{why} other two. Correct it; it is about the centre of mass.", here)
+        return mass, centre, moments, products
+
+    def joint(self, joint: Any) -> Joint:
+        """Return the joint of a part; what has no place there is told."""
+        here = f"joint {joint.name}"
+        (damping,) = numbers((0.0 if joint.dynamics is None else joint.dynamics.damping or 0.0,), self.source, here)
+        if damping < 0:
+            raise self.wrong(f'"{damping:g}" must be at least 0.', f"{here}, damping")
+        x, y, z = numbers((1.0, 0.0, 0.0) if joint.axis is None else joint.axis, self.source, f"{here}, axis")
+        axis = (x, y, z)
+        if not any(axis) and joint.type not in ("fixed", "floating"):
+            raise self.wrong("has no length. Write the direction, as in 0 0 1.", f"{here}, axis")
+        if joint.type in ("revolute", "continuous"):
+            return RevoluteJoint(kind="revolute", axis=axis, damping=damping)
+        if joint.type == "prismatic":
+            return PrismaticJoint(kind="prismatic", axis=axis, damping=damping)
+        if damping:
+            self.left_out.append(f'{shorten(here)}: damping="{damping:g}", which a {joint.type} joint has not')
+        if joint.type == "planar":
+            return PlanarJoint(kind="planar", axis=axis)
+        return FreeJoint(kind="free") if joint.type == "floating" else FixedJoint(kind="fixed")
+
+    def shapes(self, link: str) -> None:
+        """Add the shapes of a link as parts without weight."""
+        item = self.tree.links[link]
+        found = item.collisions or item.visuals
+        if not found and item.inertial is not None and item.inertial.mass:
+            self.left_out.append(f"link {shorten(link)}: no box, cylinder or sphere, so it displaces no water")
+        for k, body in enumerate(found, 1):
+            number = "" if len(found) == 1 else str(k)
+            here = f"link {link}, {'collision' if item.collisions else 'visual'}{' ' if number else ''}{number}"
+            offset, rpy = self.place(body.origin, f"{here}, origin")
+            rotation, sizes = from_rpy(rpy), self.sizes(body.geometry, here)
+            if sizes["shape"] == "cylinder":
+                rotation = product(rotation, _UPRIGHT)
+            back = applied(rotation, (-0.5 * sizes["length"], 0.0, 0.0))
+            at = (offset[0] + back[0], offset[1] + back[1], offset[2] + back[2])
+            place: dict[str, Any] = {"offset": at, "rotation": to_rpy(rotation)}
+            name = self.free_name(f"{self.names[link]}_shape{number}")
+            self.limbs[name] = Rigid(kind="rigid", on=self.names[link], mass=0.0, **sizes, **place)
+
+    def sizes(self, shape: Any, here: str) -> dict[str, Any]:
+        """Return the fields of a part that has the shape of a box, a cylinder or a sphere."""
+        kind = type(shape).__name__.lower()
+        named = ("length", "width", "height") if kind == "box" else ("radius", "length")
+        given = shape.size if kind == "box" else [shape.radius, 2 * shape.radius if kind == "sphere" else shape.length]
+        sizes = dict(zip(named, numbers(given, self.source, f"{here}, {kind}"), strict=True))
+        if min(sizes.values()) <= 0:
+            shown = " ".join(format(size, "g") for size in given)
+            raise self.wrong(f'"{shown}" must be more than 0 m.', f"{here}, {kind}")
+        return {"shape": "spheroid" if kind == "sphere" else kind, **sizes}
+
+    def place(self, origin: Any, here: str) -> tuple[Vector, Vector]:
+        """Return offset [m] and roll, pitch, yaw [rad] of an origin; none is no offset."""
+        if origin is None:
+            return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        x, y, z, roll, pitch, yaw = numbers((*origin.xyz, *origin.rpy), self.source, here)
+        return (x, y, z), (roll, pitch, yaw)
+
+    def free_name(self, wanted: str) -> str:
+        """Return a name that robot files allow and no part has yet."""
+        name = re.sub(r"[^a-z0-9]+", "_", wanted.lower()).strip("_")[:50] or "link"
+        name = name if name[0].isalpha() else f"link_{name}"
+        taken = {"body", *self.limbs, *self.names.values()}
+        return next(n for n in (name, *(f"{name}_{k}" for k in range(2, 2 * _MOST_LIMBS))) if n not in taken)
+
+    def comments(self) -> str:
+        """Return what stands above the robot file."""
+        return "".join(f"# {line}\n" for line in self.told())
+
+    def told(self) -> Iterator[str]:
+        """Yield the lines of the comments."""
+        yield f"From {shorten(Path(self.source).name)}. Each link is a point with its mass and inertia, on its joint;"
+        yield "the shapes on it weigh nothing and displace water. Add what else the water does to them, as `loads`."
+        if any(name.endswith("_shape2") for name in self.limbs):
+            yield "Shapes that overlap displace the same water twice: take the inner one out."
+        yield f"  body: link {shorten(self.tree.root)}. URDF does not say whether it is held, here it is."
+        yield "    What lets it go is: joint: {kind: free}"
+        for line in self.by:
+            yield f"  {line}"
+        if self.left_out:
+            yield "Not here, since it has no place in a robot file or the URDF does not say it:"
+            for line in self.left_out:
+                yield f"  {line}"
+
+    def wrong(self, why: str, here: str | None = None) -> InputError:
+        return InputError(why, file=self.source, field=None if here is None else shorten(here, 200))
+
+
+def _turned(R: Matrix, own: Matrix) -> tuple[Vector, Vector | None]:
+    """Return moments and products xy, xz, yz of the inertia matrix R I R^T; None where all products are 0."""
+    (a, xy, xz), (_, b, yz), (*_, c) = (applied(R, row) for row in product(R, own))  # each row of R I times R^T
+    small = 1e-15 * max(abs(a), abs(b), abs(c))
+    return (a, b, c), (xy, xz, yz) if max(abs(xy), abs(xz), abs(yz)) > small else None

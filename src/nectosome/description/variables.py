@@ -1,0 +1,69 @@
+"""Variables: a quantity of a robot or of a mission by its name, and the range in which it may be chosen."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from nectosome.description.fields import Quantity
+from nectosome.description.paths import get_value, numeric_paths, resolve
+from nectosome.description.robot import RobotDescription
+from nectosome.units import InputError, format_quantity, shorten
+from nectosome.units.ranges import Ranges
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A quantity between two values [SI], on a linear or a logarithmic scale."""
+
+    name: str  # path or alias of a robot's, or name of a mission's
+    lower: float
+    upper: float
+    log: bool
+    dimension: str
+
+    def text(self) -> str:
+        """Range as it is written in a problem file."""
+        low, high = (format_quantity(x, self.dimension) for x in (self.lower, self.upper))
+        return f"{low} .. {high}{' log' if self.log else ''}"
+
+
+def read_variable(name: str, text: str, description: RobotDescription) -> Variable:
+    """Read a range such as `1.4 MPa .. 1681 MPa log`.
+
+    Raises InputError for an unknown name, a value that its field does not allow, an empty range, a logarithm of zero.
+    """
+    known = numeric_paths(description)
+    return read_range(name, text, [known[path] for path in resolve(description, name)])
+
+
+def read_range(name: str, text: str, quantities: Sequence[Quantity]) -> Variable:
+    """Read the range of what is one or several quantities at once. Raises InputError as `read_variable` does."""
+    match = re.fullmatch(r"(.+?)\.\.(.+?)(\s+log)?\s*", str(text), re.DOTALL)
+    if match is None:
+        raise InputError(f'"{shorten(text)}" is no range. Write two values, as in "300 mm .. 700 mm".', field=name)
+    try:
+        ends = [[q.read(end.strip(), units_required=True) for end in match.groups()[:2]] for q in quantities]
+    except ValueError as error:
+        raise InputError(str(error), field=name) from None
+    lower, upper = ends[0]
+    if not lower < upper:
+        raise InputError(f'"{shorten(text)}" is empty: its lower end must be less than its upper end.', field=name)
+    log = match.group(3) is not None
+    if log and lower <= 0:
+        raise InputError(f'"{shorten(text)}" has no logarithm: its lower end must be more than 0.', field=name)
+    return Variable(name, lower, upper, log, quantities[0].dimension)
+
+
+class Box(Ranges):
+    """Variables together: from [0, 1]^n to their values and back."""
+
+    def __init__(self, variables: tuple[Variable, ...]):
+        names, lower, upper = ([getattr(v, of) for v in variables] for of in ("name", "lower", "upper"))
+        super().__init__(names, lower, upper, [v.name for v in variables if v.log])
+
+    def design(self, description: RobotDescription) -> Float[np.ndarray, "n"]:
+        """Place of a robot in the box; outside of [0, 1] where the robot is outside of it."""
+        return self.places(np.array([float(get_value(description, name)) for name in self.names]))

@@ -1,0 +1,152 @@
+"""Motions of many robots of one structure: steady, or periodic with their drives."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import State, Status
+from nectosome.core.remember import remembered
+from nectosome.description import RobotDescription, drive_period, resolve, with_values
+from nectosome.mechanism import Robot, in_plane, moves_in_plane
+from nectosome.model import Blueprint, blueprint_of, fill
+from nectosome.solve import CycleMeans, Symmetry, cycle_means, equilibrium, find_symmetry, periodic
+from nectosome.solve.orbit import cycle_settings, settled_cycle
+from nectosome.units import InputError
+
+from .axes import Axis
+
+_LANES = 28  # robots computed side by side where that is quicker than one after another
+_SLOW_RTOL = 1e-6  # of what settles slowly: its cycle is off by that of many cycles together
+_INSTANT = 1e-4  # s, over which a steady motion is looked at
+
+
+class Kind(eqx.Module):
+    """What robots that differ in numbers only have in common."""
+
+    blueprint: Blueprint
+    symmetry: Symmetry
+    flat: bool = eqx.field(static=True)  # they move in the plane
+
+
+@dataclass(frozen=True)
+class Points:
+    """Robots of one structure, point by point of a grid."""
+
+    kind: Kind
+    robot: Robot  # one of them
+    numbers: Float[np.ndarray, "k p"]
+    periods: Float[np.ndarray, "k"]  # [s]; 0 of a steady motion
+    samples: int
+    rtol: float
+
+    def spans(self) -> list[np.ndarray]:
+        """Indices of the points that are computed together: those of like periods, which take as many steps."""
+        order, lanes = np.argsort(self.periods, kind="stable"), _LANES if self.kind.flat else 1
+        return [order[k : k + lanes] for k in range(0, order.size, lanes)]
+
+    def solved(self, span: np.ndarray) -> dict[str, np.ndarray]:
+        """Means, and the status, of the motions of some points; NaN where there is none."""
+        padded = np.resize(span, _LANES) if self.kind.flat else span  # one program for all spans
+        numbers, periods = jnp.asarray(self.numbers[padded]), self.periods[padded]
+        if not periods.any():
+            means, status = remembered(_steady, self.kind, numbers)
+        else:
+            times = jnp.asarray(np.linspace(0.0, periods, self.samples, axis=1))
+            means, status = remembered(_periodic, self.kind, numbers, times, jnp.asarray(self.rtol))
+        out = {name: np.array(x)[: span.size] for name, x in means._asdict().items()}
+        status = np.array(status)[: span.size]
+        for k in np.flatnonzero(status == int(Status.NO_PERIOD)):
+            robot = _robot(self.kind.blueprint, self.numbers[span[k]])
+            rtol = min(self.rtol, _SLOW_RTOL)
+            one = periodic(robot, periods[k], samples=self.samples, rtol=rtol, atol=1e-2 * rtol)
+            status[k] = int(one.status)
+            for name, x in one.means()._asdict().items():
+                out[name][k] = np.asarray(x)
+        good = np.isin(status, [int(s) for s in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)])
+        for x in out.values():
+            x[~good] = np.nan
+        return out | {"status": status}
+
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shape of each mean of one point."""
+        robot = self.robot
+        still = jax.tree.map(lambda x: jnp.stack([x, x]), robot.initial())
+        means: CycleMeans = eqx.filter_eval_shape(cycle_means, robot, jnp.zeros(2), still)
+        return {name: x.shape for name, x in means._asdict().items()}
+
+
+def points_of(description: RobotDescription, axes: tuple[Axis, ...], samples: int, rtol: float) -> Points:
+    """Points of the grid of the axes, the last of which runs fastest.
+
+    Raises InputError where drives have no period, and where the ends of the axes differ in what their motion may do.
+    """
+    paths = [resolve(description, a.name) for a in axes]
+    blueprint, base = blueprint_of(description, tuple(path for group in paths for path in group))
+    grid = np.array([*product(*(a.values for a in axes))])
+    numbers = np.tile(np.asarray(base), (len(grid), 1))
+    for k, group in enumerate(paths):
+        numbers[:, [blueprint.paths.index(path) for path in group]] = grid[:, k, None]
+    corners = [_robot(blueprint, numbers[k]) for k in _corners(axes)]
+    symmetry, *others = (find_symmetry(robot) for robot in corners)
+    if any(other != symmetry for other in others):
+        raise InputError("changes what the robot is free to do without end. Sweep its parts apart.", field="over")
+    kind = Kind(blueprint, symmetry, all(moves_in_plane(robot) for robot in corners))
+    periods = np.zeros(len(grid))
+    if not symmetry.steady:
+        periods = np.array([drive_period(_at(description, axes, values)) for values in grid])
+    return Points(kind, corners[0], numbers, periods, samples, rtol)
+
+
+def _corners(axes: tuple[Axis, ...]) -> list[int]:
+    """Indices of the points where every axis is at one of its ends."""
+    shape = tuple(len(a.values) for a in axes)
+    index = np.arange(int(np.prod(shape))).reshape(shape)
+    return sorted(int(index[end]) for end in product(*({0, n - 1} for n in shape)))
+
+
+def _at(description: RobotDescription, axes: tuple[Axis, ...], values: np.ndarray) -> RobotDescription:
+    return with_values(description, {a.name: float(x) for a, x in zip(axes, values, strict=True)})
+
+
+def _robot(blueprint: Blueprint, numbers: np.ndarray) -> Robot:
+    """Robot of one point."""
+    return remembered(fill, blueprint, jnp.asarray(numbers))
+
+
+def _periodic(kind: Kind, numbers: Array, times: Array, rtol: Array) -> tuple[CycleMeans, Array]:
+    """Means over the cycles that robots settle to."""
+
+    def one(numbers: Array, times: Array) -> tuple[CycleMeans, Array]:
+        robot = fill(kind.blueprint, numbers)
+        settings = cycle_settings("explicit" if kind.flat else "implicit", times[-1], rtol, 1e-2 * rtol)
+        system = in_plane(robot) if kind.flat else robot
+        found = settled_cycle(system, kind.symmetry, robot.initial(), times, settings)
+        return cycle_means(robot, times, found.value), found.status
+
+    return jax.vmap(one)(numbers, times) if kind.flat else _alone(one, numbers, times)
+
+
+def _steady(kind: Kind, numbers: Array) -> tuple[CycleMeans, Array]:
+    """What steady motions give at an instant."""
+
+    def one(numbers: Array) -> tuple[CycleMeans, Array]:
+        robot = fill(kind.blueprint, numbers)
+        found = equilibrium(robot, kind.symmetry, robot.initial(), jnp.asarray(False))
+        x = found.value.state
+        later = State(robot.advance(x.q, x.v, jnp.asarray(_INSTANT)), x.v, x.z)
+        states = jax.tree.map(lambda *x: jnp.stack(x), x, later)
+        return cycle_means(robot, jnp.array([0.0, _INSTANT]), states), found.status
+
+    return _alone(one, numbers)
+
+
+def _alone(one: Callable[..., Any], *points: Array) -> Any:
+    """One point, without the cost of a batch."""
+    return jax.tree.map(lambda x: x[None], one(*(x[0] for x in points)))

@@ -1,0 +1,109 @@
+"""Limits on a motion, and a motor's torque-speed line; written as people write them."""
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from nectosome.units import InputError, did_you_mean, format_quantity, parse_quantity, shorten
+
+from .quantities import QUANTITIES
+
+
+class Constraint(ABC):
+    """A weighted sum of quantities that must not be more than 0, scaled to tell by which share it is passed."""
+
+    quantity: str  # that is limited
+
+    @property
+    @abstractmethod
+    def weights(self) -> dict[str, float]:
+        """Weight of each quantity that counts."""
+
+    @property
+    @abstractmethod
+    def offset(self) -> float:
+        """What is added to the sum."""
+
+    def excess(self, numbers: Mapping[str, Any]) -> Any:
+        """By how much the constraint is broken: at most 0 where it is kept."""
+        return self.offset + self.slope(numbers)
+
+    def slope(self, slopes: Mapping[str, Any]) -> Any:
+        """Slope of the excess from those of the quantities."""
+        return sum(weight * slopes[name] for name, weight in self.weights.items())
+
+
+@dataclass(frozen=True)
+class Limit(Constraint):
+    """`quantity <= value` or `quantity >= value` [SI], in units of the value."""
+
+    quantity: str
+    upper: bool
+    value: float
+
+    @property
+    def weights(self) -> dict[str, float]:
+        """The quantity in units of its limit, negative where that is a lower one."""
+        return {self.quantity: (1.0 if self.upper else -1.0) / (abs(self.value) or 1.0)}
+
+    @property
+    def offset(self) -> float:
+        """Minus the limit, in the same units."""
+        return -self.weights[self.quantity] * self.value
+
+    def __str__(self) -> str:
+        value = format_quantity(self.value, QUANTITIES[self.quantity].dimension)
+        return f"{self.quantity} {'<=' if self.upper else '>='} {value}"
+
+
+@dataclass(frozen=True)
+class MotorLine(Constraint):
+    r"""Torque of a motor at a drive rate: $\tau \le \tau_0 (1 - \omega / \omega_0)$, in units of $\tau_0$."""
+
+    stall: float  # [N m]
+    no_load: float  # [rad/s]
+    quantity = "torque"
+
+    @property
+    def weights(self) -> dict[str, float]:
+        """Torque and rate as shares of their largest."""
+        return {"torque": 1 / self.stall, "drive_rate": 1 / self.no_load}
+
+    @property
+    def offset(self) -> float:
+        """Minus 1: the sum of both shares on the line."""
+        return -1.0
+
+    def __str__(self) -> str:
+        stall, no_load = format_quantity(self.stall, "torque"), format_quantity(self.no_load, "angular_speed")
+        return f"motor {stall}, {no_load}"
+
+
+def read_constraint(text: str) -> Constraint:
+    """Read `torque <= 0.5 N m`, or `motor 0.89 N m, 22 rad/s` (stall torque, no-load speed). Raises InputError."""
+    motor = re.fullmatch(r"\s*motor\s+([^,]+),([^,]+)", str(text))
+    limit = re.fullmatch(r"\s*(\w+)\s*(<=|>=)\s*(.+)", str(text))
+    try:
+        if motor is not None:
+            stall, no_load = (
+                parse_quantity(part.strip(), kind)
+                for part, kind in zip(motor.groups(), ("torque", "angular_speed"), strict=True)
+            )
+            if stall <= 0 or no_load <= 0:
+                raise InputError(
+                    f'"{shorten(text)}": stall torque and no-load speed must be more than 0.', field="constraint"
+                )
+            return MotorLine(stall, no_load)
+        if limit is None:
+            raise InputError(
+                f'"{shorten(text)}" is no constraint. Write it as in "torque <= 0.5 N m".', field="constraint"
+            )
+        name, sense, value = limit.groups()
+        if name not in QUANTITIES:
+            near = did_you_mean(name, QUANTITIES)
+            raise InputError(f'"{shorten(name)}" is no quantity of a motion.{near}', field="constraint")
+        return Limit(name, sense == "<=", parse_quantity(value.strip(), QUANTITIES[name].dimension))
+    except ValueError as error:
+        raise InputError(str(error), field="constraint") from None

@@ -1,0 +1,241 @@
+"""A steady or periodic motion as a design task: variables of a robot, an objective, constraints."""
+
+import hashlib
+from abc import abstractmethod
+from dataclasses import dataclass, field, replace
+
+import jax.numpy as jnp
+import numpy as np
+from jax.flatten_util import ravel_pytree
+from jaxtyping import Float
+
+from nectosome.core import Status
+from nectosome.core.remember import remembered
+from nectosome.description import (
+    RobotDescription,
+    drive_frequencies,
+    drive_period,
+    dump_robot,
+    get_value,
+    numeric_paths,
+    resolve,
+    with_values,
+)
+from nectosome.description.variables import Box, Variable
+from nectosome.mechanism import moves_in_plane
+from nectosome.model import blueprint_of, build
+from nectosome.search.record import Compute
+from nectosome.search.task import Evaluation, Task
+from nectosome.solve import Symmetry, find_symmetry
+from nectosome.units import InputError, did_you_mean
+
+from .constraints import Constraint
+from .plans import CyclePlan, Numbers, Plan, SteadyPlan, judge, judge_with_slopes
+from .quantities import QUANTITIES
+
+_AT_AN_END = 1e-3  # of a variable's range, on its scale
+
+
+class Varied(Task):
+    """A task over quantities of a robot, or of what it is made to do."""
+
+    description: RobotDescription
+    variables: tuple[Variable, ...]
+    objective: str  # name of what is made as good as it gets, among the outputs of evaluations
+
+    @property
+    def box(self) -> Box:
+        """From the unit box to values and back."""
+        return Box(self.variables)
+
+    @property
+    @abstractmethod
+    def told(self) -> dict[str, str]:
+        """Units of the outputs that are told of a design, the objective first."""
+
+    @abstractmethod
+    def chosen(self, u: Float[np.ndarray, "n"]) -> str:
+        """Return the file that holds a design."""
+
+    def at_an_end(self, u: Float[np.ndarray, "n"]) -> list[Variable]:
+        """Variables of a design that stand at an end of their range: a wider one may make it better."""
+        return [v for v, x in zip(self.variables, u, strict=True) if min(x, 1 - x) < _AT_AN_END]
+
+
+_TOLD = ("speed", "torque", "power", "drive_rate")  # remembered of every evaluation
+FORWARD = {
+    "x": (1.0, 0.0, 0.0),
+    "-x": (-1.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0),
+    "-y": (0.0, -1.0, 0.0),
+    "z": (0.0, 0.0, 1.0),
+    "-z": (0.0, 0.0, -1.0),
+}
+
+
+@dataclass(frozen=True)
+class MotionDesign(Varied):
+    """Make a quantity of a robot's motion as good as it gets, within ranges and limits.
+
+    The motion is the steady one, or that which repeats itself with the drives where they change with time.
+
+    - description: the robot; what is no variable stays as it is there.
+    - objective: a name of `QUANTITIES`, made high or low as it says.
+    - forward: `x`, `-x`, ... `-z`: the direction of the world in which speed counts.
+
+    Raises InputError for an unknown objective or direction, no variable, or one that is named twice.
+    """
+
+    description: RobotDescription
+    variables: tuple[Variable, ...]
+    objective: str = "speed"  # pyright: ignore[reportIncompatibleVariableOverride]
+    constraints: tuple[Constraint, ...] = ()
+    forward: str = "x"
+    names: tuple[str, ...] = field(init=False)
+    constraint_names: tuple[str, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Check what can be checked before anything is computed."""
+        if self.objective not in QUANTITIES:
+            near = did_you_mean(self.objective, QUANTITIES)
+            raise InputError(f'"{self.objective}" is no quantity of a motion.{near}', field="objective")
+        if self.forward not in FORWARD:
+            raise InputError(f'"{self.forward}" is no direction. Write one of {", ".join(FORWARD)}.', field="forward")
+        if not self.variables:
+            raise InputError("there is nothing to choose: at least one variable is needed.", field="variables")
+        paths = [path for v in self.variables for path in resolve(self.description, v.name)]
+        double = next((path for path in paths if paths.count(path) > 1), None)
+        if double is not None:
+            raise InputError(f"{double} is named twice.", field="variables")
+        object.__setattr__(self, "names", tuple(v.name for v in self.variables))
+        object.__setattr__(self, "constraint_names", tuple(str(c) for c in self.constraints))
+
+    @property
+    def told(self) -> dict[str, str]:
+        """Units of the quantities that are told of a design."""
+        return {name: QUANTITIES[name].unit for name in dict.fromkeys((self.objective, "speed", "torque", "power"))}
+
+    def chosen(self, u: Float[np.ndarray, "n"]) -> str:
+        """File of the robot at a design."""
+        return dump_robot(self.robot_at(u))
+
+    def key(self) -> str:
+        """Text of all that the numbers depend on."""
+        ranges = "; ".join(f"{v.name} {v.text()}" for v in self.variables)
+        robot = hashlib.sha256(dump_robot(self.description).encode()).hexdigest()[:16]
+        limits = "; ".join(self.constraint_names) or "none"
+        return f"{self.objective} along {self.forward} over {ranges}; limits: {limits}; robot {robot}"
+
+    def robot_at(self, u: Float[np.ndarray, "n"]) -> RobotDescription:
+        """Description of the robot at a design."""
+        values = self.box.values(u)
+        return with_values(self.description, {v.name: float(x) for v, x in zip(self.variables, values, strict=True)})
+
+    def accepts(self, evaluation: Evaluation) -> str:
+        """A start must be solved, keep all limits and not swim backward."""
+        refused = super().accepts(evaluation)
+        return refused or ("swims backward" if evaluation.outputs["speed"] < 0 else "")
+
+    def _wanted(self) -> list[str]:
+        """Quantities that objective and constraints are made of."""
+        return [self.objective, *(name for c in self.constraints for name in c.weights)]
+
+    def _symmetry(self) -> Symmetry:
+        robot = build(self.description)
+        if not robot.tree.free_v.size and not drive_frequencies(self.description):
+            raise InputError(
+                "nothing of this robot is free to move, or driven to and fro.", field=self.description.name
+            )
+        return find_symmetry(robot)
+
+    def _period(self) -> tuple[float, int]:
+        """Period [s], and -1; or its product with the variable that it is inverse to, and which that is."""
+        driven = set(drive_frequencies(self.description))
+        for k, v in enumerate(self.variables):
+            moved = driven & set(resolve(self.description, v.name))
+            if moved and moved != driven:
+                raise InputError(
+                    "changes the common period of the drives by leaps. Let one variable set all frequencies.",
+                    field=v.name,
+                )
+            if moved:
+                return drive_period(with_values(self.description, {v.name: v.upper})) * abs(v.upper), k
+        return drive_period(self.description), -1
+
+    def _jumping(self) -> str:
+        """Variable that shifts the moments at which strokes of unequal halves turn; "" where there is none."""
+        shares = {path: f"{path.rpartition('.')[0]}.forward_share" for path in numeric_paths(self.description)}
+        for v in self.variables:
+            for path in resolve(self.description, v.name):
+                unequal = shares[path] in shares and get_value(self.description, shares[path]) != 0.5
+                if path.endswith(".forward_share") or (path.endswith(".phase") and unequal):
+                    return v.name
+        return ""
+
+    def _flat(self) -> bool:
+        """Whether the robot stays in the plane whatever is chosen."""
+        ends = [{}, *({v.name: x} for v in self.variables for x in (v.lower, v.upper))]
+        return all(moves_in_plane(build(with_values(self.description, values))) for values in ends)
+
+    def plan(self) -> tuple[Plan, Numbers]:
+        """What the programs of a design need: what they depend on besides numbers, and the numbers.
+
+        Raises InputError where the robot has no steady or periodic motion, whatever its numbers.
+        """
+        symmetry = self._symmetry()
+        groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
+        blueprint, numbers = blueprint_of(self.description, tuple(path for group in groups for path in group))
+        wanted = {*self._wanted(), *_TOLD}
+        used = [name for name in QUANTITIES if name in wanted]  # in one order: what asks for the same is one program
+        where = tuple(tuple(blueprint.paths.index(path) for path in group) for group in groups)
+        log = tuple(v.log for v in self.variables)
+        shared = blueprint, symmetry, where, log, tuple(used), FORWARD[self.forward]
+        ends = jnp.asarray(self.box.ends)
+        if symmetry.steady:
+            return SteadyPlan(*shared), Numbers(numbers, ends, jnp.asarray(jnp.nan))
+        period, pace = self._period()
+        return CyclePlan(*shared, flat=self._flat(), pace=pace), Numbers(numbers, ends, jnp.asarray(period))
+
+    def prepare(self) -> Compute:
+        """Return evaluate(u, slopes, memory); the memory is the state of a motion nearby."""
+        (plan, numbers), wanted = self.plan(), self._wanted()
+        rest = build(self.description).initial()
+        _, unravel = ravel_pytree(rest)
+        sign = -1.0 if QUANTITIES[self.objective].best == "high" else 1.0
+        jumping = self._jumping()
+
+        def evaluate(u: np.ndarray, slopes: bool, memory: np.ndarray | None) -> Evaluation:
+            if slopes and jumping:
+                raise InputError(
+                    "moves the moment at which a stroke's acceleration jumps, so that slopes are not exact. Take the "
+                    "solver pattern or evolution.",
+                    field=jumping,
+                )
+            guess, warm = (rest, False) if memory is None else (unravel(jnp.asarray(memory)), True)
+            program = judge_with_slopes if slopes else judge
+            found, steep = remembered(program, plan, numbers, jnp.asarray(u, dtype=float), guess, jnp.asarray(warm))
+            status = Status(int(found.status))
+            if status not in (Status.SOLVED, Status.SETTLED):
+                return Evaluation.unsolved(u, len(self.constraints), status.reason)
+            values = dict(zip(plan.used, np.asarray(found.quantities).tolist(), strict=True))
+            undefined = next((name for name in wanted if np.isnan(values[name])), None)
+            if undefined is not None:
+                return Evaluation.unsolved(u, len(self.constraints), f"{undefined} is not defined for this motion")
+            evaluation = Evaluation(
+                u,
+                sign * values[self.objective],
+                np.array([c.excess(values) for c in self.constraints]),
+                outputs={name: values[name] for name in dict.fromkeys((*_TOLD, *wanted))},
+                memory=np.asarray(ravel_pytree(found.state)[0]),
+            )
+            if not slopes:
+                return evaluation
+            slope = dict(zip(plan.used, np.asarray(steep), strict=True))
+            rows = [c.slope(slope) for c in self.constraints]
+            return replace(
+                evaluation,
+                slope=sign * slope[self.objective],
+                constraint_slopes=np.array(rows).reshape(len(self.constraints), len(u)),
+            )
+
+        return evaluate

@@ -1,0 +1,133 @@
+"""Programs from a design to the quantities of its motion, steady or periodic, and their slopes."""
+
+from abc import abstractmethod
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import State, safe_norm
+from nectosome.core.se3 import dot, dot_t
+from nectosome.mechanism import Free, Planar, Robot, in_plane
+from nectosome.model import Blueprint, fill
+from nectosome.solve import Symmetry, cycle_means, equilibrium
+from nectosome.solve.orbit import cycle_settings, orbit
+
+from .quantities import QUANTITIES, Stroke, Swim
+
+_SAMPLES, _RTOL = 257, 1e-5  # of a cycle
+
+
+class Numbers(NamedTuple):
+    """What the programs of a design take besides the design itself."""
+
+    values: Float[Array, "k"]  # of the robot, in the order of its blueprint
+    ends: Float[Array, "n 2"]  # of the box, logarithms where a variable has them
+    period: Float[Array, ""]  # of a cycle [s], times the variable that it is inverse to; NaN of a steady motion
+
+
+class Found(NamedTuple):
+    """What the motion of a design gives."""
+
+    quantities: Float[Array, "k"]
+    status: Array
+    residual: Array
+    state: State  # of the steady motion, or at the start of a cycle
+
+
+class Plan(eqx.Module):
+    """What a program depends on besides numbers."""
+
+    blueprint: Blueprint
+    symmetry: Symmetry
+    where: tuple[tuple[int, ...], ...] = eqx.field(static=True)  # of each variable among the robot's numbers
+    log: tuple[bool, ...] = eqx.field(static=True)
+    used: tuple[str, ...] = eqx.field(static=True)
+    forward: tuple[float, float, float] = eqx.field(static=True)
+
+    def robot(self, numbers: Numbers, u: Array) -> tuple[Robot, Array]:
+        """Robot of a design, and the values of its variables."""
+        x = numbers.ends[:, 0] + u * (numbers.ends[:, 1] - numbers.ends[:, 0])
+        log = np.array(self.log)
+        x = jnp.where(log, jnp.exp(jnp.where(log, x, 0.0)), x)
+        values = numbers.values
+        for k, group in enumerate(self.where):
+            values = values.at[np.array(group)].set(x[k])
+        return fill(self.blueprint, values), x
+
+    @abstractmethod
+    def found(self, numbers: Numbers, u: Array, guess: State, warm: Array) -> Found:
+        """What the motion of a design gives, looked for from a state; `warm` where that is of a design nearby."""
+
+
+class SteadyPlan(Plan):
+    """The motion is steady."""
+
+    def found(self, numbers: Numbers, u: Array, guess: State, warm: Array) -> Found:
+        """By the equilibrium of forces."""
+        robot, _ = self.robot(numbers, u)
+        solution = equilibrium(robot, self.symmetry, guess, warm)
+        swim = Swim(robot, solution.value, self.forward)
+        quantities = jnp.stack([QUANTITIES[name].of_steady(swim) for name in self.used])
+        return Found(quantities, solution.status, solution.residual, solution.value.state)
+
+
+class CyclePlan(Plan):
+    """The motion repeats itself with the drives."""
+
+    flat: bool = eqx.field(static=True)  # it stays in the plane
+    pace: int = eqx.field(static=True)  # which variable the period is inverse to; -1: none
+
+    def found(self, numbers: Numbers, u: Array, guess: State, warm: Array) -> Found:
+        """By the periodic orbit."""
+        robot, x = self.robot(numbers, u)
+        period = numbers.period / jnp.abs(x[self.pace]) if self.pace >= 0 else numbers.period
+        times = jnp.linspace(0.0, 1.0, _SAMPLES) * period
+        settings = cycle_settings("implicit", jax.lax.stop_gradient(period), _RTOL, 1e-2 * _RTOL)
+        system = in_plane(robot) if self.flat else robot
+        solution = orbit(system, self.symmetry, guess, times, settings)
+        states = solution.value.states
+        stroke = Stroke(cycle_means(robot, times, states), self._ahead(robot, states))
+        quantities = jnp.stack([QUANTITIES[name].of_cycle(stroke) for name in self.used])
+        return Found(quantities, solution.status, solution.residual, jax.tree.map(lambda x: x[0], states))
+
+    def _ahead(self, robot: Robot, states: State) -> Float[Array, "3"]:
+        """Forward of a cycle: of a robot that may head anywhere, as its body is turned on the mean.
+
+        With the rotations R of the body's first station, forward goes with the mean of $R(t) R_0^T$ from the pose in
+        the file, R_0.
+        """
+        forward = jnp.asarray(self.forward)
+        root = robot.tree.parts[0].joint
+        turning = {i for i, name in enumerate(root.names) if name in ("angle", "wx", "wy", "wz")}
+        if not isinstance(root, Planar | Free) or not (self.symmetry.spin or turning & set(self.symmetry.drift)):
+            return forward
+
+        def turned(x: State) -> Array:
+            return robot.tree.shape(robot.tree.complete(jnp.zeros(()), x.q, x.v)[0]).rotation[0]
+
+        first = dot_t(turned(robot.initial()), forward)
+        ahead = jnp.mean(jax.vmap(lambda x: dot(turned(x), first))(jax.tree.map(lambda x: x[:-1], states)), axis=0)
+        return ahead / safe_norm(ahead)
+
+
+_Judged = tuple[Found, Array]
+
+
+def judge(plan: Plan, numbers: Numbers, u: Array, guess: State, warm: Array) -> _Judged:
+    """What the motion of a design u gives, and no slopes [0]."""
+    return plan.found(numbers, u, guess, warm), jnp.zeros(0)
+
+
+def judge_with_slopes(plan: Plan, numbers: Numbers, u: Array, guess: State, warm: Array) -> _Judged:
+    """What the motion of a design u gives, and the slopes of its quantities [k, n]."""
+
+    def quantities(u: Array) -> tuple[Array, Found]:
+        found = plan.found(numbers, u, guess, warm)
+        return found.quantities, found
+
+    slopes, found = jax.jacfwd(quantities, has_aux=True)(u)
+    return found, slopes

@@ -1,0 +1,93 @@
+"""The schedule of a mission as a design task: what its modes set and how long they last, so that it is over soonest."""
+
+import hashlib
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from nectosome.description import RobotDescription, dump_robot
+from nectosome.description.mission import Mission
+from nectosome.description.schedule import dump_mission, with_schedule
+from nectosome.description.variables import Variable
+from nectosome.model import run_mission
+from nectosome.search.record import Compute
+from nectosome.search.task import Evaluation
+from nectosome.units import InputError
+
+from .motion import Varied
+
+_UPRIGHT = np.deg2rad(60)
+
+
+@dataclass(frozen=True)
+class ScheduleDesign(Varied):
+    """Bring a mission to its end in the shortest time, within ranges of its numbers.
+
+    A mission that does not come to its end, or on which the robot leans by more than 60 degrees, counts as unsolved.
+    It has no slopes: modes begin and end with events.
+
+    - variables: named as in `io.schedule`.
+    - step: of the motion [s].
+
+    Raises InputError for no variable, or for two that stand for the same number.
+    """
+
+    mission: Mission
+    variables: tuple[Variable, ...]
+    step: float = 1e-3
+    objective: ClassVar[str] = "time"  # pyright: ignore[reportIncompatibleVariableOverride]
+    names: tuple[str, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Check what can be checked before anything is computed."""
+        if not self.variables:
+            raise InputError("there is nothing to choose: at least one variable is needed.", field="variables")
+        object.__setattr__(self, "names", tuple(v.name for v in self.variables))
+        self.mission_at(np.zeros(len(self.variables)))
+
+    @property
+    def description(self) -> RobotDescription:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The robot."""
+        return self.mission.robot
+
+    @property
+    def told(self) -> dict[str, str]:
+        """Units of the quantities that are told of a design."""
+        return {"time": "s"}
+
+    def key(self) -> str:
+        """Text of all that the numbers depend on."""
+        ranges = "; ".join(f"{v.name} {v.text()}" for v in self.variables)
+        texts = dump_robot(self.description), dump_mission(self.mission)
+        robot, mission = (hashlib.sha256(text.encode()).hexdigest()[:16] for text in texts)
+        return f"time over {ranges}; robot {robot}; mission {mission}; steps of {self.step:g} s"
+
+    def mission_at(self, u: Float[np.ndarray, "n"]) -> Mission:
+        """Mission of a design."""
+        values = self.box.values(u)
+        return with_schedule(self.mission, {v.name: float(x) for v, x in zip(self.variables, values, strict=True)})
+
+    def chosen(self, u: Float[np.ndarray, "n"]) -> str:
+        """File of the mission of a design."""
+        return self.mission_at(u).text
+
+    def prepare(self) -> Compute:
+        """Return evaluate(u, slopes, memory), which needs no memory."""
+
+        def evaluate(u: np.ndarray, slopes: bool, memory: np.ndarray | None) -> Evaluation:
+            if slopes:
+                raise InputError("a mission has no slopes. Take the solver evolution or pattern.", field="solver")
+            flown = run_mission(self.mission_at(u), step=self.step)
+            fallen = np.asarray(flown.measures.lean) > _UPRIGHT
+            if fallen.any():
+                k = int(np.argmax(fallen))
+                mode = self.mission.modes[flown.mode[k]].name
+                return Evaluation.unsolved(u, 0, f"it leans by more than 60 deg in {mode}")
+            if flown.reason:
+                return Evaluation.unsolved(u, 0, flown.reason)
+            time = float(flown.time[-1])
+            return Evaluation(u, time, np.zeros(0), outputs={"time": time})
+
+        return evaluate

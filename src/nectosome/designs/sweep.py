@@ -1,0 +1,233 @@
+"""Sweeps: what a robot's motion gives at every point of a grid of its quantities."""
+
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import jax.numpy as jnp
+import numpy as np
+
+from nectosome import robots
+from nectosome.core import Status
+from nectosome.description import RobotDescription, apply_settings, dump_robot, resolve
+from nectosome.io import load_checkpoint, provenance, save_checkpoint
+from nectosome.search.workers import processors
+from nectosome.solve import CycleMeans, mean_data
+from nectosome.units import InputError
+
+from .axes import COUNT, Axis, axis
+from .batches import Points, points_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+MEANS = ("speed", "turn_rate", "power", "efficiency", "cost_of_transport")
+_NOTHING = 1e-3  # mean of a force that is left of its peak where nothing holds the robot: what the tolerance leaves
+
+
+def mean_of(found: "xr.Dataset", name: str) -> "xr.DataArray":
+    """A mean over the axes of a sweep: one of MEANS, or `force.x`, what pushes the robot along the world's x [N].
+
+    Along the axes of a robot that nothing holds, the mean of the force is 0.
+    """
+    if name in MEANS:
+        return found[name]
+    axis = name.removeprefix("force.")
+    force, peak = (found[own].sel(axis=axis, drop=True) for own in ("force", "force_peak"))
+    held = force.where((abs(force) > _NOTHING * peak) | force.isnull(), 0)
+    return held.rename(f"force {axis}").assign_attrs(found["force"].attrs)
+
+
+def telling(found: "xr.Dataset") -> dict[str, "xr.DataArray"]:
+    """Means that are known and not 0 at some point, by name."""
+    forces = [f"force.{axis}" for axis in found["axis"].values] if "force" in found else []
+    means = {name: mean_of(found, name) for name in (MEANS[0], *forces, *MEANS[1:])}
+    return {name: values for name, values in means.items() if values.notnull().any() and (values != 0).any()}
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """The points of one structure."""
+
+    description: RobotDescription
+    axes: tuple[Axis, ...]
+    points: Points
+
+
+def sweep(
+    robot: str | RobotDescription,
+    over: Mapping[str, Iterable[float | int]],
+    settings: Sequence[str] = (),
+    *,
+    samples: int = 257,
+    rtol: float = 1e-4,
+    folder: Path | None = None,
+    progress: Callable[[float], bool | None] | None = None,
+    workers: int | None = None,
+) -> "xr.Dataset":
+    """Means and peaks of the motion at every point of a grid, as an `xarray.Dataset` with one dimension an axis.
+
+    - robot: a name, a file, or a description; `settings` such as "A=75deg" are put in first.
+    - over: values [SI] of each quantity, by path or alias; "N" of a family makes another robot for each value.
+    - the motion: steady where nothing that drives the robot changes with time, else periodic with its drives. What it
+      gives are `CycleMeans`, from `samples` moments of a cycle. A cycle is found by letting the robot settle, and by
+      Newton's method where it does not within a few cycles.
+    - folder: finished parts are kept there, so that a sweep that was killed goes on where it was.
+    - progress(share): called after each part; the sweep is cancelled where it returns False.
+
+    `status` says how each point was solved; where it was not, its numbers are NaN. Raises InputError for names and
+    values that make no sense, and for a folder that holds another sweep.
+    """
+    over = {name: [*map(float, values)] for name, values in over.items()}
+    grids = _grids(robot, over, settings, samples, rtol)
+    name = robot if isinstance(robot, str) else robot.name
+    asked = {"robot": name, "set": [*settings], "over": over, "samples": samples, "rtol": rtol}
+    made = provenance(asked)
+    text = json.dumps([made["nectosome"], asked, [dump_robot(grid.description) for grid in grids]])
+    kept = _Parts(folder, hashlib.sha256(text.encode()).hexdigest())
+    found = _compute(grids, kept, progress, workers or processors())
+    datasets = [_dataset(grid, parts) for grid, parts in zip(grids, found, strict=True)]
+    title = f"{grids[0].description.name if len(grids) == 1 else name}: sweep over {', '.join(over)}"
+    one = dump_robot(grids[0].description) if len(grids) == 1 else ""
+    return _joined(datasets, over).assign_attrs(title=title, robot=one, provenance=json.dumps(made))
+
+
+_Part = dict[str, np.ndarray]
+
+
+def _compute(
+    grids: list[_Grid], kept: "_Parts", progress: Callable[[float], bool | None] | None, workers: int
+) -> list[list[_Part | None]]:
+    """Parts of each grid, None where the sweep was cancelled before. Threads, since compiled code runs side by side."""
+    work = [(i, grid.points, span) for i, grid in enumerate(grids) for span in grid.points.spans()]
+    found: list[list[_Part | None]] = [[] for _ in grids]
+    going = True
+    with ThreadPoolExecutor(workers) as pool:
+        jobs = [pool.submit(kept.get, k, lambda p=p, s=span: p.solved(s)) for k, (_, p, span) in enumerate(work)]
+        try:
+            for k, ((i, _, _), job) in enumerate(zip(work, jobs, strict=True)):
+                found[i].append(job.result() if going else None)
+                if going and progress is not None and progress((k + 1) / len(jobs)) is False:
+                    going = False
+                    pool.shutdown(wait=False, cancel_futures=True)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return found
+
+
+def _grids(
+    robot: str | RobotDescription,
+    over: Mapping[str, Sequence[float]],
+    settings: Sequence[str],
+    samples: int,
+    rtol: float,
+) -> list[_Grid]:
+    if not over:
+        raise InputError("there is nothing to sweep over: at least one quantity is needed.", field="over")
+    rest = {name: values for name, values in over.items() if name != COUNT}
+    if COUNT in over and not isinstance(robot, str):
+        raise InputError("only a family by its name, such as paddle, has an N.", field=COUNT)
+    grids = []
+    for count in over.get(COUNT, (None,)):
+        if isinstance(robot, str):
+            description = robots.describe(robot, [*settings, *([] if count is None else [f"{COUNT}={int(count)}"])])
+        else:
+            description = apply_settings(robot, settings)
+        axes = tuple(axis(name, values, description) for name, values in rest.items())
+        _check_each_once(rest, description)
+        grids.append(_Grid(description, axes, points_of(description, axes, samples, rtol)))
+    return grids
+
+
+def _check_each_once(names: Iterable[str], description: RobotDescription) -> None:
+    """Raise InputError where two axes set the same quantity, so that one of them would be ignored."""
+    taken: dict[str, str] = {}
+    for name in names:
+        for path in resolve(description, name):
+            if taken.setdefault(path, name) != name:
+                raise InputError(f"{taken[path]} and {name} both set {path}. Take one of them.", field="over")
+
+
+def forget(folder: Path) -> None:
+    """Remove the parts of a sweep, and their folder unless something else is in it."""
+    for path in folder.glob(_PART.format("*")):
+        path.unlink(missing_ok=True)
+    if not any(folder.iterdir()):
+        folder.rmdir()
+
+
+_PART = "part-{}.npz"
+
+
+class _Parts:
+    """Finished parts of a sweep, kept in a folder if there is one."""
+
+    def __init__(self, folder: Path | None, key: str):
+        self.folder, self.key = folder, key
+        if folder is None:
+            return
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"cannot be made: {error.strerror}.", file=str(folder)) from None
+        if any(load_checkpoint(path)[1].get("sweep") != key for path in folder.glob(_PART.format("*"))):
+            raise InputError("holds parts of another sweep. Take another folder, or remove it.", file=str(folder))
+
+    def get(self, k: int, compute: Callable[[], _Part]) -> _Part:
+        """Part k: what is kept of it, else what is computed now."""
+        if self.folder is None:
+            return compute()
+        path = self.folder / _PART.format(f"{k:05d}")
+        if path.exists():
+            return load_checkpoint(path)[0]
+        found = compute()
+        save_checkpoint(path, found, {"sweep": self.key})
+        return found
+
+
+def _dataset(grid: _Grid, parts: list[_Part | None]) -> "xr.Dataset":
+    """Dataset of one structure; what was not computed is NaN and CANCELLED."""
+    import xarray as xr
+
+    shape, dims = tuple(len(a.values) for a in grid.axes), tuple(a.name for a in grid.axes)
+    total = int(np.prod(shape))
+    status = np.full(total, int(Status.CANCELLED))
+    done = next((part for part in parts if part is not None), None)
+    shapes = grid.points.shapes() if done is None else {name: done[name].shape[1:] for name in CycleMeans._fields}
+    arrays = {name: np.full((total, *own), np.nan) for name, own in shapes.items()}
+    for span, part in zip(grid.points.spans(), parts, strict=True):
+        if part is not None:
+            status[span] = part["status"]
+            for name, x in arrays.items():
+                x[span] = part[name]
+    means = CycleMeans(**{name: jnp.asarray(x.reshape(shape + x.shape[1:])) for name, x in arrays.items()})
+    data, names = mean_data(grid.points.robot, means, dims)
+    words = np.array([Status(int(s)).name for s in status]).reshape(shape)
+    periods = np.where(grid.points.periods > 0, grid.points.periods, np.nan).reshape(shape)
+    return xr.Dataset(
+        {name: (d, x, {"units": unit}) for name, (d, x, unit) in data.items()}
+        | {"status": (dims, words), "period": (dims, periods, {"units": "s"})},
+        coords={a.name: (a.name, np.array(a.values), {"units": a.unit}) for a in grid.axes}
+        | {name: (d, x, {"units": u} if u else {}) for name, (d, x, u) in names.items()},
+    )
+
+
+def _joined(datasets: list["xr.Dataset"], over: Mapping[str, Sequence[float]]) -> "xr.Dataset":
+    """All structures along N; parts that one of them has not are NaN there."""
+    if COUNT not in over:
+        return datasets[0]
+    import xarray as xr
+
+    counts = xr.DataArray(np.array([int(n) for n in over[COUNT]]), dims=COUNT, name=COUNT)
+    return xr.concat(datasets, counts, join="outer")

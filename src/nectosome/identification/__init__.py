@@ -1,0 +1,66 @@
+"""Identification: what measurements say of a model. `linear`, `surge` and `posterior` need JAX: import them by name."""
+
+from nectosome.search.found import Evolved
+from nectosome.search.generations import evolve
+from nectosome.search.populations import CmaEs, DifferentialEvolution, Evolver, Genetic, ParetoFront
+
+from .fits.errors import Errors, errors_of
+from .fits.identifiability import Helpful, Identifiability, Interval, identifiability, most_helpful
+from .fits.intervals import Bootstrap, Profile, bootstrap, profile
+from .fits.misfit import Fit, Misfit
+from .sim2real.alignment import Rigid, align_inliers, align_points
+from .sim2real.correct import CorrectedGrid, correct_grid
+from .sim2real.corrected_data import corrected_data
+from .sim2real.experiments import Experiments, Told
+from .sim2real.gaussian_process import Surface, Term, gaussian_process
+from .sim2real.grids import Table, table_of
+from .sim2real.method import METHODS, Corrected, SimToReal, leave_one_out
+from .sim2real.observe import Observed, experiments_of, observe
+from .sim2real.plan import Aim, Next, next_experiments, uniform_plan
+
+__all__ = [
+    "METHODS",
+    "Aim",
+    "Bootstrap",
+    "CmaEs",
+    "Corrected",
+    "CorrectedGrid",
+    "DifferentialEvolution",
+    "Errors",
+    "Evolved",
+    "Evolver",
+    "Experiments",
+    "Fit",
+    "Genetic",
+    "Helpful",
+    "Identifiability",
+    "Interval",
+    "Misfit",
+    "Next",
+    "Observed",
+    "ParetoFront",
+    "Profile",
+    "Rigid",
+    "SimToReal",
+    "Surface",
+    "Table",
+    "Term",
+    "Told",
+    "align_inliers",
+    "align_points",
+    "bootstrap",
+    "correct_grid",
+    "corrected_data",
+    "errors_of",
+    "evolve",
+    "experiments_of",
+    "gaussian_process",
+    "identifiability",
+    "leave_one_out",
+    "most_helpful",
+    "next_experiments",
+    "observe",
+    "profile",
+    "table_of",
+    "uniform_plan",
+]

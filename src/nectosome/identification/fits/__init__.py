@@ -1,0 +1,1 @@
+"""What fits share: misfits, intervals, identifiability, posteriors, models linear in their parameters."""

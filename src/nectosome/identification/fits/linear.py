@@ -1,0 +1,257 @@
+r"""Models whose rate is linear in what is not known, $\dot x = H(t, x, u) \theta$, from recordings of x, in four ways.
+
+`increments` is least squares on differences of neighbouring samples, as many papers do it: noise makes it biased, and
+its errors wrong. `windows` takes differences over longer times and the noise as it is; `instruments` takes regressors
+from the model instead of from noisy samples; `output_error` fits the motion itself, and is the one to take.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple, Self
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+from scipy.ndimage import convolve1d
+from scipy.optimize import least_squares
+from scipy.special import ndtri
+
+from nectosome.measure.signals.noise import correlation_time
+
+from .linear_motion import Input, Regressors, at_samples, inputs_between, motion, with_slopes
+
+_ROUNDS = 20  # of instruments
+_CLOSE = 1e-10  # relative, of parameters from round to round
+_SETTLED = 0.1  # of the state's root mean square: means of the two halves may differ by as much
+_NOISY = 0.1  # of what is left of increments: a share of noise that biases
+_RAW = np.ones(1)  # kernel of no filter
+_TOGETHER = 5.0  # samples that residuals hang together for: more than noise does by chance
+
+
+class Trial(NamedTuple):
+    """One recording: evenly spread times [s], the state, H, and the inputs of this recording that H takes after it."""
+
+    time: Float[np.ndarray, "n"]
+    state: Float[np.ndarray, "n"]
+    regressors: Regressors
+    inputs: tuple[Input, ...] = ()
+
+
+class Estimate(NamedTuple):
+    """Parameters with their covariance; what is left of each equation or sample; and what to beware of."""
+
+    values: Float[np.ndarray, "k"]
+    covariance: Float[np.ndarray, "k k"]
+    residuals: Float[np.ndarray, "r"]
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def errors(self) -> Float[np.ndarray, "k"]:
+        """Standard errors."""
+        return np.sqrt(np.diagonal(self.covariance))
+
+    @property
+    def percent(self) -> Float[np.ndarray, "k"]:
+        """Standard errors, in percent of the values."""
+        return 100 * self.errors / np.abs(self.values)
+
+    def interval(self, coverage: float = 0.95) -> Float[np.ndarray, "k 2"]:
+        """Normal interval of each parameter that holds the true one with this probability."""
+        half = ndtri(0.5 + coverage / 2) * self.errors
+        return np.stack([self.values - half, self.values + half], axis=1)
+
+    def of(self, f: Callable[[Array], Array]) -> Self:
+        """Estimate of a function of the parameters: first order, $J \\Sigma J^T$ (the delta method)."""
+        at = jnp.asarray(self.values)
+        J = np.atleast_2d(jax.jacfwd(f)(at))
+        return self._replace(values=np.atleast_1d(f(at)), covariance=J @ self.covariance @ J.T)
+
+
+def increments(trials: Sequence[Trial]) -> Estimate:
+    r"""Least squares on $x_{k+1} - x_k = h H(t_k, x_k) \theta$ (Giorgio-Serchi et al. 2017, eqs. 4 to 9).
+
+    As it is printed: rectangles, and errors as if those of neighbouring increments had nothing to do with each other.
+    The noise of a sample is in two of them, with opposite signs.
+    """
+    y = np.concatenate([np.diff(trial.state) for trial in trials])
+    X = np.concatenate([np.diff(trial.time)[:, None] * _rows(trial)[:-1] for trial in trials])
+    inverse = np.linalg.inv(X.T @ X)
+    values = inverse @ X.T @ y
+    left = y - X @ values
+    told = [*_unsettled(trials)]
+    # neighbouring increments of a smooth motion hang together, those of noise go against each other
+    against = -sum(float(a[1:] @ a[:-1]) for a in np.split(left, np.cumsum([len(t.time) - 1 for t in trials])[:-1]))
+    if against > _NOISY * (left @ left):
+        told.append("biased: what is left of neighbouring increments has opposite signs, as noise of samples has")
+    return Estimate(values, left @ left / (len(y) - len(values)) * inverse, left, tuple(told))
+
+
+def windows(trials: Sequence[Trial], lengths: Sequence[float], kernel: Float[np.ndarray, "w"] = _RAW) -> Estimate:
+    r"""Least squares on $x(t + T) - x(t) = \int_t^{t + T} H \theta$ for all t and some lengths T [s]: trapezoids.
+
+    Half and whole periods are good lengths: one tells what changes within a period, the other what lasts. Errors are
+    those of samples with independent noise of one size, $\Sigma = \sigma^2 P D F F^T D^T P^T$ with the differences D,
+    the symmetric filter F that state and inputs have gone through alike (its `kernel`), and $P = (X^T X)^{-1} X^T$.
+    Raises ValueError for a length that a recording has not.
+    """
+    return _solved(trials, lengths, kernel, None)
+
+
+def instruments(trials: Sequence[Trial], lengths: Sequence[float]) -> Estimate:
+    """As `windows`, with regressors of the model's own motion as instruments, which hold the first sample's noise only.
+
+    From round to round the motion is that of the parameters found before (Young 2011, ch. 8).
+    """
+    found = windows(trials, lengths)
+    for _ in range(_ROUNDS):
+        motions = [np.asarray(motion(*asked(t), found.values, t.state[0])) for t in trials]
+        before, found = found, _solved(trials, lengths, _RAW, motions)
+        if np.all(np.abs(found.values - before.values) <= _CLOSE * np.abs(found.values)):
+            return found
+    return found._replace(warnings=(*found.warnings, f"not settled after {_ROUNDS} rounds of instruments"))
+
+
+def output_error(trials: Sequence[Trial], start: Float[np.ndarray, "k"]) -> Estimate:
+    r"""Least squares of the samples against the motion itself, from parameters `start` on; first states are fitted too.
+
+    $$ \min \sum_k (x_k - x(t_k; \theta, x_0))^2, \quad \Sigma = \tau s^2 (J^T J)^{-1} $$
+
+    Unbiased for noise of samples, however large. With residuals that hang together for $\tau$ samples the model is not
+    all there is; they count as fewer.
+    """
+    k, m = len(start), len(trials)
+    begin = np.concatenate([start, [trial.state[0] for trial in trials]])
+    size = np.abs(np.concatenate([start, [np.ptp(trial.state) for trial in trials]]))
+    size[size == 0] = 1.0
+    longest = max(len(trial.time) for trial in trials)  # of one length all are one program
+    programs = [asked(trial, longest) for trial in trials]
+    state = np.concatenate([trial.state for trial in trials])
+
+    @lru_cache(maxsize=1)  # the solver asks for residuals and slopes at one place after the other
+    def at(place: bytes) -> tuple[Float[np.ndarray, "r"], Float[np.ndarray, "r q"]]:
+        p = np.frombuffer(place) * size
+        states, slopes = [], []
+        for i, (trial, what) in enumerate(zip(trials, programs, strict=True)):
+            x, by = (np.asarray(y)[: len(trial.time)] for y in with_slopes(*what, p[:k], p[k + i]))
+            own = np.zeros((len(x), k + m))
+            own[:, :k], own[:, k + i] = by[:, :k], by[:, k]
+            states.append(x)
+            slopes.append(-own * size)
+        return state - np.concatenate(states), np.concatenate(slopes)
+
+    closely: Any = {"method": "lm", "xtol": 1e-12, "ftol": 1e-12, "gtol": 1e-12, "jac": lambda p: at(p.tobytes())[1]}
+    found = least_squares(lambda p: at(p.tobytes())[0], begin / size, **closely)
+    J, left = found.jac, found.fun
+    together = max(correlation_time(left), 1.0)
+    covariance = together * left @ left / (len(left) - k - m) * np.linalg.inv(J.T @ J)
+    told = [*_unsettled(trials)]
+    if together > _TOGETHER:
+        told.append(f"residuals hang together for {together:.0f} samples: the model does not hold all that is there")
+    if not found.success:
+        told.append(f"not solved: {found.message}")
+    return Estimate(found.x[:k] * size[:k], (covariance * np.outer(size, size))[:k, :k], left, tuple(told))
+
+
+def _solved(
+    trials: Sequence[Trial],
+    lengths: Sequence[float],
+    kernel: Float[np.ndarray, "w"],
+    motions: Sequence[Float[np.ndarray, "n"]] | None,
+) -> Estimate:
+    """`windows`, with instruments from motions if there are any."""
+    own = [None] * len(trials) if motions is None else motions
+    parts = [_windowed(trial, lengths, kernel, motion) for trial, motion in zip(trials, own, strict=True)]
+    y, X, Z = (np.concatenate([part[i] for part in parts]) for i in range(3))
+    inverse = np.linalg.inv(Z.T @ X)
+    values = inverse @ Z.T @ y
+    left = y - X @ values
+    spread = sum(part[3].T @ part[3] for part in parts)  # Z^T D F F^T D^T Z
+    # of D F e the residuals keep all but what the parameters take
+    kept = sum(part[5] for part in parts) - np.trace(inverse @ sum(part[3].T @ part[4] for part in parts))
+    covariance = left @ left / kept * inverse @ spread @ inverse.T
+    return Estimate(values, covariance, left, _unsettled(trials))
+
+
+def _windowed(
+    trial: Trial,
+    lengths: Sequence[float],
+    kernel: Float[np.ndarray, "w"],
+    motion: Float[np.ndarray, "n"] | None,
+) -> tuple[Any, ...]:
+    """Differences, regressors and instruments of all windows of a trial; F^T D^T of both; the trace of D F F^T D^T."""
+    step = float(np.mean(np.diff(trial.time)))
+    n = len(trial.time)
+    X = _integral(trial.time, _rows(trial))
+    Z = X if motion is None else _integral(trial.time, _rows(trial._replace(state=motion)))
+    first, last = [], []
+    for length in lengths:
+        w = round(length / step)
+        if not 0 < w < n:
+            raise ValueError(f"windows: {length:g} s does not fit into a recording of {n} samples, {step:g} s apart.")
+        first.append(np.arange(n - w))
+        last.append(np.arange(w, n))
+    i, j = np.concatenate(first), np.concatenate(last)
+    regressors, instruments_ = X[j] - X[i], Z[j] - Z[i]
+    back = [np.zeros_like(X), np.zeros_like(X)]
+    for part, rows in zip(back, (instruments_, regressors), strict=True):
+        np.add.at(part, j, rows)
+        np.subtract.at(part, i, rows)
+    back = [convolve1d(part, kernel, axis=0, mode="nearest") for part in back]
+    alike = np.correlate(kernel, kernel, "full")[len(kernel) - 1 :]  # F F^T by lag
+    trace = sum(2 * len(a) * (alike[0] - (alike[n - len(a)] if n - len(a) < len(alike) else 0.0)) for a in first)
+    return trial.state[j] - trial.state[i], regressors, instruments_, *back, trace
+
+
+def _rows(trial: Trial) -> Float[np.ndarray, "n k"]:
+    """H at the samples."""
+    inputs = tuple(np.asarray(u(trial.time), float) for u in trial.inputs)
+    return np.asarray(at_samples(trial.regressors, trial.time, trial.state, inputs))
+
+
+def asked(trial: Trial, samples: int | None = None) -> tuple[Regressors, np.ndarray, tuple[np.ndarray, ...]]:
+    """What `motion` is asked for; with more samples than there are it stands still after the last."""
+    more = 0 if samples is None else samples - len(trial.time)
+    inputs = inputs_between(trial.time, trial.inputs)
+    time = np.pad(trial.time, (0, more), mode="edge")
+    return trial.regressors, time, tuple(np.pad(u, ((0, more), (0, 0)), mode="edge") for u in inputs)
+
+
+def _integral(time: Float[np.ndarray, "n"], H: Float[np.ndarray, "n k"]) -> Float[np.ndarray, "n k"]:
+    """From the first sample to each: trapezoids."""
+    parts = 0.5 * np.diff(time)[:, None] * (H[1:] + H[:-1])
+    return np.concatenate([np.zeros((1, H.shape[1])), np.cumsum(parts, axis=0)])
+
+
+def _unsettled(trials: Sequence[Trial]) -> tuple[str, ...]:
+    """What is told of trials whose halves have other means."""
+    halves = [[float(np.mean(part)) for part in np.array_split(trial.state, 2)] for trial in trials]
+    far = [abs(a - b) > _SETTLED * np.sqrt(np.mean(t.state**2)) for (a, b), t in zip(halves, trials, strict=True)]
+    return (f"not settled: {sum(far)} of {len(trials)} recordings change from half to half",) if any(far) else ()
+
+
+class Deviation(NamedTuple):
+    """Measured minus computed state, in percent of the root mean square of the measured one."""
+
+    mean: float  # signed
+    std: float  # about that mean
+    largest: float  # magnitude
+
+
+def follow(trial: Trial, values: Float[np.ndarray, "k"]) -> Float[np.ndarray, "n"]:
+    """The motion of a model with these parameters, from the first state of least squares to the samples."""
+    what = asked(trial)
+
+    def at(x0: Float[np.ndarray, "1"]) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n k+1"]]:
+        states, slopes = with_slopes(*what, values, x0[0])
+        return np.asarray(states), np.asarray(slopes)
+
+    how: Any = {"method": "lm", "jac": lambda x0: at(x0)[1][:, -1:]}
+    found = least_squares(lambda x0: at(x0)[0] - trial.state, trial.state[:1], **how)
+    return at(found.x)[0]
+
+
+def deviation(measured: Float[np.ndarray, "n"], computed: Float[np.ndarray, "n"]) -> Deviation:
+    """Errors of a motion against samples."""
+    error = 100 * (measured - computed) / np.sqrt(np.mean(measured**2))
+    return Deviation(float(np.mean(error)), float(np.std(error)), float(np.max(np.abs(error))))

@@ -1,0 +1,135 @@
+"""By how much a model misses data, in standard errors: what a fit makes small, and what tells how good it is."""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from scipy.optimize import least_squares
+
+from nectosome.units import InputError, did_you_mean
+from nectosome.units.ranges import Ranges
+
+Residuals = Callable[[Float[np.ndarray, "m n"]], Float[np.ndarray, "m r"]]
+Jacobian = Callable[[Float[np.ndarray, "n"]], Float[np.ndarray, "r n"]]
+_CLOSE = 1e-10  # relative changes at which a fit ends
+
+
+class Fit(NamedTuple):
+    """Parameters that make the sum of squared residuals small."""
+
+    theta: Float[np.ndarray, "n"]
+    chi2: float
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """Residuals of a model whose parameters have ranges.
+
+    - residuals: rows of parameters [m, n] -> differences from the data [m, r], each divided by its standard error.
+    - jacobian: parameters [n] -> slopes of the residuals [r, n]; finite differences unless given, in one batch of
+      2 n + 1 rows.
+    - step: of finite differences, as a share of the ranges; larger for residuals that are rough.
+
+    Raises InputError for a range of one value, ValueError for residuals of a wrong shape.
+    """
+
+    residuals: Residuals
+    ranges: Ranges
+    jacobian: Jacobian | None = None
+    step: float = 1e-4
+
+    def __post_init__(self):
+        for name, (low, high) in zip(self.ranges.names, self.ranges.bounds, strict=True):
+            if low == high:
+                raise InputError(f"is fixed at {low:g}. Leave it out of what is told.", field=name)
+        if not 0 < self.step <= 0.25:
+            raise InputError(f"is {self.step:g}; it must be more than 0 and at most 0.25.", field="step")
+
+    def index(self, name: str) -> int:
+        """Place of a parameter among the others. Raises InputError for one that there is not."""
+        if name not in self.ranges.names:
+            raise InputError(f"there is no such parameter.{did_you_mean(name, self.ranges.names)}", field=name)
+        return self.ranges.names.index(name)
+
+    def places(self, theta: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+        """Places of parameters in their ranges. Raises InputError outside of them."""
+        u = self.ranges.places(theta)
+        for k in np.flatnonzero(~((u >= -1e-9) & (u <= 1 + 1e-9))):
+            low, high = self.ranges.bounds[k]
+            raise InputError(f"{theta[k]:g} is not between {low:g} and {high:g}.", field=self.ranges.names[k])
+        return u.clip(0.0, 1.0)
+
+    def at(self, u: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m r"]:
+        """Residuals at places in the ranges."""
+        r = np.asarray(self.residuals(self.ranges.values(u)), dtype=float)
+        if r.ndim != 2 or len(r) != len(u):
+            raise ValueError(f"the residuals have the shape {r.shape} for {len(u)} rows of parameters.")
+        return r
+
+    def slopes(self, u: Float[np.ndarray, "n"]) -> Float[np.ndarray, "r n"]:
+        """Slopes of the residuals by the places, from within. Raises InputError where these are no numbers."""
+        if self.jacobian is not None:
+            x = self.ranges.values(u)
+            found = np.asarray(self.jacobian(x), dtype=float) * self.ranges.slopes(x)
+        else:
+            found = self._differences(u)
+        if not np.isfinite(found).all():
+            told = self.ranges.told(self.ranges.values(u))
+            raise InputError(f"the residuals, or their slopes, are no numbers at or near {told}.")
+        return found
+
+    def fit(
+        self,
+        theta: Float[np.ndarray, "n"],
+        fixed: Collection[str] = (),
+        shift: Float[np.ndarray, "r"] | float = 0.0,
+        gain: float = 0.0,
+    ) -> Fit:
+        """Least squares of residuals plus a shift within the ranges, from parameters on, some of them fixed.
+
+        A local minimum; or what is found when a step gains less than `gain` of chi2, or no more is to be had. Raises
+        InputError where residuals are no numbers at the start.
+        """
+        free = np.array([name not in fixed for name in self.ranges.names])
+        start = self.places(theta)
+
+        def whole(part: np.ndarray) -> np.ndarray:
+            u = start.copy()
+            u[free] = part
+            return u
+
+        def residuals(part: np.ndarray) -> np.ndarray:
+            return self.at(whole(part)[None])[0] + shift
+
+        first = residuals(start[free])
+        if not np.isfinite(first).all():
+            raise InputError(f"the residuals are no numbers at {self.ranges.told(self.ranges.values(start))}.")
+        if not free.any():
+            return Fit(self.ranges.values(start), float(first @ first))
+        before = float(first @ first)
+        if before < gain:
+            return Fit(self.ranges.values(start), before)
+
+        def enough(intermediate_result: Any) -> None:
+            nonlocal before
+            chi2 = 2 * float(intermediate_result.cost)
+            if min(before - chi2, chi2) < gain:
+                raise StopIteration
+            before = chi2
+
+        how: Any = {"jac": lambda part: self.slopes(whole(part))[:, free], "bounds": (0.0, 1.0), "callback": enough}
+        found = least_squares(residuals, start[free], **how, xtol=_CLOSE, ftol=_CLOSE, gtol=_CLOSE)
+        return Fit(self.ranges.values(whole(found.x)), 2 * float(found.cost))
+
+    def _differences(self, u: Float[np.ndarray, "n"]) -> Float[np.ndarray, "r n"]:
+        """Central differences; where a bound is near, those of a parabola through three points on the inner side."""
+        n, h = len(u), self.step
+        side = np.where(u + h > 1, -1.0, np.where(u - h < 0, 1.0, 0.0))
+        near, far = np.where(side == 0, 1.0, side), np.where(side == 0, -1.0, 2 * side)
+        rows = np.concatenate([u[None], u + h * np.diag(near), u + h * np.diag(far)])
+        r = self.at(rows)
+        middle, one, two = r[:1], r[1 : n + 1], r[n + 1 :]
+        slopes = np.where(side[:, None] == 0, one - two, near[:, None] * (4 * one - two - 3 * middle))
+        return slopes.T / (2 * h)

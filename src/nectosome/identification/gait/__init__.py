@@ -1,0 +1,1 @@
+"""Parameters of a walking robot from features of its gait."""

@@ -1,0 +1,168 @@
+"""Many walks of one robot, side by side: its gait, and when it falls, for rows of numbers in its description."""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import Mechanical, State
+from nectosome.core.remember import remembered
+from nectosome.description import RobotDescription, resolve
+from nectosome.loads import Leg
+from nectosome.mechanism import Robot, in_plane, moves_in_plane
+from nectosome.model.build import Blueprint, blueprint_of, fill
+from nectosome.solve import pace
+from nectosome.units import InputError
+
+from .features import gait_of
+
+_FEW, _MANY = 8, 25  # lanes side by side: small generations fill few, large ones go quicker with many
+_THREADS = 2
+_UPRIGHT = 0.5  # cosine of the angle by which a robot leans that has fallen
+_LONGEST = 3600.0  # s
+_THIN = 10  # steps from one kept sample to the next
+
+
+class Walked(NamedTuple):
+    """What came of walks; the window is the last part of each."""
+
+    gait: Float[np.ndarray, "m 4"]  # features in the window, as `Gait` has them
+    fell: Float[np.ndarray, "m"]  # when [s]; inf where it did not
+    duty: Float[np.ndarray, "m legs"]  # share of the window that each foot is on the ground
+    series: Float[np.ndarray, "m n 3"]  # place along x [m] since the window began, height [m], lean [rad]
+
+
+class _Steps(eqx.Module):
+    """How long to walk, and which numbers change from lane to lane."""
+
+    windows: int = eqx.field(static=True)
+    window: int = eqx.field(static=True)  # steps of each
+    flat: bool = eqx.field(static=True)
+    places: tuple[tuple[int, ...], ...] = eqx.field(static=True)  # of each column among the numbers
+    step: Float[Array, ""]
+
+
+class Walks:
+    """Walks of a robot whose numbers at `paths` (or aliases) are given row by row.
+
+    - seconds: of each walk, a whole number of windows [s]; of the last one the gait is told.
+    - step [s]: of the classical Runge-Kutta method.
+
+    It has fallen when its body leans by more than 60 degrees or is under the floor. Raises InputError for a robot
+    without legs or floor, for unknown names and those that stand for the same number, and where windows do not fit.
+    """
+
+    def __init__(
+        self,
+        description: RobotDescription,
+        paths: Sequence[str],
+        *,
+        seconds: float = 25.0,
+        window: float = 5.0,
+        step: float = 1e-3,
+    ):
+        limbs = (description.body, *description.limbs.values())
+        walks = any(load.kind == "leg" for limb in limbs for load in limb.loads.values())
+        if description.water.floor is None or not walks:
+            told = f"{description.name} has no legs that step on a floor, so it has no gait."
+            raise InputError(told, field="robot")
+        if not 0 < seconds <= _LONGEST:
+            told = f'"{seconds:g} s" is out of range: it must be more than 0 s and at most {_LONGEST:g} s.'
+            raise InputError(told, field="seconds")
+        windows = round(seconds / window) if window > 0 else 0
+        if windows < 1 or abs(windows * window - seconds) > 1e-9 * seconds:
+            raise InputError(f"is {window:g} s; the {seconds:g} s of a walk must be so many of them.", field="window")
+        if abs(round(window / step) * step - window) > 1e-9 * window:
+            raise InputError(f"is {window:g} s; it must be a whole number of steps of {step:g} s.", field="window")
+        groups = [resolve(description, path) for path in paths]
+        taken: dict[str, str] = {}
+        for name, group in zip(paths, groups, strict=True):
+            for path in group:
+                if path in taken:
+                    raise InputError(f"is given twice: {taken[path]} stands for it too.", field=name)
+                taken[path] = name
+        self.seconds, self.window, self.step = seconds, window, step
+        blueprint, self._numbers = blueprint_of(description, tuple(path for group in groups for path in group))
+        self._blueprint = blueprint
+        places = tuple(tuple(blueprint.paths.index(path) for path in group) for group in groups)
+        flat = moves_in_plane(fill(blueprint, self._numbers))
+        self._how = _Steps(windows, round(window / step), flat, places, jnp.asarray(step))
+
+    def __call__(self, rows: Float[np.ndarray, "m k"]) -> Walked:
+        """Walk with each row of numbers."""
+        m = len(rows)
+        lanes = _MANY if m >= _THREADS * _MANY else _FEW
+        padded = np.concatenate([rows, np.repeat(rows[-1:], -m % lanes, axis=0)])
+        with ThreadPoolExecutor(_THREADS) as pool:
+            parts = [*pool.map(self._lanes, np.split(padded, len(padded) // lanes))]
+        return Walked(*(np.concatenate(each)[:m] for each in zip(*parts, strict=True)))
+
+    def _lanes(self, rows: Float[np.ndarray, "w k"]) -> tuple[np.ndarray, ...]:
+        found = remembered(side_by_side, self._blueprint, self._how, self._numbers, jnp.asarray(rows))
+        return tuple(np.asarray(x) for x in found)
+
+
+def side_by_side(
+    blueprint: Blueprint, how: _Steps, numbers: Float[Array, "n"], rows: Float[Array, "w k"]
+) -> tuple[Array, Array, Array, Array]:
+    """What `Walked` holds, of one lane for each row; numbers that do not change are shared by all."""
+    return jax.vmap(lambda row: _walked(blueprint, how, numbers, row))(rows)
+
+
+def _walked(blueprint: Blueprint, how: _Steps, numbers: Array, row: Array) -> tuple[Array, Array, Array, Array]:
+    own = [numbers[i] for i in range(len(blueprint.paths))]
+    for k, places in enumerate(how.places):
+        for i in places:
+            own[i] = row[k]
+    robot = fill(blueprint, own)
+    system: Mechanical = in_plane(robot) if how.flat else robot
+    length = how.window * how.step
+    times = jnp.arange(how.window + 1) * how.step
+
+    def one(carry: tuple[State, Array, _Seen], k: Array) -> tuple[tuple[State, Array, _Seen], None]:
+        x, fell, last = carry
+        t = k * length
+        begun = jax.tree.map(lambda a: a[-1:], last)
+        x, kept = pace(system, t, x, how.step, how.window, keep=lambda x: _seen(robot, x))
+        seen = jax.tree.map(lambda a, b: jnp.concatenate([a, b]), begun, kept)
+        sooner = t + jnp.min(jnp.where(seen.fallen, times, jnp.inf))
+        return (x, jnp.minimum(fell, sooner), seen), None
+
+    start = robot.initial()
+    begun = jax.tree.map(lambda a: jnp.broadcast_to(a, (how.window + 1, *a.shape)), _seen(robot, start))
+    carry = start, jnp.asarray(jnp.inf), begun
+    (_, fell, seen), _ = jax.lax.scan(one, carry, jnp.arange(how.windows, dtype=float))
+    gait = gait_of(seen.place[:, 0], seen.place[:, 1], how.step)
+    series = jnp.stack([seen.place[:, 0] - seen.place[0, 0], seen.place[:, 1], seen.lean], axis=-1)[::_THIN]
+    return jnp.stack(gait), fell, jnp.mean(seen.on_ground, axis=0), series
+
+
+class _Seen(NamedTuple):
+    """What is kept of each step."""
+
+    place: Array  # of the body along x and z [m]
+    lean: Array  # [rad]
+    on_ground: Array  # 1 for each foot that is
+    fallen: Array  # whether it leans too far, lies under the floor, or its numbers are none
+
+
+def _seen(robot: Robot, x: State) -> _Seen:
+    q, *_ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
+    shape = robot.tree.shape(q)
+    floor, feet = robot.water.floor, []
+    assert floor is not None
+    for attached, z in zip(robot.loads, x.z, strict=True):
+        if isinstance(attached.load, Leg):
+            (ahead, above), _, _ = attached.load.foot(z.crank)
+            hip, station = attached.load.hip, robot.tree.layout[attached.part].stations.start
+            up, foot = shape.rotation[station, 2], (hip[0] + ahead, hip[1], hip[2] + above)
+            height = shape.position[station, 2] + sum(up[i] * foot[i] for i in range(3))
+            feet.append(height < floor)
+    R, p = shape.rotation[0], shape.position[0]
+    fallen = ~((R[2, 2] > _UPRIGHT) & (p[2] > floor))
+    return _Seen(jnp.stack([p[0], p[2]]), jnp.arctan2(R[2, 0], R[2, 2]), jnp.stack(feet).astype(float), fallen)

@@ -1,0 +1,114 @@
+"""Files of gaits that a robot must come to: the robot, what of it is unknown, and features of each trial."""
+
+from pathlib import Path
+from typing import Any
+
+from nectosome.description import RobotDescription, load_robot, numeric_paths, resolve
+from nectosome.description.variables import Variable, read_variable
+from nectosome.io.yaml_text import Key, read_text, read_yaml
+from nectosome.robots import describe
+from nectosome.units import InputError, did_you_mean, parse_quantity, shorten
+
+from .features import FEATURES, UNITS
+from .fit import GaitFit, GaitTrial
+
+_KNOWN = ("about", "robot", "unknown", "seconds", "window", "error", "trials")
+_DIMENSIONS = {"m": "length", "Hz": "frequency", "m/s": "speed"}
+
+
+def load_gait_fit(path: str | Path) -> GaitFit:
+    """Read a file of gaits. Raises InputError that names file, line and field.
+
+    `robot` is the name of one that ships or a robot file beside this one; `unknown` gives each quantity a range;
+    `trials` are a list of features, amplitude, frequency, speed and height, with what differs from the robot in `set`;
+    `error` is their relative standard error.
+    """
+    text = read_text(path)
+    data, lines = read_yaml(text, str(path))
+    file = _File(Path(path), lines)
+    if not isinstance(data, dict):
+        raise InputError("is no file of gaits: it has no named fields.", file=str(path))
+    for key in data:
+        if key not in _KNOWN:
+            raise file.wrong((str(key),), f"is not known here.{did_you_mean(str(key), _KNOWN)}")
+    unknown, trials = data.get("unknown"), data.get("trials")
+    if not isinstance(unknown, dict) or not unknown:
+        raise file.wrong(("unknown",), "needs at least one name with a range.")
+    if not isinstance(trials, list) or not trials:
+        raise file.wrong(("trials",), "needs at least one gait, with a dash before it.")
+    description = _robot(file, data.get("robot"))
+    variables = tuple(_variable(file, name, span, description) for name, span in unknown.items())
+    found = tuple(_trial(file, k, one, description) for k, one in enumerate(trials))
+    kinds = {"seconds": "time", "window": "time", "error": "number"}
+    numbers = {key: file.quantity((key,), data[key], kind) for key, kind in kinds.items() if key in data}
+    try:
+        return GaitFit(description, variables, found, **numbers)
+    except InputError as error:
+        line = lines.get((error.field or "",)) or lines.get(("unknown", error.field or ""))
+        raise InputError(error.message, file=str(path), line=line, field=error.field) from None
+
+
+class _File:
+    """Where mistakes of a file are."""
+
+    def __init__(self, path: Path, lines: dict[Key, int]):
+        self.path, self.lines = path, lines
+
+    def wrong(self, at: Key, message: str) -> InputError:
+        """The error of a field."""
+        line = self.lines.get(at) or (self.lines.get(at[:-1]) if at[:-1] else None)
+        return InputError(message, file=str(self.path), line=line, field=shorten(".".join(map(str, at))))
+
+    def quantity(self, at: Key, text: Any, dimension: str) -> float:
+        """A positive quantity with its unit."""
+        try:
+            value = parse_quantity(str(text), dimension)
+        except ValueError as error:
+            raise self.wrong(at, str(error)) from None
+        if not value > 0:
+            raise self.wrong(at, f'"{shorten(text)}" is out of range: it must be more than 0.')
+        return value
+
+
+def _robot(file: _File, name: Any) -> RobotDescription:
+    if not isinstance(name, str):
+        raise file.wrong(("robot",), "is missing. Name a robot that ships, or a robot file.")
+    beside = file.path.parent / name
+    try:
+        return load_robot(beside) if beside.suffix in (".yaml", ".yml") else describe(name)
+    except InputError as error:
+        raise file.wrong(("robot",), str(error)) from None
+
+
+def _variable(file: _File, name: str, span: Any, description: RobotDescription) -> Variable:
+    try:
+        return read_variable(name, str(span), description)
+    except InputError as error:
+        raise file.wrong(("unknown", name), error.message) from None
+
+
+def _trial(file: _File, k: int, one: Any, description: RobotDescription) -> GaitTrial:
+    at: Key = ("trials", k)
+    if not isinstance(one, dict):
+        raise file.wrong(at, "has no named fields: amplitude, frequency, speed and height are needed.")
+    for key in one:
+        if key not in (*FEATURES, "set"):
+            raise file.wrong((*at, str(key)), f"is not known here.{did_you_mean(str(key), (*FEATURES, 'set'))}")
+    for name in FEATURES:
+        if one.get(name) is None:
+            raise file.wrong((*at, name), "is missing.")
+    a, f, v, z = (file.quantity((*at, f), one[f], _DIMENSIONS[u]) for f, u in zip(FEATURES, UNITS, strict=True))
+    changes, quantities = one.get("set", {}), numeric_paths(description)
+    if not isinstance(changes, dict):
+        raise file.wrong((*at, "set"), "needs names with values.")
+    values = {}
+    for name, text in changes.items():
+        try:
+            (value,) = {
+                quantities[path].read(str(text), units_required=True) for path in resolve(description, str(name))
+            }
+        except (InputError, ValueError) as error:
+            told = error.message if isinstance(error, InputError) else str(error)
+            raise file.wrong((*at, "set", str(name)), told) from None
+        values[str(name)] = value
+    return GaitTrial((a, f, v, z), values)

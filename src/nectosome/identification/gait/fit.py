@@ -1,0 +1,151 @@
+"""Parameters of a walking robot from features of its gait, in one trial or in several that differ in what is known."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Float
+
+from nectosome.description import RobotDescription, get_value
+from nectosome.description.variables import Box, Variable
+from nectosome.search.found import Evolved
+from nectosome.units import DIMENSIONS, InputError
+from nectosome.units.ranges import Ranges
+
+from ..fits.identifiability import Identifiability
+from ..fits.misfit import Misfit
+from .batch import Walked, Walks
+from .features import discrepancy
+
+_STEP = 1e-3  # of finite differences, as a share of the ranges: contacts make features rough
+
+
+@dataclass(frozen=True)
+class GaitTrial:
+    """What was measured of one gait: features as `Gait` has them, and quantities that differ from the robot's."""
+
+    target: tuple[float, float, float, float]
+    changes: Mapping[str, float]  # by path or alias, SI
+
+
+@dataclass(frozen=True, eq=False)
+class GaitFit:
+    """A robot, what of it is unknown, and the gaits that it must come to.
+
+    Raises InputError for what `Walks` refuses, and for what is both unknown and given in a trial.
+
+    - seconds: of a walk, a whole number of windows [s]; of the last one features are taken.
+    - error: relative standard error of the features, for what they tell of the parameters.
+    """
+
+    description: RobotDescription
+    variables: tuple[Variable, ...]
+    trials: tuple[GaitTrial, ...]
+    seconds: float = 25.0
+    window: float = 5.0
+    error: float = 0.01
+
+    def __post_init__(self):
+        _ = self._walks  # raises before anything is begun
+
+    @cached_property
+    def ranges(self) -> Ranges:
+        """Of the unknown."""
+        return Box(self.variables)
+
+    def walked(self, rows: Float[np.ndarray, "m n"]) -> list[Walked]:
+        """Walks with each row of parameters, trial by trial."""
+        m, changed = len(rows), self._changed
+        lanes = [np.column_stack([rows, np.tile(values, (m, 1))]) for values in changed.values]
+        found = self._walks(np.concatenate(lanes))
+        return [Walked(*(x[k * m : (k + 1) * m] for x in found)) for k in range(len(self.trials))]
+
+    def by_trial(self, rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m trials"]:
+        """Discrepancy of each trial (eq. 13); inf where numbers are none."""
+        targets = [np.array(trial.target) for trial in self.trials]
+        walked = zip(self.walked(rows), targets, strict=True)
+        found = np.stack([discrepancy(one.gait, target, one.fell, self.seconds) for one, target in walked], axis=1)
+        return np.where(np.isnan(found), np.inf, found)
+
+    def summed(self, rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m"]:
+        """Discrepancies of all trials together."""
+        return self.by_trial(rows).sum(axis=1)
+
+    @property
+    def misfit(self) -> Misfit:
+        """Features against the targets, in their standard errors."""
+
+        def residuals(rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m r"]:
+            walked = zip(self.walked(rows), self.trials, strict=True)
+            return np.concatenate([(one.gait / trial.target - 1) / self.error for one, trial in walked], axis=1)
+
+        return Misfit(residuals, self.ranges, step=_STEP)
+
+    @property
+    def key(self) -> str:
+        """The same for the same fit only."""
+        trials = [(trial.target, sorted(trial.changes.items())) for trial in self.trials]
+        return f"{self.description.model_dump_json()} {trials} {self.seconds} {self.window}"
+
+    @cached_property
+    def _changed(self) -> "_Changed":
+        names = tuple(dict.fromkeys(name for trial in self.trials for name in trial.changes))
+        for name in names:
+            if name in self.ranges.names:
+                raise InputError("is unknown, and cannot be given too.", field=name)
+        own = {name: float(get_value(self.description, name)) for name in names}
+        return _Changed(names, [[(own | dict(trial.changes))[name] for name in names] for trial in self.trials])
+
+    @cached_property
+    def _walks(self) -> Walks:
+        names = (*self.ranges.names, *self._changed.names)
+        return Walks(self.description, names, seconds=self.seconds, window=self.window)
+
+
+@dataclass(frozen=True)
+class _Changed:
+    """Quantities that differ between trials, and their values in each."""
+
+    names: tuple[str, ...]
+    values: Sequence[Sequence[float]]
+
+
+def gait_data(fit: GaitFit, found: Evolved, walked: list[Walked], told: Identifiability, as_good: float) -> xr.Dataset:
+    """Parameters, features, motion and history of a fit, in SI units.
+
+    - over `parameter`: the best `value`, its range `low` to `high`; `good_low` to `good_high`, between which candidates
+      lie that are as good, of a discrepancy of at most `as_good`; `told`, whether the features tell it.
+    - over `trial` and `feature`: `target`, `reached`. Over `trial` and `sample`: `surge`, `heave`, `lean` in the
+      window.
+    - over `evaluation`: `discrepancy` (eq. 13), of all trials together.
+    """
+    good = found.close(as_good)
+    best = found.rows[int(np.argmin(found.values[:, 0]))]
+    series = np.stack([one.series[0] for one in walked])
+    time = np.linspace(0.0, fit.window, series.shape[1])
+    return xr.Dataset(
+        {
+            "value": ("parameter", best),
+            "low": ("parameter", fit.ranges.bounds[:, 0]),
+            "high": ("parameter", fit.ranges.bounds[:, 1]),
+            "good_low": ("parameter", good.min(axis=0)),
+            "good_high": ("parameter", good.max(axis=0)),
+            "told": ("parameter", told.told),
+            "target": (("trial", "feature"), np.array([trial.target for trial in fit.trials])),
+            "reached": (("trial", "feature"), np.stack([one.gait[0] for one in walked])),
+            "unit_of_feature": ("feature", list(UNITS)),
+            "surge": (("trial", "sample"), series[..., 0], {"units": "m"}),
+            "heave": (("trial", "sample"), series[..., 1], {"units": "m"}),
+            "lean": (("trial", "sample"), series[..., 2], {"units": "rad"}),
+            "discrepancy": ("evaluation", found.values[:, 0]),
+        },
+        {
+            "parameter": list(fit.ranges.names),
+            "feature": list(FEATURES),
+            "time": ("sample", time, {"units": "s"}),
+            "unit": ("parameter", [DIMENSIONS[v.dimension].unit for v in fit.variables]),
+        },
+        {"rank": told.rank, "as_good": as_good, "good": len(good), "ended": found.message},
+    )

@@ -1,0 +1,1 @@
+"""A soft actuator with hysteresis and inertia, from pressure and displacement."""

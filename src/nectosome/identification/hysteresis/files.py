@@ -1,0 +1,179 @@
+"""Recordings of pressure and displacement as `identify_hysteresis` takes them: at even times, from rest, unbroken."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from nectosome.measure.signals.checks import is_even
+from nectosome.measure.signals.resample import default_gap, unbroken
+from nectosome.units import InputError, count
+
+from .fit import PressureTrial
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+from typing import TYPE_CHECKING
+
+from nectosome.drives import respond
+
+from ..fits.errors import range_errors
+from .fit import Identified
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+_UNITS = {"pressure": "Pa", "displacement": "m"}
+_REST = 0.1  # of the range of the displacement: as far from 0 it does not begin at rest
+_LEAST = 50  # samples
+
+
+class PressureRecording(NamedTuple):
+    """A trial, and what was done to the recording."""
+
+    trial: PressureTrial
+    notes: tuple[str, ...]
+    file: str
+
+
+def pressure_recordings(recordings: "Sequence[xr.Dataset]") -> list[PressureRecording]:
+    """Trials of files that have a `pressure` [Pa] and a `displacement` [m].
+
+    Times that are not even are made so. What follows a gap is left out, since hysteresis remembers what came in it.
+    Raises InputError that names file and column for what is missing, constant, swapped or in another unit, for a
+    displacement that does not begin near 0, and where too little is left.
+    """
+    found = [_recording(recording) for recording in recordings]
+    if not found:
+        raise InputError("there is no recording.", field="recordings")
+    return found
+
+
+def _recording(recording: "xr.Dataset") -> PressureRecording:
+    file = Path(json.loads(recording.attrs["provenance"])["file"]).name
+    time, columns = _columns(file, recording)
+    known = np.all([np.isfinite(x) for x in columns.values()], axis=0)
+    if known.sum() < _LEAST:
+        raise InputError(f"has {count(int(known.sum()), 'sample')} of both; {_LEAST} at least are needed.", file=file)
+    first = unbroken(time, known, default_gap(time[known]))[0]
+    kept = np.flatnonzero(known)[: first.stop - first.start] if known[0] else np.zeros(0, int)
+    if kept.size < _LEAST:
+        raise InputError(
+            f"has {count(kept.size, 'sample')} before its first gap; {_LEAST} at least are needed, since hysteresis "
+            "remembers what came in the gap.",
+            file=file,
+        )
+    notes = list[str]()
+    if kept.size < time.size:
+        notes.append(f"{time.size - kept.size} of {time.size} samples left out, from the first gap on")
+    time, columns = time[kept], {name: x[kept] for name, x in columns.items()}
+    step = float(np.mean(np.diff(time)))
+    if not is_even(time):
+        step = float(np.median(np.diff(time)))
+        even = np.arange(time[0], time[-1] + 1e-9 * step, step)
+        columns = {name: np.interp(even, time, x) for name, x in columns.items()}
+        notes.append(f"put on even steps of {step:.4g} s")
+    for name, x in columns.items():
+        if np.ptp(x) == 0:
+            raise InputError("is the same all the time: nothing can be told from it.", file=file, field=name)
+    begun, width = float(columns["displacement"][0]), float(np.ptp(columns["displacement"]))
+    if abs(begun) > _REST * width:
+        raise InputError(
+            f"begins at {begun:.4g} m, of a range of {width:.4g} m. It must begin at rest, near 0: give its zero in "
+            "the campaign, as in columns: {displacement: {zero: ...}}.",
+            file=file,
+            field="displacement",
+        )
+    return PressureRecording(PressureTrial(Path(file).stem, step, **columns), tuple(notes), file)
+
+
+def _columns(file: str, recording: "xr.Dataset") -> tuple[Float[np.ndarray, "n"], dict[str, Float[np.ndarray, "n"]]]:
+    """Times, and both columns in SI units."""
+    if "time" not in recording.dims:
+        raise InputError("has no time. Say in the campaign which column it is, or its rate.", file=file)
+    for name in _UNITS:
+        if name not in recording.data_vars:
+            there = ", ".join(map(str, recording.data_vars))
+            how = f"Name the column in the campaign, as in columns: {{{name}: {{column: ..., unit: ...}}}}"
+            raise InputError(f"is missing; there are {there}. {how}.", file=file, field=name)
+    units = {name: str(recording[name].attrs.get("units", "")) for name in _UNITS}
+    if units == {"pressure": "m", "displacement": "Pa"}:
+        raise InputError("pressure is in m and displacement in Pa: the two columns are swapped.", file=file)
+    for name, unit in units.items():
+        if unit != _UNITS[name]:
+            told = f"is in {unit or 'no unit'}; {_UNITS[name]} or a multiple is needed. Give its unit in the campaign."
+            raise InputError(told, file=file, field=name)
+    return recording["time"].values.astype(float), {name: recording[name].values.astype(float) for name in _UNITS}
+
+
+def hysteresis_data(
+    found: Identified, train: Sequence[PressureTrial], test: Sequence[PressureTrial] = ()
+) -> "xr.Dataset":
+    """Parameters, and the model beside recordings that were fitted (`train`) and others.
+
+    - over `parameter` (frequency, damping, slew if fitted, slopes; `unit`): `value`, and the 95 % interval, `low` to
+      `high`; `threshold` [Pa] of the play that a slope begins with, 0 for the first and for what is no slope.
+    - over `recording` (its name; `used` says train or test): `e_rmsp`, `e_mp` [percent of its range].
+    - over `sample`, recording by recording (`of` is its place): `time`, `pressure`, `measured`, `computed`.
+
+    Attributes: `order` of the transfer function, `noise` [m], and `warnings` as JSON.
+    """
+    import xarray as xr
+
+    names, recordings, block = [*found.intervals], [*train, *test], found.block()
+    computed = [np.asarray(respond(block, one.pressure, one.dt)) for one in recordings]
+    errors = np.array([range_errors(y, one.displacement) for y, one in zip(computed, recordings, strict=True)])
+    along = {
+        "time": ([one.dt * np.arange(len(one.pressure)) for one in recordings], "s"),
+        "pressure": ([one.pressure for one in recordings], "Pa"),
+        "measured": ([one.displacement for one in recordings], "m"),
+        "computed": (computed, "m"),
+    }
+    plays = np.concatenate([np.zeros(len(found.theta) + 1), found.thresholds])
+    return xr.Dataset(
+        {
+            "value": ("parameter", np.array([*found.theta.values(), *found.slopes])),
+            "low": ("parameter", [one.low for one in found.intervals.values()]),
+            "high": ("parameter", [one.high for one in found.intervals.values()]),
+            "threshold": ("parameter", plays, {"units": "Pa"}),
+            "e_rmsp": ("recording", errors[:, 0], {"units": "percent"}),
+            "e_mp": ("recording", errors[:, 1], {"units": "percent"}),
+        }
+        | {name: ("sample", np.concatenate(x), {"units": unit}) for name, (x, unit) in along.items()},
+        coords={
+            "parameter": names,
+            "unit": ("parameter", [_PARAMETER_UNITS[name.rstrip("0123456789")] for name in names]),
+            "recording": [one.name for one in recordings],
+            "used": ("recording", ["train"] * len(train) + ["test"] * len(test)),
+            "of": ("sample", np.repeat(np.arange(len(recordings)), [len(one.pressure) for one in recordings])),
+        },
+        attrs={"order": found.order, "noise": found.noise, "warnings": json.dumps(found.warnings)},
+    )
+
+
+def saved_model(data: "xr.Dataset") -> Identified:
+    """The model that `hysteresis_data` holds; its intervals stay there. Raises InputError for data of another kind."""
+    if not {"value", "low", "high", "threshold"} <= set(data) or "order" not in data.attrs:
+        raise InputError("holds no hysteresis: a file that `nectosome identify fishtail --save` wrote is needed.")
+    names = [str(name) for name in data["parameter"].values]
+    slopes = np.array([name.startswith("slope") for name in names])
+    value = data["value"].values
+    return Identified(
+        {name: float(x) for name, x, is_slope in zip(names, value, slopes, strict=True) if not is_slope},
+        {},
+        data["threshold"].values[slopes][1:],
+        value[slopes],
+        float(data.attrs["noise"]),
+        int(data.attrs["order"]),
+        tuple(json.loads(data.attrs["warnings"])),
+    )
+
+
+# of what is told: scale and unit by the unit in SI
+BENCH_UNITS = {"m/Pa": (1e8, "mm/bar"), "Pa/s": (1e-5, "bar/s"), "rad/s": (1.0, "rad/s"), "": (1.0, "")}
+_PARAMETER_UNITS = {"frequency": "rad/s", "damping": "", "slew": "Pa/s", "slope": "m/Pa"}

@@ -1,0 +1,1 @@
+"""What is unknown of any robot, from recordings of its motion."""

@@ -1,0 +1,168 @@
+"""By how much a simulated robot misses recordings of it, with exact slopes by what is unknown of it."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import State, Status
+from nectosome.description import resolve
+from nectosome.description.variables import Box, Variable
+from nectosome.mechanism import Robot, in_plane, moves_in_plane
+from nectosome.model.build import Blueprint, blueprint_of, fill
+from nectosome.solve.integrate import Settings, begin, march
+from nectosome.solve.sensitivity import Sloped, Sloping
+
+from ..fits.misfit import Misfit
+from .trials import Compared, RobotTrial
+
+_RTOL, _ATOL, _MOST = 1e-5, 1e-7, 200_000
+_FIRST_STEP = 1e-4  # s
+
+
+class RobotMisfit:
+    """Trials of one robot, and what of it is unknown."""
+
+    def __init__(self, trials: Sequence[RobotTrial], variables: Sequence[Variable], compared: Sequence[Compared]):
+        self.trials, self.box, self.compared = tuple(trials), Box(tuple(variables)), tuple(compared)
+        self._groups = [list(resolve(trials[0].description, v.name)) for v in variables]
+        also = tuple(path for group in self._groups for path in group)
+        self._prints = [blueprint_of(trial.description, also) for trial in trials]
+        self._longest = max(trial.time.size for trial in trials)
+        self._flat = moves_in_plane(fill(*self._prints[0]))
+
+    def computed(self, theta: Float[np.ndarray, "p"]) -> list[Float[np.ndarray, "k n"]]:
+        """What the robot with these parameters gives in each trial; NaN from where its motion could not be computed.
+
+        A heading goes on beyond half a turn, by as many turns as the measured one.
+        """
+        return [self._turned(np.array(_computed(*self._asked(i, theta))), t) for i, t in enumerate(self.trials)]
+
+    def _turned(self, values: Float[np.ndarray, "k m"], trial: RobotTrial) -> Float[np.ndarray, "k n"]:
+        values = values[:, : trial.time.size]
+        for c, one in enumerate(self.compared):
+            if one.reading.turns:
+                values[c] = np.unwrap(values[c])
+                off = (trial.measured[c] - values[c]) / (2 * np.pi)
+                off = off[np.isfinite(off)]
+                values[c] += 2 * np.pi * np.round(np.median(off)) if off.size else 0.0
+        return values
+
+    def misfit(self, errors: Float[np.ndarray, "k"]) -> Misfit:
+        """Residuals over all that was measured, with a standard error of each column."""
+
+        def residuals(rows: Float[np.ndarray, "m p"]) -> Float[np.ndarray, "m r"]:
+            return np.stack([self._residuals(self.computed(row), errors) for row in rows])
+
+        return Misfit(residuals, self.box, lambda theta: self._slopes(theta, errors))
+
+    def residuals(self, theta: Float[np.ndarray, "p"]) -> list[Float[np.ndarray, "k n"]]:
+        """Computed less measured of each trial, NaN where nothing is compared; of a heading the shorter way round."""
+        return [self._left(y, trial) for y, trial in zip(self.computed(theta), self.trials, strict=True)]
+
+    def _left(self, computed: Float[np.ndarray, "k n"], trial: RobotTrial) -> Float[np.ndarray, "k n"]:
+        left = computed - trial.measured
+        turns = np.array([one.reading.turns for one in self.compared])[:, None]
+        return np.where(turns, np.arctan2(np.sin(left), np.cos(left)), left)
+
+    def _residuals(
+        self, computed: Sequence[Float[np.ndarray, "k n"]], errors: Float[np.ndarray, "k"]
+    ) -> Float[np.ndarray, "r"]:
+        rows = zip(computed, self.trials, strict=True)
+        return np.concatenate([(self._left(y, one) / errors[:, None])[np.isfinite(one.measured)] for y, one in rows])
+
+    def _slopes(self, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]) -> Float[np.ndarray, "r p"]:
+        parts = []
+        for i, trial in enumerate(self.trials):
+            found = np.asarray(_slopes(*self._asked(i, theta), directions=self._directions(i, theta)))
+            parts.append((found[..., : trial.time.size] / errors[:, None])[:, np.isfinite(trial.measured)])
+        return np.concatenate(parts, axis=1).T / self.box.slopes(theta)
+
+    def _asked(self, i: int, theta: Float[np.ndarray, "p"]) -> tuple[Any, ...]:
+        """What a trial is computed from. Times are filled up so that all trials of a kind share a program."""
+        blueprint, numbers = self._prints[i]
+        for x, group in zip(theta, self._groups, strict=True):
+            for path in group:
+                numbers = numbers.at[blueprint.paths.index(path)].set(float(x))
+        time = self.trials[i].time
+        times = jnp.asarray(np.pad(time, (0, self._longest - time.size), mode="edge"))
+        return self._flat, self.compared, blueprint, numbers, times
+
+    def _directions(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[Array, "p n"]:
+        """Derivatives of a blueprint's numbers by the parameters' places in their ranges."""
+        paths, wide = self._prints[i][0].paths, self.box.slopes(theta)
+        rows = zip(self._groups, wide, strict=True)
+        return jnp.array([[float(x) if path in group else 0.0 for path in paths] for group, x in rows])
+
+
+def _settings() -> Settings:
+    """How to integrate; slopes are those by places in the ranges, so that they are allowed errors as states are."""
+    return Settings("implicit", *map(jnp.asarray, (_RTOL, _ATOL, _MOST)), slope_atol=_ATOL)
+
+
+def _made(flat: bool, blueprint: Blueprint, numbers: Array) -> tuple[Any, Robot, State]:
+    """Equations of motion, the robot, and how it begins."""
+    robot = fill(blueprint, numbers)
+    return (in_plane(robot) if flat else robot), robot, robot.initial()
+
+
+def _read(compared: tuple[Compared, ...], robot: Robot, t: Array, x: State) -> Float[Array, "k"]:
+    return jnp.stack([one.sign * one.reading.value(robot, t, x) for one in compared])
+
+
+@eqx.filter_jit
+def _computed(
+    flat: bool,
+    compared: tuple[Compared, ...],
+    blueprint: Blueprint,
+    numbers: Float[Array, "n"],
+    times: Float[Array, "t"],
+) -> Float[Array, "k t"]:
+    moving, robot, x = _made(flat, blueprint, numbers)
+    end, later = march(moving, begin(jnp.zeros(()), x, _settings(), jnp.asarray(_FIRST_STEP)), times[1:], _settings())
+    states = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, later)
+    values = jax.lax.map(lambda tx: _read(compared, robot, *tx), (times, states))
+    return jnp.where((end.status == int(Status.SOLVED)) | (times < end.end)[:, None], values, jnp.nan).T
+
+
+@eqx.filter_jit
+def _slopes(
+    flat: bool,
+    compared: tuple[Compared, ...],
+    blueprint: Blueprint,
+    numbers: Float[Array, "n"],
+    times: Float[Array, "t"],
+    directions: Float[Array, "p n"],
+) -> Float[Array, "p k t"]:
+    """Derivatives of what is compared, carried through the time steps."""
+    made = _made(flat, blueprint, numbers)
+
+    def change(direction: Array) -> Any:
+        def numbers_of(numbers: Array) -> Any:
+            return eqx.filter(_made(flat, blueprint, numbers), eqx.is_inexact_array)
+
+        return jax.jvp(numbers_of, (numbers,), (direction,))[1]
+
+    moving, robot, x = made
+    d_moving, d_robot, d_x = jax.vmap(change)(directions)
+    start = begin(jnp.zeros(()), Sloped(x, d_x), _settings(), jnp.asarray(_FIRST_STEP))
+    sloping = Sloping(moving, d_moving, jnp.zeros(directions.shape[0]))
+    _, later = march(sloping, start, times[1:], _settings())
+    states, slopes = (
+        jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rest)
+        for first, rest in ((x, later.x), (d_x, later.slopes))
+    )
+
+    def at(here: tuple[Array, State, State]) -> Float[Array, "p k"]:
+        t, x, dx = here
+
+        def along(d_robot: Any, dx: State) -> Array:
+            return eqx.filter_jvp(lambda robot, x: _read(compared, robot, t, x), (robot, x), (d_robot, dx))[1]
+
+        return jax.vmap(along)(d_robot, dx)
+
+    return jnp.moveaxis(jax.lax.map(at, (times, states, slopes)), 0, -1)

@@ -1,0 +1,178 @@
+"""Recordings as trials of a robot: what it was like, what drove it, what was measured of its motion."""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from nectosome.description import RobotDescription, apply_settings, numeric_paths
+from nectosome.mechanism import Robot
+from nectosome.model.readings import Reading, reading_of
+from nectosome.units import InputError, count, did_you_mean, shorten
+
+from ..sim2real.observe import unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_LEAST = 10  # samples of a column
+_KNOTS = 1000  # of an input at most, joined by straight lines
+_ROUGH = 1e-3  # of an input's range: what fewer knots may leave out and nobody need be told of
+
+
+class Compared(NamedTuple):
+    """A column of the recordings, and what of the robot it measures."""
+
+    column: str
+    reading: Reading
+    sign: float  # of the reading
+
+    @property
+    def text(self) -> str:
+        """The reading with its sign."""
+        return f"{'-' if self.sign < 0 else ''}{self.reading.name}"
+
+
+class RobotTrial(NamedTuple):
+    """A recording of a robot: its time begins with its first sample, when the robot is as it is described."""
+
+    name: str
+    description: RobotDescription  # with the conditions of the recording, and what drove the robot
+    time: Float[np.ndarray, "n"]  # [s], from 0
+    measured: Float[np.ndarray, "k n"]  # SI, headings beyond half a turn too; NaN where nothing is to be compared
+    notes: tuple[str, ...]
+    file: str
+
+
+def read_compared(text: str, robot: Robot) -> Compared:
+    """Read `column=reading`, as in `push=-force.y`. Raises InputError for what the robot does not have."""
+    column, equals, reading = (part.strip() for part in text.partition("="))
+    if not (column and equals and reading.lstrip("-")):
+        raise InputError(f'"{shorten(text)}" must be a column, = and what of the robot it is, as in "push=-force.x".')
+    try:
+        found = reading_of(robot, reading.removeprefix("-").strip())
+    except InputError as error:
+        raise InputError(error.message, field=column) from None
+    return Compared(column, found, -1.0 if reading.startswith("-") else 1.0)
+
+
+def robot_trials(
+    recordings: "Sequence[xr.Dataset]",
+    description: RobotDescription,
+    compared: Sequence[Compared],
+    inputs: Mapping[str, str],
+    skip: float = 0.0,
+) -> list[RobotTrial]:
+    """Trials of a robot.
+
+    Conditions of a recording are quantities of the robot by their paths or aliases. `inputs`: columns that drove the
+    robot, and the paths of the signals for which they stand, joined by straight lines between at most 1000 samples.
+    Nothing is compared in the first `skip` [s] of each recording.
+
+    Raises InputError that names file and column for what is missing, unknown, constant, in another unit or too short.
+    """
+    if not recordings:
+        raise InputError("there is no recording.", field="recordings")
+    return [_trial(recording, description, compared, inputs, skip) for recording in recordings]
+
+
+def _trial(
+    recording: "xr.Dataset",
+    description: RobotDescription,
+    compared: Sequence[Compared],
+    inputs: Mapping[str, str],
+    skip: float,
+) -> RobotTrial:
+    file = Path(json.loads(recording.attrs["provenance"])["file"]).name
+    if "time" not in recording.dims:
+        raise InputError("has no time. Say in the campaign which column it is, or its rate.", file=file)
+    time = recording["time"].values.astype(float)
+    if time.size < _LEAST:
+        raise InputError(f"has {count(time.size, 'row')}; at least {_LEAST} are needed.", file=file)
+    time = time - time[0]
+    driven, notes = list[str](), list[str]()
+    for column, path in inputs.items():
+        if path in numeric_paths(description) or path in description.aliases:
+            raise InputError("is a number: no recording can drive it. Name a signal.", file=file, field=path)
+        values, unit = _column(recording, column, file)
+        setting, left_out = _driven(path, time, values, unit)
+        driven.append(setting)
+        if left_out > _ROUGH:
+            notes.append(f"{column}: joined by {_KNOTS} lines, which leave out {100 * left_out:.2g} % of its range")
+    try:
+        described = apply_settings(_without_names(apply_settings(description, _conditions(recording)), inputs), driven)
+    except InputError as error:
+        raise InputError(error.message, file=file, field=error.field) from None
+    measured = np.stack([_measured(recording, one, file) for one in compared])
+    measured[:, time < skip] = np.nan
+    for one, row in zip(compared, measured, strict=True):
+        known = int(np.isfinite(row).sum())
+        if known < _LEAST:
+            raise InputError(
+                f"has {count(known, 'value')} to compare; {_LEAST} at least are needed.",
+                file=file,
+                field=one.column,
+            )
+    gaps = int(np.isnan(measured[:, time >= skip]).sum())
+    notes += [f"{gaps} values are missing and are not compared"] if gaps else []
+    return RobotTrial(Path(file).stem, described, time, measured, tuple(notes), file)
+
+
+def _without_names(description: RobotDescription, inputs: Mapping[str, str]) -> RobotDescription:
+    """A robot without short names for what columns stand for."""
+    gone = tuple(f"{path}." for path in inputs.values())
+    aliases = {name: tuple(p for p in paths if not p.startswith(gone)) for name, paths in description.aliases.items()}
+    return description.model_copy(update={"aliases": {name: paths for name, paths in aliases.items() if paths}})
+
+
+def _conditions(recording: "xr.Dataset") -> list[str]:
+    """Settings that make the robot what it was in a recording."""
+    out = []
+    for name, value in recording.coords.items():
+        if value.ndim == 0 and name != "repeat":
+            unit = unit_of(value)
+            out.append(f"{name}={float(value)!r} {unit}".strip())
+    return out
+
+
+def _driven(path: str, time: Float[np.ndarray, "n"], values: Float[np.ndarray, "n"], unit: str) -> tuple[str, float]:
+    """Setting that makes a signal what was recorded; and the largest share of its range that this leaves out."""
+    known = np.isfinite(values)
+    at = time if time.size <= _KNOTS else np.linspace(0.0, time[-1], _KNOTS)
+    knots = np.interp(at, time[known], values[known])
+    left_out = np.abs(np.interp(time[known], at, knots) - values[known]).max() / (np.ptp(values[known]) or 1.0)
+    times, said = (f"[{', '.join(f'{float(x)!r} {u}'.strip() for x in row)}]" for row, u in ((at, "s"), (knots, unit)))
+    return f"{path}={{kind: recording, times: {times}, values: {said}}}", float(left_out)
+
+
+def _measured(recording: "xr.Dataset", one: Compared, file: str) -> Float[np.ndarray, "n"]:
+    values, told = _column(recording, one.column, file)
+    wanted = one.reading.unit
+    if told != wanted:
+        how = "Give its unit in the campaign, or compare it with something else."
+        what = f"is in {told or 'no unit'}, and {one.reading.name} in {wanted or 'no unit'}. {how}"
+        raise InputError(what, file=file, field=one.column)
+    if one.reading.turns:
+        known = np.isfinite(values)
+        values[known] = np.unwrap(values[known])
+    return values
+
+
+def _column(recording: "xr.Dataset", column: str, file: str) -> tuple[Float[np.ndarray, "n"], str]:
+    """Values and SI unit of a column. Raises InputError for one that is missing, empty or the same all the time."""
+    if column not in recording.data_vars:
+        there = [str(name) for name in recording.data_vars]
+        raise InputError(
+            f"is missing; there are {', '.join(there)}.{did_you_mean(column, there)}", file=file, field=column
+        )
+    values = recording[column].values.astype(float)
+    known = values[np.isfinite(values)]
+    if known.size < 2:
+        what = "has 1 value" if known.size else "has no values"
+        raise InputError(f"{what}: nothing can be told from it.", file=file, field=column)
+    if np.ptp(known) == 0:
+        raise InputError("is the same all the time: nothing can be told from it.", file=file, field=column)
+    return values.copy(), unit_of(recording[column])

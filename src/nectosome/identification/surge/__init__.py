@@ -1,0 +1,1 @@
+"""A body driven along a line through water: its added mass and drag from speed and thrust."""

@@ -1,0 +1,394 @@
+"""How the table of a text file is laid out: found out from its first lines, or taken as told."""
+
+import io
+import re
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from nectosome.measure.formats.headings import bare_unit, is_bracketed, is_unit
+from nectosome.measure.formats.source import Options, Piece
+from nectosome.measure.formats.text_dialect import (
+    BLANKS,
+    COMMENT,
+    MISSING,
+    SURE,
+    Kind,
+    choose,
+    count_cells,
+    cut,
+    has_thousands,
+    kind,
+    moment,
+    not_a_number,
+    number,
+    other_decimal,
+    split,
+)
+from nectosome.units import InputError, shorten
+
+_WIDE_GAP = re.compile(r"\t+| {2,}")
+_BEFORE_BRACKET = re.compile(r"[ \t]+(?=[\[(])")
+
+
+@dataclass(frozen=True)
+class Head:
+    """Cells of the lines that hold names and units, and where these lines are, 0 for none."""
+
+    names: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    names_line: int = 0
+    units_line: int = 0
+
+
+def find_head(above: list[tuple[int, str]], delimiter: str, decimal: str, widths: range) -> Head:
+    """Return what the numbered lines above the first row say, if they have as many cells as `widths` allows."""
+
+    def fitting(line: str) -> list[str]:
+        cells = name_cells(line, delimiter, widths)
+        return [] if any(kind(cell, decimal) in (Kind.NUMBER, Kind.MOMENT) for cell in cells) else cells
+
+    plain: list[tuple[int, list[str]]] = []
+    comments: list[tuple[int, list[str]]] = []
+    for n, line in reversed(above):
+        cells = fitting(uncomment(line))
+        if line.lstrip().startswith(COMMENT):
+            comments += [(n, cells)] if len(cells) > 1 else []
+        elif cells:
+            plain.append((n, cells))
+        else:
+            break
+    lines = plain or comments
+    if not lines:
+        return Head()
+    (number, cells), (upper, more) = lines[0], lines[1] if len(lines) > 1 else (0, [])
+    bracketed = all(is_bracketed(cell) for cell in cells if cell)
+    if bracketed or (more and is_unit_row(cells) and not is_unit_row(more)):
+        return Head(tuple(more), units_of(cells, len(more) or len(cells)), upper, number)
+    return Head(tuple(cells), (), number)
+
+
+def name_cells(line: str, delimiter: str, widths: range) -> list[str]:
+    """Return the cells of a line of names, none if they are not as many as `widths` allows.
+
+    Between blanks, names may hold blanks themselves: two blanks or a tab then end a name, or a unit in brackets does.
+    """
+    ways = [line]
+    if delimiter == BLANKS:
+        ways = [line, _WIDE_GAP.sub(" ", _glue(line)), _BEFORE_BRACKET.sub("\0", line)]
+    for way in ways:
+        try:
+            cells = [cell.replace("\0", " ") for cell in split(way, delimiter)]
+        except ValueError:
+            continue
+        if len(cells) == widths[-1] + 1 and cells[-1] == "Comment":
+            cells.pop()  # LabVIEW heads a column of comments, and ends the rows before it
+        said = max((k for k, cell in enumerate(cells, 1) if cell), default=0)
+        count = max(said, widths[0])
+        if said and count in widths and count <= len(cells):
+            return cells[:count]
+    return []
+
+
+def units_of(cells: list[str], count: int) -> tuple[str, ...]:
+    """Return the units in a row of them, as many as there are columns."""
+    return tuple(bare_unit(cell) for cell in [*cells, *[""] * count][:count])
+
+
+def uncomment(line: str) -> str:
+    """Return a line without the sign that makes it a comment."""
+    return line.lstrip().lstrip("".join(COMMENT)).lstrip() if line.lstrip().startswith(COMMENT) else line
+
+
+def _glue(line: str) -> str:
+    """Replace single blanks, which are within a name where two or more are between names."""
+    return re.sub(r"(?<! ) (?! )", "\0", line.strip())
+
+
+def is_unit_row(cells: list[str]) -> bool:
+    """Whether every cell is empty or reads as a unit."""
+    return all(is_unit(cell) for cell in cells if cell)
+
+
+_JUDGED = 200  # lines by which the delimiter is judged
+_LABVIEW = "***End_of_Header***"
+
+Lines = list[tuple[int, str]]  # with their numbers
+Cells = list[tuple[int, list[str]]]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the table is and how its rows are cut into cells."""
+
+    delimiter: str
+    decimal: str
+    width: int  # cells of a row
+    spare: int  # of these, empty ones behind the last column
+    first: int  # line of the first row
+    kinds: tuple[Kind, ...]  # of the columns: NUMBER, MOMENT or TEXT
+    head: Head
+    moments: dict[int, str]  # the first one of each column of date-times
+
+
+def find_layout(text: str, options: Options, file: str) -> Layout:
+    """Return the layout of a text of whole lines; InputError where there is no table or more than one reading."""
+    lines = [(n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip()]
+    if not lines:
+        raise InputError("is empty.", file=file)
+    _check_header(options.header, lines, file)
+    # LabVIEW heads its files, then their first part
+    ends = [n for n, line in lines if line.startswith(_LABVIEW)][:2]
+    if not options.header:
+        lines = [(n, line) for n, line in lines if n > max(ends, default=0)]
+    bare = [(n, line) for n, line in lines if not line.lstrip().startswith(COMMENT)]
+    delimiter, decimal, width = choose([line for _, line in bare[-_JUDGED:]], options, file)
+
+    cells = [(n, cut(line, delimiter)) for n, line in bare if n > (options.header or 0)]
+    kinds = _kinds([row for _, row in cells[-_JUDGED:] if len(row) == width], decimal, width)
+    start = next((i for i, (_, row) in enumerate(cells) if _fits(row, kinds, decimal) and not _counts(row)), None)
+    if start is None:
+        raise InputError("there is no row of numbers after the line with the names.", file=file, line=options.header)
+    while start > 0 and _is_missing(cells[start - 1][1], width):
+        start -= 1
+    first = cells[start][0]
+    if start > 0:
+        _check_no_row(*cells[start - 1], kinds, decimal, file)
+    rows = [row for _, row in cells[start:] if len(row) == width]
+    kinds = _kinds(rows, decimal, width)
+    empty = next((i for i, row in enumerate(zip(*map(reversed, rows), strict=True)) if any(row)), width)
+    widths = range(max(1, width - empty), width + 1)
+    head = _head([(n, line) for n, line in lines if n < first], options, delimiter, decimal, widths, file)
+    spare = width - (len(head.names) or len(head.units) or widths[0])
+    kinds = kinds[: width - spare]
+    for column, what in enumerate(kinds):
+        if what == Kind.TEXT:
+            _check_no_numbers(column, cells[start:], decimal, head, file)
+    moments = {
+        j: next(row[j] for row in rows if kind(row[j], decimal) == Kind.MOMENT)
+        for j, what in enumerate(kinds)
+        if what == Kind.MOMENT
+    }
+    return Layout(delimiter, decimal, width, spare, first, kinds, head, moments)
+
+
+def _kinds(rows: list[list[str]], decimal: str, width: int) -> tuple[Kind, ...]:
+    """Return of each column what its cells are: numbers or date-times if any are, numbers if there are none."""
+
+    def of(column: int) -> Kind:
+        found = Counter(kind(row[column], decimal) for row in rows)
+        if any(found[sure] for sure in SURE):
+            return max(SURE, key=lambda sure: found[sure])
+        return Kind.TEXT if found[Kind.TEXT] else Kind.NUMBER
+
+    return tuple(of(column) for column in range(width))
+
+
+def _fits(row: list[str], kinds: tuple[Kind, ...], decimal: str) -> bool:
+    """Whether a line is a row of the table: as many cells, of the kinds of their columns, at least one of them sure."""
+    if len(row) != len(kinds):
+        return False
+    found = [kind(cell, decimal) for cell in row]
+    return any(cell in SURE for cell in found) and all(
+        what == Kind.TEXT or cell in (what, Kind.MISSING) for cell, what in zip(found, kinds, strict=True)
+    )
+
+
+def _is_missing(row: list[str], width: int) -> bool:
+    """Whether a row has no value, and a word for that, as names and units have not."""
+    return len(row) == width and all(cell in MISSING for cell in row) and any(cell.strip("+-") for cell in row)
+
+
+def _counts(row: list[str]) -> bool:
+    """Whether these are the names that pandas writes for columns without: nothing over its index, then 0, 1, 2."""
+    return len(row) > 1 and row == ["", *map(str, range(len(row) - 1))]
+
+
+def _check_no_row(line: int, row: list[str], kinds: tuple[Kind, ...], decimal: str, file: str) -> None:
+    """Refuse a line above the first row that seems to be a row with a fault, so that none is lost."""
+    found = [kind(cell, decimal) for cell in row]
+    if _counts(row) or not any(cell in SURE for cell in found):
+        return
+    if len(row) == len(kinds):
+        cells = zip(row, found, kinds, strict=True)
+        wrong = next(cell for cell, is_, what in cells if what != Kind.TEXT and is_ not in (what, Kind.MISSING))
+        way_out = f" If this line has the names, set header to {line}." if wrong[:1].isalpha() else ""
+        raise InputError(f"{not_a_number(wrong, decimal)}{way_out}", file=file, line=line)
+    if 2 * sum(cell in SURE for cell in found) > len(row):
+        said = f"{count_cells(len(row))} here, and the rows below have {len(kinds)}"
+        raise InputError(f"{said}. Put # before it if it is no row.", file=file, line=line)
+
+
+def _check_no_numbers(column: int, cells: Cells, decimal: str, head: Head, file: str) -> None:
+    """Refuse a column that would be left out as text because its numbers are written in another way."""
+    field = (head.names[column] if head.names else "") or f"column {column + 1}"
+    for line, row in cells:
+        if column < len(row) and (has_thousands(row[column]) or other_decimal(row[column], decimal)):
+            raise InputError(not_a_number(row[column], decimal), file=file, line=line, field=field)
+
+
+def _check_header(header: int | None, lines: Lines, file: str) -> None:
+    if header and header not in dict(lines):
+        raise InputError(f"header is to be line {header}, where nothing is.", file=file)
+
+
+def _head(above: Lines, options: Options, delimiter: str, decimal: str, widths: range, file: str) -> Head:
+    """Return names and units, checked against the number of columns."""
+    if options.header == 0:
+        return Head()
+    if options.header is not None:
+        names = name_cells(uncomment(dict(above)[options.header]), delimiter, widths)
+        if not names:
+            said = f"there are not {widths[-1]} names in this line"
+            raise InputError(f"{said}. Give the line that has them, or 0.", file=file, line=options.header)
+        line, below = above[-1]
+        units = name_cells(uncomment(below), delimiter, widths) if line > options.header else []
+        if not units or not is_unit_row(units):
+            return Head(tuple(names), (), options.header)
+        return Head(tuple(names), units_of(units, len(names)), options.header, line)
+    head = find_head(above, delimiter, decimal, widths)
+    if not head.names and not head.units and above and delimiter != BLANKS:
+        line, text = above[-1]
+        row = cut(text, delimiter)
+        sure = any(kind(cell, decimal) in SURE for cell in row)
+        if len(row) > 1 and all(row) and not sure and len(row) in (widths[0] - 1, widths[-1] + 1):
+            said = f"{len(row)} names here, and the rows have {count_cells(widths[-1])}"
+            raise InputError(f"{said}. Name each column, or set header to 0.", file=file, line=line)
+    return head
+
+
+_SECOND = np.timedelta64(1, "s")
+_MARKS = ('"', *COMMENT)
+
+_READ_CSV: Any = pd.read_csv  # its annotations know neither names by range nor types by place
+
+
+class Rows:
+    """Turns lines of one table into numbers; `names` of the columns are for messages."""
+
+    def __init__(self, layout: Layout, names: list[str], file: str):
+        self.layout, self.names, self.file = layout, names, file
+        self.used = [j for j, what in enumerate(layout.kinds) if what != Kind.TEXT]
+        self._starts = {j: self._start(j) for j in layout.moments}
+        spare = list(range(layout.width - layout.spare, layout.width))
+        self._dtypes = {j: str if j in self._starts else np.float64 for j in self.used + spare}
+        self._columns = self.used + spare if Kind.TEXT in layout.kinds else None  # None: all
+
+    def read(self, raw: bytes, line: int, count: int) -> Piece:
+        """Return the rows of so many whole lines, of which the first is `line` of the file. Raises InputError."""
+        values = self._by_pandas(raw, count) if self._is_plain(raw, count) else None
+        if values is not None:
+            return Piece(np.arange(line, line + count), values)
+        rows = self._rows(raw.decode(), line)
+        values = self._by_pandas("".join(f"{row}\n" for _, row in rows).encode(), len(rows))
+        if values is None:
+            values = self._cell_by_cell(rows)
+        return Piece(np.array([n for n, _ in rows], dtype=np.int64), values)
+
+    def is_row(self, line: str) -> bool:
+        """Whether a line is neither blank nor a comment."""
+        tabs_count = self.layout.delimiter == "\t" and self.layout.width > 1  # as a row of empty cells
+        return bool(line.strip(" " if tabs_count else " \t")) and not line.lstrip().startswith(COMMENT)
+
+    def _is_plain(self, raw: bytes, count: int) -> bool:
+        """Whether no line is a comment or has quotation marks, and every line has as many cells as it should."""
+        if any(mark.encode() in raw for mark in _MARKS):
+            return False
+        signs = np.frombuffer(b"\n" + raw, np.uint8)
+        marks, each = signs[1:] == ord(self.layout.delimiter), self.layout.width - 1
+        if self.layout.delimiter == BLANKS:
+            ink = (signs != ord(" ")) & (signs != ord("\t")) & (signs != ord("\n"))
+            marks, each = ink[1:] & ~ink[:-1], self.layout.width
+        if np.count_nonzero(marks) != each * count:
+            return False
+        if self._columns is None or each == 0:
+            return True  # if a row had too few cells, another would have too many, which pandas refuses
+        at, ends = np.flatnonzero(marks), np.flatnonzero(signs[1:] == ord("\n"))
+        return bool(np.all(at[each - 1 :: each] < ends) and np.all(at[each::each] > ends[:-1]))
+
+    def _rows(self, text: str, line: int) -> Lines:
+        """Return the lines that are rows; InputError where the cells are too many or few."""
+        delimiter, width = self.layout.delimiter, self.layout.width
+        rows = []
+        for n, row in enumerate(text.split("\n"), line):
+            if not self.is_row(row):
+                continue
+            try:
+                count = len(split(row, delimiter))
+            except ValueError as error:
+                raise InputError(str(error), file=self.file, line=n) from None
+            if count != width:
+                said = f"{count_cells(count)} here, {width} expected"
+                way_out = "Correct this line, or put # before it to leave it out."
+                raise InputError(f"{said}. {way_out}", file=self.file, line=n)
+            rows.append((n, row))
+        return rows
+
+    def _by_pandas(self, raw: bytes, count: int) -> np.ndarray | None:
+        """Return the values of `count` rows, or None where pandas finds anything but numbers and date-times."""
+        delimiter, width = self.layout.delimiter, self.layout.width
+        # a column of nothing but True and False would pass for numbers; a first row of zeros prevents that
+        zeros = delimiter.join("0" * width).encode() + b"\n"
+        for blanks_first in (b'"' in raw, True):  # slower, and needed before quotation marks and missing values only
+            try:
+                frame = _READ_CSV(
+                    io.BytesIO(zeros + raw),
+                    sep=r"\s+" if delimiter == BLANKS else delimiter,
+                    decimal=self.layout.decimal,
+                    header=None,
+                    names=range(width),
+                    index_col=False,
+                    usecols=self._columns,
+                    dtype=self._dtypes,
+                    na_values=sorted(MISSING),
+                    keep_default_na=False,
+                    skipinitialspace=blanks_first,
+                    low_memory=False,
+                )
+                for j, start in self._starts.items():
+                    frame[j] = _seconds(frame[j].iloc[1:], start)
+            except ValueError:
+                continue
+            values = frame.to_numpy(np.float64)[1:]
+            if len(values) != count or not np.all(np.isnan(values[:, len(self.used) :])):
+                return None
+            return values[:, : len(self.used)]
+        return None
+
+    def _cell_by_cell(self, rows: Lines) -> np.ndarray:
+        """Return the values of the rows, or raise InputError at the first cell that has none."""
+        values = np.empty((len(rows), len(self.used)))
+        for i, (n, row) in enumerate(rows):
+            cells = split(row, self.layout.delimiter)
+            for k, j in enumerate(self.used):
+                try:
+                    values[i, k] = self._value(cells[j], j)
+                except ValueError as error:
+                    raise InputError(str(error), file=self.file, line=n, field=self.names[j]) from None
+            beyond = next((cell for cell in cells[self.layout.width - self.layout.spare :] if cell), None)
+            if beyond is not None:
+                said = f'"{shorten(beyond)}" stands behind the last column'
+                raise InputError(f"{said}. Name its column, or delete it.", file=self.file, line=n)
+        return values
+
+    def _start(self, column: int) -> pd.Timestamp:
+        try:
+            return moment(self.layout.moments[column])
+        except ValueError as error:
+            raise InputError(str(error), file=self.file, field=self.names[column]) from None
+
+    def _value(self, cell: str, column: int) -> float:
+        if column in self._starts and cell not in MISSING:
+            return (moment(cell) - self._starts[column]) / _SECOND
+        return number(cell, self.layout.decimal)
+
+
+def _seconds(times: pd.Series, start: pd.Timestamp) -> pd.Series:
+    """Return date-times as seconds since the start, nan where they are missing; ValueError where one is none."""
+    if (times.str.len() < len("2024-01-01 00:00")).any():  # a year alone would pass, too
+        raise ValueError
+    since = pd.to_datetime(times, format="ISO8601", utc=True) - start
+    return since / _SECOND

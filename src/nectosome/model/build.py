@@ -1,0 +1,294 @@
+"""From a description to a robot: masses, inertias and stiffnesses follow from the primary quantities, traced.
+
+Every number of the description may be a JAX tracer; only names, kinds and counts are looked at while tracing.
+"""
+
+from collections.abc import Callable, Sequence
+from itertools import groupby
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import Array, Float
+
+from nectosome import loads as ld
+from nectosome.core import Constant, Signal, Stack, UniformCurrent, Water
+from nectosome.core.remember import remembered
+from nectosome.core.se3 import dot_t, rotation_from_rpy
+from nectosome.description import RobotDescription, get_value, numeric_values, resolve, with_values
+from nectosome.description import joints as dj
+from nectosome.description import loads as dl
+from nectosome.description import parts as dp
+from nectosome.description.structure import changed
+from nectosome.mechanism import (
+    Attached,
+    Fixed,
+    Free,
+    Joint,
+    Link,
+    Paired,
+    Part,
+    Planar,
+    Prismatic,
+    Revolute,
+    Robot,
+    Spherical,
+    Tree,
+    make_robot,
+)
+from nectosome.mechanism import links as lk
+from nectosome.mechanism.joints import plane_frame
+from nectosome.mechanism.sections import Sections, ellipse, rectangle
+
+from .build_base import is_zero, node, number, signal, unit, vector
+from .build_loads import joint_loads, load_of
+from .build_pairs import pair_of
+from .build_rods import rod_of, shape_of
+
+_LONG = 32  # numbers
+
+
+def build(description: RobotDescription) -> Robot:
+    """Robot of a description; differentiable with respect to every number in it.
+
+    Compiled once for each structure: numbers that are zero are part of it, all others are traced.
+    """
+    values = numeric_values(description)
+    if any(isinstance(value, Tracer) for value in values.values()):
+        return _assemble(description)
+    return remembered(fill, *_blueprint(description, values, ()))
+
+
+class Blueprint(eqx.Module):
+    """A description without its numbers: what of a robot is structure, the same for all robots of one kind."""
+
+    plan: "_Plan" = eqx.field(static=True)
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Paths of the numbers that are to be filled in."""
+        return self.plan.paths
+
+
+class _Plan:
+    """A description to be filled with other numbers at `paths`; equal where all the rest is."""
+
+    def __init__(self, description: RobotDescription, paths: tuple[str, ...]):
+        self.description, self.paths, self.rows = description, paths, _rows(paths)
+        bare = changed(description, dict.fromkeys(paths, 1.0))
+        self.key = bare.model_dump_json(exclude={"name", "about", "aliases"})
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Plan) and self.key == other.key
+
+    def __repr__(self) -> str:
+        return self.key
+
+
+def blueprint_of(description: RobotDescription, also: tuple[str, ...] = ()) -> tuple[Blueprint, Float[Array, "n"]]:
+    """Blueprint of a description, and its numbers: those that are not zero, and those at the paths `also`."""
+    return _blueprint(description, numeric_values(description), also)
+
+
+def _blueprint(
+    description: RobotDescription, values: dict[str, Any], also: tuple[str, ...]
+) -> tuple[Blueprint, Float[Array, "n"]]:
+    whole = {path for row, ends in _rows(tuple(values)).items() for path in tuple(values)[ends]}
+    paths = tuple(path for path, value in values.items() if value != 0 or path in also or path in whole)
+    return Blueprint(_Plan(description, paths)), jnp.array([float(values[path]) for path in paths])
+
+
+def fill(blueprint: Blueprint, numbers: Float[Array, "n"] | Sequence[Float[Array, ""]]) -> Robot:
+    """Robot of a blueprint with these numbers, traced.
+
+    Numbers one by one let a loop in which some of them change work out once what the others say.
+    """
+    plan = blueprint.plan
+    values: dict[str, Any] = {path: numbers[k] for k, path in enumerate(plan.paths)}
+    for row, ends in plan.rows.items():
+        values = {path: value for path, value in values.items() if path.rpartition(".")[0] != row}
+        values[row] = jnp.stack(list(numbers[ends])) if isinstance(numbers, Sequence) else numbers[ends]
+    return _assemble(changed(plan.description, values))
+
+
+def _rows(paths: tuple[str, ...]) -> dict[str, slice]:
+    """Where the numbers of long rows stand, such as samples: they are filled in at once, not one by one."""
+    out: dict[str, slice] = {}
+    for row, group in groupby(enumerate(paths), lambda at: at[1].rpartition(".")[0]):
+        places = [k for k, path in group if path.rpartition(".")[2].isdigit()]
+        if len(places) >= _LONG:
+            out[row] = slice(places[0], places[-1] + 1)
+    return out
+
+
+def _assemble(d: RobotDescription) -> Robot:
+    weighs = not (isinstance(d.water.gravity, float) and d.water.gravity == 0.0)
+    current = None if d.water.current is None else UniformCurrent(vector(d.water.current))
+    surface = None if d.water.surface is None else number(d.water.surface)
+    floor = None if d.water.floor is None else number(d.water.floor)
+    walls = None if d.water.walls is None else (number(d.water.walls[0]), number(d.water.walls[1]))
+    water = Water(number(d.water.density), number(d.water.gravity), surface, current, floor, walls)
+
+    limbs: dict[str, dp.Rigid | dp.Rod] = {"body": d.body, **d.limbs}
+    order = list(limbs)
+    parts: list[Part] = []
+    attached: list[Attached] = []
+    for i, (name, limb) in enumerate(limbs.items()):
+        parent = -1 if i == 0 else order.index(limb.on)
+        body = rod_of(limb) if isinstance(limb, dp.Rod) else _link(limb, _needs_strips(limb, weighs, surface))
+        joint, prescribed, drive = _joint(limb.joint)
+        parts.append(
+            Part(
+                name=name,
+                parent=parent,
+                node=-1 if parent < 0 else node(parts[parent].body, limb.at),
+                rotation=rotation_from_rpy(vector(limb.rotation)),
+                position=vector(limb.offset),
+                joint=joint,
+                body=body,
+                prescribed=prescribed,
+                drive=drive,
+                **shape_of(limb, body),
+            )
+        )
+        attached += [Attached(key, i, load_of(load, limb, body)) for key, load in limb.loads.items()]
+        attached += joint_loads(limb.joint, i)
+        if weighs and not (isinstance(limb, dp.Rigid) and is_zero(limb.mass)):
+            attached.append(Attached("weight", i, ld.Weight()))
+        if (weighs or current is not None) and not (isinstance(limb, dp.Rigid) and is_zero(limb.volume)):
+            attached.append(Attached("buoyancy", i, ld.Buoyancy()))
+    bodies = {part.name: part.body for part in parts}
+    pairs = tuple(
+        Paired(name, (order.index(pair.between[0]), order.index(pair.between[1])), pair_of(pair, limbs, bodies))
+        for name, pair in d.pairs.items()
+    )
+    return make_robot(Tree(tuple(parts)), tuple(attached), water, pairs)
+
+
+def bind(
+    description: RobotDescription,
+    paths: tuple[str, ...],
+    log: tuple[str, ...] = (),
+    tie: dict[str, str] | None = None,
+) -> tuple[Float[Array, "n"], Callable[[Float[Array, "n"]], Robot]]:
+    """Vector theta0 of the quantities at `paths` (or aliases), and build(theta) -> Robot.
+
+    Those named in `log` enter theta as their natural logarithm; `tie` maps further paths to one of `paths`, whose
+    value they then share. Raises InputError for unknown names, and for a logarithm of what is not positive.
+    """
+    groups = [list(resolve(description, path)) for path in paths]
+    for other, leader in (tie or {}).items():
+        groups[paths.index(leader)] += resolve(description, other)
+    start = np.array([get_value(description, group[0]) for group in groups], dtype=float)
+    logarithmic = np.array([path in log for path in paths])
+    theta0 = np.where(logarithmic, np.log(np.where(logarithmic, start, 1.0)), start)
+
+    def from_vector(theta: Float[Array, "n"]) -> Robot:
+        values = jnp.where(logarithmic, jnp.exp(jnp.where(logarithmic, theta, 0.0)), theta)
+        return build(with_values(description, {path: values[k] for k, group in enumerate(groups) for path in group}))
+
+    return jnp.asarray(theta0), from_vector
+
+
+def _joint(j: dj.Joint) -> tuple[Joint, Signal | None, Signal | None]:
+    """Joint, its prescribed motion, its drive."""
+    if isinstance(j, dj.RevoluteJoint | dj.PrismaticJoint):
+        kind, force = (Revolute, j.torque) if isinstance(j, dj.RevoluteJoint) else (Prismatic, j.force)
+        joint = kind(unit(j.axis), number(j.position)[None], number(j.velocity)[None])
+        return joint, None if j.motion is None else signal(j.motion), None if force is None else signal(force)
+    if isinstance(j, dj.PlanarJoint):
+        frame = plane_frame(unit(j.axis))
+        position = dot_t(frame, vector(j.start.position)).at[2].set(number(j.start.angle))
+        velocity = dot_t(frame, vector(j.start.velocity)).at[2].set(number(j.start.angular_speed))
+        return Planar(frame, position, velocity), *_signals(j)
+    if isinstance(j, dj.SphericalJoint):
+        return Spherical(vector(j.start.orientation), vector(j.start.angular_velocity)), *_signals(j)
+    if isinstance(j, dj.FreeJoint):
+        s = j.start
+        return Free(*(vector(x) for x in (s.position, s.orientation, s.angular_velocity, s.velocity))), *_signals(j)
+    return Fixed(), None, None
+
+
+def _signals(j: dj.PlanarJoint | dj.SphericalJoint | dj.FreeJoint) -> tuple[Signal | None, Signal | None]:
+    """Motion and drive of a joint with several coordinates."""
+
+    def stacked(signals) -> Stack | None:
+        if signals is None:
+            return None
+        each = [getattr(signals, name) for name in type(signals).model_fields]
+        return Stack(tuple(Constant(jnp.zeros(())) if s is None else signal(s) for s in each))
+
+    return stacked(j.motion), stacked(j.drive)
+
+
+def _needs_strips(limb: dp.Rigid, weighs: bool, surface: Array | None) -> bool:
+    """Whether a rigid part is sampled along its axis: for loads per length, and to stand partly out of the water."""
+    per_length = any(
+        isinstance(x, dl.DragLoad | dl.PlateDragLoad | dl.AddedMassLoad | dl.DistributedForceLoad)
+        for x in limb.loads.values()
+    )
+    return limb.shape != "point" and (per_length or (weighs and surface is not None))
+
+
+def _link(limb: dp.Rigid, stripped: bool) -> Link:
+    """Rigid part: inertia about its shape's centre, strips along its axis."""
+    n = limb.strips if stripped else 0
+    s, w = np.polynomial.legendre.leggauss(max(n, 1))
+    fractions = np.concatenate([[0.5], 0.5 * (s + 1)[:n]])
+    share = np.concatenate([[0.0], 0.5 * w[:n]])
+    length = number(0.0 if limb.shape == "point" else limb.length)
+    R, p = lk.axis_poses(length, number(limb.bend), fractions)
+    tip_R, tip_p = lk.axis_poses(length, number(limb.bend), np.array([1.0]))
+    sections, shape_volume = _link_sections(limb, fractions)
+    volume = shape_volume if limb.volume is None else number(limb.volume)
+    mass = number(limb.mass) if limb.mass is not None else number(limb.density) * shape_volume
+    along = jnp.asarray(share) * sections.area
+    split = volume * along / jnp.sum(along) if n else volume * jnp.ones(1)
+    inertia = jnp.zeros((n + 1, 6, 6)).at[0].set(_link_inertia(limb, mass, length, sections, (R[0], p[0])))
+    return Link(R, p, length * share, length * fractions, sections.half_width, split, inertia, tip_R[0], tip_p[0])
+
+
+def _link_sections(limb: dp.Rigid, fractions: np.ndarray) -> tuple[Sections, Float[Array, ""]]:
+    """Sections at fractions of the length, and the volume of the shape [m3]."""
+    one = jnp.ones(fractions.size)
+    if limb.shape == "box":
+        s = rectangle(0.5 * number(limb.width) * one, 0.5 * number(limb.height) * one)
+        return s, s.area[0] * number(limb.length)
+    if limb.shape == "spheroid":
+        r = number(limb.radius) * jnp.sqrt(jnp.asarray(4 * fractions * (1 - fractions)))
+        return ellipse(r, r), 2 / 3 * jnp.pi * number(limb.radius) ** 2 * number(limb.length)
+    if limb.shape == "cylinder":
+        s = ellipse(number(limb.radius) * one, number(limb.radius) * one)
+        return s, s.area[0] * number(limb.length)
+    return ellipse(1e-9 * one, 1e-9 * one), jnp.zeros(())
+
+
+def _link_inertia(limb: dp.Rigid, mass: Array, length: Array, sections: Sections, centre) -> Float[Array, "6 6"]:
+    """Inertia about the centre of the shape; what the description gives comes before what the shape says."""
+    half_y, half_z = sections.half_width[0]
+    com = vector(limb.centre_of_mass)
+    if limb.inertia is not None:
+        moments = vector(limb.inertia)
+    elif limb.shape == "cylinder" and not is_zero(limb.bend):
+        own = lk.bent_inertia(mass, length, number(limb.bend), sections, centre)
+        c = own[3:, :3] / mass
+        shift = jnp.stack([c[1, 2], c[2, 0], c[0, 1]])
+        return lk.spatial_inertia(mass, own[:3, :3] + mass * c @ c, shift + com)
+    elif limb.shape == "cylinder":
+        moments = lk.cylinder_moments(mass, length, half_y, half_z)
+    elif limb.shape == "box":
+        moments = lk.box_moments(mass, length, 2 * half_y, 2 * half_z)
+    elif limb.shape == "spheroid":
+        moments = lk.spheroid_moments(mass, 0.5 * length, half_y)
+    else:
+        moments = jnp.zeros(3)
+    about_com = jnp.diag(moments)
+    if limb.products is not None:
+        xy, xz, yz = vector(limb.products)
+        about_com += jnp.array([[0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0]])
+    return lk.spatial_inertia(mass, about_com, com)

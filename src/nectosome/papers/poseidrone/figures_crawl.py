@@ -1,0 +1,161 @@
+"""Figures of PoseiDRONE's crawling: searches, what the gait tells of the parameters, gaits over density and buoyancy.
+
+Data of the study: `crawl_fit_0`, ... as `identify.gait_results.gait_data` has them; `crawl_told`: error (data,
+parameter) as shares of the ranges, rank, words; `crawl_profile`: value and rise (data, point), unless it was left out
+for time; `crawl_gaits`: speed, feet (density, distance, angle).
+"""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nectosome.papers.poseidrone.crawl import OWN, PRINTED
+from nectosome.view.gait import history_panel, motion_panel, parameters_panel
+from nectosome.view.heatmap import Axis, diverging, maps
+from nectosome.view.style import BLACK, BLUE, CYCLE, Panel, dress, plain
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_THRESHOLD = 3.84  # 95 % quantile of chi-squared, one degree of freedom
+Sets = Mapping[str, "xr.Dataset"]
+_DATA = {
+    "features": "four features, 1 %",
+    "series": "heave and surge over time, 1 mm",
+    "both": "with lean, 1 deg, and a second density",
+}
+
+
+def panels(sets: Sets) -> list[Panel]:
+    """All of them."""
+    fits = [sets[name] for name in sorted(name for name in sets if name.startswith("crawl_fit_"))]
+    names = [f"search {k + 1}" for k in range(len(fits))]
+    motion = motion_panel(fits[0])
+    caption = f"{motion.caption} Fitted to the features that the paper prints (Fig. 11); the tracks were not published."
+    return [
+        history_panel(fits, names, PRINTED)._replace(title="Crawling: searches for Table 3's parameters"),
+        parameters_panel(fits, names)._replace(title="Crawling: parameters that are as good as each other"),
+        told_panel(sets["crawl_told"]),
+        *([profile_panel(sets["crawl_profile"])] if "crawl_profile" in sets else []),
+        helpful_panel(sets["crawl_helpful"]),
+        motion._replace(title="Crawling: heave, surge and lean", caption=caption),
+        held_out_panel(sets["crawl_held_out"]),
+        gaits_panel(sets["crawl_gaits"]),
+    ]
+
+
+def told_panel(found: "xr.Dataset") -> Panel:
+    """Standard errors of the parameters, by what is measured."""
+    import plotly.graph_objects as go
+
+    fig = go.Figure()
+    names = [plain(name).replace("_drag", "<br>drag") for name in found["parameter"].values]
+    for k, (data, words) in enumerate(_DATA.items()):
+        one = found.sel(data=data)
+        name = f"{words}: {int(one['rank'])} of {len(names)} directions told"
+        fig.add_bar(x=names, y=100 * one["error"].values, name=name, marker_color=CYCLE[k])
+    half = 100 / np.sqrt(12)
+    fig.add_hline(y=half, line={"color": BLACK, "dash": "dot", "width": 1}, annotation_text="nothing told")
+    fig.update_yaxes(title="standard error (percent of the range)", range=(0, 1.15 * half))
+    dress(fig, 400).update_layout(showlegend=True, barmode="group", margin_t=90, hovermode="x")
+    caption = (
+        "Near the first fit, to first order, with assumed errors of measurement. Four features tell little of ten "
+        "parameters; friction and sculling drag are told by no track."
+    )
+    return Panel("Crawling: what measurements tell", caption, fig)
+
+
+def profile_panel(found: "xr.Dataset") -> Panel:
+    """Profile likelihood of one parameter, by what is measured."""
+    import plotly.graph_objects as go
+
+    fig = go.Figure()
+    for k, (data, words) in enumerate(_DATA.items()):
+        one = found.sel(data=data).dropna("point")
+        line = {"color": CYCLE[k], "width": 2}
+        fig.add_scatter(x=one["value"].values, y=one["rise"].values, mode="lines+markers", line=line, name=words)
+    threshold = {"color": BLACK, "dash": "dot", "width": 1}
+    fig.add_hline(y=_THRESHOLD, line=threshold, annotation_text="95 %", annotation_position="top left")
+    name, unit = plain(found.attrs["parameter"]), found["value"].attrs["units"]
+    fig.update_xaxes(title=f"{name} ({unit})")
+    fig.update_yaxes(title="rise of chi2", range=(-0.1 * _THRESHOLD, 1.6 * _THRESHOLD))
+    dress(fig, 400).update_layout(showlegend=True, margin_t=90)
+    told = "; ".join(f"{words}: {found['words'].sel(data=data).item()}" for data, words in _DATA.items())
+    caption = (
+        f"The other nine are fitted anew at each value of {name}, from fit to fit, so that these are the least misfits "
+        f"met and not surely the least of all. Series are those that the first fit gives (synthetic). {told}."
+    )
+    return Panel(f"Crawling: profile likelihood of {name}", caption, fig)
+
+
+def helpful_panel(found: "xr.Dataset") -> Panel:
+    """What might be measured too, the most helpful first."""
+    import plotly.graph_objects as go
+
+    names = [plain(name) for name in found["measurement"].values][::-1]
+    fig = go.Figure(go.Bar(y=names, x=found["gain"].values[::-1], orientation="h", marker_color=BLUE))
+    fig.update_xaxes(title="parameters more, in parts", rangemode="tozero")
+    dress(fig, 260).update_layout(margin_l=230)
+    caption = (
+        f"Four features tell {float(found.attrs['parameters']):.1f} of ten parameters, counted in parts; what one more "
+        "measurement would add, with standard errors of 1 %, 1 mm and 1 deg."
+    )
+    return Panel("Crawling: what to measure next", caption, fig)
+
+
+def held_out_panel(found: "xr.Dataset") -> Panel:
+    """Heave and surge of all fits at the density that they were not fitted to."""
+    from plotly.subplots import make_subplots
+
+    fig = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06)
+    for k in range(found.sizes["fit"]):
+        line = {"color": CYCLE[k % len(CYCLE)], "width": 1.5}
+        for row, name in enumerate(("z", "x"), start=1):
+            values, time = 1e3 * found[name].values[k], found["time"].values
+            shown = {"name": f"fit {k + 1}", "legendgroup": str(k), "showlegend": row == 1}
+            fig.add_scatter(x=time, y=values, mode="lines", line=line, row=row, col=1, **shown)
+    fig.update_yaxes(title="heave (mm)", row=1, col=1)
+    fig.update_yaxes(title="surge (mm)", row=2, col=1)
+    fig.update_xaxes(title="time in the last window (s)", row=2, col=1)
+    dress(fig, 440).update_layout(showlegend=True, margin_t=60)
+    caption = (
+        "Simulated at 1178 kg/m3 with all fits to the features at 1238 kg/m3, as Fig. 12; the tracks of the experiment "
+        "were not published. Fits that are as good at one density go on alike at the other, but not at one speed."
+    )
+    return Panel("Crawling: the density held out", caption, fig)
+
+
+def gaits_panel(found: "xr.Dataset") -> Panel:
+    """Speed over where the buoyancy is, density by density; on how many feet it walks."""
+    angles, distances = np.degrees(found["angle"].values), 1e3 * found["distance"].values
+    x, y = Axis(angles, "beta (deg)"), Axis(distances, "b (mm)")
+    shown = {f"{rho:.0f} kg/m3": 1e3 * found["speed"].sel(density=rho).values for rho in found["density"].values}
+    fig = maps(x, y, shown, diverging(np.stack([*shown.values()]), "mm/s"))
+    for col, rho in enumerate(found["density"].values, start=1):
+        one = found.sel(density=rho)
+        speed, feet = 1e3 * one["speed"].values, one["feet"].values
+        dark = np.abs(speed) > 0.5 * np.nanmax(np.abs(1e3 * found["speed"].values))
+        at = np.meshgrid(angles, distances)
+        fig.add_scatter(
+            x=at[0].ravel(),
+            y=at[1].ravel(),
+            text=[str(int(n)) if n else "x" for n in feet.ravel()],
+            mode="text",
+            textfont={"color": ["white" if one else BLACK for one in dark.ravel()], "size": 11},
+            hoverinfo="skip",
+            row=1,
+            col=col,
+        )
+        if rho == OWN[0]:
+            marker = {"symbol": "square-open", "size": 24, "color": "white", "line": {"width": 2}}
+            fig.add_scatter(
+                x=[OWN[2]], y=[1e3 * OWN[1]], mode="markers", marker=marker, hoverinfo="skip", row=1, col=col
+            )
+    caption = (
+        "Simulated speed with the parameters of the first fit over density and place of the buoyancy, b from the "
+        "centre of mass at an angle beta ahead of straight above it; the numbers say how many feet carry (x: it "
+        "falls). Framed: what the paper calls its fastest configuration."
+    )
+    dress(fig, 380).update_layout(margin_t=64)
+    return Panel("Crawling: gaits over density and buoyancy", caption, fig)

@@ -1,0 +1,136 @@
+"""Figures of the tracker's study: joint angles beside simulated ones, tracks and their errors, and what breaks it."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nectosome.view.style import BLACK, BLUE, CYCLE, GREY, VERMILLION, Panel, dress, plain
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_TICKS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50]  # of logarithmic axes
+
+
+def panels(data: Mapping[str, "xr.Dataset"]) -> list[Panel]:
+    """All figures for which there is data: `angles`, `walk`, `swim`, `limits_paddle`, `limits_tank`."""
+    out = [_angles(data["angles"])] if "angles" in data else []
+    titles = {"walk": "PoseiDRONE walks, tracked", "swim": "PoseiDRONE swims, tracked"}
+    out += [_track(data[key], title) for key, title in titles.items() if key in data]
+    for key, title, factor, unit in (
+        ("limits_paddle", "What the paddle's angles bear", 180 / np.pi, "deg"),
+        ("limits_tank", "What the markers' places bear", 1e3, "mm"),
+    ):
+        if key in data:
+            out.append(_limits(data[key], title, factor, unit))
+    return out
+
+
+def _angles(data: "xr.Dataset") -> Panel:
+    """Joint angles over a cycle, as in Fig. 4d."""
+    import plotly.graph_objects as go
+
+    fig = go.Figure()
+    phase = data["phase"].values * float(data.attrs["period"])
+    for k in range(data.sizes["joint"]):
+        name = f"joint {k + 1}"
+        mean, scatter = (np.rad2deg(data[which].values[:, k]) for which in ("angle", "scatter"))
+        fig.add_scatter(
+            x=phase, y=np.rad2deg(data["simulated"].values[:, k]), name=name, mode="lines",
+            line={"color": CYCLE[k], "width": 1.5},
+        )  # fmt: skip
+        fig.add_scatter(
+            x=phase, y=mean, name=name, mode="markers", showlegend=False,
+            marker={"color": CYCLE[k], "size": 5, "symbol": "circle-open"},
+            error_y={"array": scatter, "thickness": 0.8, "width": 0},
+        )  # fmt: skip
+    fig.update_xaxes(title="time in the cycle (s)")
+    fig.update_yaxes(title="joint angle (deg)")
+    dress(fig, 440).update_layout(showlegend=True, margin_t=70, legend_y=1.15)
+    caption = (
+        "Synthetic: FP3JP at 0.6 Hz and 75 deg as it was rendered (lines), and as the tracker found it in the video "
+        f"(circles: the mean of {data.attrs['cycles']} cycles, bars: their standard deviation), as in Fig. 4d."
+    )
+    return Panel("Joint angles from a video", caption, fig)
+
+
+def _track(data: "xr.Dataset", title: str) -> Panel:
+    """Surge and heave, and what they differ from the truth."""
+    from plotly.subplots import make_subplots
+
+    fig = make_subplots(3, 1, shared_xaxes=True, vertical_spacing=0.06)
+    time = data["time"].values
+    for row, axis, colour in ((1, "x", BLUE), (2, "z", VERMILLION)):
+        found, true = (1e3 * data[name].sel(axis=axis).values for name in ("position", "true_position"))
+        line = {"color": BLACK, "width": 3}
+        fig.add_scatter(x=time, y=true, line=line, name="rendered", showlegend=row == 1, row=row, col=1)
+        fig.add_scatter(x=time, y=found, line={"color": colour, "width": 1.2}, name=f"tracked {axis}", row=row, col=1)
+        fig.update_yaxes(title=f"{axis} (mm)", row=row)
+    for axis, colour in (("x", BLUE), ("y", GREY), ("z", VERMILLION)):
+        off = 1e3 * (data["position"] - data["true_position"]).sel(axis=axis).values
+        fig.add_scatter(x=time, y=off, line={"color": colour, "width": 1}, name=f"error of {axis}", row=3, col=1)
+    fig.update_yaxes(title="error (mm)", row=3)
+    fig.update_xaxes(title="time (s)", row=3)
+    dress(fig, 620).update_layout(showlegend=True, hovermode="closest", margin_t=80, legend_y=1.12)
+    se = 1e3 * np.nanmedian(data["position_se"].values, axis=0)
+    caption = (
+        "Synthetic: the centre of mass from two rendered videos, and as it was. y is the depth in the tank, along "
+        f"which two cameras see least well: standard errors of x, y, z are {se[0]:.2f}, {se[1]:.2f}, {se[2]:.2f} mm."
+    )
+    return Panel(title, caption, fig)
+
+
+def _limits(data: "xr.Dataset", title: str, factor: float, unit: str) -> Panel:
+    """Error and share seen, kind by kind; where it breaks is marked."""
+    from plotly.subplots import make_subplots
+
+    kinds = [str(kind) for kind in data["kind"].values]
+    units = [str(one) for one in data["unit"].values]
+    columns = 3
+    rows = -(-len(kinds) // columns)
+    fig = make_subplots(
+        rows, columns, subplot_titles=[plain(kind) for kind in kinds], vertical_spacing=0.13, horizontal_spacing=0.08
+    )
+    limit = factor * float(data.attrs["limit"])
+    words = []
+    for k, (kind, one) in enumerate(zip(kinds, units, strict=True)):
+        row, col = k // columns + 1, k % columns + 1
+        there = np.isfinite(data["level"].values[k])
+        level, rms, seen = (data[name].values[k][there] for name in ("level", "rms", "seen"))
+        text = [f"{_level(x, one)}" for x in level]
+        fig.add_scatter(
+            x=text, y=factor * rms, mode="lines+markers", line={"color": BLUE}, name="rms error", showlegend=k == 0,
+            marker={"size": 5 + 9 * seen, "color": BLUE}, hovertext=[f"{x:.0%} seen" for x in seen], row=row, col=col,
+        )  # fmt: skip
+        fig.add_scatter(
+            x=text, y=[limit] * len(text), mode="lines", line={"color": GREY, "dash": "dot", "width": 1},
+            name="asked", showlegend=k == 0, row=row, col=col,
+        )  # fmt: skip
+        broken = int(data["broken"].values[k])
+        if broken >= 0:
+            y = factor * rms[broken] if np.isfinite(rms[broken]) else limit
+            fig.add_scatter(
+                x=[text[broken]], y=[y], mode="markers", name="broken", showlegend=not words,
+                marker={"symbol": "x", "size": 11, "color": VERMILLION}, row=row, col=col,
+            )  # fmt: skip
+            off = f"{seen[broken]:.0%} seen, {factor * rms[broken]:.2g} {unit}"
+            why = off if np.isfinite(rms[broken]) else "refused"
+            words.append(f"{kind} at {text[broken]} {one.split(',')[0]} ({why})".replace("  ", " "))
+        fig.update_xaxes(type="category", title=plain(one), row=row, col=col)
+        fig.update_yaxes(type="log", tickvals=_TICKS, row=row, col=col)
+        if col == 1:
+            fig.update_yaxes(title=f"rms ({unit})", row=row, col=col)
+    dress(fig, 270 * rows).update_layout(showlegend=True, hovermode="closest", margin_t=90, legend_y=1.1)
+    caption = (
+        f"Synthetic: each kind of degradation alone, the others as in the study. Dotted: {limit:g} {unit}, as asked; "
+        "dots are the smaller the fewer were seen. It breaks where the error is larger or less than half is seen: "
+        + ("; ".join(words) or "nowhere")
+        + "."
+    )
+    return Panel(title, caption, fig)
+
+
+def _level(x: float, unit: str) -> str:
+    scaled = {"px/cm": x / 100 if x > 20 else x, "mm": 1e3 * x}.get(unit, x)
+    return f"{scaled:g}"

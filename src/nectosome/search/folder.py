@@ -1,0 +1,151 @@
+"""The folder of a run: what is asked in `design.json`, one journal a start, and a lock."""
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from nectosome.io.atomic import reason, write_atomic
+from nectosome.io.journal import read_journal
+from nectosome.io.lock import lock
+from nectosome.units import InputError
+
+from .record import decode
+from .solvers import describe_solver
+from .task import Evaluation, Solver, Task
+
+FORMAT = 1
+_FILE = "design.json"
+_SAID = {
+    "task": "another task",
+    "names": "other variables",
+    "constraint_names": "other constraints",
+    "lower": "other lower bounds",
+    "upper": "other upper bounds",
+    "tolerance": "another tolerance",
+    "solver": "another solver, or other options of it",
+    "seed": "another seed",
+    "draws": "another number of draws",
+}
+
+
+class Folder:
+    """A folder that is this process's own until it is closed.
+
+    Raises InputError where it cannot be written, another process has it, or it holds other work or more starts.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        task: Task,
+        solver: Solver,
+        starts: int,
+        seed: int,
+        draws: int,
+        about: Mapping[str, Any] | None,
+    ):
+        self.path = Path(path)
+        asked = {
+            "task": task.key(),
+            "names": list(task.names),
+            "constraint_names": list(task.constraint_names),
+            "lower": task.lower.tolist(),
+            "upper": task.upper.tolist(),
+            "tolerance": task.tolerance,
+            "solver": json.loads(json.dumps(describe_solver(solver))),
+            "seed": seed,
+            "draws": draws,
+        }
+        self._digest = _digest(asked)
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            self._lock = (self.path / "lock").open("a+")
+        except (OSError, ValueError) as error:
+            raise InputError(f"cannot be used: {reason(error)}.", file=str(path)) from None
+        try:
+            if not lock(self._lock):
+                self._lock.seek(0)
+                raise InputError(f"is in use by process {self._lock.read().strip()}.", file=str(path))
+            self._lock.truncate(0)
+            self._lock.write(str(os.getpid()))
+            self._lock.flush()
+            self._settle(asked, starts, about)
+        except BaseException:
+            self._lock.close()
+            raise
+
+    def journal(self, number: int) -> tuple[Path, str]:
+        """Return the path and the key of the journal of a start."""
+        return _journal(self.path, self._digest, number)
+
+    def __enter__(self) -> "Folder":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.close()
+
+    def _settle(self, asked: dict[str, Any], starts: int, about: Mapping[str, Any] | None) -> None:
+        """Write down what is asked, or see that it is what was asked before."""
+        if not (self.path / _FILE).exists():
+            if any(self.path.glob("start_*.jsonl")):
+                raise InputError(f"holds starts, but no {_FILE}. Take another folder.", file=str(self.path))
+            held: dict[str, Any] = {"format": FORMAT, **asked, "starts": 0, "about": {}}
+        else:
+            held = read_design(self.path)
+            for name, said in _SAID.items():
+                if held[name] != asked[name]:
+                    old, new = (json.dumps(value) for value in (held[name], asked[name]))
+                    detail = f" ({old}, now {new})" if len(old) + len(new) < 200 else ""
+                    raise InputError(f"holds {said}{detail}. Take another folder.", file=str(self.path))
+            if held["starts"] > starts:
+                raise InputError(
+                    f"holds {held['starts']} starts, {starts} are asked for. Ask for as many or more, or take another "
+                    "folder.",
+                    file=str(self.path),
+                )
+        new = held | {"starts": starts, "about": dict(about) if about is not None else held["about"]}
+        if new != held:
+            write_atomic(self.path / _FILE, json.dumps(new, indent=2).encode())
+
+
+def read_design(folder: str | Path) -> dict[str, Any]:
+    """Return what a folder was made for: task, solver, seed, draws, starts, and `about`, as the caller gave it.
+
+    Raises InputError where there is none, or it is damaged or of another version.
+    """
+    file = Path(folder) / _FILE
+    try:
+        held = json.loads(file.read_bytes())
+    except OSError as error:
+        raise InputError(f"cannot be read: {reason(error)}.", file=str(file)) from None
+    except (ValueError, RecursionError):
+        raise InputError("cannot be read: it is damaged.", file=str(file)) from None
+    if not isinstance(held, dict) or held.get("format") != FORMAT or not {*_SAID, "starts", "about"} <= held.keys():
+        raise InputError("is of another version of nectosome. Take another folder.", file=str(file))
+    kinds: dict[str, type] = {"solver": dict, "about": dict, "starts": int, "seed": int}
+    if not all(isinstance(held[name], kind) for name, kind in kinds.items()) or "name" not in held["solver"]:
+        raise InputError("cannot be read: it is damaged.", file=str(file))
+    return held
+
+
+def read_starts(folder: str | Path) -> list[list[Evaluation]]:
+    """Return the evaluations of each start that a folder holds so far, drawn designs first; its run may be under way.
+
+    Raises InputError as `read_design` does, and for a start that belongs to other work.
+    """
+    held = read_design(folder)
+    digest = _digest({name: held[name] for name in _SAID})
+    journals = (_journal(Path(folder), digest, k) for k in range(held["starts"]))
+    found = [read_journal(path, key)[0] if path.exists() else [] for path, key in journals]
+    return [[decode(record) for record in records if "end" not in record] for records in found]
+
+
+def _digest(asked: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
+
+
+def _journal(folder: Path, digest: str, number: int) -> tuple[Path, str]:
+    return folder / f"start_{number:04d}.jsonl", f"{digest} {number}"

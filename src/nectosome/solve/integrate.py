@@ -1,0 +1,193 @@
+"""Adaptive marching through time: step size control, saved states, a terminal event; works under jit and vmap.
+
+A march can stop after any saved time and go on from there, so that long runs report progress and can be cancelled.
+It carries slopes along where the system and its state bring some (`Sloping`, `Sloped`).
+"""
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.flatten_util import ravel_pytree
+from jaxtyping import Array, Bool, Float, Int
+
+from nectosome.core import Mechanical, State, Status
+
+from .sensitivity import Sloped, Sloping, allowed_slopes, sloped
+from .stages import Step, explicit_step, implicit_step, newton_memory, rms
+from .tableaus import ESDIRK4, TSIT5
+
+Method = Literal["implicit", "explicit"]
+Guard = Callable[[Array, State], Array]
+
+_SAFETY, _SHRINK, _GROW = 0.9, 0.2, 4.0
+_LEAST = 1e-4  # error, in allowed ones, below which a step does not count as better still
+# The next step is sized by the last error, where stability limits steps also by how errors change (Gustafsson 1991).
+_CONTROL = {"implicit": (1.0, 0.0), "explicit": (0.7, 0.4)}
+_BLOCK = 16  # times at which lanes of a batch wait for each other
+
+
+class March(eqx.Module):
+    """Where an integration stands: the last accepted step from (t0, x0) to (t, x), and what comes next."""
+
+    t0: Float[Array, ""]
+    x0: Any  # a State, or a Sloped one
+    rate0: Any
+    t: Float[Array, ""]
+    x: Any
+    rate: Any  # dx/dt at x; known from the first attempt on
+    h: Float[Array, ""]  # size of the next step [s]
+    memory: Any
+    held: Bool[Array, ""]  # the last attempt was rejected
+    error: Float[Array, ""]  # of the last accepted step, in allowed errors
+    status: Int[Array, ""]  # of the march so far; SOLVED while it runs
+    end: Float[Array, ""]  # when the event happened or the march gave up [s]; inf while it runs
+    steps: Int[Array, ""]
+    rejected: Int[Array, ""]
+
+
+class Settings(eqx.Module):
+    """How to integrate."""
+
+    method: Method = eqx.field(static=True)
+    rtol: Float[Array, ""]
+    atol: Float[Array, ""]
+    max_steps: Int[Array, ""]
+    longest: Float[Array, ""] | float = np.inf  # step [s]
+    slope_atol: Float[Array, ""] | float = 1e-200  # more than nothing where slopes begin with nothing
+
+
+def begin(t: Array, x: State | Sloped, settings: Settings, h: Array) -> March:
+    """March that starts at (t, x) with a first step of size h; the first attempt finds the rate there."""
+    bare = x.x if isinstance(x, Sloped) else x
+    n = bare.v.size + sum(leaf.size for leaf in jax.tree.leaves(bare.z))
+    memory = newton_memory(n) if settings.method == "implicit" else None
+    held, error, solved, end, none = map(jnp.asarray, (False, 1.0, int(Status.SOLVED), jnp.inf, 0))
+    return March(t, x, x, t, x, x, h, memory, held, error, solved, end, none, none)
+
+
+def march(
+    system: Mechanical | Sloping,
+    state: March,
+    times: Float[Array, "n"],
+    settings: Settings,
+    guard: Guard | None = None,
+) -> tuple[March, Any]:
+    """Go on until the last of `times`; also the states at all of them (NaN where the march had ended before).
+
+    The march ends early with status EVENT where guard(t, x) changes sign, located on the step's cubic to 1e-12 of it.
+    """
+    step: Callable[..., Step] = implicit_step if settings.method == "implicit" else explicit_step
+    if isinstance(system, Sloping):
+        step = sloped(step)
+    order = (ESDIRK4 if settings.method == "implicit" else TSIT5).order
+    proportional, integral = _CONTROL[settings.method]
+
+    def attempt(m: March) -> March:
+        s = step(system, m.t, m.h, m.x, m.rate, m.steps > 0, m.memory, _allowed(settings, m.x, m.x))
+        # derivatives are those of the steps taken: how long they are is no part of the motion
+        error = jax.lax.stop_gradient(_size(s.error, _allowed(settings, m.x, s.x)))
+        error = jnp.where(jnp.isfinite(error) & s.converged, error, jnp.inf)
+        accepted = error <= 1.0
+        error = jnp.maximum(error, _LEAST)
+        factor = error ** (-proportional / order) * m.error ** (integral / order)
+        factor = jnp.clip(_SAFETY * jnp.where(accepted, factor, error ** (-1 / order)), _SHRINK, _GROW)
+        if settings.method == "implicit":
+            # an unchanged step keeps the Jacobian
+            factor = jnp.where((factor > 1.0) & (factor < 1.2), 1.0, factor)
+        factor = jnp.where(accepted, factor, jnp.minimum(factor, 0.9))
+        factor = jnp.where(s.converged, factor, 0.5)
+        # after a rejection do not grow at once
+        factor = jnp.where(m.held, jnp.minimum(factor, 1.0), factor)
+        values = (s.first, jnp.minimum(m.h * factor, settings.longest), s.memory, ~accepted)
+        kept = eqx.tree_at(lambda m: (m.rate, m.h, m.memory, m.held), m, values)
+        moved = (m.t, m.x, s.first, m.t + m.h, s.x, s.rate, error)
+        new = eqx.tree_at(lambda m: (m.t0, m.x0, m.rate0, m.t, m.x, m.rate, m.error), kept, moved)
+        m = jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, kept)
+        steps, rejected = m.steps + 1, m.rejected + ~accepted
+        tiny = m.h < 1e-13 * jnp.maximum(1.0, jnp.abs(m.t))
+        status = jnp.where(steps >= settings.max_steps, int(Status.STEP_LIMIT), m.status)
+        status = jnp.where(tiny, int(Status.STEP_TOO_SMALL), status)
+        status = jnp.where(_finite(s.first), status, int(Status.NOT_FINITE))
+        end = jnp.where(status != int(Status.SOLVED), m.t, jnp.inf)
+        if guard is not None:
+            happened, when = _crossing(m, guard)
+            happened &= accepted
+            status = jnp.where(happened, int(Status.EVENT), status)
+            end = jnp.where(happened, when, end)
+        return eqx.tree_at(lambda m: (m.status, m.end, m.steps, m.rejected), m, (status, end, steps, rejected))
+
+    def passed(m: March, block: Array, found: Any) -> Any:
+        """What was found at the times of a block, and what the last step tells of those it went over."""
+
+        def one(time: Array, old: Any) -> Any:
+            here = (m.t0 <= time) & (time <= jnp.minimum(m.t, m.end))
+            return jax.tree.map(lambda new, old: jnp.where(here, new, old), interpolate(m, time), old)
+
+        return jax.vmap(one)(block, found)
+
+    def reach(m: March, block: Array) -> tuple[March, Any]:
+        def more(carry: tuple[March, Any]) -> tuple[March, Any]:
+            m = attempt(carry[0])
+            return m, passed(m, block, carry[1])
+
+        def going(carry: tuple[March, Any]) -> Array:
+            return (carry[0].t < block[-1]) & (carry[0].status == int(Status.SOLVED))
+
+        blank = jax.tree.map(lambda x: jnp.full((block.shape[0], *x.shape), jnp.nan), m.x)
+        return jax.lax.while_loop(going, more, (m, passed(m, block, blank)))
+
+    n = times.shape[0]
+    size = min(n, _BLOCK)
+    count = -(-n // size)
+    blocks = jnp.pad(times, (0, count * size - n), mode="edge").reshape(count, size)
+    state, found = jax.lax.scan(reach, state, blocks)
+    return state, jax.tree.map(lambda x: x.reshape(count * size, *x.shape[2:])[:n], found)
+
+
+def _allowed(settings: Settings, a: Any, b: Any) -> Any:
+    """Error allowed in each number of a step from a to b."""
+    if isinstance(a, Sloped):
+        return Sloped(
+            _allowed(settings, a.x, b.x), allowed_slopes(settings.rtol, settings.slope_atol, a.slopes, b.slopes)
+        )
+    return jax.tree.map(lambda a, b: settings.atol + settings.rtol * jnp.maximum(jnp.abs(a), jnp.abs(b)), a, b)
+
+
+def _size(error: Any, allowed: Any) -> Array:
+    """Root mean square of the error in allowed errors; the largest where the state has slopes, each with its own."""
+    if isinstance(error, Sloped):
+        return jnp.maximum(_size(error.x, allowed.x), jnp.max(jax.vmap(_size)(error.slopes, allowed.slopes)))
+    return rms(ravel_pytree(jax.tree.map(jnp.divide, error, allowed))[0])
+
+
+def interpolate(m: March, time: Array) -> Any:
+    """State at a time within the last step, by the cubic through its ends' values and rates."""
+    h = m.t - m.t0
+    s = jnp.where(h > 0, (time - m.t0) / jnp.where(h > 0, h, 1.0), 1.0)
+    a, b = (1 + 2 * s) * (1 - s) ** 2, s * (1 - s) ** 2
+    c, d = s**2 * (3 - 2 * s), s**2 * (s - 1)
+    return jax.tree.map(lambda x0, k0, x1, k1: a * x0 + b * h * k0 + c * x1 + d * h * k1, m.x0, m.rate0, m.x, m.rate)
+
+
+def _crossing(m: March, guard: Guard) -> tuple[Array, Array]:
+    """Whether the guard changed sign over the last step, and when, by bisection."""
+    first, last = guard(m.t0, m.x0), guard(m.t, m.x)
+    happened = (m.t > m.t0) & (jnp.sign(first) != jnp.sign(last)) & (first != 0)
+
+    def halve(_, ends):
+        low, high = ends
+        middle = 0.5 * (low + high)
+        before = jnp.sign(guard(middle, interpolate(m, middle))) == jnp.sign(first)
+        return jnp.where(before, middle, low), jnp.where(before, high, middle)
+
+    low, high = jax.lax.fori_loop(0, 40, halve, (m.t0, m.t))
+    return happened, 0.5 * (low + high)
+
+
+def _finite(tree: Any) -> Array:
+    flat, _ = ravel_pytree(tree)
+    return jnp.all(jnp.isfinite(flat))

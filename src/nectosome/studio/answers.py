@@ -1,0 +1,188 @@
+"""What the studio shows of a robot: the motion that it keeps, as moments of one period, and its numbers."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import State, Status
+from nectosome.core.remember import remembered
+from nectosome.description import RobotDescription, drive_period
+from nectosome.designs.motion import FORWARD
+from nectosome.designs.quantities import QUANTITIES, Stroke
+from nectosome.mechanism import Diagnosis, Robot, diagnose
+from nectosome.model import build
+from nectosome.solve import (
+    CycleMeans,
+    Results,
+    Run,
+    Steady,
+    Trajectory,
+    drive_limits,
+    find_symmetry,
+    means_of,
+    overloaded,
+    periodic,
+    resting,
+    results_of,
+    simulate,
+    steady,
+)
+from nectosome.units import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOMENTS = 65  # of a period that are shown
+_FINER = 4  # by so much are those finer that numbers of a cycle are means of: as many as a sweep takes
+_BEGINNING = 5.0  # s, of a robot that keeps no motion
+_STANDS = 1e-8  # m/s: what is left of a body that is held
+Direction = tuple[float, float, float]  # of the world
+_SHOWN = (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)
+
+
+class Answer(NamedTuple):
+    """A motion to look at.
+
+    It repeats itself after `period` [s], but for the way that the body comes in it; 0 where it does not. `numbers` are
+    of `QUANTITIES` [SI], and none of a run. The run does not carry its robot: writing that down takes longer than all
+    else. `warning` is empty, or says why not to trust the motion.
+    """
+
+    run: "xr.Dataset"
+    robot: RobotDescription
+    kind: str
+    period: float
+    numbers: dict[str, float]
+    warning: str
+
+
+class Solver:
+    """Answers for one robot after another, each begun where the last one ended.
+
+    Numbers are along `forward`, as of a design problem; without, along where the robot goes or is pushed.
+    """
+
+    def __init__(self, forward: str = ""):
+        self._forward = FORWARD.get(forward)
+        self._last: State | None = None
+        self._repeats: bool | None = None  # whether the first robot has a periodic motion; None until it is known
+
+    def __call__(self, description: RobotDescription) -> Answer:
+        """The motion that a robot keeps: steady, or periodic with its drives, or none, at rest.
+
+        Of one that keeps none by its nature, as it sinks, walks or begins slowly, its first seconds; and where no
+        periodic motion was found of the first robot, those of all. Raises InputError with the reason where a motion
+        cannot be found.
+        """
+        robot = build(description)
+        if not robot.tree.free_v.size:
+            raise InputError("nothing of this robot is free to move.", field=description.name)
+        try:
+            period = drive_period(description)
+        except InputError as error:
+            return (
+                _resting(robot, description) if find_symmetry(robot).steady else _begun(robot, description, str(error))
+            )
+        found = self._steady(robot)
+        if Status(int(found.status)) != Status.UNSTEADY_DRIVES:
+            return _turning(found, description, period, self._forward)
+        cycle = None if self._repeats is False else periodic(robot, period, samples=_FINER * (MOMENTS - 1) + 1)
+        if cycle is not None and self._repeats is None:
+            self._repeats = Status(int(cycle.status)) != Status.NO_PERIOD
+        if cycle is None or not self._repeats:
+            return _begun(robot, description, f"{Status.NO_PERIOD.reason}.")
+        answer = _answer(cycle, description, "periodic motion", period, cycle.means(), forward=self._forward)
+        return answer._replace(run=answer.run.isel(time=slice(None, None, _FINER)))
+
+    def _steady(self, robot: Robot) -> Steady:
+        """Steady motion from where the last one was, else from rest."""
+        found = steady(robot, guess=self._last)
+        if Status(int(found.status)) not in _SHOWN and self._last is not None:
+            found = steady(robot)
+        self._last = found.state if Status(int(found.status)) in _SHOWN else None
+        return found
+
+
+def _resting(robot: Robot, description: RobotDescription) -> Answer:
+    """The shape at rest, or what happens where there is none."""
+    found = resting(robot)
+    status = Status(int(found.status))
+    if status not in _SHOWN:
+        return _begun(robot, description, f"{status.reason}.")
+    return _answer(found, description, "at rest", 0.0)
+
+
+def _turning(found: Steady, description: RobotDescription, period: float, forward: Direction | None) -> Answer:
+    """A steady motion over a turn of its drives [s]."""
+    robot, times = found.value.system, jnp.linspace(0.0, period, MOMENTS)
+    states, d, means = remembered(turn, robot, found.state, times)
+    run = Run(Trajectory(robot, times, states), found.status, {}, found.residual)
+    return _answer(run, description, "steady motion", period, means, results_of(run, d, None, {}), forward)
+
+
+def turn(robot: Robot, x: State, times: Float[Array, "n"]) -> tuple[State, Diagnosis, CycleMeans]:
+    """A turn of a steady motion from x on: velocities stay, what is displaced goes on evenly. Leaves [n, ...].
+
+    All moments side by side, which is twice as fast as one after another.
+    """
+    states = jax.vmap(lambda t: State(robot.advance(x.q, x.v, t), x.v, x.z))(times)
+    d = jax.vmap(lambda t, x: diagnose(robot, t, x))(times, states)
+    return states, d, means_of(robot, times, d)
+
+
+def _begun(robot: Robot, description: RobotDescription, why: str) -> Answer:
+    """What a robot does at first, from its start, where it keeps no motion."""
+    found = simulate(robot, _BEGINNING, samples=MOMENTS)
+    answer = _answer(found, description, f"the first {_BEGINNING:g} s", 0.0)
+    place = answer.run["position"].values[:, 0]  # the first part is the body
+    # over what is no cycle the mean of a force or power tells nothing that lasts
+    speed = float(np.linalg.norm(place[-1] - place[0])) / _BEGINNING
+    return answer._replace(numbers={"speed": speed}, warning=f"{why} The speed is the mean over them.")
+
+
+def _answer(
+    found: Run,
+    description: RobotDescription,
+    kind: str,
+    period: float,
+    means: CycleMeans | None = None,
+    results: Results | None = None,
+    forward: Direction | None = None,
+) -> Answer:
+    """Raises InputError with the reason for what is no motion."""
+    status = Status(int(found.status))
+    if status not in _SHOWN:
+        raise InputError(f"{status.reason}.", field=description.name)
+    run = (results or found.results()).to_dataset()
+    warned = [status.reason] if status == Status.UNSTABLE else []
+    numbers = dict[str, float]()
+    if means is not None:
+        numbers = numbers_of(means, forward)
+        warned += _overloaded(found.value.system, description, means)
+    return Answer(run, description, kind, period, numbers, " ".join(f"{words}." for words in warned))
+
+
+def _overloaded(robot: Robot, description: RobotDescription, means: CycleMeans) -> list[str]:
+    """Which servos cannot do it."""
+    arrays = Results(drive_limits(robot, description), {}, {}).arrays | {"prescribed": np.array(robot.prescribed_names)}
+    return overloaded(arrays, np.asarray(means.reaction_peak), np.asarray(means.drive_velocity_peak))
+
+
+def numbers_of(means: CycleMeans, forward: Direction | None) -> dict[str, float]:
+    """All `QUANTITIES` of a cycle [SI]; NaN where one makes no sense.
+
+    Where no direction is forward, it is where the body goes; of one that is held, where the water pushes it.
+    """
+    goes = float(means.speed) > _STANDS
+    there = np.asarray(forward if forward else means.velocity[0] if goes else means.force)
+    along = there / max(float(np.linalg.norm(there)), 1e-300)
+    found: dict[str, float] = {name: float(value) for name, value in remembered(judged, means, along).items()}
+    return found if goes else found | dict.fromkeys(("speed", "efficiency", "cost_of_transport"), np.nan)
+
+
+def judged(means: CycleMeans, forward: Float[Array, "3"]) -> dict[str, Float[Array, ""]]:
+    """All `QUANTITIES` of a cycle."""
+    return {name: quantity.of_cycle(Stroke(means, forward)) for name, quantity in QUANTITIES.items()}

@@ -1,0 +1,184 @@
+"""The tab with files: open robots and runs of the working folder, or sent ones, and save what is there."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nectosome.description import dump_robot, save_robot
+from nectosome.io import save_dataset
+from nectosome.io.atomic import write_atomic
+from nectosome.io.extras import package
+from nectosome.robots.shipped import file_names
+from nectosome.units import InputError
+from nectosome.view.film import write_film, write_still
+from nectosome.view.stage.folder import Folder, received
+from nectosome.view.stage.playback import repeated
+
+from .work import Progress, told
+
+if TYPE_CHECKING:
+    import viser
+    import xarray as xr
+
+    from .answers import Answer
+    from .session import Session
+
+_ROBOTS, _RUNS = (".yaml", ".yml"), (".nc",)
+_PICTURE = (1280, 720)  # px, of what is drawn anew
+_HEIGHT = 1080  # px, of what is as wide as the page shows it
+_NONE = "nothing there yet"
+
+
+class _CancelledError(Exception):
+    """A video that is not wanted any more."""
+
+
+class Files:
+    """Lays out the tab. What goes wrong is told on the page."""
+
+    def __init__(self, session: "Session", client: "viser.ClientHandle", folder: Folder):
+        self._session, self._client, self._folder, gui = session, client, folder, client.gui
+        with gui.add_folder("Open"):
+            self._robots: Any = gui.add_dropdown("Robot", ("",))
+            gui.add_button("Open robot").on_click(lambda _: self._told(self._open_robot))
+            self._runs: Any = gui.add_dropdown("Run", ("",))
+            gui.add_button("Open run").on_click(lambda _: self._told(self._open_run))
+            gui.add_button("Look again").on_click(lambda _: self.renew())
+            sent = gui.add_upload_button("Send a robot (.yaml) or a run (.nc)")
+            sent.on_upload(lambda _: self._told(lambda: self._take(sent.value.name, sent.value.content)))
+        with gui.add_folder("Save"):
+            self._length = gui.add_number("Video (s)", 5.0, min=0.5, max=60.0, step=0.5)
+            self._name = gui.add_text("Name", "robot")
+            for label, work in (
+                ("Save robot (.yaml)", self._save_robot),
+                ("Save run (.nc)", self._save_run),
+                ("Save picture (.png)", self._save_picture),
+                ("Save picture (.svg)", self._save_drawing),
+                ("Save video (.mp4)", self._save_video),
+                ("Save page that plays (.html)", self._save_page),
+            ):
+                gui.add_button(label).on_click(lambda _, work=work: self._told(work))
+        self.renew()
+
+    def renew(self) -> None:
+        """Look what there is to open."""
+        own = [name for name in self._folder.names(*_ROBOTS) if not name.endswith(".design.yaml")]
+        self._robots.options = [*file_names(), *own]
+        self._runs.options = self._folder.names(*_RUNS) or [_NONE]
+
+    def _told(self, work: Callable[[], str]) -> None:
+        with told(self._session.tell):
+            words = work()
+            if words:
+                self._session.tell(words, bad=False)
+
+    def _open_robot(self) -> str:
+        name = self._robots.value
+        self._session.open(name if name in file_names() else self._folder.existing(name))
+        return ""
+
+    def _open_run(self) -> str:
+        if self._runs.value != _NONE:
+            self._session.open_run(self._folder.existing(self._runs.value))
+        return ""
+
+    def _take(self, name: str, data: bytes) -> str:
+        with received(name, data) as path:
+            if path.suffix in _RUNS:
+                self._session.open_run(path)
+            elif path.suffix in _ROBOTS:
+                self._session.open(path)
+            else:
+                raise InputError("is neither a robot (.yaml) nor a run (.nc).", field=path.name)
+        return ""
+
+    def _save_robot(self) -> str:
+        path = self._folder.target(self._name.value, ".yaml")
+        save_robot(self._session.description, path)
+        return self._saved(path)
+
+    def _save_run(self) -> str:
+        path = self._folder.target(self._name.value, ".nc")
+        answer = self._shown()
+        save_dataset(answer.run.assign_attrs(robot=dump_robot(answer.robot)), path)
+        return self._saved(path)
+
+    def _save_picture(self) -> str:
+        import imageio.v3 as imageio
+
+        path = self._folder.target(self._name.value, ".png")
+        width = round(_HEIGHT * self._session.aspect)
+        pixels = self._client.get_render(_HEIGHT, width, transport_format="png")
+        shown = pixels[..., 3:] / 255  # what is nothing is clear, and white on the page
+        on_white = np.round(shown * pixels[..., :3] + (1 - shown) * 255).astype(np.uint8)
+        write_atomic(path, imageio.imwrite("<bytes>", on_white, extension=".png"))
+        return self._saved(path)
+
+    def _save_drawing(self) -> str:
+        """The moment that is shown, from the direction it is looked at, without what is laid over the robot."""
+        path = self._folder.target(self._name.value, ".svg")
+        run = self._drawable(self._shown())
+        end = float(run["time"].values[-1])
+        write_still(run, path, at=self._session.moment, end=end, size=_PICTURE, camera=self._viewer())
+        return self._saved(path)
+
+    def _save_video(self) -> str:
+        """As long as asked, of what repeats itself; at most all of a run."""
+        path = self._folder.target(self._name.value, ".mp4")
+        answer, seconds, viewer = self._shown(), float(self._length.value), self._viewer()
+        if answer.run.sizes["time"] < 2:
+            raise InputError("it does not move: save a picture.")
+        for package_name in ("cv2", "av"):
+            package(package_name, "video")
+
+        def compute(progress: Progress) -> Path | None:
+            run = self._drawable(answer)
+            if answer.period:
+                run = repeated(run, answer.period, seconds)
+            start, end = (float(run["time"].values[k]) for k in (0, -1))
+
+            def drawn(share: float) -> None:
+                if not progress(share, "drawing"):
+                    raise _CancelledError
+
+            with suppress(_CancelledError):
+                write_film(run, path, end=min(end, start + seconds), size=_PICTURE, camera=viewer, progress=drawn)
+                return path
+            return None
+
+        def done(written: Path | None) -> None:
+            self._session.tell(self._saved(written) if written else "the video was cancelled.", False)
+
+        self._session.work.begin("video", compute, done)
+        return ""
+
+    def _drawable(self, answer: "Answer") -> "xr.Dataset":
+        """Run of an answer, with its robot."""
+        return answer.run.assign_attrs(robot=dump_robot(answer.robot))
+
+    def _viewer(self) -> tuple[float, float, float]:
+        """Direction from which the scene is looked at."""
+        camera = self._client.camera
+        x, y, z = (float(k) for k in np.subtract(camera.position, camera.look_at))
+        return x, y, z
+
+    def _save_page(self) -> str:
+        from nectosome.view.stage.offline import page_of
+
+        path = self._folder.target(self._name.value, ".html")
+        answer = self._shown()
+        write_atomic(path, page_of(answer.run, answer.robot, answer.period, self._session.view).encode())
+        return self._saved(path)
+
+    def _shown(self) -> Any:
+        answer = self._session.answer
+        if answer is None:
+            raise InputError("there is no motion to save yet. One under a controller is kept when that is stopped.")
+        return answer
+
+    def _saved(self, path: Path) -> str:
+        self.renew()
+        return f"saved {path.relative_to(self._folder.root).as_posix()}"

@@ -1,0 +1,72 @@
+"""The numbers of an answer as a small table, each with the history of what the sliders did to it."""
+
+from collections import deque
+from collections.abc import Iterable
+from html import escape
+
+import numpy as np
+
+from nectosome.designs.quantities import QUANTITIES
+from nectosome.units import show_quantity
+from nectosome.view.style import VERMILLION
+
+_KEPT = 60  # answers
+_SHOWN = ("speed", "thrust", "torque", "power", "efficiency", "cost_of_transport")
+_W, _H = 90, 22  # of a history [px]
+
+
+class Numbers:
+    """Numbers of the last answers."""
+
+    def __init__(self):
+        self._history: dict[str, deque[float]] = {name: deque(maxlen=_KEPT) for name in _SHOWN}
+        self._count = 0
+
+    def add(self, numbers: dict[str, float]) -> None:
+        """Take those of one more answer."""
+        self._count += 1
+        for name, history in self._history.items():
+            history.append(numbers.get(name, np.nan))
+
+    def forget(self) -> None:
+        """Begin anew, for another robot."""
+        for history in self._history.values():
+            history.clear()
+
+    def html(self, lines: Iterable[tuple[str, bool]]) -> str:
+        """The table, and under it lines of words, each with whether it is bad news."""
+        known = {name: history for name, history in self._history.items() if history and np.isfinite(history[-1])}
+        rows = [self._row(name, history) for name, history in known.items() if np.nan_to_num(history).any()]
+        said = (_line(words, bad) for words, bad in lines if words)
+        table = f'<table style="width:100%;border-collapse:collapse">{"".join(rows)}</table>'
+        below = f'<div style="margin-top:4px" id="studio-words">{"".join(said)}</div>'
+        style = "font-size:13px;padding:0 12px 6px"
+        return f'<div style="{style}" id="studio-answer" data-count="{self._count}">{table}{below}</div>'
+
+    def _row(self, name: str, history: deque[float]) -> str:
+        value, _, unit = show_quantity(history[-1], QUANTITIES[name].dimension).partition(" ")
+        cells = (
+            f'<td title="{escape(QUANTITIES[name].about)}">{name.replace("_", " ")}</td>',
+            f'<td style="text-align:right;font-variant-numeric:tabular-nums" id="studio-{name}">{value}</td>',
+            f'<td style="padding-left:4px;width:5em">{unit}</td><td>{_curve([*history])}</td>',
+        )
+        return f"<tr>{''.join(cells)}</tr>"
+
+
+def _line(words: str, bad: bool) -> str:
+    return f'<div style="color:{VERMILLION if bad else "inherit"}">{escape(words)}</div>'
+
+
+def _curve(values: list[float]) -> str:
+    """A line through the values, the last one marked."""
+    y = np.array(values)
+    known = np.isfinite(y)
+    if known.sum() < 2:
+        return f'<svg width="{_W}" height="{_H}"></svg>'
+    low, high = y[known].min(), y[known].max()
+    across = 3 + (_W - 6) * np.arange(y.size) / (y.size - 1)
+    up = _H - 3 - (_H - 6) * ((y - low) / (high - low) if high > low else np.full(y.size, 0.5))
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b, k in zip(across, up, known, strict=True) if k)
+    dot = f'<circle cx="{across[known][-1]:.1f}" cy="{up[known][-1]:.1f}" r="2.5" fill="#0072B2"/>'
+    line = f'<polyline points="{points}" fill="none" stroke="#0072B2" stroke-width="1.2"/>'
+    return f'<svg width="{_W}" height="{_H}">{line}{dot}</svg>'

@@ -1,0 +1,52 @@
+"""The studio's server: one session for each browser tab, until it is closed."""
+
+import threading
+import warnings
+from pathlib import Path
+
+import viser
+
+from nectosome.view.stage.folder import Folder
+from nectosome.view.stage.gate import Gate, guarded_server
+
+from .session import Session
+
+
+class Studio:
+    """A page at `address`, for a robot that ships, by name, or a file; other files are those of a working folder."""
+
+    def __init__(self, robot: str, folder: Path, host: str, port: int):
+        warnings.filterwarnings(
+            "ignore", "Queued a .* on a closed connection"
+        )  # of a tab that is closed while it plays
+        self._sessions: dict[int, Session] = {}
+        self._lock = threading.Lock()
+        self._robot, self._folder = robot, Folder(folder)
+        gate = Gate.at(host)
+        self._server = guarded_server(gate, port)
+        self.address = gate.address(self._server.get_port())
+        self._server.scene.world_axes.visible = False
+        self._server.scene.configure_default_lights(cast_shadow=False)  # shadows halve the pictures a second
+        self._server.on_client_connect(self._enter)
+        self._server.on_client_disconnect(self._leave)
+
+    def close(self) -> None:
+        """Close all tabs' sessions and the server."""
+        with self._lock:
+            sessions, self._sessions = [*self._sessions.values()], {}
+        for session in sessions:
+            session.close()
+        self._server.stop()
+
+    def _enter(self, client: viser.ClientHandle) -> None:
+        session = Session(client, self._robot, self._folder)
+        with self._lock:
+            self._sessions[client.client_id] = session
+        if client.client_id not in self._server.get_clients():  # it was closed while its session was made
+            self._leave(client)
+
+    def _leave(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            session = self._sessions.pop(client.client_id, None)
+        if session is not None:
+            session.close()

@@ -1,0 +1,29 @@
+"""What a fit of a robot found, as a table: values with their intervals, how far off it is, what to beware of."""
+
+import json
+from typing import TYPE_CHECKING
+
+from nectosome.view.scorecard import number
+
+from .narrow_panel import cells
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def fitted_html(found: "xr.Dataset") -> str:
+    """Of what `identify.robot_results.robot_data` has of one recording."""
+    rows = [["", "value", "95 % from", "to", "unit"]]
+    for name in found["parameter"].values:
+        one = found.sel(parameter=name)
+        values = (number(float(one[key])) for key in ("value", "low", "high"))
+        mark = "" if bool(one["told"]) else " *"
+        rows.append([f"{name}{mark}", *values, str(one["unit"].item())])
+    lines = [] if bool(found["told"].all()) else ["* not told alone", *json.loads(found.attrs["words"])]
+    for c, column in enumerate(map(str, found["column"].values)):
+        rms, largest = (f"{float(found[key][0, c]):.3g} %" for key in ("e_rmsp", "e_mp"))
+        lines.append(f"{column}: off by {rms} of its range (root mean square), {largest} at most")
+    if found.attrs["starts"] > 1:
+        lines.append(f"{found.attrs['agree']} of {found.attrs['starts']} starts came to these values")
+    lines += [f"beware: {warning}" for warning in json.loads(found.attrs["warnings"])]
+    return cells(rows, "studio-fit", [*lines, *json.loads(found.attrs["notes"])])

@@ -1,0 +1,212 @@
+"""The tab that finds what is unknown of a robot from a recording of its motion."""
+
+import threading
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nectosome.description import RobotDescription, driving_signals, resolve
+from nectosome.description.variables import read_variable
+from nectosome.identification.robot.fit import RobotFit, fit_robot, robot_data
+from nectosome.identification.robot.trials import read_compared, robot_trials
+from nectosome.identification.sim2real.observe import unit_of
+from nectosome.measure import read
+from nectosome.model import build, common_readings
+from nectosome.studio.sliders import around
+from nectosome.studio.work import Progress, told
+from nectosome.units import InputError, shorten
+from nectosome.view.robot_fit import recording_panel
+from nectosome.view.stage.folder import received
+
+from .fit_table import fitted_html
+from .narrow_panel import note, with_legend
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from nectosome.studio.session import Session
+
+_FILES = (".csv", ".txt", ".tsv", ".xlsx", ".nc", ".h5", ".tdms", ".mat")
+_SHEETS = (".yaml", ".yml")
+_NOTHING, _NONE = "nothing there yet", "none"
+_MOST = 64  # starts
+
+
+class _EndedError(Exception):
+    """A fit that is not wanted any more."""
+
+
+class Identify:
+    """Lays out the tab."""
+
+    def __init__(self, session: "Session"):
+        self._session, gui = session, session.gui
+        self._drawing = threading.Lock()
+        self._robot = 0  # how many there were: what is found for one before is not shown
+        self._recording: xr.Dataset | None = None
+        self._found: RobotDescription | None = None
+        hint = "What recordings do not say themselves, such as units: a file of the folder, taken as they are read."
+        self._sheet: Any = gui.add_dropdown("Sheet", (_NONE,), hint=hint)
+        sent = gui.add_upload_button("Send a recording (.csv, ...)")
+        sent.on_upload(lambda _: self._told(lambda: self._send(sent.value.name, sent.value.content)))
+        self._file: Any = gui.add_dropdown("File", (_NOTHING,))
+        gui.add_button("Open recording").on_click(lambda _: self._told(self._open))
+        gui.add_button("Look again").on_click(lambda _: self._look())
+        self._columns = gui.add_html("")
+        hints = (
+            "One a line: COLUMN=READING, such as push=-force.y.",
+            "One a line: COLUMN=PATH of a signal of the robot, such as torque=limbs.fin.joint.torque.",
+            "One a line: NAME = LOW .. HIGH, and log for a logarithmic scale.",
+        )
+        self._compare, self._drive, self._unknown = (
+            gui.add_text(label, "", multiline=True, hint=hint)
+            for label, hint in zip(("Compare", "Driven by", "Unknown"), hints, strict=True)
+        )
+        self._skip = gui.add_number("Leave out first (s)", 0.0, min=0.0, step=0.1)
+        self._starts = gui.add_number("Starts", 1, min=1, max=_MOST, step=1)
+        gui.add_button("Identify").on_click(lambda _: self._told(self._begin))
+        self._place = gui.add_folder(None, visible=False)
+        self._plot: Any = None  # made when it is needed, as its program is large
+        self._table = gui.add_html("")
+        self._apply = gui.add_button("Apply what was found", visible=False)
+        self._apply.on_click(lambda _: self._told(self._become))
+
+    def renew(self) -> None:
+        """Begin anew for another robot; a recording that was read stays."""
+        robot, problem = self._session.description, self._session.problem
+        with self._drawing:
+            self._robot, self._found = self._robot + 1, None
+            self._place.visible = self._apply.visible = False
+            self._table.content = ""
+        ranges = dict(problem.variables)
+        if not ranges:
+            found = (around(robot, alias) for alias in robot.aliases)
+            ranges = {knob.name: knob.text() for knob in found if knob is not None}
+        self._unknown.value = "\n".join(f"{name} = {text}" for name, text in ranges.items())
+        self._look()
+        self._guess()
+
+    def _look(self) -> None:
+        folder = self._session.folder
+        self._file.options = folder.names(*_FILES) or [_NOTHING]
+        self._sheet.options = [_NONE, *(name for name in folder.names(*_SHEETS) if not name.endswith(".design.yaml"))]
+
+    def _told(self, work: Any) -> None:
+        with told(self._session.tell):
+            work()
+
+    def _send(self, name: str, data: bytes) -> None:
+        with received(name, data) as path:
+            self._take(path, path.name)
+
+    def _open(self) -> None:
+        name = self._file.value
+        if name != _NOTHING:
+            self._take(self._session.folder.existing(name), name)
+
+    def _take(self, path: Path, name: str) -> None:
+        """Take a recording, as the sheet says."""
+        sheet = None if self._sheet.value == _NONE else self._session.folder.existing(self._sheet.value)
+        recording = read(path, sheet).load()
+        if "time" not in recording.dims:
+            raise InputError("has no time.", file=name)
+        self._recording = recording
+        time, columns = recording["time"].values, recording.data_vars.items()
+        listed = ", ".join(f"{column} ({unit_of(values) or '1'})" for column, values in columns)
+        words = f"{shorten(name)}: {time.size} samples, {time[-1] - time[0]:.4g} s; {listed}"
+        self._guess()
+        self._columns.content = note(words)
+        self._session.tell(f"{shorten(name)} was read", False)
+
+    def _guess(self) -> None:
+        """What columns are, as far as their names tell."""
+        if self._recording is None:
+            return
+        robot = self._session.description
+        readings, driven = common_readings(build(robot)), _signals(robot)
+        compare, drives = [], []
+        for column in map(str, self._recording.data_vars):
+            signal = next((path for path in driven if path.rpartition(".")[2] == column), None)
+            reading = next((name for name in readings if column in (name, name.rpartition(".")[2])), None)
+            if signal is not None:
+                drives.append(f"{column}={signal}")
+            elif reading is not None:
+                compare.append(f"{column}={reading}")
+        self._compare.value, self._drive.value = "\n".join(compare), "\n".join(drives)
+
+    def _begin(self) -> None:
+        recording, robot, number = self._recording, self._session.description, self._robot
+        if recording is None:
+            raise InputError("there is no recording yet. Send one, or open one of the folder.")
+        compared = [read_compared(line, build(robot)) for line in _lines(self._compare.value)]
+        drives = dict(_pair(line, "Driven by") for line in _lines(self._drive.value))
+        variables = [read_variable(*_pair(line, "Unknown"), robot) for line in _lines(self._unknown.value)]
+        for field, given in (("Compare", compared), ("Unknown", variables)):
+            if not given:
+                raise InputError("is empty: say at least one.", field=field)
+        paths = [path for v in variables for path in resolve(robot, v.name)]
+        for field, names in (("Compare", [one.column for one in compared]), ("Unknown", paths)):
+            if len(set(names)) < len(names):
+                raise InputError("names one twice.", field=field)
+        skip, starts = float(self._skip.value), int(self._starts.value)
+
+        def compute(progress: Progress) -> RobotFit | None:
+            def going_on(what: str, share: float) -> None:
+                if not progress(share, what):
+                    raise _EndedError
+
+            trials = robot_trials([recording], robot, compared, drives, skip)
+            try:
+                return fit_robot(robot, variables, trials, compared, {}, starts=starts, progress=going_on)
+            except _EndedError:
+                return None
+
+        def done(found: RobotFit | None) -> None:
+            if found is None:
+                self._session.tell("the fit was cancelled.", False)
+            else:
+                self._show(number, found, robot)
+
+        self._session.tell("identifying", False)
+        self._session.work.begin("identifying", compute, done)
+
+    def _show(self, number: int, found: RobotFit, robot: RobotDescription) -> None:
+        data = robot_data(found)
+        figure: Any = recording_panel(data, 0).figure
+        drawn = with_legend(figure)
+        with self._drawing:
+            if number != self._robot:
+                return
+            self._session.tell("identified; what was found is in the tab", False)
+            self._found = found.described(robot)
+            self._table.content = fitted_html(data)
+            self._apply.visible = self._place.visible = True
+            aspect = 0.75 * data.sizes["column"] + 0.1  # height over width
+            if self._plot is not None:
+                self._plot.remove()
+            with self._place:
+                self._plot = self._session.gui.add_plotly(drawn, aspect=aspect, config={"displayModeBar": False})
+
+    def _become(self) -> None:
+        with self._drawing:
+            found = self._found
+        if found is not None:
+            self._session.become(found)
+
+
+def _signals(robot: RobotDescription) -> list[str]:
+    """Paths of the signals that can be given by a recording; none where a motor finds its own speed."""
+    with suppress(InputError):
+        return list(driving_signals(robot))
+    return []
+
+
+def _lines(text: str) -> list[str]:
+    return [line.strip() for line in text.splitlines() if line.strip()]
+
+
+def _pair(text: str, field: str) -> tuple[str, str]:
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not (name and equals and value):
+        raise InputError(f'"{shorten(text)}" must have a name, = and what it is.', field=field)
+    return name, value

@@ -1,0 +1,253 @@
+"""The tab that maps what a robot's motion gives over one or two of its quantities; a click loads a point."""
+
+import threading
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nectosome.core import Status
+from nectosome.description import RobotDescription, get_value, numeric_paths, parse_robot, resolve, with_values
+from nectosome.designs.axes import Axis, read_axis
+from nectosome.designs.sweep import mean_of, sweep, telling
+from nectosome.io import load_dataset, save_dataset
+from nectosome.studio.sliders import Knob, knobs_of
+from nectosome.studio.work import Progress, told
+from nectosome.units import InputError, shorten
+from nectosome.view.saved import check_sweep
+from nectosome.view.style import VERMILLION
+from nectosome.view.sweep import axis_of, sides, sweep_figure
+
+from .narrow_panel import note, small
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+    import xarray as xr
+
+    from nectosome.studio.session import Session
+
+_POINTS = 5  # of an axis at first
+_STEP = 0.1  # of the robot's value, between them
+_MOST = 2500  # points
+_NEAR = 1e-3  # of an axis' largest value: so far a number that is written may lie beyond an end
+_NOTHING = "nothing there yet"
+_GOOD = {status.name for status in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)}
+# A click on the figure is typed into the next field of the page, since viser does not tell of it. What is put into a
+# page as HTML runs no script, but an event handler of it; the figure is there when the pointer comes.
+_CLICKS = """<img src="data:," alt="" style="display:none" id="studio-map" onerror="
+if (window.studioMap) return;
+window.studioMap = true;
+document.addEventListener('pointerover', (event) => {
+  const plot = event.target.closest &amp;&amp; event.target.closest('.js-plotly-plot');
+  if (!plot || plot.heard || !plot.layout || !/^studio-map/.test(plot.layout.meta)) return;
+  plot.heard = true;
+  plot.on('plotly_click', (data) => {
+    const mark = document.getElementById('studio-map'), point = data.points[0];
+    const after = (field) => mark.compareDocumentPosition(field) &amp; Node.DOCUMENT_POSITION_FOLLOWING;
+    const field = [...document.querySelectorAll('input')].find(after);
+    const write = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set;
+    const short = (value) => +value.toPrecision(6);
+    write.call(field, plot.layout.meta === 'studio-map-2' ? short(point.x) + ', ' + short(point.y) : short(point.x));
+    field.dispatchEvent(new Event('input', {bubbles: true}));
+  });
+});">"""
+
+
+class Map:
+    """Lays out the tab."""
+
+    def __init__(self, session: "Session"):
+        self._session, gui = session, session.gui
+        self._drawing = threading.Lock()
+        self._robot = 0  # how many there were: a map of one before is not shown
+        self._found: xr.Dataset | None = None
+        hint = "NAME=from:to:step unit, or NAME=values unit."
+        self._axes = [gui.add_text("Axis 1", "", hint=hint), gui.add_text("Axis 2", "", hint=f"{hint} May be empty.")]
+        gui.add_button("Compute map").on_click(lambda _: self._told(self._begin))
+        self._shown: Any = gui.add_dropdown("Show", (_NOTHING,))
+        self._shown.on_update(lambda _: self._told(self._draw))
+        self._line = gui.add_html("")
+        self._place = gui.add_folder(None, visible=False)
+        self._plot: Any = None  # made when it is needed, as its program is large
+        with self._place:
+            gui.add_html(_CLICKS)
+            self._point = gui.add_text("Point", "", hint="A click on the map loads its point; so does its x, y here.")
+            self._point.on_update(self._pointed)
+        with gui.add_folder("Saved maps"):
+            self._name = gui.add_text("Name", "map")
+            gui.add_button("Save map (.nc)").on_click(lambda _: self._told(self._save))
+            self._saved: Any = gui.add_dropdown("File", (_NOTHING,))
+            gui.add_button("Open map").on_click(lambda _: self._told(self._open))
+
+    def renew(self) -> None:
+        """Ask for a map around the session's robot."""
+        robot, problem = self._session.description, self._session.problem
+        with self._drawing:
+            self._robot, self._found = self._robot + 1, None
+            self._place.visible, self._line.content, self._point.value = False, "", ""
+        knobs = knobs_of(robot, problem.variables)
+        for field, knob in zip(self._axes, [*knobs[:2], None, None], strict=False):
+            field.value = "" if knob is None else _around(knob, float(get_value(robot, knob.name)))
+        self._look()
+
+    def _look(self) -> None:
+        self._saved.options = self._session.folder.names(".nc") or [_NOTHING]
+
+    def _told(self, work: Any) -> None:
+        with told(self._session.tell):
+            work()
+
+    def _pointed(self, event: Any) -> None:
+        if event.client is not None:  # not emptied by us
+            self._told(self._load)
+
+    def _begin(self) -> None:
+        description, robot = self._session.description, self._robot
+        axes = [_axis(field, description) for field in self._axes if field.value.strip()]
+        if not axes:
+            raise InputError("is empty: say what to go over, as in L=300:700:100 mm.", field=self._axes[0].label)
+        paths = [path for axis in axes for path in resolve(description, axis.name)]
+        if len(set(paths)) < len(paths):
+            raise InputError("names a quantity twice.", field="Axis 2")
+        points = int(np.prod([len(axis.values) for axis in axes]))
+        if points > _MOST:
+            raise InputError(f"{points} points are too many for this page: {_MOST} at most. Take nectosome sweep.")
+
+        def compute(progress: Progress) -> "xr.Dataset":
+            progress(0.0, f"{points} points, the first ones while their equations are compiled")
+            over = {axis.name: axis.values for axis in axes}
+            return sweep(description, over, progress=lambda share: progress(share, f"{points} points"))
+
+        self._session.work.begin("map", compute, lambda found: self._take(robot, found))
+
+    def _take(self, robot: int, found: "xr.Dataset") -> None:
+        with self._drawing:
+            if robot != self._robot:
+                return
+            self._found, self._point.value = found, ""
+        known, last = tuple(telling(found)) or (_NOTHING,), self._shown.value
+        along = f"force.{self._session.problem.forward.lstrip('-')}"
+        self._shown.options = known
+        self._shown.value = next(name for name in (last, "speed", along, known[0]) if name in known)
+        self._draw()
+
+    def _draw(self) -> None:
+        """Show the map, if there is one."""
+        with self._drawing:
+            found, name = self._found, self._shown.value
+            if found is None or (name == _NOTHING and telling(found)):
+                return
+            unsolved = int((~found["status"].isin([*_GOOD])).sum())
+            words = f"{found['status'].size} points, {unsolved} without a motion (crosses)" if unsolved else ""
+            self._place.visible = known = name != _NOTHING
+            self._line.content = note(words or ("" if known else "No point of the map moves."))
+            if not known:
+                return
+            drawn = _figure(found, name, self._point.value)
+            if self._plot is None:
+                with self._place:
+                    config = {"displayModeBar": False}
+                    self._plot = self._session.gui.add_plotly(drawn, aspect=0.85, config=config, order=0)
+            else:
+                self._plot.figure = drawn
+
+    def _load(self) -> None:
+        """Take the numbers of the point in the field. Raises InputError where it is none, or not yet."""
+        found = self._found
+        if found is None or not self._point.value.strip():
+            return
+        place = place_of(self._point.value, found)
+        if place is None:
+            ends = (f"{name} from {axis.min():.6g} to {axis.max():.6g}" for name, axis in _places(found).items())
+            words = f'"{shorten(self._point.value)}" is no point of the map. Write {", ".join(ends)}.'
+            raise InputError(words, field=self._point.label)
+        self._session.tell("", False)
+        robot = parse_robot(found.attrs["robot"])
+        self._session.become(with_values(robot, {name: float(found[name][k]) for name, k in place.items()}))
+        self._draw()
+
+    def _save(self) -> None:
+        if self._found is None:
+            raise InputError("there is no map yet.")
+        path = self._session.folder.target(self._name.value, ".nc")
+        save_dataset(self._found, path)
+        self._look()
+        self._saved.value = name = path.relative_to(self._session.folder.root).as_posix()
+        self._session.tell(f"saved {name}", False)
+
+    def _open(self) -> None:
+        name = self._saved.value
+        if name == _NOTHING:
+            return
+        found = load_dataset(self._session.folder.existing(name))
+        check_sweep(found, name)
+        own, robot = self._session.description, parse_robot(found.attrs["robot"], f"{name}, its robot")
+        if robot.name != own.name or numeric_paths(robot).keys() != numeric_paths(own).keys():
+            raise InputError(f"is a map of {robot.name}, not of the robot that is shown. Open that one.", field=name)
+        self._take(self._robot, found)
+        self._session.tell(f"opened {name}", False)
+
+
+def place_of(point: str, found: "xr.Dataset") -> dict[str, int] | None:
+    """Nearest place on each axis to `x, y` in the units of the figure; None where that is no point of the map."""
+    axes = _places(found)
+    try:
+        values = [float(text) for text in point.split(",")]
+    except ValueError:
+        return None
+    if len(values) != len(axes):
+        return None
+    pairs = list(zip(axes.values(), values, strict=True))
+    near = [_NEAR * np.abs(axis).max() for axis in axes.values()]
+    if not all(axis.min() - e <= x <= axis.max() + e for (axis, x), e in zip(pairs, near, strict=True)):
+        return None
+    return {name: int(np.argmin(np.abs(axis - x))) for name, (axis, x) in zip(axes, pairs, strict=True)}
+
+
+def _places(found: "xr.Dataset") -> dict[str, np.ndarray]:
+    """Values on each axis, in the units of the figure."""
+    return {name: axis_of(found[name]).values for name in sides(found)}
+
+
+def _axis(field: Any, description: RobotDescription) -> Axis:
+    """Axis that a field of the page asks for. Raises InputError."""
+    try:
+        return read_axis(field.value, description)
+    except InputError as error:
+        raise InputError(error.message, field=field.label) from None
+
+
+def _around(knob: Knob, value: float) -> str:
+    """Axis around a value [SI], in the unit of its slider and within it."""
+    shown = knob.shown(value)
+    step = float(f"{_STEP * abs(shown):.2g}") or (knob.high - knob.low) / (_POINTS - 1)
+    step = min(step, (knob.high - knob.low) / (_POINTS - 1))
+    wide = (_POINTS - 1) * step
+    low = min(max(shown - 0.5 * wide, knob.low), knob.high - wide)
+    return f"{knob.name}={low:.6g}:{low + wide:.6g}:{step:.6g} {knob.unit}".strip()
+
+
+def _figure(found: "xr.Dataset", name: str, point: str) -> "go.Figure":
+    """The map or curve, with what has no motion, and why, and the point that is loaded."""
+    fig, names = small(sweep_figure(found, name)), sides(found)
+    axes = [axis_of(found[side]).values for side in names]
+    status = found["status"].transpose(*names).values
+    mean = mean_of(found, name)
+    level = float(np.nanmin(mean)) if len(names) == 1 else 0.0  # where a point without a value stands
+    rows: list[tuple[np.ndarray, dict[str, Any], list[str]]] = []
+    bad = np.argwhere(~np.isin(status, [*_GOOD]))
+    cross = {"symbol": "x", "size": 8, "color": VERMILLION}
+    rows.append((bad, cross, [Status[str(status[tuple(k)])].reason for k in bad]))
+    loaded = place_of(point, found)
+    ring = {"symbol": "circle-open", "size": 15, "color": VERMILLION, "line": {"width": 3}}
+    if loaded is not None:
+        rows.append((np.array([[loaded[side] for side in names]]), ring, ["loaded"]))
+    values = mean.transpose(*names).values
+    for places, marker, words in rows:
+        x = [axes[0][k[0]] for k in places]
+        y = [axes[1][k[1]] if len(names) == 2 else np.nan_to_num(values[k[0]], nan=level) for k in places]
+        hover = "%{text}<extra></extra>"
+        fig.add_scatter(x=x, y=y, mode="markers", marker=marker, text=words, hovertemplate=hover, cliponaxis=False)
+    fig.update_layout(
+        meta=f"studio-map-{len(names)}", margin_t=16, margin_r=64 if len(names) == 2 else 12, showlegend=False
+    )
+    return fig

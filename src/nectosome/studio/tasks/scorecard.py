@@ -1,0 +1,100 @@
+"""The tab with scorecards: what was printed, what was computed here, row by row, of runs in the working folder."""
+
+import json
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nectosome.units import InputError
+from nectosome.view.scorecard import Row, number, percent, summary
+
+from .narrow_panel import note
+
+if TYPE_CHECKING:
+    from nectosome.studio.session import Session
+
+_NAME = "scorecard.json"
+_NONE = "none yet: nectosome reproduce makes one"
+_ALL = "all"
+_TEXTS, _NUMBERS = ("id", "quantity", "unit", "verdict", "kind", "note"), ("printed", "ours", "error", "tolerance")
+_MARKS = {"match": ("&#10003;", "#0072B2"), "better": ("&#9650;", "#00714f"), "differs": ("&#10007;", "#b34700")}
+
+
+class Scorecard:
+    """Lays out the tab: which file, which study, which rows, and these."""
+
+    def __init__(self, session: "Session"):
+        self._session, gui = session, session.gui
+        self._rows: list[Row] = []
+        self._file: Any = gui.add_dropdown("File", (_NONE,))
+        self._study: Any = gui.add_dropdown("Study", (_ALL,))
+        self._only: Any = gui.add_dropdown("Rows", (_ALL, *_MARKS, "others"))
+        gui.add_button("Look again").on_click(lambda _: self.renew())
+        self._page = gui.add_html("")
+        self._file.on_update(lambda _: self._open())
+        for choice in (self._study, self._only):
+            choice.on_update(lambda _: self._show())
+        self.renew()
+
+    def renew(self) -> None:
+        """Look which scorecards there are."""
+        self._file.options = self._session.folder.names(_NAME) or [_NONE]
+        self._open()
+
+    def _open(self) -> None:
+        name, self._rows = self._file.value, []
+        try:
+            self._rows = [] if name == _NONE else read_rows(self._session.folder.existing(name))
+        except InputError as error:  # told here: a file of the folder is not what the user may be doing
+            self._page.content = note(str(error), bad=True)
+            return
+        self._study.options = [_ALL, *dict.fromkeys(_study(row) for row in self._rows)]
+        self._show()
+
+    def _show(self) -> None:
+        chosen = [row for row in self._rows if self._study.value in (_ALL, _study(row))]
+        if self._only.value != _ALL:
+            kind = self._only.value
+            chosen = [r for r in chosen if (r["verdict"] == kind if kind in _MARKS else r["verdict"] not in _MARKS)]
+        self._page.content = rows_html(chosen) if self._rows else ""
+
+
+def read_rows(path: Path) -> list[Row]:
+    """Rows of a scorecard file. Raises InputError where it is none."""
+    try:
+        rows = json.loads(path.read_text(encoding="utf-8"))["rows"]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        raise InputError("this is not a scorecard.", file=path.name) from None
+    if not isinstance(rows, list):
+        raise InputError("this is not a scorecard: its rows are no list.", file=path.name)
+    for k, row in enumerate(rows):
+        good = isinstance(row, dict) and all(isinstance(row.get(name), str) for name in _TEXTS)
+        if not good or not all(isinstance(row.get(name), int | float | None) for name in _NUMBERS):
+            raise InputError(f"row {k + 1} is not that of a scorecard.", file=path.name)
+    return rows
+
+
+def rows_html(rows: list[Row]) -> str:
+    """How many there are of each verdict, then one after the other, with their reasons."""
+    each = "".join(_row(row) for row in rows)
+    head = f'<div style="font-size:13px;padding:0 12px" id="studio-scorecard"><p>{escape(summary(rows))}</p>'
+    return f"{head}{each}</div>"
+
+
+def _row(row: Row) -> str:
+    mark, colour = _MARKS.get(row["verdict"], ("&#8211;", "#666"))
+    unit = "%" if row["unit"] == "percent" else row["unit"]
+    values = f"printed {escape(number(row['printed'], unit))}, ours <b>{escape(number(row['ours'], unit))}</b>"
+    if row["error"] is not None:
+        within = f" ({percent(row['tolerance'])} allowed)" if row["tolerance"] is not None else ""
+        values += f", off by {percent(row['error'])}{within}"
+    note = f'<div style="color:#555">{escape(row["note"])}</div>' if row["note"] else ""
+    verdict = f'<span style="color:{colour}">{mark} {escape(row["verdict"])}</span>, {escape(row["kind"])}'
+    style = "border-top:1px solid #dfe3e7;padding:5px 0"
+    head = f'<div style="{style}" title="{escape(row["id"])}">{escape(row["quantity"])}'
+    return f"{head}<br>{values}<br>{verdict}{note}</div>"
+
+
+def _study(row: Row) -> str:
+    """Name of the study that a row is of."""
+    return row["id"].partition("/")[0]

@@ -1,0 +1,132 @@
+"""Long work of a tab: one piece at a time, in the background, with its progress and an end by a button."""
+
+import threading
+import time
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from nectosome.units import InputError
+
+if TYPE_CHECKING:
+    import viser
+
+_T = TypeVar("_T")
+Progress = Callable[[float, str], bool]  # takes the share done and what to say of it; False where the work shall end
+Tell = Callable[[str, bool], None]  # takes words to say on the page, and whether they are bad news
+_THREAD = "studio-work"
+_DOUBLE = 1.0  # s, within which a button that is pressed again was clicked twice
+
+
+@contextmanager
+def told(tell: Tell) -> Iterator[None]:
+    """Tell on the page what goes wrong: bad input with its reason, mistakes of ours in the terminal.
+
+    Files go by their names: the page knows no other folder than its own.
+    """
+    try:
+        yield
+    except InputError as error:
+        file = error.file and Path(error.file).name
+        tell(str(InputError(error.message, file=file, line=error.line, field=error.field)), True)
+    except Exception:
+        traceback.print_exc()
+        tell("The studio made a mistake, which stands in its terminal.", True)
+
+
+@contextmanager
+def called(labels: Mapping[str, str]) -> Iterator[None]:
+    """Have bad input told by the label that its field has on the page; `labels` by the first word of its name."""
+    try:
+        yield
+    except InputError as error:
+        first = (error.field or "").split(" ")[0]
+        if first not in labels:
+            raise
+        raise InputError(error.message, file=error.file, line=error.line, field=labels[first]) from None
+
+
+class Work:
+    """Lays out a bar, a line and a button, which are seen while something is under way."""
+
+    def __init__(self, gui: "viser.GuiApi", tell: Tell):
+        self._tell = tell
+        self._bar = gui.add_progress_bar(0.0, visible=False)
+        self._line = gui.add_html("", visible=False)
+        self._button = gui.add_button("Cancel", visible=False)
+        self._button.on_click(lambda _: self.cancel())
+        self._end = threading.Event()  # of what is under way
+        self._lock = threading.Lock()
+        self._name, self._began = "", 0.0
+        self._refused = False  # whether something was, while this is under way
+
+    def begin(self, name: str, compute: Callable[[Progress], _T], done: Callable[[_T], None]) -> None:
+        """Call done(compute(progress)) in a thread of its own. Raises InputError while something else is under way.
+
+        The same once more, a moment later, is a double click: nothing is done.
+        Compute has to look at what `progress` returns, and to end soon, with what there is, where it is False; its
+        result is taken all the same. Where it raises, the reason is told. What was refused is told until then.
+        """
+        with self._lock:
+            twice = self._name == name and time.perf_counter() - self._began < _DOUBLE
+            if twice and not self._end.is_set():
+                return
+            if self._name:
+                self._refused = True
+                how = "still ending" if self._end.is_set() else "under way. Wait for its end, or cancel it"
+                raise InputError(f"{self._name} is {how}.")
+            self._name, self._began, self._end = name, time.perf_counter(), threading.Event()
+            self._refused = False
+        self._show(0.0, "")
+        self._tell("", False)  # what was wrong before is no longer of interest
+        # no daemon: the interpreter must not end under a program that is being compiled
+        threading.Thread(target=self._run, args=(compute, done, self._end), name=_THREAD).start()
+
+    def cancel(self) -> None:
+        """Ask what is under way to end."""
+        self._end.set()
+        if self._name:
+            self._line.content = _line(f"{self._name}: ending")
+
+    def close(self) -> None:
+        """As cancel, for a tab that is closed."""
+        self._end.set()
+
+    def _run(self, compute: Callable[[Progress], _T], done: Callable[[_T], None], end: threading.Event) -> None:
+        def progress(share: float, words: str) -> bool:
+            if not end.is_set():
+                self._show(share, words)
+            return not end.is_set()
+
+        with told(self._tell):
+            try:
+                found = compute(progress)
+            finally:
+                with self._lock:
+                    for handle in (self._bar, self._line, self._button):
+                        handle.visible = False
+                    self._name = ""
+                if self._refused:
+                    self._tell("", False)
+            done(found)
+
+    def _show(self, share: float, words: str) -> None:
+        self._bar.value = 100 * min(max(share, 0.0), 1.0)
+        self._line.content = _line(f"{self._name}: {words}" if words else self._name)
+        for handle in (self._bar, self._line, self._button):
+            handle.visible = True
+
+
+def wait_for_work(seconds: float) -> None:
+    """Wait for what was asked to end, so long at most: until then its files and processes are there."""
+    until = time.perf_counter() + seconds
+    for thread in threading.enumerate():
+        if thread.name == _THREAD:
+            thread.join(max(0.0, until - time.perf_counter()))
+
+
+def _line(words: str) -> str:
+    return f'<div style="font-size:13px;padding:0 12px" id="studio-work">{escape(words)}</div>'

@@ -1,0 +1,244 @@
+"""Text with a unit to SI and back, exactly: `parse(format_quantity(x)) == x` for every finite x."""
+
+import math
+import re
+from fractions import Fraction
+from functools import cache
+from typing import Any
+
+from nectosome.units.dimensions import DIMENSIONS, Dimension
+from nectosome.units.errors import shorten
+
+from .errors import InputError
+
+
+def read_quantity(text: str, dimension: str, field: str) -> float:
+    """Return the SI value. Raises InputError, which names the field."""
+    try:
+        return parse_quantity(text, dimension)
+    except ValueError as error:
+        raise InputError(str(error), field=field) from None
+
+
+def read_positive(text: str, dimension: str, field: str) -> float:
+    """Return the SI value, more than 0. Raises InputError, which names the field."""
+    value = read_quantity(text, dimension, field)
+    if value <= 0:
+        raise InputError(f'"{text}" is out of range: it must be more than 0.', field=field)
+    return value
+
+
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)\s*", re.DOTALL)
+_NOT_FINITE = re.compile(r"\s*[-+]?\.?(nan|inf|infinity)\b", re.IGNORECASE)
+_FACTOR = r"[A-Za-zµμ°]+(?:(?:\*\*|\^)?-?[1-9])?"
+_BETWEEN = r"(?:\s*[*·/]\s*|\s+)"
+_ATOM = rf"(?:{_FACTOR}|1|\({_FACTOR}(?:{_BETWEEN}{_FACTOR})*\))"
+_UNIT = re.compile(rf"(?:{_ATOM}(?:{_BETWEEN}{_ATOM})*)?")
+
+# Only what robots and benches need: pint's own list knows a megapoise, which turns the slip "7.4 MP" into a viscosity.
+_DEFINITIONS = """
+    nano- = 1e-9 = n-
+    micro- = 1e-6 = u- = µ- = μ-
+    milli- = 1e-3 = m-
+    centi- = 1e-2 = c-
+    kilo- = 1e3 = k-
+    mega- = 1e6 = M-
+    giga- = 1e9 = G-
+    gram = [mass] = g
+    meter = [length] = m
+    second = [time] = s = sec
+    radian = [angle] = rad
+    degree = 0.0174532925199432957692369076848861271 * radian = deg = °
+    turn = 6.28318530717958647692528676655900577 * radian = rev
+    minute = 60 * second = min
+    hour = 3600 * second = h
+    hertz = turn / second = Hz
+    rpm = turn / minute
+    newton = 1000 * gram * meter / second ** 2 = N
+    newton_meter = newton * meter = Nm
+    pascal = newton / meter ** 2 = Pa
+    bar = 1e5 * pascal
+    psi = 6894.757293168361 * pascal
+    joule = newton * meter = J
+    watt = joule / second = W
+    liter = 1e-3 * meter ** 3 = L = l
+    inch = 0.0254 * meter
+    tonne = 1e6 * gram = t
+    percent = 0.01
+    ampere = [current] = A
+    volt = watt / ampere = V
+    kelvin = [temperature] = K
+"""
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    make: Any = pint.UnitRegistry
+    registry = make(None, non_int_type=Fraction)  # fractions: "12.5 mm" is the float 0.0125, exactly
+    for line in _DEFINITIONS.strip().splitlines():
+        registry.define(line.strip())
+    return registry
+
+
+@cache
+def _unit(text: str) -> tuple[Fraction, dict[str, int]]:
+    """Return the scale to (gram, metre, second, radian) and the exponents of a unit; ValueError says what is wrong."""
+    import pint
+
+    text = text.replace("²", "2").replace("³", "3")
+    if len(text) > 40 or not _UNIT.fullmatch(text):
+        raise ValueError(f"has no unit that can be read ({shorten(text, 40)})")
+    plain = re.sub(r"(?<=[A-Za-zµμ°])(-?\d)", r"**\1", text.replace("·", "*").replace("^", "**"))
+    try:
+        registry = _registry()
+        unit = registry.parse_units(plain)
+        scale, _ = registry.get_base_units(unit)
+        exponents = {str(k): int(v) for k, v in dict(registry.get_dimensionality(unit)).items() if v}
+    except pint.UndefinedUnitError as error:
+        missing = error.unit_names if isinstance(error.unit_names, str) else sorted(error.unit_names)[0]
+        raise ValueError(f"has no unit called {missing}") from None
+    except Exception:  # pint hands on whatever its tokenizer raises
+        raise ValueError(f"has no unit that can be read ({text})") from None
+    return Fraction(scale), exponents
+
+
+@cache
+def _scale(text: str, dimension: Dimension) -> Fraction:
+    """Return the factor from the unit `text` to the SI unit of `dimension`; ValueError if it is of another kind."""
+    scale, exponents = _unit(text)
+    for candidate in (dimension, *DIMENSIONS.values()):
+        si, expected = _unit(candidate.unit)
+        if exponents == expected:
+            if candidate is not dimension:
+                raise ValueError(f"is {candidate.with_article()}")
+            return scale / si
+        if candidate is dimension and exponents == {k: n for k, n in expected.items() if k != "[angle]"}:
+            return scale if dimension.unit == "Hz" else scale / si  # 1/s is one turn a second, and rad is 1
+    raise ValueError(f"is not {dimension.with_article()}")
+
+
+def unit_to_si(text: str) -> tuple[float, str]:
+    """Return the factor from a unit to SI and the SI unit, as in (1e-3, "m") for "mm"; ValueError says what is wrong.
+
+    Cycles in a time stay cycles (Hz), all else that turns is told in radians; a sign of percent is a number.
+    """
+    plain = text.replace("%", "percent")
+    scale, exponents = _unit(plain)
+    for name, dimension in DIMENSIONS.items():
+        si, kind = _unit(dimension.unit)
+        if exponents == kind and (name != "frequency" or "Hz" in text):
+            return float(scale / si), dimension.unit
+    scale /= Fraction(1000) ** exponents.get("[mass]", 0)
+    parts = [(_BASE[name], n) for name, n in sorted(exponents.items(), key=lambda item: (item[1] < 0, item[0]))]
+    return float(scale), " ".join(unit if n == 1 else f"{unit}{n}" for unit, n in parts)
+
+
+def read_any(text: str) -> tuple[float, str]:
+    """Read text such as `20 deg` as an SI number and its SI unit; ValueError with a sentence for people."""
+    match = _NUMBER.fullmatch(text)
+    if match is None or len(text) > 100:
+        reason = "must be finite" if _NOT_FINITE.match(text) else "is not a number with a unit"
+        raise ValueError(f'"{shorten(text)}" {reason}.')
+    try:
+        factor, si = unit_to_si(match.group(2).strip())
+    except ValueError as error:
+        raise ValueError(f'"{shorten(text)}" {error}.') from None
+    number = float(match.group(1)) * factor
+    if not math.isfinite(number):
+        raise ValueError(f'"{shorten(text)}" must be finite.')
+    return number, si
+
+
+_BASE = {
+    "[mass]": "kg",
+    "[length]": "m",
+    "[time]": "s",
+    "[angle]": "rad",
+    "[current]": "A",
+    "[temperature]": "K",
+}
+
+
+def expected(dimension: str) -> str:
+    """Return what should have been written: `Pressure expected, as in "7.4 MPa" or "7.4e6 Pa".`."""
+    kind = DIMENSIONS[dimension]
+    return f"{kind.name.capitalize()} expected, as in {kind.example}."
+
+
+def parse_quantity(text: str, dimension: str) -> float:
+    """Read `text` such as `7.4 MPa` as an SI number of the given dimension (a key of `DIMENSIONS`).
+
+    `rad` may be left out of derived units (`N m` for `N m/rad`); a bare number is read only where no unit is needed,
+    except 0. Raises ValueError with a sentence for people: unknown or wrong unit, no unit, not finite.
+    """
+    shown = f'"{shorten(text)}"'
+    kind = DIMENSIONS[dimension]
+    match = _NUMBER.fullmatch(text)
+    if match is None or len(text) > 100:
+        reason = "must be finite" if _NOT_FINITE.match(text) else "is not a number"
+        raise ValueError(f"{shown} {reason}. {expected(dimension)}")
+    number, unit = match.group(1), match.group(2).strip()
+    if not unit and kind.unit and float(number) != 0:
+        raise ValueError(f"{shown} has no unit. {expected(dimension)}")
+    try:
+        scale = _scale(unit, kind) if unit or kind.unit == "" else Fraction(1)
+    except ValueError as error:
+        raise ValueError(f"{shown} {error}. {expected(dimension)}") from None
+    value = float(number)
+    if value and math.isfinite(value):  # the exponent is small enough for a fraction
+        value = _nearest(Fraction(number) * scale)
+    if math.isinf(value):
+        raise ValueError(f"{shown} must be finite. {expected(dimension)}")
+    return value
+
+
+def format_quantity(value: float, dimension: str) -> str:
+    """Write an SI `value` as the shortest text that reads back as exactly the same float, such as `7.4 MPa`."""
+    kind = DIMENSIONS[dimension]
+    if not kind.unit:
+        return _plain(value)
+    best = f"{_plain(value)} {kind.unit}"
+    if value == 0:
+        return best
+    for unit in kind.display:
+        scale = _scale(unit, kind)
+        shown = _nearest(Fraction(value) / scale)
+        for number in [float(f"{shown:.{digits}g}") for digits in (12, 15)]:
+            exact = math.isfinite(number) and _nearest(Fraction(_plain(number)) * scale) == value
+            if exact and len(_plain(number)) < len(best.split(" ")[0]):
+                best = f"{_plain(number)} {unit}"
+    return best
+
+
+def show_quantity(value: float, dimension: str) -> str:
+    """Write an SI `value` with four digits in a unit that people like to read it in, such as `5.83 mm`; not exact."""
+    kind = DIMENSIONS[dimension]
+    units = ("deg",) if dimension == "angle" else (kind.unit, *kind.display)
+    best = min(units, key=lambda unit: _digits_before(value / float(_scale(unit, kind))))
+    return f"{value / float(_scale(best, kind)):.4g} {best}".strip()
+
+
+def shown_unit(unit: str) -> tuple[float, str]:
+    """Return the factor from an SI unit to the one in which people like to read an axis of it, and that unit."""
+    return (180 / math.pi, "deg") if unit == "rad" else (1.0, unit)
+
+
+def _digits_before(number: float) -> float:
+    """How far a number is from lying between 1 and 1000, in decades."""
+    decades = math.log10(abs(number)) if number else 0.0
+    return max(0.0, -decades, decades - 3)
+
+
+def _nearest(number: Fraction) -> float:
+    """Return the float nearest to `number`, infinite where it is too large for one."""
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf if number > 0 else -math.inf
+
+
+def _plain(value: float) -> str:
+    """Return the shortest exact text of a float, without a trailing `.0`."""
+    return repr(float(value)).removesuffix(".0")

@@ -1,0 +1,256 @@
+"""A run on the stage: bodies, forces, way, ground, surface and tank, at one moment after another."""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.spatial.transform import Rotation
+
+from nectosome.description import RobotDescription
+from nectosome.description.robot import WaterDescription
+
+from .bodies import (
+    MATERIAL,
+    Arrows,
+    Rigid,
+    Slices,
+    Soft,
+    arrows_of,
+    bodies_of,
+    colours,
+    disc_mesh,
+    linear,
+    rgb,
+    slice_mesh,
+)
+from .playback import Course, Moment
+from .surroundings import Surroundings
+
+if TYPE_CHECKING:
+    import viser
+    import xarray as xr
+
+COLOURINGS = ("material", "curvature", "load of the water")
+UNITS = {"material": "", "curvature": "1/m", "load of the water": "N/m"}
+CAMERAS = {"three-quarter": (-0.7, -1.0, 0.6), "side": (0, -1, 0), "top": (0, -0.01, 1), "front": (-1, -0.01, 0)}
+_ROOTS = ("/world", "/around", "/tank")  # of what moves with the run, of the endless ground, of what stands still
+_FAR = 1.2  # of the camera, in lengths of the robot
+_NARROW = 0.9  # width of a picture by its height, below which the camera goes further away
+_LOOKED_AT = 9  # moments that a camera takes in
+_SEEN = 1e-4  # of the robot's length: what moves by less is not seen
+_ARROW = 0.35  # length of the largest force, as a share of the robot's
+_BEFORE = 4  # periods whose way is shown
+_CORNERS = 49  # of a way at most: one takes a browser that draws by software as long as a dozen triangles
+_WAY = (120, 126, 134)
+
+
+class Look(NamedTuple):
+    """What of a run is shown, and how."""
+
+    colouring: str = COLOURINGS[0]
+    forces: bool = False
+    way: bool = True
+    along: bool = True  # the observer goes along with the body
+
+
+class Stage:
+    """The scene of one browser tab."""
+
+    def __init__(self, scene: "viser.SceneApi"):
+        self._scene = scene
+        self._nodes: dict[str, Any] = {}
+        self._look = Look()
+        self._water = WaterDescription()
+        self.size = 1.0  # of the robot as it is at first [m]
+        self.largest = 0.0  # what the lightest colour means, in UNITS
+        scene.set_up_direction("+z")
+        # instead of viser's environment and shadows, which take a browser that draws by software a third of its time
+        scene.configure_environment_map(None)
+        scene.configure_default_lights(cast_shadow=False)
+        scene.add_light_hemisphere("/light", sky_color=(255, 255, 255), ground_color=(150, 165, 180), intensity=1.6)
+
+    def load(self, run: "xr.Dataset", robot: RobotDescription, period: float, look: Look) -> None:
+        """Put a run on the stage in place of the last one; with a period [s] it goes on for ever.
+
+        What the last one has as well is changed in place, so that nothing flickers.
+        """
+        before = (self._look, self._kinds()) if self._nodes else None
+        self.course, self._bodies, self.arrows = Course(run, period), bodies_of(run, robot), arrows_of(run)
+        self._first = self.course.place[0]
+        corners = self._corners(0)
+        self.size = float(np.ptp(corners, axis=0).max()) or 1.0
+        self._lowest = float(corners[:, 2].min() + self._first[2])
+        self._water = robot.water
+        if before != (look, self._kinds()):
+            self.look(look)
+            return
+        self.largest = self._lightest(look)
+        for name, body in self._bodies.items():
+            node = self._nodes[f"/world/{name}"]
+            if isinstance(body, Rigid) and self._is_seen(node.vertices, body.vertices):
+                node.vertices = _f32(body.vertices)
+        if "/world/way" in self._nodes:
+            self._nodes["/world/way"].points = self._way()
+
+    def look(self, look: Look) -> None:
+        """Show the same run in another way.
+
+        What is there already is replaced by what has its name, not removed before: of what is removed and comes back at
+        once the browser keeps the pose, and viser tells no pose that is that of a new node.
+        """
+        self._look = look
+        self.largest = self._lightest(look)
+        before = self._nodes
+        self._nodes = {root: self._scene.add_frame(root, show_axes=False) for root in _ROOTS}
+        for name, body in self._bodies.items():
+            self._add(f"/world/{name}", body)
+        if look.way and len(self.course.place) > 1:
+            line = {"colors": _WAY, "thickness": 2.0, "thickness_units": "screen"}
+            self._nodes["/world/way"] = self._scene.add_line_segments("/world/way", self._way(), **line)
+        if look.forces and self.arrows.load.size:
+            self._add_arrows(self.arrows)
+        height = self._lowest - 0.3 * self.size if self._water.floor is None else self._water.floor
+        self._around = Surroundings(self._scene, self._water, self.size, height, self._first)
+        self._nodes |= self._around.nodes
+        gone = before.keys() - self._nodes.keys()
+        for name in gone:
+            if name.rpartition("/")[0] not in gone:  # else it goes with what it sits on
+                before[name].remove()
+
+    def at(self, time: float) -> None:
+        """Show the moment at a time [s] after the start of the run."""
+        self._put(self.course.moment(time, self._look.along))
+
+    def go_on(self, moment: "xr.Dataset", robot: RobotDescription, way: Float[np.ndarray, "n 3"]) -> None:
+        """Show one moment more of what goes on from a run on the stage.
+
+        `way` [m] ends there and has as many places as that run has moments. Forces are not drawn.
+        """
+        self._bodies, self.course.place = bodies_of(moment, robot), way
+        self.largest = max(self.largest, self._lightest(self._look))
+        if "/world/way" in self._nodes:
+            self._nodes["/world/way"].points = self._way()
+        self._put(Moment(0, np.eye(3), np.zeros(3), way[-1] if self._look.along else self._first))
+
+    def _put(self, moment: Moment) -> None:
+        k, R, d, here = moment
+        world = self._nodes["/world"]
+        world.wxyz, world.position = Rotation.from_matrix(R).as_quat(scalar_first=True), d - here
+        self._nodes["/around"].position, self._nodes["/tank"].position = -self._around.gone(here), -here
+        for name, body in self._bodies.items():
+            node = self._nodes[f"/world/{name}"]
+            node.position, node.wxyz = body.place[k], body.turn[k]
+            if isinstance(body, Soft):
+                self._bend(f"/world/{name}", body, k)
+        if "/world/forces" in self._nodes:
+            node = self._nodes["/world/forces"]
+            node.position, node.points = self.course.place[k], self._arrow_points(k)
+
+    def _bend(self, name: str, body: Soft, k: int) -> None:
+        """Give a rod its shape. One that keeps it is left alone: the browser takes longer for shapes than for poses."""
+        for part, slices, tint in self._batches(body, k):
+            node = self._nodes[name + part]
+            if self._is_seen(node.batched_positions, slices.place) or self._is_seen(node.batched_scales, slices.size):
+                node.batched_positions, node.batched_wxyzs, node.batched_scales = map(_f32, slices)
+            node.batched_colors = tint
+
+    def _batches(self, body: Soft, k: int) -> list[tuple[str, Slices, Int[np.ndarray, "n 3"]]]:
+        """What a rod is drawn by at moment k: its slices and the discs that close it, each with colours."""
+        slices, values = body.slices(k), body.shown(self._look.colouring)
+        plain = np.tile(np.array(MATERIAL, np.uint8), (len(slices.place), 1))
+        tint = linear(plain if values is None else colours(values[k], self.largest))
+        return [("", slices, tint), ("/ends", slices.ends, tint[[0, -1]])]
+
+    def _is_seen(self, was: np.ndarray, now: np.ndarray) -> bool:
+        """Whether places or sizes [m] are others."""
+        return bool(np.abs(now - was).max() > _SEEN * self.size)
+
+    def camera(self, name: str, aspect: float = 1.0) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+        """Place of a camera of CAMERAS from which all moments are seen, and what it looks at [m].
+
+        `aspect` is what its pictures are wide by what they are high.
+        """
+        moments = np.linspace(0, self._moments - 1, _LOOKED_AT).round().astype(int)
+        corners = np.concatenate([self._corners(k) for k in np.unique(moments)])
+        size, way = float(np.ptp(corners, axis=0).max()) or 1.0, np.array(CAMERAS[name], dtype=float)
+        middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+        away = _FAR * size * max(1.0, _NARROW / aspect)
+        return middle + away * way / np.linalg.norm(way), middle
+
+    @property
+    def _moments(self) -> int:
+        """How many moments bodies are known at, the last ones of the course; one only of what goes on."""
+        return min((len(body.place) for body in self._bodies.values()), default=len(self.course.place))
+
+    def _corners(self, k: int) -> Float[np.ndarray, "n 3"]:
+        """Corners of all bodies at moment k, as one sees them who goes along [m]."""
+        here = self.course.place[k - self._moments]
+        corners = [_corners(body, k) for body in self._bodies.values()] or [here[None]]
+        return np.concatenate(corners) - here
+
+    def _kinds(self) -> list[tuple[str, int, int]]:
+        """What nodes depend on: names, numbers of corners or slices, how many arrows and moments on the way."""
+        parts = [
+            (name, -1, len(body.vertices)) if isinstance(body, Rigid) else (name, 1, len(body.x))
+            for name, body in self._bodies.items()
+        ]
+        return [*parts, ("", len(self.arrows.load), len(self.course.place))]
+
+    def _lightest(self, look: Look) -> float:
+        shown = [body.shown(look.colouring) for body in self._bodies.values() if isinstance(body, Soft)]
+        return max((float(values.max()) for values in shown if values is not None), default=0.0)
+
+    def _way(self) -> Float[np.ndarray, "n 2 3"]:
+        way = self.course.way(_BEFORE)
+        way = way[np.linspace(0, len(way) - 1, min(len(way), _CORNERS)).round().astype(int)]
+        return _f32(np.stack([way[:-1], way[1:]], axis=1))
+
+    def _add(self, name: str, body: Rigid | Soft) -> None:
+        if isinstance(body, Rigid):
+            mesh = {"color": rgb(body.colour), "flat_shading": body.flat}
+            place = {"position": body.place[0], "wxyz": body.turn[0]}
+            self._nodes[name] = self._scene.add_mesh_simple(name, _f32(body.vertices), body.faces, **mesh, **place)
+            return
+        for part, slices, tint in self._batches(body, 0):
+            place, turn, size = map(_f32, slices)
+            vertices, faces = disc_mesh() if part else slice_mesh()
+            self._nodes[name + part] = self._scene.add_batched_meshes_simple(
+                name + part,
+                _f32(vertices),
+                faces,
+                turn,
+                place,
+                batched_scales=size,
+                batched_colors=tint,
+                lod="off",
+                side="double" if part or body.stepped else "front",
+            )
+        self._nodes[name].position, self._nodes[name].wxyz = body.place[0], body.turn[0]
+
+    def _add_arrows(self, arrows: Arrows) -> None:
+        each = linear(np.array([rgb(arrows.colours[i]) for i in arrows.load], np.uint8))
+        self._nodes["/world/forces"] = self._scene.add_arrows(
+            "/world/forces",
+            self._arrow_points(0),
+            each,
+            shaft_radius=0.006 * self.size,
+            head_radius=0.015 * self.size,
+            head_length=0.04 * self.size,
+        )
+
+    def _arrow_points(self, k: int) -> Float[np.ndarray, "n 2 3"]:
+        """From the body's place: the browser draws where a node is sooner than what is in it."""
+        per_newton = _ARROW * self.size / np.linalg.norm(self.arrows.force, axis=-1).max()
+        root = self.arrows.root[k] - self.course.place[k]
+        return _f32(np.stack([root, root + per_newton * self.arrows.force[k]], axis=1))
+
+
+def _corners(body: Rigid | Soft, k: int) -> Float[np.ndarray, "n 3"]:
+    """Corners, or middles of slices, of a body at moment k [m]."""
+    own = body.vertices if isinstance(body, Rigid) else body.slices(k).place
+    R = Rotation.from_quat(body.turn[k], scalar_first=True).as_matrix()
+    return own @ R.T + body.place[k]
+
+
+def _f32(x: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(x, dtype=np.float32)

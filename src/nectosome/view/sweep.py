@@ -1,0 +1,86 @@
+"""Figures of a sweep: what a robot's motion gives over one or two of its quantities."""
+
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nectosome.designs.sweep import mean_of, telling
+from nectosome.units import shown_unit
+
+from .heatmap import Axis, maps, sequential
+from .page import panel_html, write_page
+from .style import BLUE, Panel, dress, plain, readable
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+    import xarray as xr
+
+_CAPTIONS = {
+    "speed": "How fast the body's place goes on.",
+    "force": "What pushes the robot along the world's {}, and what holds it has to hold.",
+    "power": "What all drives give.",
+    "efficiency": "The share of the power that goes on with the body.",
+    "cost_of_transport": "Power over weight in air and speed.",
+    "turn_rate": "How fast the body's heading turns.",
+}
+_NOTHING = 1e-4  # rad/s: a robot that turns no faster is left out of the figures of turning
+
+
+def show_sweep(found: "xr.Dataset", path: str | Path) -> None:
+    """Write a page with a figure of each mean of a sweep over one or two axes. Raises InputError where it cannot."""
+    title = str(found.attrs["title"])
+    parts = [panel_html(panel, f"sweep-{k}") for k, panel in enumerate(panels(found))]
+    write_page(path, title, [f"<h1>{escape(title)}</h1>", *parts])
+
+
+def panels(found: "xr.Dataset") -> list[Panel]:
+    """A map over two axes, or a curve over one, of each mean that is there."""
+    out = []
+    for name, values in telling(found).items():
+        if name == "turn_rate" and np.nanmax(np.abs(values.values)) <= _NOTHING:
+            continue
+        kind, _, axis = name.partition(".")
+        caption = f"Mean over a cycle. {_CAPTIONS[kind].format(axis)}"
+        title = readable(str(values.name))
+        out.append(Panel(title[:1].upper() + title[1:], caption, sweep_figure(found, name)))
+    return out
+
+
+def sweep_figure(found: "xr.Dataset", name: str) -> "go.Figure":
+    """A map over two axes, or a curve over one, of a mean that is known somewhere."""
+    values = mean_of(found, name)
+    return _curve(found, values) if values.ndim == 1 else _map(found, values)
+
+
+def sides(found: "xr.Dataset") -> tuple[str, ...]:
+    """Names of the axes as a figure has them: to the right, then up. The one with more values goes to the right."""
+    return tuple(sorted(map(str, found["status"].dims), key=lambda name: found.sizes[name]))[::-1]
+
+
+def axis_of(values: "xr.DataArray") -> Axis:
+    """Values of an axis of the grid, in the unit that people read."""
+    factor, unit = shown_unit(str(values.attrs.get("units", "")))
+    name = plain(values.name)
+    return Axis(factor * values.values, f"{name} ({unit})" if unit not in ("", "1") else name)
+
+
+def _map(found: "xr.Dataset", values: "xr.DataArray") -> "go.Figure":
+    """Colours over both axes."""
+    across, down = sides(found)
+    x, y = (axis_of(found[name]) for name in (across, down))
+    z = values.transpose(down, across).values
+    return maps(x, y, {"": z}, sequential(z, str(values.attrs["units"])))
+
+
+def _curve(found: "xr.Dataset", values: "xr.DataArray") -> "go.Figure":
+    """One line over the only axis."""
+    import plotly.graph_objects as go
+
+    x = axis_of(found[values.dims[0]])
+    fig = go.Figure()
+    fig.add_scatter(x=x.values, y=values.values, mode="lines+markers", line={"color": BLUE})
+    fig.update_xaxes(title=x.title)
+    fig.update_yaxes(title=f"{readable(str(values.name))} ({values.attrs['units']})")
+    return dress(fig, 380)

@@ -1,0 +1,246 @@
+"""The camera whose pixels are nearest to those that were read, by least squares from the linear one."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from scipy.optimize import least_squares
+
+from .camera import Camera, Lens, bent
+
+
+def normaliser(x: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "d+1 d+1"]:
+    """Shift and scale that put points around 0 at a mean square distance of d (Hartley, PAMI 19 (1997) 580)."""
+    middle = x.mean(axis=0)
+    scale = np.sqrt(x.shape[1] / np.mean(np.sum((x - middle) ** 2, axis=1)))
+    out = np.diag([*np.full(x.shape[1], scale), 1.0])
+    out[:-1, -1] = -scale * middle
+    return out
+
+
+def moved(matrix: Float[np.ndarray, "d1 d1"], x: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "n d"]:
+    """Points after a shift and a scale."""
+    return x @ matrix[:-1, :-1].T + matrix[:-1, -1]
+
+
+def linear(
+    points: Float[np.ndarray, "n 3"], pixels: Float[np.ndarray, "n 2"]
+) -> tuple[Float[np.ndarray, "3 4"], float]:
+    r"""Matrix P of length 1 for which $\sum |p_1 X - u\,p_3 X|^2 + |p_2 X - v\,p_3 X|^2$ is least, X = (x, y, z, 1).
+
+    Returns also the condition of the equations, the largest over the smallest but one of their singular values.
+    Abdel-Aziz & Karara, Symposium on Close-Range Photogrammetry (1971), as in Hartley & Zisserman (2004), algorithm
+    7.1, of points and pixels that were normalised.
+    """
+    X = np.column_stack([points, np.ones(len(points))])
+    rows = np.zeros((len(X), 2, 3, 4))
+    rows[:, 0, 0] = rows[:, 1, 1] = X
+    rows[:, :, 2] = -pixels[:, :, None] * X[:, None]
+    _, singular, V = np.linalg.svd(rows.reshape(-1, 12), full_matrices=False)
+    return V[11].reshape(3, 4), float(singular[0] / max(singular[10], 1e-300))
+
+
+def intrinsics(
+    matrix: Float[np.ndarray, "3 4"],
+) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "12 3 3"]]:
+    r"""K of P = K [R | t], upper triangular, its focal lengths above 0, and its derivatives by P's numbers.
+
+    With rows $m_i$ of P's first three columns, $K K^T = W$, $W_{ij} = m_i \cdot m_j / |m_3|^2$ (Hartley & Zisserman
+    2004, section 6.2.4): $W_{13} = c_x$, $W_{23} = c_y$, $f_y^2 = W_{22} - c_y^2$, $s f_y = W_{12} - c_x c_y$,
+    $f_x^2 = W_{11} - c_x^2 - s^2$.
+    """
+    M = matrix[:, :3]
+    dM = np.eye(12).reshape(12, 3, 4)[:, :, :3]
+    square = M[2] @ M[2]
+    W = M @ M.T / square
+    dW = dM @ M.T
+    dW = (dW + dW.transpose(0, 2, 1)) / square - (2 * dM[:, 2] @ M[2] / square)[:, None, None] * W
+    cx, cy = W[0, 2], W[1, 2]
+    dcx, dcy = dW[:, 0, 2], dW[:, 1, 2]
+    fy = np.sqrt(W[1, 1] - cy**2)
+    dfy = (dW[:, 1, 1] - 2 * cy * dcy) / (2 * fy)
+    s = (W[0, 1] - cx * cy) / fy
+    ds = (dW[:, 0, 1] - cx * dcy - cy * dcx - s * dfy) / fy
+    fx = np.sqrt(W[0, 0] - cx**2 - s**2)
+    dfx = (dW[:, 0, 0] - 2 * cx * dcx - 2 * s * ds) / (2 * fx)
+    dK = np.zeros((12, 3, 3))
+    dK[:, 0, 0], dK[:, 0, 1], dK[:, 0, 2], dK[:, 1, 1], dK[:, 1, 2] = dfx, ds, dcx, dfy, dcy
+    return np.array([[fx, s, cx], [0, fy, cy], [0, 0, 1]]), dK
+
+
+_EXACT = 1e-15
+_STEPS = 100  # readings that are right need 5 to 30
+_SINGULAR = 1e-9  # of a normalised matrix's singular values; those of cameras here are above 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A camera, and what least squares say of it."""
+
+    camera: Camera
+    residual: Float[np.ndarray, "n 2"]  # [px], read less put
+    leverage: Float[np.ndarray, "n 2 2"]  # how much of a reading's error goes into where the camera puts it
+    covariance: Float[np.ndarray, "p p"]  # of the matrix, row by row, and the lens, for errors of 1 px
+    condition: float  # of the linear equations: largest over smallest singular value but that of the solution
+    determined: float  # smallest over largest singular value of the derivatives, their columns of length 1
+
+    @property
+    def squares(self) -> float:
+        """Sum of the squares of the residuals [px^2]."""
+        return float(np.sum(self.residual**2))
+
+
+def fit(
+    points: Float[np.ndarray, "n 3"],
+    pixels: Float[np.ndarray, "n 2"],
+    lens: Lens | None = None,
+    terms: int = 0,
+    starts: Sequence[float] = (0.0,),
+) -> Fit:
+    r"""Minimise the sum of |read - put|^2 over P (Hartley & Zisserman 2004, algorithm 7.1) and `terms` of k1, k2.
+
+    P moves in the plane that touches the sphere |P| = 1 in the linear solution. Where the lens is estimated, K is that
+    of P: eleven numbers and `terms`, the best of what is found from several `starts`, k1 r^2 of the pixel that is
+    furthest out [-]. All is normalised; the derivatives are exact. Pixels at random may fit best to what is no camera,
+    a point or a line: then it is the linear solution.
+    """
+    S = normaliser(points)
+    straight = pixels if lens is None else lens.straightened(pixels)
+    T = normaliser(straight)
+    X, seen = moved(S, points), moved(T, pixels)
+    start, condition = linear(X, moved(T, straight))
+    chart = np.linalg.svd(start.reshape(1, 12))[2][1:].T
+    own = None if lens is None else Lens(_upper(T @ lens.intrinsics), lens.distortion)
+    X1 = np.column_stack([X, np.ones(len(X))])
+
+    last: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}  # residuals and derivatives are asked for one after the other
+
+    def model(p: Float[np.ndarray, "p"]) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m p"]]:
+        key = p.tobytes()
+        if key in last:
+            return last[key]
+        last.clear()
+        at, by_matrix, by_lens = put((start.ravel() + chart @ p[:11]).reshape(3, 4), p[11:], X1, own)
+        slopes = np.concatenate([by_matrix @ chart, by_lens], axis=2).reshape(at.size, -1)
+        return last.setdefault(key, ((at - seen).ravel(), slopes))
+
+    jacobian: Any = lambda p: model(p)[1]  # noqa: E731
+    with np.errstate(all="ignore"):
+        least, best = np.inf, np.zeros(11 + terms)
+        for begin in _starts(start, chart, X, moved(T, straight), terms, starts):
+            found = least_squares(
+                lambda p: model(p)[0],
+                begin,
+                jacobian,
+                method="lm",
+                xtol=_EXACT,
+                ftol=_EXACT,
+                gtol=_EXACT,
+                max_nfev=_STEPS,
+            )
+            matrix = (start.ravel() + chart @ found.x[:11]).reshape(3, 4)
+            if found.cost < least and _is_camera(matrix, *model(found.x)):
+                least, best = found.cost, found.x
+    left, slopes = model(best)
+    scale = T[0, 0]
+    length = np.linalg.norm(slopes, axis=0)
+    U, d, V = np.linalg.svd(slopes / length, full_matrices=False)
+    whitened = (V.T / np.maximum(d, 1e-16 * d[0])) / length[:, None] * scale
+    matrix = (start.ravel() + chart @ best[:11]).reshape(3, 4)
+    camera, carry = _in_the_world(matrix, best[11:], T, S, lens)
+    carry = np.block([[carry @ chart, np.zeros((12, terms))], [np.zeros((terms, 11)), np.eye(terms)]]) @ whitened
+    parts = U.reshape(len(X), 2, -1)
+    return Fit(
+        camera, -left.reshape(-1, 2) / scale, parts @ parts.transpose(0, 2, 1), carry @ carry.T, condition, d[-1] / d[0]
+    )
+
+
+def _starts(
+    matrix: Float[np.ndarray, "3 4"],
+    chart: Float[np.ndarray, "12 11"],
+    X: Float[np.ndarray, "n 3"],
+    seen: Float[np.ndarray, "n 2"],
+    terms: int,
+    starts: Sequence[float],
+) -> Iterator[Float[np.ndarray, "p"]]:
+    """Where to start from: the linear solutions of pixels that lenses with K of the first one and k1 make straight."""
+    for start in starts if terms else (0.0,):
+        begin = np.zeros(11 + terms)
+        if start:
+            K, _ = intrinsics(matrix)
+            ends = (np.column_stack([seen, np.ones(len(seen))]) @ np.linalg.inv(K).T)[:, :2]
+            begin[11] = start / np.max(np.sum(ends**2, axis=1))
+            straight = Lens(_upper(K), _distortion(begin[11:12])).straightened(seen)
+            if np.isnan(straight).any():
+                continue
+            other = linear(X, straight)[0].ravel()
+            begin[:11] = chart.T @ other / (matrix.ravel() @ other)
+        yield begin
+
+
+def _is_camera(matrix: Float[np.ndarray, "3 4"], *made: np.ndarray) -> bool:
+    """Whether all that was made of a matrix is finite, and it has a place."""
+    d = np.linalg.svd(matrix[:, :3], compute_uv=False)
+    return bool(d[2] > _SINGULAR * d[0] and all(np.isfinite(x).all() for x in made))
+
+
+def put(
+    matrix: Float[np.ndarray, "3 4"], terms: Float[np.ndarray, "k"], X: Float[np.ndarray, "n 4"], lens: Lens | None
+) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n 2 12"], Float[np.ndarray, "n 2 k"]]:
+    """Pixels, and their derivatives by the matrix and by the lens's terms."""
+    h = X @ matrix.T
+    straight = h[:, :2] / h[:, 2:]
+    near = X / h[:, 2:]
+    slope = np.zeros((len(X), 2, 3, 4))
+    slope[:, 0, 0] = slope[:, 1, 1] = near
+    slope[:, :, 2] = -straight[:, :, None] * near[:, None]
+    slope = slope.reshape(-1, 2, 12)
+    if lens is not None:
+        at, bend, _ = lens.bent(straight)
+        return at, bend @ slope, np.empty((len(X), 2, 0))
+    if not len(terms):
+        return straight, slope, np.empty((len(X), 2, 0))
+    K, dK = intrinsics(matrix)
+    at, bend, _ = bent(K, _distortion(terms), straight)
+    scale, centre = K[:2, :2], K[:2, 2]
+    before, after = (np.linalg.solve(scale, (x - centre).T).T for x in (straight, at))
+    # at = A b(A^-1 (q - c)) + c: A and c of K move as well as q
+    aside = np.einsum("kij,nj->nik", dK[:, :2, :2], after) + dK[:, :2, 2].T
+    through = np.einsum("kij,nj->nik", dK[:, :2, :2], before) + dK[:, :2, 2].T
+    r2 = np.sum(before**2, axis=1)
+    powers = r2[:, None] ** np.arange(1, len(terms) + 1)
+    return at, bend @ (slope - through) + aside, (before @ scale.T)[:, :, None] * powers[:, None]
+
+
+def _in_the_world(
+    matrix: Float[np.ndarray, "3 4"],
+    terms: Float[np.ndarray, "k"],
+    T: Float[np.ndarray, "3 3"],
+    S: Float[np.ndarray, "4 4"],
+    lens: Lens | None,
+) -> tuple[Camera, Float[np.ndarray, "12 12"]]:
+    """Camera of a normalised matrix, and derivatives of its matrix by that one."""
+    back = np.linalg.inv(T)
+    P = back @ matrix @ S
+    if len(terms):
+        lens = Lens(_upper(back @ intrinsics(matrix)[0]), _distortion(terms))
+    camera = Camera(P, lens)
+    factor = camera.matrix[2, :3] @ P[2, :3] / (P[2, :3] @ P[2, :3])
+    carry = factor * np.kron(back, S.T)
+    last = np.zeros(12)
+    last[8:11] = camera.matrix[2, :3]
+    return camera, carry - np.outer(camera.matrix.ravel(), last @ carry)
+
+
+def _distortion(terms: Float[np.ndarray, "k"]) -> Float[np.ndarray, "5"]:
+    out = np.zeros(5)
+    out[: len(terms)] = terms
+    return out
+
+
+def _upper(K: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "3 3"]:
+    """K with what rounding left below its diagonal taken away."""
+    K = np.triu(K)
+    return K / K[2, 2]

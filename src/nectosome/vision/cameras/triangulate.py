@@ -1,0 +1,200 @@
+"""Places from the pixels of several cameras, with standard errors."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Float, Int8
+
+from .camera import Camera, apply, inverse, zeros
+
+
+class Status(IntEnum):
+    """What became of a place or a pose; 0: it holds."""
+
+    GOOD = 0
+    FEW_CAMERAS = 1
+    PARALLEL = 2
+    BEHIND = 3
+    UNSETTLED = 4
+    FEW_MARKERS = 5
+    LINE = 6
+    GIMBAL = 7
+
+    @property
+    def words(self) -> str:
+        """What is told to people."""
+        return _WORDS[self]
+
+
+_WORDS = {
+    Status.GOOD: "good",
+    Status.FEW_CAMERAS: "seen by fewer than two cameras",
+    Status.PARALLEL: "seen along rays that are nearly parallel",
+    Status.BEHIND: "its rays meet behind a camera",
+    Status.UNSETTLED: "its rays do not come near each other",
+    Status.FEW_MARKERS: "fewer than three markers have a place",
+    Status.LINE: "the markers that have a place lie on a line",
+    Status.GIMBAL: "pitch is near 90 deg: roll and yaw are not told apart, its rotation holds",
+}
+
+
+_STEPS = 20
+_SETTLED = 1e-10  # of the distance from the cameras: the step after that one is far below
+_ENOUGH = 1e-6  # of the distance from the cameras: a place that still moves by more is none
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Where points are in the world. A place that does not hold is NaN, and `status` says why."""
+
+    place: Float[np.ndarray, "*batch 3"]  # [m]
+    residual: Float[np.ndarray, "*batch"]  # [px] rms over the cameras of the distance between read and put
+    covariance: Float[np.ndarray, "*batch 3 3"]  # [m2]
+    status: Int8[np.ndarray, "*batch"]  # a `Status`
+
+    @property
+    def se(self) -> Float[np.ndarray, "*batch 3"]:
+        """Standard errors of x, y, z [m]."""
+        return np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1))
+
+
+def triangulate(
+    cameras: Sequence[Camera],
+    pixels: Float[np.ndarray, "cameras *batch 2"],
+    *,
+    sd_px: float | Float[np.ndarray, "cameras"],
+    least_angle: float = np.radians(1.0),
+) -> Places:
+    r"""Places that minimise $\sum |read - put|^2 / sd^2$ over the cameras, from their linear solution by Gauss-Newton.
+
+    Pixels are those of the file, with the lens's distortion; NaN: that camera does not see the point. `sd_px` is the
+    standard error of one coordinate of a pixel, of all cameras or of each; cov = (J^T J / sd^2)^-1 (Hartley & Zisserman
+    2004, sections 5.2.3 and 12.2). Errors of the calibration are not in it: they are the same for all frames. A point
+    that was taken for another in one of the cameras shows in the residual, unless it lies on the other's epipolar line.
+
+    There is no place (NaN, and a status) with fewer than two cameras, where rays meet behind a camera or come nowhere
+    near each other, and where no two of them differ by `least_angle` [rad].
+    Raises ValueError for shapes that do not go together and errors that are not above 0.
+    """
+    pixels = np.asarray(pixels, float)
+    if pixels.ndim < 2 or len(pixels) != len(cameras) or pixels.shape[-1] != 2:
+        raise ValueError(
+            f"triangulate: pixels are {pixels.shape}, and [cameras, ..., 2] is expected, of {len(cameras)} cameras."
+        )
+    sd = np.asarray(sd_px, float)
+    if sd.shape not in ((), (len(cameras),)) or not ((sd > 0) & (sd < np.inf)).all():
+        raise ValueError(f"triangulate: sd_px is {sd.tolist()}; one positive number, or one a camera, is expected.")
+    if not 0 < least_angle < np.pi / 2:
+        raise ValueError(f"triangulate: least_angle is {least_angle:g} rad; it must be between 0 and pi/2.")
+    batch = pixels.shape[1:-1]
+    read = pixels.reshape(len(cameras), -1, 2)
+    straight = np.stack([camera.straightened(p) for camera, p in zip(cameras, read, strict=True)])
+    weight = np.isfinite(straight).all(axis=-1) / np.broadcast_to(sd[..., None], (len(cameras), 1)) ** 2
+    status = np.full(read.shape[1], Status.GOOD, np.int8)
+    status[np.count_nonzero(weight, axis=0) < 2] = Status.FEW_CAMERAS
+    status[(status == Status.GOOD) & (_angle(cameras, straight) < least_angle)] = Status.PARALLEL
+    place, residual = np.full((len(status), 3), np.nan), np.full(len(status), np.nan)
+    covariance = np.full((len(status), 3, 3), np.nan)
+    todo = np.flatnonzero(status == Status.GOOD)
+    if len(todo):
+        chosen = read[:, todo], weight[:, todo]
+        x = _linear(cameras, straight[:, todo], chosen[1])
+        with np.errstate(all="ignore"):  # what comes nowhere near may run away
+            x, settled = _refined(cameras, *chosen, x)
+            normal, _, squares, depth = _equations(cameras, *chosen, x)
+        status[todo[~settled]] = Status.UNSETTLED
+        status[todo[settled & (np.where(chosen[1] > 0, depth, 1) <= 0).any(axis=0)]] = Status.BEHIND
+        good = status[todo] == Status.GOOD
+        place[todo[good]], covariance[todo[good]] = x[good], inverse(normal[good])
+        residual[todo[good]] = np.sqrt(squares[good] / np.count_nonzero(chosen[1][:, good], axis=0))
+    return Places(
+        place.reshape(*batch, 3), residual.reshape(batch), covariance.reshape(*batch, 3, 3), status.reshape(batch)
+    )
+
+
+def _angle(cameras: Sequence[Camera], straight: Float[np.ndarray, "c n 2"]) -> Float[np.ndarray, "n"]:
+    """Largest angle between the lines of two rays [rad], at most pi/2; 0 where there are no two."""
+    rays = []
+    for camera, pixels in zip(cameras, straight, strict=True):
+        ends = np.column_stack([pixels, np.ones(len(pixels))]) @ np.linalg.inv(camera.matrix[:, :3]).T
+        rays.append(ends / np.linalg.norm(ends, axis=1, keepdims=True))
+    sine = np.zeros(straight.shape[1])
+    for a, b in combinations(rays, 2):
+        sine = np.fmax(sine, np.linalg.norm(np.cross(a, b), axis=1))
+    return np.arcsin(np.minimum(sine, 1))
+
+
+def _linear(
+    cameras: Sequence[Camera], straight: Float[np.ndarray, "c n 2"], weight: Float[np.ndarray, "c n"]
+) -> Float[np.ndarray, "n 3"]:
+    """Least squares of (m_1 - u m_3) (x, 1) = 0 and that of v, m_i the matrix's rows."""
+    n = straight.shape[1]
+    normal, right = zeros(n, 3, 3), zeros(n, 3)
+    about = np.mean([camera.centre for camera in cameras], axis=0)
+    for camera, pixels, w in zip(cameras, straight, weight, strict=True):
+        P = camera.matrix
+        start = P @ np.array([*about, 1.0])
+        for k in range(2):
+            pixel = np.where(w > 0, pixels[:, k], 0)
+            _add(normal, right, w, P[k, :3, None] - P[2, :3, None] * pixel, pixel * start[2] - start[k])
+    return apply(inverse(normal), right) + about
+
+
+def _refined(
+    cameras: Sequence[Camera],
+    read: Float[np.ndarray, "c n 2"],
+    weight: Float[np.ndarray, "c n"],
+    x: Float[np.ndarray, "n 3"],
+) -> tuple[Float[np.ndarray, "n 3"], np.ndarray]:
+    """Places after Gauss-Newton, and whether they came to rest."""
+    x = x.copy()
+    last = np.full(len(x), np.inf)
+    todo = np.arange(len(x))
+    for _ in range(_STEPS):
+        normal, right, _, depth = _equations(cameras, read[:, todo], weight[:, todo], x[todo])
+        step = apply(inverse(normal), right)
+        x[todo] += step
+        last[todo] = np.linalg.norm(step, axis=1) / np.abs(depth).max(axis=0)
+        todo = todo[last[todo] > _SETTLED]
+        if not len(todo):
+            break
+    return x, last < _ENOUGH
+
+
+def _equations(
+    cameras: Sequence[Camera],
+    read: Float[np.ndarray, "c n 2"],
+    weight: Float[np.ndarray, "c n"],
+    x: Float[np.ndarray, "n 3"],
+) -> tuple[Float[np.ndarray, "n 3 3"], Float[np.ndarray, "n 3"], Float[np.ndarray, "n"], Float[np.ndarray, "c n"]]:
+    """J^T W J, J^T W (read - put), the sum of |read - put|^2 [px^2], and depths."""
+    normal, right, squares = zeros(len(x), 3, 3), zeros(len(x), 3), np.zeros(len(x))
+    depths = np.empty(weight.shape)
+    for k, camera in enumerate(cameras):
+        put, slope, depths[k] = camera.projected(x)
+        w = weight[k]
+        for i in range(2):
+            left = np.where(w > 0, read[k, :, i] - put[:, i], 0)
+            squares += left * left
+            _add(normal, right, w, slope[:, i].T, left)
+    return normal, right, squares, depths
+
+
+def _add(
+    normal: Float[np.ndarray, "n 3 3"],
+    right: Float[np.ndarray, "n 3"],
+    weight: Float[np.ndarray, "n"],
+    row: Float[np.ndarray, "3 n"],
+    value: Float[np.ndarray, "n"],
+) -> None:
+    """Put one more equation row . x = value into the normal equations."""
+    for i in range(3):
+        weighted = weight * row[i]
+        right[:, i] += weighted * value
+        for j in range(i, 3):
+            normal[:, i, j] += weighted * row[j]
+            if j > i:
+                normal[:, j, i] = normal[:, i, j]

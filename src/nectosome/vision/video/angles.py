@@ -1,0 +1,233 @@
+"""Segments of a video over time: places, directions and angles of joints, with a quality and a reason for each gap."""
+
+import json
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from nectosome.io import provenance
+from nectosome.units import InputError
+
+from .clip import Clip, Progress, intervals
+from .plane import Plane
+from .reasons import Reason, lost
+from .sheet import SegmentSheet
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+from jaxtyping import Bool, UInt8
+
+from .chain import told_apart
+from .plane import plane_of
+from .segments import Groups, blobs, pose
+from .sheet import Segment
+
+
+class Field(IntEnum):
+    """What is known of a segment; lengths in the unit of the plane, direction in rad."""
+
+    X = 0
+    Y = 1
+    DIRECTION = 2
+    LENGTH = 3
+    WIDTH = 4
+    AREA = 5
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Segments of one picture."""
+
+    values: Float[np.ndarray, "segments 6"]  # see Field; nan where there is a reason why not
+    reasons: list[Reason]
+
+
+class Eye:
+    """What finds the segments of a sheet in pictures of one size."""
+
+    def __init__(self, sheet: SegmentSheet, size: tuple[int, int]):
+        self.sheet = sheet
+        self.plane: Plane = plane_of(sheet, size)
+        segments = list(sheet.segments.values())
+        self._groups = Groups(segments)
+        of = self._groups.of
+        self._across = [_across(segments[of.index(k)]) for k in range(self._groups.count)]
+        self._alone = [of.count(k) == 1 for k in range(self._groups.count)]
+        self._base = None
+        if sheet.base is not None:
+            u, v = (min(max(round(x), 0), n - 1) for x, n in zip(sheet.base, size, strict=True))
+            self._base = self.plane.grid[v, u]
+
+    def look(self, image: UInt8[np.ndarray, "height width 3"]) -> Seen:
+        """Segments in a picture (blue, green, red); each picture is looked at by itself."""
+        bits = self._groups.look(image)
+        found = blobs(bits, self._alone, self.sheet.smallest)
+        poses = [
+            [one for blob in of_colour if (one := pose(blob, image, bits, self.plane, self.sheet.fit, across)).area > 0]
+            for of_colour, across in zip(found, self._across, strict=True)
+        ]
+        row, reasons, directions = told_apart(poses, self._groups.of, self._base)
+        values = np.full((len(row), len(Field)), np.nan)
+        for s, (seen, direction) in enumerate(zip(row, directions, strict=True)):
+            if seen is None:
+                continue
+            values[s] = (*seen.middle, np.nan, seen.length, seen.width, seen.area)
+            if seen.cut:
+                reasons[s] = Reason.EDGE
+            elif direction is not None:
+                values[s, Field.DIRECTION] = direction
+        return Seen(values, reasons)
+
+
+def _across(segment: Segment) -> bool:
+    return segment.length is not None and segment.width is not None and segment.length < segment.width
+
+
+_SIZES = {Field.LENGTH: (0.04, 0.1), Field.WIDTH: (0.15, 0.3), Field.AREA: (0.06, 0.2)}  # least and most let pass
+_SCATTERS = 6.0  # standard deviations that are let pass
+
+
+def judged(values: Float[np.ndarray, "t s 6"], why: Int[np.ndarray, "t s"]) -> Float[np.ndarray, "t s"]:
+    """Quality of each segment from 0 to 1; `why` gets MERGED or COVERED where length, width or area is not the usual.
+
+    The usual size is the median over all frames; how far one may be off is told by the scatter of all frames (the
+    median deviation), within limits. The quality is the ratio of area and usual area, times that of length and usual
+    length, each the smaller one to the larger one: 1 where a segment is as always.
+    """
+    quality = np.zeros(why.shape)
+    for s in range(why.shape[1]):
+        known = (why[:, s] != Reason.EDGE) & np.isfinite(values[:, s, Field.AREA])
+        if not known.any():
+            continue
+        with np.errstate(divide="ignore", invalid="ignore"):
+            off = {k: np.log(values[:, s, k] / np.median(values[known, s, k])) for k in _SIZES}
+        quality[known, s] = np.exp(-np.abs(off[Field.AREA]) - np.abs(off[Field.LENGTH]))[known]
+        larger, smaller = np.zeros(len(why), bool), np.zeros(len(why), bool)
+        for k, limits in _SIZES.items():
+            more, less = unusual(off[k], known, *limits)
+            larger, smaller = larger | more, smaller | less
+        fresh = np.isin(why[:, s], (Reason.SEEN, Reason.DIRECTION, Reason.ROUND))
+        why[fresh & larger, s] = Reason.MERGED
+        why[fresh & smaller, s] = Reason.COVERED
+    return quality
+
+
+def unusual(
+    off: Float[np.ndarray, "t"], known: Bool[np.ndarray, "t"], least: float, most: float
+) -> tuple[Bool[np.ndarray, "t"], Bool[np.ndarray, "t"]]:
+    """Where logarithms of sizes over the usual one are too large, and too small, for the scatter of those known.
+
+    From `least` to `most` is let pass, whatever the scatter.
+    """
+    scatter = 1.4826 * float(np.median(np.abs(off[known])))
+    allowed = min(max(_SCATTERS * scatter, least), most)
+    return known & (off > allowed), known & ~(off >= -allowed)
+
+
+_ODD = 0.1  # of a stated size, beyond which the scale is doubted
+
+
+def track_segments(
+    video: str | Path,
+    sheet: SegmentSheet,
+    progress: Progress = lambda what, share: None,
+) -> "xr.Dataset":
+    """Track a chain of segments through a video.
+
+    The dataset has, over `time` [s]: `position` (segment, axis) of each segment's middle [m; px without a scale] and
+    its `direction` [rad] from its start to its end, counter-clockwise from x, `joint_angle` (joint) [rad], what a
+    direction has more than the one before, from -pi to pi; `length` and `width`; `quality` of each segment from 0 to 1,
+    and `reason` (segment), one of `Reason`. What has a reason is nan, but for the place and size of a segment of which
+    only the direction is not known. Missing frames leave no row: `gaps` says where. Raises InputError.
+    """
+    clip = Clip(Path(video), sheet.rate)
+    if sheet.size is not None and sheet.size != clip.size:
+        (w, h), (a, b) = sheet.size, clip.size
+        raise InputError(
+            f"its pictures are {a} x {b} pixels, and the sheet is made for {w} x {h}. Pixels of the sheet (points, "
+            "origin, base, lens) would lie elsewhere.",
+            file=str(video),
+        )
+    eye = Eye(sheet, clip.size)
+    times: list[float] = []
+    values: list[Float[np.ndarray, "segments 6"]] = []
+    reasons: list[list[Reason]] = []
+    for frame in clip.frames(progress):
+        seen = eye.look(frame.image)
+        times.append(frame.time)
+        values.append(seen.values)
+        reasons.append(seen.reasons)
+    return _dataset(clip, eye, np.array(times), np.array(values), np.array(reasons, np.int8))
+
+
+def _dataset(
+    clip: Clip, eye: Eye, time: Float[np.ndarray, "t"], values: Float[np.ndarray, "t s 6"], why: Int[np.ndarray, "t s"]
+) -> "xr.Dataset":
+    import xarray as xr
+
+    sheet, unit = eye.sheet, eye.plane.unit
+    names = list(sheet.segments)
+    quality = judged(values, why)
+    bad = why != Reason.SEEN
+    values = values.copy()
+    values[~np.isin(why, (Reason.SEEN, Reason.DIRECTION, Reason.ROUND))] = np.nan
+    direction = np.where(bad, np.nan, values[..., Field.DIRECTION])
+    turn = np.diff(direction, axis=1)
+    joints = [f"{a}-{b}" for a, b in pairwise(names)]
+    gaps, odd = intervals(time, clip)
+    attrs = {
+        "title": sheet.about or clip.path.name,
+        "reasons": json.dumps({int(reason): reason.words for reason in Reason}),
+        "gaps": json.dumps(gaps),
+        "provenance": json.dumps(
+            provenance({"sheet": sheet.model_dump(mode="json")})
+            | {
+                "file": str(clip.path),
+                "reader": clip.said,
+                "found": _found(eye.plane),
+                "odd": [*odd, *_sizes(sheet, values, bad), *lost(names, why)],
+            }
+        ),
+    }
+    return xr.Dataset(
+        {
+            "position": (("time", "segment", "axis"), values[..., : Field.DIRECTION], {"units": unit}),
+            "direction": (("time", "segment"), _wrapped(direction), {"units": "rad"}),
+            "joint_angle": (("time", "joint"), _wrapped(turn), {"units": "rad"}),
+            "length": (("time", "segment"), values[..., Field.LENGTH], {"units": unit}),
+            "width": (("time", "segment"), values[..., Field.WIDTH], {"units": unit}),
+            "quality": (("time", "segment"), quality, {"units": "1"}),
+            "reason": (("time", "segment"), why, {"units": "1"}),
+        },
+        coords={"time": ("time", time, {"units": "s"}), "segment": names, "joint": joints, "axis": ["x", "y"]},
+        attrs=attrs,
+    )
+
+
+def _found(plane: Plane) -> list[str]:
+    said = [f"a pixel is {1e3 * plane.pixel:.4g} mm"] if plane.unit == "m" else ["no scale: places are in pixels"]
+    return said + ([f"known points are {plane.residual:.2g} px off (rms)"] if plane.residual is not None else [])
+
+
+def _sizes(sheet: SegmentSheet, values: Float[np.ndarray, "t s 6"], bad: np.ndarray) -> Iterator[str]:
+    for s, (name, segment) in enumerate(sheet.segments.items()):
+        seen = values[~bad[:, s], s]
+        for k, what in ((Field.LENGTH, "length"), (Field.WIDTH, "width")):
+            stated = getattr(segment, what)
+            if stated is not None and len(seen):
+                usual = float(np.median(seen[:, k]))
+                if abs(usual / stated - 1) > _ODD and (what == "length" or usual > 1.5 * stated):
+                    told = f"{1e3 * usual:.3g} mm in the pictures and {1e3 * stated:.3g} mm in the sheet"
+                    yield f"{name}: its {what} is {told}. Is a pixel as large as the sheet says?"
+
+
+def _wrapped(angle: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
+    return (angle + np.pi) % (2 * np.pi) - np.pi

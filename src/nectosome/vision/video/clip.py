@@ -1,0 +1,187 @@
+"""A video file as frames with their own times, one at a time: memory does not grow with its length."""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from nectosome.io.atomic import reason
+from nectosome.io.extras import package
+from nectosome.units import InputError, shorten
+
+Progress = Callable[[str, float], None]  # what is done, and the share of it from 0 to 1
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One picture; `time` [s] since the first one, on the camera's clock."""
+
+    time: float
+    image: UInt8[np.ndarray, "height width 3"]  # blue, green, red, as OpenCV has it
+
+
+@dataclass
+class Clip:
+    """A video file.
+
+    `rate` [Hz] is that of the camera, where the file is played slower or faster than it was filmed; None: the times of
+    the file hold. What was odd is in `damaged`, the number of packets that could not be decoded, once `frames` ended.
+    """
+
+    path: Path
+    rate: float | None = None
+    size: tuple[int, int] = field(init=False)  # width, height [px], as shown
+    stored_rate: float = field(init=False)  # mean rate of the file [Hz]
+    expected: int = field(init=False)  # frames, as far as the file says; 0: it does not
+    codec: str = field(init=False)
+    damaged: int = field(init=False, default=0)
+
+    def __post_init__(self) -> None:
+        """Look into the file. Raises InputError where it is no video that can be read."""
+        if not self.path.is_file():
+            what = "is a folder" if self.path.is_dir() else "is not there"
+            raise InputError(f"{what}.", file=str(self.path))
+        first = next(self._pictures(), None)
+        if first is None:
+            raise self._wrong("there is no frame in it that can be read.")
+        height, width = _upright(first).shape[:2]
+        self.size = (width, height)
+        self.damaged = 0
+
+    @property
+    def said(self) -> str:
+        """How it was read."""
+        return f"{self.codec}, {_by(self.size)}, {self.stored_rate:g} frames a second"
+
+    def frames(self, progress: Progress = lambda what, share: None) -> Iterator[Frame]:
+        """All frames in their order. Raises InputError where the times do not go on or the size changes."""
+        self.damaged = 0
+        begin: float | None = None
+        last = -1.0
+        slower = self.stored_rate / self.rate if self.rate else 1.0
+        for k, picture in enumerate(self._pictures()):
+            if k % 16 == 0:
+                share = min(k / self.expected, 1.0) if self.expected else 0.0
+                progress(f"frame {k} of {self.expected or '?'}", share)
+            stamp = float(picture.pts * picture.time_base) if picture.pts is not None else k / self.stored_rate
+            begin = stamp if begin is None else begin
+            time = (stamp - begin) * slower
+            if time <= last:
+                raise self._wrong(
+                    f"the times of its frames do not go on: frame {k + 1} is at {time:.6g} s, the one before at "
+                    f"{last:.6g} s. Convert it with ffmpeg, which gives frames new times."
+                )
+            image = _upright(picture)
+            if image.shape[1::-1] != self.size:
+                shown = " x ".join(map(str, image.shape[1::-1]))
+                raise self._wrong(f"its frames change their size, from {_by(self.size)} to {shown} at frame {k + 1}.")
+            last = time
+            yield Frame(time, image)
+
+    def _pictures(self) -> Iterator[Any]:
+        """Decoded frames; packets that cannot be decoded are counted."""
+        av = package("av", "video")
+        try:
+            container = av.open(str(self.path))
+        except (av.error.FFmpegError, ValueError, OSError) as error:
+            raise self._wrong(f"it is no video that can be read ({_said(error)}).") from None
+        with container:
+            if not container.streams.video:
+                raise self._wrong("there is no picture in it, only sound or text.")
+            stream = container.streams.video[0]
+            if stream.codec_context is None:
+                raise self._wrong("it is in a codec that is not known here. Convert it, for instance to H.264.")
+            stream.thread_type = "AUTO"
+            self.codec = str(stream.codec_context.name)
+            rate = stream.average_rate or stream.guessed_rate or Fraction(25)
+            self.stored_rate = float(rate)
+            self.expected = stream.frames or _by_duration(container, av.time_base, self.stored_rate)
+            yield from self._decoded(container, stream, av.error.FFmpegError)
+
+    def _decoded(self, container: Any, stream: Any, failure: type[Exception]) -> Iterator[Any]:
+        packets = container.demux(stream)
+        while True:
+            try:
+                packet = next(packets, None)
+                if packet is None:
+                    return
+                pictures = packet.decode()
+            except failure:
+                self.damaged += 1
+                if self.damaged > 10_000:
+                    raise self._wrong("it cannot be decoded: 10000 packets failed.") from None
+                continue
+            yield from pictures
+
+    def _wrong(self, message: str) -> InputError:
+        return InputError(message, file=str(self.path))
+
+
+def _upright(picture: Any) -> UInt8[np.ndarray, "height width 3"]:
+    """Pixels as a player shows them: a phone on its side says by how much to turn them."""
+    image = picture.to_ndarray(format="bgr24")
+    turns = round(picture.rotation / 90) % 4
+    return np.ascontiguousarray(np.rot90(image, turns)) if turns else image
+
+
+def _by_duration(container: Any, base: int, rate: float) -> int:
+    return round(container.duration / base * rate) if container.duration else 0
+
+
+def _by(size: tuple[int, int]) -> str:
+    return f"{size[0]} x {size[1]}"
+
+
+def _said(error: Exception) -> str:
+    return shorten(reason(error))
+
+
+_LATE = 1.5  # of the usual time between frames, beyond which one is missing
+_UNEVEN = 0.2  # of it, by which the rest may differ
+
+
+def intervals(time: Float[np.ndarray, "t"], clip: Clip) -> tuple[list[list[float]], list[str]]:
+    """Gaps as [from, to, row after it, from 1], and what is odd, in words."""
+    odd = [f"{clip.damaged} packets could not be decoded: their frames are missing"] if clip.damaged else []
+    if len(time) < 3:
+        return [], odd
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    late = np.flatnonzero(steps > _LATE * usual)
+    regular = np.delete(steps, late)
+    if np.ptp(regular) > _UNEVEN * usual:
+        odd.append(f"the rate of frames varies: {1e3 * steps.min():.3g} to {1e3 * steps.max():.3g} ms between frames")
+    if late.size:
+        missing = int(np.sum(np.round(steps[late] / usual) - 1))
+        odd.append(f"about {missing} frames are missing, the first after {time[late[0]]:.4g} s")
+    return [[float(time[k]), float(time[k + 1]), int(k) + 2] for k in late], odd
+
+
+_BASE = Fraction(1, 90_000)  # s, of time stamps
+
+
+def write_video(
+    path: Path, frames: Iterable[tuple[float, UInt8[np.ndarray, "h w 3"]]], rate: Fraction | None = None
+) -> None:
+    """Write frames (blue, green, red) with their times [s], which increase; odd sizes lose their last row or column.
+
+    `rate` [1/s] of frames that come evenly tells how long the last one is shown.
+    """
+    av = package("av", "video")
+    with av.open(str(path), "w", format="mp4") as container:
+        stream = None
+        for time, image in frames:
+            height, width = (n // 2 * 2 for n in image.shape[:2])
+            if stream is None:
+                stream = container.add_stream("libx264", rate=rate, options={"crf": "20", "preset": "veryfast"})
+                stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+                stream.codec_context.time_base = _BASE
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(image[:height, :width]), format="bgr24")
+            frame.pts, frame.time_base = round(time / _BASE), _BASE
+            container.mux(stream.encode(frame))
+        if stream is not None:
+            container.mux(stream.encode())

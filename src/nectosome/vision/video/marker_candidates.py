@@ -1,0 +1,78 @@
+"""What may be a marker in a picture: blobs of its colour, with their middles to a fraction of a pixel."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from .segments import Groups, blobs, coverage
+from .sheet import Colour
+
+_TOUCH = 2  # px
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A blob: its middle [px], weighted with the share of each pixel that it covers, and its area [px].
+
+    The area is 0 where something of another colour touches it, which may cover a part.
+    """
+
+    pixel: tuple[float, float]
+    area: float
+
+
+class MarkerEye:
+    """What finds candidates in pictures; markers of one colour are a group."""
+
+    def __init__(self, colours: Sequence[Colour], smallest: int):
+        self.groups = Groups(colours)
+        self._smallest = smallest
+
+    def look(self, image: UInt8[np.ndarray, "height width 3"]) -> list[list[Candidate]]:
+        """Candidates of each group in a picture (blue, green, red), the largest first; none that its edge cuts off."""
+        bits = self.groups.look(image)
+        height, width = bits.shape
+        found: list[list[Candidate]] = []
+        for of_colour in blobs(bits, [False] * self.groups.count, self._smallest):
+            group = []
+            for blob in of_colour:
+                right, bottom = blob.left + blob.width, blob.top + blob.height
+                if min(blob.left, blob.top) == 0 or right == width or bottom == height:
+                    continue
+                (rows, columns), share = coverage(blob, image, bits)
+                total = float(share.sum())
+                if not total:  # it does not stand out of its surroundings
+                    continue
+                u = columns.start + float(share.sum(0) @ np.arange(share.shape[1])) / total
+                v = rows.start + float(share.sum(1) @ np.arange(share.shape[0])) / total
+                top, left = max(blob.top - _TOUCH, 0), max(blob.left - _TOUCH, 0)
+                about = bits[top : bottom + _TOUCH, left : right + _TOUCH]
+                touched = bool(np.any(about & ~np.uint8(1 << blob.colour)))
+                group.append(Candidate((u, v), 0.0 if touched else total))
+            found.append(group)
+        return found
+
+
+@dataclass
+class Sightings:
+    """All candidates of one camera, frame by frame."""
+
+    time: list[float] = field(default_factory=list)
+    groups: list[list[list[Candidate]]] = field(default_factory=list)  # of each frame
+
+    def add(self, time: float, groups: list[list[Candidate]]) -> None:
+        """Take the next frame."""
+        self.time.append(time)
+        self.groups.append(groups)
+
+
+def without(groups: list[list[Candidate]], lamps: Float[np.ndarray, "n 2"], near: float) -> list[list[Candidate]]:
+    """Candidates that are no lamp: those within `near` [px] of one are left out."""
+    if not len(lamps):
+        return groups
+    return [
+        [c for c in group if np.min(np.hypot(*(lamps - c.pixel).T)) > near]
+        for group in groups
+    ]  # fmt: skip

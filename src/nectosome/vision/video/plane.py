@@ -1,0 +1,95 @@
+"""From pixels to places in the plane of motion: a scale, or known points; a lens in OpenCV's terms.
+
+x goes to the right of the picture, y up (seen from above) or down (seen from below), so that angles about the vertical
+are positive counter-clockwise, seen from above. Pixels are counted from the middle of the first one.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from nectosome.io.extras import package
+from nectosome.units import InputError
+from nectosome.vision.cameras import Lens
+
+from .sheet import Place, SegmentSheet
+
+_FAR = 3.0  # px: a known point that is further off than this was misread
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Where each pixel is in the plane of motion."""
+
+    grid: Float[np.ndarray, "height width 2"]  # x, y of each pixel's middle [`unit`]
+    unit: str  # m, or px where nothing says how large a pixel is
+    pixel: float  # side of a pixel in the middle of the picture [`unit`]
+    residual: float | None  # rms of what known points are off [px]; None without any
+    to_pixels: Float[np.ndarray, "3 3"]  # homography from places to pixels of a straight lens
+    lens: Lens | None
+
+    def pixels(self, places: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
+        """Pixels that show places."""
+        straight = _mapped(self.to_pixels, places)
+        return straight if self.lens is None else self.lens.bent(straight)[0]
+
+
+def plane_of(sheet: SegmentSheet, size: tuple[int, int]) -> Plane:
+    """Plane of a picture of a `size` (width, height) [px]. Raises InputError for points that do not fit."""
+    width, height = size
+    lens, residual = _lens(sheet), None
+    if sheet.points is not None:
+        to_pixels, residual = _homography(sheet.points, lens)
+        unit = "m"
+    else:
+        scale = sheet.pixel if sheet.pixel is not None else 1.0
+        u, v = _straight(np.array([sheet.origin or (0.0, height - 1.0)], float), lens)[0]
+        down = -1.0 if sheet.seen_from == "above" else 1.0
+        to_pixels = np.array([[1 / scale, 0, u], [0, down / scale, v], [0, 0, 1.0]])
+        unit = "m" if sheet.pixel is not None else "px"
+    u, v = np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float))
+    seen = _straight(np.stack([u, v], -1).reshape(-1, 2), lens)
+    grid = _mapped(np.linalg.inv(to_pixels), seen).reshape(height, width, 2)
+    a, b = height // 2, width // 2
+    across, down = grid[a, b] - grid[a, b - 1], grid[a, b] - grid[a - 1, b]
+    pixel = float(np.sqrt(abs(across[0] * down[1] - across[1] * down[0])))
+    return Plane(grid, unit, pixel, residual, to_pixels, lens)
+
+
+def _lens(sheet: SegmentSheet) -> Lens | None:
+    return sheet.lens.made() if sheet.lens is not None else None
+
+
+def _straight(pixels: Float[np.ndarray, "n 2"], lens: Lens | None) -> Float[np.ndarray, "n 2"]:
+    return pixels if lens is None else lens.straightened(pixels)
+
+
+def _mapped(matrix: Float[np.ndarray, "3 3"], points: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
+    made = np.column_stack([points, np.ones(len(points))]) @ matrix.T
+    return made[:, :2] / made[:, 2:]
+
+
+def _homography(points: tuple[Place, ...], lens: Lens | None) -> tuple[Float[np.ndarray, "3 3"], float]:
+    """Matrix from places to pixels, by least squares, and the rms of what the points are off [px]."""
+    seen = _straight(np.array([point.seen for point in points], float), lens)
+    places = np.array([point.at for point in points], float)
+    for what, known in (("at", places), ("seen", seen)):
+        spread = np.linalg.svd(known - known.mean(0), compute_uv=False)
+        if spread[1] < 0.02 * spread[0]:
+            raise InputError(
+                f"lie on a line ({what}): they tell nothing across it. Choose points around the motion.", field="points"
+            )
+    scale = np.ptp(places)  # OpenCV does better with numbers of one size
+    matrix, _ = package("cv2", "video").findHomography(places / scale, seen, 0)
+    if matrix is None or abs(np.linalg.det(matrix)) < 1e-9:
+        raise InputError("three of four lie on a line: choose them around the motion.", field="points")
+    to_pixels = matrix @ np.diag([1 / scale, 1 / scale, 1.0])
+    off = np.linalg.norm(_mapped(to_pixels, places) - seen, axis=1)
+    if off.max() > _FAR:
+        worst = int(np.argmax(off))
+        raise InputError(
+            f"does not fit the others: it is {off[worst]:.1f} px off. Look at its pixel, its place and their signs.",
+            field=f"points.{worst}",
+        )
+    return to_pixels, float(np.sqrt(np.mean(off**2)))

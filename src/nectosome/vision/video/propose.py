@@ -1,0 +1,113 @@
+"""Ranges of colours for a sheet, proposed from one picture: where its hues gather."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from nectosome.io.extras import package
+
+from .clip import Clip
+from .segments import MOST, Groups, blobs
+from .sheet import Colour
+
+_SMOOTH = 2.5  # of 256 parts of a turn
+_LOW = 0.05  # of a peak: there it ends
+_WIDER = 3  # of 256 parts of a turn, on both sides of what is found
+_BROAD = 0.1  # of saturation and value, on both sides
+_MOST_OF_IT = 0.15  # of the picture: what is larger is no segment
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A colour in a picture, and the blobs that it gives [px]."""
+
+    colour: Colour
+    pixels: list[int]  # of each blob
+    middles: list[tuple[float, float]]  # of each blob's box
+
+
+def propose(image: UInt8[np.ndarray, "height width 3"], smallest: int = 20) -> list[Proposal]:
+    """Colours that stand out of a picture (blue, green, red), those with most pixels first; at most eight.
+
+    Hues are counted with the chroma S V of their pixels, above the threshold that parts it best (Otsu 1979). Each peak
+    is a colour, from where it falls to a twentieth on either side; saturation and value are those of nearly all its
+    pixels, and a tenth more to either side. What covers more than a seventh of the picture is taken for background.
+    """
+    cv2 = package("cv2", "video")
+    hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV_FULL)
+    chroma = (hsv[..., 1].astype(np.uint16) * hsv[..., 2] // 255).astype(np.uint8)
+    hue = hsv[..., 0]
+    found: list[Proposal] = []
+    colourful = chroma > max(cv2.threshold(chroma, 0, 255, cv2.THRESH_OTSU)[0], 30)
+    counts = np.bincount(hue[colourful], weights=chroma[colourful].astype(float), minlength=256)
+    for low, high in _peaks(_smooth(counts)):
+        inside = colourful & (((hue.astype(int) - low) % 256) <= (high - low) % 256)
+        if not inside.any():
+            continue
+        ends = [np.percentile(hsv[..., k][inside] / 255, (2, 98)) for k in (1, 2)]
+        saturation, value = ((max(a - _BROAD, 0.0), min(b + _BROAD, 1.0)) for a, b in ends)
+        edges = ((low - _WIDER) % 256, (high + 1 + _WIDER) % 256)
+        turn = 2 * np.pi / 256
+        colour = Colour(
+            hue=(edges[0] * turn, edges[1] * turn),
+            saturation=(round(saturation[0], 2), round(saturation[1], 2)),
+            value=(round(value[0], 2), round(value[1], 2)),
+        )
+        bits = Groups([colour]).look(image)
+        if np.count_nonzero(bits) > _MOST_OF_IT * bits.size:
+            continue
+        seen = blobs(bits, [False], smallest)[0]
+        if seen:
+            middles = [(b.left + b.width / 2 - 0.5, b.top + b.height / 2 - 0.5) for b in seen]
+            found.append(Proposal(colour, [b.pixels for b in seen], middles))
+    return sorted(found, key=lambda proposal: -sum(proposal.pixels))[:MOST]
+
+
+def _smooth(counts: Float[np.ndarray, "256"]) -> Float[np.ndarray, "256"]:
+    """Around the circle of hues, by a Gaussian."""
+    offset = np.minimum(np.arange(256), 256 - np.arange(256))
+    kernel = np.exp(-0.5 * (offset / _SMOOTH) ** 2)
+    return np.fft.irfft(np.fft.rfft(counts) * np.fft.rfft(kernel / kernel.sum()), 256)
+
+
+def _peaks(counts: Float[np.ndarray, "256"]) -> list[tuple[int, int]]:
+    """Ranges of hues, of 256 parts of a turn, around peaks; the highest first. The first may be above the second."""
+    left = counts.copy()
+    found: list[tuple[int, int]] = []
+    while len(found) < 2 * MOST and left.max() > max(0.01 * counts.max(), 1e-9):
+        top = int(np.argmax(left))
+        ends = []
+        for step in (-1, 1):
+            k, lowest = 0, left[top]
+            # on to where the peak ends, or the next one begins
+            while k < 127:
+                level = left[(top + step * (k + 1)) % 256]
+                if level <= _LOW * left[top] or level > 1.5 * lowest + 0.01 * left[top]:
+                    break
+                lowest = min(lowest, level)
+                k += 1
+            ends.append(k)
+        low, high = (top - ends[0]) % 256, (top + ends[1]) % 256
+        found.append((low, high))
+        left[np.arange(top - ends[0], top + ends[1] + 1) % 256] = 0.0
+    return found
+
+
+def proposal_text(found: list[Proposal], clip: Clip, time: float) -> str:
+    """Proposed colours as they stand in a sheet, each with what it finds in the frame."""
+    if not found:
+        return f"At {time:.4g} s no colour stands out. Try another frame, with --at."
+    lines = [f"# colours that stand out at {time:.4g} s; keep those of segments, in their order along the chain"]
+    lines += [f"size: [{clip.size[0]}, {clip.size[1]}]", "pixel: 1 mm # what a pixel shows in the plane of motion"]
+    lines += ["segments:"]
+    for k, one in enumerate(found):
+        c = one.colour
+        hue = ", ".join(f"{np.rad2deg(edge):.0f} deg" for edge in c.hue)
+        parts = [f"{name}: [{a:g}, {b:g}]" for name, (a, b) in (("saturation", c.saturation), ("value", c.value))]
+        where = "; ".join(
+            f"{n} px at ({u:.0f}, {v:.0f})" for n, (u, v) in list(zip(one.pixels, one.middles, strict=True))[:4]
+        )
+        more = f"; and {len(one.pixels) - 4} more" if len(one.pixels) > 4 else ""
+        lines.append(f"  segment{k + 1}: {{hue: [{hue}], {', '.join(parts)}}} # {where}{more}")
+    return "\n".join(lines)

@@ -1,0 +1,214 @@
+r"""A segment in a picture: its middle, axis, length and width, from the pixels of its colour.
+
+`moments`: pixels count with the share $w$ that the segment covers of them, told by where their colour lies between that
+of the segment and that of its surroundings; middle and axes are those of the moments
+
+$$ c = \sum w p / \sum w, \quad C = \sum w (p - c)(p - c)^T / \sum w, \quad L = \sqrt{12 \lambda_1} $$
+
+of a rectangle with the same second moments. `rectangle`: the smallest rectangle around the pixels in the colour's range
+(OpenCV's minAreaRect, Hu et al. 2024, section 3.2), which knows whole pixels only.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, UInt8
+
+from nectosome.io.extras import package
+
+from .plane import Plane
+from .sheet import Colour, Fit
+
+MOST = 8  # colours at once: a pixel's are the bits of a byte
+
+
+class Groups:
+    """Up to eight ranges of colours, looked up for all pixels at once; those that are alike are one group."""
+
+    def __init__(self, wanted: Sequence[Colour]):
+        colours: list[Colour] = []
+        self.of: list[int] = []  # group of each of them
+        for colour in wanted:
+            same = (k for k, known in enumerate(colours) if _range(known) == _range(colour))
+            self.of.append(next(same, len(colours)))
+            if self.of[-1] == len(colours):
+                colours.append(colour)
+        self.count = len(colours)
+        if not 1 <= self.count <= MOST:
+            raise ValueError(f"Groups: {self.count} colours; from 1 to {MOST} are possible.")
+        self._cv2 = package("cv2", "video")
+        table = np.zeros((1, 256, 3), np.uint8)
+        level = np.arange(256)
+        for k, colour in enumerate(colours):
+            low, high = (edge / (2 * math.pi) * 256 for edge in colour.hue)
+            # a hue of n stands for n to n + 1 of 256 parts of a turn
+            middle = level + 0.5
+            hues = (middle >= low) & (middle <= high) if low < high else (middle >= low) | (middle <= high)
+            parts = [hues]
+            for edges in (colour.saturation, colour.value):
+                parts.append((level >= 255 * edges[0] - 0.5) & (level <= 255 * edges[1] + 0.5))
+            for channel, part in enumerate(parts):
+                table[0, part, channel] |= 1 << k
+        self._table = table
+
+    def look(self, image: UInt8[np.ndarray, "height width 3"]) -> UInt8[np.ndarray, "height width"]:
+        """Bit k of a pixel is set where it is of the k-th group; `image` is blue, green, red."""
+        cv2 = self._cv2
+        hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV_FULL)
+        found = cv2.LUT(hsv, self._table)
+        hue, saturation, value = cv2.split(found)
+        return cv2.bitwise_and(cv2.bitwise_and(hue, saturation), value)
+
+
+def _range(colour: Colour) -> tuple[object, ...]:
+    return colour.hue, colour.saturation, colour.value
+
+
+_MARGIN = 2  # px around a blob that it may cover in part
+_RING = 3  # px around these, which show the surroundings
+_TRUST = np.array([1.0, 0.5, 0.5], np.float32)  # in brightness and colour: videos keep colours of every second pixel
+_NEAR = 11  # px, side of the square that is near
+_GRAIN = 1.0  # counts, of noise that is there at least
+_FAINT = 0.1  # share of a pixel below which its colour tells nothing
+
+
+@dataclass(frozen=True)
+class Blob:
+    """Pixels of one colour that hang together."""
+
+    colour: int
+    left: int
+    top: int
+    width: int
+    height: int
+    pixels: int
+    mask: Bool[np.ndarray, "height width"]  # within its box
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A segment's rectangle in the plane; the axis goes along `length` in either direction."""
+
+    middle: Float[np.ndarray, "2"]
+    axis: float  # [rad], counter-clockwise from x
+    length: float
+    width: float
+    area: float
+    cut: bool  # touches the edge of the picture
+
+
+def blobs(bits: UInt8[np.ndarray, "height width"], alone: Sequence[bool], smallest: int) -> list[list[Blob]]:
+    """Blobs of each colour with at least `smallest` pixels, the largest first.
+
+    Of a colour that is `alone`, which one thing has, what is parted by a pixel or two hangs together.
+    """
+    cv2 = package("cv2", "video")
+    found: list[list[Blob]] = [[] for _ in alone]
+    square = np.ones((3, 3), np.uint8)
+    left, top, width, height = cv2.boundingRect(bits)
+    if not width:
+        return found
+    crop = bits[top : top + height, left : left + width]
+    for k, single in enumerate(alone):
+        mask = crop & np.uint8(1 << k)  # OpenCV's own takes a row of four for one colour
+        if single:
+            mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, square)
+        count, labels, boxes, _ = cv2.connectedComponentsWithStats(mask, connectivity=8, ltype=cv2.CV_32S)
+        pixels = boxes[1:count, cv2.CC_STAT_AREA]
+        for label in 1 + np.argsort(-pixels, kind="stable"):
+            x, y, w, h, n = (int(number) for number in boxes[label])
+            if n < smallest:
+                break
+            inside = labels[y : y + h, x : x + w] == label
+            found[k].append(Blob(k, left + x, top + y, w, h, n, inside))
+    return found
+
+
+def pose(
+    blob: Blob, image: UInt8[np.ndarray, "height width 3"], bits: UInt8[np.ndarray, "height width"], plane: Plane,
+    fit: Fit, across: bool,
+) -> Pose:  # fmt: skip
+    """Rectangle of a blob; `across`: the segment is wider than long."""
+    height, width = bits.shape
+    cut = blob.left == 0 or blob.top == 0 or blob.left + blob.width == width or blob.top + blob.height == height
+    middle, direction, longer, shorter, area = (
+        _by_moments(blob, image, bits, plane) if fit == "moments" else _by_rectangle(blob, plane)
+    )
+    if across:
+        direction, longer, shorter = direction + np.pi / 2, shorter, longer
+    return Pose(middle, float(direction % np.pi), longer, shorter, area, cut)
+
+
+_Rectangle = tuple[Float[np.ndarray, "2"], float, float, float, float]
+
+
+def _by_moments(blob: Blob, image: np.ndarray, bits: np.ndarray, plane: Plane) -> _Rectangle:
+    window, share = coverage(blob, image, bits)
+    places = plane.grid[window].reshape(-1, 2)
+    weight = share.ravel()
+    total = weight.sum()
+    if not total:  # it does not stand out of its surroundings
+        return np.zeros(2), 0.0, 0.0, 0.0, 0.0
+    middle = weight @ places / total
+    off = places - middle
+    moments = (off * weight[:, None]).T @ off / total
+    spread = 12 * np.linalg.eigvalsh(moments) - plane.pixel**2  # a pixel's own second moment is 1/12
+    shorter, longer = np.sqrt(np.maximum(spread, 0.0))
+    direction = 0.5 * np.arctan2(2 * moments[0, 1], moments[0, 0] - moments[1, 1])
+    return middle, float(direction), float(longer), float(shorter), float(total * plane.pixel**2)
+
+
+def coverage(blob: Blob, image: np.ndarray, bits: np.ndarray) -> tuple[tuple[slice, slice], Float[np.ndarray, "h w"]]:
+    """Window around a blob, and the share of each of its pixels that the segment covers."""
+    cv2 = package("cv2", "video")
+    wide = _MARGIN + _RING
+    height, width = bits.shape
+    top, left = max(blob.top - wide, 0), max(blob.left - wide, 0)
+    bottom, right = min(blob.top + blob.height + wide, height), min(blob.left + blob.width + wide, width)
+    window = (slice(top, bottom), slice(left, right))
+    own = np.zeros((bottom - top, right - left), np.uint8)
+    own[blob.top - top : blob.top - top + blob.height, blob.left - left : blob.left - left + blob.width] = blob.mask
+    square = np.ones((3, 3), np.uint8)
+    near = cv2.dilate(own, square, iterations=_MARGIN)
+    other = cv2.dilate(((bits[window] != 0) & (own == 0)).astype(np.uint8), square)
+    around = (cv2.dilate(near, square, iterations=_RING) > near) & (other == 0)
+    core = cv2.erode(own, square) > 0
+    core = core if core.any() else own > 0
+    colour = cv2.cvtColor(image[window], cv2.COLOR_BGR2YCrCb) * _TRUST
+    inside = colour[core].mean(0)
+    ground = _ground(colour, around)
+    contrast = inside - ground
+    # what the surroundings vary in tells little (Fisher 1936)
+    left = (colour - ground)[around]
+    scatter = left.T @ left / max(len(left), 1) + _GRAIN**2 * np.eye(3)
+    weighted = contrast @ np.linalg.inv(scatter)
+    share = np.sum((colour - ground) * weighted, axis=2) / np.maximum(np.sum(contrast * weighted, axis=2), 1e-6)
+    share = np.where(share < _FAINT, 0.0, np.minimum(share, 1.0))
+    return window, np.where(own > 0, share, share * ((near > 0) & (other == 0)))
+
+
+def _ground(colour: Float[np.ndarray, "h w 3"], around: Bool[np.ndarray, "h w"]) -> Float[np.ndarray, "h w 3"]:
+    """Surroundings of each pixel: means over what of the ring is near, since a floor is seldom even."""
+    cv2 = package("cv2", "video")
+    there = around.astype(np.float32)
+    if not there.any():
+        return np.zeros_like(colour)
+    far = colour[around].mean(0)
+    size = (_NEAR, _NEAR)
+    weight = cv2.blur(there, size, borderType=cv2.BORDER_CONSTANT)[..., None] + 1e-3
+    return (cv2.blur(colour * there[..., None], size, borderType=cv2.BORDER_CONSTANT) + 1e-3 * far) / weight
+
+
+def _by_rectangle(blob: Blob, plane: Plane) -> _Rectangle:
+    cv2 = package("cv2", "video")
+    outline, _ = cv2.findContours(blob.mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    pixels = np.concatenate(outline)[:, 0, :]
+    places = plane.grid[blob.top + pixels[:, 1], blob.left + pixels[:, 0]]
+    corner = places[0]
+    scaled = ((places - corner) / plane.pixel).astype(np.float32)  # floats lose little near 0
+    middle, (first, second), degrees = cv2.minAreaRect(scaled)
+    direction = np.deg2rad(degrees) + (0.0 if first >= second else np.pi / 2)
+    longer, shorter = (plane.pixel * (side + 1.0) for side in (max(first, second), min(first, second)))
+    return corner + plane.pixel * np.array(middle), float(direction), longer, shorter, blob.pixels * plane.pixel**2

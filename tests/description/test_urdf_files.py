@@ -1,0 +1,221 @@
+# ruff: noqa: E501  (tables: one case a line)
+"""URDF files: what becomes of each part of them, and the sentence for what is none."""
+
+import math
+
+import numpy as np
+import pytest
+
+from nectosome.description import RobotDescription, dump_robot, import_urdf, parse_robot
+from nectosome.description.mirror import image
+from nectosome.description.orientation import applied, from_rpy
+from nectosome.units import InputError
+
+INERTIAL = '<inertial><mass value="1"/><inertia ixx="2" ixy="0" ixz="0" iyy="3" iyz="0" izz="4"/></inertial>'
+BASE, TIP = f'<link name="base">{INERTIAL}</link>', f'<link name="tip">{INERTIAL}</link>'
+HINGE = '<joint name="hinge" type="revolute"><parent link="base"/><child link="tip"/></joint>'
+ARM = f'<robot name="a">{BASE}{TIP}{HINGE}</robot>'
+
+
+def many(n):
+    links = "".join(f'<link name="l{k}"/>' for k in range(n))
+    joints = (f'<joint name="{k}" type="fixed"><parent link="base"/><child link="l{k}"/></joint>' for k in range(n))
+    return f'<robot name="a">{BASE}{links}{"".join(joints)}</robot>'
+
+
+@pytest.fixture
+def read(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def read(text):
+        (tmp_path / "arm.urdf").write_text(text)
+        return import_urdf("arm.urdf")
+
+    return read
+
+
+def besides(found):
+    """What was left out, but for the shapes that the arm has none of."""
+    return [words for words in found.left_out if not words.endswith("displaces no water")]
+
+
+def test_what_is_written_reads_back_exactly(read):
+    found = read(ARM)
+    assert besides(found) == []
+    assert parse_robot(found.text) == found.description == parse_robot(dump_robot(found.description))
+    assert "#   tip: link tip, revolute joint hinge\n" in found.text
+    tip = found.description.limbs["tip"]
+    assert (tip.mass, tip.inertia, tip.products, tip.joint.axis) == (1.0, (2.0, 3.0, 4.0), None, (1.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("kind", "ours"),
+    [("fixed", "fixed"), ("revolute", "revolute"), ("continuous", "revolute"), ("prismatic", "prismatic"), ("floating", "free"), ("planar", "planar")],
+)  # fmt: skip
+def test_every_type_of_joint_has_its_kind(read, kind, ours):
+    joint = HINGE.replace("revolute", kind).replace(
+        "</joint>", '<axis xyz="0 0.6 0.8"/><dynamics damping="2"/></joint>'
+    )
+    found = read(ARM.replace(HINGE, joint))
+    made = found.description.limbs["tip"].joint
+    assert made.kind == ours
+    if ours in ("revolute", "prismatic"):
+        assert (made.axis, made.damping, besides(found)) == ((0.0, 0.6, 0.8), 2.0, [])
+    else:
+        assert besides(found) == [f'joint hinge: damping="2", which a {kind} joint has not']
+    assert parse_robot(found.text) == found.description
+
+
+@pytest.mark.parametrize(
+    ("shape", "axis", "sizes"),
+    [
+        ('<box size="0.4 0.3 0.2"/>', (1, 0, 0), (0.4, None, 0.3, 0.2)),
+        ('<cylinder radius="0.1" length="0.4"/>', (0, 0, 1), (0.4, 0.1, None, None)),
+        ('<sphere radius="0.2"/>', (1, 0, 0), (0.4, 0.2, None, None)),
+    ],
+)
+def test_a_shape_lies_where_it_lay(read, shape, axis, sizes):
+    """Its middle is at the origin, its own x axis along that of URDF's shape."""
+    rpy, place = (0.3, -0.7, 1.9), (0.5, 0.6, 0.7)
+    text = f'<collision><origin xyz="0.5 0.6 0.7" rpy="0.3 -0.7 1.9"/><geometry>{shape}</geometry></collision></link>'
+    part = read(ARM.replace("</link>", text, 1)).description.limbs["body_shape"]
+    assert (part.length, part.radius, part.width, part.height) == pytest.approx(sizes)
+    assert (part.mass, part.joint.kind, part.on) == (0.0, "fixed", "body")
+    middle = np.array(part.offset) + applied(from_rpy(part.rotation), (0.5 * part.length, 0.0, 0.0))
+    assert middle == pytest.approx(place, abs=1e-15)
+    assert applied(from_rpy(part.rotation), (1.0, 0.0, 0.0)) == pytest.approx(applied(from_rpy(rpy), axis), abs=1e-15)
+
+
+def test_collision_shapes_come_before_visual_ones(read):
+    shapes = "<collision><geometry><mesh filename='c.stl'/></geometry></collision><visual><geometry><sphere radius='1'/></geometry></visual>"
+    found = read(ARM.replace("</link>", shapes + "</link>", 1))
+    assert found.description.limbs["body_shape"].shape == "spheroid"
+    assert 'link base: collision mesh filename="c.stl"' in found.left_out
+    box = "<collision><geometry><box size='1 1 1'/></geometry></collision></link>"
+    found = read(ARM.replace("</link>", shapes + box, 1))
+    assert found.description.limbs["body_shape"].shape == "box"
+    assert 'link base: visual sphere radius="1"' in found.left_out
+
+
+def test_names_become_such_as_robot_files_allow(read):
+    chain = "".join(f'<link name="{name}">{INERTIAL}</link>' for name in ("2 Arm-L", "arm.l", "body", "Arm/L"))
+    joints = "".join(
+        f'<joint name="j{k}" type="fixed"><parent link="base"/><child link="{name}"/></joint>'
+        for k, name in enumerate(("2 Arm-L", "arm.l", "body", "Arm/L"))
+    )
+    found = read(f'<robot name="a">{BASE}{chain}{joints}</robot>')
+    assert list(found.description.limbs) == ["link_2_arm_l", "arm_l", "body_2", "arm_l_2"]
+    assert "arm_l_2: link Arm/L, fixed joint j3" in found.text
+    assert parse_robot(found.text) == found.description
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("</joint>", '<limit lower="-1" upper="2" effort="3" velocity="4"/></joint>', 'joint hinge: limit lower="-1" upper="2" effort="3" velocity="4"'),
+        ("</joint>", '<limit/><mimic joint="other"/></joint>', 'joint hinge: mimic joint="other"'),
+        ("</joint>", '<safety_controller k_velocity="3"/></joint>', 'joint hinge: safety_controller k_velocity="3"'),
+        ("</joint>", '<calibration rising="3"/></joint>', 'joint hinge: calibration rising="3"'),
+        ("</joint>", '<dynamics damping="1" friction="0.4"/></joint>', 'joint hinge: friction="0.4"'),
+        ("</link>", '<contact><lateral_friction value="1"/></contact></link>', "link base: contact"),
+        ("</link>", '<visual><geometry><capsule radius="1"/></geometry></visual></link>', 'link base: visual capsule radius="1"'),
+        ('name="tip"', 'name="tip" type="x"', 'link tip: type="x"'),
+        ("</robot>", '<transmission name="t"/></robot>', 'transmission name="t"'),
+        ("</robot>", '<gazebo reference="tip\n"/></robot>', 'gazebo reference="tip "'),
+    ],
+)  # fmt: skip
+def test_what_has_no_place_is_told_there_and_in_the_file(read, old, new, words):
+    found = read(ARM.replace(old, new, 1))
+    assert words in found.left_out
+    assert f"#   {words}\n" in found.text
+    assert parse_robot(found.text) == found.description
+
+
+def test_a_link_without_a_shape_is_told_to_displace_nothing(read):
+    frame = '<link name="x"/><joint name="f" type="fixed"><parent link="tip"/><child link="x"/></joint></robot>'
+    found = read(ARM.replace("</robot>", frame))
+    none = "no box, cylinder or sphere, so it displaces no water"
+    assert found.left_out == (f"link base: {none}", f"link tip: {none}")
+    assert found.description.limbs["x"].mass == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("no robot", "arm.urdf, line 1: this is not XML: syntax error."),
+        (ARM[:-3], "arm.urdf, line 1: this is not XML: unclosed token."),
+        ("<sdf/>", "arm.urdf: this is no URDF: it describes a <sdf>, where <robot> is expected."),
+        ('<robot name="a"/>', "arm.urdf: this robot has no links."),
+        ('<!DOCTYPE r [<!ENTITY e SYSTEM "file:///etc/hosts">]><robot name="a">&e;</robot>', "arm.urdf: declares a document type or entities, which are not read. Take them out."),
+        ('<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="b"/></robot>', "arm.urdf: is a xacro file, which is not a robot yet. Unfold it first: xacro arm.urdf > robot.urdf"),
+        ("<robot>" + " " * 1_000_000, "arm.urdf: larger than 1 MB, which is too large."),
+        (many(501), "arm.urdf: links and shapes make more than 500 parts, too many for a robot file."),
+        (ARM.replace(HINGE, ""), "arm.urdf: these links hang on nothing: base, tip. A robot has one such link: join the others to it, if need be by a fixed joint."),
+        (ARM.replace("</robot>", HINGE.replace("hinge", "two") + "</robot>"), "arm.urdf, joint two: moves tip, which hangs on joint hinge already. Take one of them out, and close the loop with a tie in the robot file."),
+        (ARM.replace("</robot>", '<joint name="two" type="fixed"><parent link="tip"/><child link="base"/></joint></robot>'), "arm.urdf: these links hang on one another in a ring: base, tip. Take one joint of it out, and close the loop with a tie in the robot file."),
+        (ARM.replace('child link="tip"', 'child link="tipp"'), 'arm.urdf, joint hinge: there is no link "tipp". Did you mean "tip"?'),
+        (ARM.replace("revolute", "ball"), 'arm.urdf, joint hinge, type: "ball" is no type of joint. Known: fixed, revolute, continuous, prismatic, floating, planar.'),
+        (ARM.replace(' type="revolute"', ""), 'arm.urdf, joint hinge, type: "null" is no type of joint. Known: fixed, revolute, continuous, prismatic, floating, planar.'),
+        (ARM.replace(TIP, TIP + TIP), "arm.urdf, link tip: there are two links of this name. Names must differ."),
+        (ARM.replace('name="tip"', "", 1), "arm.urdf, link: has no name."),
+        (ARM.replace(TIP, '<link name="tip"/>'), "arm.urdf, link tip, inertial: is missing. A link that moves needs mass and inertia: write them, or fix it to what it sits on."),
+        (ARM.replace(TIP, TIP.replace('mass value="1"', 'mass value="0"')), 'arm.urdf, link tip, inertial, mass: "0" kg is no mass. A link that moves needs mass and inertia: write them, or fix it to what it sits on.'),
+        (ARM.replace(BASE, BASE.replace('mass value="1"', 'mass value="-2"')), 'arm.urdf, link base, inertial, mass: "-2" kg is no mass. A link that moves needs mass and inertia: write them, or fix it to what it sits on.'),
+        (ARM.replace(BASE, BASE.replace('mass value="1"', 'mass value="0"')), "arm.urdf, link base, inertial, inertia: is given, but the mass is 0 kg. Write the mass, or take the inertial out."),
+        (ARM.replace(TIP, '<link name="tip"><inertial><mass value="1"/></inertial></link>'), "arm.urdf, link tip, inertial, inertia: is missing or zero. A link that moves needs mass and inertia: write them, or fix it to what it sits on."),
+        (ARM.replace('izz="4"', 'izz="6"', 1), "arm.urdf, link base, inertial, inertia: no body has the principal moments 2, 3, 6 kg m2: none may be below 0, or larger than the sum of the other two. Correct it; it is about the centre of mass."),
+        (ARM.replace('ixy="0"', 'ixy="2.5"', 1), "arm.urdf, link base, inertial, inertia: no body has the principal moments -0.04951, 4, 5.05 kg m2: none may be below 0, or larger than the sum of the other two. Correct it; it is about the centre of mass."),
+        (ARM.replace('izz="4"', 'izz="nan"', 1), 'arm.urdf, link base, inertial, inertia: "nan" must be finite.'),
+        (ARM.replace('mass value="1"', 'mass value="inf"', 1), 'arm.urdf, link base, inertial, mass: "inf" must be finite.'),
+        (ARM.replace('mass value="1"', 'mass value="heavy"', 1), "arm.urdf, link base: cannot be read: could not convert string to float: 'heavy'."),
+        (ARM.replace('mass value="1"', 'mass kg="1"', 1), "arm.urdf, link base: cannot be read: a value is missing in one of its elements."),
+        (ARM.replace(' izz="4"', "", 1), "arm.urdf, link base: cannot be read: Required attribute not set in XML: izz."),
+        (ARM.replace("</inertial>", '<origin xzy="0 0 0"/></inertial>', 1), """arm.urdf, link base: cannot be read: Unknown attribute "xzy" in /link[@name='base']/inertial/origin."""),
+        (ARM.replace("</inertial>", '<origin xyz="0 0"/></inertial>', 1), "arm.urdf, link base: cannot be read: a row of numbers has too few or too many, three are expected."),
+        (ARM.replace("</link>", INERTIAL + "</link>", 1), "arm.urdf, link base: cannot be read: Scalar element defined multiple times: inertial."),
+        (ARM.replace("</joint>", '<axis xyz="0 0 0"/></joint>'), "arm.urdf, joint hinge, axis: has no length. Write the direction, as in 0 0 1."),
+        (ARM.replace("</joint>", '<axis xyz="0 inf 0"/></joint>'), 'arm.urdf, joint hinge, axis: "inf" must be finite.'),
+        (ARM.replace("</joint>", '<dynamics damping="-1"/></joint>'), 'arm.urdf, joint hinge, damping: "-1" must be at least 0.'),
+        (ARM.replace("</link>", '<collision><geometry><box size="1 0 1"/></geometry></collision></link>', 1), 'arm.urdf, link base, collision, box: "1 0 1" must be more than 0 m.'),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_told(read, text, message):
+    with pytest.raises(InputError) as caught:
+        read(text)
+    assert str(caught.value) == message
+
+
+def test_a_missing_parser_is_told(read, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "urdf_parser_py.urdf", None)
+    with pytest.raises(InputError, match=r"the package urdf_parser_py is missing: pip install 'nectosome\[urdf\]'"):
+        read(ARM)
+
+
+def part(**fields):
+    body = {"kind": "rigid", "shape": "point", "mass": 1.0, **fields}
+    return RobotDescription.model_validate({"name": "a", "body": body}).body
+
+
+def test_a_mirrored_part_has_the_mirrored_inertia():
+    """I -> D I D with D = diag(1, -1, 1)."""
+    twin = image(part(inertia=(2, 3, 4), products=(0.1, 0.2, 0.3)))
+    assert (twin.inertia, twin.products) == ((2.0, 3.0, 4.0), (-0.1, 0.2, -0.3))
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ("products: [0.1 kg m2, 0 kg m2, 0 kg m2]", "robot, line 2, body.products: the inertia is missing. Give its moments as well."),
+        ("inertia: [1 kg m2, 1 kg m2, 1 kg m2], products: [1.5 kg m2, 0 kg m2, 0 kg m2]", "robot, line 2, body.products: with the inertia they lead to principal moments of -0.5, 1, 2.5 kg m2, which no body has: none may be below 0, or larger than the sum of the other two."),
+    ],
+)  # fmt: skip
+def test_products_that_no_body_has_are_refused(fields, message):
+    with pytest.raises(InputError) as caught:
+        parse_robot(f"name: a\nbody: {{kind: rigid, shape: point, mass: 1 kg, {fields}}}")
+    assert str(caught.value) == message
+
+
+def test_a_slender_body_is_one():
+    """A rod turned out of its axes: one principal moment is 0, but for rounding."""
+    c = s = math.sqrt(0.5)
+    assert part(inertia=(c * c, s * s, 1.0), products=(-s * c, 0.0, 0.0)).products == (-s * c, 0.0, 0.0)

@@ -1,0 +1,132 @@
+"""Designs of motions that repeat themselves, against a driven oscillator's transfer function."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.small_robots import DRIVEN, M0, I
+
+from nectosome.description import load_robot, parse_robot, read_variable, with_values
+from nectosome.designs import QUANTITIES, Limit, MotionDesign, read_constraint
+from nectosome.model import build
+from nectosome.robots import describe
+from nectosome.robots.shipped import template_of
+from nectosome.search import Gradient
+from nectosome.search.record import Recorder
+from nectosome.solve import periodic
+from nectosome.units import InputError
+
+RANGES = {"c": "0.05 N m s/rad .. 0.4 N m s/rad log", "f": "0.6 Hz .. 1.6 Hz", "k": "0.5 N m/rad .. 2 N m/rad"}
+
+
+def power(x):
+    """Mean power c |v|^2 / 2 of the oscillator."""
+    c, f, k = x
+    w = 2 * np.pi * f
+    return 0.5 * c * abs(1j * w * M0 / (k - I * w**2 + 1j * c * w)) ** 2
+
+
+@pytest.fixture(scope="module")
+def oscillator():
+    """The task to take as little power as may be, and at least 4 mW; and its compiled evaluation."""
+    robot = with_values(parse_robot(DRIVEN), {"c": 0.1})
+    variables = tuple(read_variable(name, text, robot) for name, text in RANGES.items())
+    task = MotionDesign(robot, variables, "power", (read_constraint("power >= 4 mW"),))
+    return task, task.prepare()
+
+
+def test_power_and_its_slopes_are_those_of_the_transfer_function(oscillator):
+    """The period changes with the frequency."""
+    task, evaluate = oscillator
+    for u in np.random.default_rng(0).uniform(size=(3, 3)):
+        e = evaluate(u, True, None)
+        assert e.objective == pytest.approx(power(task.box.values(u)), rel=2e-5)
+        expected = [(power(task.box.values(u + h)) - power(task.box.values(u - h))) / 2e-5 for h in 1e-5 * np.eye(3)]
+        np.testing.assert_allclose(e.slope, expected, rtol=1e-4, atol=1e-4 * np.abs(expected).max())
+        assert e.outputs["speed"] == 0
+        assert task.accepts(e) in ("", "power >= 0.004 W is not kept")
+
+
+def test_the_limit_is_reached_between_grid_points(oscillator):
+    task, evaluate = oscillator
+    recorder = Recorder(task, evaluate, None, lambda: False)
+    assert Gradient().solve(recorder, np.array([0.5, 0.6, 0.4]), 1).converged
+    best = recorder.evaluations[-1]
+    assert power(task.box.values(best.u)) == pytest.approx(4e-3, rel=5e-5)
+
+
+def test_what_a_motion_does_not_have_is_no_number(oscillator):
+    task, _ = oscillator
+    evaluation = replace(task, objective="efficiency").prepare()(np.full(3, 0.5), False, None)
+    assert evaluation.reason == "efficiency is not defined for this motion"
+    assert np.isnan(evaluation.objective)
+
+
+def test_one_frequency_of_two_is_no_variable():
+    robot = describe("beetle1")
+    one = "limbs.left1_arm.joint.motion.frequency"
+    task = MotionDesign(robot, (read_variable(one, "0.5 Hz .. 1 Hz", robot),))
+    with pytest.raises(InputError, match="common period of the drives by leaps"):
+        task.plan()
+
+
+@pytest.mark.parametrize(
+    ("settings", "name", "text", "jumps"),
+    [
+        ([], "forward_share", "0.3 .. 0.7", True),
+        (["limbs.arm.joint.motion.forward_share=0.4"], "phase", "0 deg .. 90 deg", True),
+        ([], "phase", "0 deg .. 90 deg", False),
+        (["limbs.arm.joint.motion.forward_share=0.4"], "amplitude", "40 deg .. 70 deg", False),
+    ],
+)
+def test_no_slopes_are_made_up_where_jumps_of_a_stroke_move(settings, name, text, jumps, monkeypatch):
+    robot = describe("paddle", settings)
+    variable = read_variable(f"limbs.arm.joint.motion.{name}", text, robot)
+    evaluate = MotionDesign(robot, (variable,), "thrust").prepare()
+
+    def asked(*_):
+        raise LookupError("asked for a program")
+
+    monkeypatch.setattr("nectosome.designs.motion.remembered", asked)
+    refused = pytest.raises(InputError, match="slopes are not exact")
+    with refused if jumps else pytest.raises(LookupError, match="asked for a program"):
+        evaluate(np.array([0.5]), True, None)
+
+
+@pytest.mark.slow
+def test_quantities_of_the_paddle_are_those_of_its_cycle():
+    robot = describe("paddle", ["N=1", "A=60deg", "f=0.9Hz"])
+    names = tuple(name for name in QUANTITIES if name not in ("efficiency", "cost_of_transport"))
+    limits = tuple(Limit(name, True, 1.0) for name in names)  # a limit of 1 tells the quantity: excess + 1
+    variable = read_variable("A", "40 deg .. 70 deg", robot)
+    task = MotionDesign(robot, (variable,), "thrust", limits, "-y")
+    u = task.box.design(robot)
+    got = dict(zip(names, task.prepare()(u, False, None).constraints + 1, strict=True))
+    means = periodic(build(robot), 1 / 0.9, samples=257).means()
+    want = {
+        "thrust": -float(means.force[1]),
+        "power": float(means.power),
+        "torque": float(means.reaction_peak[3]),
+        "drive_rate": np.radians(60) * 2 * np.pi * 0.9,
+        "stress": float(np.nanmax(means.hinge_stress_peak)),
+        "speed": 0.0,
+    }
+    for name, value in want.items():
+        assert got[name] == pytest.approx(value, rel=1e-3), name
+
+
+@pytest.mark.slow
+def test_a_swimmer_that_is_free_in_the_plane_has_slopes():
+    """Its place changes nothing, but for rounding: slopes by it need no small steps. Power by central differences."""
+    robot = load_robot(template_of("tail"))
+    ranges = {"E": "0.5 MPa .. 2 MPa log", "L": "150 mm .. 250 mm"}
+    task = MotionDesign(robot, tuple(read_variable(name, text, robot) for name, text in ranges.items()), "power")
+    evaluate, u, h = task.prepare(), np.array([0.4, 0.6]), 0.02
+    found = evaluate(u, True, None)
+    steps = [[evaluate(u + s * d, False, found.memory).objective for s in (h, -h)] for d in np.eye(2)]
+    np.testing.assert_allclose(found.slope, [(a - b) / (2 * h) for a, b in steps], rtol=5e-3)
+    # it goes where its body points on the mean, whatever its heading
+    cycle = periodic(build(task.robot_at(u)), 1 / 1.5)
+    assert found.outputs["speed"] == pytest.approx(float(cycle.means().speed), rel=1e-4)
+    turned = found.memory + np.eye(found.memory.size)[2]
+    assert evaluate(u, False, turned).outputs["speed"] == pytest.approx(found.outputs["speed"], rel=1e-5)

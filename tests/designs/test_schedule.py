@@ -1,0 +1,101 @@
+# ruff: noqa: E501  (tables: one case a line)
+"""Schedules of missions: their numbers by name, missions as text, the shortest one where closed forms put it, mistakes."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.small_robots import SUB
+
+from nectosome.description.mission import parse_mission
+from nectosome.description.schedule import dump_mission, get_schedule, read_schedule_variable, with_schedule
+from nectosome.designs import Problem, ScheduleDesign, change, dump_design, restore_design
+from nectosome.search import Evolution, multistart
+from nectosome.units import InputError
+
+# 2 kg pushed by the square of the speed, then carried on without drag
+MISSION = """modes:
+- {name: push, set: {jet: 0.8 rad/s}, until: [1 s, x > 0.9 m]}
+- {name: coast, set: {jet: 0 rad/s, volume: 2 L in 1 s}, until: x > 0.9 m, longest: 9 s}
+"""
+RANGES = {"push.jet": "0.5 rad/s .. 1 rad/s", "push.until": "0.2 s .. 1.2 s"}
+
+
+@pytest.fixture(scope="module")
+def task() -> ScheduleDesign:
+    found = Problem(RANGES, mission=MISSION).task(SUB)
+    assert isinstance(found, ScheduleDesign)
+    return replace(found, step=5e-3)
+
+
+def test_a_mission_takes_as_long_as_the_closed_form_says(task):
+    """T + (d - v T/2)/v after T of F = w^2, with v = F T/m."""
+    evaluate = task.prepare()
+    for u in np.random.default_rng(1).uniform(size=(4, 2)):
+        w, T = task.box.values(u)
+        v = w**2 * T / 2
+        assert evaluate(u, False, None).objective == pytest.approx(T + (0.7 - v * T / 2) / v, abs=1e-6)
+
+
+def test_the_shortest_mission_pushes_hardest_for_longest(task):
+    result = multistart(task, Evolution(tolerance=1e-3, evaluations=60), 1, 1, executor=ThreadPoolExecutor(1))
+    (start,) = result.best()
+    assert start.best is not None
+    np.testing.assert_allclose(start.best.u, [1, 1], atol=0.02)
+    mission = parse_mission(task.chosen(start.best.u), SUB)
+    assert mission.modes == task.mission_at(start.best.u).modes
+    values = [get_schedule(mission, name) for name in task.names]
+    np.testing.assert_allclose(task.box.places(np.array(values)), start.best.u, atol=1e-12)
+
+
+def test_what_does_not_come_to_its_end_has_no_time(task):
+    slow = with_schedule(task.mission, {"push.jet": 0.0})
+    found = ScheduleDesign(slow, (read_schedule_variable("push.until", "0.1 s .. 0.2 s", slow),)).prepare()
+    assert found(np.zeros(1), False, None).reason == "coast took longer than 9 s without coming to x > 0.9 m"
+
+
+def test_a_mission_as_text_reads_back_as_the_same(task):
+    assert parse_mission(dump_mission(task.mission), SUB).modes == task.mission.modes
+
+
+def test_problems_of_missions_are_kept_and_changed():
+    problem = Problem(RANGES, mission=MISSION)
+    robot, changed = change(SUB, problem, ("body.mass=3 kg",), ("push.jet=0.6 rad/s..0.7 rad/s",))
+    assert changed.variables == RANGES | {"push.jet": "0.6 rad/s..0.7 rad/s"}
+    assert restore_design(dump_design(robot, changed), "folder") == (robot, changed)
+    _, other = change(SUB, Problem({"body.mass": "1 kg .. 2 kg"}), mission=MISSION)
+    assert other == Problem(mission=MISSION)
+
+
+def test_problems_kept_before_there_were_missions_are_restored():
+    about = dump_design(SUB, Problem({"body.mass": "1 kg .. 2 kg"}))
+    del about["problem"]["mission"]
+    assert restore_design(about, "folder")[1].mission == ""
+
+
+@pytest.mark.parametrize(
+    ("problem", "message"),
+    [
+        (Problem({"push.jett": "1 rad/s .. 2 rad/s"}), 'variables: "push.jett" is no number of this mission. Did you mean "push.jet"?'),
+        (Problem({"coast.until": "1 s .. 2 s"}), 'variables: "coast.until" is no number of this mission.'),
+        (Problem({"push.until": "-1 s .. 2 s"}), 'push.until: "-1 s" is out of range: it must be at least 0 s.'),
+        (Problem({"push.jet": "1 s .. 2 s"}), 'push.jet: "1 s" is a time'),
+        (Problem({"push.jet": "0 rad/s .. 1 rad/s", "push.body.loads.jet.speed": "0 rad/s .. 1 rad/s"}), "push.body.loads.jet.speed: is named twice: push.jet stands for it too."),
+        (Problem(RANGES, constraints=("speed <= 1 m/s",)), "constraint: a mission has no constraints"),
+        (Problem(RANGES, objective="speed"), 'objective: "speed" is nothing that counts of a mission: its time does.'),
+        (Problem(RANGES, forward="x"), 'forward: "x" is nothing that counts of a mission'),
+        (Problem(RANGES, objective="power"), 'objective: "power" is nothing that counts of a mission: its time does.'),
+        (Problem(RANGES, forward="z"), 'forward: "z" is nothing that counts of a mission'),
+        (Problem(), "variables: there is nothing to choose"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_told_in_a_sentence(problem, message):
+    with pytest.raises(InputError) as caught:
+        replace(problem, mission=MISSION).task(SUB)
+    assert str(caught.value).startswith(message)
+
+
+def test_slopes_are_refused(task):
+    with pytest.raises(InputError, match="no slopes"):
+        task.prepare()(np.zeros(2), True, None)

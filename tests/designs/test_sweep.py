@@ -1,0 +1,239 @@
+"""Sweeps against closed forms and single solutions; axes; what a kill leaves behind."""
+
+import sys
+
+import numpy as np
+import pytest
+from tests.small_robots import DRIVEN, M0, F, I, K
+
+from nectosome.description import parse_robot, resolve, with_values
+from nectosome.designs.axes import Axis, read_axis
+from nectosome.designs.batches import Points
+from nectosome.designs.sweep import forget, sweep
+from nectosome.robots import describe
+from nectosome.units import InputError
+
+SINKING = """
+name: sinking
+water: {density: 1000 kg/m3, gravity: 9.81 m/s2}
+body:
+  kind: rigid
+  shape: point
+  mass: 2 kg
+  volume: 1 l
+  joint: {kind: prismatic, axis: z}
+  loads: {drag: {kind: lumped_drag, drag_area: [0 m2, 0 m2, 0.01 m2]}}
+aliases:
+  area: [body.loads.drag.drag_area.2]
+"""
+
+
+@pytest.fixture(scope="module")
+def driven():
+    return with_values(parse_robot(DRIVEN), {"c": 0.2, "body.joint.torque.offset": 0.01})
+
+
+def power(c, f, inertia=I, stiffness=K):
+    """Mean power of a driven oscillator, c |v|^2 / 2."""
+    w = 2 * np.pi * f
+    return 0.5 * c * abs(1j * w * M0 / (stiffness - inertia * w**2 + 1j * c * w)) ** 2
+
+
+DAMPING, FREQUENCY = [0.0, 0.02, 0.2, 0.25], [0.7, 1.3]
+
+
+@pytest.fixture(scope="module")
+def swept(driven):
+    return sweep(driven, {"c": DAMPING, "f": FREQUENCY}, rtol=1e-7)
+
+
+def test_a_driven_oscillator_takes_what_its_transfer_function_says(swept):
+    c, f = np.meshgrid(np.array(DAMPING), np.array(FREQUENCY), indexing="ij")
+    assert swept["power"].dims == ("c", "f")
+    np.testing.assert_allclose(swept["power"], power(c, f), rtol=2e-6, atol=1e-9)
+    np.testing.assert_allclose(swept["period"], 1 / f, rtol=1e-15)
+    assert swept["power"].attrs["units"] == "W"
+
+
+def test_what_does_not_settle_is_found_by_newtons_method(swept):
+    assert set(swept["status"].sel(c=0.25).values) == {"SETTLED"}
+    assert set(swept["status"].sel(c=[0.0, 0.02]).values.ravel()) == {"SOLVED"}
+
+
+def test_a_sinking_body_is_steady():
+    """(rho V - m) g = rho A v^2 / 2."""
+    area = [0.01, 0.02, 0.03]
+    found = sweep(parse_robot(SINKING), {"area": area})
+    np.testing.assert_allclose(found["speed"], np.sqrt(2 * 9.81 / (1000 * np.array(area))), rtol=1e-9)
+    assert set(found["status"].values) == {"SOLVED"}
+    assert np.isnan(found["period"]).all()
+
+
+def test_points_that_leave_the_plane_do_not_stay_in_it():
+    """A hinge that lies down carries a pendulum: with its bob above, the spring is the softer by m g r."""
+    leaning = parse_robot(
+        DRIVEN.replace("gravity: 0 m/s2", "gravity: 9.81 m/s2").replace(
+            "body:\n",
+            """body:
+  centre_of_mass: [-3 mm, 0 m, 0 m]
+  volume: 0 m3
+  rotation: [0 deg, 0 deg, 0 deg]
+""",
+        )
+    )
+    found = sweep(leaning, {"body.rotation.1": [0.0, np.pi / 2]}, ["c=0.2 N m s/rad"], rtol=1e-6)
+    flat, upright = found["power"].values
+    assert flat == pytest.approx(power(0.2, F, I + 0.003**2), rel=1e-5)
+    # the bob swings by a twentieth of a radian: a thousandth of what gravity does is not linear
+    assert upright == pytest.approx(power(0.2, F, I + 0.003**2, K - 9.81 * 0.003), rel=1e-4)
+
+
+def test_what_has_no_cycle_is_not_a_number(driven):
+    """Without a spring the steady part of the torque turns the body on and on, faster and faster without a damper."""
+    found = sweep(driven, {"c": [0.0, 0.1]}, ["k=0"], rtol=1e-6)
+    assert found["status"].values[0] == "NO_PERIOD"
+    assert np.isnan(found["power"].values[0])
+    assert float(found["power"].values[1]) == pytest.approx(0.01**2 / 0.1 + power(0.1, F, stiffness=0.0), rel=1e-5)
+
+
+def test_a_count_alone_is_an_axis():
+    """The rigid paddle strokes evenly: no thrust."""
+    found = sweep("paddle", {"N": [0]}, ["A=60deg", "f=0.7Hz"], samples=33)
+    assert found["force"].dims == ("N", "axis")
+    assert abs(float(found["force"].sel(N=0, axis="y"))) < 1e-9
+
+
+def test_points_of_another_kind_are_refused(driven):
+    with pytest.raises(InputError, match="free to do without end"):
+        sweep(driven, {"k": [0.0, K]})
+
+
+@pytest.mark.slow
+def test_members_of_a_family_stand_side_by_side():
+    """A stiff plate rows to and fro alike: no thrust. With a hinge that gives way to one side it has some."""
+    found = sweep("paddle", {"N": [0, 1], "A": [np.radians(60)]}, ["f=0.9Hz"], rtol=1e-5)
+    assert found["force"].dims == ("N", "A", "axis")
+    thrust = -found["force"].sel(axis="y").values[:, 0]
+    assert abs(thrust[0]) < 1e-9
+    assert 0.2 < thrust[1] < 0.4
+    assert np.isnan(found["hinge_stress_peak"].sel(N=0, part="segment1")).all()
+    assert (found["hinge_stress_peak"].sel(N=1, part="segment1") > 1e4).all()
+
+
+def test_a_sweep_goes_on_where_it_was_stopped(driven, tmp_path, monkeypatch):
+    grid = {"c": np.linspace(0.22, 0.28, 30).tolist(), "f": FREQUENCY}
+    whole = sweep(driven, grid, workers=1)
+    computed = []
+    solve = Points.solved
+    monkeypatch.setattr(Points, "solved", lambda self, span: computed.append(span) or solve(self, span))
+    stopped = sweep(driven, grid, folder=tmp_path / "parts", progress=lambda share: False, workers=1)
+    assert (stopped["status"] == "CANCELLED").any()
+    assert np.isnan(stopped["power"].where(stopped["status"] == "CANCELLED")).all()
+    assert len(computed) < 3
+    again = sweep(driven, grid, folder=tmp_path / "parts", workers=1)
+    assert len(computed) == 3
+    assert again.drop_attrs().identical(whole.drop_attrs())
+    with pytest.raises(InputError, match="holds parts of another sweep"):
+        sweep(driven, {"f": FREQUENCY}, folder=tmp_path / "parts")
+    monkeypatch.setattr(
+        sys.modules[Points.__module__.replace("points", "sweep")], "provenance", lambda settings: {"nectosome": "0"}
+    )
+    with pytest.raises(InputError, match="holds parts of another sweep"):
+        sweep(driven, grid, folder=tmp_path / "parts")
+
+
+def test_a_structure_that_a_stopped_sweep_did_not_come_to_is_cancelled():
+    found = sweep("paddle", {"N": [0, 1]}, samples=33, progress=lambda share: False, workers=1)
+    assert found["status"].values.tolist() == ["SETTLED", "CANCELLED"]
+    assert np.isfinite(found["power"].values[0])
+    assert np.isnan(found["power"].values[1])
+
+
+def test_what_else_lies_in_the_folder_of_parts_stays(tmp_path):
+    for name in ("part-00000.npz", "part-of-my-thesis.txt"):
+        (tmp_path / name).write_text("")
+    forget(tmp_path)
+    assert [file.name for file in tmp_path.iterdir()] == ["part-of-my-thesis.txt"]
+    (tmp_path / "part-of-my-thesis.txt").unlink()
+    forget(tmp_path)
+    assert not tmp_path.exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("A=30:75:15deg", np.radians([30, 45, 60, 75])),
+        ("A=30deg", np.radians([30])),
+        ("A = 0.5, 1 rad", [0.5, 1.0]),
+        ("f=0.3:1.3:0.1Hz", [0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3]),
+        ("f=1.3:0.9:-0.2Hz", [1.3, 1.1, 0.9]),
+        ("Cn=1,1.2", [1.0, 1.2]),
+        ("N=1:3:1", [1, 2, 3]),
+        ("N=0,5", [0, 5]),
+    ],
+)
+def test_axes_are_read(text, values):
+    found = read_axis(text, describe("paddle"))
+    assert isinstance(found, Axis)
+    np.testing.assert_allclose(found.values, values, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("A", "is no axis"),
+        ("A=", "is no axis"),
+        ("=1,2", "is no axis"),
+        ("A=30:75deg", "is no axis"),
+        ("A=thirty deg", "is no axis"),
+        ("A=30:75:0deg", "leads nowhere"),
+        ("A=30:75:-5deg", "leads nowhere"),
+        ("f=0:1:1e-9Hz", "too fine"),
+        ("A=30,30deg", "takes a value twice"),
+        ("A=30,45", "has no unit"),
+        ("A=30,45kg", "Angle expected|angle"),
+        ("f=-1,1Hz", "at least|out of range|more than"),
+        ("B=1,2", 'no quantity called "B"'),
+        ("N=1.5", "is a count"),
+        ("N=1,2deg", "is a count"),
+    ],
+)
+def test_wrong_axes_are_told(text, message):
+    with pytest.raises(InputError, match=message):
+        read_axis(text, describe("paddle"))
+
+
+def test_wrong_sweeps_are_told(driven):
+    with pytest.raises(InputError, match="nothing to sweep over"):
+        sweep(driven, {})
+    with pytest.raises(InputError, match="only a family"):
+        sweep(driven, {"N": [1]})
+    with pytest.raises(InputError, match="takes no value"):
+        sweep(driven, {"f": []})
+    path = resolve(driven, "f")[0]
+    with pytest.raises(InputError, match=f"f and {path} both set {path}"):
+        sweep(driven, {"f": [1.0], path: [1.0, 2.0]})
+
+
+# a body that is pushed along and to and fro, and gains a thousandth of what it lacks in a period
+SLOW = """
+name: slow
+water: {density: 1000 kg/m3, gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: point
+  mass: 2 kg
+  joint:
+    kind: prismatic
+    axis: x
+    velocity: 0.9 m/s
+    damping: 2 mN s/m
+    force: {kind: sine, amplitude: 20 mN, offset: 2 mN, frequency: 1 Hz}
+aliases: {f: body.joint.force.frequency}
+"""
+
+
+def test_what_settles_slowly_is_not_taken_for_settled():
+    """Its mean speed is that of the mean force over the damping, 1 m/s, not the 0.9 m/s that it begins with."""
+    found = sweep(parse_robot(SLOW), {"f": [1.0, 2.0]})
+    np.testing.assert_allclose(found["speed"], 1.0, rtol=1e-4)

@@ -1,0 +1,208 @@
+"""Hysteresis and dynamics of a soft actuator from recordings: known parameters come back, and what cannot is said."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from nectosome.drives import Chain, SlewLimit, TransferFunction, evenly, respond, second_order
+from nectosome.identification import Misfit, identifiability
+from nectosome.identification.hysteresis.fit import HysteresisModel, PressureTrial, identify_hysteresis
+from nectosome.papers.fishtail.levenberg import identify_as_printed
+from nectosome.units import InputError
+from nectosome.units.ranges import Ranges
+
+DT, LARGEST, LIMIT = 5e-3, 6e4, 2.8e5
+SLOPES = 1e-7 * np.array([2.9, 4.5, 3.5, 3.4, 3.2, 3.5, 3.7, 3.9, 4.0])  # m/Pa
+FREQUENCY, DAMPING = 18.65, 1.008
+HYSTERESIS = evenly(np.append(np.diff(SLOPES), 0.0), LARGEST, SLOPES[0])
+PLANT = Chain((HYSTERESIS, second_order(*(jnp.asarray(x) for x in (1.0, FREQUENCY, DAMPING)))))
+TRUTH = np.array([FREQUENCY, DAMPING, *SLOPES])
+
+
+def waves(frequency):
+    """Four waves of 0.3 to 0.6 bar (eq. 1)."""
+    t = np.arange(0, 4 / frequency + DT / 2, DT)
+    j = np.minimum(np.floor(t * frequency + 1e-9), 3)
+    return 1e5 * (0.3 + 0.1 * j) * np.sin(2 * np.pi * frequency * (t - j / frequency))
+
+
+def recordings(plant=PLANT, noise=0.0, seed=0, frequencies=(0.25, 0.75, 1.5)):
+    rng, out = np.random.default_rng(seed), []
+    for frequency in frequencies:
+        p = waves(frequency)
+        y = np.asarray(respond(plant, p, DT))
+        out.append(PressureTrial(f"{frequency} Hz", DT, p, y + noise * rng.normal(size=len(p))))
+    return out
+
+
+def as_printed(trials, start=None):
+    return identify_as_printed(HysteresisModel(tuple(trials)), start)
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return recordings()
+
+
+@pytest.mark.parametrize("method", [identify_hysteresis, as_printed])
+def test_what_made_the_data_is_found(clean, method):
+    """The fit's filters and the block share no code but the plays: they agree to rounding."""
+    found = method(clean)
+    np.testing.assert_allclose([*found.theta.values(), *found.slopes], TRUTH, rtol=1e-5)
+    assert found.noise < 1e-8
+    y = respond(found.block(), clean[0].pressure, DT)
+    np.testing.assert_allclose(y, clean[0].displacement, atol=1e-6 * np.abs(clean[0].displacement).max())
+
+
+@pytest.mark.parametrize("method", [identify_hysteresis, as_printed])
+def test_all_of_twenty_random_starts_come_to_the_same(method):
+    trials = recordings(noise=5e-5)
+    ranges = HysteresisModel(tuple(trials)).ranges
+    best = method(trials)
+    for u in np.random.default_rng(7).uniform(0.1, 0.9, size=(20, 2)):
+        found = method(trials, start=ranges.values(u))
+        np.testing.assert_allclose(found.slopes, best.slopes, rtol=1e-3)
+        assert found.noise == pytest.approx(best.noise, rel=1e-6)
+    assert best.noise == pytest.approx(5e-5, rel=0.05)
+
+
+def test_intervals_cover_the_truth():
+    """11 parameters, 40 draws of noise: 95 % of the intervals, within three standard errors of correlated counts."""
+    hits = []
+    for seed in range(40):
+        told = identify_hysteresis(recordings(noise=5e-5, seed=seed, frequencies=(0.75, 1.5))).intervals
+        hits += [one.low <= x <= one.high for one, x in zip(told.values(), TRUTH, strict=True)]
+    assert 0.90 < np.mean(hits) < 0.99
+
+
+@pytest.mark.parametrize("order", [1, 3, 4])
+def test_other_orders_are_found_too(order):
+    """One pole; one and a pair; two pairs."""
+    one, pair, fast = [1.0, 30.0], [1.0, 0.8 * FREQUENCY, FREQUENCY**2], [1.0, 40.0, 60.0**2]
+    parts = {1: [one], 3: [pair, one], 4: [pair, fast]}[order]
+    below = np.array([1.0])
+    for part in parts:
+        below = np.polymul(below, part)
+    plant = Chain((HYSTERESIS, TransferFunction(jnp.asarray(below[-1:]), jnp.asarray(below))))
+    found = identify_hysteresis(recordings(plant), order=order)
+    wanted = {
+        1: {"frequency1": 30.0},
+        3: {"frequency1": FREQUENCY, "damping1": 0.4, "frequency2": 30.0},
+        4: {"frequency1": FREQUENCY, "damping1": 0.4, "frequency2": 60.0, "damping2": 1 / 3},
+    }[order]
+    assert found.theta == pytest.approx(wanted, rel=1e-4)
+    np.testing.assert_allclose(found.slopes, SLOPES, rtol=1e-4)
+
+
+def test_a_recording_may_begin_with_a_jump():
+    """Pressure that is on from the first sample: the plant starts from rest all the same."""
+    p = waves(0.75)[150:]
+    assert abs(p[0]) > 1e3
+    trials = [*recordings(frequencies=(1.5,)), PressureTrial("jump", DT, p, np.asarray(respond(PLANT, p, DT)))]
+    found = identify_hysteresis(trials)
+    np.testing.assert_allclose([*found.theta.values(), *found.slopes], TRUTH, rtol=1e-5)
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_slopes_are_those_of_differences(clean, order):
+    model = HysteresisModel((clean[2],), order, slew=True)
+    theta = model.start
+    theta[-1] = 0.5 * model.steepest
+    weights = SLOPES * np.linspace(1, 2, 9)
+    found = model.slopes(theta, weights)
+    for k in range(order):
+        h = 1e-6 * theta[k] * np.eye(len(theta))[k]
+        wanted = (model.basis(theta + h) - model.basis(theta - h)) @ weights / (2e-6 * theta[k])
+        np.testing.assert_allclose(found[:, k], wanted, atol=1e-5 * np.abs(wanted).max())
+
+
+@pytest.fixture(scope="module")
+def limited():
+    return recordings(Chain((SlewLimit(jnp.asarray(LIMIT)), *PLANT.blocks)), noise=5e-5)
+
+
+def test_a_slew_limit_is_found_and_else_spoils_the_fit(limited):
+    """What the valve holds back is taken for slow dynamics unless it is fitted too."""
+    with_limit, without = identify_hysteresis(limited, slew=True), identify_hysteresis(limited)
+    assert with_limit.theta["slew"] == pytest.approx(LIMIT, rel=2e-3)
+    assert with_limit.theta["frequency"] == pytest.approx(FREQUENCY, rel=5e-3)
+    assert with_limit.noise == pytest.approx(5e-5, rel=0.05)
+    assert not with_limit.warnings
+    assert without.theta["frequency"] < 0.9 * FREQUENCY
+    assert "no noise" in without.warnings[0]
+    y = respond(with_limit.block(), limited[2].pressure, DT)
+    assert np.std(y - limited[2].displacement) == pytest.approx(5e-5, rel=0.05)
+
+
+def test_that_there_is_no_slew_limit_is_told():
+    found = identify_hysteresis(recordings(noise=5e-5, frequencies=(0.75,)), slew=True)
+    assert any("no slew limit is seen" in text for text in found.warnings)
+
+
+def test_hysteresis_without_an_inverse_is_not_made_up(clean):
+    """A truth with a negative slope: the fit stays at 0 and says which one."""
+    slopes = SLOPES.copy()
+    slopes[4] = -1e-7
+    bad = Chain((evenly(np.append(np.diff(slopes), 0.0), LARGEST, slopes[0]), PLANT.blocks[1]))
+    found = identify_hysteresis(recordings(bad))
+    assert found.slopes[4] == 0
+    assert any("slopes 4 are at 0" in text for text in found.warnings)
+
+
+def test_of_the_papers_fourteen_numbers_eleven_are_told(clean):
+    """Ten weights, b0, a0, a1, a2: two of them only scale others, and the play of the largest pressure never moves."""
+    names = [*(f"c{k + 1}" for k in range(10)), "b0", "a0", "a1", "a2"]
+    printed = np.array([992.48, 560.65, -347.35, -27.09, -58.19, 83.87, 89.80, 71.84, 33.05, 71.23])
+    theta = np.array([*printed, 5.92, 205.21, 22.18, 0.59])
+
+    def at(row):
+        c, (b0, a0, a1, a2) = row[:10], row[10:]
+        plays = evenly(c[1:], LARGEST, c[0])
+        return Chain((plays, TransferFunction(jnp.array([b0 * 1e-8]), jnp.array([a2, a1, a0]))))
+
+    def residuals(rows):
+        return np.stack([np.concatenate([respond(at(row), x.pressure, DT) for x in clean]) for row in rows]) / 1e-7
+
+    ranges = Ranges(names, theta - np.abs(theta), theta + np.abs(theta))
+    told = identifiability(Misfit(residuals, ranges, step=1e-4), theta)
+    assert told.rank == 11
+    assert not told.told[9]
+    assert told.errors[9] == pytest.approx(1 / np.sqrt(12))
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"pressure": np.zeros(400)}, "the pressure is 0 throughout"),
+        ({"displacement": np.full(400, 0.1)}, "the displacement is 0.1 throughout"),
+        ({"displacement": np.zeros(300)}, "400 pressures and 300 displacements"),
+        ({"dt": 0.0}, "the samples are 0 s apart"),
+        ({"dt": np.nan}, "the samples are nan s apart"),
+        ({"pressure": np.where(np.arange(400) == 7, np.nan, 1.0 * np.arange(400))}, "no number at sample 8"),
+        ({"pressure": np.arange(20.0), "displacement": np.arange(20.0)}, "20 samples are too few"),
+    ],
+)
+def test_recordings_that_tell_nothing_are_refused(change, told):
+    good = PressureTrial("run.csv", DT, np.sin(np.arange(400) / 30), np.sin(np.arange(400) / 30 - 0.2))
+    with pytest.raises(InputError, match=told):
+        identify_hysteresis([good._replace(**change)])
+
+
+def test_a_displacement_of_the_other_sign_is_told(clean):
+    with pytest.raises(InputError, match="does not follow the pressure"):
+        identify_hysteresis([one._replace(displacement=-one.displacement) for one in clean])
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"order": 0}, "from 1 to 6"),
+        ({"start": [3.0]}, "frequency, damping are needed"),
+        ({"start": [1e9, 1.0]}, "is not between"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(clean, options, told):
+    with pytest.raises(InputError, match=told):
+        identify_hysteresis(clean, **options)
+    with pytest.raises(InputError, match="no recording"):
+        identify_hysteresis([])

@@ -1,0 +1,166 @@
+"""A robot brought to recordings: slopes and intervals against a hinge whose motion is known in closed form."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from tests.small_robots import DRIVEN, M0, F, I
+
+from nectosome.description import parse_robot
+from nectosome.description.variables import read_variable
+from nectosome.identification.robot.fit import fit_robot, robot_data
+from nectosome.identification.robot.misfit import RobotMisfit
+from nectosome.identification.robot.trials import read_compared, robot_trials
+from nectosome.model import build
+from nectosome.units import InputError
+
+K, C, NOISE = 0.75, 0.034, 2e-3  # N m/rad, N m s/rad, rad
+TIME = np.linspace(0.0, 4.0, 201)
+
+
+def angle(k, c, time=TIME):
+    """I q'' + c q' + k q = M0 sin(2 pi F t + 0.4) from rest."""
+    w = 2 * np.pi * F
+    steady = M0 * np.exp(0.4j) / (k - I * w**2 + 1j * w * c), np.conj(M0 * np.exp(0.4j)) / (k - I * w**2 - 1j * w * c)
+    forced = sum(s * a * np.exp(s * 1j * w * time) for s, a in zip((1, -1), steady, strict=True)) / 2j
+    root = np.sqrt(c**2 / (4 * I**2) - k / I + 0j)
+    poles = -c / (2 * I) + root, -c / (2 * I) - root
+    begun = sum(s * a for s, a in zip((1, -1), steady, strict=True)) / 2j
+    rate = 1j * w * sum(steady) / 2j
+    free = np.linalg.solve([[1, 1], poles], [-begun, -rate])
+    return (forced + free[0] * np.exp(poles[0] * time) + free[1] * np.exp(poles[1] * time)).real
+
+
+def recording(values, name="hinge", unit="rad", column="encoder", time=TIME, **conditions):
+    about = {"file": f"{name}.csv", "repairs": [], "odd": []}
+    coords = {"time": ("time", time)} | {k: ((), x, {"units": u}) for k, (x, u) in conditions.items()}
+    return xr.Dataset({column: ("time", values, {"units": unit})}, coords, {"provenance": json.dumps(about)})
+
+
+@pytest.fixture(scope="module")
+def hinge():
+    description = parse_robot(DRIVEN)
+    variables = [
+        read_variable("k", "0.5 N m/rad .. 1.2 N m/rad log", description),
+        read_variable("c", "0.01 N m s/rad .. 0.1 N m s/rad log", description),
+    ]
+    return description, variables, [read_compared("encoder=body.angle", build(description))]
+
+
+def trials_of(hinge, *recordings, **how):
+    return robot_trials(recordings, hinge[0], hinge[2], how.pop("inputs", {}), **how)
+
+
+def test_slopes_are_those_of_the_closed_form(hinge):
+    problem = RobotMisfit(trials_of(hinge, recording(angle(K, C))), hinge[1], hinge[2])
+    misfit, h = problem.misfit(np.array([1.0])), 1e-6
+    expected = np.stack([angle(K + h, C) - angle(K - h, C), angle(K, C + h) - angle(K, C - h)], axis=1) / (2 * h)
+    np.testing.assert_allclose(misfit.residuals(np.array([[K, C]])), 0, atol=4e-5)
+    np.testing.assert_allclose(misfit.jacobian(np.array([K, C])), expected, atol=2e-4 * np.abs(expected).max())
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say(hinge):
+    """Of 30 draws of noise 95 % intervals miss in more than 5 of 60 with a probability of 0.08 only."""
+    rng, missed, off = np.random.default_rng(0), 0, []
+    for _ in range(30):
+        trials = trials_of(hinge, recording(angle(K, C) + NOISE * rng.normal(size=TIME.size)))
+        found = fit_robot(hinge[0], hinge[1], trials, hinge[2], {})
+        assert found.errors[0] == pytest.approx(NOISE, rel=0.2)
+        ends = found.told.intervals()
+        missed += sum(not one.low < true < one.high for one, true in zip(ends, (K, C), strict=True))
+        off.append([(x - true) / (one.high - one.low) for x, true, one in zip(found.theta, (K, C), ends, strict=True)])
+    assert missed <= 5
+    assert np.all(np.abs(np.mean(off, axis=0)) < 0.15)
+
+
+def test_starts_come_to_one_end_and_what_was_held_out_is_predicted(hinge):
+    noise = NOISE * np.random.default_rng(1).normal(size=(2, TIME.size))
+    trials = trials_of(hinge, *(recording(angle(K, C) + e, n) for e, n in zip(noise, ("one", "other"), strict=True)))
+    found = fit_robot(hinge[0], hinge[1], trials[:1], hinge[2], {"encoder": NOISE}, starts=3)
+    assert (found.starts, found.agree, found.warnings) == (3, 3, ())
+    predicted = RobotMisfit(trials[1:], hinge[1], hinge[2]).computed(found.theta)
+    data = robot_data(found, [*zip(trials[1:], predicted, strict=True)])
+    assert data["used"].values.tolist() == ["train", "test"]
+    np.testing.assert_allclose(data["e_rmsp"], 100 * NOISE / np.ptp(angle(K, C)), rtol=0.2)
+    again = found.described(hinge[0])
+    assert again.body.joint.stiffness == found.theta[0] == pytest.approx(K, rel=0.01)
+
+
+def test_a_compass_may_jump_by_a_turn_and_count_from_elsewhere(hinge):
+    """It swings about north, where 0 and 360 deg meet."""
+    description, variables, _ = hinge
+    noise = NOISE * np.random.default_rng(2).normal(size=TIME.size)
+    compass = np.mod(angle(K, C) + noise, 2 * np.pi)
+    assert np.abs(np.diff(compass)).max() > 6
+    compass[50] = np.nan
+    compared = [read_compared("encoder=heading", build(description))]
+    trials = trials_of((description, variables, compared), recording(compass))
+    found = fit_robot(description, variables, trials, compared, {"encoder": NOISE})
+    np.testing.assert_allclose(found.theta, [K, C], rtol=0.02)
+    data = robot_data(found)
+    np.testing.assert_allclose(data["e_rmsp"], 100 * NOISE / np.ptp(angle(K, C)), rtol=0.2)
+    assert np.nanmax(np.abs(data["measured"] - data["computed"])) < 5 * NOISE
+
+
+def test_what_the_model_lacks_is_told(hinge):
+    lacking = angle(K, C) + 0.01 * np.sin(2 * np.pi * 0.4 * TIME)
+    found = fit_robot(hinge[0], hinge[1], trials_of(hinge, recording(lacking)), hinge[2], {"encoder": NOISE})
+    assert "hangs together" in found.warnings[0]
+    assert "times its standard error" in found.warnings[1]
+
+
+def test_recordings_may_have_gaps_other_lengths_and_a_first_part_that_is_skipped(hinge):
+    holes = np.where((TIME > 1) & (TIME < 1.5), np.nan, angle(K, C))
+    long = np.linspace(0.0, 5.0, 251)
+    given = recording(holes), recording(angle(K, C, long), "long", time=long + 7.0)
+    trials = trials_of(hinge, *given, skip=0.5)
+    assert trials[0].notes == ("24 values are missing and are not compared",)
+    assert np.isnan(trials[1].measured[0, :25]).all()
+    found = fit_robot(hinge[0], hinge[1], trials, hinge[2], {})
+    np.testing.assert_allclose(found.theta, [K, C], rtol=2e-4)
+
+
+def test_conditions_are_those_of_the_robot_and_columns_may_drive_it(hinge):
+    dense = np.linspace(0.0, 4.0, 801)
+    torque = M0 * np.sin(2 * np.pi * F * dense + 0.4)
+    driven = recording(angle(K, C, dense), time=dense).assign(pull=("time", torque, {"units": "N m"}))
+    trials = trials_of(hinge, driven, inputs={"pull": "body.joint.torque"})
+    computed = RobotMisfit(trials, hinge[1], hinge[2]).computed(np.array([K, C]))
+    np.testing.assert_allclose(computed[0][0], angle(K, C, dense), atol=5e-5)
+    stiffer = trials_of(hinge, recording(angle(K, C), k=(0.9, "N m/rad")))
+    assert stiffer[0].description.body.joint.stiffness == pytest.approx(0.9)
+
+
+MISTAKES = {
+    "has no time": lambda r: r.isel(time=0),
+    "is missing; there are turned": lambda r: r.rename(encoder="turned"),
+    "is in N, and body.angle in rad": lambda r: r.assign(encoder=r["encoder"].assign_attrs(units="N")),
+    "is the same all the time": lambda r: r.assign(encoder=0 * r["encoder"]),
+    "has no values": lambda r: r.assign(encoder=np.nan * r["encoder"]),
+    "has 1 value: nothing": lambda r: r.assign(encoder=r["encoder"].where(r["time"] == 1.0)),
+    "has 1 row; at least 10 are needed": lambda r: r.isel(time=slice(1)),
+    "3 values to compare": lambda r: r.assign(encoder=r["encoder"].where(r["time"] < 0.05)),
+    'there is nothing called "kk"': lambda r: r.assign_coords(kk=((), 1.0, {"units": "m"})),
+    "must be at least": lambda r: r.assign_coords(k=((), -1.0, {"units": "N m/rad"})),
+}
+
+
+@pytest.mark.parametrize("words", MISTAKES)
+def test_mistakes_in_recordings_are_told_with_their_file(hinge, words):
+    with pytest.raises(InputError, match=words) as told:
+        trials_of(hinge, MISTAKES[words](recording(angle(K, C))))
+    assert told.value.file == "hinge.csv"
+
+
+@pytest.mark.parametrize("path", ["body.joint.stiffness", "k"])
+def test_a_number_is_driven_by_no_recording(hinge, path):
+    with pytest.raises(InputError, match="is a number: no recording can drive it") as told:
+        trials_of(hinge, recording(angle(K, C)), inputs={"encoder": path})
+    assert told.value.field == path
+
+
+@pytest.mark.parametrize("text", ["encoder", "=body.angle", "encoder=", "encoder=body.angel", "encoder=-"])
+def test_what_is_compared_must_be_of_the_robot(text):
+    with pytest.raises(InputError):
+        read_compared(text, build(parse_robot(DRIVEN)))

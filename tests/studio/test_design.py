@@ -1,0 +1,127 @@
+"""The studio's tabs for design and maps in a browser: a search ends, is applied, cancelled; a point is loaded."""
+
+import numpy as np
+import pytest
+from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, count, nothing_left, said
+
+from nectosome.io import load_dataset
+from nectosome.studio.server import Studio
+
+OSCILLATOR = """
+name: oscillator
+water: {gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: box
+  length: 200 mm
+  width: 30 mm
+  height: 60 mm
+  mass: 1 kg
+  inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
+  joint:
+    kind: revolute
+    axis: z
+    stiffness: 0.03 N m/rad
+    damping: 0.02 N m s/rad
+    torque: {kind: sine, amplitude: 0.02 N m, frequency: 2 Hz}
+aliases: {M: [body.joint.torque.amplitude], c: [body.joint.damping]}
+"""
+PROBLEM = """
+variables: {M: 10 mN m .. 30 mN m, c: 10 mN m s/rad .. 40 mN m s/rad}
+objective: power
+constraints: [power >= 0.15 mW]
+"""
+
+pytestmark = NEEDS_CHROMIUM
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    root = tmp_path_factory.mktemp("studio")
+    (root / "oscillator.yaml").write_text(OSCILLATOR)
+    (root / "oscillator.design.yaml").write_text(PROBLEM)
+    return root
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as made:
+        yield made
+
+
+@pytest.fixture
+def page(folder, browser):
+    studio = Studio(str(folder / "oscillator.yaml"), folder, "127.0.0.1", 18_600)
+    made = browser.new_page(viewport={"width": 1000, "height": 1000})
+    made.set_default_timeout(PATIENCE)
+    made.goto(studio.address)
+    answered(made, 1)
+    made.get_by_role("button", name="Pause").click()
+    yield made
+    made.close()
+    studio.close()
+
+
+def power(page) -> float:
+    """As the studio shows it [mW]."""
+    return float(page.inner_text("#studio-power"))
+
+
+def press(page, name: str) -> None:
+    page.get_by_role("button", name=name).click()
+
+
+def test_a_search_comes_to_its_end_and_its_best_design_is_applied(page, folder):
+    before = count(page)
+    press(page, "Start search")
+    page.get_by_text("evaluations, ended").wait_for()
+    page.locator(".js-plotly-plot .scatterlayer path").first.wait_for(state="attached")
+    page.screenshot(path=str(folder / "design.png"))
+    assert count(page) == before
+    assert nothing_left()
+    press(page, "Apply best")
+    answered(page, before + 1)
+    assert power(page) == pytest.approx(0.15, rel=1e-3)  # the limit; the sliders stood at 0.2 mW
+
+
+def test_a_search_is_cancelled_and_one_ends_with_its_tab(page):
+    box = page.locator("textarea:visible:right-of(:text-is('Limits'))").first
+    box.fill("pawer <= 3 W")
+    press(page, "Start search")
+    said(page, "is no quantity of a motion")
+    box.fill("")
+    for end in (lambda: press(page, "Cancel"), page.close):
+        press(page, "Start search")
+        page.get_by_text("search: ").wait_for()
+        end()
+        assert nothing_left()
+
+
+def test_a_click_on_a_map_loads_its_point_and_the_map_is_saved_and_opened(page, folder):
+    before = count(page)
+    page.get_by_role("tab", name="Map").click()
+    page.locator("input[value^='M=']").fill("M=10,20 mN m")
+    page.locator("input[value^='c=']").fill("c=20:30:10 mN m s/rad")
+    press(page, "Compute map")
+    page.locator("input[value='speed']:visible").first.click()
+    page.get_by_role("option", name="power").click()
+    field = page.locator(".js-plotly-plot .nsewdrag:visible").first
+    for x, y, damping, torque in ((0.75, 0.75, 30, 10), (0.25, 0.25, 20, 20)):
+        box = field.bounding_box()
+        assert box is not None
+        at = box["x"] + x * box["width"], box["y"] + y * box["height"]
+        page.mouse.move(*at, steps=5)
+        page.wait_for_timeout(300)  # the figure hears of the pointer ten times a second
+        page.mouse.click(*at)
+        before += 1
+        answered(page, before)
+        for value in (damping, torque):
+            assert page.locator(f"input[value='{value}']:visible").count() > 0
+    page.screenshot(path=str(folder / "map.png"))
+    press(page, "Save map")
+    said(page, "saved map.nc")
+    found = load_dataset(folder / "map.nc")
+    assert found["power"].sel(M=0.02, c=0.02) == pytest.approx(1e-3 * power(page), rel=1e-3)
+    np.testing.assert_allclose(found["power"][0], found["power"][1] / 4, rtol=1e-3)
+    press(page, "Open map")
+    page.wait_for_function("document.querySelectorAll('.js-plotly-plot .heatmaplayer image').length === 1")

@@ -1,0 +1,417 @@
+import asyncio
+import contextlib
+import http.client
+import socket
+import threading
+import time
+
+import msgspec
+import pytest
+import viser
+import viser._viser
+import websockets.asyncio.server
+import zstandard
+from viser import _messages as messages
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+from nectosome.units import InputError
+from nectosome.view.stage import uploads
+from nectosome.view.stage.gate import Gate, _serving, guarded_server
+
+LOCAL, REMOTE = Gate(), Gate("0.0.0.0", "right-token")
+COOKIE = "nectosome-8080=right-token"
+CAMERA = messages.ViewerCameraMessage((1, 0, 0, 0), (0, 0, 1), 1.0, 0.1, 10.0, 9, 16, (0, 0, 0), (0, 0, 1))
+
+
+def status(gate, path="/", **headers):
+    """What is answered at port 8080, None where viser answers; `_` in a header's name stands for `-`."""
+    headers = {"Host": "localhost:8080", **headers}
+    answer = gate.check(Headers({k.replace("_", "-"): v for k, v in headers.items() if v is not None}), path, 8080)
+    return answer and answer.status
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1:8080", "localhost:8080", "LocalHost:8080", "[::1]:8080"])
+def test_this_machine_may_come_in_under_its_own_names(host):
+    assert status(LOCAL, Host=host) is None
+    assert status(LOCAL, Host=host, Upgrade="websocket", Origin=f"http://{host}") is None
+
+
+@pytest.mark.parametrize(
+    "host",
+    [
+        None,
+        "",
+        "evil.example:8080",
+        "127.0.0.1:8081",
+        "127.0.0.1",
+        "localhost:8080.evil.example",
+        "127.0.0.1:8080@evil",
+    ],
+)
+def test_a_name_that_someone_gave_this_address_is_refused(host):
+    assert status(LOCAL, Host=host) == 403
+    assert status(LOCAL, Host=host, Upgrade="websocket", Origin=f"http://{host}") == 403
+
+
+@pytest.mark.parametrize("gate", [LOCAL, REMOTE])
+@pytest.mark.parametrize(
+    "origin",
+    [None, "null", "http://evil.example", "https://localhost:8080", "http://localhost:8081", "http://localhost:8080/"],
+)
+def test_a_websocket_of_another_page_or_of_no_page_is_refused(gate, origin):
+    assert status(gate, Upgrade="websocket", Origin=origin, Cookie=COOKIE) == 403
+    assert status(gate, Upgrade="WebSocket", Origin=origin, Cookie=COOKIE) == 403
+    assert status(gate, Upgrade="websocket", Origin="http://localhost:8080", Cookie=COOKIE) is None
+
+
+def test_a_page_of_another_origin_may_not_even_read():
+    assert status(LOCAL, Origin="http://evil.example") == 403
+    assert status(LOCAL, Origin="http://localhost:8080") is None
+
+
+@pytest.mark.parametrize("name", ["Host", "Origin"])
+def test_a_header_given_twice_counts_for_nothing(name):
+    headers = Headers(Host="localhost:8080", Origin="http://localhost:8080", Upgrade="websocket")
+    assert LOCAL.check(headers, "/", 8080) is None
+    headers[name] = headers[name]  # adds another one
+    assert LOCAL.check(headers, "/", 8080).status == 403
+
+
+@pytest.mark.parametrize(
+    "path", ["/?websocket=ws://evil.example", "/?playbackPath=http://evil.example/x", "/?x?y", "//evil?x"]
+)
+def test_the_page_is_not_served_with_orders_in_its_address(path):
+    """viser's page connects to whatever server `?websocket=` names, and runs what that sends, in our origin."""
+    answer = LOCAL.check(Headers(Host="localhost:8080"), path, 8080)
+    assert ("Refresh", "0; url=/") in answer.headers and "evil" not in repr(answer)
+
+
+@pytest.mark.parametrize(
+    "query", ["", "?token=", "?token=wrong", "?token=right-toke", "?token=right-token%00", "?token=%ff"]
+)
+@pytest.mark.parametrize(
+    "cookie", [None, "nectosome-8080=", "nectosome-8080=wrong", "nectosome-8081=right-token", "=;;=="]
+)
+def test_nobody_comes_in_from_elsewhere_without_the_token(query, cookie):
+    assert status(REMOTE, "/" + query, Cookie=cookie) == 403
+    assert status(REMOTE, "/" + query, Cookie=cookie, Upgrade="websocket", Origin="http://localhost:8080") == 403
+
+
+def test_the_token_makes_a_cookie_which_opens_the_rest():
+    answer = REMOTE.check(Headers(Host="there:8080"), "/?token=right-token", 8080)
+    assert ("Set-Cookie", f"{COOKIE}; HttpOnly; SameSite=Strict; Path=/") in answer.headers
+    assert ("Refresh", "0; url=/") in answer.headers and "right-token" not in answer.sentence
+    assert status(REMOTE, Cookie=COOKIE) is None
+    assert status(REMOTE, Cookie=f'other={{"a": "b"}}; {COOKIE}') is None  # of another server on this host
+
+
+def test_a_websocket_needs_the_cookie_and_takes_no_token_in_its_address():
+    socket = {"Upgrade": "websocket", "Origin": "http://localhost:8080"}
+    assert status(REMOTE, "/?token=right-token", **socket) == 403
+    assert status(REMOTE, "/", Cookie=COOKIE, **socket) is None
+
+
+def test_a_token_is_made_where_others_can_reach():
+    assert Gate.at("localhost").token is None and Gate.at("127.0.0.1").address(8080) == "http://127.0.0.1:8080/"
+    first, second = Gate.at("192.0.2.1"), Gate.at("192.0.2.1")
+    assert len(first.token) >= 43 and first.token != second.token  # 32 bytes
+    assert first.address(8080) == f"http://192.0.2.1:8080/?token={first.token}"
+    assert Gate("::1").address(8080) == "http://[::1]:8080/"
+    for nothing in (None, ""):
+        with pytest.raises(InputError, match="token"):
+            Gate("192.0.2.1", nothing)
+
+
+def test_a_token_can_be_asked_for_on_this_machine_too():
+    gate = Gate("127.0.0.1", "right-token")
+    assert status(gate) == 403 and status(gate, Cookie=COOKIE) is None
+    assert status(gate, Cookie=COOKIE, Host="evil.example:8080") == 403
+
+
+# --- a server ---
+
+
+def serving(gate, port=0):
+    server = guarded_server(gate, port)
+    return contextlib.closing(type("Stops", (), {"close": lambda _: server.stop()})()), server
+
+
+@pytest.fixture(scope="module")
+def server():
+    stops, server = serving(LOCAL)
+    with stops:
+        yield server
+
+
+@pytest.fixture(scope="module")
+def closed():
+    """One that asks for a token."""
+    stops, server = serving(Gate("127.0.0.1", "right-token"))
+    with stops:
+        yield server
+
+
+def get(server, path="/", **headers):
+    """Status, headers and body; the path is sent as it is."""
+    connection = http.client.HTTPConnection("127.0.0.1", server.get_port(), timeout=5)
+    try:
+        connection.request("GET", path, headers=headers)
+        response = connection.getresponse()
+        return response.status, response.headers, response.read()
+    finally:
+        connection.close()
+
+
+def page(server, **headers):
+    """A websocket as viser's page opens it."""
+    where = f"127.0.0.1:{server.get_port()}"
+    headers = {"Origin": f"http://{where}", **headers}
+    return connect(
+        f"ws://{where}",
+        additional_headers={k: v for k, v in headers.items() if v is not None},
+        subprotocols=[f"viser-v{viser.__version__}"],
+        max_size=None,
+        proxy=None,
+    )
+
+
+def send(connection, message):
+    connection.send(msgspec.msgpack.encode(message.as_serializable_dict()))
+
+
+def test_viser_is_served_and_says_nothing(capfd, caplog):
+    stops, server = serving(LOCAL)
+    with stops:
+        socket.create_connection(("127.0.0.1", server.get_port())).close()  # browsers do so
+        code, headers, body = get(server)
+        assert code == 200 and b"viser" in body.lower()
+        assert headers["Content-Security-Policy"] == "frame-ancestors 'none'" and headers["Cache-Control"] == "no-store"
+        with page(server) as connection:
+            connection.recv(timeout=5)
+    assert not server._websock_server._server_thread.is_alive()
+    assert capfd.readouterr() == ("", "") and not caplog.records
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["/../../etc/passwd", "/%2e%2e%2f%2e%2e%2fetc/passwd", "/..\\..\\etc\\passwd", "//etc/passwd", "/etc/passwd%00"],
+)
+def test_nothing_but_the_page_is_served(server, path):
+    code, _, body = get(server, path)
+    assert code >= 400 and b"root:" not in body
+
+
+def test_refusals_come_through(server):
+    assert get(server, Host="evil.example")[0] == 403
+    assert get(server, Origin="http://evil.example")[0] == 403
+    _, headers, body = get(server, "/?websocket=ws://evil.example")
+    assert headers["Refresh"] == "0; url=/" and b"evil" not in body and b"viser" not in body.lower()
+    for bad in ({"Origin": None}, {"Origin": "http://evil.example"}, {"Host": "evil.example"}):
+        with pytest.raises(InvalidStatus, match="403"):
+            page(server, **bad)
+    with page(server) as connection:
+        assert connection.recv(timeout=5)
+
+
+def test_the_way_in_with_a_token(closed):
+    for path in ("/", "/?token=wrong", "/index.html"):
+        code, headers, body = get(closed, path)
+        assert code == 403 and b"?token=" in body and b"right-token" not in body and "Set-Cookie" not in headers
+    with pytest.raises(InvalidStatus, match="403"):
+        page(closed)
+    code, headers, body = get(closed, "/?token=right-token")
+    assert code == 200 and b"right-token" not in body and b"viser" not in body.lower()
+    cookie = headers["Set-Cookie"].partition(";")[0]
+    assert get(closed, Cookie=cookie)[0] == 200
+    with pytest.raises(InvalidStatus, match="403"):
+        page(closed, Cookie=cookie, Origin="http://evil.example")
+    with page(closed, Cookie=cookie) as connection:
+        assert connection.recv(timeout=5)
+
+
+def test_a_busy_port_is_passed_over_and_the_gate_knows(server):
+    stops, other = serving(LOCAL, server.get_port())
+    with stops:
+        assert other.get_port() > server.get_port()
+        assert get(other)[0] == 200
+        assert get(other, Host=f"localhost:{server.get_port()}")[0] == 403
+
+
+def test_a_host_that_is_not_here_is_told():
+    with pytest.raises(InputError, match=r"192\.0\.2\.1"):
+        guarded_server(Gate.at("192.0.2.1"), 0)
+    with pytest.raises(InputError, match="65535"):
+        guarded_server(LOCAL, 65536)
+
+
+def test_a_viser_that_starts_otherwise_is_stopped(monkeypatch):
+    real = websockets.asyncio.server.serve
+    started = []
+
+    class Otherwise(viser.infra.WebsockServer):
+        def start(self):
+            started.append(self)
+            websockets.asyncio.server.serve = real  # as if it had its own name for it
+            super().start()
+
+    monkeypatch.setattr(viser.infra, "WebsockServer", Otherwise)
+    with pytest.raises(RuntimeError, match="unknown way"):
+        guarded_server(LOCAL, 0)
+    assert websockets.asyncio.server.serve is real
+    started[0]._server_thread.join(5)
+    assert not started[0]._server_thread.is_alive()
+
+
+def test_servers_of_others_are_left_alone():
+    async def start(listening):
+        with _serving(LOCAL, listening) as guarded:
+            async with websockets.asyncio.server.serve(lambda connection: None, "127.0.0.1", 0) as other:
+                return guarded, other.sockets[0].getsockname()
+
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        guarded, name = asyncio.run(start(listening))
+        assert not guarded and name != listening.getsockname()
+
+
+# --- what pages send ---
+
+
+@pytest.fixture
+def button(server):
+    """An upload button, with the files that came in by it."""
+    handle = server.gui.add_upload_button("Open")
+    handle.files, handle.came = [], threading.Event()
+
+    @handle.on_upload
+    def _(event):
+        handle.files.append(event.target.value)
+        handle.came.set()
+
+    yield handle
+    handle.remove()
+
+
+def announce(button, size, parts, name="a.yaml", transfer="t"):
+    return messages.FileTransferStartUpload(button._impl.uuid, transfer, name, "", parts, size)
+
+
+def part(button, index, content, transfer="t"):
+    return messages.FileTransferPart(button._impl.uuid, transfer, index, content)
+
+
+def wait(condition, seconds=5.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+@contextlib.contextmanager
+def client(server):
+    """A page that has shown itself, so that viser counts it among its clients."""
+    with page(server) as connection:
+        send(connection, CAMERA)
+        wait(server.get_clients)
+        yield connection
+    wait(lambda: not server.get_clients())
+
+
+def heard(connection, kind, **fields):
+    """The next message of a kind, with such fields, that the page is sent."""
+    while True:
+        raw = connection.recv(timeout=5)
+        inner = zstandard.ZstdDecompressor().decompress(raw[16 : 16 + int.from_bytes(raw[8:16], "little")])
+        for message in msgspec.msgpack.decode(inner)["messages"]:
+            if message["type"] == kind and fields.items() <= message.items():
+                return message
+
+
+def settled(server, connection):
+    """Everything sent before has been dealt with: messages of a page are handled in order."""
+    before = server.get_clients().popitem()[1].camera.update_timestamp
+    send(connection, CAMERA)
+    wait(lambda: server.get_clients().popitem()[1].camera.update_timestamp > before)
+
+
+def test_a_file_comes_in(server, button):
+    with client(server) as connection:
+        send(connection, announce(button, 1500, 2))
+        send(connection, part(button, 0, b"a" * 1000))
+        send(connection, part(button, 1, b"b" * 500))
+        assert button.came.wait(5)
+    assert [(file.name, file.content) for file in button.files] == [("a.yaml", b"a" * 1000 + b"b" * 500)]
+
+
+def test_what_is_too_large_is_refused_before_it_comes_and_the_page_is_told(server, button, monkeypatch):
+    monkeypatch.setattr(uploads, "UPLOAD_LIMIT", 1000)
+    with client(server) as connection:
+        kept = server.gui._current_file_upload_states
+        for size, parts in ((1001, 1), (-1, 1), (10, 3), (10, -1)):
+            send(connection, announce(button, size, parts))
+            send(connection, part(button, 0, b"abc"))
+            settled(server, connection)
+            assert not kept
+        send(connection, announce(button, 600, 1, transfer="one"))
+        send(connection, announce(button, 600, 1, transfer="two"))  # together they are too large
+        settled(server, connection)
+        assert list(kept) == ["one"]
+        assert heard(connection, "FileTransferPartAck", transfer_uuid="t", total_bytes=-1)["transferred_bytes"] == 0
+        said = heard(connection, "NotificationUpdateMessage", uuid="upload-t")
+        assert "a.yaml" in said["props"]["body"] and "64 MiB" in said["props"]["body"]
+    assert not button.files and not kept  # the page is gone, and what it had begun
+
+
+@pytest.mark.parametrize("content", [b"abcdef", "abcde", [[0] * 100]])
+def test_more_than_was_announced_is_not_kept(server, button, content):
+    with client(server) as connection:
+        send(connection, announce(button, 5, 1))
+        message = part(button, 0, b"").as_serializable_dict() | {"content": content}
+        connection.send(msgspec.msgpack.encode(message))
+        settled(server, connection)
+        assert not server.gui._current_file_upload_states
+    assert not button.files
+
+
+def test_a_button_of_a_page_s_own_is_watched_too(server, monkeypatch):
+    monkeypatch.setattr(uploads, "UPLOAD_LIMIT", 1000)
+    with client(server) as connection:
+        gui = server.get_clients().popitem()[1].gui
+        handle = gui.add_upload_button("Mine")
+        send(connection, announce(handle, 1001, 1))
+        settled(server, connection)
+        assert not gui._current_file_upload_states
+        send(connection, announce(handle, 1000, 1))
+        settled(server, connection)
+        assert len(gui._current_file_upload_states) == 1
+
+
+def test_a_page_that_has_not_shown_itself_sends_no_file(server, button):
+    """viser would keep its parts for ever."""
+    with page(server) as connection:
+        send(connection, announce(button, 1500, 2))
+        send(connection, part(button, 0, b"abc"))
+        send(connection, CAMERA)
+        wait(server.get_clients)
+        assert not server.gui._current_file_upload_states
+    wait(lambda: not server.get_clients())
+
+
+def test_a_message_above_50_mib_is_refused_by_its_head(server):
+    with client(server) as connection, pytest.raises(ConnectionClosed) as closed:
+        connection.socket.sendall(b"\x82\xff" + (50 * 1024 * 1024 + 1).to_bytes(8) + b"mask")  # binary, and its length
+        while True:
+            connection.recv(timeout=5)
+    assert closed.value.rcvd.code == 1009  # too big
+
+
+def test_no_page_can_open_a_tunnel(server, monkeypatch):
+    opened = []
+    monkeypatch.setattr(viser._viser, "ViserTunnel", lambda *args: opened.append(args))
+    with client(server) as connection:
+        send(connection, messages.ShareUrlRequest())
+        send(connection, messages.ShareUrlDisconnect())
+        settled(server, connection)
+        wait(lambda: server._thread_executor._work_queue.empty())
+    assert server.request_share_url() is None and not opened

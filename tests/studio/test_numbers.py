@@ -1,0 +1,40 @@
+"""The small table of an answer's numbers."""
+
+import numpy as np
+
+from nectosome.studio.numbers import Numbers
+
+
+def test_numbers_stand_in_readable_units_with_a_history_of_their_own():
+    numbers = Numbers()
+    numbers.add({"speed": 0.5, "power": 2.0, "torque": np.nan})
+    numbers.add({"speed": 0.25, "power": 2.0, "torque": np.nan})
+    page = numbers.html([("steady <motion>", False)])
+    assert 'id="studio-speed">250</td>' in page
+    assert ">mm/s</td>" in page
+    assert "torque" not in page
+    assert "steady &lt;motion&gt;" in page
+    assert 'data-count="2"' in page
+    assert page.count("<polyline") == 2
+
+
+def test_what_was_never_known_has_no_row_whatever_lies_between():
+    numbers = Numbers()
+    for thrust in (0.0, np.nan, 0.0):
+        numbers.add({"thrust": thrust, "power": 1.0})
+    page = numbers.html([])
+    assert "thrust" not in page
+    assert "power" in page
+
+
+def test_of_another_robot_they_begin_anew():
+    numbers = Numbers()
+    numbers.add({"speed": 0.5})
+    numbers.forget()
+    assert "speed" not in numbers.html([("", False)])
+    numbers.add({"power": 1.0})
+    page = numbers.html([("steady", False), ("no", True)])
+    assert "speed" not in page
+    assert "<polyline" not in page
+    assert '#D55E00">no</div>' in page
+    assert page.count("#D55E00") == 1
