@@ -10,11 +10,11 @@ import jax.numpy as jnp
 import numba
 import numpy as np
 
-from nectosome.controllers import Controller, Loop, sine
+from nectosome.controllers import BlockLoop, Controller, sine
 from nectosome.drives import Chain, DeadTime, Sensor
 from nectosome.papers.fishtail.comparison import DT, REACH, actuator, controllers, kept, known_model
 from nectosome.papers.fishtail.plant import LARGEST, LIMIT
-from nectosome.rigs.sampling_loop import Law
+from nectosome.rigs.sampling_loop import ControlLaw
 
 from .paddle import timed
 
@@ -61,7 +61,7 @@ def main() -> None:
     pid = kept()["ff-pid"].pid(REACH)
     still = Sensor(*(jnp.asarray(x) for x in (0.0, -1.0, 1.0)))
     plant = actuator()
-    loop = Loop(Chain((DeadTime(jnp.asarray(_FINE), 1), *plant.blocks[1:])), still, _FINE, 1)
+    loop = BlockLoop(Chain((DeadTime(jnp.asarray(_FINE), 1), *plant.blocks[1:])), still, _FINE, 1)
     hysteresis, held = plant.blocks[-2], plant.blocks[-1].sampled(_FINE)
     gains = [float(x) for x in (pid.proportional, pid.integral, pid.derivative, pid.filtering)]
     numbers = [np.asarray(x) for x in (hysteresis.direct, hysteresis.thresholds, hysteresis.weights)]
@@ -77,7 +77,7 @@ def main() -> None:
     print("what a controller takes for a sample of 5 ms, as a rig calls it")
     reference = sine(6e-3, 0.2, 30.0, DT)
     for name, way in controllers(kept(), known_model()).items():
-        law = Law((way if isinstance(way, Controller) else way.first).planned(reference, DT))
+        law = ControlLaw((way if isinstance(way, Controller) else way.first).planned(reference, DT))
         law.begin(0.0)
         spent = np.empty(_SAMPLES)
         for k in range(_SAMPLES):

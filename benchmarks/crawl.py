@@ -14,12 +14,12 @@ import numba
 import numpy as np
 
 from nectosome.description import get_value
-from nectosome.identification.gait.batch import Walks
 from nectosome.identification.gait.features import FEATURES
+from nectosome.identification.gait.walks import Walks
 from nectosome.mechanism import in_plane
 from nectosome.model import build
 from nectosome.robots import describe
-from nectosome.solve import pace
+from nectosome.solve import fixed_step
 
 from . import crawl_loop
 from .timing import once
@@ -59,7 +59,7 @@ def _alone() -> Callable[[], Any]:
     """One walk, compiled for one."""
     robot = build(describe("poseidrone_crawl"))
     zero, step, count = jnp.zeros(()), jnp.asarray(_STEP), round(_SECONDS / _STEP)
-    walk = jax.jit(lambda x: pace(in_plane(robot), zero, x, step, count, keep=lambda x: x.q))
+    walk = jax.jit(lambda x: fixed_step(in_plane(robot), zero, x, step, count, keep=lambda x: x.q))
     jax.block_until_ready(walk(robot.initial()))
     return lambda: walk(robot.initial())
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from nectosome.core import State, Status
 from nectosome.designs import MotionDesign, shipped_problem
-from nectosome.designs.plans import Found, judge, judge_with_slopes
+from nectosome.designs.plans import MotionQuantities, judge, judge_with_slopes
 from nectosome.mechanism import Robot
 from nectosome.model import build
 from nectosome.robots import describe
@@ -39,9 +39,11 @@ class Swimmers(NamedTuple):
 
     robot: Callable[[np.ndarray], Robot]
     rest: State
-    outputs: Callable[..., tuple[jax.Array, Found]]  # (u, guess, warm) -> speed [m/s] and torque [N m], solution
-    slopes: Callable[..., tuple[jax.Array, Found]]  # of these two by u [2, 5]
-    many: Callable[..., tuple[jax.Array, Found]]  # outputs of designs [n, 5], one after another
+    outputs: Callable[
+        ..., tuple[jax.Array, MotionQuantities]
+    ]  # (u, guess, warm) -> speed [m/s] and torque [N m], solution
+    slopes: Callable[..., tuple[jax.Array, MotionQuantities]]  # of these two by u [2, 5]
+    many: Callable[..., tuple[jax.Array, MotionQuantities]]  # outputs of designs [n, 5], one after another
 
 
 @cache
@@ -50,11 +52,11 @@ def swimmers() -> Swimmers:
     plan, numbers = t.plan()
     assert plan.used[:2] == ("speed", "torque")
 
-    def outputs(u: jax.Array, guess: State, warm: jax.Array) -> tuple[jax.Array, Found]:
+    def outputs(u: jax.Array, guess: State, warm: jax.Array) -> tuple[jax.Array, MotionQuantities]:
         found, _ = judge(plan, numbers, u, guess, warm)
         return found.quantities[:2], found
 
-    def slopes(u: jax.Array, guess: State, warm: jax.Array) -> tuple[jax.Array, Found]:
+    def slopes(u: jax.Array, guess: State, warm: jax.Array) -> tuple[jax.Array, MotionQuantities]:
         found, slopes = judge_with_slopes(plan, numbers, u, guess, warm)
         return slopes[:2], found
 

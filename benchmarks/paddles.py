@@ -17,10 +17,10 @@ from mujoco.rollout import Rollout
 from nectosome.core.remember import remembered
 from nectosome.description import RobotDescription, resolve
 from nectosome.mechanism import in_plane
-from nectosome.model import Blueprint, blueprint_of, build, fill
+from nectosome.model import Template, build, instantiate, template_of
 from nectosome.robots import describe
 from nectosome.solve import simulate
-from nectosome.solve.integrate import Settings, begin, march
+from nectosome.solve.integrate import Settings, begin, integrate
 
 SECONDS = 8.0
 SAMPLE = 0.1  # s
@@ -57,7 +57,7 @@ def some_here(hinges: int, grid: np.ndarray, rtol: float, lanes: int, threads: i
     """Paddles with amplitudes [rad] and frequencies [Hz] of the grid [n, 2], so many side by side in each thread."""
     description = described(hinges)
     paths = [*resolve(description, "A"), *resolve(description, "f")]
-    blueprint, base = blueprint_of(description, tuple(paths))
+    blueprint, base = template_of(description, tuple(paths))
     numbers = np.tile(np.asarray(base), (len(grid), 1))
     numbers[:, [blueprint.paths.index(path) for path in paths]] = grid
     order = np.argsort(grid[:, 1], kind="stable")  # robots of like frequencies take like steps
@@ -78,14 +78,14 @@ def some_here(hinges: int, grid: np.ndarray, rtol: float, lanes: int, threads: i
     return run
 
 
-def _side_by_side(blueprint: Blueprint, numbers: jax.Array, times: jax.Array, rtol: jax.Array) -> jax.Array:
+def _side_by_side(blueprint: Template, numbers: jax.Array, times: jax.Array, rtol: jax.Array) -> jax.Array:
     """Angles of the hinges [robots, k, hinges]."""
     settings = Settings("explicit", rtol, 1e-2 * rtol, jnp.asarray(1_000_000))
 
     def one(numbers: jax.Array) -> jax.Array:
-        robot = fill(blueprint, numbers)
+        robot = instantiate(blueprint, numbers)
         start = begin(jnp.asarray(0.0), robot.initial(), settings, jnp.asarray(1e-3))
-        return march(in_plane(robot), start, times, settings)[1].q
+        return integrate(in_plane(robot), start, times, settings)[1].q
 
     return jax.vmap(one)(numbers)
 

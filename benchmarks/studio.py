@@ -22,7 +22,7 @@ from playwright.sync_api import Page, sync_playwright
 from tests.studio_page import CHROMIUM, FLAGS
 
 from nectosome.description import RobotDescription
-from nectosome.studio.answers import Answer, Solver
+from nectosome.studio.answers import Answer, AnswerSolver
 from nectosome.studio.server import Studio
 
 APART = 0.5  # s
@@ -62,7 +62,7 @@ def main() -> None:
             times = {"playing, single": _press(page, knob, apart=APART), "playing, in a row": _press(page, knob)}
             page.get_by_role("button", name="Pause").click()
             times |= {"paused, single": _press(page, knob, apart=APART), "paused, in a row": _press(page, knob)}
-            with patch.object(Solver, "__call__", _known(Solver.__call__)):
+            with patch.object(AnswerSolver, "__call__", _known(AnswerSolver.__call__)):
                 _press(page, knob, 2)
                 times["known, single"] = _press(page, knob, apart=APART)
             page.close()
@@ -75,11 +75,13 @@ def main() -> None:
         browser.close()
 
 
-def _known(solve: Callable[[Solver, RobotDescription], Answer]) -> Callable[[Solver, RobotDescription], Answer]:
+def _known(
+    solve: Callable[[AnswerSolver, RobotDescription], Answer],
+) -> Callable[[AnswerSolver, RobotDescription], Answer]:
     """A solver that works out each answer once."""
     kept: dict[str, Answer] = {}
 
-    def known(solver: Solver, robot: RobotDescription) -> Answer:
+    def known(solver: AnswerSolver, robot: RobotDescription) -> Answer:
         key = robot.model_dump_json()
         if key not in kept:
             kept[key] = solve(solver, robot)

@@ -12,7 +12,7 @@ import av
 import cv2
 import numpy as np
 
-from nectosome.papers.track.render import Camera, Film, Floor, Lens, Paddle, PaddleScene, write_clip
+from nectosome.papers.track.render import Film, Floor, Paddle, PaddleScene, RenderCamera, RenderLens, write_clip
 from nectosome.vision.video import Clip, SegmentSheet, track_segments
 
 _SIZE, _RATE, _FRAMES, _REPEATS, _MINUTES = (1280, 720), 30, 120, 5, 10
@@ -70,7 +70,7 @@ def repeated(path, longer, times):
 
 
 def main() -> None:
-    camera = Camera(_SIZE, Lens(1000.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
+    camera = RenderCamera(_SIZE, RenderLens(1000.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
     film = Film(_RATE, defocus=0.6, grain=2.0)
     scene = PaddleScene(camera, film, ends, Paddle(_COLOURS, 0.006), Floor(-0.3))
     with tempfile.TemporaryDirectory() as folder:

@@ -23,7 +23,7 @@ from nectosome.description.plain_data import to_plain
 from nectosome.description.structure import Slot, slot
 from nectosome.designs import QUANTITIES
 from nectosome.io import load_dataset
-from nectosome.papers.gallery.entries import ENTRIES, Entry
+from nectosome.papers.gallery.entries import ENTRIES, GalleryEntry
 from nectosome.units import DIMENSIONS
 
 ROOT = Path(__file__).parents[1]
@@ -303,7 +303,7 @@ def renew_gallery(rows: list[dict[str, Any]]) -> None:
     (ROOT / "docs" / "gallery_robots.md").write_text(f"{sections}\n", encoding="utf-8")
 
 
-def section(entry: Entry, run: Mapping[str, Any], rows: Mapping[str, dict[str, Any]]) -> str:
+def section(entry: GalleryEntry, run: Mapping[str, Any], rows: Mapping[str, dict[str, Any]]) -> str:
     """A robot with its picture, the numbers of its run, and what holds it against published numbers."""
     heads = "| speed (m/s) | power (W) | cost of transport | frequency (Hz) | swam (s) | computed in (s) |"
     row = [run[key] for key in ("speed", "power", "cost-of-transport", "frequency")]

@@ -21,7 +21,7 @@ for size, deflection in ELASTICA.items():
     robot = ns.build(ns.apply_settings(cantilever, [f"P={load!r}N"]))
 
     # run: static equilibrium
-    solution = ns.static(robot)
+    solution = ns.load_stepping(robot)
 
     # print: where the last station of the rod came
     x = solution.value

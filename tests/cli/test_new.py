@@ -6,7 +6,7 @@ import pytest
 
 from nectosome.description import load_robot
 from nectosome.robots import describe
-from nectosome.robots.shipped import template_names, template_of
+from nectosome.robots.shipped import starter_names, starter_of
 
 URDF = """<robot name="arm"><link name="base"/>
 <link name="tip"><inertial><mass value="0.5"/>
@@ -20,15 +20,15 @@ def test_all_are_listed_with_what_they_are(nectosome):
     answer = nectosome("new")
     assert (answer.code, answer.err) == (0, "")
     listed = [line.split()[0] for line in answer.out.splitlines()[1:] if not line.startswith(" ")]
-    assert listed == [*template_names(), "beetle", "beetle1", "beetle_free", "flagella4", "paddle2"]
+    assert listed == [*starter_names(), "beetle", "beetle1", "beetle_free", "flagella4", "paddle2"]
     assert "A stiff body with a soft tail that a servo swings" in answer.out
 
 
-@pytest.mark.parametrize("name", template_names())
+@pytest.mark.parametrize("name", starter_names())
 def test_a_template_is_written_as_it_ships(nectosome, name):
     answer = nectosome("new", name)
     assert (answer.code, answer.out) == (0, "")
-    assert Path(f"{name}.yaml").read_text() == template_of(name).read_text()
+    assert Path(f"{name}.yaml").read_text() == starter_of(name).read_text()
     assert load_robot(f"{name}.yaml").about
 
 

@@ -5,12 +5,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from nectosome.controllers import HystereticModel, Loop, Reach, hysteretic
+from nectosome.controllers import ActuatorLimits, BlockLoop, HystereticModel, hysteretic
 from nectosome.drives import Chain, DeadTime, PrandtlIshlinskii, Sensor, TransferFunction, evenly, second_order
 
 DT = 0.01
 FREE = jnp.asarray(jnp.inf)
-UNLIMITED = Reach(-FREE, FREE, FREE)
+UNLIMITED = ActuatorLimits(-FREE, FREE, FREE)
 
 
 def of(*numbers):
@@ -54,8 +54,8 @@ def late(block, delay: float, most: int = 400) -> Chain:
     return Chain((DeadTime(jnp.asarray(delay), most), block))
 
 
-def around(block, dt: float = DT, substeps: int = 2) -> Loop:
-    return Loop(block, quiet(), dt, substeps)
+def around(block, dt: float = DT, substeps: int = 2) -> BlockLoop:
+    return BlockLoop(block, quiet(), dt, substeps)
 
 
 @eqx.filter_jit

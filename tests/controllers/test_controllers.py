@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from simple_loops import DT, UNLIMITED, actuator, around, commands, model, of
 
-from nectosome.controllers import Controller, Reach
+from nectosome.controllers import ActuatorLimits, Controller
 from nectosome.units import InputError
 
 COUNT, LONGER = 60, 110
@@ -21,7 +21,7 @@ STEP = np.where(np.arange(200) < 20, 0.0, 0.6)
 
 
 def reach(u):
-    return Reach(*of(-1.5 * u, 1.6 * u, 20.0 * u))
+    return ActuatorLimits(*of(-1.5 * u, 1.6 * u, 20.0 * u))
 
 
 def pid(u, y, within=None):
@@ -163,13 +163,13 @@ def test_units_do_not_matter(name, u, y):
 
 @limited
 def test_without_limits_it_is_as_with_limits_that_are_not_met(name):
-    wide = Reach(*of(-50.0, 50.0, 1e4))
+    wide = ActuatorLimits(*of(-50.0, 50.0, 1e4))
     found = commands(example(name, within=wide).planned(REFERENCE, DT), np.full(LONGER, 0.1))
     assert np.ptp(found) > 0.5
     if name == "Predictive":
         with pytest.raises(InputError, match="two ends"):
             example(name, within=UNLIMITED).planned(REFERENCE, DT)
-        free = example(name, within=Reach(*of(-50.0, 50.0, np.inf)))
+        free = example(name, within=ActuatorLimits(*of(-50.0, 50.0, np.inf)))
     else:
         free = example(name, within=UNLIMITED)
     np.testing.assert_allclose(commands(free.planned(REFERENCE, DT), np.full(LONGER, 0.1)), found, rtol=1e-9)

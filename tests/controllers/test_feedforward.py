@@ -8,7 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from simple_loops import DT, UNLIMITED, around, dynamics, linear, model, of, plays
 
-from nectosome.controllers import Feedforward, Reach, check_reachable, eased, hysteretic, pid_of, sine, triangle
+from nectosome.controllers import (
+    ActuatorLimits,
+    Feedforward,
+    check_reachable,
+    eased,
+    hysteretic,
+    pid_of,
+    sine,
+    triangle,
+)
 from nectosome.controllers.feedforward import convolved, smoothing
 from nectosome.drives import Chain, DeadTime, TransferFunction, evenly, respond
 from nectosome.units import InputError
@@ -117,7 +126,7 @@ def test_what_has_no_inverse_is_refused():
         hysteretic(plays(), TransferFunction(*of([1.0], [1.0, 4.0, 6.0, 4.0, 1.0])), DT)
 
 
-REACH = Reach(*of(-1.5, 1.5, 30.0))
+REACH = ActuatorLimits(*of(-1.5, 1.5, 30.0))
 
 
 def test_what_is_out_of_reach_is_told_with_what_is_not():

@@ -8,21 +8,21 @@ import pytest
 from simple_loops import quiet
 
 from nectosome.controllers import (
-    Loop,
-    Measuring,
-    Reach,
-    follow,
-    gentler,
-    paced,
+    ActuatorLimits,
+    BlockLoop,
+    SensorModel,
+    detune,
     pid_of,
     relay_gains,
+    run_closed_loop,
     sine,
     smooth_pid,
     step_response,
+    time_scaled,
 )
 from nectosome.core import Status
 from nectosome.description import dump_robot, parse_robot
-from nectosome.model import Commanded
+from nectosome.model import SampledPlant
 from nectosome.view.saved import check_drawable, check_run
 
 MASS, DRAG, MOST, DT = 2.0, 4.0, 2.0, 0.05  # kg, N s/m, N, s
@@ -38,13 +38,13 @@ body:
   joint: {{kind: prismatic, axis: x, damping: {DRAG} N s/m, force: {{kind: constant, value: 0 N}}}}
 aliases: {{push: body.joint.force.value}}
 """)
-PI = pid_of([10.0, 20.0, 0.0], 0.0, Reach(*map(jnp.asarray, (-MOST, MOST, np.inf))))
+PI = pid_of([10.0, 20.0, 0.0], 0.0, ActuatorLimits(*map(jnp.asarray, (-MOST, MOST, np.inf))))
 
 
 @pytest.fixture(scope="module")
 def slide():
     """Its velocity answers as 1/(m s + c)."""
-    return Commanded(SLIDE, "push", "surge", DT, moments=2, rtol=1e-9, atol=1e-11)
+    return SampledPlant(SLIDE, "push", "surge", DT, moments=2, rtol=1e-9, atol=1e-11)
 
 
 def test_a_robot_answers_as_its_transfer_function_saturated_or_not(slide):
@@ -53,8 +53,8 @@ def test_a_robot_answers_as_its_transfer_function_saturated_or_not(slide):
 
     reference = sine(0.45, 0.4, 5.0, DT)
     plant = TransferFunction(jnp.asarray([1.0]), jnp.asarray([MASS, DRAG]))
-    exact = Loop(plant, quiet(), DT, substeps=1).run(PI, reference)
-    found = follow(slide, PI, reference)
+    exact = BlockLoop(plant, quiet(), DT, substeps=1).run(PI, reference)
+    found = run_closed_loop(slide, PI, reference)
     assert found.status == Status.SOLVED
     np.testing.assert_allclose(found.output, exact.output, atol=1e-8)
     np.testing.assert_allclose(found.command, exact.command, atol=1e-7)
@@ -64,7 +64,7 @@ def test_a_robot_answers_as_its_transfer_function_saturated_or_not(slide):
 
 def test_the_run_comes_with_moments_between_the_samples(slide):
     """Held force: v goes to u/c with exp(-c t/m), half a sample on too."""
-    found = follow(slide, PI, np.full(21, 0.3))
+    found = run_closed_loop(slide, PI, np.full(21, 0.3))
     track = found.track()
     assert dict(track.sizes) == {"sample": 21, "time": 41, "station": 1, "axis": 3}
     v, u = track["reading"].values, track["command"].values[:-1]
@@ -79,7 +79,7 @@ def test_the_run_comes_with_moments_between_the_samples(slide):
 
 def test_what_is_kept_is_a_run_like_any(slide):
     """From the first sample on; the held force is told as a drive, and all powers balance."""
-    found = follow(slide, PI, np.full(21, 0.3))
+    found = run_closed_loop(slide, PI, np.full(21, 0.3))
     data = found.to_dataset({"rate": 20.0})
     check_run(data, "kept")
     check_drawable(data, "kept")
@@ -95,10 +95,10 @@ def test_what_is_kept_is_a_run_like_any(slide):
 
 def test_a_delay_of_whole_samples_and_noise_are_what_the_controller_is_told(slide):
     reference = np.full(41, 0.2)
-    late = follow(slide, PI, reference, Measuring(delay=3 * DT))
+    late = run_closed_loop(slide, PI, reference, SensorModel(delay=3 * DT))
     np.testing.assert_allclose(late.measured[3:], late.output[:-3], atol=1e-12)
     np.testing.assert_allclose(late.measured[:3], late.output[0], atol=1e-12)
-    noisy = follow(slide, PI, reference, Measuring(noise=1e-3))
+    noisy = run_closed_loop(slide, PI, reference, SensorModel(noise=1e-3))
     error = noisy.measured - noisy.output
     assert 0.7e-3 < error.std() < 1.3e-3 and abs(error.mean()) < 0.5e-3
 
@@ -112,8 +112,8 @@ def test_gains_of_a_relay_have_the_sign_in_which_it_answers(slide):
     assert found.ultimate.period == pytest.approx(2 * DT)
     assert found.ultimate.gain == pytest.approx(4 / np.pi * swings, rel=0.05)  # of the first harmonic of a square
     assert (found.gains >= 0).all()
-    limits = Reach(*map(jnp.asarray, (-MOST, MOST, np.inf)))
-    answer = step_response(*_step(follow(slide, pid_of(found.gains, 0.0, limits), np.full(101, 0.3))))
+    limits = ActuatorLimits(*map(jnp.asarray, (-MOST, MOST, np.inf)))
+    answer = step_response(*_step(run_closed_loop(slide, pid_of(found.gains, 0.0, limits), np.full(101, 0.3))))
     assert answer is not None
     assert answer.overshoot < 0.05 and answer.settling < 1.0 and abs(answer.steady_error) < 1e-4
 
@@ -143,9 +143,9 @@ def test_a_gentler_pace_is_the_same_motion_stretched_in_time():
     free = parse_robot(dump_robot(SLIDE).replace(f"damping: {DRAG:g} N s/m", "damping: 0 N s/m"))
     gains, runs = np.array([8.0, 3.0, 6.0]), []
     for pace in (1.0, 0.5):
-        robot = Commanded(free, "push", "x", DT / pace, rtol=1e-9, atol=1e-11)
-        pid = smooth_pid(paced(gains, pace), -1e3, 1e3, robot.dt)
-        runs.append(follow(robot, pid, np.full(101, 0.1)).output)
+        robot = SampledPlant(free, "push", "x", DT / pace, rtol=1e-9, atol=1e-11)
+        pid = smooth_pid(time_scaled(gains, pace), -1e3, 1e3, robot.dt)
+        runs.append(run_closed_loop(robot, pid, np.full(101, 0.1)).output)
     assert 0.11 < runs[0].max() < 0.2
     np.testing.assert_allclose(runs[1], runs[0], atol=1e-9)
 
@@ -154,15 +154,15 @@ def test_gains_are_made_gentler_until_the_reference_is_followed_worse(slide):
     """Ten times what makes it swing with each sample is too much, a tenth is not."""
     wild, calm = (np.array([k, k, 0.0]) for k in (200.0, 4.0))
     reference = np.full(101, 0.3)
-    pace = gentler(slide, wild, -MOST, MOST, reference)
+    pace = detune(slide, wild, -MOST, MOST, reference)
     assert pace is not None and pace <= 0.5
-    assert gentler(slide, calm, -MOST, MOST, reference) == 1.0
-    assert gentler(slide, calm, -MOST, MOST, reference, progress=lambda share: share < 0.1) is None
+    assert detune(slide, calm, -MOST, MOST, reference) == 1.0
+    assert detune(slide, calm, -MOST, MOST, reference, progress=lambda share: share < 0.1) is None
 
 
 def test_a_run_that_is_cancelled_keeps_what_was_done(slide):
     told = []
-    found = follow(slide, PI, np.full(201, 0.1), progress=lambda share: told.append(share) or share < 0.5)
+    found = run_closed_loop(slide, PI, np.full(201, 0.1), progress=lambda share: told.append(share) or share < 0.5)
     assert found.status == Status.CANCELLED
     assert 90 < found.time.size < 110 and told[-1] >= 0.5
     assert found.reference.shape == found.command.shape == found.time.shape

@@ -8,13 +8,13 @@ import pytest
 from scipy.linalg import expm
 from simple_loops import DT, actuator, around, dynamics, late, of
 
-from nectosome.controllers import Loop, Reach, eased, pid_of, run_lanes, scattered, sine
+from nectosome.controllers import ActuatorLimits, BlockLoop, eased, perturbed, pid_of, run_batch, sine
 from nectosome.controllers.block_loop import held
 from nectosome.drives import Chain, Saturation, Sensor
 
 KP, KI, KD, TF = 1.5, 12.0, 0.05, 0.02
 LOW, HIGH, SLEW = -0.5, 0.8, 4.0
-LAW = pid_of([KP, KI, KD], TF, Reach(*of(LOW, HIGH, SLEW)))
+LAW = pid_of([KP, KI, KD], TF, ActuatorLimits(*of(LOW, HIGH, SLEW)))
 REFERENCE = eased(sine(0.8, 1.5, 1.5, DT), 0.3, DT) + 0.2
 NOISE = 0.05
 
@@ -68,9 +68,9 @@ def lanes():
     """Four loops whose actuators and seeds differ."""
     dead, *rest = actuator().blocks
     still = jax.tree.map(lambda x: jnp.broadcast_to(x, (4, *x.shape)), dead)
-    drawn = [scattered(block, 0.1, 4, k) for k, block in enumerate(rest)]
+    drawn = [perturbed(block, 0.1, 4, k) for k, block in enumerate(rest)]
     one = jnp.ones(4)
-    return Loop(Chain((still, *drawn)), Sensor(NOISE * one, -9 * one, 9 * one, jnp.arange(4)), DT, 2)
+    return BlockLoop(Chain((still, *drawn)), Sensor(NOISE * one, -9 * one, 9 * one, jnp.arange(4)), DT, 2)
 
 
 def lane(loops, k):
@@ -79,7 +79,7 @@ def lane(loops, k):
 
 def test_lanes_are_what_single_loops_are(lanes):
     regulator = LAW.planned(REFERENCE, DT)
-    found = run_lanes(lanes, regulator, REFERENCE)
+    found = run_batch(lanes, regulator, REFERENCE)
     for k in (0, 3):
         alone = lane(lanes, k).follow(regulator, REFERENCE)
         for both, single in zip(found, alone, strict=True):
@@ -91,7 +91,7 @@ def test_lanes_may_have_regulators_of_their_own(lanes):
     gains = jnp.linspace(0.5, 1.0, 4)
     laws = [eqx.tree_at(lambda one: one.integral, LAW, LAW.integral * g).planned(REFERENCE, DT) for g in gains]
     own = jax.tree.map(lambda *x: jnp.stack(x), *laws)
-    found = run_lanes(lanes, own, REFERENCE, own=True)
+    found = run_batch(lanes, own, REFERENCE, own=True)
     for k in (1, 2):
         alone = lane(lanes, k).follow(laws[k], REFERENCE)
         np.testing.assert_allclose(found.command[k], alone.command, rtol=1e-12, atol=1e-12)
@@ -108,15 +108,15 @@ def test_noise_is_that_of_the_sensor_and_of_its_seed(lanes):
     assert abs(np.mean(noise)) < 4 * NOISE / np.sqrt(n)
     assert abs(np.mean(noise[1:] * noise[:-1])) < 4 * NOISE**2 / np.sqrt(n)
     assert np.mean(np.abs(noise) < NOISE) == pytest.approx(0.6827, abs=4 * 0.466 / np.sqrt(n))
-    short = run_lanes(lanes, LAW.planned(REFERENCE, DT), REFERENCE)
+    short = run_batch(lanes, LAW.planned(REFERENCE, DT), REFERENCE)
     each = np.asarray(short.measured - short.output)
     assert np.abs(np.corrcoef(each) - np.eye(4)).max() < 5 / np.sqrt(len(REFERENCE))
-    again = run_lanes(lanes, LAW.planned(REFERENCE, DT), REFERENCE)
+    again = run_batch(lanes, LAW.planned(REFERENCE, DT), REFERENCE)
     np.testing.assert_array_equal(again.measured, short.measured)
 
 
 def test_a_sensor_reads_the_end_of_its_range_beyond_it():
-    loop = Loop(dynamics(), Sensor(*of(0.0, -0.1, 0.3)), DT, 2)
+    loop = BlockLoop(dynamics(), Sensor(*of(0.0, -0.1, 0.3)), DT, 2)
     track = loop.run(LAW, REFERENCE)
     assert np.max(track.output) > 0.4
     np.testing.assert_array_equal(track.measured, np.clip(track.output, -0.1, 0.3))
@@ -126,7 +126,7 @@ def test_a_sensor_reads_the_end_of_its_range_beyond_it():
 def test_draws_are_within_the_share_and_the_same_for_the_same_seed(share):
     """Each number on its own, evenly."""
     block = actuator()
-    found, again, other = (scattered(block, share, 400, seed) for seed in (3, 3, 4))
+    found, again, other = (perturbed(block, share, 400, seed) for seed in (3, 3, 4))
     factors = []
     for one, drawn, same, different in zip(*(jax.tree.leaves(x) for x in (block, found, again, other)), strict=True):
         assert drawn.shape == (400, *one.shape)
@@ -141,12 +141,12 @@ def test_draws_are_within_the_share_and_the_same_for_the_same_seed(share):
 
 
 def test_no_share_leaves_all_as_it_is():
-    for one, drawn in zip(*(jax.tree.leaves(x) for x in (actuator(), scattered(actuator(), 0.0, 3))), strict=True):
+    for one, drawn in zip(*(jax.tree.leaves(x) for x in (actuator(), perturbed(actuator(), 0.0, 3))), strict=True):
         np.testing.assert_array_equal(drawn, np.broadcast_to(one, drawn.shape))
 
 
 def test_seeds_are_not_scattered():
     sensor = Sensor(*(jnp.asarray(x) for x in (0.1, -1.0, 1.0)), jnp.asarray(7))
-    lanes = scattered(sensor, 0.05, 3)
+    lanes = perturbed(sensor, 0.05, 3)
     assert lanes.seed.tolist() == [7, 7, 7]
     assert len(set(lanes.noise.tolist())) == 3

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from jaxtyping import Array, Float
 
-from nectosome.controllers.block_loop import Loop, Track
+from nectosome.controllers.block_loop import BlockLoop, Track
 from nectosome.controllers.motor_speed import VariableGainPI
-from nectosome.controllers.pid import Reach
+from nectosome.controllers.pid import ActuatorLimits
 from nectosome.core import Block, Line, Stepper
 from nectosome.drives import Dahl, Sensor
 
@@ -55,14 +55,14 @@ MOTOR = GearedMotor(
 
 
 def law(boost: float, most: float = 2.0) -> VariableGainPI:
-    reach = Reach(jnp.asarray(-most), jnp.asarray(most), FREE)
+    reach = ActuatorLimits(jnp.asarray(-most), jnp.asarray(most), FREE)
     kp, ki, extra, low = map(jnp.asarray, (0.02, 0.2, boost, 1.0))
     return VariableGainPI(kp, ki, extra, low, reach)
 
 
 def turned(boost: float, speed: float, noise: float = 0.0) -> Track:
     """8 s at a speed, the last 6 s of it: more than two teeth at the lowest."""
-    loop = Loop(MOTOR, Sensor(jnp.asarray(noise), -FREE, FREE), DT, substeps=20)
+    loop = BlockLoop(MOTOR, Sensor(jnp.asarray(noise), -FREE, FREE), DT, substeps=20)
     track = loop.run(law(boost), np.full(1600, speed))
     return Track(*(x[400:] for x in track))
 

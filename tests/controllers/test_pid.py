@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 from simple_loops import DT, UNLIMITED, around, commands, lag, of
 
-from nectosome.controllers import PIDRegulator, Reach, Scheduled, pid_of, sine, varying
+from nectosome.controllers import ActuatorLimits, GainSchedule, PIDRegulator, pid_of, sine, varying
 from nectosome.drives import Chain, Saturation, SlewLimit
 
 some = st.floats(0.0, 50.0)
@@ -75,7 +75,7 @@ def overshoots():
     step = np.where(np.arange(1000) < 2, 0.0, 1.0)
     valve = Chain((Saturation(*of(-1.2, 1.2)), SlewLimit(*of(0.4)), lag(1.0, 0.8)))
     found = {}
-    for what, reach in (("known", Reach(*of(-1.2, 1.2, 0.4))), ("unknown", UNLIMITED)):
+    for what, reach in (("known", ActuatorLimits(*of(-1.2, 1.2, 0.4))), ("unknown", UNLIMITED)):
         track = around(valve).run(pid_of([6.0, 10.0, 0.0], 0.01, reach), step)
         found[what] = np.asarray(track.output)
     return found
@@ -91,7 +91,7 @@ def test_the_integral_does_not_wind_up(overshoots):
 
 def test_a_held_integral_comes_off_its_limit_at_once():
     """After a long time at the limit the command leaves it with the sign of the error."""
-    reach = Reach(*of(-1.0, 1.0, np.inf))
+    reach = ActuatorLimits(*of(-1.0, 1.0, np.inf))
     e = np.concatenate([np.zeros(1), np.full(300, 2.0), np.full(5, -0.1)])
     u = answer([1.0, 3.0, 0.0], 0.01, e, reach=reach)
     assert np.all(u[2:301] == 1.0)
@@ -101,7 +101,7 @@ def test_a_held_integral_comes_off_its_limit_at_once():
 
 def test_the_integral_goes_on_where_it_leads_away_from_the_limit():
     """Against a limit on the other side: the slew holds the command back, the error changes its sign."""
-    u = answer([0.0, 2.0, 0.0], 0.01, errors(2), reach=Reach(*of(-0.02, 0.02, np.inf)))
+    u = answer([0.0, 2.0, 0.0], 0.01, errors(2), reach=ActuatorLimits(*of(-0.02, 0.02, np.inf)))
     assert np.sum(u == 0.02) > 2
     assert np.sum(np.abs(u) < 0.02) > 20
 
@@ -120,7 +120,7 @@ def test_a_change_of_gains_makes_no_bump(seed):
 
 def schedule(ki=0.0):
     gains = jnp.array([[1.0, ki, 0.0], [20.0, 4 * ki, 0.0]])
-    return Scheduled(*of([0.5, 2.0]), gains, *of(0.02), UNLIMITED)
+    return GainSchedule(*of([0.5, 2.0]), gains, *of(0.02), UNLIMITED)
 
 
 def test_scheduled_gains_change_under_a_standing_error_without_a_bump():
@@ -146,7 +146,7 @@ def test_what_stands_still_has_the_gains_of_the_lowest_frequency():
 
 def test_slower_than_its_rate_nothing_is_limited():
     """`within` is the nearest command: the rate counts first, the range always."""
-    reach = Reach(*of(-1.0, 2.0, 10.0))
+    reach = ActuatorLimits(*of(-1.0, 2.0, 10.0))
     cases = [
         (0.05, 0.0, 0.05),
         (0.5, 0.0, 0.1),

@@ -7,14 +7,14 @@ from scipy.optimize import lsq_linear
 from scipy.signal import cont2discrete, tf2ss
 from simple_loops import DT, around, commands, dynamics, late, linear, model, of, plays
 
-from nectosome.controllers import Predictive, Reach, eased, hysteretic, margins, open_loop, sine
+from nectosome.controllers import ActuatorLimits, Predictive, eased, hysteretic, margins, open_loop, sine
 from nectosome.controllers.predictive import _first
 from nectosome.drives import Chain, Curve, Polynomial
 from nectosome.units import InputError
 
 H, RHO = 20, 0.1
-WIDE = Reach(*of(-50.0, 50.0, 1e5))
-TIGHT = Reach(*of(-1.5, 1.6, 8.0))
+WIDE = ActuatorLimits(*of(-50.0, 50.0, 1e5))
+TIGHT = ActuatorLimits(*of(-1.5, 1.6, 8.0))
 
 
 def predictive(known, reach=WIDE):
@@ -56,7 +56,7 @@ REFERENCE = eased(sine(1.0, 1.2, 1.2, DT), 0.4, DT)
 @pytest.fixture(scope="module")
 def limited():
     """A linear actuator whose commands are too slow for the reference, and what is best of all that they can do."""
-    reach = Reach(*of(-50.0, 50.0, 2.6))
+    reach = ActuatorLimits(*of(-50.0, 50.0, 2.6))
     track = around(dynamics(), substeps=1).run(
         Predictive(hysteretic(linear(), dynamics(), 0.0), reach, 80, RHO, 0.01, 0.01, 0.08), REFERENCE
     )
@@ -111,7 +111,9 @@ def test_no_constant_disturbance_leaves_an_error(disturbance):
     """Nor does a wrong gain: to 1e-6 within 4 s."""
     reference = np.concatenate([np.zeros(5), np.full(395, 0.5)])
     block = Chain((plays(), Curve(Polynomial(jnp.array([disturbance, 1.15]))), dynamics()))
-    track = around(late(block, DT, 5), substeps=1).run(predictive(model(), Reach(*of(-3.0, 3.0, 30.0))), reference)
+    track = around(late(block, DT, 5), substeps=1).run(
+        predictive(model(), ActuatorLimits(*of(-3.0, 3.0, 30.0))), reference
+    )
     np.testing.assert_allclose(np.asarray(track.output)[-10:], 0.5, atol=1e-6)
 
 
@@ -137,7 +139,7 @@ def test_it_has_margins():
     """As of any other loop: a delay just below it settles, one above it swings."""
     found = margins(*open_loop(around(late(dynamics(), DT)), predictive(hysteretic(linear(), dynamics(), DT)), 1.0))
     assert 0.1 < found.phase < np.pi
-    law = predictive(hysteretic(linear(), dynamics(), DT), Reach(*of(-1e9, 1e9, 1e12)))
+    law = predictive(hysteretic(linear(), dynamics(), DT), ActuatorLimits(*of(-1e9, 1e9, 1e12)))
     step = np.where(np.arange(1000) < 2, 0.0, 1.0)
     for share, steady in ((0.8, True), (1.2, False)):
         loop = around(late(dynamics(), DT + share * found.delay), substeps=4)

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 from simple_loops import DT, UNLIMITED, around, dynamics, lag, late, of
 
-from nectosome.controllers import Loop, Relay, pid_of, ultimate
+from nectosome.controllers import BlockLoop, Relay, pid_of, ultimate
 from nectosome.drives import Chain, Sensor
 from nectosome.units import InputError
 
@@ -15,7 +15,7 @@ COUNT = 600
 
 def swung(block, band=0.0, amplitude=1.0, noise=0.0, dt=DT, count=COUNT, seed=0):
     sensor = Sensor(*of(noise, -np.inf, np.inf), np.asarray(seed))
-    track = Loop(block, sensor, dt, 2).run(Relay(*of(amplitude, band)), np.zeros(count))
+    track = BlockLoop(block, sensor, dt, 2).run(Relay(*of(amplitude, band)), np.zeros(count))
     return np.asarray(track.measured), np.asarray(track.command)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from simple_loops import DT, UNLIMITED, actuator, around, lag, late, of, quiet
 
-from nectosome.controllers import Loop, Reach, pid_of, run_lanes, tune, varying
+from nectosome.controllers import ActuatorLimits, BlockLoop, pid_of, run_batch, tune, varying
 from nectosome.drives import DeadTime
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
@@ -24,7 +24,7 @@ def integral(theta):
 def together(*blocks):
     """One loop with a lane for each block."""
     plant = jax.tree.map(lambda *x: jnp.stack(x), *blocks)
-    return Loop(plant, jax.tree.map(lambda x: jnp.broadcast_to(x, (len(blocks), *x.shape)), quiet()), DT, 1)
+    return BlockLoop(plant, jax.tree.map(lambda x: jnp.broadcast_to(x, (len(blocks), *x.shape)), quiet()), DT, 1)
 
 
 def delayed(delay):
@@ -36,7 +36,7 @@ def cost(lanes, theta, references):
     """Rms of the errors by the range of each reference."""
     means = []
     for reference in references:
-        track = run_lanes(lanes, integral(theta).planned(reference, DT), reference)
+        track = run_batch(lanes, integral(theta).planned(reference, DT), reference)
         means.append(jnp.mean((track.output - reference) ** 2) / jnp.ptp(reference) ** 2)
     return jnp.sqrt(jnp.mean(jnp.stack(means)))
 
@@ -91,7 +91,7 @@ def test_the_integral_for_a_pure_delay():
 def test_slopes_through_loops_are_those_of_differences():
     """By three gains and the filter of a loop with hysteresis, limits and noise."""
     loop = around(actuator(), substeps=1)
-    reach = Reach(*of(-0.9, 0.9, 20.0))
+    reach = ActuatorLimits(*of(-0.9, 0.9, 20.0))
 
     @jax.jit
     def errors(theta):

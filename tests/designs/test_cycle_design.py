@@ -10,9 +10,9 @@ from nectosome.description import load_robot, parse_robot, read_variable, with_v
 from nectosome.designs import QUANTITIES, Limit, MotionDesign, read_constraint
 from nectosome.model import build
 from nectosome.robots import describe
-from nectosome.robots.shipped import template_of
+from nectosome.robots.shipped import starter_of
 from nectosome.search import Gradient
-from nectosome.search.record import Recorder
+from nectosome.search.evaluations import Recorder
 from nectosome.solve import periodic
 from nectosome.units import InputError
 
@@ -118,7 +118,7 @@ def test_quantities_of_the_paddle_are_those_of_its_cycle():
 @pytest.mark.slow
 def test_a_swimmer_that_is_free_in_the_plane_has_slopes():
     """Its place changes nothing, but for rounding: slopes by it need no small steps. Power by central differences."""
-    robot = load_robot(template_of("tail"))
+    robot = load_robot(starter_of("tail"))
     ranges = {"E": "0.5 MPa .. 2 MPa log", "L": "150 mm .. 250 mm"}
     task = MotionDesign(robot, tuple(read_variable(name, text, robot) for name, text in ranges.items()), "power")
     evaluate, u, h = task.prepare(), np.array([0.4, 0.6]), 0.02

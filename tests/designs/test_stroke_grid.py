@@ -7,10 +7,10 @@ import pytest
 
 from nectosome.designs.sweep import sweep
 from nectosome.mechanism import in_plane
-from nectosome.model import blueprint_of, fill
+from nectosome.model import instantiate, template_of
 from nectosome.robots import describe
 from nectosome.solve import cycle_means
-from nectosome.solve.integrate import Settings, begin, march
+from nectosome.solve.integrate import Settings, begin, integrate
 
 A, F = np.radians(np.arange(30, 76, 5)), np.round(np.arange(0.3, 1.31, 0.1), 10)
 WAIT, LOOK = 8, 2  # cycles from rest, and those after them that a mean is taken of
@@ -26,15 +26,15 @@ def long_thrust(joints):
     """Mean force on the paddle along y over some cycles long after the start, 1024 moments a cycle [N]."""
     description = describe(f"paddle{joints}")
     paths = ("limbs.arm.joint.motion.amplitude", "limbs.arm.joint.motion.frequency")
-    blueprint, numbers = blueprint_of(description, paths)
+    blueprint, numbers = template_of(description, paths)
     where = np.array([blueprint.paths.index(path) for path in paths])
 
     @jax.jit
     def one(stroke):
-        robot = fill(blueprint, numbers.at[where].set(stroke))
+        robot = instantiate(blueprint, numbers.at[where].set(stroke))
         period = 1 / stroke[1]
         times = WAIT * period + jnp.linspace(0, LOOK * period, LOOK * 1024 + 1)
-        _, states = march(
+        _, states = integrate(
             in_plane(robot), begin(0 * period, robot.initial(), SETTINGS, 1e-4 + 0 * period), times, SETTINGS
         )
         # the drive repeats itself: WAIT cycles earlier it moved as it does now

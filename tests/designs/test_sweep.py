@@ -7,8 +7,8 @@ import pytest
 from tests.small_robots import DRIVEN, M0, F, I, K
 
 from nectosome.description import parse_robot, resolve, with_values
-from nectosome.designs.axes import Axis, read_axis
-from nectosome.designs.batches import Points
+from nectosome.designs.axes import SweepAxis, read_axis
+from nectosome.designs.batches import RobotBatch
 from nectosome.designs.sweep import forget, sweep
 from nectosome.robots import describe
 from nectosome.units import InputError
@@ -124,8 +124,8 @@ def test_a_sweep_goes_on_where_it_was_stopped(driven, tmp_path, monkeypatch):
     grid = {"c": np.linspace(0.22, 0.28, 30).tolist(), "f": FREQUENCY}
     whole = sweep(driven, grid, workers=1)
     computed = []
-    solve = Points.solved
-    monkeypatch.setattr(Points, "solved", lambda self, span: computed.append(span) or solve(self, span))
+    solve = RobotBatch.solved
+    monkeypatch.setattr(RobotBatch, "solved", lambda self, span: computed.append(span) or solve(self, span))
     stopped = sweep(driven, grid, folder=tmp_path / "parts", progress=lambda share: False, workers=1)
     assert (stopped["status"] == "CANCELLED").any()
     assert np.isnan(stopped["power"].where(stopped["status"] == "CANCELLED")).all()
@@ -136,7 +136,7 @@ def test_a_sweep_goes_on_where_it_was_stopped(driven, tmp_path, monkeypatch):
     with pytest.raises(InputError, match="holds parts of another sweep"):
         sweep(driven, {"f": FREQUENCY}, folder=tmp_path / "parts")
     monkeypatch.setattr(
-        sys.modules[Points.__module__.replace("points", "sweep")], "provenance", lambda settings: {"nectosome": "0"}
+        sys.modules[RobotBatch.__module__.replace("points", "sweep")], "provenance", lambda settings: {"nectosome": "0"}
     )
     with pytest.raises(InputError, match="holds parts of another sweep"):
         sweep(driven, grid, folder=tmp_path / "parts")
@@ -174,7 +174,7 @@ def test_what_else_lies_in_the_folder_of_parts_stays(tmp_path):
 )
 def test_axes_are_read(text, values):
     found = read_axis(text, describe("paddle"))
-    assert isinstance(found, Axis)
+    assert isinstance(found, SweepAxis)
     np.testing.assert_allclose(found.values, values, rtol=1e-15)
 
 

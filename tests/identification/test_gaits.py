@@ -7,10 +7,10 @@ import pytest
 from nectosome.description import get_value
 from nectosome.description.variables import read_variable
 from nectosome.identification import identifiability
-from nectosome.identification.gait.batch import Walks
 from nectosome.identification.gait.features import discrepancy, gait_of
 from nectosome.identification.gait.files import load_gait_fit
 from nectosome.identification.gait.fit import GaitFit, GaitTrial
+from nectosome.identification.gait.walks import Walks
 from nectosome.model import build
 from nectosome.papers.poseidrone import crawl
 from nectosome.robots import describe

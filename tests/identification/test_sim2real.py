@@ -9,8 +9,8 @@ import xarray as xr
 from nectosome.identification import (
     METHODS,
     Experiments,
+    ParameterEstimate,
     SimToReal,
-    Told,
     errors_of,
     leave_one_out,
     next_experiments,
@@ -49,7 +49,9 @@ def experiments(table, truth, count, noise=0.0, seed=0, peaks=True):
     q = points[rows]
     values = truth(table, q) * (1 + noise * rng.normal(size=count))
     p = field(table.in_box(q)) * (1 + noise * rng.normal(size=count))
-    return Experiments(q, values, noise * np.abs(values), Told(p, noise * p, apart=True) if peaks else None)
+    return Experiments(
+        q, values, noise * np.abs(values), ParameterEstimate(p, noise * p, apart=True) if peaks else None
+    )
 
 
 @pytest.mark.parametrize("method", [m for m in METHODS if m.startswith("cn")])
@@ -109,7 +111,10 @@ def test_peaks_that_are_wrong_are_doubted(table):
     given = experiments(table, truth, 12, 0.02)
     assert given.told is not None
     wrong = Experiments(
-        given.conditions, given.values, given.errors, Told(0 * given.values + 1.5, 0.02 * given.values, True)
+        given.conditions,
+        given.values,
+        given.errors,
+        ParameterEstimate(0 * given.values + 1.5, 0.02 * given.values, True),
     )
     right = truth(table, table.points)
     found = SimToReal("cn-gp").fit(table, wrong).predict(table.points).mean
@@ -133,12 +138,12 @@ def test_what_is_already_right_or_nothing_at_all_is_no_accident(table, method):
     """Exact values of the simulator itself, without errors; and values where the simulator has none."""
     points = table.points[::5]
     own = model(*points.T, 1.0)
-    exact = Experiments(points, own, 0 * own, Told(0 * own + 1.0, 0 * own, True))
+    exact = Experiments(points, own, 0 * own, ParameterEstimate(0 * own + 1.0, 0 * own, True))
     found = SimToReal(method).fit(table, exact).predict(table.points)
     np.testing.assert_allclose(found.mean, model(*table.points.T, 1.0), rtol=5e-3)
     nothing = table_of(xr.DataArray(0 * table.values, {"A": A, "f": F, "p": P}, name="thrust"), "p")
     for values in (0 * own, 0.3 + 0 * own):
-        given = Experiments(points, values, 0.01 * values, Told(0 * own + 0.9, 0 * own + 0.01, True))
+        given = Experiments(points, values, 0.01 * values, ParameterEstimate(0 * own + 0.9, 0 * own + 0.01, True))
         found = SimToReal(method).fit(nothing, given).predict(table.points)
         np.testing.assert_allclose(found.mean, values[0], atol=0.01)
 
@@ -146,7 +151,7 @@ def test_what_is_already_right_or_nothing_at_all_is_no_accident(table, method):
 def test_leaving_out_the_only_one_that_tells_is_refused_with_a_reason(table):
     given = experiments(table, offset, 5)
     p = np.array([np.nan, np.nan, 0.9, np.nan, np.nan])
-    lonely = Experiments(given.conditions, given.values, given.errors, Told(p, 0.01 * p, True))
+    lonely = Experiments(given.conditions, given.values, given.errors, ParameterEstimate(p, 0.01 * p, True))
     SimToReal("cn-gp").fit(table, lonely)
     with pytest.raises(InputError, match="only experiment 3 tells it"):
         leave_one_out(SimToReal("cn-gp"), table, lonely)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nectosome.identification.fits.linear import deviation, follow, windows
+from nectosome.identification.fits.linear import deviation, follow_recording, windows
 from nectosome.identification.surge.estimators import BIASED, METHODS, STATIC, surge
 from nectosome.identification.surge.files import surge_data
 from nectosome.papers.poseidrone.recordings import body, recording
@@ -78,7 +78,7 @@ def test_the_first_state_of_a_prediction_is_that_of_least_squares():
     """Not the first sample, whose noise would last for seconds."""
     clean = made(noise=0.0)
     off = clean._replace(speed=clean.speed + np.where(clean.time == 0.0, 0.05, 0.0))
-    np.testing.assert_allclose(follow(off.trial, surge([clean], MASS).rate.values), clean.speed, atol=1e-3)
+    np.testing.assert_allclose(follow_recording(off.trial, surge([clean], MASS).rate.values), clean.speed, atol=1e-3)
 
 
 def test_deviations_are_percent_of_the_root_mean_square():

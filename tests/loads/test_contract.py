@@ -83,7 +83,7 @@ EXAMPLES = [
         ld.Leg(
             0.01 * _DEAD_VECTOR,
             *(_n(0.01), _n([0.0, -0.03]), _n(0.05), _n(5.0), _n(0.4)),
-            ld.Contact(_n(200.0), _n(0.8), _n(0.6), _n(0.01), pulls=False),
+            ld.GroundContact(_n(200.0), _n(0.8), _n(0.6), _n(0.01), pulls=False),
             *(_n(0.5), _n(0.3), _n(0.4), _n(2.0)),
         ),
         _LEG,
@@ -110,18 +110,18 @@ EXAMPLES = [
         {"values": FORCE, "rated": RATE, "speed": RATE, "start": NUMBER, "direction": NUMBER, "place": LENGTH},
     ),
     Example(  # without walls, as everywhere here; `test_bumper` has some
-        ld.Bumper(*map(_n, (0.1, 200.0, 20.0, 1e-3))),
+        ld.WallContact(*map(_n, (0.1, 200.0, 20.0, 1e-3))),
         {"reach": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH},
     ),
     Example(ld.TrailingEdge(_n(0.9), _n(0.5)), {"normal": NUMBER, "softness": SPEED}),
     Example(ld.Spring(_n(3.0), _n(0.2)), {"stiffness": MOMENT, "rest": NUMBER}),
     Example(ld.Spring(_n(3.0), _n(0.2)), {"stiffness": LINE_FORCE, "rest": LENGTH}, joint="prismatic"),
-    Example(ld.Spring(_n(3.0), _n(0.2), ld.Flexure(_n(0.1), _n(5.0))), {"stiffness": MOMENT, "rest": NUMBER}),
+    Example(ld.Spring(_n(3.0), _n(0.2), ld.FlexureSpring(_n(0.1), _n(5.0))), {"stiffness": MOMENT, "rest": NUMBER}),
     Example(ld.Damper(_n(0.7)), {"damping": (2, 1, -1)}),
     Example(ld.Damper(_n(0.7)), {"damping": (0, 1, -1)}, joint="prismatic"),
-    Example(ld.LowerStop(_n(0.9), _n(10.0), _n(0.01), _n(0.8)), _STOP),
-    Example(ld.UpperStop(_n(-0.3), _n(10.0), _n(0.01), _n(0.8)), _STOP),
-    Example(ld.UpperStop(_n(0.3), _n(10.0), _n(0.01), _n(0.8)), _LINEAR_STOP, joint="prismatic"),
+    Example(ld.LowerLimit(_n(0.9), _n(10.0), _n(0.01), _n(0.8)), _STOP),
+    Example(ld.UpperLimit(_n(-0.3), _n(10.0), _n(0.01), _n(0.8)), _STOP),
+    Example(ld.UpperLimit(_n(0.3), _n(10.0), _n(0.01), _n(0.8)), _LINEAR_STOP, joint="prismatic"),
 ]
 
 
@@ -165,7 +165,7 @@ def _arrays(x: eqx.Module, within: str = "") -> list[str]:
     """Names of all numbers, those of parts with a dot."""
     found = []
     for name, value in vars(x).items():
-        found += _arrays(value, f"{name}.") if isinstance(value, ld.Contact | ld.Motor | Rate) else []
+        found += _arrays(value, f"{name}.") if isinstance(value, ld.GroundContact | ld.Motor | Rate) else []
         found += [within + name] if eqx.is_inexact_array(value) else []
     return found
 

@@ -11,7 +11,7 @@ from nectosome.description import RobotDescription
 from nectosome.mechanism import in_plane, moves_in_plane
 from nectosome.model import build
 from nectosome.robots import describe
-from nectosome.solve import pace
+from nectosome.solve import fixed_step
 from nectosome.units import InputError
 
 OMEGA, MASS, G = 12.4602, 0.755, 9.80665
@@ -25,7 +25,7 @@ def walk():
 
     def run(robot, step, count):
         system = in_plane(robot) if robot.initial().v.size == 3 else robot
-        return pace(system, _n(0.0), robot.initial(), step, count, keep=lambda x: x.q)[1]
+        return fixed_step(system, _n(0.0), robot.initial(), step, count, keep=lambda x: x.q)[1]
 
     run = jax.jit(run, static_argnums=2)
 
@@ -39,7 +39,7 @@ def walk():
 def test_the_foot_is_where_a_bar_through_a_bearing_ends():
     """Straight below at top and bottom of the turn; ahead and behind by (L/|B - P|) of what the pin is off."""
     r, d, L = 0.0105, 0.0998, 0.1263
-    contact = ld.Contact(_n(200.0), _n(0.8), _n(0.6), _n(0.001), pulls=False)
+    contact = ld.GroundContact(_n(200.0), _n(0.8), _n(0.6), _n(0.001), pulls=False)
     leg = ld.Leg(_n([0.04, 0.0, 0.005]), _n(r), _n([0.0, -d]), _n(L), _n(OMEGA), _n(0.0), contact, *[_n(1.0)] * 4)
     for crank, place in (
         (np.pi / 2, (0.0, r - L)),

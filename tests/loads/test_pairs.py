@@ -33,17 +33,17 @@ class Example(NamedTuple):
     dimensions: dict[str, np.ndarray]
 
 
-def _places(seed: int, stations: tuple[int, ...]) -> ld.Places:
-    return ld.Places(stations, _n(0.02 * np.random.default_rng(seed).normal(size=(len(stations), 3))))
+def _places(seed: int, stations: tuple[int, ...]) -> ld.AttachedPlaces:
+    return ld.AttachedPlaces(stations, _n(0.02 * np.random.default_rng(seed).normal(size=(len(stations), 3))))
 
 
-def _end(seed: int, station: int) -> ld.End:
-    return ld.End(_places(seed, (station,)), exp_so3(_n(np.random.default_rng(seed).normal(size=3))))
+def _end(seed: int, station: int) -> ld.BushingEnd:
+    return ld.BushingEnd(_places(seed, (station,)), exp_so3(_n(np.random.default_rng(seed).normal(size=3))))
 
 
-def _touch(static: float, dynamic: float) -> ld.Touch:
+def _touch(static: float, dynamic: float) -> ld.PartContact:
     """Beads of 30 mm on a part, and a chain that gets thinner on the other."""
-    return ld.Touch(
+    return ld.PartContact(
         ld.Beads(_places(3, (0, 1, 2, 3, 3)), _n([0.03, 0.025, 0.03, 0.028, 0.02])),
         _n([0.1, 0.3, 0.2, 0.2, 0.2]),
         ld.Beads(_places(4, (0, 2, 2, 3)), _n([0.03, 0.025, 0.02, 0.02])),
@@ -61,7 +61,7 @@ _TOUCH = {
 }
 EXAMPLES = {
     "weld": Example(
-        ld.Tie(_end(1, 2), _end(2, 0), *map(_n, (300.0, 4.0, 2.0, 0.1))),
+        ld.Bushing(_end(1, 2), _end(2, 0), *map(_n, (300.0, 4.0, 2.0, 0.1))),
         {
             **dict.fromkeys(("first.at.place", "second.at.place"), LENGTH),
             **dict.fromkeys(("first.rotation", "second.rotation"), 0 * LENGTH),
@@ -141,7 +141,7 @@ def test_the_two_wrenches_cancel(example: Example):
 def test_what_it_gives_it_has_stored(example: Example):
     """The power is less than the rate at which the energy falls, and the same without dampers and friction."""
     ideal = eqx.tree_at(lambda x: x.damping, example.load, _n(0.0))
-    if isinstance(ideal, ld.Tie):
+    if isinstance(ideal, ld.Bushing):
         ideal = eqx.tree_at(lambda x: x.turning_damping, ideal, _n(0.0))
     else:
         ideal = eqx.tree_at(lambda x: x.friction, ideal, ld.Friction(*map(_n, (0.0, 0.0, 1.0))))
@@ -239,13 +239,13 @@ def test_gradients_are_finite_at_rest_and_in_one_place(example: Example):
 def test_a_tie_that_is_as_it_wants_to_be_does_nothing():
     a = strips(1)
     a = eqx.tree_at(lambda s: (s.velocity, s.angular_velocity), a, (jnp.zeros((STATIONS, 3)),) * 2)
-    tie = ld.Tie(_end(5, 1), _end(5, 1), *map(_n, (300.0, 4.0, 2.0, 0.1)))
+    tie = ld.Bushing(_end(5, 1), _end(5, 1), *map(_n, (300.0, 4.0, 2.0, 0.1)))
     for w in tie.force(a, a):
         close(w, 0 * w, abs=1e-13)
 
 
 def test_a_weld_turns_back_by_the_sine_of_the_turn():
-    tie = ld.Tie(_end(5, 1), _end(5, 1), *map(_n, (300.0, 0.0, 2.0, 0.0)))
+    tie = ld.Bushing(_end(5, 1), _end(5, 1), *map(_n, (300.0, 0.0, 2.0, 0.0)))
     tie = eqx.tree_at(lambda t: (t.first.at.place, t.second.at.place), tie, (jnp.zeros((1, 3)),) * 2)
     a = strips(1)
     b = eqx.tree_at(lambda s: s.rotation, a, rotation_from_rpy(_n([0.0, 0.0, 0.7])) @ a.rotation)
@@ -297,10 +297,10 @@ def test_the_forces_converge_with_the_number_of_beads():
     def pushed(count: int) -> float:
         s, w = np.polynomial.legendre.leggauss(count)
         x = np.stack([0.2 * s, np.zeros(count), np.full(count, 0.055)], axis=1)
-        touch = ld.Touch(
-            ld.Beads(ld.Places((0,) * count, _n(x)), _n(np.full(count, 0.01))),
+        touch = ld.PartContact(
+            ld.Beads(ld.AttachedPlaces((0,) * count, _n(x)), _n(np.full(count, 0.01))),
             _n(0.5 * w),
-            ld.Beads(ld.Places((0, 0), _n([[0, -1.0, 0], [0, 1.0, 0]])), _n([0.05, 0.05])),
+            ld.Beads(ld.AttachedPlaces((0, 0), _n([[0, -1.0, 0], [0, 1.0, 0]])), _n([0.05, 0.05])),
             *map(_n, (1000.0, 0.0, 1e-3)),
             ld.Friction(*map(_n, (0.0, 0.0, 1.0))),
         )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nectosome.model import bind
-from nectosome.solve.integrate import Settings, begin, march
+from nectosome.solve.integrate import Settings, begin, integrate
 
 PATHS = (
     "L",
@@ -75,7 +75,7 @@ def check_the_end_of_a_run(description, paths, duration):
     def end(theta):
         robot = from_theta(theta)
         m = begin(jnp.zeros(()), robot.initial(), settings, jnp.asarray(1e-4))
-        _, x = march(robot, m, jnp.array([duration]), settings)
+        _, x = integrate(robot, m, jnp.array([duration]), settings)
         return jnp.concatenate([x.q[0], x.v[0]])
 
     for k, along in enumerate(jnp.eye(len(paths))):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nectosome.mechanism.strain import bending_of
-from nectosome.solve import static
+from nectosome.solve import load_stepping
 
 BEAM = """
 name: beam
@@ -41,7 +41,7 @@ def test_a_beam_under_a_moment_at_its_tip_is_strained_as_beam_theory_says(descri
         ("[0 N m, 0 N m, -3e-3 N m]", "bending_z", 0, 3e-3 * 0.010 / Iz),
     ):
         robot = described(BEAM.replace("SECTION", section).replace("MOMENT", moment).replace("REST", rest))
-        bent = jax.jit(bending_of)(robot, static(robot).value.q)
+        bent = jax.jit(bending_of)(robot, load_stepping(robot).value.q)
         np.testing.assert_allclose(bent.stress[:, across], wanted, rtol=1e-6)
         np.testing.assert_allclose(bent.stress[:, 1 - across], 0, atol=1e-6 * wanted)
         np.testing.assert_allclose(bent.strain, bent.stress / 3e6, rtol=1e-12)

@@ -5,7 +5,7 @@ import pytest
 
 from nectosome.core import Status
 from nectosome.description import parse_robot
-from nectosome.model import Commanded, build
+from nectosome.model import SampledPlant, build
 from nectosome.model.readings import reading_of
 from nectosome.robots import describe
 from nectosome.units import InputError
@@ -42,7 +42,7 @@ aliases:
 @pytest.fixture(scope="module")
 def wagged():
     """Frequencies, and what was seen under them."""
-    robot = Commanded(WAGGING, "f", "body.position.rate", DT, moments=40, rtol=1e-9, atol=1e-10)
+    robot = SampledPlant(WAGGING, "f", "body.position.rate", DT, moments=40, rtol=1e-9, atol=1e-10)
     standing, first = robot.start()
     held, commands = [first], (1.3, 2.1, 0.7, 0.7)
     for command in commands:
@@ -105,7 +105,7 @@ def test_the_program_does_not_know_the_command(wagged, monkeypatch):
 )
 def test_what_makes_no_sense_is_refused(command, reading, message):
     with pytest.raises(InputError) as told:
-        Commanded(WAGGING, command, reading, DT)
+        SampledPlant(WAGGING, command, reading, DT)
     assert str(told.value).startswith(message)
 
 

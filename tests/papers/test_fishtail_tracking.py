@@ -12,9 +12,10 @@ from nectosome.controllers import Controller, eased, sine
 from nectosome.identification.hysteresis.files import hysteresis_data, saved_model
 from nectosome.identification.hysteresis.fit import PressureTrial, identify_hysteresis
 from nectosome.papers.fishtail import comparison as ways
-from nectosome.papers.fishtail import plant, tracking
+from nectosome.papers.fishtail import control_study as tracking
+from nectosome.papers.fishtail import plant
 from nectosome.papers.fishtail.bench import Bench, recorded_reference
-from nectosome.papers.fishtail.figures_tracking import panels
+from nectosome.papers.fishtail.figures_control import panels
 from nectosome.papers.fishtail.recordings import recorded
 from nectosome.papers.study import printed
 from nectosome.units import InputError
@@ -84,7 +85,7 @@ def test_as_printed_warns_and_cannot_be_controlled():
     with pytest.warns(UserWarning, match=r"0\.005 Hz"):
         slow = plant.dynamics(as_printed=True)
     loop = tracking.model_loop()
-    loop = tracking.Loop(ways.actuator(None, slow), loop.sensor, loop.dt)
+    loop = tracking.BlockLoop(ways.actuator(None, slow), loop.sensor, loop.dt)
     track = loop.run(ways.kept()["printed"].pid(ways.REACH), SHORT)
     assert np.max(np.abs(track.output - SHORT)) > 7 * MM
 
@@ -107,7 +108,7 @@ def test_learning_goes_on_from_run_to_run(bench, tmp_path):
     """On a tail that answers by a fifth more than the model says."""
     more = plant.dynamics()
     more = eqx.tree_at(lambda one: one.numerator, more, 1.2 * more.numerator)
-    other = replace(bench, loop=tracking.Loop(ways.actuator(None, more), bench.loop.sensor, ways.DT))
+    other = replace(bench, loop=tracking.BlockLoop(ways.actuator(None, more), bench.loop.sensor, ways.DT))
     runs = [*other.runs("ilc", SHORT, "sine", [tmp_path / f"{k}.nc" for k in range(4)])]
     first, *_, last = (one.true[0] for one in runs)
     assert last < 0.3 * first

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nectosome.papers.track.render import Film, Mottling
-from nectosome.papers.track.render.boxes import Box, apart, split
+from nectosome.papers.track.render.boxes import PixelBox, apart, split
 from nectosome.papers.track.render.film import Plate
 
 
@@ -29,7 +29,7 @@ def test_grain_has_its_sigma_and_comes_back():
 def test_light_is_averaged_before_it_is_clipped():
     """Half of the time 400 counts is 200, not half of 255."""
     plate = Plate(Film(gain=2.0), flat(0))
-    box = Box(10, 20, 30, 50)
+    box = PixelBox(10, 20, 30, 50)
     frame = plate.exposed(0.0, [(box, np.full((*box.shape, 3), 0.5 * 200))])
     assert (frame[box.slices] == 200).all()
     assert frame.sum() == 200 * 3 * 200
@@ -61,7 +61,7 @@ def test_uneven_light_is_a_slope():
 def test_spread_keeps_light_and_is_that_of_the_whole_picture(film):
     """What changes in a box is spread beyond it, as if all had been spread at once."""
     ground = 40 + 10 * np.random.default_rng(0).normal(size=(60, 80, 3))
-    box = Box(25, 31, 30, 41)
+    box = PixelBox(25, 31, 30, 41)
     changed = ground.copy()
     changed[box.slices] = 200.0
     partly = Plate(film, ground).exposed(0.0, [(box, changed[box.slices])])
@@ -87,9 +87,9 @@ def test_parts_of_a_pixel_pass_an_edge_one_by_one():
 
 
 def test_boxes_are_joined_until_they_are_apart():
-    boxes = [Box(0, 2, 0, 2), Box(5, 7, 0, 2), Box(2, 5, 4, 9), Box(3, 3, 0, 9)]
+    boxes = [PixelBox(0, 2, 0, 2), PixelBox(5, 7, 0, 2), PixelBox(2, 5, 4, 9), PixelBox(3, 3, 0, 9)]
     assert set(apart(boxes, 0)) == set(boxes[:3])
-    assert apart(boxes, 3) == [Box(0, 7, 0, 9)]
+    assert apart(boxes, 3) == [PixelBox(0, 7, 0, 9)]
 
 
 def test_mottling_is_smooth_with_unit_variance():

@@ -5,27 +5,27 @@ import pytest
 
 from nectosome.papers.track.render import (
     Bubbles,
-    Camera,
     Disc,
     Film,
     Floor,
-    Lens,
     Occluder,
     Paddle,
     PaddleScene,
     Port,
+    RenderCamera,
+    RenderLens,
     Strip,
 )
-from nectosome.papers.track.render.boxes import Box, split
-from nectosome.papers.track.render.plane import Plane, met
+from nectosome.papers.track.render.boxes import PixelBox, split
+from nectosome.papers.track.render.plane import RenderPlane, met
 
 SIZE = (160, 120)
 WHITE, BLACK, RED, BLUE = (250.0, 250.0, 250.0), (0.0, 0.0, 0.0), (200.0, 40.0, 30.0), (30.0, 60.0, 210.0)
 DARK = Floor(-0.2, BLACK, contrast=0.0)
 
 
-def camera(port: Port | None = None, spread: float = 1.0) -> Camera:
-    return Camera(SIZE, Lens(500.0, spread), (0.02, 0.01, 1.0), (0.02, 0.01, 0.0), (0, 1, 0), port)
+def camera(port: Port | None = None, spread: float = 1.0) -> RenderCamera:
+    return RenderCamera(SIZE, RenderLens(500.0, spread), (0.02, 0.01, 1.0), (0.02, 0.01, 0.0), (0, 1, 0), port)
 
 
 def layer(start, end):
@@ -83,10 +83,14 @@ def test_a_layer_that_moves_is_smeared_over_its_way():
 
 def test_only_edges_are_traced_finely_and_nothing_is_lost_by_it():
     """The same as all parts of all pixels by hand, for a wide lens and a tilted port."""
-    eye = Camera(
-        (70, 60), Lens(60.0, 0.2), (0.1, -0.3, 0.8), (0.0, 0.0, 0.0), port=Port((0, 0, 0.3), (0.1, 0.2, 1.0), 0.01)
+    eye = RenderCamera(
+        (70, 60),
+        RenderLens(60.0, 0.2),
+        (0.1, -0.3, 0.8),
+        (0.0, 0.0, 0.0),
+        port=Port((0, 0, 0.3), (0.1, 0.2, 1.0), 0.01),
     )
-    plane = Plane(eye, 0.02, parts=4)
+    plane = RenderPlane(eye, 0.02, parts=4)
     shapes = [
         Strip((-0.3, -0.1), (0.2, 0.15), 0.08, RED),
         Strip((0.2, 0.15), (0.25, -0.2), 0.02, BLUE),
@@ -95,7 +99,7 @@ def test_only_edges_are_traced_finely_and_nothing_is_lost_by_it():
     ]
     lights = {colour: np.array(colour) for colour in (RED, BLUE, WHITE)}
     ground = np.random.default_rng(0).uniform(0, 90, (60, 70, 3)).astype(np.float32)
-    box = Box(0, 60, 0, 70)
+    box = PixelBox(0, 60, 0, 70)
     made = plane.painted(ground, box, list(zip(shapes, plane.boxes(shapes), strict=True)), lights)
     x, y = met(eye, split(box.pixels, 4).reshape(-1, 2), 0.02).T
     light = np.repeat(ground.reshape(-1, 3), 16, axis=0)
@@ -115,7 +119,7 @@ def test_an_occluder_hides_exactly_and_only_while_it_is_there():
     np.testing.assert_array_equal(barred.frame(0.5), free.frame(0.5))
     np.testing.assert_array_equal(barred.frame(2.0), free.frame(2.0))
     with_paddle, without = barred.frame(1.5), away.frame(1.5)
-    plane = Plane(camera(), 0.0)
+    plane = RenderPlane(camera(), 0.0)
     covered = bar.beyond(plane.centres[..., 0], plane.centres[..., 1]) < -0.0015  # the whole pixel, of 2 mm
     assert covered.sum() > 1000
     np.testing.assert_array_equal(with_paddle[covered], without[covered])
@@ -126,7 +130,7 @@ def test_layers_joints_and_horn_have_their_colours():
     """Along the middle: horn, layer, thinner joint, layer."""
     ends = np.array([[[-0.05, 0.0], [0.0, 0.0]], [[0.02, 0.0], [0.07, 0.0]]])
     paddle = Paddle([RED, BLUE], 0.02, horn=(-0.09, 0.0))
-    eye = Camera(SIZE, Lens(500.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0, 1, 0))
+    eye = RenderCamera(SIZE, RenderLens(500.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0, 1, 0))
     frame = PaddleScene(eye, Film(), lambda t: ends[None], paddle, Floor(-0.1, WHITE, contrast=0.0)).frame(0.0)
 
     def at(x: float, y: float = 0.0):

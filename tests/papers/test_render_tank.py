@@ -3,16 +3,26 @@
 import numpy as np
 import pytest
 
-from nectosome.papers.track.render import Camera, Film, Lamps, Lens, Mirror, Port, Rod, TankScene, Water
+from nectosome.papers.track.render import (
+    Film,
+    Lamps,
+    Mirror,
+    Port,
+    RenderCamera,
+    RenderLens,
+    RodSolid,
+    TankScene,
+    TankWater,
+)
 
 SIZE = (160, 120)
 RED, GREEN, WHITE = (240.0, 40.0, 30.0), (20.0, 230.0, 60.0), (240.0, 240.0, 240.0)
-BLACK = Water(haze=(0.0, 0.0, 0.0))
+BLACK = TankWater(haze=(0.0, 0.0, 0.0))
 
 
-def camera(port: Port | None = None, focal: float = 400.0, place=(0.0, -1.0, 0.0)) -> Camera:
+def camera(port: Port | None = None, focal: float = 400.0, place=(0.0, -1.0, 0.0)) -> RenderCamera:
     """Looks along +y: the image's right is +x, down is -z."""
-    return Camera(SIZE, Lens(focal), place, (place[0], 0.0, place[2]), port=port)
+    return RenderCamera(SIZE, RenderLens(focal), place, (place[0], 0.0, place[2]), port=port)
 
 
 def resting(*places):
@@ -62,7 +72,7 @@ def test_the_nearer_marker_hides_the_other():
 
 def test_a_rod_hides_exactly_and_a_halo_goes_with_its_marker():
     """A marker wholly behind a rod leaves no trace; one half hidden has half the light."""
-    rod = Rod((0.0, -0.2, -1.0), (0.0, -0.2, 1.0), 0.03)
+    rod = RodSolid((0.0, -0.2, -1.0), (0.0, -0.2, 1.0), 0.03)
     film = Film(veil=0.3, grain=1.0, defocus=0.6)
     lamps = Lamps(0.01, [RED])
     hidden = TankScene(camera(), film, resting((0.01, 0.0, 0.02)), lamps, bar=rod).frame(0.1)
@@ -124,7 +134,7 @@ def test_water_takes_light_with_the_distance():
             Film(),
             resting((0.0, y, 0.0)),
             Lamps(0.02, [WHITE]),
-            water=Water((0.0, 0.0, 0.0), attenuation=0.7),
+            water=TankWater((0.0, 0.0, 0.0), attenuation=0.7),
         )
         assert scene.frame(0.0).max() == pytest.approx(240 * np.exp(-0.7 * (1 + y - 0.02)), abs=0.6)
 

@@ -8,7 +8,7 @@ from nectosome.description import get_value, resolve
 from nectosome.model import build
 from nectosome.papers.paddle import tolerances
 from nectosome.papers.paddle.drop import factor
-from nectosome.papers.paddle.heading import HalfStrokes, HeadingControl, disturbed, swim
+from nectosome.papers.paddle.heading_control import HalfStrokes, HeadingControl, disturbed, swim
 from nectosome.papers.paddle.steering import turn
 from nectosome.papers.paddle.swim import on_a_slide
 from nectosome.papers.paddle.trials import measured_yaw

@@ -7,8 +7,8 @@ from scipy.interpolate import CubicSpline
 
 from nectosome.papers.study import printed
 from nectosome.papers.track import poseidrone, rowing, study, tank
-from nectosome.papers.track.limits import Kind, _table
-from nectosome.papers.track.rowing import Motion, Shot
+from nectosome.papers.track.limits import Degradation, _table
+from nectosome.papers.track.rowing import RowingMotion, Shot
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +21,7 @@ def motion():
     middles = np.cumsum(unit, axis=1) - 0.5 * unit
     rows = np.concatenate([middles, directions[..., None]], axis=-1).reshape(len(time), -1)
     rows[-1] = rows[0]
-    return Motion(1.0, lengths, CubicSpline(time, rows, bc_type="periodic"))
+    return RowingMotion(1.0, lengths, CubicSpline(time, rows, bc_type="periodic"))
 
 
 def test_a_rendered_stroke_is_tracked_as_it_was(motion, tmp_path):
@@ -77,9 +77,9 @@ def test_an_exact_track_gives_the_numbers_back_from_either_file():
 
 def test_what_breaks_is_the_first_level_that_is_too_bad():
     kinds = (
-        Kind("noise", "", "grain", (0, 1, 2)),
-        Kind("light", "", "gain", (1, 2)),
-        Kind("bar", "", "bar", (1, 2, 3)),
+        Degradation("noise", "", "grain", (0, 1, 2)),
+        Degradation("light", "", "gain", (1, 2)),
+        Degradation("bar", "", "bar", (1, 2, 3)),
     )
     rows = [[(0.1, 1.0), (0.2, 0.9), (0.7, 0.9)], [(0.1, 1.0), (0.2, 1.0)], [(0.1, 1.0), (np.nan, 0.0), (0.1, 1.0)]]
     made = _table(kinds, rows, 0.5)

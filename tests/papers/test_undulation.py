@@ -10,7 +10,7 @@ from nectosome.mechanism.rods import legendre
 from nectosome.model import build
 from nectosome.papers import undulation
 from nectosome.papers.catshark.midline import curvature, waves
-from nectosome.papers.catshark.table import VISCOSITY, table, wavelengths
+from nectosome.papers.catshark.swim_table import VISCOSITY, table, wavelengths
 from nectosome.robots import describe
 
 ONE = slice(33, 34)  # catshark 2 at 1.5 L/s

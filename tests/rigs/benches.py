@@ -8,7 +8,7 @@ from typing import Any, Literal
 from nectosome.rigs import Rig
 from nectosome.rigs.dynamixel import Dynamixel, Servo
 from nectosome.rigs.ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
-from nectosome.rigs.serial_motor import Controller, SerialMotor
+from nectosome.rigs.serial_motor import MotorLink, SerialMotor
 
 from .faulty import simulated
 from .motor_emulator import Microcontroller
@@ -54,7 +54,7 @@ def dynamixel() -> Iterator[Bench]:
 @contextmanager
 def serial_motor() -> Iterator[Bench]:
     with Microcontroller() as motor:
-        yield Bench(SerialMotor(Controller(motor.path, timeout=0.2, start=0.2)), motor, 5.0, 5.0, 0.2, motor.path)
+        yield Bench(SerialMotor(MotorLink(motor.path, timeout=0.2, start=0.2)), motor, 5.0, 5.0, 0.2, motor.path)
 
 
 @contextmanager
@@ -88,7 +88,7 @@ RIGS = {
     "dynamixel": Kind(
         dynamixel, lambda: Dynamixel(Servo(NOWHERE)), LINE | {"overheated": lambda servo: servo.alert(0x04)}
     ),
-    "serial_motor": Kind(serial_motor, lambda: SerialMotor(Controller(NOWHERE)), LINE),
+    "serial_motor": Kind(serial_motor, lambda: SerialMotor(MotorLink(NOWHERE)), LINE),
     "simulated": Kind(lambda: model("virtual")),
     "simulated, in real time": Kind(lambda: model("real")),
 }

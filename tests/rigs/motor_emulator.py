@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from nectosome.controllers.motor_speed import VariableGainPI
-from nectosome.controllers.pid import Reach
+from nectosome.controllers.pid import ActuatorLimits
 
 from .on_a_pty import OnAPty
 
@@ -20,7 +20,7 @@ LAW = VariableGainPI(
     integral=jnp.asarray(1.0),
     boost=jnp.asarray(3.0),
     low=jnp.asarray(1.0),
-    reach=Reach(low=-_MOST, high=_MOST, slew=jnp.asarray(np.inf)),
+    reach=ActuatorLimits(low=-_MOST, high=_MOST, slew=jnp.asarray(np.inf)),
 )
 
 

@@ -13,7 +13,7 @@ import pytest
 from nectosome.rigs import Limits, Rig
 from nectosome.rigs.dynamixel import Dynamixel, Servo
 from nectosome.rigs.ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
-from nectosome.rigs.serial_motor import Controller, SerialMotor
+from nectosome.rigs.serial_motor import MotorLink, SerialMotor
 
 from .benches import powered
 from .faulty import Hook, Setup, pi
@@ -66,7 +66,7 @@ KINDS = {
     ),
     "serial": Kind(
         Microcontroller,
-        lambda motor, watchdog: SerialMotor(Controller(motor.path, timeout=0.4, start=0.2, watchdog=watchdog)),
+        lambda motor, watchdog: SerialMotor(MotorLink(motor.path, timeout=0.4, start=0.2, watchdog=watchdog)),
         (0.2, 10.0), 4.0,
         Limits(-10.0, 10.0, 100.0, -15.0, 15.0, 5.0, error_time=0.3, **PATIENT),
     ),

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nectosome.controllers.block_loop import Loop
+from nectosome.controllers.block_loop import BlockLoop
 from nectosome.io import load_dataset
 from nectosome.rigs import Experiment, SimulatedRig
 from nectosome.units import InputError
@@ -22,7 +22,7 @@ def test_a_run_on_a_simulated_rig_is_the_simulated_loop(tmp_path):
     """To rounding: the controller steps once a sample, the plant between them."""
     rig = SimulatedRig(plant(), sensor(0.0), dt=2e-3)
     run = SETUP.experiment(rig).run(tmp_path / "run.nc")
-    track = Loop(plant(), sensor(0.0), DT, 5).run(SETUP.controller, SETUP.reference)
+    track = BlockLoop(plant(), sensor(0.0), DT, 5).run(SETUP.controller, SETUP.reference)
     assert run.status == "finished"
     for name in ("reference", "measured"):
         assert np.allclose(run.data[name], getattr(track, name), rtol=0, atol=1e-12)

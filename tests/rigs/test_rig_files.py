@@ -8,7 +8,7 @@ from nectosome.rigs.dynamixel import Dynamixel, Servo
 from nectosome.rigs.files import load_rig
 from nectosome.rigs.limits import Limits
 from nectosome.rigs.ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
-from nectosome.rigs.serial_motor import Controller, SerialMotor
+from nectosome.rigs.serial_motor import MotorLink, SerialMotor
 from nectosome.units import InputError
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "rigs"
@@ -38,7 +38,7 @@ def test_the_others_have_too(tmp_path):
     assert file.limits.slew == 4.0
     file = load_rig(EXAMPLES / "motor_serial.yaml")
     assert isinstance(file.rig, SerialMotor)
-    assert file.rig.controller == Controller("/dev/ttyACM0", 115_200, 0.02, 3.0, 0.2)
+    assert file.rig.controller == MotorLink("/dev/ttyACM0", 115_200, 0.02, 3.0, 0.2)
     assert (file.limits.low, file.limits.high, file.limits.slew, file.dt) == (0.0, 25.0, 50.0, 0.02)
 
 

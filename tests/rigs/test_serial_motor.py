@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nectosome.rigs import RigError
-from nectosome.rigs.serial_motor import Controller, SerialMotor, framed, unframed
+from nectosome.rigs.serial_motor import MotorLink, SerialMotor, framed, unframed
 from nectosome.units import InputError
 
 from .motor_emulator import Microcontroller
@@ -25,7 +25,7 @@ def motor():
 
 @pytest.fixture
 def rig(motor):
-    rig = SerialMotor(Controller(motor.path, timeout=0.2, start=0.5, watchdog=5.0))
+    rig = SerialMotor(MotorLink(motor.path, timeout=0.2, start=0.5, watchdog=5.0))
     yield rig
     rig.close()
 
@@ -85,7 +85,7 @@ def test_a_frozen_motor_measures_the_same_speed(motor, rig):
 
 
 def test_without_questions_the_controller_vents_and_says_so(motor):
-    rig = SerialMotor(Controller(motor.path, timeout=0.2, start=0.5, watchdog=0.2))
+    rig = SerialMotor(MotorLink(motor.path, timeout=0.2, start=0.5, watchdog=0.2))
     rig.open()
     rig.write(5.0)
     time.sleep(0.3)
@@ -130,7 +130,7 @@ def test_an_answer_that_came_after_all_is_not_that_of_the_next_question(motor, r
 
 def test_a_line_that_breaks_while_the_controller_starts_is_not_waited_for(motor):
     motor.silent_from = 0.0
-    rig = SerialMotor(Controller(motor.path, start=30.0))
+    rig = SerialMotor(MotorLink(motor.path, start=30.0))
     began = time.monotonic()
     threading.Timer(0.1, motor.pull).start()
     with pytest.raises(RigError, match="the line does not work"):
@@ -181,16 +181,16 @@ def test_a_motor_that_cannot_be_vented_is_told(motor, rig):
 def test_two_programs_do_not_drive_one_motor(motor, rig):
     rig.open()
     with pytest.raises(RigError, match="another program"):
-        SerialMotor(Controller(motor.path)).open()
+        SerialMotor(MotorLink(motor.path)).open()
 
 
 @pytest.mark.parametrize("wrong", [{"timeout": 0.0}, {"start": -1.0}, {"watchdog": math.nan}])
 def test_settings_that_make_no_sense_are_refused(wrong):
     with pytest.raises(InputError, match=next(iter(wrong))):
-        Controller("/dev/ttyACM0", **wrong)
+        MotorLink("/dev/ttyACM0", **wrong)
 
 
 def test_a_machine_without_pyserial_is_told_which_extra_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "serial", None)
     with pytest.raises(RigError, match=r"serial is missing: pip install 'nectosome\[serial\]'"):
-        SerialMotor(Controller("/dev/ttyACM0")).open()
+        SerialMotor(MotorLink("/dev/ttyACM0")).open()

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from nectosome import model
 from nectosome.core import State
 from nectosome.description import drive_period, dump_robot, parse_robot
-from nectosome.loads import Chamber, Tendon
-from nectosome.mechanism import Rod
-from nectosome.solve import static
+from nectosome.loads import FluidChamber, Tendon
+from nectosome.mechanism import SoftRod
+from nectosome.solve import load_stepping
 from nectosome.units import InputError
 
 HOLD = """
@@ -36,13 +36,13 @@ def robot_of(*lines: str):
     return model.build(parse_robot(HOLD + "".join(f"  {line}\n" for line in lines)))
 
 
-def at_rest(*lines: str) -> tuple[Rod, jax.Array]:
+def at_rest(*lines: str) -> tuple[SoftRod, jax.Array]:
     """The rod, and its strain coordinates where it comes to rest."""
     robot = robot_of(*lines)
-    found = static(robot)
+    found = load_stepping(robot)
     assert found.status == 0
     rod = robot.tree.parts[0].body
-    assert isinstance(rod, Rod)
+    assert isinstance(rod, SoftRod)
     return rod, found.value.q
 
 
@@ -102,10 +102,10 @@ def after_plays(pressure: np.ndarray) -> np.ndarray:
     return np.array(out)
 
 
-def pressure_of(signal: str) -> Chamber:
+def pressure_of(signal: str) -> FluidChamber:
     load = f"{{kind: chamber, place: [5 mm, 0 m], area: 10 mm2, {PLAYS}, pressure: {signal}}}"
     robot = robot_of("strains: {bending_z: 1}", f"loads: {{blow: {load}}}")
-    return next(a.load for a in robot.loads if isinstance(a.load, Chamber))
+    return next(a.load for a in robot.loads if isinstance(a.load, FluidChamber))
 
 
 def test_a_chamber_with_hysteresis_goes_through_its_loop():
@@ -143,7 +143,7 @@ LOADS = """
 @pytest.fixture(scope="module")
 def threads():
     robot = model.build(parse_robot(HOLD + FREE + LOADS))
-    return {a.name: a.load for a in robot.loads if isinstance(a.load, Tendon | Chamber)}
+    return {a.name: a.load for a in robot.loads if isinstance(a.load, Tendon | FluidChamber)}
 
 
 @settings(max_examples=20, deadline=None)
@@ -286,7 +286,7 @@ def test_sections_go_over_from_one_to_the_next():
     text += "  strains: {bending_z: 2}\n  between: [{at: 0.2, radius: 12 mm}, {at: 0.7, radius: 8 mm}]\n"
     robot = model.build(parse_robot(text))
     rod = robot.tree.parts[0].body
-    assert isinstance(rod, Rod)
+    assert isinstance(rod, SoftRod)
     radius = np.interp(rod.nodes, [0, 0.2, 0.7, 1], [4e-3, 12e-3, 8e-3, 2e-3])
     np.testing.assert_allclose(rod.half_width, np.stack([radius, radius], axis=-1), rtol=1e-12)
     cones = [0.2 * (4**2 + 4 * 12 + 12**2), 0.5 * (12**2 + 12 * 8 + 8**2), 0.3 * (8**2 + 8 * 2 + 2**2)]

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from nectosome.description import dump_robot, load_robot, parse_robot
-from nectosome.model import blueprint_of
+from nectosome.model import template_of
 from nectosome.robots import describe, names
-from nectosome.robots.shipped import file_names, template_names, template_of
+from nectosome.robots.shipped import file_names, starter_names, starter_of
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = [file for file in (ROOT / "examples").glob("**/*.yaml") if "\nbody:" in file.read_text()]
 ROBOTS = {
     **{name: lambda name=name: describe(name) for name in names()},
-    **{f"new {n}": lambda n=n: load_robot(template_of(n)) for n in template_names() if n not in file_names()},
+    **{f"new {n}": lambda n=n: load_robot(starter_of(n)) for n in starter_names() if n not in file_names()},
     **{file.name: lambda file=file: load_robot(file) for file in EXAMPLES},
 }
 
@@ -30,7 +30,7 @@ def test_a_robot_reads_back_exactly(name):
     again = parse_robot(text)
     assert again == first
     assert dump_robot(again) == text
-    (blueprint, numbers), (other, others) = blueprint_of(first), blueprint_of(again)
+    (blueprint, numbers), (other, others) = template_of(first), template_of(again)
     assert other.plan.key == blueprint.plan.key  # what `build` makes is a function of these two
     assert other.paths == blueprint.paths
     assert np.asarray(others).tobytes() == np.asarray(numbers).tobytes()

@@ -8,7 +8,7 @@ from nectosome.core import Status
 from nectosome.description import apply_settings, parse_robot
 from nectosome.mechanism import diagnose, load_names
 from nectosome.model import build
-from nectosome.solve import simulate, static
+from nectosome.solve import load_stepping, simulate
 
 # ground 0.3 m, crank 0.1 m, coupler 0.25 m, rocker 0.2 m; the crank is held at 1.1 rad, the rocker is pulled
 A, B, C, D, CRANK = 0.1, 0.25, 0.2, 0.3, 1.1
@@ -62,7 +62,7 @@ def test_a_tie_closes_a_four_bar_linkage():
     off = {}
     for stiffness in (1e4, 1e5, 1e6):
         stiff = build(apply_settings(robot, [f"pairs.pin.stiffness={stiffness} N/m"]))
-        found = static(stiff)
+        found = load_stepping(stiff)
         assert int(found.status) == Status.SOLVED
         d = diagnose(stiff, jnp.zeros(()), found.value)
         force = np.asarray(d.load_force[load_names(stiff).index("pin"), 3])
@@ -120,7 +120,7 @@ pairs:
 def test_two_cantilevers_whose_tips_are_tied_share_the_load():
     """Each bends by (F/2) L^3 / 3 E I: small, and the stretch of the tie is smaller."""
     robot = build(parse_robot(CANTILEVERS))
-    found = static(robot)
+    found = load_stepping(robot)
     assert int(found.status) == Status.SOLVED
     d = diagnose(robot, jnp.zeros(()), found.value)
     alone = 0.2e-3 * 0.2**3 / (3 * 1e6 * np.pi * 0.004**4 / 4)

@@ -9,7 +9,7 @@ from nectosome.core import State, Status
 from nectosome.description import parse_robot
 from nectosome.mechanism import diagnose, load_names, reduced
 from nectosome.model import bind, build
-from nectosome.solve import simulate, static
+from nectosome.solve import load_stepping, simulate
 from nectosome.solve.symmetry import find_symmetry
 
 # a soft rod that lies across a log, free to go up and down and to bend
@@ -54,7 +54,7 @@ def contact_force(robot, x, part: str) -> np.ndarray:
 def test_a_rod_that_lies_on_a_log_presses_on_it_with_its_weight():
     robot = build(parse_robot(RESTING))
     assert reduced(robot) is robot
-    x = static(robot)
+    x = load_stepping(robot)
     assert int(x.status) == Status.SOLVED
     held = contact_force(robot, x.value, "rod")
     assert held[2] == pytest.approx(WEIGHT, rel=1e-9)

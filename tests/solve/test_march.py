@@ -16,7 +16,7 @@ from nectosome.loads import Damper
 from nectosome.mechanism import Attached
 from nectosome.model import bind
 from nectosome.solve import simulate
-from nectosome.solve.integrate import Settings, begin, march
+from nectosome.solve.integrate import Settings, begin, integrate
 from nectosome.solve.stages import explicit_step, implicit_step, newton_memory
 
 G = 9.81
@@ -213,7 +213,7 @@ def test_lengths_side_by_side_move_as_one_by_one(pendulum):
     def swing(theta):
         robot = from_theta(theta)
         m = begin(jnp.zeros(()), robot.initial(), settings, jnp.asarray(1e-3))
-        m, x = march(robot, m, times, settings)
+        m, x = integrate(robot, m, times, settings)
         return x.q, x.v, m.status, m.steps
 
     thetas = theta0 * jnp.array([[1.0, 1.0], [0.05, 1.0], [1.0, 3.0], [10.0, 1.0]])
@@ -232,7 +232,7 @@ def test_a_march_in_pieces_is_the_march_in_one_go(swinging, method):
     robot, at = swinging
     settings = Settings(method, jnp.asarray(1e-6), jnp.asarray(1e-9), jnp.asarray(1000))
     times = jnp.linspace(0.1, 1.0, 9)
-    go = eqx.filter_jit(march)
+    go = eqx.filter_jit(integrate)
     start = begin(jnp.zeros(()), at(1.0), settings, jnp.asarray(1e-3))
     m, whole = go(robot, start, times, settings)
     n, pieces = start, []

@@ -13,7 +13,7 @@ from nectosome.robots import describe
 from nectosome.solve import find_symmetry
 from nectosome.solve.integrate import Settings
 from nectosome.solve.orbit import orbit
-from nectosome.solve.sensitivity import allowed_slopes
+from nectosome.solve.sensitivity import allowed_sensitivity
 
 SHARES = jnp.linspace(0.0, 1.0, 129)  # of the period
 
@@ -138,7 +138,7 @@ def test_the_slopes_of_a_boats_speed_are_those_of_differences(boat):
 def test_slopes_that_are_next_to_nothing_may_err_by_a_share_of_the_others():
     """Else rounding errors of what does not change would ask for ever smaller steps."""
     still = State(jnp.array([[1.0, 0.0], [0.0, 0.0]]), jnp.array([[0.0, 1e-18], [0.0, 2.0]]), ())
-    allowed = allowed_slopes(jnp.asarray(1e-3), 0.0, still, still)
+    allowed = allowed_sensitivity(jnp.asarray(1e-3), 0.0, still, still)
     np.testing.assert_allclose(allowed.q[0], 1e-3)
     np.testing.assert_allclose(allowed.v[0], 1e-9)
     np.testing.assert_allclose(allowed.q[1], 2e-9)

@@ -9,7 +9,7 @@ import pytest
 from nectosome.core import Status
 from nectosome.description import parse_robot
 from nectosome.model import bind, build
-from nectosome.solve import static
+from nectosome.solve import load_stepping
 
 PENDULUM = """
 name: pendulum
@@ -31,7 +31,7 @@ def pendulum(start: str, stiffness: str):
 
 def test_a_sprung_beam_sags_until_the_spring_carries_it():
     """k x = m g (L/2) cos x; the turn about y is downward for positive x."""
-    solution = static(build(pendulum("0 rad", "20 N m/rad")))
+    solution = load_stepping(build(pendulum("0 rad", "20 N m/rad")))
     x = float(solution.value.q[0])
     assert int(solution.status) == Status.SOLVED
     assert 20 * x == pytest.approx(M_G * 0.5 * np.cos(x), rel=1e-6)
@@ -40,7 +40,7 @@ def test_a_sprung_beam_sags_until_the_spring_carries_it():
 
 
 def test_an_equilibrium_on_top_is_called_unstable():
-    solution = static(build(pendulum("-90 deg", "0 N m/rad")))
+    solution = load_stepping(build(pendulum("-90 deg", "0 N m/rad")))
     assert int(solution.status) == Status.SOLVED
     assert float(solution.stats["stability"]) == pytest.approx(-M_G * 0.5, rel=1e-6)
 
@@ -50,7 +50,7 @@ def test_where_nothing_holds_there_is_no_equilibrium():
 name: sinking
 body: {kind: rigid, shape: point, mass: 1 kg, joint: {kind: prismatic, axis: z}}
 """
-    solution = static(build(parse_robot(sinking)))
+    solution = load_stepping(build(parse_robot(sinking)))
     assert int(solution.status) == Status.NO_EQUILIBRIUM
     assert float(solution.stats["load"]) == 0
 
@@ -58,6 +58,6 @@ body: {kind: rigid, shape: point, mass: 1 kg, joint: {kind: prismatic, axis: z}}
 def test_a_batch_of_designs_is_the_designs_one_by_one():
     theta, make = bind(pendulum("0 rad", "20 N m/rad"), ("body.joint.stiffness",))
     many = theta * jnp.array([[0.5], [1.0], [3.0]])
-    batch = eqx.filter_jit(jax.vmap(lambda k: static(make(k)).value.q[0]))(many)
-    one = [float(static(build(pendulum("0 rad", f"{20 * s} N m/rad"))).value.q[0]) for s in (0.5, 1.0, 3.0)]
+    batch = eqx.filter_jit(jax.vmap(lambda k: load_stepping(make(k)).value.q[0]))(many)
+    one = [float(load_stepping(build(pendulum("0 rad", f"{20 * s} N m/rad"))).value.q[0]) for s in (0.5, 1.0, 3.0)]
     assert np.asarray(batch) == pytest.approx(one, rel=1e-9)

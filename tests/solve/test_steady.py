@@ -11,7 +11,7 @@ from nectosome.core import Sine, State, Status
 from nectosome.description import parse_robot
 from nectosome.model import bind, build
 from nectosome.robots import describe
-from nectosome.solve import equilibrium, find_symmetry, settled, simulate, steady
+from nectosome.solve import equilibrium, find_symmetry, regime_of, simulate, steady
 
 RHO, G = 1000.0, 9.80665
 
@@ -182,7 +182,7 @@ def test_the_flagellum_swims_as_its_dynamics_from_rest(flagellum, swimming):
     assert float(swimming.residual) < 1e-10
     assert float(swimming.state.v[0]) == pytest.approx(float(run.value.state.v[-1, 0]), abs=1e-6)
     np.testing.assert_allclose(swimming.state.q[1:], run.value.state.q[-1, 1:], atol=1e-5)
-    assert settled(run).kind == "steady"
+    assert regime_of(run).kind == "steady"
 
 
 def test_a_disturbance_of_the_flagellum_decays_at_its_slowest_mode(flagellum, swimming):
@@ -309,7 +309,7 @@ def test_a_body_that_nothing_holds_has_no_equilibrium_and_says_what_it_does_inst
 def test_what_a_run_comes_to_is_recognised(swinging):
     robot, at = swinging
     run = simulate(robot, 8.0, samples=1601, initial=at(0.5), rtol=1e-8)
-    ends = settled(run)
+    ends = regime_of(run)
     inertia = (1.0**2 + 0.1**2) / 12 + 0.25
     assert ends.kind == "oscillating"
     assert ends.frequency == pytest.approx(np.sqrt(0.5 * G / inertia) / (2 * np.pi), rel=0.03)  # and 1.6 % slower

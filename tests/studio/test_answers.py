@@ -6,7 +6,7 @@ import pytest
 import nectosome as ns
 from nectosome.description import parse_robot
 from nectosome.solve import periodic
-from nectosome.studio.answers import Solver
+from nectosome.studio.answers import AnswerSolver
 from nectosome.units import InputError
 
 G = 9.80665  # m/s2, as the water has it by default
@@ -70,7 +70,7 @@ limbs:
 
 def test_what_falls_is_seen_falling():
     """Half of g t^2 down, g t/2 on the mean; nothing else is told, as it is no cycle."""
-    answer = Solver()(parse_robot(BALL.format(spring="")))
+    answer = AnswerSolver()(parse_robot(BALL.format(spring="")))
     run, t = answer.run, answer.run["time"].values
     assert t[-1] == 5.0
     np.testing.assert_allclose(run["position"].values[:, 0, 2], -0.5 * G * t**2, rtol=1e-6, atol=1e-9)
@@ -81,7 +81,7 @@ def test_what_falls_is_seen_falling():
 
 
 def test_what_hangs_on_a_spring_is_at_rest():
-    answer = Solver()(parse_robot(BALL.format(spring=", stiffness: 20 N/m, damping: 1 N s/m")))
+    answer = AnswerSolver()(parse_robot(BALL.format(spring=", stiffness: 20 N/m, damping: 1 N s/m")))
     assert (answer.kind, answer.warning, answer.numbers) == ("at rest", "", {})
     np.testing.assert_allclose(answer.run["position"].values[:, 0, 2], -2 * G / 20, rtol=1e-6)
 
@@ -90,7 +90,7 @@ def test_what_is_pushed_while_something_turns_on_it_is_told_over_one_turn():
     """F = rho A v^2/2; nothing brakes the hub, so that it takes no power."""
     robot = parse_robot(PUSHED)
     speed = np.sqrt(2 * 4.0 / (1000 * 5e-4))  # m/s
-    solver = Solver()
+    solver = AnswerSolver()
     for answer in (solver(robot), solver(robot)):  # from rest, and from the last answer
         assert (answer.kind, answer.warning) == ("steady motion", "")
         assert answer.period == pytest.approx(2 * np.pi / 5)
@@ -102,13 +102,13 @@ def test_what_is_pushed_while_something_turns_on_it_is_told_over_one_turn():
 
 def test_speed_counts_along_what_is_forward_where_that_is_said():
     robot = parse_robot(PUSHED)
-    along, against, across = (Solver(forward)(robot).numbers["speed"] for forward in ("x", "-x", "y"))
+    along, against, across = (AnswerSolver(forward)(robot).numbers["speed"] for forward in ("x", "-x", "y"))
     assert along == pytest.approx(np.sqrt(2 * 4.0 / (1000 * 5e-4)), rel=1e-9)
     assert (against, across) == (pytest.approx(-along), pytest.approx(0, abs=1e-12))
 
 
 def test_what_a_servo_cannot_do_is_told_and_numbers_are_those_of_the_command():
-    answer, found = Solver()(parse_robot(SERVO)), periodic(ns.build(parse_robot(SERVO)), 0.5, samples=257)
+    answer, found = AnswerSolver()(parse_robot(SERVO)), periodic(ns.build(parse_robot(SERVO)), 0.5, samples=257)
     assert answer.kind == "periodic motion"
     assert answer.run.sizes["time"] == 65
     assert answer.numbers["power"] == pytest.approx(float(found.means().power), rel=1e-9)
@@ -119,12 +119,12 @@ def test_what_never_repeats_itself_is_seen_beginning_unless_it_did_before():
     """A push that nothing brakes, over the swings of an arm: (F/m) t/2 on the mean, and what the arm throws it."""
     free = "joint: {kind: prismatic, axis: y}\n  loads: {push: {kind: force, force: [0 N, 21 N, 0 N], frame: world}}"
     runaway = parse_robot(SERVO.replace("joint: {kind: prismatic, axis: y, stiffness: 50 N/m, damping: 5 N s/m}", free))
-    solver = Solver()
+    solver = AnswerSolver()
     for answer in (solver(runaway), solver(runaway)):
         assert answer.kind == "the first 5 s"
         assert answer.warning.startswith("no motion found that repeats itself.")
         assert answer.numbers == {"speed": pytest.approx(0.5 * 21 / 2.1 * 5, rel=0.01)}
-    solver = Solver()
+    solver = AnswerSolver()
     assert solver(parse_robot(SERVO)).kind == "periodic motion"
     with pytest.raises(InputError, match="no motion found that repeats itself"):
         solver(runaway)
@@ -133,4 +133,4 @@ def test_what_never_repeats_itself_is_seen_beginning_unless_it_did_before():
 def test_what_cannot_move_is_refused():
     still = BALL.format(spring="").replace("  joint: {kind: prismatic, axis: z}\n", "")
     with pytest.raises(InputError, match="free to move"):
-        Solver()(parse_robot(still))
+        AnswerSolver()(parse_robot(still))

@@ -10,7 +10,7 @@ from nectosome.solve import simulate
 from nectosome.view.stage.bodies import (
     AROUND,
     MATERIAL,
-    Rigid,
+    RigidMesh,
     Soft,
     arrows_of,
     bodies_of,
@@ -58,7 +58,7 @@ def run():
 
 def test_a_box_keeps_its_corners_and_goes_along(run):
     box = bodies_of(run, parse_robot(BENT))["body"]
-    assert isinstance(box, Rigid)
+    assert isinstance(box, RigidMesh)
     np.testing.assert_allclose(np.abs(box.vertices).max(axis=0), [0.05, 0.01, 0.03], atol=1e-12)
     np.testing.assert_allclose(box.place[-1] - box.place[0], [0.1 * RATE, 0, 0], atol=1e-9)
     np.testing.assert_allclose(box.turn, np.tile([1, 0, 0, 0], (3, 1)), atol=1e-12)

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, beside, chromium, nothing_left, said
 
-from nectosome.controllers import Measuring, Reach, follow, pid_of, read_range
+from nectosome.controllers import ActuatorLimits, SensorModel, pid_of, read_range, run_closed_loop
 from nectosome.core import Status
 from nectosome.description import parse_robot
 from nectosome.designs import shipped_problem
 from nectosome.io import load_dataset
-from nectosome.model import Commanded, build, reading_of
+from nectosome.model import SampledPlant, build, reading_of
 from nectosome.robots import describe
-from nectosome.studio.answers import Solver
+from nectosome.studio.answers import AnswerSolver
 from nectosome.studio.server import Studio
 from nectosome.studio.tasks.control_request import Asked, first_measured, loop_of, most_of
-from nectosome.studio.tasks.live_rig import Rig
+from nectosome.studio.tasks.live_rig import LiveRig
 from nectosome.view.saved import check_drawable, check_run
 
 SLIDE = """
@@ -40,12 +40,12 @@ DT, GAINS, WANTED = 0.05, (20.0, 30.0, 10.0), 0.1  # s; N/m, N/(m s), N s/m; m
 
 @pytest.fixture(scope="module")
 def slide():
-    return Commanded(parse_robot(SLIDE), "push", "body.position", DT)
+    return SampledPlant(parse_robot(SLIDE), "push", "body.position", DT)
 
 
 @pytest.fixture(scope="module")
 def pid():
-    return pid_of(GAINS, 0.05, Reach(*map(jnp.asarray, (-2.0, 2.0, np.inf))))
+    return pid_of(GAINS, 0.05, ActuatorLimits(*map(jnp.asarray, (-2.0, 2.0, np.inf))))
 
 
 def until(seconds: float, clock=time.perf_counter):
@@ -55,21 +55,21 @@ def until(seconds: float, clock=time.perf_counter):
 
 
 def test_it_goes_on_as_the_clock_does_and_as_the_loop_alone_would(slide, pid):
-    Rig(slide, pid, WANTED, Measuring()).step(WANTED)  # compiled
-    rig, shown = Rig(slide, pid, WANTED, Measuring()), []
+    LiveRig(slide, pid, WANTED, SensorModel()).step(WANTED)  # compiled
+    rig, shown = LiveRig(slide, pid, WANTED, SensorModel()), []
     began = time.perf_counter()
     assert rig.run(lambda k: WANTED, lambda moment, way: shown.append(way[-1, 0]), until(1.5)) == Status.SOLVED
     taken = time.perf_counter() - began
     n = len(rig.reference)
     assert (n - 1) * DT <= taken  # never ahead of the clock
-    alone = follow(slide, pid, np.full(n, WANTED))
+    alone = run_closed_loop(slide, pid, np.full(n, WANTED))
     np.testing.assert_allclose(rig.followed.output, alone.output, atol=1e-12)
     np.testing.assert_allclose(rig.followed.command, alone.command, atol=1e-12)
     assert shown == sorted(shown) and len(shown) > 5  # it moves towards the reference, and is seen
 
 
 def test_what_it_did_is_a_run_like_any(slide, pid):
-    rig = Rig(slide, pid, WANTED, Measuring())
+    rig = LiveRig(slide, pid, WANTED, SensorModel())
     for k in range(80):
         assert rig.step(WANTED if k < 40 else -WANTED) == Status.SOLVED
     run = rig.kept(Status.SOLVED)
@@ -83,7 +83,7 @@ def test_what_it_did_is_a_run_like_any(slide, pid):
 
 
 def test_a_slow_machine_is_told_and_the_clock_is_put_back(slide, pid):
-    rig = Rig(slide, pid, WANTED, Measuring())
+    rig = LiveRig(slide, pid, WANTED, SensorModel())
     rig.run(lambda k: WANTED, lambda moment, way: time.sleep(0.4), until(2.0))
     assert rig.pace.time < 0.5 * rig.pace.taken
     assert "this machine is too slow" in str(rig.pace)
@@ -163,7 +163,7 @@ def test_what_is_suggested_can_be_reached(robot, command):
     """With what stands on the page at first, gains are found on the model."""
     description, problem = describe(robot), shipped_problem(robot)
     model, measured = build(description), first_measured(description, problem.forward if problem else "")
-    wanted = most_of(Solver()(description).run, reading_of(model, measured))
+    wanted = most_of(AnswerSolver()(description).run, reading_of(model, measured))
     asked = Asked(description, command, measured, True, "constant", wanted, "0.1 Hz", "")
     loop = loop_of(asked, read_range(command, description), model, lambda share, words: True)
     assert loop is not None

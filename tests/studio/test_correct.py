@@ -9,7 +9,7 @@ from nectosome.io import load_dataset
 from nectosome.studio.server import Studio
 from nectosome.studio.tasks.narrow_panel import spelled
 from nectosome.units import InputError
-from nectosome.view.stage.folder import Folder
+from nectosome.view.stage.folder import WorkFolder
 
 ROCK = "{name: rock, water: {gravity: 0 m/s2}, body: {kind: rigid, shape: point, mass: 1 kg}}"
 
@@ -21,7 +21,7 @@ def test_what_a_campaign_names_must_lie_in_the_folder(tmp_path):
     (inside / "run.csv").write_text("mine")
     (inside / "own.csv").symlink_to(inside / "run.csv")
     (inside / "link.csv").symlink_to(outside)
-    folder = Folder(inside)
+    folder = WorkFolder(inside)
     assert folder.listed(inside / "own.csv") == (inside / "run.csv").resolve()
     for path in (inside / "link.csv", outside, inside / ".." / "outside.csv"):
         with pytest.raises(InputError, match="leads out of the working folder") as told:

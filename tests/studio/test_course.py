@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from scipy.spatial.transform import Rotation
 
-from nectosome.view.stage.playback import Course, repeated
+from nectosome.view.stage.playback import Playback, repeated
 
 PERIOD, RATE, PITCH, RADIUS = 0.5, 0.8, 0.3, 0.7  # s, rad/s, m/s, m
 TIMES = np.linspace(0.0, PERIOD, 11)
@@ -33,7 +33,7 @@ def run():
 @pytest.mark.parametrize("k", [0, 3, 9])
 def test_later_periods_are_where_the_motion_goes_on(run, n, k):
     t = n * PERIOD + TIMES[k]
-    moment = Course(run, PERIOD).moment(t + 1e-9, along=False)
+    moment = Playback(run, PERIOD).moment(t + 1e-9, along=False)
     R, p = helix(t)
     assert moment.k == k
     np.testing.assert_allclose(moment.R @ run["position"].values[k, 0] + moment.d, p, atol=1e-12)
@@ -41,7 +41,7 @@ def test_later_periods_are_where_the_motion_goes_on(run, n, k):
 
 
 def test_the_observer_goes_along_evenly_and_meets_the_body_at_each_period(run):
-    course = Course(run, PERIOD)
+    course = Playback(run, PERIOD)
     for n in range(4):
         np.testing.assert_allclose(course.moment(n * PERIOD + 1e-12, True).here, helix(n * PERIOD)[1], atol=1e-9)
     steps = np.diff([course.moment(t, True).here for t in np.linspace(0.01, 0.49, 20)], axis=0)
@@ -49,14 +49,14 @@ def test_the_observer_goes_along_evenly_and_meets_the_body_at_each_period(run):
 
 
 def test_the_way_is_that_of_the_periods_before(run):
-    way = Course(run, PERIOD).way(2)
+    way = Playback(run, PERIOD).way(2)
     expected = [helix(t - 2 * PERIOD)[1] for t in TIMES]
     np.testing.assert_allclose(way[: TIMES.size], expected, atol=1e-12)
     np.testing.assert_allclose(way[-TIMES.size :], run["position"].values[:, 0])
 
 
 def test_a_run_without_a_period_is_seen_as_it_was(run):
-    course = Course(run, 0.0)
+    course = Playback(run, 0.0)
     assert course.end == PERIOD
     moment = course.moment(TIMES[4] + 1e-9, along=True)
     assert moment.k == 4

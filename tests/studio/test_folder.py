@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from nectosome.description import load_robot
 from nectosome.units import InputError
 from nectosome.view.stage import folder as doors
-from nectosome.view.stage.folder import Folder, harmless, received
+from nectosome.view.stage.folder import WorkFolder, harmless, received
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links and pipes need rights there")
 
@@ -50,7 +50,7 @@ def around(tmp_path_factory):
             "pipe.yaml": "pipe",
         }.items():
             (root / name).symlink_to(to)
-    return Folder(root)
+    return WorkFolder(root)
 
 
 @quick
@@ -144,7 +144,7 @@ def test_names_are_those_that_can_be_opened(around):
 def test_a_long_list_is_cut(tmp_path):
     for k in range(310):
         (tmp_path / f"{k:03}.nc").touch()
-    assert Folder(tmp_path).names(".nc") == [f"{k:03}.nc" for k in range(300)]
+    assert WorkFolder(tmp_path).names(".nc") == [f"{k:03}.nc" for k in range(300)]
 
 
 @posix
@@ -223,4 +223,4 @@ def test_a_working_folder_has_to_be_one(tmp_path):
     (tmp_path / "file").touch()
     for bad in (tmp_path / "missing", tmp_path / "file"):
         with pytest.raises(InputError, match="working folder"):
-            Folder(bad)
+            WorkFolder(bad)

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from nectosome.studio.numbers import Numbers
+from nectosome.studio.numbers import NumberTable
 
 
 def test_numbers_stand_in_readable_units_with_a_history_of_their_own():
-    numbers = Numbers()
+    numbers = NumberTable()
     numbers.add({"speed": 0.5, "power": 2.0, "torque": np.nan})
     numbers.add({"speed": 0.25, "power": 2.0, "torque": np.nan})
     page = numbers.html([("steady <motion>", False)])
@@ -19,7 +19,7 @@ def test_numbers_stand_in_readable_units_with_a_history_of_their_own():
 
 
 def test_what_was_never_known_has_no_row_whatever_lies_between():
-    numbers = Numbers()
+    numbers = NumberTable()
     for thrust in (0.0, np.nan, 0.0):
         numbers.add({"thrust": thrust, "power": 1.0})
     page = numbers.html([])
@@ -28,7 +28,7 @@ def test_what_was_never_known_has_no_row_whatever_lies_between():
 
 
 def test_of_another_robot_they_begin_anew():
-    numbers = Numbers()
+    numbers = NumberTable()
     numbers.add({"speed": 0.5})
     numbers.forget()
     assert "speed" not in numbers.html([("", False)])

@@ -7,7 +7,7 @@ import pytest
 
 from nectosome.studio.tasks.scorecard import Scorecard, read_rows, rows_html
 from nectosome.units import InputError
-from nectosome.view.stage.folder import Folder
+from nectosome.view.stage.folder import WorkFolder
 
 ROW = {
     "id": "eel/speed",
@@ -52,7 +52,9 @@ class Gui:
 @pytest.fixture
 def session(tmp_path):
     said = []
-    return SimpleNamespace(gui=Gui(), folder=Folder(tmp_path), said=said, tell=lambda words, bad: said.append(words))
+    return SimpleNamespace(
+        gui=Gui(), folder=WorkFolder(tmp_path), said=said, tell=lambda words, bad: said.append(words)
+    )
 
 
 def test_rows_are_chosen_by_study_and_verdict(session, tmp_path):

@@ -8,7 +8,7 @@ from nectosome.designs import Problem
 from nectosome.designs.sweep import MEANS, telling
 from nectosome.robots import describe
 from nectosome.search import Evaluation
-from nectosome.studio.tasks.design_progress import Search, table
+from nectosome.studio.tasks.design_progress import SearchProgress, table
 from nectosome.studio.tasks.map import place_of
 from nectosome.units import InputError
 from nectosome.view.saved import check_sweep
@@ -73,7 +73,7 @@ def test_what_was_drawn_and_refused_is_no_best_design():
         return Evaluation(np.array([0.5]), power, np.array([torque / 0.5 - 1]), outputs=outputs)
 
     start = [evaluated(-0.1, 1.0, 0.1), evaluated(0.5, 5.0, 0.4), evaluated(0.6, 4.0, 0.6), evaluated(0.5, 4.5, 0.5)]
-    search = Search(task, [start, [evaluated(-0.1, 0.5, 0.1)]])
+    search = SearchProgress(task, [start, [evaluated(-0.1, 0.5, 0.1)]])
     assert [(k, e.objective) for k, e in search.best] == [(0, 4.5)]
     assert search.fits(start) == [False, True, False, True]
     assert search.told(search.best[0][1]) == "4.5 W"
@@ -83,5 +83,5 @@ def test_what_was_drawn_and_refused_is_no_best_design():
 def test_a_best_design_at_an_end_of_its_range_is_told(u, told):
     task = Problem({"E": "2 MPa .. 9 MPa"}, "power").motion(describe("flagellum"))
     outputs = {"speed": 0.5, "power": 4.0, "torque": 0.4}
-    search = Search(task, [[Evaluation(np.array([u]), 4.0, np.array([]), outputs=outputs)]])
+    search = SearchProgress(task, [[Evaluation(np.array([u]), 4.0, np.array([]), outputs=outputs)]])
     assert ("at an end of its range, widen it if the robot allows: E" in table(search)) == told

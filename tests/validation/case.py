@@ -11,7 +11,7 @@ from nectosome.core import State, Status
 from nectosome.description import RobotDescription
 from nectosome.mechanism import Robot
 from nectosome.model import build
-from nectosome.solve import static
+from nectosome.solve import load_stepping
 
 
 class Case(NamedTuple):
@@ -41,7 +41,7 @@ def robot(body: dict[str, Any], limbs: dict[str, Any] | None = None, **water) ->
 
 def solve(robot: Robot) -> State:
     """State of the static equilibrium under the full loads."""
-    solution = static(robot)
+    solution = load_stepping(robot)
     if int(solution.status) != Status.SOLVED:
         raise AssertionError(Status(int(solution.status)).reason)
     return solution.value

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nectosome.view import correction
+from nectosome.view import corrected_grid as correction
 
 
 def corrected(over, *, errors=True):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nectosome.view.camera import Camera, axes_towards, lit, outlines, seen, walls
+from nectosome.view.camera import Perspective, axes_towards, lit, outlines, seen, walls
 from nectosome.view.raster import FINER, Raster
 
 SIZE, FOCAL = (240, 180), 300.0
@@ -12,7 +12,7 @@ RED, BLUE = np.array([0.0, 0, 200]), np.array([200.0, 0, 0])
 
 
 def camera_at(eye, viewer=None):
-    return Camera(np.array(eye, float), axes_towards(tuple(viewer or eye)), FOCAL, SIZE)
+    return Perspective(np.array(eye, float), axes_towards(tuple(viewer or eye)), FOCAL, SIZE)
 
 
 def sphere(radius, middle=(0, 0, 0), around=96):

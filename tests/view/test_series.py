@@ -3,7 +3,7 @@ import pytest
 
 from nectosome.papers.flagellum import figures as flagellum
 from nectosome.view import series
-from nectosome.view.style import End, dress, label_ends, span
+from nectosome.view.style import LineEnd, dress, label_ends, span
 
 from .conftest import OMEGA, made_up_run
 
@@ -42,7 +42,7 @@ def test_labels_do_not_touch():
     import plotly.graph_objects as go
 
     fig = dress(go.Figure(go.Scatter(x=[0, 1], y=[0, 1])), 300)
-    label_ends(fig, [End(v, str(v), "#000000") for v in (0.5, 0.501, 0.9, 0.502)], (0, 1), 200)
+    label_ends(fig, [LineEnd(v, str(v), "#000000") for v in (0.5, 0.501, 0.9, 0.502)], (0, 1), 200)
     places = sorted(200 * a.y for a in fig.layout.annotations)  # pyright: ignore[reportAttributeAccessIssue]
     assert np.min(np.diff(places)) >= 15 - 1e-9
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from cyclopts import App, Parameter
 
-from nectosome.cli.control_robot import follow
+from nectosome.cli.control_robot import control_robot
 from nectosome.cli.options import read_count
 from nectosome.cli.output import check_target, tell, write
 from nectosome.cli.progress import progress_bar
@@ -16,7 +16,7 @@ from nectosome.units import InputError, did_you_mean, parse_quantity, read_posit
 if TYPE_CHECKING:
     import numpy as np
 
-    from nectosome.papers.fishtail.bench import Outcome
+    from nectosome.papers.fishtail.bench import BenchRun
 
 _CONTROLLERS = ("pid", "scheduled", "ff-pid", "ilc", "mpc")
 _NEEDS = {
@@ -29,7 +29,7 @@ _CODES = {"finished": 0, "aborted": 1, "failed": 1, "interrupted": 130}
 _PER_BAR = 1e-5
 
 control = App(name="control", help="Make a robot, or a rig, follow a reference: control ROBOT ..., or control RIG ...")
-control.default(follow)
+control.default(control_robot)
 
 
 @control.command
@@ -98,7 +98,7 @@ def fishtail(
             raise InputError(f"is {file.dt:g} s; the gains are for {DT:g} s.", file=str(config), field="dt")
         bench = Bench.of(identified, numbers, file.limits, file.rig)
     wanted = course.samples(DT)
-    found: list[Outcome] = []
+    found: list[BenchRun] = []
     with progress_bar("rehearsing"):
         bench.check(controller, wanted)
     with progress_bar("running") as update:
@@ -135,7 +135,7 @@ def _logs(save: Path | None, runs: int) -> list[Path]:
     return logs
 
 
-def _told(outcome: "Outcome") -> list[str]:
+def _told(outcome: "BenchRun") -> list[str]:
     """What a person wants to know of a run."""
     data = outcome.run.data
     errors = {"measured": outcome.measured, "true": outcome.true}

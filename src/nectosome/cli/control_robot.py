@@ -20,14 +20,14 @@ from nectosome.units import InputError, parse_quantity, read_positive, read_quan
 if TYPE_CHECKING:
     import numpy as np
 
-    from nectosome.controllers import Beat, Followed, Range, Wanted
+    from nectosome.controllers import Beat, ClosedLoopRecord, CommandRange, Reference
 
 
 class Words(NamedTuple):
     """What is known of a run beside its numbers, to tell it."""
 
-    reach: "Range"
-    wanted: "Wanted"
+    reach: "CommandRange"
+    wanted: "Reference"
     gains: "np.ndarray"  # in the units of reach and wanted
     found: Any
     pace: float  # of the gains that were found
@@ -39,7 +39,7 @@ class Words(NamedTuple):
         """K_p,K_i,K_d as --gains takes them."""
         return ",".join(f"{x:.4g}" for x in self.gains)
 
-    def lines(self, run: "Followed") -> list[str]:
+    def lines(self, run: "ClosedLoopRecord") -> list[str]:
         """Gains, sampling, what the beat does."""
         import numpy as np
 
@@ -71,7 +71,7 @@ class Words(NamedTuple):
             lines.append(f"warning: what beats at {beats} looks like an offset when sampled so rarely; see --mean")
         return lines
 
-    def missed(self, run: "Followed") -> str:
+    def missed(self, run: "ClosedLoopRecord") -> str:
         """Why a constant reference was not reached, where the command could do no more; empty where it was."""
         import numpy as np
 
@@ -93,7 +93,7 @@ class Words(NamedTuple):
         return f"the reference is out of reach: {held}, and {name} is {now} instead of {wanted}."
 
 
-def followed(run: "Followed", words: Words, seconds: float) -> Group:
+def followed(run: "ClosedLoopRecord", words: Words, seconds: float) -> Group:
     """How the reference was followed."""
     import numpy as np
 
@@ -123,7 +123,7 @@ _A_BEAT = 4  # samples, where it is
 _MOST = 100_000  # samples
 
 
-def follow(
+def control_robot(
     robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")],
     /,
     *,
@@ -203,13 +203,13 @@ def follow(
 
             moments = 1 if beat is None else control.moments_of(beat, reach.largest, 1 / hertz)
             try:
-                held = model.Commanded(description, reach.name, measure, 1 / hertz, moments)
+                held = model.SampledPlant(description, reach.name, measure, 1 / hertz, moments)
             except InputError as error:
                 raise InputError(error.message, field=error.field or "--measure") from None
             with _options():
-                wanted = control.Wanted.read(reference, amplitude, held.reading.dimension)
+                wanted = control.Reference.read(reference, amplitude, held.reading.dimension)
             spread = 0.0 if noise is None else _noise(noise, held.reading.dimension)
-            measuring = control.Measuring(beat if mean else None, late, spread)
+            measuring = control.SensorModel(beat if mean else None, late, spread)
             begin = held.start()[0].reading
             course = wanted.samples(begin, turns, seconds, 1 / hertz)
             about = wanted.size if wanted.kind == "constant" else begin
@@ -219,16 +219,16 @@ def follow(
                 found = control.relay_gains(
                     held, reach.low, reach.high, about, measuring, progress=progress("finding gains")
                 )
-                pace = found and control.gentler(
+                pace = found and control.detune(
                     held, found.gains, reach.low, reach.high, course, measuring, progress=progress("rehearsing")
                 )
                 if found is None or pace is None:
                     return None, None
-                used = control.paced(found.gains, pace)
+                used = control.time_scaled(found.gains, pace)
             else:
                 used = scale * np.array(numbers)
             pid = control.smooth_pid(used, reach.low, reach.high, 1 / hertz)
-            run = control.follow(held, pid, course, measuring, progress=progress("following"))
+            run = control.run_closed_loop(held, pid, course, measuring, progress=progress("following"))
             words = Words(reach, wanted, used / scale, found, pace, beat, mean, hertz)
             return run, words
 

@@ -28,7 +28,7 @@ from rich.text import Text
 
 from nectosome.cli.page import columns, page
 from nectosome.identification import Observed
-from nectosome.view.correction_words import Rows, lines, read_lines, tables
+from nectosome.view.corrected_words import WordRows, lines, read_lines, tables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +41,7 @@ def correction_page(found: "xr.Dataset", observed: Sequence[Observed], aim: str)
     return page(head, [_table(rows) for rows in tables(found, aim)], lines(found, observed))
 
 
-def _table(rows: Rows) -> Table:
+def _table(rows: WordRows) -> Table:
     table = columns(*rows.names)
     for row in rows.rows:
         table.add_row(*row)

@@ -28,14 +28,14 @@ def new(
     From a URDF file (.urdf) come its links, joints, boxes, cylinders and spheres; what has no place is told.
     """
     from nectosome import robots
-    from nectosome.robots.shipped import template_names, template_of
+    from nectosome.robots.shipped import starter_names, starter_of
 
-    shipped = template_names()
+    shipped = starter_names()
     known = [*shipped, *(name for name in robots.names() if name not in shipped)]
     if template is None:
         table = columns("template", "")
         for name in known:
-            about = load_robot(template_of(name)).about if name in shipped else robots.describe(name).about
+            about = load_robot(starter_of(name)).about if name in shipped else robots.describe(name).about
             table.add_row(name, _first_sentence(about))
         write(table)
         return
@@ -55,7 +55,7 @@ def new(
     elif member is not None:
         save_robot(member, target)
     else:
-        write_atomic(target, template_of(template).read_bytes())
+        write_atomic(target, starter_of(template).read_bytes())
     tell(f"wrote {target}. See nectosome show {target}, nectosome simulate {target}.")
 
 

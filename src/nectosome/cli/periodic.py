@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from nectosome.solve import Course
+    from nectosome.solve import CyclePath
 
     Arrays = Mapping[str, np.ndarray]
 
@@ -100,7 +100,7 @@ def periodic(
     return 0
 
 
-def _page(arrays: "Arrays", course: "Course", attributes: "Mapping[str, Any]", each: bool) -> Group:
+def _page(arrays: "Arrays", course: "CyclePath", attributes: "Mapping[str, Any]", each: bool) -> Group:
     """Drives, the body's motion, bending, powers, and how well the samples tell them."""
     tables = [_drives(arrays)] if any(map(is_joint, arrays["prescribed"])) else []
     loads, joints = arrays["load_power"].sum(axis=1), arrays["reaction_power"]
@@ -151,7 +151,7 @@ def _motion(arrays: "Arrays") -> Table:
     return table
 
 
-def _turning(course: "Course") -> list[Table]:
+def _turning(course: "CyclePath") -> list[Table]:
     """The circle or the helix of a robot that turns."""
     if not math.isfinite(course.radius):
         return []

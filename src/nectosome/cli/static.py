@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from nectosome.solve import Resting
+    from nectosome.solve import Static
 
     Rows = list[tuple[str, ...]]
 
@@ -44,7 +44,7 @@ def static(
     description = robots.describe(robot, settings or ())
 
     from nectosome.core import Status
-    from nectosome.solve import prepare_results, resting
+    from nectosome.solve import prepare_results, static
 
     start = clock.perf_counter()
     with progress_bar(description.name):
@@ -52,7 +52,7 @@ def static(
         weigh(built, robot)
         prepare_results(built, 1)
         try:
-            found = resting(built)
+            found = static(built)
         except ValueError as error:
             raise InputError(str(error), file=robot) from None
         status = Status(int(found.status))
@@ -82,7 +82,7 @@ def static(
     return 0
 
 
-def _why(found: "Resting") -> str:
+def _why(found: "Static") -> str:
     """Why there is no shape at rest, and what to do."""
     if not found.loose:
         share = float(found.stats["load"])

@@ -1,22 +1,22 @@
 """What makes a rig or a robot follow a reference: references, controllers, loops, tuning and margins."""
 
-from .autotune import Relay, Ultimate, gentler, paced, relay_gains, smooth_pid, ultimate
+from .autotune import Relay, Ultimate, detune, relay_gains, smooth_pid, time_scaled, ultimate
 from .beat import Beat, BeatMean, beat_of, moments_of
-from .block_loop import Loop, Track, run_lanes, scattered
-from .closed_loop import Followed, Measuring, Ongoing, follow
-from .controller import Controller, Regulator
+from .block_loop import BlockLoop, Track, perturbed, run_batch
+from .closed_loop import ClosedLoopRecord, ClosedLoopRun, SensorModel, run_closed_loop
+from .contract import Controller, Regulator
 from .feedforward import Feedforward, HystereticModel, hysteretic
 from .kalman import KalmanFilter, kalman
 from .learning import Learned, learned
 from .margins import Margins, margins, open_loop
 from .motor_speed import VariableGainPI
-from .pid import PID, PIDRegulator, Reach, Scheduled, pid_of
+from .pid import PID, ActuatorLimits, GainSchedule, PIDRegulator, pid_of
 from .predictive import Predictive
 from .reachable import check_reachable
 from .references import (
     SHAPES,
-    Range,
-    Wanted,
+    CommandRange,
+    Reference,
     chirp,
     eased,
     local_frequency,
@@ -33,37 +33,36 @@ from .tuning import Tuned, tune
 __all__ = [
     "PID",
     "SHAPES",
+    "ActuatorLimits",
     "Beat",
     "BeatMean",
+    "BlockLoop",
+    "ClosedLoopRecord",
+    "ClosedLoopRun",
+    "CommandRange",
     "Controller",
     "Feedforward",
-    "Followed",
+    "GainSchedule",
     "HystereticModel",
     "KalmanFilter",
     "Learned",
-    "Loop",
     "Margins",
-    "Measuring",
-    "Ongoing",
     "PIDRegulator",
     "Predictive",
-    "Range",
-    "Reach",
+    "Reference",
     "Regulator",
     "Relay",
-    "Scheduled",
+    "SensorModel",
     "StepResponse",
     "Track",
     "Tuned",
     "Ultimate",
     "VariableGainPI",
-    "Wanted",
     "beat_of",
     "check_reachable",
     "chirp",
+    "detune",
     "eased",
-    "follow",
-    "gentler",
     "hysteretic",
     "kalman",
     "learned",
@@ -71,17 +70,18 @@ __all__ = [
     "margins",
     "moments_of",
     "open_loop",
-    "paced",
+    "perturbed",
     "pid_of",
     "read_beat",
     "read_range",
     "relay_gains",
     "rms_error",
-    "run_lanes",
-    "scattered",
+    "run_batch",
+    "run_closed_loop",
     "sine",
     "smooth_pid",
     "step_response",
+    "time_scaled",
     "times",
     "triangle",
     "tune",

@@ -9,12 +9,12 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from nectosome.core import Status
-from nectosome.model import Commanded
+from nectosome.model import SampledPlant
 from nectosome.units import InputError
 
-from .closed_loop import PLAIN, Measuring, follow
-from .controller import Controller, Regulator
-from .pid import PID, Reach, pid_of
+from .closed_loop import PLAIN, SensorModel, run_closed_loop
+from .contract import Controller, Regulator
+from .pid import PID, ActuatorLimits, pid_of
 
 _STEADY = 0.15  # by how much the last swings may differ
 _SWINGS = 4  # that are looked at
@@ -101,7 +101,7 @@ _MOST = 1500  # samples
 _SLOW = 3  # samples that a swing must take for a derivative by samples to tell of its phase
 
 
-class Found(NamedTuple):
+class RelayGains(NamedTuple):
     """Gains, and the experiment that they come from."""
 
     gains: Float[np.ndarray, "3"]  # K_p, K_i, K_d, with the sign in which the robot answers
@@ -110,14 +110,14 @@ class Found(NamedTuple):
 
 
 def relay_gains(
-    robot: Commanded,
+    robot: SampledPlant,
     low: float,
     high: float,
     about: float,
-    measuring: Measuring = PLAIN,
+    measuring: SensorModel = PLAIN,
     *,
     progress: Callable[[float], bool | None] | None = None,
-) -> Found | None:
+) -> RelayGains | None:
     """Gains by Tyreus and Luyben's rules, from the swing of the model under a relay about a reference.
 
     Without a derivative where the swing takes few samples, which tell too little of its phase. The relay goes from one
@@ -141,7 +141,7 @@ def relay_gains(
 
     relay = Relay(jnp.asarray(size), jnp.zeros(()))
     controller = _BothWays(relay, jnp.asarray(middle))
-    run = follow(robot, controller, np.full(_MOST, about), quiet, progress=progress, enough=enough)
+    run = run_closed_loop(robot, controller, np.full(_MOST, about), quiet, progress=progress, enough=enough)
     if run.status == Status.CANCELLED:
         return None
     if run.status != Status.SOLVED:
@@ -159,7 +159,7 @@ def relay_gains(
     last = -int(np.ceil(4 * found.period / robot.dt))
     sign = -np.sign(np.sum((run.command[last:] - middle) * (run.measured[last:] - about)))
     gains = found.pid() if found.period > _SLOW * robot.dt else found.pi()
-    return Found(float(sign) * gains, found, float(run.time[-1]))
+    return RelayGains(float(sign) * gains, found, float(run.time[-1]))
 
 
 class _BothWays(Controller):
@@ -209,16 +209,16 @@ _SMOOTH = 10  # the derivative of the error is cut off at K_d/(10 K_p)
 def smooth_pid(gains: Float[np.ndarray, "3"], low: float, high: float, dt: float) -> PID:
     """PID of these gains whose command stays in a range, its derivative cut off at a tenth of K_d/K_p."""
     kp, _, kd = gains
-    return pid_of(gains, kd / (_SMOOTH * kp) if kp else dt, Reach(*map(jnp.asarray, (low, high, np.inf))))
+    return pid_of(gains, kd / (_SMOOTH * kp) if kp else dt, ActuatorLimits(*map(jnp.asarray, (low, high, np.inf))))
 
 
-def gentler(
-    robot: Commanded,
+def detune(
+    robot: SampledPlant,
     gains: Float[np.ndarray, "3"],
     low: float,
     high: float,
     reference: Float[np.ndarray, "n"],
-    measuring: Measuring = PLAIN,
+    measuring: SensorModel = PLAIN,
     *,
     progress: Callable[[float], bool | None] | None = None,
 ) -> float | None:
@@ -232,8 +232,8 @@ def gentler(
     best, least = 1.0, np.inf
     for k, pace in enumerate(_PACES):
         told = None if progress is None else lambda share, k=k: progress((k + share) / len(_PACES))
-        controller = smooth_pid(paced(gains, pace), low, high, robot.dt)
-        run = follow(robot, controller, reference, measuring._replace(noise=0.0), progress=told)
+        controller = smooth_pid(time_scaled(gains, pace), low, high, robot.dt)
+        run = run_closed_loop(robot, controller, reference, measuring._replace(noise=0.0), progress=told)
         if run.status == Status.CANCELLED:
             return None
         error = float(np.sum(run.time * np.abs(run.output - run.reference)))
@@ -244,6 +244,6 @@ def gentler(
     return best
 
 
-def paced(gains: Float[np.ndarray, "3"], pace: float) -> Float[np.ndarray, "3"]:
+def time_scaled(gains: Float[np.ndarray, "3"], pace: float) -> Float[np.ndarray, "3"]:
     """Gains that make the same motion slower in a plant that integrates twice: all times are longer by 1/p."""
     return gains * np.array([pace**2, pace**3, pace])

@@ -11,7 +11,7 @@ from jaxtyping import Array, ArrayLike, Float
 from nectosome.core import Block, Line, Stepper
 from nectosome.drives import Sensor
 
-from .controller import Controller, Regulator
+from .contract import Controller, Regulator
 
 
 class Track(NamedTuple):
@@ -23,7 +23,7 @@ class Track(NamedTuple):
     command: Float[Array, "*lanes n"]
 
 
-class Loop(eqx.Module):
+class BlockLoop(eqx.Module):
     """A block under a controller, from rest; `sensor` reads its output.
 
     Commands are held from sample to sample, over `substeps` steps of the block: what limits rates sees them so. A
@@ -47,7 +47,7 @@ class Loop(eqx.Module):
 
 
 @eqx.filter_jit
-def _run(loop: Loop, regulator: Regulator, count: int) -> tuple[Array, Array, Array]:
+def _run(loop: BlockLoop, regulator: Regulator, count: int) -> tuple[Array, Array, Array]:
     plant = loop.plant.sampled(loop.dt / loop.substeps)
 
     def sample(carry, _):
@@ -62,7 +62,7 @@ def _run(loop: Loop, regulator: Regulator, count: int) -> tuple[Array, Array, Ar
 
 
 @eqx.filter_jit
-def run_lanes(lanes: Loop, regulator: Regulator, reference: Float[ArrayLike, "n"], own: bool = False) -> Track:
+def run_batch(lanes: BlockLoop, regulator: Regulator, reference: Float[ArrayLike, "n"], own: bool = False) -> Track:
     """Loops with a leading axis, each under the same regulator, or under its `own` lane of it.
 
     One after the other: a controller that has more to do now and then does not make all of them do it.
@@ -86,7 +86,7 @@ def held(plant: Stepper, state: Any, command: Float[Array, ""], count: int) -> t
     return state, output
 
 
-def scattered(block: Block, share: float, count: int, seed: int = 0) -> Block:
+def perturbed(block: Block, share: float, count: int, seed: int = 0) -> Block:
     """Lanes of a block whose every number differs from its own by up to a share of it, evenly drawn.
 
     Whole numbers, as seeds are, stay the same in all lanes.

@@ -17,13 +17,13 @@ from nectosome.description import dump_robot
 from nectosome.drives import Chain, DeadTime, Sensor
 from nectosome.io import provenance
 from nectosome.mechanism import Diagnosis
-from nectosome.model import Commanded, build
-from nectosome.model.sampled_plant import Held, Standing
+from nectosome.model import SampledPlant, build
+from nectosome.model.sampled_plant import HoldInterval, PlantState
 from nectosome.solve import Run, Trajectory, results_of
 from nectosome.units import DIMENSIONS
 
 from .beat import Beat, BeatMean
-from .controller import Controller, Regulator
+from .contract import Controller, Regulator
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,20 +33,20 @@ _MOST = 4000  # moments of a run that are kept, or one a sample
 
 
 @dataclass(frozen=True)
-class Followed:
+class ClosedLoopRecord:
     """What a robot did under a controller. Samples have the index k, moments within them m.
 
     `standings` and `pieces` are where the robot stood and what it did, at first and after each sample that was held.
     """
 
-    robot: Commanded
+    robot: SampledPlant
     time: Float[np.ndarray, "k"]  # [s]
     reference: Float[np.ndarray, "k"]
     output: Float[np.ndarray, "k"]  # what was, without delay and noise; its mean over a beat where that is measured
     measured: Float[np.ndarray, "k"]  # what the controller was told
     command: Float[np.ndarray, "k"]  # held from this sample to the next
-    standings: Sequence[Standing]
-    pieces: Sequence[Held]
+    standings: Sequence[PlantState]
+    pieces: Sequence[HoldInterval]
     status: Status
 
     @cached_property
@@ -64,7 +64,7 @@ class Followed:
         """Robot, what is measured and what is commanded."""
         return f"{self.robot.description.name}: {self.robot.reading.name} by {self.robot.command}"
 
-    def last(self, seconds: float) -> "Followed":
+    def last(self, seconds: float) -> "ClosedLoopRecord":
         """The last so many seconds of it."""
         k = max(len(self.time) - int(min(seconds / self.robot.dt, len(self.time))), 0)
         rows = {name: getattr(self, name)[k:] for name in ("time", "reference", "output", "measured", "command")}
@@ -142,7 +142,7 @@ class Followed:
 _PROGRESS = 100  # times a run tells how far it is
 
 
-class Measuring(NamedTuple):
+class SensorModel(NamedTuple):
     """How what is measured comes to the controller: as it is, or as its mean over a beat; late, and with noise."""
 
     beat: Beat | None = None  # whose mean it is
@@ -151,18 +151,18 @@ class Measuring(NamedTuple):
     seed: int = 0
 
 
-PLAIN = Measuring()
+PLAIN = SensorModel()
 
 
-def follow(
-    robot: Commanded,
+def run_closed_loop(
+    robot: SampledPlant,
     controller: Controller,
     reference: Float[np.ndarray, "k"],
-    measuring: Measuring = PLAIN,
+    measuring: SensorModel = PLAIN,
     *,
     progress: Callable[[float], bool | None] | None = None,
     enough: Callable[[Float[np.ndarray, "k"], Float[np.ndarray, "k"]], bool] | None = None,
-) -> Followed:
+) -> ClosedLoopRecord:
     """Let a robot follow a reference, given at its samples, from where its description starts.
 
     At each sample the measurement is taken first, and the command that follows from it is held until the next. The
@@ -171,7 +171,7 @@ def follow(
     done until then is kept.
     """
     regulator = controller.planned(reference, robot.dt)
-    going = Ongoing(robot, regulator, float(reference[0]), measuring)
+    going = ClosedLoopRun(robot, regulator, float(reference[0]), measuring)
     status = Status.SOLVED
     every = max(len(reference) // _PROGRESS, 1)
     for k in range(len(reference)):
@@ -187,7 +187,7 @@ def follow(
     return going.followed(np.asarray(reference, dtype=float), status)
 
 
-class Ongoing:
+class ClosedLoopRun:
     """A robot under a controller that goes on sample by sample: `sample`, `hold`, `sample`, ...
 
     The regulator is handed over at each sample, and may have other numbers then. It takes over from the command of the
@@ -197,7 +197,7 @@ class Ongoing:
     - rows: for each sample what was, what the controller was told, and the command.
     """
 
-    def __init__(self, robot: Commanded, regulator: Regulator, first: float, measuring: Measuring = PLAIN):
+    def __init__(self, robot: SampledPlant, regulator: Regulator, first: float, measuring: SensorModel = PLAIN):
         self.robot, self.rows = robot, list[tuple[float, float, float]]()
         self._state = regulator.initial(robot.resting, first)  # a reference that begins apart is a step
         start, begin = robot.start()
@@ -206,7 +206,7 @@ class Ongoing:
         self._mean = None if measuring.beat is None else BeatMean(measuring.beat, start.reading)
 
     @property
-    def standing(self) -> Standing:
+    def standing(self) -> PlantState:
         """Where the robot is."""
         return self.standings[-1]
 
@@ -228,18 +228,18 @@ class Ongoing:
                 self._mean.add(held.time, held.reading, command)
         return status
 
-    def followed(self, reference: Float[np.ndarray, "k"], status: Status) -> Followed:
+    def followed(self, reference: Float[np.ndarray, "k"], status: Status) -> ClosedLoopRecord:
         """All of it, with what was wanted at its samples, and how it ended."""
         samples = self.robot.dt * np.arange(len(self.rows))
         output, measured, command = np.array(self.rows).T
         of_samples = samples, reference[: len(self.rows)], output, measured, command
-        return Followed(self.robot, *of_samples, tuple(self.standings), tuple(self.pieces), status)
+        return ClosedLoopRecord(self.robot, *of_samples, tuple(self.standings), tuple(self.pieces), status)
 
 
 class _Sensor:
     """What is told of what is, sample by sample; before the first one all was as it was then."""
 
-    def __init__(self, measuring: Measuring, dt: float, first: float):
+    def __init__(self, measuring: SensorModel, dt: float, first: float):
         sensor = Sensor(*map(jnp.asarray, (measuring.noise, -jnp.inf, jnp.inf, measuring.seed)))
         late = DeadTime(jnp.asarray(measuring.delay), int(measuring.delay / dt) + 2)
         self._stepper: Any = Chain((late, sensor)).sampled(dt) if measuring.delay else sensor

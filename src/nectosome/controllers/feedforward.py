@@ -9,7 +9,7 @@ from scipy.signal import savgol_coeffs
 from nectosome.core import RateIndependent
 from nectosome.drives import PrandtlIshlinskii, TransferFunction, inverse, respond
 
-from .controller import Controller, Regulator
+from .contract import Controller, Regulator
 from .pid import PID
 
 

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 from nectosome.drives import respond
 from nectosome.units import InputError
 
-from .controller import Controller, Regulator
+from .contract import Controller, Regulator
 from .feedforward import HystereticModel, convolved, smoothing
 from .pid import PID
 

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float, Int
 
-from .block_loop import Loop, held
-from .controller import Controller, Regulator
+from .block_loop import BlockLoop, held
+from .contract import Controller, Regulator
 
 _PERIODS = np.unique(np.geomspace(3, 2000, 72).round().astype(int))  # samples
 _SETTLED = 1000  # samples, and two periods, before the period that is looked at
@@ -55,7 +55,7 @@ def margins(frequency: Float[np.ndarray, "m"], response: Complex[np.ndarray, "m"
 
 
 def open_loop(
-    loop: Loop, controller: Controller, amplitude: float
+    loop: BlockLoop, controller: Controller, amplitude: float
 ) -> tuple[Float[np.ndarray, "m"], Complex[np.ndarray, "m"]]:
     """Frequencies [Hz] and the response of controller and block one after the other, as they are sampled.
 
@@ -79,7 +79,7 @@ def _crossings(x: Float[np.ndarray, "m"], y: Float[np.ndarray, "m"]) -> list[tup
 
 @eqx.filter_jit
 def _responses(
-    loop: Loop, regulator: Regulator, amplitude: Array, periods: Int[Array, "m"]
+    loop: BlockLoop, regulator: Regulator, amplitude: Array, periods: Int[Array, "m"]
 ) -> tuple[Complex[Array, "m"], Complex[Array, "m"]]:
     plant = loop.plant.sampled(loop.dt / loop.substeps)
 

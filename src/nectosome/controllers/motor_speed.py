@@ -4,8 +4,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .controller import Controller
-from .pid import PIDRegulator, Reach
+from .contract import Controller
+from .pid import ActuatorLimits, PIDRegulator
 
 
 class VariableGainPI(Controller):
@@ -22,7 +22,7 @@ class VariableGainPI(Controller):
     integral: Float[Array, ""]  # K_i, command per rad
     boost: Float[Array, ""]  # beta, what gains are more by at rest
     low: Float[Array, ""]  # w_0, speed over which that fades [rad/s]
-    reach: Reach
+    reach: ActuatorLimits
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> PIDRegulator:
         """Gains at each sample."""

@@ -7,11 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from .controller import Controller, Regulator
+from .contract import Controller, Regulator
 from .references import local_frequency
 
 
-class Reach(eqx.Module):
+class ActuatorLimits(eqx.Module):
     """What commands may be, as the controller knows it."""
 
     low: Float[Array, ""]
@@ -36,7 +36,7 @@ class PID(Controller):
     integral: Float[Array, ""]  # K_i
     derivative: Float[Array, ""]  # K_d
     filtering: Float[Array, ""]  # T_f [s]
-    reach: Reach
+    reach: ActuatorLimits
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
         """Without feedforward: u_f = 0."""
@@ -49,13 +49,13 @@ class PID(Controller):
         return PIDRegulator(jnp.asarray(reference, dtype=float), feed, every, self.filtering, self.reach, dt)
 
 
-class Scheduled(Controller):
+class GainSchedule(Controller):
     """PID with gains by the local frequency of the reference, between those of a table on a logarithmic scale."""
 
     frequencies: Float[Array, "m"]  # [Hz], growing
     gains: Float[Array, "m 3"]  # K_p, K_i, K_d
     filtering: Float[Array, ""]  # T_f [s]
-    reach: Reach
+    reach: ActuatorLimits
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
         """Gains at each sample; the ends of the table beyond it."""
@@ -84,7 +84,7 @@ class PIDRegulator(Regulator):
     feed: Float[Array, "n"]
     gains: Float[Array, "n 3"]
     filtering: Float[Array, ""]
-    reach: Reach
+    reach: ActuatorLimits
     dt: float = eqx.field(static=True)
 
     def initial(self, command: Float[ArrayLike, ""] = 0.0, measured: Float[ArrayLike, ""] = 0.0) -> PIDState:
@@ -108,7 +108,7 @@ class PIDRegulator(Regulator):
         return PIDState(state.k + 1, integral, derivative, error, kp, command), command
 
 
-def pid_of(gains: Any, filtering: Float[ArrayLike, ""], reach: Reach) -> PID:
+def pid_of(gains: Any, filtering: Float[ArrayLike, ""], reach: ActuatorLimits) -> PID:
     """PID of three gains in a row."""
     kp, ki, kd = jnp.asarray(gains, dtype=float)
     return PID(kp, ki, kd, jnp.asarray(filtering, dtype=float), reach)

@@ -13,10 +13,10 @@ from nectosome.core import Line
 from nectosome.drives import respond
 from nectosome.units import InputError
 
-from .controller import Controller, Regulator
+from .contract import Controller, Regulator
 from .feedforward import HystereticModel, half_window
 from .kalman import KalmanFilter, Sampled, kalman, sampled
-from .pid import Reach
+from .pid import ActuatorLimits
 
 
 class Predictive(Controller):
@@ -31,7 +31,7 @@ class Predictive(Controller):
     """
 
     model: HystereticModel
-    reach: Reach
+    reach: ActuatorLimits
     horizon: int = eqx.field(static=True)  # samples
     weight: float = eqx.field(static=True)  # rho [outputs by inputs of the dynamics, squared]
     wander: float = eqx.field(static=True)  # of the disturbance in a sample [input of the dynamics]
@@ -98,7 +98,7 @@ class _Horizon(Regulator):
     solved: Float[Array, "h h"]  # its inverse
     watch: KalmanFilter
     model: HystereticModel
-    reach: Reach
+    reach: ActuatorLimits
     count: int = eqx.field(static=True)
     late: int = eqx.field(static=True)  # samples from a command to what it does
     weight: float = eqx.field(static=True)

@@ -7,7 +7,7 @@ from jaxtyping import Float
 from nectosome.units import InputError, show_quantity
 
 from .feedforward import HystereticModel
-from .pid import Reach
+from .pid import ActuatorLimits
 
 _WIDTH = 0.08  # s, over which the reference is smoothed: corners are never followed to the point
 _JUMPS = 0.05  # of the time, in which the rate may be too high: corners, and starts from rest
@@ -16,7 +16,7 @@ _HALVINGS = 12
 
 def check_reachable(
     model: HystereticModel,
-    reach: Reach,
+    reach: ActuatorLimits,
     reference: Float[np.ndarray, "n"],
     dt: float,
     kinds: tuple[str, str] = ("pressure", "length"),
@@ -37,7 +37,9 @@ def check_reachable(
     raise InputError(f"{told}. With this course it can have an amplitude of {size}.", field="reference")
 
 
-def _needs(model: HystereticModel, reach: Reach, reference: Float[np.ndarray, "n"], dt: float, kind: str) -> str:
+def _needs(
+    model: HystereticModel, reach: ActuatorLimits, reference: Float[np.ndarray, "n"], dt: float, kind: str
+) -> str:
     """What it needs that there is not, or ""."""
     driven = model.driven(jnp.asarray(reference, dtype=float), dt, _WIDTH)
     command = np.asarray(model.command(driven, dt))

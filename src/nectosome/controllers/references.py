@@ -77,7 +77,7 @@ def local_frequency(reference: Float[np.ndarray, "n"], dt: float) -> Float[np.nd
 SHAPES = ("sine", "triangle")
 
 
-class Range(NamedTuple):
+class CommandRange(NamedTuple):
     """What the command may be, SI, and the unit in which that was written."""
 
     name: str
@@ -99,7 +99,7 @@ class Range(NamedTuple):
         return f"{value / self.unit_size:.4g} {self.unit}".strip()
 
 
-def read_range(text: str, description: RobotDescription) -> Range:
+def read_range(text: str, description: RobotDescription) -> CommandRange:
     """Read `bias=-8:8mN m`; the unit of the last number counts for both. Raises InputError."""
     name, equals, rest = (part.strip() for part in text.partition("="))
     low, colon, high = (part.strip() for part in rest.partition(":"))
@@ -120,7 +120,7 @@ def read_range(text: str, description: RobotDescription) -> Range:
         raise InputError(str(error), field=f"command {name}") from None
     resting = float(get_value(description, name))
     size = unit_to_si(unit)[0] if unit else 1.0
-    found = Range(name, paths, ends[0], ends[1], resting, quantity.dimension, unit or quantity.unit, size)
+    found = CommandRange(name, paths, ends[0], ends[1], resting, quantity.dimension, unit or quantity.unit, size)
     if not found.low < found.high:
         message = f"{low}:{high} is empty. Write the smaller end first."
         raise InputError(message, field=f"command {name}")
@@ -130,7 +130,7 @@ def read_range(text: str, description: RobotDescription) -> Range:
     return found
 
 
-def read_beat(description: RobotDescription, reach: Range, mean: bool) -> Beat | None:
+def read_beat(description: RobotDescription, reach: CommandRange, mean: bool) -> Beat | None:
     """The beat of the robot; None without one, where its mean is not asked for. Raises InputError."""
     try:
         beat = beat_of(description, reach.paths, reach.resting)
@@ -145,7 +145,7 @@ def read_beat(description: RobotDescription, reach: Range, mean: bool) -> Beat |
     return beat
 
 
-class Wanted(NamedTuple):
+class Reference(NamedTuple):
     """A reference as it was asked for, SI, and the unit in which that was written."""
 
     kind: str
@@ -155,7 +155,7 @@ class Wanted(NamedTuple):
     unit_size: float
 
     @classmethod
-    def read(cls, reference: str, amplitude: str | None, dimension: str) -> "Wanted":
+    def read(cls, reference: str, amplitude: str | None, dimension: str) -> "Reference":
         """Raises InputError."""
         text, option = (reference, "reference") if amplitude is None else (amplitude, "amplitude")
         if amplitude is None and not re.match(r"\s*[-+.\d]", reference):

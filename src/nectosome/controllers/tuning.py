@@ -12,8 +12,8 @@ from nectosome.identification.fits.misfit import Misfit
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
 
-from .block_loop import Loop, run_lanes
-from .controller import Controller
+from .block_loop import BlockLoop, run_batch
+from .contract import Controller
 
 _ENOUGH = 1e-3  # of the first sum of squares: a step that gains less is the last
 
@@ -30,7 +30,7 @@ def tune(
     make: Callable[[Float[Array, "p"]], Controller],
     ranges: Ranges,
     start: Float[np.ndarray, "p"],
-    lanes: Loop,
+    lanes: BlockLoop,
     references: Sequence[Float[np.ndarray, "n"]],
 ) -> Tuned:
     """Least squares of the errors of the output, in loops side by side (`scattered`): what is found suits all of them.
@@ -59,8 +59,8 @@ def tune(
     return Tuned(found.theta, begun, ended)
 
 
-def _errors(lanes: Loop, controller: Controller, reference: Float[np.ndarray, "n"]) -> Float[Array, "lanes n"]:
+def _errors(lanes: BlockLoop, controller: Controller, reference: Float[np.ndarray, "n"]) -> Float[Array, "lanes n"]:
     """Whose squares sum to the mean square error by the range of the reference."""
     regulator = controller.planned(reference, lanes.dt)
-    error = (run_lanes(lanes, regulator, reference).output - reference).ravel()
+    error = (run_batch(lanes, regulator, reference).output - reference).ravel()
     return error / (np.ptp(reference) * np.sqrt(error.shape[0]))

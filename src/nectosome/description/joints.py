@@ -39,7 +39,7 @@ class FixedJoint(Described):
     kind: Literal["fixed"]
 
 
-class AngularStop(Described):
+class AngularLimit(Described):
     """A stop `at` an angle [rad]: a spring of `stiffness` [N m/rad] and a damper [N m s/rad] that only push.
 
     Both rise smoothly over the first `softness` [rad] of the way into the stop.
@@ -51,7 +51,7 @@ class AngularStop(Described):
     softness: PositiveAngle = math.radians(1.0)
 
 
-class LinearStop(Described):
+class LinearLimit(Described):
     """A stop `at` a place [m]: a spring of `stiffness` [N/m] and a damper [N s/m] that only push.
 
     Both rise smoothly over the first `softness` [m] of the way into the stop.
@@ -100,8 +100,8 @@ class RevoluteJoint(Described):
     damping: AngularDamping = 0.0
     rest: Angle = 0.0
     flexure: Flexure | None = None
-    lower: AngularStop | None = None
-    upper: AngularStop | None = None
+    lower: AngularLimit | None = None
+    upper: AngularLimit | None = None
     motion: AngleSignal | None = None
     torque: TorqueSignal | None = None
     limits: ServoLimits | None = None
@@ -142,8 +142,8 @@ class PrismaticJoint(Described):
     stiffness: Stiffness = 0.0
     damping: Damping = 0.0
     rest: Coordinate = 0.0
-    lower: LinearStop | None = None
-    upper: LinearStop | None = None
+    lower: LinearLimit | None = None
+    upper: LinearLimit | None = None
     motion: LengthSignal | None = None
     force: ForceSignal | None = None
 
@@ -158,7 +158,7 @@ class PrismaticJoint(Described):
         return self
 
 
-def _check_stops(lower: AngularStop | LinearStop | None, upper: AngularStop | LinearStop | None) -> None:
+def _check_stops(lower: AngularLimit | LinearLimit | None, upper: AngularLimit | LinearLimit | None) -> None:
     if lower is not None and upper is not None and not lower.at < upper.at:
         raise wrong("upper.at", "must be above the lower stop.")
 

@@ -264,7 +264,7 @@ class PulsedThrustLoad(Described):
     place: Position = ZERO
 
 
-class BumperLoad(Described):
+class WallContactLoad(Described):
     """The soft hull of a rigid part, which the walls of the tank push back: a spring and a damper that only push.
 
     The hull ends at `reach` [m] ahead of and behind the part's centre, along the world's x. `stiffness` [N/m] and
@@ -304,7 +304,7 @@ Load = Annotated[
     | DistributedForceLoad
     | NearFloorLoad
     | PulsedThrustLoad
-    | BumperLoad
+    | WallContactLoad
     | TrailingEdgeLoad
     | TendonLoad
     | ChamberLoad

@@ -20,7 +20,7 @@ from nectosome.description.places import Place
 from nectosome.units import did_you_mean
 
 
-class TiePair(Described):
+class BushingPair(Described):
     """A stiff bushing that holds a place of one part to a place of another, as in a loop of bodies.
 
     Each place is `at` the tip, the root or a mark of its part, moved by `offset` [m] along the axes there. `stiffness`
@@ -40,7 +40,7 @@ class TiePair(Described):
     turning_damping: AngularDamping = 0.0
 
 
-class TouchPair(Described):
+class ContactPair(Described):
     """Contact of two parts: rods, cylinders and spheres, which count as round and end in half spheres.
 
     The first is sampled at its points (a cylinder at its `strips`), which must be closer than the second is thick.
@@ -66,10 +66,10 @@ class TouchPair(Described):
         return self
 
 
-Pair = Annotated[TiePair | TouchPair, Field(discriminator="kind")]
+Pair = Annotated[BushingPair | ContactPair, Field(discriminator="kind")]
 
 
-def check_pair(own: str, pair: TiePair | TouchPair, parts: Mapping[str, Limb]) -> None:
+def check_pair(own: str, pair: BushingPair | ContactPair, parts: Mapping[str, Limb]) -> None:
     """Raise the error of a pair called `own` that does not fit its parts."""
     here = f"pairs.{own}"
     if any(own in part.loads for part in parts.values()):
@@ -81,7 +81,7 @@ def check_pair(own: str, pair: TiePair | TouchPair, parts: Mapping[str, Limb]) -
         raise wrong(f"{here}.between", "a pair is of two parts, these are one.")
     for i, name in enumerate(pair.between):
         part = parts[name]
-        if isinstance(pair, TouchPair):
+        if isinstance(pair, ContactPair):
             _check_shape(f"{here}.between.{i}", name, part)
         elif not isinstance(pair.at[i], str) and not (isinstance(part, Rod) and pair.at[i] in part.marks):
             why = f"{name} has no mark at {pair.at[i]}. Write tip or root, or add the mark."

@@ -26,7 +26,7 @@ from nectosome.description.joints import FixedJoint, Joint
 from nectosome.description.loads import Load
 from nectosome.description.places import Place
 from nectosome.description.repeat import Repeat
-from nectosome.description.waves import MadeStrains, wave_missed
+from nectosome.description.waves import PrescribedStrains, wave_missed
 
 StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
 STRAIN_NAMES: tuple[StrainName, ...] = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")
@@ -237,7 +237,7 @@ class Rod(Part):
     damping: Viscosity = 0.0
     strains: Annotated[dict[StrainName, Order], AfterValidator(_in_canonical_order)]
     rest: RestStrains = RestStrains()
-    motion: MadeStrains = MadeStrains()
+    motion: PrescribedStrains = PrescribedStrains()
     points: Annotated[int, Field(strict=True, ge=2, le=200)] = 10
     marks: Annotated[tuple[Mark, ...], AfterValidator(_increasing)] = ()
 

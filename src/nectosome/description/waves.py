@@ -51,7 +51,7 @@ class CurvatureWave(_Wave):
     offset: Curvature = 0.0
 
 
-class MadeStrains(Described):
+class PrescribedStrains(Described):
     """Strains that a rod is made to take, whatever that needs: curvatures [rad/m] about its sections' axes."""
 
     torsion: CurvatureWave | None = None

@@ -12,7 +12,7 @@ COUNT = "N"  # of flagella or segments: another structure for each value
 
 
 @dataclass(frozen=True)
-class Axis:
+class SweepAxis:
     """Values [SI] that a quantity takes one after another."""
 
     name: str  # path or alias, or "N"
@@ -21,7 +21,7 @@ class Axis:
     dimension: str
 
 
-def read_axis(text: str, description: RobotDescription | None) -> Axis:
+def read_axis(text: str, description: RobotDescription | None) -> SweepAxis:
     """Read `A=30:75:5deg` (from, to, step) or `A=30,45,75deg` (values); the unit of the last number counts for all.
 
     An axis over N needs no description. Raises InputError for what is neither, an unknown name, a value that its field
@@ -45,7 +45,7 @@ def read_axis(text: str, description: RobotDescription | None) -> Axis:
     return axis(name, [f"{x!r} {match[2] or ''}".strip() for x in numbers], description)
 
 
-def axis(name: str, values: Sequence[float | str], description: RobotDescription) -> Axis:
+def axis(name: str, values: Sequence[float | str], description: RobotDescription) -> SweepAxis:
     """Axis over a quantity at its path or alias; numbers are SI, text carries its unit. Raises InputError."""
     known = numeric_paths(description)
     paths = resolve(description, name)
@@ -58,7 +58,7 @@ def axis(name: str, values: Sequence[float | str], description: RobotDescription
         raise InputError("takes no value: at least one is needed.", field=name)
     if len(set(found)) < len(found):
         raise InputError("takes a value twice.", field=name)
-    return Axis(name, found, known[paths[0]].unit, known[paths[0]].dimension)
+    return SweepAxis(name, found, known[paths[0]].unit, known[paths[0]].dimension)
 
 
 def _steps(start: float, stop: float, step: float, *, name: str) -> list[float]:
@@ -73,7 +73,7 @@ def _steps(start: float, stop: float, step: float, *, name: str) -> list[float]:
     return [float(f"{start + k * step:.12g}") for k in range(int(steps + 1e-9) + 1)]
 
 
-def _count(numbers: list[float], unit: str | None) -> Axis:
+def _count(numbers: list[float], unit: str | None) -> SweepAxis:
     if unit or any(x != int(x) or x < 0 for x in numbers):
         raise InputError("is a count: whole numbers without a unit, as in N=1,2,3.", field=COUNT)
-    return Axis(COUNT, tuple(numbers), "1", "number")
+    return SweepAxis(COUNT, tuple(numbers), "1", "number")

@@ -15,31 +15,31 @@ from nectosome.core import State, Status
 from nectosome.core.remember import remembered
 from nectosome.description import RobotDescription, drive_period, resolve, with_values
 from nectosome.mechanism import Robot, in_plane, moves_in_plane
-from nectosome.model import Blueprint, blueprint_of, fill
+from nectosome.model import Template, instantiate, template_of
 from nectosome.solve import CycleMeans, Symmetry, cycle_means, equilibrium, find_symmetry, periodic
 from nectosome.solve.orbit import cycle_settings, settled_cycle
 from nectosome.units import InputError
 
-from .axes import Axis
+from .axes import SweepAxis
 
 _LANES = 28  # robots computed side by side where that is quicker than one after another
 _SLOW_RTOL = 1e-6  # of what settles slowly: its cycle is off by that of many cycles together
 _INSTANT = 1e-4  # s, over which a steady motion is looked at
 
 
-class Kind(eqx.Module):
+class SharedStructure(eqx.Module):
     """What robots that differ in numbers only have in common."""
 
-    blueprint: Blueprint
+    blueprint: Template
     symmetry: Symmetry
     flat: bool = eqx.field(static=True)  # they move in the plane
 
 
 @dataclass(frozen=True)
-class Points:
+class RobotBatch:
     """Robots of one structure, point by point of a grid."""
 
-    kind: Kind
+    kind: SharedStructure
     robot: Robot  # one of them
     numbers: Float[np.ndarray, "k p"]
     periods: Float[np.ndarray, "k"]  # [s]; 0 of a steady motion
@@ -82,13 +82,13 @@ class Points:
         return {name: x.shape for name, x in means._asdict().items()}
 
 
-def points_of(description: RobotDescription, axes: tuple[Axis, ...], samples: int, rtol: float) -> Points:
+def batches_of(description: RobotDescription, axes: tuple[SweepAxis, ...], samples: int, rtol: float) -> RobotBatch:
     """Points of the grid of the axes, the last of which runs fastest.
 
     Raises InputError where drives have no period, and where the ends of the axes differ in what their motion may do.
     """
     paths = [resolve(description, a.name) for a in axes]
-    blueprint, base = blueprint_of(description, tuple(path for group in paths for path in group))
+    blueprint, base = template_of(description, tuple(path for group in paths for path in group))
     grid = np.array([*product(*(a.values for a in axes))])
     numbers = np.tile(np.asarray(base), (len(grid), 1))
     for k, group in enumerate(paths):
@@ -97,34 +97,34 @@ def points_of(description: RobotDescription, axes: tuple[Axis, ...], samples: in
     symmetry, *others = (find_symmetry(robot) for robot in corners)
     if any(other != symmetry for other in others):
         raise InputError("changes what the robot is free to do without end. Sweep its parts apart.", field="over")
-    kind = Kind(blueprint, symmetry, all(moves_in_plane(robot) for robot in corners))
+    kind = SharedStructure(blueprint, symmetry, all(moves_in_plane(robot) for robot in corners))
     periods = np.zeros(len(grid))
     if not symmetry.steady:
         periods = np.array([drive_period(_at(description, axes, values)) for values in grid])
-    return Points(kind, corners[0], numbers, periods, samples, rtol)
+    return RobotBatch(kind, corners[0], numbers, periods, samples, rtol)
 
 
-def _corners(axes: tuple[Axis, ...]) -> list[int]:
+def _corners(axes: tuple[SweepAxis, ...]) -> list[int]:
     """Indices of the points where every axis is at one of its ends."""
     shape = tuple(len(a.values) for a in axes)
     index = np.arange(int(np.prod(shape))).reshape(shape)
     return sorted(int(index[end]) for end in product(*({0, n - 1} for n in shape)))
 
 
-def _at(description: RobotDescription, axes: tuple[Axis, ...], values: np.ndarray) -> RobotDescription:
+def _at(description: RobotDescription, axes: tuple[SweepAxis, ...], values: np.ndarray) -> RobotDescription:
     return with_values(description, {a.name: float(x) for a, x in zip(axes, values, strict=True)})
 
 
-def _robot(blueprint: Blueprint, numbers: np.ndarray) -> Robot:
+def _robot(blueprint: Template, numbers: np.ndarray) -> Robot:
     """Robot of one point."""
-    return remembered(fill, blueprint, jnp.asarray(numbers))
+    return remembered(instantiate, blueprint, jnp.asarray(numbers))
 
 
-def _periodic(kind: Kind, numbers: Array, times: Array, rtol: Array) -> tuple[CycleMeans, Array]:
+def _periodic(kind: SharedStructure, numbers: Array, times: Array, rtol: Array) -> tuple[CycleMeans, Array]:
     """Means over the cycles that robots settle to."""
 
     def one(numbers: Array, times: Array) -> tuple[CycleMeans, Array]:
-        robot = fill(kind.blueprint, numbers)
+        robot = instantiate(kind.blueprint, numbers)
         settings = cycle_settings("explicit" if kind.flat else "implicit", times[-1], rtol, 1e-2 * rtol)
         system = in_plane(robot) if kind.flat else robot
         found = settled_cycle(system, kind.symmetry, robot.initial(), times, settings)
@@ -133,11 +133,11 @@ def _periodic(kind: Kind, numbers: Array, times: Array, rtol: Array) -> tuple[Cy
     return jax.vmap(one)(numbers, times) if kind.flat else _alone(one, numbers, times)
 
 
-def _steady(kind: Kind, numbers: Array) -> tuple[CycleMeans, Array]:
+def _steady(kind: SharedStructure, numbers: Array) -> tuple[CycleMeans, Array]:
     """What steady motions give at an instant."""
 
     def one(numbers: Array) -> tuple[CycleMeans, Array]:
-        robot = fill(kind.blueprint, numbers)
+        robot = instantiate(kind.blueprint, numbers)
         found = equilibrium(robot, kind.symmetry, robot.initial(), jnp.asarray(False))
         x = found.value.state
         later = State(robot.advance(x.q, x.v, jnp.asarray(_INSTANT)), x.v, x.z)

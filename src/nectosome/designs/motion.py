@@ -23,14 +23,14 @@ from nectosome.description import (
 )
 from nectosome.description.variables import Box, Variable
 from nectosome.mechanism import moves_in_plane
-from nectosome.model import blueprint_of, build
-from nectosome.search.record import Compute
+from nectosome.model import build, template_of
+from nectosome.search.evaluations import Compute
 from nectosome.search.task import Evaluation, Task
 from nectosome.solve import Symmetry, find_symmetry
 from nectosome.units import InputError, did_you_mean
 
 from .constraints import Constraint
-from .plans import CyclePlan, Numbers, Plan, SteadyPlan, judge, judge_with_slopes
+from .plans import CyclePlan, Plan, PlanInputs, SteadyPlan, judge, judge_with_slopes
 from .quantities import QUANTITIES
 
 _AT_AN_END = 1e-3  # of a variable's range, on its scale
@@ -177,14 +177,14 @@ class MotionDesign(Varied):
         ends = [{}, *({v.name: x} for v in self.variables for x in (v.lower, v.upper))]
         return all(moves_in_plane(build(with_values(self.description, values))) for values in ends)
 
-    def plan(self) -> tuple[Plan, Numbers]:
+    def plan(self) -> tuple[Plan, PlanInputs]:
         """What the programs of a design need: what they depend on besides numbers, and the numbers.
 
         Raises InputError where the robot has no steady or periodic motion, whatever its numbers.
         """
         symmetry = self._symmetry()
         groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
-        blueprint, numbers = blueprint_of(self.description, tuple(path for group in groups for path in group))
+        blueprint, numbers = template_of(self.description, tuple(path for group in groups for path in group))
         wanted = {*self._wanted(), *_TOLD}
         used = [name for name in QUANTITIES if name in wanted]  # in one order: what asks for the same is one program
         where = tuple(tuple(blueprint.paths.index(path) for path in group) for group in groups)
@@ -192,9 +192,9 @@ class MotionDesign(Varied):
         shared = blueprint, symmetry, where, log, tuple(used), FORWARD[self.forward]
         ends = jnp.asarray(self.box.ends)
         if symmetry.steady:
-            return SteadyPlan(*shared), Numbers(numbers, ends, jnp.asarray(jnp.nan))
+            return SteadyPlan(*shared), PlanInputs(numbers, ends, jnp.asarray(jnp.nan))
         period, pace = self._period()
-        return CyclePlan(*shared, flat=self._flat(), pace=pace), Numbers(numbers, ends, jnp.asarray(period))
+        return CyclePlan(*shared, flat=self._flat(), pace=pace), PlanInputs(numbers, ends, jnp.asarray(period))
 
     def prepare(self) -> Compute:
         """Return evaluate(u, slopes, memory); the memory is the state of a motion nearby."""

@@ -12,16 +12,16 @@ from jaxtyping import Array, Float
 from nectosome.core import State, safe_norm
 from nectosome.core.se3 import dot, dot_t
 from nectosome.mechanism import Free, Planar, Robot, in_plane
-from nectosome.model import Blueprint, fill
+from nectosome.model import Template, instantiate
 from nectosome.solve import Symmetry, cycle_means, equilibrium
 from nectosome.solve.orbit import cycle_settings, orbit
 
-from .quantities import QUANTITIES, Stroke, Swim
+from .quantities import QUANTITIES, PeriodicSwim, SteadySwim
 
 _SAMPLES, _RTOL = 257, 1e-5  # of a cycle
 
 
-class Numbers(NamedTuple):
+class PlanInputs(NamedTuple):
     """What the programs of a design take besides the design itself."""
 
     values: Float[Array, "k"]  # of the robot, in the order of its blueprint
@@ -29,7 +29,7 @@ class Numbers(NamedTuple):
     period: Float[Array, ""]  # of a cycle [s], times the variable that it is inverse to; NaN of a steady motion
 
 
-class Found(NamedTuple):
+class MotionQuantities(NamedTuple):
     """What the motion of a design gives."""
 
     quantities: Float[Array, "k"]
@@ -41,14 +41,14 @@ class Found(NamedTuple):
 class Plan(eqx.Module):
     """What a program depends on besides numbers."""
 
-    blueprint: Blueprint
+    blueprint: Template
     symmetry: Symmetry
     where: tuple[tuple[int, ...], ...] = eqx.field(static=True)  # of each variable among the robot's numbers
     log: tuple[bool, ...] = eqx.field(static=True)
     used: tuple[str, ...] = eqx.field(static=True)
     forward: tuple[float, float, float] = eqx.field(static=True)
 
-    def robot(self, numbers: Numbers, u: Array) -> tuple[Robot, Array]:
+    def robot(self, numbers: PlanInputs, u: Array) -> tuple[Robot, Array]:
         """Robot of a design, and the values of its variables."""
         x = numbers.ends[:, 0] + u * (numbers.ends[:, 1] - numbers.ends[:, 0])
         log = np.array(self.log)
@@ -56,23 +56,23 @@ class Plan(eqx.Module):
         values = numbers.values
         for k, group in enumerate(self.where):
             values = values.at[np.array(group)].set(x[k])
-        return fill(self.blueprint, values), x
+        return instantiate(self.blueprint, values), x
 
     @abstractmethod
-    def found(self, numbers: Numbers, u: Array, guess: State, warm: Array) -> Found:
+    def found(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
         """What the motion of a design gives, looked for from a state; `warm` where that is of a design nearby."""
 
 
 class SteadyPlan(Plan):
     """The motion is steady."""
 
-    def found(self, numbers: Numbers, u: Array, guess: State, warm: Array) -> Found:
+    def found(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
         """By the equilibrium of forces."""
         robot, _ = self.robot(numbers, u)
         solution = equilibrium(robot, self.symmetry, guess, warm)
-        swim = Swim(robot, solution.value, self.forward)
+        swim = SteadySwim(robot, solution.value, self.forward)
         quantities = jnp.stack([QUANTITIES[name].of_steady(swim) for name in self.used])
-        return Found(quantities, solution.status, solution.residual, solution.value.state)
+        return MotionQuantities(quantities, solution.status, solution.residual, solution.value.state)
 
 
 class CyclePlan(Plan):
@@ -81,7 +81,7 @@ class CyclePlan(Plan):
     flat: bool = eqx.field(static=True)  # it stays in the plane
     pace: int = eqx.field(static=True)  # which variable the period is inverse to; -1: none
 
-    def found(self, numbers: Numbers, u: Array, guess: State, warm: Array) -> Found:
+    def found(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
         """By the periodic orbit."""
         robot, x = self.robot(numbers, u)
         period = numbers.period / jnp.abs(x[self.pace]) if self.pace >= 0 else numbers.period
@@ -90,9 +90,9 @@ class CyclePlan(Plan):
         system = in_plane(robot) if self.flat else robot
         solution = orbit(system, self.symmetry, guess, times, settings)
         states = solution.value.states
-        stroke = Stroke(cycle_means(robot, times, states), self._ahead(robot, states))
+        stroke = PeriodicSwim(cycle_means(robot, times, states), self._ahead(robot, states))
         quantities = jnp.stack([QUANTITIES[name].of_cycle(stroke) for name in self.used])
-        return Found(quantities, solution.status, solution.residual, jax.tree.map(lambda x: x[0], states))
+        return MotionQuantities(quantities, solution.status, solution.residual, jax.tree.map(lambda x: x[0], states))
 
     def _ahead(self, robot: Robot, states: State) -> Float[Array, "3"]:
         """Forward of a cycle: of a robot that may head anywhere, as its body is turned on the mean.
@@ -114,18 +114,18 @@ class CyclePlan(Plan):
         return ahead / safe_norm(ahead)
 
 
-_Judged = tuple[Found, Array]
+_Judged = tuple[MotionQuantities, Array]
 
 
-def judge(plan: Plan, numbers: Numbers, u: Array, guess: State, warm: Array) -> _Judged:
+def judge(plan: Plan, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> _Judged:
     """What the motion of a design u gives, and no slopes [0]."""
     return plan.found(numbers, u, guess, warm), jnp.zeros(0)
 
 
-def judge_with_slopes(plan: Plan, numbers: Numbers, u: Array, guess: State, warm: Array) -> _Judged:
+def judge_with_slopes(plan: Plan, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> _Judged:
     """What the motion of a design u gives, and the slopes of its quantities [k, n]."""
 
-    def quantities(u: Array) -> tuple[Array, Found]:
+    def quantities(u: Array) -> tuple[Array, MotionQuantities]:
         found = plan.found(numbers, u, guess, warm)
         return found.quantities, found
 

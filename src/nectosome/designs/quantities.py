@@ -14,7 +14,7 @@ from nectosome.solve import CycleMeans, Equilibrium
 
 
 @dataclass(frozen=True)
-class Swim:
+class SteadySwim:
     """A steady motion and what it is judged against; forward is a unit vector of the world."""
 
     robot: Robot
@@ -23,7 +23,7 @@ class Swim:
 
 
 @dataclass(frozen=True)
-class Stroke:
+class PeriodicSwim:
     """A periodic motion and what it is judged against; forward is a unit vector of the world."""
 
     means: CycleMeans
@@ -31,7 +31,7 @@ class Stroke:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class MotionQuantity:
     """A number of a motion; `best` is "high" or "low"."""
 
     name: str
@@ -39,11 +39,11 @@ class Quantity:
     unit: str
     best: str
     about: str
-    of_steady: Callable[[Swim], Float[Array, ""]]
-    of_cycle: Callable[[Stroke], Float[Array, ""]]
+    of_steady: Callable[[SteadySwim], Float[Array, ""]]
+    of_cycle: Callable[[PeriodicSwim], Float[Array, ""]]
 
 
-def _velocity(s: Swim) -> Array:
+def _velocity(s: SteadySwim) -> Array:
     """Velocity of the body's first station in the world [m/s]."""
     tree, x = s.robot.tree, s.steady.state
     q, v, _ = tree.complete(jnp.zeros(()), x.q, x.v)
@@ -51,26 +51,26 @@ def _velocity(s: Swim) -> Array:
     return dot(shape.rotation[0], tree.twists(shape, v)[0, 3:])
 
 
-def _speed(s: Swim) -> Array:
+def _speed(s: SteadySwim) -> Array:
     return jnp.sum(_velocity(s) * jnp.asarray(s.forward))
 
 
-def _rates(s: Swim) -> Array:
+def _rates(s: SteadySwim) -> Array:
     tree, x = s.robot.tree, s.steady.state
     _, v, _ = tree.complete(jnp.zeros(()), x.q, x.v)
     return v[tree.prescribed_v]
 
 
-def _torque(s: Swim) -> Array:
+def _torque(s: SteadySwim) -> Array:
     """What the drives give, in the sense in which they turn; of several the largest."""
     return _largest(s.steady.reaction * jnp.where(_rates(s) < 0, -1.0, 1.0))
 
 
-def _power(s: Swim) -> Array:
+def _power(s: SteadySwim) -> Array:
     return jnp.sum(s.steady.reaction * _rates(s))
 
 
-def _thrust(s: Swim) -> Array:
+def _thrust(s: SteadySwim) -> Array:
     """Forward force that the rest of the robot gives to its body: minus the loads on the body."""
     robot, x = s.robot, s.steady.state
     acting = robot.forces(jnp.zeros(()), x, jnp.zeros_like(x.v))
@@ -82,34 +82,34 @@ def _thrust(s: Swim) -> Array:
     return -jnp.sum(force * jnp.asarray(s.forward))
 
 
-def _efficiency(s: Swim) -> Array:
+def _efficiency(s: SteadySwim) -> Array:
     return _thrust(s) * _speed(s) / _power(s)
 
 
-def _cost(s: Swim) -> Array:
+def _cost(s: SteadySwim) -> Array:
     return _power(s) / (jnp.sum(s.robot.weight()) * STANDARD_GRAVITY * _speed(s))
 
 
-def _drive_rate(s: Swim) -> Array:
+def _drive_rate(s: SteadySwim) -> Array:
     return _largest(jnp.abs(_rates(s)))
 
 
-def _stress(s: Swim) -> Array:
+def _stress(s: SteadySwim) -> Array:
     q, *_ = s.robot.tree.complete(jnp.zeros(()), s.steady.state.q, s.steady.state.v)
     bent = bending_of(s.robot, q)
     return _largest_known(bent.hinge_stress, bent.stress)
 
 
-def _mean_speed(s: Stroke) -> Array:
+def _mean_speed(s: PeriodicSwim) -> Array:
     return jnp.sum(s.means.velocity[0] * s.forward)
 
 
-def _torque_peak(s: Stroke) -> Array:
+def _torque_peak(s: PeriodicSwim) -> Array:
     """Of the drives that move: what holds a robot is no drive."""
     return _largest(jnp.where(s.means.drive_velocity_peak > 0, s.means.reaction_peak, 0.0))
 
 
-def _mean_thrust(s: Stroke) -> Array:
+def _mean_thrust(s: PeriodicSwim) -> Array:
     """Momentum comes back after a cycle, so that the body feels on the mean what the loads do to all other parts."""
     return jnp.sum(s.means.load_force[:, 1:], axis=(0, 1)) @ s.forward
 
@@ -128,11 +128,11 @@ def _largest_known(*stresses: Array) -> Array:
 QUANTITIES = {
     quantity.name: quantity
     for quantity in (
-        Quantity("speed", "speed", "m/s", "high", "speed of the body along forward", _speed, _mean_speed),
-        Quantity("torque", "torque", "N m", "low", "largest torque (or force) of a drive", _torque, _torque_peak),
-        Quantity("power", "power", "W", "low", "power of all drives", _power, lambda s: s.means.power),
-        Quantity("thrust", "force", "N", "high", "forward force on the body by the rest", _thrust, _mean_thrust),
-        Quantity(
+        MotionQuantity("speed", "speed", "m/s", "high", "speed of the body along forward", _speed, _mean_speed),
+        MotionQuantity("torque", "torque", "N m", "low", "largest torque (or force) of a drive", _torque, _torque_peak),
+        MotionQuantity("power", "power", "W", "low", "power of all drives", _power, lambda s: s.means.power),
+        MotionQuantity("thrust", "force", "N", "high", "forward force on the body by the rest", _thrust, _mean_thrust),
+        MotionQuantity(
             "efficiency",
             "number",
             "1",
@@ -141,7 +141,7 @@ QUANTITIES = {
             _efficiency,
             lambda s: s.means.efficiency,
         ),
-        Quantity(
+        MotionQuantity(
             "cost_of_transport",
             "number",
             "1",
@@ -150,7 +150,7 @@ QUANTITIES = {
             _cost,
             lambda s: s.means.cost_of_transport,
         ),
-        Quantity(
+        MotionQuantity(
             "drive_rate",
             "angular_speed",
             "rad/s",
@@ -159,7 +159,7 @@ QUANTITIES = {
             _drive_rate,
             lambda s: _largest(s.means.drive_velocity_peak),
         ),
-        Quantity(
+        MotionQuantity(
             "stress",
             "pressure",
             "Pa",

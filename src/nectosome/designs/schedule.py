@@ -12,7 +12,7 @@ from nectosome.description.mission import Mission
 from nectosome.description.schedule import dump_mission, with_schedule
 from nectosome.description.variables import Variable
 from nectosome.model import run_mission
-from nectosome.search.record import Compute
+from nectosome.search.evaluations import Compute
 from nectosome.search.task import Evaluation
 from nectosome.units import InputError
 

@@ -15,12 +15,12 @@ from nectosome import robots
 from nectosome.core import Status
 from nectosome.description import RobotDescription, apply_settings, dump_robot, resolve
 from nectosome.io import load_checkpoint, provenance, save_checkpoint
-from nectosome.search.workers import processors
+from nectosome.search.processes import processors
 from nectosome.solve import CycleMeans, mean_data
 from nectosome.units import InputError
 
-from .axes import COUNT, Axis, axis
-from .batches import Points, points_of
+from .axes import COUNT, SweepAxis, axis
+from .batches import RobotBatch, batches_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,8 +60,8 @@ class _Grid:
     """The points of one structure."""
 
     description: RobotDescription
-    axes: tuple[Axis, ...]
-    points: Points
+    axes: tuple[SweepAxis, ...]
+    points: RobotBatch
 
 
 def sweep(
@@ -146,7 +146,7 @@ def _grids(
             description = apply_settings(robot, settings)
         axes = tuple(axis(name, values, description) for name, values in rest.items())
         _check_each_once(rest, description)
-        grids.append(_Grid(description, axes, points_of(description, axes, samples, rtol)))
+        grids.append(_Grid(description, axes, batches_of(description, axes, samples, rtol)))
     return grids
 
 

@@ -4,7 +4,7 @@ from .bouc_wen import BoucWen
 from .chain import Chain, Curve, Gain, Parallel, antagonistic
 from .friction import Dahl
 from .hysteresis import Envelope, NumericInverse, Polynomial, PrandtlIshlinskii, Tanh, evenly, inverse
-from .integrated import Driven, Integrated
+from .rate_block import Driven, Integrated
 from .respond import respond
 from .sensor import Sensor
 from .transfer import TransferFunction, second_order

@@ -5,7 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .integrated import Driven
+from .rate_block import Driven
 
 
 class BoucWen(Driven):

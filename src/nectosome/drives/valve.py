@@ -8,7 +8,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 from nectosome.core import Block, Line, Memoryless, Stepper
 
-from .integrated import Driven
+from .rate_block import Driven
 
 
 class Saturation(Memoryless):

@@ -8,15 +8,15 @@ from .fits.errors import Errors, errors_of
 from .fits.identifiability import Helpful, Identifiability, Interval, identifiability, most_helpful
 from .fits.intervals import Bootstrap, Profile, bootstrap, profile
 from .fits.misfit import Fit, Misfit
-from .sim2real.alignment import Rigid, align_inliers, align_points
-from .sim2real.correct import CorrectedGrid, correct_grid
+from .sim2real.alignment import RigidMap, align_inliers, align_points
+from .sim2real.conditions import Experiments, ParameterEstimate
 from .sim2real.corrected_data import corrected_data
-from .sim2real.experiments import Experiments, Told
+from .sim2real.corrected_grid import CorrectedGrid, correct_grid
 from .sim2real.gaussian_process import Surface, Term, gaussian_process
-from .sim2real.grids import Table, table_of
+from .sim2real.grids import GridTable, table_of
 from .sim2real.method import METHODS, Corrected, SimToReal, leave_one_out
+from .sim2real.next_experiment import Aim, Next, next_experiments, uniform_plan
 from .sim2real.observe import Observed, experiments_of, observe
-from .sim2real.plan import Aim, Next, next_experiments, uniform_plan
 
 __all__ = [
     "METHODS",
@@ -32,20 +32,20 @@ __all__ = [
     "Experiments",
     "Fit",
     "Genetic",
+    "GridTable",
     "Helpful",
     "Identifiability",
     "Interval",
     "Misfit",
     "Next",
     "Observed",
+    "ParameterEstimate",
     "ParetoFront",
     "Profile",
-    "Rigid",
+    "RigidMap",
     "SimToReal",
     "Surface",
-    "Table",
     "Term",
-    "Told",
     "align_inliers",
     "align_points",
     "bootstrap",

@@ -8,46 +8,47 @@ from .added_mass import (
     StripAddedMass,
     lamb_coefficients,
 )
-from .bumper import Bumper
 from .buoyancy import Buoyancy, Weight
-from .contact import Contact
+from .bushing import Bushing, BushingEnd
 from .drag import LumpedDrag, PlateDrag, StripDrag
 from .forces import LineForce, PointForce
+from .ground_contact import GroundContact
 from .jet import Jet, Motor, Pulse
+from .joint_limits import LowerLimit, UpperLimit
 from .leg import Leg, Stride
 from .muscle import Muscle
 from .near_floor import NearFloor
-from .places import Places
-from .springs import Damper, Flexure, Spring
-from .stoppers import LowerStop, UpperStop
-from .threads import Chamber, Tendon, Thread
-from .thruster import PulsedThrust
-from .tie import End, Tie
-from .touch import Beads, Friction, Touch
+from .part_contact import Beads, Friction, PartContact
+from .places import AttachedPlaces
+from .pulsed_thrust import PulsedThrust
+from .springs import Damper, FlexureSpring, Spring
+from .threads import FluidChamber, Tendon, Thread
 from .trailing_edge import TrailingEdge
+from .wall_contact import WallContact
 
 __all__ = [
     "AddedMass",
+    "AttachedPlaces",
     "Beads",
-    "Bumper",
     "Buoyancy",
-    "Chamber",
-    "Contact",
+    "Bushing",
+    "BushingEnd",
     "CylinderAddedMass",
     "Damper",
-    "End",
-    "Flexure",
+    "FlexureSpring",
+    "FluidChamber",
     "Friction",
     "GivenAddedMass",
+    "GroundContact",
     "Jet",
     "Leg",
     "LineForce",
-    "LowerStop",
+    "LowerLimit",
     "LumpedDrag",
     "Motor",
     "Muscle",
     "NearFloor",
-    "Places",
+    "PartContact",
     "PlateDrag",
     "PointForce",
     "Pulse",
@@ -59,10 +60,9 @@ __all__ = [
     "StripDrag",
     "Tendon",
     "Thread",
-    "Tie",
-    "Touch",
     "TrailingEdge",
-    "UpperStop",
+    "UpperLimit",
+    "WallContact",
     "Weight",
     "lamb_coefficients",
 ]

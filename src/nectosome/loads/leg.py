@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 from nectosome.core import Load, Strips, Water
 from nectosome.core.linear import kept
 
-from .contact import Contact, Pair
+from .ground_contact import GroundContact, Pair
 
 
 class Stride(NamedTuple):
@@ -22,7 +22,7 @@ class Leg(Load):
     r"""A massless leg L long from the pin of a crank through a bearing (Giorgio-Serchi et al. 2017, Figs. 3, 4).
 
     In the x-z plane of the body: the crank turns the pin $P = O + r (\cos\phi, \sin\phi)$, the leg slides through the
-    bearing B, and its foot is at $q = P + L (B - P)/|B - P|$. On the ground the foot is pushed by a `Contact` with
+    bearing B, and its foot is at $q = P + L (B - P)/|B - P|$. On the ground a `GroundContact` pushes the foot, with
     the damping $c = 2 d_r \sqrt{k m}$, m the mass of the body it is on; in the water it sculls,
 
     $$ F = -\lambda_t |v_t| v_t - \lambda_n |v_n| v_n $$
@@ -37,7 +37,7 @@ class Leg(Load):
     length: Float[Array, ""]  # L [m]
     speed: Float[Array, ""]  # d phi/dt [rad/s]
     start: Float[Array, ""]  # phi at the start [rad]
-    contact: Contact
+    contact: GroundContact
     damping_ratio: Float[Array, ""]  # d_r [-]
     tangential: Float[Array, ""]  # lambda_t [kg/m]
     normal: Float[Array, ""]  # lambda_n [kg/m]

@@ -19,7 +19,7 @@ class Points(NamedTuple):
     velocity: Float[Array, "m 3"]  # [m/s]
 
 
-class Places(eqx.Module):
+class AttachedPlaces(eqx.Module):
     """Points of one part, each fixed to one of its stations."""
 
     station: tuple[int, ...] = eqx.field(static=True)

@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 from nectosome.core import JointLoad
 
 
-class Flexure(eqx.Module):
+class FlexureSpring(eqx.Module):
     """What the face of a hinge's flexible layer feels for each radian that it is bent."""
 
     strain: Float[Array, ""]  # [1/rad]
@@ -19,7 +19,7 @@ class Spring(JointLoad):
 
     stiffness: Float[Array, ""]  # [N m/rad or N/m]
     rest: Float[Array, ""]  # [rad or m]
-    flexure: Flexure | None = None  # of a hinge whose flexible layer the spring stands for
+    flexure: FlexureSpring | None = None  # of a hinge whose flexible layer the spring stands for
 
     def force(self, displacement: Float[Array, "nv"], v: Float[Array, "nv"]) -> Float[Array, "nv"]:
         """Restoring force."""

@@ -52,7 +52,7 @@ class Tendon(RodLoad):
         return self.thread.pull(q, jnp.broadcast_to(self.tension(t)[0], self.thread.weight.shape))
 
 
-class Chamber(RodLoad):
+class FluidChamber(RodLoad):
     r"""A chamber of fluid at a given pressure over that outside: it gives $p \dot V$, $V = \int A |u| dx$.
 
     Its section A stays as it is: walls that do not bulge, as those of a chamber wound with thread.

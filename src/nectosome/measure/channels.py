@@ -9,7 +9,7 @@ from nectosome.units import InputError, did_you_mean, shorten, unit_to_si
 
 from .formats.headings import is_time
 from .formats.source import Column
-from .sheet import Entry, Sheet, Time
+from .sheet import Sheet, SheetEntry, Time
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def find_channels(columns: tuple[Column, ...], time: int | None, sheet: Sheet, f
     return [_channel(name, entry, columns, file) for name, entry in sheet.columns.items()]
 
 
-def _channel(name: str, entry: Entry, columns: tuple[Column, ...], file: str) -> Channel:
+def _channel(name: str, entry: SheetEntry, columns: tuple[Column, ...], file: str) -> Channel:
     index = _place(columns, entry.column if entry.column is not None else name, name, file)
     column = columns[index]
     written = column.unit

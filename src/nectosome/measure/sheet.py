@@ -14,7 +14,7 @@ Repair = Literal["refuse", "drop"]
 
 
 @dataclass(frozen=True)
-class Entry:
+class SheetEntry:
     """One column: quantity = sign * gain * (reading - zero); readings at the ends of `range` count as saturated."""
 
     column: int | str | None = None  # place from 1, or name in the file; None: the name of the entry
@@ -44,7 +44,7 @@ class Sheet:
     about: str = ""
     options: Options = field(default_factory=Options)
     time: Time | None = None
-    columns: Mapping[str, Entry] = field(default_factory=dict)
+    columns: Mapping[str, SheetEntry] = field(default_factory=dict)
     conditions: Mapping[str, tuple[float, str]] = field(default_factory=dict)  # [SI] and SI unit
     source: str = ""
 
@@ -127,7 +127,7 @@ class _Reader:
             raise self.wrong(("time", "unit"), f'"{shorten(unit)}" is no unit of time, as in "ms".')
         return Time(self.column(("time",), given.get("column")), unit, rate, given.get("repair", "refuse"))
 
-    def entry(self, name: str, data: Any) -> Entry:
+    def entry(self, name: str, data: Any) -> SheetEntry:
         at = ("columns", name)
         if data is None or isinstance(data, int | str):
             data = {"column": data}
@@ -154,7 +154,9 @@ class _Reader:
                 raise self.wrong((*at, "gain"), "is 0: nothing would be left of the reading.")
             if unit is None and gain[1]:
                 raise self.wrong((*at, "gain"), "needs the unit of the reading beside it, as in unit: V.")
-        return Entry(self.column(at, given.get("column")), unit, sign, zero, gain, limits, str(given.get("about", "")))
+        return SheetEntry(
+            self.column(at, given.get("column")), unit, sign, zero, gain, limits, str(given.get("about", ""))
+        )
 
     def column(self, at: Key, value: Any) -> int | str | None:
         if isinstance(value, bool) or (isinstance(value, int) and value < 1):

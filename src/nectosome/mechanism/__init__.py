@@ -7,8 +7,8 @@ from .load_cell import held_force
 from .plane import InPlane
 from .reduce import in_plane, moves_in_plane, reduced
 from .robot import Attached, Forces, Paired, Robot, make_robot
-from .rods import STRAINS, Rod, make_rod
-from .tree import Part, Shape, Tree
+from .rods import STRAINS, SoftRod, make_rod
+from .tree import PartShape, Tree, TreePart
 
 __all__ = [
     "STRAINS",
@@ -21,15 +21,15 @@ __all__ = [
     "Joint",
     "Link",
     "Paired",
-    "Part",
+    "PartShape",
     "Planar",
     "Prismatic",
     "Revolute",
     "Robot",
-    "Rod",
-    "Shape",
+    "SoftRod",
     "Spherical",
     "Tree",
+    "TreePart",
     "diagnose",
     "held_force",
     "in_plane",

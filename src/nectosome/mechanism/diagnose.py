@@ -11,7 +11,7 @@ from nectosome.core import Load, RodLoad, State
 from nectosome.core.se3 import cross, dot, dot_t
 
 from .robot import Robot, times
-from .rods import Rod
+from .rods import SoftRod
 from .strain import Bending, bending_of
 
 ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE = "added_mass", "shape_change", "viscous", "drive"
@@ -70,7 +70,7 @@ def energies(robot: Robot, t: Array, x: State) -> Float[Array, "parts 3"]:
     found = []
     for part, place in zip(tree.parts, tree.layout, strict=True):
         elastic = jnp.zeros(())
-        if isinstance(part.body, Rod):
+        if isinstance(part.body, SoftRod):
             bent = q[place.q][part.joint.nq :]
             elastic = 0.5 * bent @ part.body.stiffness @ bent
         found.append(jnp.stack([jnp.sum(own[place.stations]), jnp.sum(carried[place.stations]), elastic]))

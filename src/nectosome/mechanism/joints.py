@@ -27,7 +27,7 @@ from nectosome.core.se3 import (
 )
 
 
-class Motion(NamedTuple):
+class JointMotion(NamedTuple):
     """Relative motion of a joint."""
 
     rotation: Float[Array, "3 3"]
@@ -43,7 +43,7 @@ class Joint(eqx.Module):
     names: ClassVar[tuple[str, ...]]  # of the velocities
 
     @abstractmethod
-    def motion(self, q: Float[Array, "nq"]) -> Motion:
+    def motion(self, q: Float[Array, "nq"]) -> JointMotion:
         """Pose and subspace."""
 
     def advance(self, q: Float[Array, "nq"], v: Float[Array, "nv"], step: Float[Array, ""]) -> Float[Array, "nq"]:
@@ -69,9 +69,9 @@ class Fixed(Joint):
     nq = nv = 0
     names = ()
 
-    def motion(self, q: Float[Array, "0"]) -> Motion:
+    def motion(self, q: Float[Array, "0"]) -> JointMotion:
         """Identity."""
-        return Motion(jnp.eye(3), jnp.zeros(3), jnp.zeros((0, 6)))
+        return JointMotion(jnp.eye(3), jnp.zeros(3), jnp.zeros((0, 6)))
 
     def start(self) -> tuple[Float[Array, "0"], Float[Array, "0"]]:
         """Nothing to start."""
@@ -87,10 +87,10 @@ class Revolute(Joint):
     nq = nv = 1
     names = ("angle",)
 
-    def motion(self, q: Float[Array, "1"]) -> Motion:
+    def motion(self, q: Float[Array, "1"]) -> JointMotion:
         """R = exp(q [axis]), S = (axis, 0)."""
         S = jnp.concatenate([self.axis, jnp.zeros(3)])[None]
-        return Motion(exp_so3(self.axis * q), jnp.zeros(3), S)
+        return JointMotion(exp_so3(self.axis * q), jnp.zeros(3), S)
 
     def start(self) -> tuple[Float[Array, "1"], Float[Array, "1"]]:
         """Start angle and speed."""
@@ -106,10 +106,10 @@ class Prismatic(Joint):
     nq = nv = 1
     names = ("position",)
 
-    def motion(self, q: Float[Array, "1"]) -> Motion:
+    def motion(self, q: Float[Array, "1"]) -> JointMotion:
         """p = q axis, S = (0, axis)."""
         S = jnp.concatenate([jnp.zeros(3), self.axis])[None]
-        return Motion(jnp.eye(3), self.axis * q, S)
+        return JointMotion(jnp.eye(3), self.axis * q, S)
 
     def start(self) -> tuple[Float[Array, "1"], Float[Array, "1"]]:
         """Start position and speed."""
@@ -128,12 +128,12 @@ class Planar(Joint):
     nq = nv = 3
     names = ("x", "y", "angle")
 
-    def motion(self, q: Float[Array, "3"]) -> Motion:
+    def motion(self, q: Float[Array, "3"]) -> JointMotion:
         """R = exp(angle [axis]), S = ((0, e1), (0, e2), (axis, 0))."""
         e1, e2, n = self.frame.T
         o = jnp.zeros(3)
         S = jnp.stack([jnp.concatenate([o, e1]), jnp.concatenate([o, e2]), jnp.concatenate([n, o])])
-        return Motion(exp_so3(n * q[2]), e1 * q[0] + e2 * q[1], S)
+        return JointMotion(exp_so3(n * q[2]), e1 * q[0] + e2 * q[1], S)
 
     def advance(self, q: Float[Array, "3"], v: Float[Array, "3"], step: Float[Array, ""]) -> Float[Array, "3"]:
         """Implicit step of d(angle)/dt = v3, d(e1, e2)/dt = turned by the angle (v1, v2)."""
@@ -193,9 +193,9 @@ class Spherical(Joint):
     nq, nv = 4, 3
     names = ("wx", "wy", "wz")
 
-    def motion(self, q: Float[Array, "4"]) -> Motion:
+    def motion(self, q: Float[Array, "4"]) -> JointMotion:
         """S = (I, 0)."""
-        return Motion(rotation_from_quaternion(q), jnp.zeros(3), jnp.eye(6)[:3])
+        return JointMotion(rotation_from_quaternion(q), jnp.zeros(3), jnp.eye(6)[:3])
 
     def advance(self, q: Float[Array, "4"], v: Float[Array, "3"], step: Float[Array, ""]) -> Float[Array, "4"]:
         """Implicit step of dQ/dt = Q w / 2."""
@@ -224,9 +224,9 @@ class Free(Joint):
     nq, nv = 7, 6
     names = ("wx", "wy", "wz", "vx", "vy", "vz")
 
-    def motion(self, q: Float[Array, "7"]) -> Motion:
+    def motion(self, q: Float[Array, "7"]) -> JointMotion:
         """S = I."""
-        return Motion(rotation_from_quaternion(q[3:]), q[:3], jnp.eye(6))
+        return JointMotion(rotation_from_quaternion(q[3:]), q[:3], jnp.eye(6))
 
     def advance(self, q: Float[Array, "7"], v: Float[Array, "6"], step: Float[Array, ""]) -> Float[Array, "7"]:
         """Implicit step of dQ/dt = Q w / 2, dp/dt = R v."""

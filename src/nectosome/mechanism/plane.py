@@ -19,7 +19,7 @@ from jaxtyping import Array, Float
 from nectosome.core import JointLoad, Load, Mechanical, State, se2
 from nectosome.core.linear import kept
 
-from .plane_links import Alike, Body, Moving, ground, moved, turned_by
+from .plane_links import Alike, Moving, PlaneBody, ground, moved, turned_by
 from .robot import Robot
 
 
@@ -27,7 +27,7 @@ class InPlane(Mechanical):
     """A robot that moves in a plane. Its states are those of the robot."""
 
     robot: Robot
-    bodies: tuple[Body, ...]
+    bodies: tuple[PlaneBody, ...]
     wetted: tuple[Alike, ...]
     members: tuple[tuple[tuple[int, int], ...], ...] = eqx.field(static=True)  # part and body of each of these
 

@@ -12,7 +12,7 @@ from nectosome.core import Load, Strips, Water, se2
 from .links import Link
 
 
-class Body(eqx.Module):
+class PlaneBody(eqx.Module):
     """A link, with all that is fixed to it, as it lies when all joints are at 0, along the axes of the plane."""
 
     part: int = eqx.field(static=True)  # of the robot
@@ -69,12 +69,12 @@ def ground() -> Moving:
     return Moving((jnp.ones(()), zero), origin, origin, still, still, ())
 
 
-def turned_by(body: Body, q: Array) -> se2.Number:
+def turned_by(body: PlaneBody, q: Array) -> se2.Number:
     """Angle [rad] by which a joint that turns has turned the link against its parent."""
     return body.turn[0] * q[-1]
 
 
-def moved(body: Body, before: Moving, turn: se2.Vector | None, q: Array, v: Array, a: Array | None) -> Moving:
+def moved(body: PlaneBody, before: Moving, turn: se2.Vector | None, q: Array, v: Array, a: Array | None) -> Moving:
     """Link behind a joint with coordinates q, which turn it so, and velocities v; a of a joint that is prescribed."""
     zero = jnp.zeros(())
     w = before.twist[0]

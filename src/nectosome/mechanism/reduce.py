@@ -13,7 +13,7 @@ from nectosome.core.se3 import compose, dot, matmul3
 from .joints import Fixed, Joint, Planar, Prismatic, Revolute, plane_frame
 from .links import Link
 from .plane import InPlane, acting_on
-from .plane_links import Alike, Body, about_root
+from .plane_links import Alike, PlaneBody, about_root
 from .robot import Robot
 
 _STRAIGHT = 1e-12  # how far an axis may lean
@@ -61,7 +61,9 @@ def in_plane(robot: Robot) -> InPlane:
         slides = tuple(tuple(R[:2] @ axis) for axis in _slides(part.joint))
         turns = tuple(R[2] @ axis for axis in _turns(part.joint))
         bodies.append(
-            Body(k, order.get(parent, -1), tuple((p - root)[:2]), slides, turns, tuple(sum(inertias[k], jnp.zeros(6))))
+            PlaneBody(
+                k, order.get(parent, -1), tuple((p - root)[:2]), slides, turns, tuple(sum(inertias[k], jnp.zeros(6)))
+            )
         )
     groups = _alike(wetted)
     stacked = tuple(jax.tree.map(lambda *x: jnp.stack(x), *group.values()) for group in groups)

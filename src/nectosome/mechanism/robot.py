@@ -20,8 +20,8 @@ from nectosome.core import JointLoad, Load, Mechanical, PairLoad, RodLoad, State
 from nectosome.core.linear import inverse
 from nectosome.core.se3 import coadjoint, cross, dot_t
 
-from .rods import Rod
-from .tree import Shape, Tree
+from .rods import SoftRod
+from .tree import PartShape, Tree
 
 
 class Attached(eqx.Module):
@@ -43,7 +43,7 @@ class Paired(eqx.Module):
 class Forces(NamedTuple):
     """All that acts at one instant; sums to the residual."""
 
-    shape: Shape
+    shape: PartShape
     twist: Float[Array, "n 6"]  # of the stations, body frame
     wrenches: tuple[Array | None, ...]  # of each load on its part's stations, station frame
     inner_forces: tuple[Array | None, ...]  # of each load along its part's velocities: its joint's or its strains'
@@ -110,7 +110,7 @@ class Robot(Mechanical):
             i += n
         return jnp.concatenate(out)
 
-    def strips(self, part: int, t: Array, shape: Shape, twist: Array) -> Strips:
+    def strips(self, part: int, t: Array, shape: PartShape, twist: Array) -> Strips:
         """Stations of one part as a load sees them."""
         strips = self.in_world(part, shape, twist)
         if self.water.current is None:
@@ -118,7 +118,7 @@ class Robot(Mechanical):
         c = dot_t(strips.rotation, self.water.flow(t, strips.position)[0])
         return eqx.tree_at(lambda s: s.velocity, strips, strips.velocity - c)
 
-    def in_world(self, part: int, shape: Shape, twist: Array) -> Strips:
+    def in_world(self, part: int, shape: PartShape, twist: Array) -> Strips:
         """Stations of one part with their velocities in the world, as a pair sees them."""
         here, body = self.tree.layout[part].stations, self.tree.parts[part].body
         return Strips(
@@ -188,7 +188,7 @@ class Robot(Mechanical):
         elastic, viscous, drive = (jnp.zeros(v.shape) for _ in range(3))
         for part, place in zip(tree.parts, tree.layout, strict=True):
             start = place.v.start + part.joint.nv
-            if isinstance(part.body, Rod):
+            if isinstance(part.body, SoftRod):
                 elastic = elastic.at[start : place.v.stop].set(part.body.stiffness @ q[place.q][part.joint.nq :])
                 viscous = viscous.at[start : place.v.stop].set(part.body.damping @ v[start : place.v.stop])
             if part.drive is not None:
@@ -216,7 +216,7 @@ class Robot(Mechanical):
         )
 
     def carried(
-        self, t: Array, shape: Shape, twist: Array, z: Any
+        self, t: Array, shape: PartShape, twist: Array, z: Any
     ) -> tuple[Float[Array, "n 6 6"], Float[Array, "n 6 6"] | None]:
         """Added mass of all stations with load states z, and its rate; None where it never changes."""
         added, growth = self.added, None
@@ -229,7 +229,7 @@ class Robot(Mechanical):
                 added = added.at[first].add(now)
         return added, growth
 
-    def relative(self, t: Array, shape: Shape, twist: Array, rate: Array) -> tuple[Array, Array]:
+    def relative(self, t: Array, shape: PartShape, twist: Array, rate: Array) -> tuple[Array, Array]:
         """Twist relative to the water and its rate in the station's frame, after Morison: the water brings Dc/Dt."""
         if self.water.current is None:
             return twist, rate
@@ -251,12 +251,12 @@ class Robot(Mechanical):
         acting = self.forces(t, x, jnp.zeros_like(x.v), u)
         return self.mass(acting.shape, acting.added), acting.residual[self.tree.free_v]
 
-    def mass(self, shape: Shape, added: Float[Array, "n 6 6"]) -> Float[Array, "nv nv"]:
+    def mass(self, shape: PartShape, added: Float[Array, "n 6 6"]) -> Float[Array, "nv nv"]:
         """Mass matrix, with this added mass, of the unknown coordinates."""
         J = self.columns(shape)
         return jnp.einsum("vni,wni->vw", J, times(self.inertia + added, J))
 
-    def columns(self, shape: Shape) -> Float[Array, "nv n 6"]:
+    def columns(self, shape: PartShape) -> Float[Array, "nv n 6"]:
         """Body twists of all stations for unit velocities of the unknown coordinates."""
         return self.tree.jacobian(shape, jnp.eye(self.tree.layout[-1].v.stop)[self.tree.free_v])
 

@@ -61,7 +61,7 @@ def basis(orders: dict[str, int], s: np.ndarray) -> np.ndarray:
     return np.concatenate(blocks, axis=-1)
 
 
-class Rod(eqx.Module):
+class SoftRod(eqx.Module):
     """A soft rod; stations at its nodes, root frame first, tip last."""
 
     names: tuple[str, ...] = eqx.field(static=True)  # of the coordinates
@@ -99,7 +99,7 @@ class RodShape(NamedTuple):
     step: Float[Array, "k 6"]  # Magnus vector of each interval
 
 
-def rod_shape(rod: Rod, q: Float[Array, "nq"]) -> RodShape:
+def rod_shape(rod: SoftRod, q: Float[Array, "nq"]) -> RodShape:
     r"""Poses of all nodes.
 
     Over an interval of width h, with the strains $\xi_1, \xi_2$ at its two collocation points,
@@ -119,7 +119,7 @@ def rod_shape(rod: Rod, q: Float[Array, "nq"]) -> RodShape:
     return RodShape(jnp.concatenate([root[0][None], R]), jnp.concatenate([root[1][None], p]), strains, step)
 
 
-def rod_added(rod: Rod, strains: Array, step: Array, v: Float[Array, "nq"]) -> Float[Array, "k 6"]:
+def rod_added(rod: SoftRod, strains: Array, step: Array, v: Float[Array, "nq"]) -> Float[Array, "k 6"]:
     r"""Twist that each interval adds, in the frame of its first node: $T(\Omega) \dot\Omega$; linear in v."""
     h = rod.widths[:, None]
     rate = _combine(rod.basis, v)
@@ -128,7 +128,7 @@ def rod_added(rod: Rod, strains: Array, step: Array, v: Float[Array, "nq"]) -> F
 
 
 def rod_added_rate(
-    rod: Rod, q: Float[Array, "nq"], v: Float[Array, "nq"], a: Float[Array, "nq"]
+    rod: SoftRod, q: Float[Array, "nq"], v: Float[Array, "nq"], a: Float[Array, "nq"]
 ) -> Float[Array, "k 6"]:
     """Rate of `rod_added` along the motion (q, v, a)."""
     h = rod.widths[:, None]
@@ -141,7 +141,7 @@ def rod_added_rate(
     return jax.jvp(added, (q, v), (v, a))[1]
 
 
-def bending(rod: Rod, q: Float[Array, "nq"]) -> Float[Array, "n 2"]:
+def bending(rod: SoftRod, q: Float[Array, "nq"]) -> Float[Array, "n 2"]:
     r"""Strain that bending beyond the rest shape gives at the section's edges +r_y, +r_z of each node."""
     curvature = [jnp.zeros(len(rod.nodes))] * 2
     for row, name in enumerate(("bending_y", "bending_z")):
@@ -171,7 +171,7 @@ def make_rod(
     rest: dict[str, Array],
     points: int,
     marks: tuple[float, ...],
-) -> Rod:
+) -> SoftRod:
     r"""Rod from its primary quantities.
 
     `sections` at the places that `section_places` names. Stiffness diag(G J_x, E J_y, E J_z, E A, k G A, k G A) with
@@ -211,7 +211,7 @@ def make_rod(
     line = jnp.concatenate([moments, jnp.repeat(at_nodes.area[:, None], 3, axis=1)], axis=-1)
     inertia = (density * weight[:, None] * line)[..., None] * jnp.eye(6)
     names = tuple(f"{name}.{i}" for name in STRAINS if name in orders for i in range(orders[name] + 1))
-    return Rod(
+    return SoftRod(
         names=names,
         nodes=tuple(g.nodes.tolist()),
         marks=marks,

@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 from nectosome.core import JointLoad
 
 from .robot import Robot
-from .rods import Rod, bending
+from .rods import SoftRod, bending
 
 
 class Bending(NamedTuple):
@@ -29,7 +29,7 @@ def bending_of(robot: Robot, q: Float[Array, "nq"]) -> Bending:
     tree = robot.tree
     strains, stresses = [], []
     for part, place in zip(tree.parts, tree.layout, strict=True):
-        if isinstance(part.body, Rod):
+        if isinstance(part.body, SoftRod):
             strain = bending(part.body, q[place.q][part.joint.nq :])
             strains.append(strain)
             stresses.append(part.body.young * strain)

@@ -12,12 +12,12 @@ from jaxtyping import Array, Float
 from nectosome.core import Signal
 from nectosome.core.se3 import bracket, compose, dot, matmul3, to_body, to_spatial
 
-from .joints import Joint, Motion
+from .joints import Joint, JointMotion
 from .links import Link
-from .rods import Rod, rod_added, rod_added_rate, rod_shape
+from .rods import SoftRod, rod_added, rod_added_rate, rod_shape
 
 
-class Part(eqx.Module):
+class TreePart(eqx.Module):
     """A body, the joint it hangs on, and where that joint sits on the parent."""
 
     name: str = eqx.field(static=True)
@@ -26,7 +26,7 @@ class Part(eqx.Module):
     rotation: Float[Array, "3 3"]  # joint frame in the frame of that place
     position: Float[Array, "3"]  # [m]
     joint: Joint
-    body: Link | Rod
+    body: Link | SoftRod
     prescribed: Signal | None = None  # the joint's coordinates as a function of time
     drive: Signal | None = None  # generalised force of a driven joint [N m, N]
     made: tuple[int, ...] = eqx.field(static=True, default=())  # which strain coordinates of a rod are prescribed
@@ -49,18 +49,18 @@ class Part(eqx.Module):
         return full_q, full_v, full_a
 
 
-class Shape(NamedTuple):
+class PartShape(NamedTuple):
     """Poses of all stations, and the frames in which joints and rod intervals add to the motion."""
 
     rotation: Float[Array, "n 3 3"]  # station frame to world frame
     position: Float[Array, "n 3"]  # [m], world frame
-    joints: tuple[Motion, ...]
+    joints: tuple[JointMotion, ...]
     rods: tuple[tuple[Array, Array] | None, ...]  # strains and steps of each part that is a rod
     frame_rotation: Float[Array, "k 3 3"]  # of each segment
     frame_position: Float[Array, "k 3"]
 
 
-class Layout(NamedTuple):
+class TreeLayout(NamedTuple):
     """Where a part's numbers sit in the flat arrays; static."""
 
     q: slice  # joint coordinates, then rod coordinates
@@ -72,17 +72,17 @@ class Layout(NamedTuple):
 class Tree(eqx.Module):
     """Parts in an order where parents come first."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[TreePart, ...]
 
     @property
-    def layout(self) -> tuple[Layout, ...]:
+    def layout(self) -> tuple[TreeLayout, ...]:
         """One layout a part."""
         out, q, v, n, k = [], 0, 0, 0, 0
         for part in self.parts:
             dq, dv = part.joint.nq + part.body.nq, part.joint.nv + part.body.nq
             dn = part.body.weight.shape[0]
-            dk = 1 + (dn - 1 if isinstance(part.body, Rod) else 0)
-            out.append(Layout(slice(q, q + dq), slice(v, v + dv), slice(n, n + dn), slice(k, k + dk)))
+            dk = 1 + (dn - 1 if isinstance(part.body, SoftRod) else 0)
+            out.append(TreeLayout(slice(q, q + dq), slice(v, v + dv), slice(n, n + dn), slice(k, k + dk)))
             q, v, n, k = q + dq, v + dv, n + dn, k + dk
         return tuple(out)
 
@@ -96,7 +96,7 @@ class Tree(eqx.Module):
         names = []
         for part in self.parts:
             names += [f"{part.name}.{name}" for name in part.joint.names]
-            names += [f"{part.name}.{name}" for name in (part.body.names if isinstance(part.body, Rod) else ())]
+            names += [f"{part.name}.{name}" for name in (part.body.names if isinstance(part.body, SoftRod) else ())]
         return tuple(names)
 
     def _select(self, prescribed: bool) -> np.ndarray:
@@ -184,10 +184,10 @@ class Tree(eqx.Module):
         return {
             i: x[getattr(place, what)][getattr(part.joint, "n" + what) :]
             for i, (part, place) in enumerate(zip(self.parts, self.layout, strict=True))
-            if isinstance(part.body, Rod)
+            if isinstance(part.body, SoftRod)
         }
 
-    def shape(self, q: Float[Array, "nq"]) -> Shape:
+    def shape(self, q: Float[Array, "nq"]) -> PartShape:
         """Poses of all stations from the completed coordinates."""
         rods = self._over_rods(rod_shape, self._of_rods(q, "q"))
         R, p, frame_R, frame_p, joints = [], [], [], [], []
@@ -200,7 +200,7 @@ class Tree(eqx.Module):
             joint = part.joint.motion(q[place.q][: part.joint.nq])
             carrier = compose(base, (part.rotation, part.position))
             R0, p0 = compose(carrier, (joint.rotation, joint.position))
-            if isinstance(part.body, Rod):
+            if isinstance(part.body, SoftRod):
                 Rn, pn = matmul3(R0, rods[i].rotation), p0 + dot(R0, rods[i].position)
                 places.append((Rn, pn, Rn[-1], pn[-1]))
                 frame_R += [R0[None], Rn[:-1]]
@@ -217,7 +217,7 @@ class Tree(eqx.Module):
             joints.append(joint)
         inner = tuple((rods[i].strains, rods[i].step) if i in rods else None for i in range(len(self.parts)))
         R, p, frame_R, frame_p = (jnp.concatenate(x) for x in (R, p, frame_R, frame_p))
-        return Shape(R, p, tuple(joints), inner, frame_R, frame_p)
+        return PartShape(R, p, tuple(joints), inner, frame_R, frame_p)
 
     def _gather(self, joints: list[Array], rods: dict[int, Array]) -> Array:
         """Twists of all segments, joints [6] and rod intervals [k, 6], in order."""
@@ -228,7 +228,7 @@ class Tree(eqx.Module):
                 out.append(rods[i])
         return jnp.concatenate(out)
 
-    def _added(self, shape: Shape, v: Array) -> Float[Array, "k 6"]:
+    def _added(self, shape: PartShape, v: Array) -> Float[Array, "k 6"]:
         """Spatial twist that each segment adds; linear in v."""
         joints = [
             jnp.sum(joint.subspace * v[place.v][: part.joint.nv, None], axis=0)
@@ -240,7 +240,7 @@ class Tree(eqx.Module):
         rods = self._over_rods(rod_added, strains, steps, vs) if vs else {}
         return to_spatial(shape.frame_rotation, shape.frame_position, self._gather(joints, rods))
 
-    def twists(self, shape: Shape, v: Float[Array, "nv"]) -> Float[Array, "n 6"]:
+    def twists(self, shape: PartShape, v: Float[Array, "nv"]) -> Float[Array, "n 6"]:
         r"""Body twists of all stations; linear in v.
 
         In the world frame the twist of a station is the sum of what the segments before it add, $V = \sum_k S_k v$: a
@@ -249,12 +249,12 @@ class Tree(eqx.Module):
         _, before_station = self._ancestors()
         return to_body(shape.rotation, shape.position, before_station @ self._added(shape, v))
 
-    def jacobian(self, shape: Shape, directions: Float[Array, "m nv"]) -> Float[Array, "m n 6"]:
+    def jacobian(self, shape: PartShape, directions: Float[Array, "m nv"]) -> Float[Array, "m n 6"]:
         """Body twists of all stations for unit velocities: columns of the geometric Jacobian along `directions`."""
         return jax.vmap(lambda v: self.twists(shape, v))(directions)
 
     def twist_rates(
-        self, shape: Shape, q: Float[Array, "nq"], v: Float[Array, "nv"], a: Float[Array, "nv"]
+        self, shape: PartShape, q: Float[Array, "nq"], v: Float[Array, "nv"], a: Float[Array, "nv"]
     ) -> Float[Array, "n 6"]:
         r"""Rates of the body twists along the motion (q, v, a).
 
@@ -284,13 +284,13 @@ class Tree(eqx.Module):
                 parent = layout[part.parent]
                 rows = to_station[parent.stations]
                 # the tip of a link moves with any of its stations
-                inherited = rows[part.node] if isinstance(self.parts[part.parent].body, Rod) else rows[0]
+                inherited = rows[part.node] if isinstance(self.parts[part.parent].body, SoftRod) else rows[0]
             for j, segment in enumerate(range(place.segments.start, place.segments.stop)):
                 to_segment[segment] = inherited
                 inherited = inherited.copy()
                 inherited[segment] = 1
-                if isinstance(part.body, Rod):
+                if isinstance(part.body, SoftRod):
                     to_station[place.stations.start + j] = inherited
-            if not isinstance(part.body, Rod):
+            if not isinstance(part.body, SoftRod):
                 to_station[place.stations] = inherited
         return jnp.asarray(to_segment), jnp.asarray(to_station)

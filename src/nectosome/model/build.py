@@ -29,13 +29,13 @@ from nectosome.mechanism import (
     Joint,
     Link,
     Paired,
-    Part,
     Planar,
     Prismatic,
     Revolute,
     Robot,
     Spherical,
     Tree,
+    TreePart,
     make_robot,
 )
 from nectosome.mechanism import links as lk
@@ -58,10 +58,10 @@ def build(description: RobotDescription) -> Robot:
     values = numeric_values(description)
     if any(isinstance(value, Tracer) for value in values.values()):
         return _assemble(description)
-    return remembered(fill, *_blueprint(description, values, ()))
+    return remembered(instantiate, *_blueprint(description, values, ()))
 
 
-class Blueprint(eqx.Module):
+class Template(eqx.Module):
     """A description without its numbers: what of a robot is structure, the same for all robots of one kind."""
 
     plan: "_Plan" = eqx.field(static=True)
@@ -90,20 +90,20 @@ class _Plan:
         return self.key
 
 
-def blueprint_of(description: RobotDescription, also: tuple[str, ...] = ()) -> tuple[Blueprint, Float[Array, "n"]]:
+def template_of(description: RobotDescription, also: tuple[str, ...] = ()) -> tuple[Template, Float[Array, "n"]]:
     """Blueprint of a description, and its numbers: those that are not zero, and those at the paths `also`."""
     return _blueprint(description, numeric_values(description), also)
 
 
 def _blueprint(
     description: RobotDescription, values: dict[str, Any], also: tuple[str, ...]
-) -> tuple[Blueprint, Float[Array, "n"]]:
+) -> tuple[Template, Float[Array, "n"]]:
     whole = {path for row, ends in _rows(tuple(values)).items() for path in tuple(values)[ends]}
     paths = tuple(path for path, value in values.items() if value != 0 or path in also or path in whole)
-    return Blueprint(_Plan(description, paths)), jnp.array([float(values[path]) for path in paths])
+    return Template(_Plan(description, paths)), jnp.array([float(values[path]) for path in paths])
 
 
-def fill(blueprint: Blueprint, numbers: Float[Array, "n"] | Sequence[Float[Array, ""]]) -> Robot:
+def instantiate(blueprint: Template, numbers: Float[Array, "n"] | Sequence[Float[Array, ""]]) -> Robot:
     """Robot of a blueprint with these numbers, traced.
 
     Numbers one by one let a loop in which some of them change work out once what the others say.
@@ -136,14 +136,14 @@ def _assemble(d: RobotDescription) -> Robot:
 
     limbs: dict[str, dp.Rigid | dp.Rod] = {"body": d.body, **d.limbs}
     order = list(limbs)
-    parts: list[Part] = []
+    parts: list[TreePart] = []
     attached: list[Attached] = []
     for i, (name, limb) in enumerate(limbs.items()):
         parent = -1 if i == 0 else order.index(limb.on)
         body = rod_of(limb) if isinstance(limb, dp.Rod) else _link(limb, _needs_strips(limb, weighs, surface))
         joint, prescribed, drive = _joint(limb.joint)
         parts.append(
-            Part(
+            TreePart(
                 name=name,
                 parent=parent,
                 node=-1 if parent < 0 else node(parts[parent].body, limb.at),

@@ -4,7 +4,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Constant, Cycle, Rate, Recording, Signal, Sine, Stroke
-from nectosome.mechanism import Link, Rod
+from nectosome.mechanism import Link, SoftRod
 
 
 def number(x) -> Float[Array, ""]:
@@ -51,10 +51,10 @@ def is_zero(x) -> bool:
     return isinstance(x, float | int) and x == 0
 
 
-def node(parent: Link | Rod, at: str | float) -> int:
+def node(parent: Link | SoftRod, at: str | float) -> int:
     """Where on a part another one sits: -1 its tip, 0 its root, else a node of a rod."""
     if at == "tip":
         return -1
     if at == "root":
         return 0
-    return parent.nodes.index(at) if isinstance(parent, Rod) else 0
+    return parent.nodes.index(at) if isinstance(parent, SoftRod) else 0

@@ -8,7 +8,7 @@ from nectosome.core.se3 import dot_t
 from nectosome.description import joints as dj
 from nectosome.description import loads as dl
 from nectosome.description import parts as dp
-from nectosome.mechanism import Attached, Link, Rod
+from nectosome.mechanism import Attached, Link, SoftRod
 
 from .build_base import is_zero, node, number, signal, unit, vector
 from .build_rods import inside_of
@@ -25,7 +25,7 @@ def joint_loads(j: dj.Joint, part: int) -> list[Attached]:
         out.append(Attached("spring", part, ld.Spring(number(j.stiffness), number(getattr(j, "rest", 0.0)))))
     if not is_zero(j.damping):
         out.append(Attached("damper", part, ld.Damper(number(j.damping))))
-    for name, kind in (("lower", ld.LowerStop), ("upper", ld.UpperStop)):
+    for name, kind in (("lower", ld.LowerLimit), ("upper", ld.UpperLimit)):
         stop = getattr(j, name, None)
         if stop is not None:
             numbers = {field: number(getattr(stop, field)) for field in type(stop).model_fields}
@@ -38,7 +38,7 @@ def _flexure_spring(f: dj.Flexure, rest: Array) -> ld.Spring:
     second_moment = number(f.width) * f.thickness**3 / 12
     stiffness = jnp.pi * f.ratio**2 * f.young * second_moment / f.length
     stress = stiffness * f.thickness / (2 * second_moment)
-    return ld.Spring(stiffness, rest, ld.Flexure(stress / f.young, stress))
+    return ld.Spring(stiffness, rest, ld.FlexureSpring(stress / f.young, stress))
 
 
 def _jet(j: dl.JetLoad, body: Link) -> ld.Jet:
@@ -53,7 +53,7 @@ def _jet(j: dl.JetLoad, body: Link) -> ld.Jet:
     )
 
 
-def load_of(load: dl.Load, limb: dp.Rigid | dp.Rod, body: Link | Rod):
+def load_of(load: dl.Load, limb: dp.Rigid | dp.Rod, body: Link | SoftRod):
     """Load of a description."""
     if isinstance(load, dl.DragLoad):
         return ld.StripDrag(number(load.normal), number(load.tangential), number(load.lift))
@@ -75,7 +75,7 @@ def load_of(load: dl.Load, limb: dp.Rigid | dp.Rod, body: Link | Rod):
     if isinstance(load, dl.TrailingEdgeLoad):
         return ld.TrailingEdge(number(load.normal), number(load.softness))
     if isinstance(load, dl.TendonLoad | dl.ChamberLoad | dl.MuscleLoad):
-        assert isinstance(body, Rod) and isinstance(limb, dp.Rod)
+        assert isinstance(body, SoftRod) and isinstance(limb, dp.Rod)
         return inside_of(load, body, limb)
     if isinstance(load, dl.LegLoad):
         return _leg(load, _on_centre(body, vector(load.hip)))
@@ -85,8 +85,8 @@ def load_of(load: dl.Load, limb: dp.Rigid | dp.Rod, body: Link | Rod):
     if isinstance(load, dl.NearFloorLoad):
         vectors = vector(load.mass), vector(load.drag_area), vector(load.rotational)
         return ld.NearFloor(*vectors, number(load.full), number(load.none))
-    if isinstance(load, dl.BumperLoad):
-        return ld.Bumper(*(number(getattr(load, n)) for n in ("reach", "stiffness", "damping", "softness")))
+    if isinstance(load, dl.WallContactLoad):
+        return ld.WallContact(*(number(getattr(load, n)) for n in ("reach", "stiffness", "damping", "softness")))
     if isinstance(load, dl.PulsedThrustLoad):
         assert isinstance(body, Link)
         return ld.PulsedThrust(
@@ -98,14 +98,14 @@ def load_of(load: dl.Load, limb: dp.Rigid | dp.Rod, body: Link | Rod):
     if isinstance(load, dl.DistributedForceLoad):
         return ld.LineForce(vector(load.force), load.frame == "body")
     station, arm = 0, jnp.zeros(3)
-    if isinstance(body, Rod):
+    if isinstance(body, SoftRod):
         station = body.weight.shape[0] - 1 if load.at == "tip" else node(body, load.at)
     else:
         arm = _on_centre(body, body.tip_position if load.at == "tip" else jnp.zeros(3))
     return ld.PointForce(vector(load.moment), vector(load.force), arm, station, load.frame == "body")
 
 
-def _on_centre(body: Link | Rod, place: Float[Array, "3"]) -> Float[Array, "3"]:
+def _on_centre(body: Link | SoftRod, place: Float[Array, "3"]) -> Float[Array, "3"]:
     """From the centre of a rigid part to a place in the part's frame, in the centre's frame."""
     assert isinstance(body, Link)
     return dot_t(body.rotation[0], place - body.position[0])
@@ -117,6 +117,6 @@ def _leg(leg: dl.LegLoad, hip: Float[Array, "3"]) -> ld.Leg:
     return ld.Leg(
         hip=hip,
         bearing=vector(leg.bearing),
-        contact=ld.Contact(**{name: number(getattr(leg, name)) for name in ground}, pulls=leg.pulls),
+        contact=ld.GroundContact(**{name: number(getattr(leg, name)) for name in ground}, pulls=leg.pulls),
         **{name: number(getattr(leg, name)) for name in own},
     )

@@ -14,7 +14,7 @@ from nectosome.description import parts as dp
 from nectosome.description import rod_loads as di
 from nectosome.description import waves as dw
 from nectosome.drives import PrandtlIshlinskii, respond
-from nectosome.mechanism import Link, Rod, make_rod
+from nectosome.mechanism import Link, SoftRod, make_rod
 from nectosome.mechanism.rods import basis, legendre, section_places
 from nectosome.mechanism.sections import ellipse, rectangle
 
@@ -24,7 +24,7 @@ _POINTS = 60  # of the Gauss rule for waves
 _SAMPLES = 64  # of a cycle after hysteresis, joined by a spline
 
 
-def rod_of(limb: dp.Rod) -> Rod:
+def rod_of(limb: dp.Rod) -> SoftRod:
     """Soft rod whose sections go over evenly from each one that is given to the next."""
     s = jnp.asarray(section_places({**limb.strains}, limb.points, limb.marks))
     known = np.array([0.0, *(inner.at for inner in limb.between), 1.0])
@@ -54,9 +54,9 @@ def rod_of(limb: dp.Rod) -> Rod:
     )
 
 
-def shape_of(limb: dp.Rigid | dp.Rod, body: Link | Rod) -> dict[str, Any]:
+def shape_of(limb: dp.Rigid | dp.Rod, body: Link | SoftRod) -> dict[str, Any]:
     """What a part says of the strains that it is made to take."""
-    if not isinstance(limb, dp.Rod) or not isinstance(body, Rod):
+    if not isinstance(limb, dp.Rod) or not isinstance(body, SoftRod):
         return {}
     waves = {name: wave for name in type(limb.motion).model_fields if (wave := getattr(limb.motion, name)) is not None}
     rows = [_rows(body, name) for name in waves]
@@ -68,7 +68,7 @@ def shape_of(limb: dp.Rigid | dp.Rod, body: Link | Rod) -> dict[str, Any]:
     return {"made": sum(rows, ()), "shaped": tuple(signals)}
 
 
-def inside_of(load: di.TendonLoad | di.ChamberLoad | di.MuscleLoad, rod: Rod, limb: dp.Rod) -> RodLoad:
+def inside_of(load: di.TendonLoad | di.ChamberLoad | di.MuscleLoad, rod: SoftRod, limb: dp.Rod) -> RodLoad:
     """Load inside a rod."""
     if isinstance(load, di.MuscleLoad):
         rows = _rows(rod, load.strain)
@@ -104,7 +104,7 @@ def inside_of(load: di.TendonLoad | di.ChamberLoad | di.MuscleLoad, rod: Rod, li
             number(load.hysteresis.direct), vector(load.hysteresis.thresholds), vector(load.hysteresis.weights)
         )
         pressure = _after(plays, pressure)
-    return ld.Chamber(thread, first + (last - first) * share, pressure)
+    return ld.FluidChamber(thread, first + (last - first) * share, pressure)
 
 
 def _after(plays: PrandtlIshlinskii, pressure: Signal) -> Signal:
@@ -120,7 +120,7 @@ def _after(plays: PrandtlIshlinskii, pressure: Signal) -> Signal:
     return Cycle(values, pressure.frequency, jnp.zeros(()))
 
 
-def _rows(rod: Rod, strain: str) -> tuple[int, ...]:
+def _rows(rod: SoftRod, strain: str) -> tuple[int, ...]:
     """Which coordinates of a rod are those of a strain."""
     return tuple(k for k, name in enumerate(rod.names) if name.startswith(f"{strain}."))
 

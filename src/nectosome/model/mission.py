@@ -17,10 +17,10 @@ from nectosome.description.mission import Event, Mission, Mode
 from nectosome.description.paths import numeric_paths
 from nectosome.io import provenance
 from nectosome.mechanism import moves_in_plane
-from nectosome.solve import pace
+from nectosome.solve import fixed_step
 
-from .build import blueprint_of, build
-from .ramps import Measures, Ramps, Scheduled, measured
+from .build import build, template_of
+from .ramps import Measures, RampedRobot, Ramps, measured
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,13 +59,13 @@ class Flown(NamedTuple):
         return next((p.time for p in self.passed if p.mode == mode), None)
 
 
-def _stretch(system: Scheduled, t: Array, x: State, step: Array) -> tuple[State, Measures]:
+def _stretch(system: RampedRobot, t: Array, x: State, step: Array) -> tuple[State, Measures]:
     """States and measures after each of some steps."""
-    _, states = pace(system, t, x, step, _STRETCH, keep=lambda x: x)
+    _, states = fixed_step(system, t, x, step, _STRETCH, keep=lambda x: x)
     return states, measured(system, t + step * (1 + jnp.arange(_STRETCH)), states)
 
 
-def _begin(system: Scheduled) -> tuple[State, Measures]:
+def _begin(system: RampedRobot) -> tuple[State, Measures]:
     x = system.initial()
     return x, measured(system, jnp.zeros(1), jax.tree.map(lambda a: a[None], x))
 
@@ -121,7 +121,7 @@ class _Kept:
     def __init__(self) -> None:
         self.pieces: list[tuple[np.ndarray, Measures, np.ndarray, np.ndarray]] = []
 
-    def add(self, mode: int, system: Scheduled, times: Float[np.ndarray, "n"], seen: Measures) -> None:
+    def add(self, mode: int, system: RampedRobot, times: Float[np.ndarray, "n"], seen: Measures) -> None:
         ramps = jax.tree.map(np.asarray, system.ramps)
         seen = jax.tree.map(np.asarray, seen)
         self.pieces.append((times, seen, _at(ramps, times[:, None]), np.full(times.size, mode)))
@@ -136,14 +136,14 @@ def _paths(mission: Mission) -> tuple[str, ...]:
     return tuple(dict.fromkeys(path for mode in mission.modes for path in mode.changes))
 
 
-def _system(mission: Mission) -> Scheduled:
+def _system(mission: Mission) -> RampedRobot:
     """The robot with the values of its description, which the modes will change."""
     paths = _paths(mission)
-    blueprint, numbers = blueprint_of(mission.robot, paths)
+    blueprint, numbers = template_of(mission.robot, paths)
     varying = tuple(blueprint.paths.index(path) for path in paths)
     values, none = numbers[jnp.array(varying, dtype=int)], jnp.zeros(len(paths))
     flat = moves_in_plane(build(mission.robot))
-    return Scheduled(blueprint, numbers, varying, Ramps(values, values, none, none), flat)
+    return RampedRobot(blueprint, numbers, varying, Ramps(values, values, none, none), flat)
 
 
 def _at(ramps: Ramps, t: float | Float[np.ndarray, "n 1"]) -> Float[np.ndarray, "*n k"]:
@@ -196,7 +196,7 @@ def _first(mode: Mode, seen: Measures, since: Float[np.ndarray, "n"]) -> int | N
 
 
 def _locate(
-    system: Scheduled, mode: Mode, t: float, x: State, step: float, began: float
+    system: RampedRobot, mode: Mode, t: float, x: State, step: float, began: float
 ) -> tuple[float, State, Measures, Event]:
     """Moment within the step after t at which the first event happens, state and measures there, and the event."""
 

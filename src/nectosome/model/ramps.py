@@ -8,10 +8,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import State, System
-from nectosome.loads import Bumper, Leg
+from nectosome.loads import Leg, WallContact
 from nectosome.mechanism import Robot, in_plane
 
-from .build import Blueprint, fill
+from .build import Template, instantiate
 from .readings import place_of
 
 
@@ -30,13 +30,13 @@ class Ramps(NamedTuple):
         return self.start + share * (self.end - self.start)
 
 
-class Scheduled(System):
+class RampedRobot(System):
     """A robot whose numbers at some paths follow ramps. Forces feel the numbers of each moment.
 
     What a change of a number does by itself is not told: a mass or an inertia that changes takes its momentum along.
     """
 
-    blueprint: Blueprint
+    blueprint: Template
     numbers: Float[Array, "n"]
     varying: tuple[int, ...] = eqx.field(static=True)  # which of them follow the ramps
     ramps: Ramps
@@ -45,7 +45,7 @@ class Scheduled(System):
     def robot(self, t: Float[Array, ""]) -> Robot:
         """The robot as it is at time t."""
         now = dict(zip(self.varying, self.ramps.at(t), strict=True))
-        return fill(self.blueprint, [now.get(i, x) for i, x in enumerate(self.numbers)])
+        return instantiate(self.blueprint, [now.get(i, x) for i, x in enumerate(self.numbers)])
 
     def initial(self) -> State:
         """State to start from, with the numbers as they are then."""
@@ -74,7 +74,7 @@ class Measures(NamedTuple):
     high_wall: Float[Array, "*n"]  # and in that at the larger x
 
 
-def measures(system: Scheduled, t: Float[Array, ""], x: State) -> Measures:
+def measures(system: RampedRobot, t: Float[Array, ""], x: State) -> Measures:
     """What a mission looks at."""
     robot = system.robot(t)
     tree, water, none = robot.tree, robot.water, -jnp.inf * jnp.ones(())
@@ -89,7 +89,7 @@ def measures(system: Scheduled, t: Float[Array, ""], x: State) -> Measures:
             ahead, above = load.foot(z.crank)[0]
             arm = load.hip + jnp.stack([ahead, jnp.zeros(()), above])
             feet.append(water.floor - p[first, 2] - R[first, 2] @ arm)
-        if isinstance(load, Bumper) and water.walls is not None:
+        if isinstance(load, WallContact) and water.walls is not None:
             walls.append(load.depths(p[first, 0], water))
     if water.surface is not None:
         half = jnp.concatenate([part.body.half_width for part in tree.parts])
@@ -105,6 +105,6 @@ def measures(system: Scheduled, t: Float[Array, ""], x: State) -> Measures:
     )
 
 
-def measured(system: Scheduled, t: Float[Array, "n"], x: State) -> Measures:
+def measured(system: RampedRobot, t: Float[Array, "n"], x: State) -> Measures:
     """The same at n moments."""
     return jax.vmap(lambda t, x: measures(system, t, x))(t, x)

@@ -15,10 +15,10 @@ from nectosome.description import RobotDescription, get_value, numeric_paths, re
 from nectosome.description.fields import Quantity
 from nectosome.mechanism import Diagnosis, Robot, in_plane, moves_in_plane
 from nectosome.solve import diagnose_all
-from nectosome.solve.integrate import Settings, begin, march
+from nectosome.solve.integrate import Settings, begin, integrate
 from nectosome.units import InputError
 
-from .build import Blueprint, blueprint_of, build, fill
+from .build import Template, build, instantiate, template_of
 from .readings import Reading, reading_of
 
 # what a held rate has turned by: with which number the angle goes on where the rate changes, and by how much a second
@@ -26,7 +26,7 @@ _GOES_ON = {"frequency": ("phase", 2 * math.pi), "rate": ("start", 1.0)}
 _FIRST = 1e-3  # s, the first step at most
 
 
-class Standing(NamedTuple):
+class PlantState(NamedTuple):
     """Where a robot stands between two samples."""
 
     sample: int  # how many have passed
@@ -36,7 +36,7 @@ class Standing(NamedTuple):
     numbers: Float[np.ndarray, "n"]  # of the robot, as they were held in the sample before
 
 
-class Held(NamedTuple):
+class HoldInterval(NamedTuple):
     """What a robot did while a command was held, at even moments up to the end of the sample."""
 
     time: Float[np.ndarray, "m"]  # [s]
@@ -45,7 +45,7 @@ class Held(NamedTuple):
     state: State  # leaves [m, ...]
 
 
-class Commanded:
+class SampledPlant:
     """A robot that is taken on by samples dt [s] long; in each one a quantity has the value that is commanded.
 
     - command: path or alias; an alias of several paths sets all of them.
@@ -79,7 +79,7 @@ class Commanded:
         going_on = {path: _partner(path) for path in self.paths}
         self._partners = {path: other for path, other in going_on.items() if other is not None and other[0] in known}
         partners = tuple(other for other, _ in self._partners.values())
-        blueprint, self._numbers = blueprint_of(description, (*self.paths, *partners))
+        blueprint, self._numbers = template_of(description, (*self.paths, *partners))
         self._place = {path: blueprint.paths.index(path) for path in (*self.paths, *partners)}
         robot = build(description)
         self.parts = tuple(part.name for part in robot.tree.parts)
@@ -97,15 +97,15 @@ class Commanded:
         """The command as the description has it."""
         return float(get_value(self.description, self.command))
 
-    def start(self) -> tuple[Standing, Held]:
+    def start(self) -> tuple[PlantState, HoldInterval]:
         """The robot at t = 0, as its description says."""
         time, states = jnp.zeros(1), jax.tree.map(lambda x: x[None], self._state)
         seen = remembered(_begin, self._plan, self._numbers, time, states)
         reading, position = map(np.asarray, seen)
-        standing = Standing(0, self._state, float(reading[0]), min(_FIRST, 0.1 * self.dt), np.asarray(self._numbers))
-        return standing, Held(np.zeros(1), reading, position, states)
+        standing = PlantState(0, self._state, float(reading[0]), min(_FIRST, 0.1 * self.dt), np.asarray(self._numbers))
+        return standing, HoldInterval(np.zeros(1), reading, position, states)
 
-    def hold(self, standing: Standing, command: float) -> tuple[Standing, Held | None, Status]:
+    def hold(self, standing: PlantState, command: float) -> tuple[PlantState, HoldInterval | None, Status]:
         """One sample more, with this command; what happened is None where the robot did not get through it."""
         t = standing.sample * self.dt
         numbers = standing.numbers.copy()
@@ -124,10 +124,10 @@ class Commanded:
         if self.reading.turns:
             reading = np.unwrap(np.append(standing.reading, reading))[1:]
         last = jax.tree.map(lambda a: a[-1], found.states)
-        held = Held(np.asarray(found.time), reading, np.asarray(found.position), found.states)
-        return Standing(standing.sample + 1, last, float(reading[-1]), float(found.step), numbers), held, status
+        held = HoldInterval(np.asarray(found.time), reading, np.asarray(found.position), found.states)
+        return PlantState(standing.sample + 1, last, float(reading[-1]), float(found.step), numbers), held, status
 
-    def diagnosis(self, before: Standing, after: Standing, held: Held) -> Diagnosis:
+    def diagnosis(self, before: PlantState, after: PlantState, held: HoldInterval) -> Diagnosis:
         """Forces, powers and the place of all stations at the moments of a sample, from where it stood before it."""
         of_time = (jnp.asarray(x, dtype=float) for x in (before.sample * self.dt, self.dt))
         found = remembered(
@@ -139,7 +139,7 @@ class Commanded:
 class _Plan(eqx.Module):
     """What of a commanded robot is structure."""
 
-    blueprint: Blueprint
+    blueprint: Template
     reading: Reading
     flat: bool = eqx.field(static=True)  # it moves in a plane
     made: bool = eqx.field(static=True)  # the command is part of a prescribed motion
@@ -167,7 +167,7 @@ def _seen(plan: _Plan, robot: Robot, time: Array, states: State) -> tuple[Array,
 
 
 def _begin(plan: _Plan, numbers: Array, time: Array, states: State) -> tuple[Array, Array]:
-    return _seen(plan, fill(plan.blueprint, numbers), time, states)
+    return _seen(plan, instantiate(plan.blueprint, numbers), time, states)
 
 
 def _hold(plan: _Plan, before: Array, numbers: Array, t: Array, step: Array, x: State, settings: Settings) -> _Found:
@@ -175,7 +175,7 @@ def _hold(plan: _Plan, before: Array, numbers: Array, t: Array, step: Array, x: 
     robot = _within(plan, before, numbers, t, dt)
     times = t + dt * jnp.arange(1, plan.moments + 1) / plan.moments
     equations = in_plane(robot) if plan.flat else robot
-    m, states = march(equations, begin(t, x, settings, step), times, settings)
+    m, states = integrate(equations, begin(t, x, settings, step), times, settings)
 
     return _Found(times, states, *_seen(plan, robot, times, states), m.h, m.status)
 
@@ -186,8 +186,8 @@ def _diagnose(plan: _Plan, before: Array, numbers: Array, t: Array, dt: Array, t
 
 def _within(plan: _Plan, before: Array, numbers: Array, t: Array, dt: Array) -> Robot:
     """The robot in the sample that begins at t."""
-    robot = fill(plan.blueprint, numbers)
-    return _handed_over(fill(plan.blueprint, before), robot, t, dt) if plan.made else robot
+    robot = instantiate(plan.blueprint, numbers)
+    return _handed_over(instantiate(plan.blueprint, before), robot, t, dt) if plan.made else robot
 
 
 def _handed_over(before: Robot, after: Robot, t: Array, dt: Array) -> Robot:

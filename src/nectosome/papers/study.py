@@ -32,7 +32,7 @@ class Study:
 
 
 @dataclass(frozen=True)
-class Part:
+class StudyPart:
     """What one part of a study hands over: numbers by scorecard row, and what there is to draw."""
 
     numbers: dict[str, float | None]
@@ -40,12 +40,14 @@ class Part:
     runs: dict[str, "xr.Dataset"] = field(default_factory=dict)
 
 
-def gathered(parts: Iterable[tuple[float, Callable[[bool, Progress], Part]]], quick: bool, progress: Progress) -> Part:
+def gathered(
+    parts: Iterable[tuple[float, Callable[[bool, Progress], StudyPart]]], quick: bool, progress: Progress
+) -> StudyPart:
     """Parts of a study together, each with the share of the time that it takes."""
-    done, begun = Part({}), 0.0
+    done, begun = StudyPart({}), 0.0
     for share, part in parts:
         made = part(quick, lambda what, of, at=begun, wide=share: progress(what, at + wide * of))
-        done = Part(done.numbers | made.numbers, done.data | made.data, done.runs | made.runs)
+        done = StudyPart(done.numbers | made.numbers, done.data | made.data, done.runs | made.runs)
         begun += share
     progress("scorecard", 1.0)
     return done

@@ -20,8 +20,8 @@ from jaxtyping import Array, Float
 
 from nectosome.core import State, Wave
 from nectosome.loads import StripDrag
-from nectosome.mechanism import Robot, Rod
-from nectosome.solve.fixed_step import pace
+from nectosome.mechanism import Robot, SoftRod
+from nectosome.solve.fixed_step import fixed_step
 
 STEPS = 32  # of a beat; four times as many change no speed by more than 1e-4
 _BEATS = 12  # of each pass
@@ -52,7 +52,7 @@ def swims(robot: Robot, waves: Sequence[Wave], reynolds: Float[np.ndarray, "n"],
     n, together = reynolds.size, jax.tree.map(lambda *x: jnp.stack(x), *waves)
     frequency = np.asarray(together.frequency)
     body = robot.tree.parts[0].body
-    assert isinstance(body, Rod)
+    assert isinstance(body, SoftRod)
     length = float(body.length)
     rest = robot.initial()
     v = jnp.zeros((n, 3)).at[:, 0].set(-_GUESS * frequency * length)
@@ -81,8 +81,8 @@ def _kept(
         def place(t: Array, x: State) -> Float[Array, "stations 2"]:
             return tree.shape(tree.complete(t, x.q, x.v)[0]).position[:, :2]
 
-        x, _ = pace(swimmer, jnp.zeros(()), x, step, STEPS * (_BEATS - 2))
-        end, kept = pace(swimmer, jnp.zeros(()), x, step, 2 * STEPS, lambda x: x)
+        x, _ = fixed_step(swimmer, jnp.zeros(()), x, step, STEPS * (_BEATS - 2))
+        end, kept = fixed_step(swimmer, jnp.zeros(()), x, step, 2 * STEPS, lambda x: x)
         all_of = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, kept)
         return end, jax.vmap(place)(step * jnp.arange(2 * STEPS + 1), all_of)
 

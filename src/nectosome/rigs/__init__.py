@@ -4,10 +4,10 @@ Rigs of devices are in modules of their own, which load what they need when they
 """
 
 from .dry_run import rehearse
-from .experiment import Experiment, Run
+from .experiment import Experiment, RigRun
 from .limits import Limits
 from .recover import recovered
 from .rig import Rig, RigError
 from .simulated_rig import SimulatedRig
 
-__all__ = ["Experiment", "Limits", "Rig", "RigError", "Run", "SimulatedRig", "recovered", "rehearse"]
+__all__ = ["Experiment", "Limits", "Rig", "RigError", "RigRun", "SimulatedRig", "recovered", "rehearse"]

@@ -13,7 +13,7 @@ from jaxtyping import Array, ArrayLike
 Step = Callable[..., tuple[Any, Array]]  # step(module, state, *inputs) -> (state, output)
 
 
-class Steps:
+class CompiledStep:
     """A module and its state, which goes on with each call.
 
     `filter_jit` would take both apart and put them together again at every call, which takes three times as long as the

@@ -29,7 +29,7 @@ from .interrupts import Interrupts, caught
 from .limits import Limits
 from .log import LogError, RunLog
 from .rig import Rig, RigError
-from .sampling_loop import AbortError, CancelledError, Course, Law, Progress
+from .sampling_loop import AbortError, CancelledError, ControlLaw, Progress, SamplingLoop
 
 if TYPE_CHECKING:
     import xarray
@@ -39,7 +39,7 @@ Status = Literal["finished", "aborted", "failed", "interrupted"]
 
 
 @dataclass(frozen=True)
-class Run:
+class RigRun:
     """How an experiment ended, and what it measured; `path` is the file that holds it."""
 
     status: Status
@@ -72,7 +72,7 @@ class Experiment:
                 field="reference",
             )
 
-    def run(self, log_path: str | Path, progress: Progress | None = None) -> Run:
+    def run(self, log_path: str | Path, progress: Progress | None = None) -> RigRun:
         """Run it, log it in a netCDF file, and leave the rig without power.
 
         - progress(share): called a hundred times; the run is interrupted where it returns False.
@@ -81,11 +81,11 @@ class Experiment:
         when the rig is safe and the log has ended. Raises InputError, before anything moves, where the log cannot be
         written.
         """
-        law = Law(self.controller.planned(self.reference, self.dt))
+        law = ControlLaw(self.controller.planned(self.reference, self.dt))
         guards = Guards(self.limits, self.rig, self.dt, len(self.reference))
         with Interrupts() as interrupts:
             log = RunLog(log_path, self._attributes(), self._units())
-            course = Course(self.rig, law, self.reference, guards, log, interrupts.check, progress)
+            course = SamplingLoop(self.rig, law, self.reference, guards, log, interrupts.check, progress)
             errors = {
                 "": interrupts.allowed(course.samples),
                 "On the way to a command of 0": interrupts.allowed(course.ramp),
@@ -121,7 +121,7 @@ class Experiment:
 _TOLD = (AbortError, CancelledError, RigError, LogError, KeyboardInterrupt)
 
 
-def _ended(log: RunLog, wrong: dict[str, BaseException], guards: Guards) -> Run:
+def _ended(log: RunLog, wrong: dict[str, BaseException], guards: Guards) -> RigRun:
     """End the log with the status and all reasons, the first one first."""
     status = _status(next(iter(wrong.values()), None))
     told = [f"{where}: {_sentence(error)}" if where else _sentence(error) for where, error in wrong.items()]
@@ -130,7 +130,7 @@ def _ended(log: RunLog, wrong: dict[str, BaseException], guards: Guards) -> Run:
     if lost:
         reason = f"{reason} The log stays in {path}: {lost}"
         status = "failed" if status == "finished" else status
-    return Run(status, reason, data, path)
+    return RigRun(status, reason, data, path)
 
 
 def _status(first: BaseException | None) -> Status:

@@ -18,7 +18,7 @@ from .dynamixel import Dynamixel, Servo
 from .limits import Limits
 from .ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
 from .rig import Rig, RigError
-from .serial_motor import Controller, SerialMotor
+from .serial_motor import MotorLink, SerialMotor
 
 _Made = TypeVar("_Made")
 _Pressure = Annotated[float, Quantity("pressure")]
@@ -118,7 +118,7 @@ def _dynamixel(file: _File, said: Any, limits: Limits) -> Rig:
 
 def _serial(file: _File, said: Any, limits: Limits) -> Rig:
     file.outlasts(said.watchdog, said.dt, "watchdog")
-    return SerialMotor(file.made(Controller, said))
+    return SerialMotor(file.made(MotorLink, said))
 
 
 def _group(made: type, /, **units: Any) -> Any:
@@ -150,6 +150,6 @@ _DYNAMIXEL = _rig(
     port=_Word, number=Annotated[int, Field(ge=0, le=252)], baud=_Baud, speed=_AngularSpeed, watchdog=_Time,
 )  # fmt: skip
 _SERIAL = _rig(
-    Controller, _AngularSpeed, _AngularAcceleration, _AngularSpeed,
+    MotorLink, _AngularSpeed, _AngularAcceleration, _AngularSpeed,
     port=_Word, baud=_Baud, timeout=_Time, start=_Time, watchdog=_Time,
 )  # fmt: skip

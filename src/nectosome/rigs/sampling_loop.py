@@ -10,7 +10,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 from nectosome.controllers import Regulator
 
-from .compiled_step import Steps
+from .compiled_step import CompiledStep
 from .guards import Guards
 from .limits import slewed
 from .log import RunLog
@@ -27,12 +27,12 @@ class CancelledError(Exception):
     """Whoever watches the progress ends the experiment."""
 
 
-class Law:
+class ControlLaw:
     """A regulator with all that its samples need compiled: nothing of this may happen in one."""
 
     def __init__(self, regulator: Regulator):
         self._regulator = regulator
-        self._steps = Steps(_step, regulator, _initial(regulator, np.asarray(0.0)))
+        self._steps = CompiledStep(_step, regulator, _initial(regulator, np.asarray(0.0)))
         for _ in range(2):  # what a step returns may be of other types than what it begins with
             self._steps(np.asarray(0.0)).item()
 
@@ -54,13 +54,13 @@ def _step(regulator: Regulator, state: Any, measured: ArrayLike) -> tuple[Any, A
     return regulator.step(state, jnp.asarray(measured))
 
 
-class Course:
+class SamplingLoop:
     """The samples of one run, and the way back to 0; `check`, called between them, raises if they are to end."""
 
     def __init__(
         self,
         rig: Rig,
-        law: Law,
+        law: ControlLaw,
         reference: Float[np.ndarray, "n"],
         guards: Guards,
         log: RunLog,

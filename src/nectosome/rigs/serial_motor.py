@@ -28,7 +28,7 @@ from .rig import Rig, RigError
 
 
 @dataclass(frozen=True)
-class Controller:
+class MotorLink:
     """Where the controller is and how long it is waited for."""
 
     port: str
@@ -65,7 +65,7 @@ class SerialMotor(Rig):
     command_unit = "rad/s"
     measured_unit = "rad/s"
 
-    def __init__(self, controller: Controller):
+    def __init__(self, controller: MotorLink):
         self.controller = controller
         self._where = f"motor at {controller.port}"
         self._port: Any = None

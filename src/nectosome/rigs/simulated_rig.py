@@ -14,7 +14,7 @@ from jaxtyping import Array, ArrayLike
 from nectosome.core import Block, Line, Stepper
 from nectosome.drives import Sensor
 
-from .compiled_step import Steps
+from .compiled_step import CompiledStep
 from .rig import Rig, RigError
 
 
@@ -44,7 +44,7 @@ class SimulatedRig(Rig):
         self.dt, self.pace = dt, pace
         self.truths: list[float] = []
         self._plant, self._sensor = plant, sensor
-        self._reading: Steps | None = None
+        self._reading: CompiledStep | None = None
         self._delay = round(delay / dt)  # steps
         self._pending: deque[tuple[int, float]] = deque()  # from which step on, and which command
         self._opened = False
@@ -54,13 +54,13 @@ class SimulatedRig(Rig):
     def open(self) -> None:
         """Begin at rest; what has to be compiled is compiled here."""
         stepper = _sampled(self._plant, np.asarray(self.dt))
-        self._model = Steps(_advance, stepper, (stepper.initial(), jnp.zeros(())))
+        self._model = CompiledStep(_advance, stepper, (stepper.initial(), jnp.zeros(())))
         self._command = 0.0
         self._pending.clear()
         for _ in range(2):  # steps of no time; what they return may be of other types than what a stepper begins with
             self._advance(0)
         if self._sensor is not None:
-            self._reading = Steps(_measure, self._sensor, self._sensor.initial())
+            self._reading = CompiledStep(_measure, self._sensor, self._sensor.initial())
             for _ in range(2):
                 self._reading(self._output)
             self._reading.start(self._sensor.initial())

@@ -20,12 +20,12 @@ def mission_of(name: str) -> Path | None:
     return next((path for path in (_FOLDER / "missions").glob("*.yaml") if path.stem == name), None)
 
 
-def template_names() -> list[str]:
+def starter_names() -> list[str]:
     """Names of the files that a person may start from: small ones made for it, then the robots that ship as files."""
     return [*sorted(path.stem for path in (_FOLDER / "templates").glob("*.yaml")), *file_names()]
 
 
-def template_of(name: str) -> Path:
-    """File of one of the `template_names`."""
+def starter_of(name: str) -> Path:
+    """File of one of the `starter_names`."""
     own = _FOLDER / "templates" / f"{name}.yaml"
     return own if own.exists() else file_of(name)

@@ -7,13 +7,13 @@ from .generations import evolve
 from .gradient import Gradient
 from .improve import improve
 from .multistart import multistart
+from .outcome import Result, Start
 from .pareto import Front, front
 from .pattern import Pattern
 from .populations import CmaEs, DifferentialEvolution, Evolver, Genetic, ParetoFront
-from .result import Result, Start
+from .processes import Workers
 from .solvers import SOLVERS, describe_solver, make_solver
 from .task import Evaluate, Evaluation, Outcome, Solver, Task
-from .workers import Workers
 
 __all__ = [
     "SOLVERS",

@@ -12,7 +12,7 @@ from nectosome.io.journal import read_journal
 from nectosome.io.lock import lock
 from nectosome.units import InputError
 
-from .record import decode
+from .evaluations import decode
 from .solvers import describe_solver
 from .task import Evaluation, Solver, Task
 
@@ -31,7 +31,7 @@ _SAID = {
 }
 
 
-class Folder:
+class SearchFolder:
     """A folder that is this process's own until it is closed.
 
     Raises InputError where it cannot be written, another process has it, or it holds other work or more starts.
@@ -81,7 +81,7 @@ class Folder:
         """Return the path and the key of the journal of a start."""
         return _journal(self.path, self._digest, number)
 
-    def __enter__(self) -> "Folder":
+    def __enter__(self) -> "SearchFolder":
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float
 
-from .record import Recorder
+from .evaluations import Recorder
 from .task import Evaluation, Solver, Task
 
 

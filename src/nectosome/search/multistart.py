@@ -15,11 +15,11 @@ from jaxtyping import Float
 
 from nectosome.io.journal import Journal, read_journal
 
-from .folder import Folder
-from .record import Compute, Recorder, StoppedError, decode
-from .result import Result, Start
+from .evaluations import Compute, Recorder, StoppedError, decode
+from .folder import SearchFolder
+from .outcome import Result, Start
+from .processes import Workers, processors, stopped
 from .task import Evaluation, Solver, Task
-from .workers import Workers, processors, stopped
 
 Progress = Callable[[int, Evaluation | None, int], bool | None]
 
@@ -56,7 +56,9 @@ def multistart(
     that make no sense, InputError for a folder that cannot be used, RuntimeError where a worker process died.
     """
     _check(starts, seed, draws, workers)
-    with Folder(folder, task, solver, starts, seed, draws, about) if folder is not None else nullcontext() as held:
+    with (
+        SearchFolder(folder, task, solver, starts, seed, draws, about) if folder is not None else nullcontext() as held
+    ):
         jobs = [
             _Job(task, solver, seed, k, draws, None if k else first, held.journal(k) if held else None)
             for k in range(starts)

@@ -63,7 +63,7 @@ class Front(Solver):
         lower, upper, versus = evaluate.lower, evaluate.upper, self.versus
         others = [i for i in range(evaluate.constraints) if i != versus]
 
-        class Problem(ElementwiseProblem):
+        class TwoObjectives(ElementwiseProblem):
             def _evaluate(self, x: np.ndarray, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
                 del args, kwargs
                 e = evaluate(x)
@@ -71,7 +71,7 @@ class Front(Solver):
                 out["F"] = [e.objective, e.constraints[versus]] if e.solved else [np.inf, np.inf]
                 out["G"] = [*e.constraints[others], 0.0] if e.solved else [np.inf] * (len(others) + 1)
 
-        problem = Problem(n_var=lower.size, n_obj=2, n_ieq_constr=len(others) + 1, xl=lower, xu=upper)
+        problem = TwoObjectives(n_var=lower.size, n_obj=2, n_ieq_constr=len(others) + 1, xl=lower, xu=upper)
         rng = np.random.default_rng(seed)
         first = np.vstack([start, rng.uniform(lower, upper, (self.population - 1, lower.size))])
         algorithm: Any = NSGA2(self.population, sampling=first)  # pyright: ignore[reportArgumentType]

@@ -2,10 +2,10 @@
 
 from .cycle_means import CycleMeans, cycle_means, mean_data, means_of, prepare_means
 from .equilibrium import Equilibrium, equilibrium
-from .fixed_step import pace
-from .periodic import Course, Periodic, periodic
-from .regime import Settled, settled
-from .resting import Resting, held, resting
+from .fixed_step import fixed_step
+from .load_stepping import load_stepping
+from .periodic import CyclePath, Periodic, periodic
+from .regime import Regime, regime_of
 from .results import (
     Results,
     Run,
@@ -19,20 +19,20 @@ from .results import (
 )
 from .screw import Screw, screw_of
 from .simulate import simulate
-from .static import static
+from .static import Static, frozen_drives, static
 from .steady import Steady, steady
 from .symmetry import Symmetry, find_symmetry
 
 __all__ = [
-    "Course",
     "CycleMeans",
+    "CyclePath",
     "Equilibrium",
     "Periodic",
-    "Resting",
+    "Regime",
     "Results",
     "Run",
     "Screw",
-    "Settled",
+    "Static",
     "Steady",
     "Symmetry",
     "Trajectory",
@@ -42,18 +42,18 @@ __all__ = [
     "drive_limits",
     "equilibrium",
     "find_symmetry",
-    "held",
+    "fixed_step",
+    "frozen_drives",
+    "load_stepping",
     "mean_data",
     "means_of",
     "overloaded",
-    "pace",
     "periodic",
     "prepare_means",
     "prepare_results",
-    "resting",
+    "regime_of",
     "results_of",
     "screw_of",
-    "settled",
     "simulate",
     "static",
     "steady",

@@ -11,7 +11,7 @@ from nectosome.core import STANDARD_GRAVITY, State, safe_norm
 from nectosome.core.remember import prepare
 from nectosome.core.se3 import matmul3
 from nectosome.loads import LineForce, PointForce, PulsedThrust
-from nectosome.mechanism import Diagnosis, Robot, Rod, load_names
+from nectosome.mechanism import Diagnosis, Robot, SoftRod, load_names
 from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS, driving
 
 from .results import VARIABLES, Data, Names, blank, diagnose_all, labels
@@ -80,7 +80,7 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     speed = safe_norm(d.position[-1, 0] - d.position[0, 0]) / times[-1]
     fastest = jnp.max(safe_norm(jax.lax.stop_gradient(once.velocity)))
     # what turns the crank of a jet, or gives a force, is no drive of a joint: its power is not told here
-    hull = not isinstance(robot.tree.parts[0].body, Rod)
+    hull = not isinstance(robot.tree.parts[0].body, SoftRod)
     given = any(isinstance(attached.load, PointForce | LineForce | PulsedThrust) for attached in robot.loads)
     goes = (speed > _STAYS * fastest) & (SHAPE_CHANGE not in load_names(robot)) & (not given)
     return CycleMeans(

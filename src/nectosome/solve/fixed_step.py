@@ -12,7 +12,7 @@ from nectosome.core import State, System
 _WHEN, _SHARES = (0.0, 0.5, 0.5, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6)
 
 
-def pace(
+def fixed_step(
     system: System,
     t: Float[Array, ""],
     x: State,

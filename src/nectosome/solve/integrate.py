@@ -1,7 +1,7 @@
 """Adaptive marching through time: step size control, saved states, a terminal event; works under jit and vmap.
 
 A march can stop after any saved time and go on from there, so that long runs report progress and can be cancelled.
-It carries slopes along where the system and its state bring some (`Sloping`, `Sloped`).
+It carries slopes along where the system and its state bring some (`SensitivitySystem`, `SensitivityState`).
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Mechanical, State, Status
 
-from .sensitivity import Sloped, Sloping, allowed_slopes, sloped
+from .sensitivity import SensitivityState, SensitivitySystem, allowed_sensitivity, with_sensitivity
 from .stages import Step, explicit_step, implicit_step, newton_memory, rms
 from .tableaus import ESDIRK4, TSIT5
 
@@ -30,7 +30,7 @@ _CONTROL = {"implicit": (1.0, 0.0), "explicit": (0.7, 0.4)}
 _BLOCK = 16  # times at which lanes of a batch wait for each other
 
 
-class March(eqx.Module):
+class Integration(eqx.Module):
     """Where an integration stands: the last accepted step from (t0, x0) to (t, x), and what comes next."""
 
     t0: Float[Array, ""]
@@ -60,33 +60,33 @@ class Settings(eqx.Module):
     slope_atol: Float[Array, ""] | float = 1e-200  # more than nothing where slopes begin with nothing
 
 
-def begin(t: Array, x: State | Sloped, settings: Settings, h: Array) -> March:
+def begin(t: Array, x: State | SensitivityState, settings: Settings, h: Array) -> Integration:
     """March that starts at (t, x) with a first step of size h; the first attempt finds the rate there."""
-    bare = x.x if isinstance(x, Sloped) else x
+    bare = x.x if isinstance(x, SensitivityState) else x
     n = bare.v.size + sum(leaf.size for leaf in jax.tree.leaves(bare.z))
     memory = newton_memory(n) if settings.method == "implicit" else None
     held, error, solved, end, none = map(jnp.asarray, (False, 1.0, int(Status.SOLVED), jnp.inf, 0))
-    return March(t, x, x, t, x, x, h, memory, held, error, solved, end, none, none)
+    return Integration(t, x, x, t, x, x, h, memory, held, error, solved, end, none, none)
 
 
-def march(
-    system: Mechanical | Sloping,
-    state: March,
+def integrate(
+    system: Mechanical | SensitivitySystem,
+    state: Integration,
     times: Float[Array, "n"],
     settings: Settings,
     guard: Guard | None = None,
-) -> tuple[March, Any]:
+) -> tuple[Integration, Any]:
     """Go on until the last of `times`; also the states at all of them (NaN where the march had ended before).
 
     The march ends early with status EVENT where guard(t, x) changes sign, located on the step's cubic to 1e-12 of it.
     """
     step: Callable[..., Step] = implicit_step if settings.method == "implicit" else explicit_step
-    if isinstance(system, Sloping):
-        step = sloped(step)
+    if isinstance(system, SensitivitySystem):
+        step = with_sensitivity(step)
     order = (ESDIRK4 if settings.method == "implicit" else TSIT5).order
     proportional, integral = _CONTROL[settings.method]
 
-    def attempt(m: March) -> March:
+    def attempt(m: Integration) -> Integration:
         s = step(system, m.t, m.h, m.x, m.rate, m.steps > 0, m.memory, _allowed(settings, m.x, m.x))
         # derivatives are those of the steps taken: how long they are is no part of the motion
         error = jax.lax.stop_gradient(_size(s.error, _allowed(settings, m.x, s.x)))
@@ -120,7 +120,7 @@ def march(
             end = jnp.where(happened, when, end)
         return eqx.tree_at(lambda m: (m.status, m.end, m.steps, m.rejected), m, (status, end, steps, rejected))
 
-    def passed(m: March, block: Array, found: Any) -> Any:
+    def passed(m: Integration, block: Array, found: Any) -> Any:
         """What was found at the times of a block, and what the last step tells of those it went over."""
 
         def one(time: Array, old: Any) -> Any:
@@ -129,12 +129,12 @@ def march(
 
         return jax.vmap(one)(block, found)
 
-    def reach(m: March, block: Array) -> tuple[March, Any]:
-        def more(carry: tuple[March, Any]) -> tuple[March, Any]:
+    def reach(m: Integration, block: Array) -> tuple[Integration, Any]:
+        def more(carry: tuple[Integration, Any]) -> tuple[Integration, Any]:
             m = attempt(carry[0])
             return m, passed(m, block, carry[1])
 
-        def going(carry: tuple[March, Any]) -> Array:
+        def going(carry: tuple[Integration, Any]) -> Array:
             return (carry[0].t < block[-1]) & (carry[0].status == int(Status.SOLVED))
 
         blank = jax.tree.map(lambda x: jnp.full((block.shape[0], *x.shape), jnp.nan), m.x)
@@ -150,21 +150,21 @@ def march(
 
 def _allowed(settings: Settings, a: Any, b: Any) -> Any:
     """Error allowed in each number of a step from a to b."""
-    if isinstance(a, Sloped):
-        return Sloped(
-            _allowed(settings, a.x, b.x), allowed_slopes(settings.rtol, settings.slope_atol, a.slopes, b.slopes)
+    if isinstance(a, SensitivityState):
+        return SensitivityState(
+            _allowed(settings, a.x, b.x), allowed_sensitivity(settings.rtol, settings.slope_atol, a.slopes, b.slopes)
         )
     return jax.tree.map(lambda a, b: settings.atol + settings.rtol * jnp.maximum(jnp.abs(a), jnp.abs(b)), a, b)
 
 
 def _size(error: Any, allowed: Any) -> Array:
     """Root mean square of the error in allowed errors; the largest where the state has slopes, each with its own."""
-    if isinstance(error, Sloped):
+    if isinstance(error, SensitivityState):
         return jnp.maximum(_size(error.x, allowed.x), jnp.max(jax.vmap(_size)(error.slopes, allowed.slopes)))
     return rms(ravel_pytree(jax.tree.map(jnp.divide, error, allowed))[0])
 
 
-def interpolate(m: March, time: Array) -> Any:
+def interpolate(m: Integration, time: Array) -> Any:
     """State at a time within the last step, by the cubic through its ends' values and rates."""
     h = m.t - m.t0
     s = jnp.where(h > 0, (time - m.t0) / jnp.where(h > 0, h, 1.0), 1.0)
@@ -173,7 +173,7 @@ def interpolate(m: March, time: Array) -> Any:
     return jax.tree.map(lambda x0, k0, x1, k1: a * x0 + b * h * k0 + c * x1 + d * h * k1, m.x0, m.rate0, m.x, m.rate)
 
 
-def _crossing(m: March, guard: Guard) -> tuple[Array, Array]:
+def _crossing(m: Integration, guard: Guard) -> tuple[Array, Array]:
     """Whether the guard changed sign over the last step, and when, by bisection."""
     first, last = guard(m.t0, m.x0), guard(m.t, m.x)
     happened = (m.t > m.t0) & (jnp.sign(first) != jnp.sign(last)) & (first != 0)

@@ -25,8 +25,8 @@ from nectosome.core import Solution, State, Status
 from nectosome.core.linear import generalised_inverse
 from nectosome.mechanism import InPlane, Robot
 
-from .integrate import Method, Settings, begin, march
-from .sensitivity import Sloped, Sloping
+from .integrate import Method, Settings, begin, integrate
+from .sensitivity import SensitivityState, SensitivitySystem
 from .stages import rms
 from .symmetry import Symmetry
 
@@ -48,7 +48,7 @@ class Orbit(NamedTuple):
     monodromy: Float[Array, "m m"]  # derivative of the state after a cycle by that before, in displacements
 
 
-class Cycle(NamedTuple):
+class CycleAttempt(NamedTuple):
     """A cycle from some state on."""
 
     states: State  # at the times asked for
@@ -64,7 +64,7 @@ class Cycle(NamedTuple):
 
 class _Search(NamedTuple):
     x: State
-    found: Cycle
+    found: CycleAttempt
     monodromy: Array
     inverse: Array  # of the derivative of the gap, where it was last taken
     derive: Array  # take it in the next cycle
@@ -92,21 +92,21 @@ def between(robot: Moving, symmetry: Symmetry, a: State, b: State) -> Float[Arra
     return jnp.concatenate([moved, b.v - a.v, ravel_pytree(b.z)[0] - ravel_pytree(a.z)[0]])
 
 
-def cycle(robot: Moving, symmetry: Symmetry, x: State, times: Float[Array, "n"], settings: Settings) -> Cycle:
+def cycle(robot: Moving, symmetry: Symmetry, x: State, times: Float[Array, "n"], settings: Settings) -> CycleAttempt:
     """States at times that increase from 0 to the period, and how far the last is from the first."""
-    m, later = march(robot, begin(jnp.zeros(()), x, settings, jnp.asarray(_FIRST_STEP)), times[1:], settings)
+    m, later = integrate(robot, begin(jnp.zeros(()), x, settings, jnp.asarray(_FIRST_STEP)), times[1:], settings)
     states = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, later)
     gap = between(robot, symmetry, x, jax.tree.map(lambda x: x[-1], later))
     numbers = jax.vmap(lambda x: ravel_pytree((robot.displacements(x.q), x.v, x.z))[0])(states)
     allowed = settings.atol + settings.rtol * jnp.max(jnp.abs(numbers), axis=0)
-    return Cycle(states, gap, rms(gap / allowed), m.status)
+    return CycleAttempt(states, gap, rms(gap / allowed), m.status)
 
 
-def _before(x: State, times: Float[Array, "n"]) -> Cycle:
+def _before(x: State, times: Float[Array, "n"]) -> CycleAttempt:
     """What stands for the cycle before the first, which ends at x."""
     states = jax.tree.map(lambda x: jnp.broadcast_to(x, (times.shape[0], *x.shape)), x)
     gap = jnp.full(ravel_pytree((x.v, x.v, x.z))[0].shape, jnp.inf)
-    return Cycle(states, gap, jnp.asarray(jnp.inf), jnp.asarray(int(Status.SOLVED)))
+    return CycleAttempt(states, gap, jnp.asarray(jnp.inf), jnp.asarray(int(Status.SOLVED)))
 
 
 def settled_cycle(
@@ -119,7 +119,7 @@ def settled_cycle(
     taken; blind for motions that do not last, and without multipliers.
     """
 
-    def more(carry: tuple[Cycle, Array, Array]) -> tuple[Cycle, Array, Array]:
+    def more(carry: tuple[CycleAttempt, Array, Array]) -> tuple[CycleAttempt, Array, Array]:
         before, _, count = carry
         found = cycle(robot, symmetry, before.end, times, settings)
         shrinks = jnp.isfinite(before.size) & (found.size < before.size)
@@ -127,7 +127,7 @@ def settled_cycle(
         left = jnp.where(shrinks | (found.size == 0), found.size / (1.0 - share), jnp.inf)
         return found, left, count + 1
 
-    def going(carry: tuple[Cycle, Array, Array]) -> Array:
+    def going(carry: tuple[CycleAttempt, Array, Array]) -> Array:
         found, left, count = carry
         return (left > 1.0) & (found.status == int(Status.SOLVED)) & (count < _SETTLE)
 
@@ -165,17 +165,17 @@ def orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, "
 def _orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings) -> Solution:
     m = ravel_pytree((guess.v, guess.v, guess.z))[0].shape[0]
 
-    def gap(x: State, y: Array) -> tuple[Array, Cycle]:
+    def gap(x: State, y: Array) -> tuple[Array, CycleAttempt]:
         found = cycle(robot, symmetry, near(robot, x, y), times, settings)
         return found.gap, found
 
-    def derived(s: _Search) -> tuple[Array, Array, Cycle]:
+    def derived(s: _Search) -> tuple[Array, Array, CycleAttempt]:
         J, found = jax.jacfwd(lambda y: gap(s.x, y), has_aux=True)(jnp.zeros(m))
         # the gap tells places and angles as coordinates, y moves along the velocities
         told = jax.jacfwd(lambda y: between(robot, symmetry, s.x, near(robot, s.x, y)))(jnp.zeros(m))
         return generalised_inverse(told) @ J + jnp.eye(m), _solved(J), found
 
-    def kept(s: _Search) -> tuple[Array, Array, Cycle]:
+    def kept(s: _Search) -> tuple[Array, Array, CycleAttempt]:
         return s.monodromy, s.inverse, gap(s.x, jnp.zeros(m))[1]
 
     def look(s: _Search) -> _Search:
@@ -268,8 +268,8 @@ def cycle_slopes(
     m, k = ravel_pytree((x.v, x.v, x.z))[0].shape[0], d_period.shape[0]
     starts = jax.vmap(lambda y: jax.jvp(lambda y: near(robot, x, y), (jnp.zeros(m),), (y,))[1])(jnp.eye(m + k, m))
     changes, pace = jax.tree.map(lambda d: jnp.pad(d, [(m, 0), *[(0, 0)] * (d.ndim - 1)]), (d_robot, d_period))
-    start = begin(jnp.zeros(()), Sloped(x, starts), settings, jnp.asarray(_FIRST_STEP))
-    _, later = march(Sloping(robot, changes, pace / times[-1]), start, times[1:], settings)
+    start = begin(jnp.zeros(()), SensitivityState(x, starts), settings, jnp.asarray(_FIRST_STEP))
+    _, later = integrate(SensitivitySystem(robot, changes, pace / times[-1]), start, times[1:], settings)
     end = jax.tree.map(lambda x: x[-1], later)
 
     def gap_slope(change: Any, start: State, slope: State) -> Array:

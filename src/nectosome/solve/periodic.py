@@ -24,7 +24,7 @@ _STABLE = 1 + 1e-6  # the largest multiplier of a motion that lasts
 _TURNS = 1e-6  # rad in a cycle: less is what its ends are apart
 
 
-class Course(NamedTuple):
+class CyclePath(NamedTuple):
     """Where cycles take a body: round an axis, and along it."""
 
     radius: float  # [m]
@@ -52,16 +52,16 @@ class Periodic(Run):
         trajectory = self.value
         return remembered(cycle_means, trajectory.system, trajectory.time, trajectory.state)
 
-    def course(self) -> Course:
+    def course(self) -> CyclePath:
         """The circle or helix on which cycle after cycle takes the root body; of radius inf where it does not turn."""
         robot, time, states = self.value.system, self.value.time, self.value.state
         ends = [remembered(_pose, robot, time[k], jax.tree.map(lambda x, k=k: x[k], states)) for k in (0, -1)]
         start, end = ((np.asarray(R), np.asarray(p)) for R, p in ends)
         screw = screw_of(start, end)
         if screw.angle <= _TURNS:
-            return Course(np.inf, 0.0, screw.axis, np.inf)
+            return CyclePath(np.inf, 0.0, screw.axis, np.inf)
         per_turn = 2 * np.pi / screw.angle
-        return Course(screw.radius(start[1]), screw.angle / float(time[-1]), screw.axis, per_turn * screw.along)
+        return CyclePath(screw.radius(start[1]), screw.angle / float(time[-1]), screw.axis, per_turn * screw.along)
 
     def results(self, description: RobotDescription | None = None, settings: dict[str, Any] | None = None) -> Results:
         """Results of the cycle as of any run, and its multipliers."""

@@ -12,7 +12,7 @@ _STILL = 1e-3  # of the largest velocity: what swings less has settled
 _ALIKE = 0.98  # correlation of a velocity with itself one period later
 
 
-class Settled(NamedTuple):
+class Regime(NamedTuple):
     """How a run ends."""
 
     kind: Literal["steady", "oscillating", "irregular", "lost"]
@@ -28,24 +28,24 @@ class Settled(NamedTuple):
         return words[self.kind]
 
 
-def settled(run: Run) -> Settled:
+def regime_of(run: Run) -> Regime:
     """What the last half of a run is like, judged by its velocities, which must be sampled evenly."""
     if int(run.status) != Status.SOLVED:
-        return Settled("lost", float("nan"))
+        return Regime("lost", float("nan"))
     v, time = np.asarray(run.value.state.v), np.asarray(run.value.time)
     size = np.maximum(np.max(np.abs(v), axis=0), 1e-9)
     if np.max(np.ptp(v[3 * time.size // 4 :], axis=0) / size) <= _STILL:
-        return Settled("steady", float("nan"))
+        return Regime("steady", float("nan"))
     v = v[time.size // 2 :]
     widest = v[:, np.argmax(np.std(v, axis=0) / size)]
     lags = np.arange(1, 2 * widest.size // 3)
     alike = np.array([np.corrcoef(widest[:-k], widest[k:])[0, 1] for k in lags])
     below = np.flatnonzero(alike < 0)
     if not below.size:
-        return Settled("irregular", float("nan"))
+        return Regime("irregular", float("nan"))
     best = below[0] + int(np.argmax(alike[below[0] :] >= _ALIKE))
     if alike[best] < _ALIKE:
-        return Settled("irregular", float("nan"))
+        return Regime("irregular", float("nan"))
     while best + 1 < alike.size and alike[best + 1] > alike[best]:
         best += 1
-    return Settled("oscillating", 1 / (lags[best] * (time[1] - time[0])))
+    return Regime("oscillating", 1 / (lags[best] * (time[1] - time[0])))

@@ -23,14 +23,14 @@ from .stages import Step
 _SHARE = 1e-6  # of the largest slope of all kinds [by kind: 1, 1/s]
 
 
-class Sloped(eqx.Module):
+class SensitivityState(eqx.Module):
     """A state, or its rate, error or allowed error, and the slopes of it."""
 
     x: State
     slopes: State  # leaves [p, ...]
 
 
-class Sloping(eqx.Module):
+class SensitivitySystem(eqx.Module):
     """A system, and what becomes of it with each of p numbers."""
 
     system: Mechanical
@@ -38,11 +38,18 @@ class Sloping(eqx.Module):
     pace: Float[Array, "p"]  # of all times, relative to them
 
 
-def sloped(step: Callable[..., Step]) -> Callable[..., Step]:
+def with_sensitivity(step: Callable[..., Step]) -> Callable[..., Step]:
     """A time step that carries slopes along, made of one that does not."""
 
     def attempt(
-        s: Sloping, t: Array, h: Array, x: Sloped, rate: Sloped, known: Array, memory: Any, allowed: Sloped
+        s: SensitivitySystem,
+        t: Array,
+        h: Array,
+        x: SensitivityState,
+        rate: SensitivityState,
+        known: Array,
+        memory: Any,
+        allowed: SensitivityState,
     ) -> Step:
         def bare(system: Mechanical, t: Array, h: Array, x: State, rate: State) -> Step:
             return step(system, t, h, x, rate, known, memory, allowed.x)
@@ -56,13 +63,13 @@ def sloped(step: Callable[..., Step]) -> Callable[..., Step]:
             return done, (d.x, paced(d.first, done.first), paced(d.rate, done.rate), d.error)
 
         done, slopes = jax.vmap(along, out_axes=(None, 0))(s.tangents, s.pace, x.slopes, rate.slopes)
-        both = map(Sloped, (done.x, done.first, done.rate, done.error), slopes)
+        both = map(SensitivityState, (done.x, done.first, done.rate, done.error), slopes)
         return done._replace(**dict(zip(("x", "first", "rate", "error"), both, strict=True)))
 
     return attempt
 
 
-def allowed_slopes(rtol: Array, atol: Array | float, a: State, b: State) -> State:
+def allowed_sensitivity(rtol: Array, atol: Array | float, a: State, b: State) -> State:
     """Error allowed in slopes from a to b: atol, and rtol of the largest of one kind.
 
     Kinds are coordinates, velocities and load states. Where one kind is next to nothing beside the others a small share

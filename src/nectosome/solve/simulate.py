@@ -14,15 +14,17 @@ from nectosome.core import Mechanical, State, Status
 from nectosome.core.remember import remembered
 from nectosome.mechanism import reduced
 
-from .integrate import Guard, March, Method, Settings, begin, interpolate, march
+from .integrate import Guard, Integration, Method, Settings, begin, integrate, interpolate
 from .results import Run, Trajectory
 
 _CHUNKS, _WIDEST = 20, 20  # parts of a run, and how many samples one has at most: between them it can be cancelled
 
 
 @eqx.filter_jit
-def _march_until(system: Mechanical, m: March, times: Array, settings: Settings, guard: Guard) -> tuple[March, State]:
-    return march(system, m, times, settings, guard)
+def _march_until(
+    system: Mechanical, m: Integration, times: Array, settings: Settings, guard: Guard
+) -> tuple[Integration, State]:
+    return integrate(system, m, times, settings, guard)
 
 
 def simulate(
@@ -61,7 +63,7 @@ def simulate(
     states, status = [jax.tree.map(lambda x: x[None], x)], Status.SOLVED
     for chunk in chunks:
         if until is None:
-            m, xs = remembered(march, equations, m, chunk, settings)
+            m, xs = remembered(integrate, equations, m, chunk, settings)
         else:
             m, xs = _march_until(equations, m, jnp.asarray(chunk), settings, until)
         states.append(xs)
@@ -74,7 +76,7 @@ def simulate(
     return _solution(system, m, times, states, status)
 
 
-def _solution(system: Mechanical, m: March, times: np.ndarray, states: list[State], status: Status) -> Run:
+def _solution(system: Mechanical, m: Integration, times: np.ndarray, states: list[State], status: Status) -> Run:
     state = jax.tree.map(lambda *x: jnp.concatenate(x)[: times.size], *states)
     kept = int(np.sum(times[: state.v.shape[0]] <= min(float(m.end), float(m.t))))
     state = jax.tree.map(lambda x: x[:kept], state)

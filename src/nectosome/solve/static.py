@@ -1,109 +1,73 @@
-"""Static equilibrium by load stepping: loads grow from nothing to full while Newton's method follows."""
+"""A robot at rest: its shape under steady loads, with what drives it held."""
 
-from typing import NamedTuple
+from typing import ClassVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+import numpy as np
+from jaxtyping import Array, Float
 
-from nectosome.core import Solution, State, Status
+from nectosome.core import Constant, Solution, State, Status
+from nectosome.core.remember import remembered
 from nectosome.mechanism import Robot
 
-_MOST_ITERATIONS = 25
-_SMALLEST_STEP = 1e-4
-_STILL = 1e-12  # rad, m: a correction as small as this is none, also where all forces vanish
+from .load_stepping import load_stepping
+from .results import Run, Trajectory
+
+_NEUTRAL = 1e-9  # of the largest stiffness: what is as small is rounding
 
 
-class _Path(NamedTuple):
-    """Where load stepping stands."""
+class Static(Run):
+    """A robot at rest: a Run of one moment. `stats["load"]` is the share of the loads it was followed to."""
 
-    q: Array
-    load: Array  # share of the loads that q is in equilibrium with
-    before: Array  # q of the step before, for the secant
-    load_before: Array
-    step: Array
-    iterations: Array
+    loose: tuple[str, ...] = eqx.field(static=True, kw_only=True)  # coordinates that nothing holds, where unsolved
+    title: ClassVar[str] = "at rest"
 
 
-def static(
-    robot: Robot, *, initial: State | None = None, first_step: float = 0.1, tolerance: float = 1e-10
-) -> Solution:
-    """State at rest in which elastic and spring forces balance all loads; drives and prescribed joints as at t = 0.
+def static(robot: Robot) -> Static:
+    """Shape at rest under weight, buoyancy, a current and other steady loads: see `static`.
 
-    What acts between two parts counts as elastic. Loads are scaled from zero to one, with a secant predictor and
-    steps that halve where Newton's method fails and grow where it succeeds. `tolerance`: what may be left of the
-    residual, relative to the largest force in it.
-    Returns a Solution with the State (as far as it came) and status SOLVED or NO_EQUILIBRIUM; `stats` holds the share
-    of the loads reached, the Newton iterations, and the smallest eigenvalue of the tangent stiffness' symmetric part
-    (negative under conservative loads: the equilibrium is unstable). Works under jit and vmap.
+    Prescribed joints are held where they are at t = 0; drives push as they do then. Status SOLVED; UNSTABLE where
+    small disturbances grow (the shape is handed over all the same); NO_EQUILIBRIUM where there is none, with the
+    coordinates in `loose` that no load, spring or rod holds. Raises ValueError where nothing is free to move.
     """
-    x = robot.initial() if initial is None else initial
-    return _static(robot, x, jnp.asarray(first_step), jnp.asarray(tolerance))
+    if not robot.tree.free_v.size:
+        raise ValueError("nothing of this robot is free to move: there is no shape to be found.")
+    robot = frozen_drives(robot)
+    found: Solution = remembered(_static_of, robot)
+    status, loose = Status(int(found.status)), ()
+    if status == Status.SOLVED and float(found.stats["stability"]) < -_NEUTRAL:
+        status = Status.UNSTABLE
+    if status == Status.NO_EQUILIBRIUM:
+        stiffness = np.abs(np.asarray(remembered(_stiffness, robot, found.value)))
+        free = stiffness.max(axis=0) <= _NEUTRAL * stiffness.max()
+        loose = tuple(name for name, is_free in zip(robot.coordinate_names, free, strict=True) if is_free)
+    trajectory = Trajectory(robot, jnp.zeros(1), jax.tree.map(lambda x: jnp.asarray(x)[None], found.value))
+    return Static(trajectory, jnp.asarray(int(status)), found.stats, found.residual, loose=loose)
 
 
-@eqx.filter_jit
-def _static(robot: Robot, x: State, first_step: Float[Array, ""], tolerance: Float[Array, ""]) -> Solution:
+def frozen_drives(robot: Robot) -> Robot:
+    """Robot whose prescribed joints stay where they are at t = 0."""
+    parts = tuple(
+        part
+        if part.prescribed is None
+        else eqx.tree_at(lambda p: p.prescribed, part, Constant(part.prescribed(jnp.zeros(()))[0]))
+        for part in robot.tree.parts
+    )
+    return eqx.tree_at(lambda r: r.tree.parts, robot, parts)
+
+
+def _static_of(robot: Robot) -> Solution:
+    return load_stepping(robot)
+
+
+def _stiffness(robot: Robot, x: State) -> Float[Array, "n n"]:
+    """Change of the residual with the coordinates, under all loads."""
     zero = jnp.zeros_like(x.v)
 
-    def balance(q: Array, load: Array) -> tuple[Array, Array]:
-        """Residual at a share of the loads, and the largest force in it."""
-        acting = robot.forces(jnp.zeros(()), State(q, zero, x.z), zero)
-        inner = (acting.elastic - acting.joint - acting.paired)[robot.tree.free_v]
-        outer = acting.residual[robot.tree.free_v] - inner
-        return inner + load * outer, jnp.maximum(jnp.max(jnp.abs(inner)), load * jnp.max(jnp.abs(outer)))
+    def left(w: Array) -> Array:
+        moved = State(robot.advance(x.q, w, jnp.ones(())), zero, x.z)
+        return robot.residual(jnp.zeros(()), moved, zero)
 
-    def stiffness(q: Array, load: Array) -> Array:
-        return jax.jacfwd(lambda w: balance(robot.advance(q, w, jnp.ones(())), load)[0])(zero)
-
-    def newton(q: Array, load: Array) -> tuple[Array, Array, Int[Array, ""]]:
-        """Solution at a load, whether it converged, and the iterations."""
-
-        def left(q: Array) -> Array:
-            r, scale = balance(q, load)
-            return jnp.max(jnp.abs(r)) / jnp.maximum(scale, 1e-30)
-
-        def going(it):
-            _, rest, size, k = it
-            return (rest > tolerance) & (size > _STILL) & (k < _MOST_ITERATIONS)
-
-        def correct(it):
-            q, _, _, k = it
-            dq = -jnp.linalg.solve(stiffness(q, load), balance(q, load)[0])
-            # no more than half a radian (or strain, or metre) at once
-            dq = dq * jnp.minimum(1.0, 0.5 / jnp.max(jnp.abs(dq)))
-            q = robot.advance(q, dq, jnp.ones(()))
-            return q, left(q), jnp.max(jnp.abs(dq)), k + 1
-
-        start = (q, left(q), jnp.asarray(jnp.inf), jnp.zeros((), int))
-        q, rest, size, k = jax.lax.while_loop(going, correct, start)
-        return q, (rest <= tolerance) | (size <= _STILL), k
-
-    def going(path: _Path) -> Array:
-        return (path.load < 1.0) & (path.step > _SMALLEST_STEP)
-
-    def follow(path: _Path) -> _Path:
-        load = jnp.minimum(path.load + path.step, 1.0)
-        span = path.load - path.load_before
-        ahead = jnp.where(span > 0, (load - path.load) / jnp.where(span > 0, span, 1.0), 0.0)
-        guess = path.q + ahead * (path.q - path.before)
-        q, converged, k = newton(guess, load)
-        step = path.step * jnp.where(converged, jnp.where(k < 6, 2.0, 1.0), 0.5)
-        reached = _Path(q, load, path.q, path.load, step, path.iterations + k)
-        return jax.tree.map(lambda a, b: jnp.where(converged, a, b), reached, path._replace(step=step))
-
-    start = _Path(x.q, jnp.zeros(()), x.q, jnp.zeros(()), first_step, jnp.zeros((), int))
-    path = jax.lax.while_loop(going, follow, start)
-    r, scale = balance(path.q, path.load)
-    K = stiffness(path.q, path.load)
-    solved = path.load >= 1.0
-    return Solution(
-        value=State(path.q, zero, x.z),
-        status=jnp.where(solved, int(Status.SOLVED), int(Status.NO_EQUILIBRIUM)),
-        stats={
-            "load": path.load,
-            "iterations": path.iterations,
-            "stability": jnp.min(jnp.linalg.eigvalsh(0.5 * (K + K.T))),
-        },
-        residual=jnp.max(jnp.abs(r)) / jnp.maximum(scale, 1e-30),
-    )
+    return jax.jacfwd(left)(zero)

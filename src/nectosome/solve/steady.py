@@ -12,7 +12,7 @@ from nectosome.core.remember import remembered
 from nectosome.mechanism import Robot
 
 from .equilibrium import equilibrium
-from .regime import Settled, settled
+from .regime import Regime, regime_of
 from .results import Run, Trajectory
 from .simulate import simulate
 from .stability import modes
@@ -32,9 +32,9 @@ class Steady(Run):
         """State at t = 0."""
         return jax.tree.map(lambda x: x[0], self.value.state)
 
-    def instead(self, time: float = 10.0) -> Settled:
+    def instead(self, time: float = 10.0) -> Regime:
         """What the robot comes to from rest, by simulating so many seconds: where there is no steady motion to keep."""
-        return settled(simulate(self.value.system, time, samples=int(100 * time) + 1))
+        return regime_of(simulate(self.value.system, time, samples=int(100 * time) + 1))
 
 
 def steady(robot: Robot, *, guess: State | None = None) -> Steady:

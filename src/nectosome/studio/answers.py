@@ -11,7 +11,7 @@ from nectosome.core import State, Status
 from nectosome.core.remember import remembered
 from nectosome.description import RobotDescription, drive_period
 from nectosome.designs.motion import FORWARD
-from nectosome.designs.quantities import QUANTITIES, Stroke
+from nectosome.designs.quantities import QUANTITIES, PeriodicSwim
 from nectosome.mechanism import Diagnosis, Robot, diagnose
 from nectosome.model import build
 from nectosome.solve import (
@@ -25,9 +25,9 @@ from nectosome.solve import (
     means_of,
     overloaded,
     periodic,
-    resting,
     results_of,
     simulate,
+    static,
     steady,
 )
 from nectosome.units import InputError
@@ -59,7 +59,7 @@ class Answer(NamedTuple):
     warning: str
 
 
-class Solver:
+class AnswerSolver:
     """Answers for one robot after another, each begun where the last one ended.
 
     Numbers are along `forward`, as of a design problem; without, along where the robot goes or is pushed.
@@ -108,7 +108,7 @@ class Solver:
 
 def _resting(robot: Robot, description: RobotDescription) -> Answer:
     """The shape at rest, or what happens where there is none."""
-    found = resting(robot)
+    found = static(robot)
     status = Status(int(found.status))
     if status not in _SHOWN:
         return _begun(robot, description, f"{status.reason}.")
@@ -185,4 +185,4 @@ def numbers_of(means: CycleMeans, forward: Direction | None) -> dict[str, float]
 
 def judged(means: CycleMeans, forward: Float[Array, "3"]) -> dict[str, Float[Array, ""]]:
     """All `QUANTITIES` of a cycle."""
-    return {name: quantity.of_cycle(Stroke(means, forward)) for name, quantity in QUANTITIES.items()}
+    return {name: quantity.of_cycle(PeriodicSwim(means, forward)) for name, quantity in QUANTITIES.items()}

@@ -14,7 +14,7 @@ from nectosome.io.extras import package
 from nectosome.robots.shipped import file_names
 from nectosome.units import InputError
 from nectosome.view.film import write_film, write_still
-from nectosome.view.stage.folder import Folder, received
+from nectosome.view.stage.folder import WorkFolder, received
 from nectosome.view.stage.playback import repeated
 
 from .work import Progress, told
@@ -39,7 +39,7 @@ class _CancelledError(Exception):
 class Files:
     """Lays out the tab. What goes wrong is told on the page."""
 
-    def __init__(self, session: "Session", client: "viser.ClientHandle", folder: Folder):
+    def __init__(self, session: "Session", client: "viser.ClientHandle", folder: WorkFolder):
         self._session, self._client, self._folder, gui = session, client, folder, client.gui
         with gui.add_folder("Open"):
             self._robots: Any = gui.add_dropdown("Robot", ("",))

@@ -15,7 +15,7 @@ _SHOWN = ("speed", "thrust", "torque", "power", "efficiency", "cost_of_transport
 _W, _H = 90, 22  # of a history [px]
 
 
-class Numbers:
+class NumberTable:
     """Numbers of the last answers."""
 
     def __init__(self):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import viser
 
-from nectosome.view.stage.folder import Folder
+from nectosome.view.stage.folder import WorkFolder
 from nectosome.view.stage.gate import Gate, guarded_server
 
 from .session import Session
@@ -21,7 +21,7 @@ class Studio:
         )  # of a tab that is closed while it plays
         self._sessions: dict[int, Session] = {}
         self._lock = threading.Lock()
-        self._robot, self._folder = robot, Folder(folder)
+        self._robot, self._folder = robot, WorkFolder(folder)
         gate = Gate.at(host)
         self._server = guarded_server(gate, port)
         self.address = gate.address(self._server.get_port())

@@ -19,17 +19,17 @@ from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.units import InputError, show_quantity
 from nectosome.view.saved import check_drawable, check_run
-from nectosome.view.stage.folder import Folder
+from nectosome.view.stage.folder import WorkFolder
 from nectosome.view.stage.stage import CAMERAS, COLOURINGS, UNITS, Look, Stage
 from nectosome.view.start import standing
 
-from .answers import Answer, Solver
+from .answers import Answer, AnswerSolver
 from .files import Files
 from .latest_request import Latest
-from .numbers import Numbers
+from .numbers import NumberTable
 from .player import Player
 from .sliders import Knob, knobs_of
-from .tasks import TASKS, Task
+from .tasks import TASKS, StudioTask
 from .work import Work, told
 
 if TYPE_CHECKING:
@@ -49,9 +49,9 @@ _SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 class Session:
     """A tab from when it is opened to when it is closed."""
 
-    def __init__(self, client: "viser.ClientHandle", robot: str, folder: Folder):
+    def __init__(self, client: "viser.ClientHandle", robot: str, folder: WorkFolder):
         self._client, self.gui, self.folder = client, client.gui, folder
-        self._stage, self._numbers = Stage(client.scene), Numbers()
+        self._stage, self._numbers = Stage(client.scene), NumberTable()
         self._words = {"motion": ("", False), "deed": ("", False)}  # of what is shown, and of what the user did last
         self._drawing = threading.RLock()  # the stage changes, or shows a moment, one after the other
         self._answer: Answer | None = None
@@ -167,7 +167,7 @@ class Session:
             self.description, self.problem = description, problem
             self._opened, self._answer = self._opened + 1, None
             self._words["deed"] = "", False
-            self._solve = Solver(problem.forward)  # what the last robot did is no place to begin for another one
+            self._solve = AnswerSolver(problem.forward)  # what the last robot did is no place to begin for another one
             self._latest = Latest(self._work)
             self._numbers.forget()
             self._put_sliders(knobs)
@@ -199,7 +199,7 @@ class Session:
         self._speed.on_update(lambda _: setattr(self._player, "speed", float(self._speed.value.split()[0])))
         self._scrub.on_update(self._scrubbed)
 
-    def _lay_out_tasks(self) -> list[Task]:
+    def _lay_out_tasks(self) -> list[StudioTask]:
         if not TASKS:
             return []
         panel, tasks = self.gui.add_panel(), []
@@ -315,7 +315,7 @@ class Session:
     def _ask(self) -> None:
         self._latest.ask((self._opened, self._solve, self.description))
 
-    def _work(self, asked: tuple[int, Solver, RobotDescription]) -> None:
+    def _work(self, asked: tuple[int, AnswerSolver, RobotDescription]) -> None:
         began = time.perf_counter()
         opened, solve, description = asked
 

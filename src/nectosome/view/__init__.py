@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .closed_loop import show_following
-    from .correction import show_correction
+    from .corrected_grid import show_correction
     from .experiment import show_experiment
     from .film import write_film, write_still
     from .gait import show_gait

@@ -17,7 +17,7 @@ _LIGHT = np.array([-0.36, 0.75, 0.56])  # where it comes from: right, up, toward
 _AMBIENT, _SOFT, _SHINE, _SHARPNESS = 0.42, 0.75, 0.2, 20
 
 
-class Camera(NamedTuple):
+class Perspective(NamedTuple):
     """Where a picture is taken from; [m, world frame]."""
 
     eye: Float[np.ndarray, "3"]
@@ -53,7 +53,9 @@ def walls(rings: Float[np.ndarray, "rings around 3"]) -> Float[np.ndarray, "n 4 
     return np.stack([rings[:-1], beside[:-1], beside[1:], rings[1:]], axis=2).reshape(-1, 4, 3)
 
 
-def lit(faces: Float[np.ndarray, "n 4 3"], colour: Float[np.ndarray, "3"], camera: Camera) -> Float[np.ndarray, "n 3"]:
+def lit(
+    faces: Float[np.ndarray, "n 4 3"], colour: Float[np.ndarray, "3"], camera: Perspective
+) -> Float[np.ndarray, "n 3"]:
     r"""Colours of faces under a light above the viewer's left shoulder.
 
     Light from all around, soft light from one side (half Lambert: Mitchell, McTaggart and Green 2006, "Shading in
@@ -71,7 +73,7 @@ def lit(faces: Float[np.ndarray, "n 4 3"], colour: Float[np.ndarray, "3"], camer
 
 
 def seen(
-    camera: Camera, faces: Float[np.ndarray, "n 4 3"], colours: Float[np.ndarray, "n 3"]
+    camera: Perspective, faces: Float[np.ndarray, "n 4 3"], colours: Float[np.ndarray, "n 3"]
 ) -> tuple[Float[np.ndarray, "m 4 2"], Float[np.ndarray, "m 3"]]:
     """Corners [px] and colours of the faces that are turned to the camera, the farthest first."""
     pixels, depth = camera.project(faces)
@@ -84,7 +86,7 @@ def seen(
 
 
 def outlines(
-    camera: Camera, bodies: Iterable[Float[np.ndarray, "rings around 3"]]
+    camera: Perspective, bodies: Iterable[Float[np.ndarray, "rings around 3"]]
 ) -> list[Float[np.ndarray, "corners 2"]]:
     """Convex outlines [px] of the stretches between the rings of bodies, which cover together what these do."""
     cv2 = package("cv2", "video")

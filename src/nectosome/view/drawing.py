@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from nectosome.description import WaterDescription
 from nectosome.units import InputError
 
-from .camera import Camera, axes_towards, colour_of, lit, outlines, seen, walls
+from .camera import Perspective, axes_towards, colour_of, lit, outlines, seen, walls
 from .raster import Picture, Raster
 from .robot3d import colours_of
 from .style import BLACK, ORANGE, SKY
@@ -40,7 +40,7 @@ _GRID, _SURFACE, _TRAIL, _INK = (colour_of(text) for text in ("#4f7f93", SKY, OR
 _LENGTHS = [m * 10.0**k for k in range(-9, 9) for m in (1, 2, 5)]  # of grids and scales [m]
 
 
-class Plane(NamedTuple):
+class GridPlane(NamedTuple):
     """A plane with a grid on it."""
 
     normal: int  # the axis that stands on it
@@ -126,9 +126,9 @@ class Scene:
         self._draw(canvas, time, {name: rings[0] for name, rings in parts.items()}, place)
         return canvas.svg()
 
-    def camera(self, time: float) -> Camera:
+    def camera(self, time: float) -> Perspective:
         """Camera at a time [s]."""
-        return Camera(self._target(time) + self._away * self._axes[2], self._axes, self._focal, self._size)
+        return Perspective(self._target(time) + self._away * self._axes[2], self._axes, self._focal, self._size)
 
     def _draw(self, canvas: Raster | Vector, time: float, parts: Mapping[str, np.ndarray], place: np.ndarray) -> None:
         camera = self.camera(time)
@@ -158,7 +158,7 @@ class Scene:
         """Length of the grid's squares [m]."""
         return max(length for length in _LENGTHS if length <= self._away / 6)
 
-    def _planes_of(self, points: np.ndarray, water: WaterDescription | None) -> list[Plane]:
+    def _planes_of(self, points: np.ndarray, water: WaterDescription | None) -> list[GridPlane]:
         """A floor, that of the water if it is near, or a wall behind the robot; and the water's surface if it is near.
 
         A wall is for level cameras, and for what moves more up or down than along; not for what comes or goes.
@@ -169,16 +169,16 @@ class Scene:
         normal = int(np.argmax(np.abs(back[:2])))
         climbs = moved[2] > max(moved[0], moved[1], near)
         if water is not None and water.floor is not None and abs(low[2] - water.floor) < near:
-            first = Plane(2, water.floor, _GRID, 0.4)
+            first = GridPlane(2, water.floor, _GRID, 0.4)
         elif (abs(back[2]) < 0.1 or climbs) and abs(back[2]) < 0.9 and moved[normal] < near:
-            first = Plane(normal, low[normal] - gap if back[normal] > 0 else high[normal] + gap, _GRID, 0.4)
+            first = GridPlane(normal, low[normal] - gap if back[normal] > 0 else high[normal] + gap, _GRID, 0.4)
         else:
-            first = Plane(2, low[2] - gap, _GRID, 0.4)
+            first = GridPlane(2, low[2] - gap, _GRID, 0.4)
         if water is None or water.surface is None or water.surface - high[2] > near:
             return [first]
-        return [first, Plane(2, water.surface, _SURFACE, 0.8, ways=1)]
+        return [first, GridPlane(2, water.surface, _SURFACE, 0.8, ways=1)]
 
-    def _draw_plane(self, canvas: Raster | Vector, camera: Camera, plane: Plane, time: float) -> None:
+    def _draw_plane(self, canvas: Raster | Vector, camera: Perspective, plane: GridPlane, time: float) -> None:
         target = self._target(time)
         within = [k for k in range(3) if k != plane.normal]
         pieces = self._lattice[: plane.ways].reshape(-1, 2, 2)
@@ -191,7 +191,7 @@ class Scene:
         colours = self._in_water(pixels[near].mean(axis=1), plane.colour, strength[near])
         canvas.rule(pixels[near], colours, self._pixels(1.2))
 
-    def _trail(self, camera: Camera, time: float, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _trail(self, camera: Perspective, time: float, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Faces of a ribbon along the body's way so far, turned to the viewer, and their colours."""
         path = np.concatenate([self._path[self._passed < time], place[None]])
         away = path - self._target(time)

@@ -37,14 +37,14 @@ def _bar(unit: str) -> dict[str, Any]:
     return {"title": {"text": unit, "side": "top"}, "thickness": 14, "outlinewidth": 0, "x": 1.01}
 
 
-class Axis(NamedTuple):
+class MapAxis(NamedTuple):
     """Values along an axis of maps, and what they are, with their unit."""
 
     values: Float[np.ndarray, "n"]
     title: str
 
 
-class Line(NamedTuple):
+class LevelLine(NamedTuple):
     """Where a quantity has a level, drawn over maps."""
 
     values: Float[np.ndarray, "ny nx"]
@@ -54,11 +54,11 @@ class Line(NamedTuple):
 
 
 def maps(
-    x: Axis,
-    y: Axis,
+    x: MapAxis,
+    y: MapAxis,
     shown: Mapping[str, Float[np.ndarray, "ny nx"]],
     colours: dict[str, Any],
-    lines: Sequence[Line] = (),
+    lines: Sequence[LevelLine] = (),
     best: bool = False,
 ) -> "go.Figure":
     """Maps side by side, by title, that share their axes and colours; `best` marks the largest value of each."""

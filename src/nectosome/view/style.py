@@ -32,7 +32,7 @@ class Panel(NamedTuple):
     figure: "go.Figure | str"
 
 
-class End(NamedTuple):
+class LineEnd(NamedTuple):
     """The label at the end of a line: the value it belongs to, its text and colour."""
 
     value: float
@@ -107,7 +107,7 @@ def log_ticks(values: Iterable[float]) -> dict[str, Any]:
 
 
 def label_ends(
-    fig: "go.Figure", ends: Sequence[End], across: tuple[float, float], pixels: float, axis: str = ""
+    fig: "go.Figure", ends: Sequence[LineEnd], across: tuple[float, float], pixels: float, axis: str = ""
 ) -> None:
     """Write labels right of an axis that shows the values `across` over `pixels`, moved apart where they would touch.
 

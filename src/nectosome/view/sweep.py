@@ -9,7 +9,7 @@ import numpy as np
 from nectosome.designs.sweep import mean_of, telling
 from nectosome.units import shown_unit
 
-from .heatmap import Axis, maps, sequential
+from .heatmap import MapAxis, maps, sequential
 from .page import panel_html, write_page
 from .style import BLUE, Panel, dress, plain, readable
 
@@ -59,11 +59,11 @@ def sides(found: "xr.Dataset") -> tuple[str, ...]:
     return tuple(sorted(map(str, found["status"].dims), key=lambda name: found.sizes[name]))[::-1]
 
 
-def axis_of(values: "xr.DataArray") -> Axis:
+def axis_of(values: "xr.DataArray") -> MapAxis:
     """Values of an axis of the grid, in the unit that people read."""
     factor, unit = shown_unit(str(values.attrs.get("units", "")))
     name = plain(values.name)
-    return Axis(factor * values.values, f"{name} ({unit})" if unit not in ("", "1") else name)
+    return MapAxis(factor * values.values, f"{name} ({unit})" if unit not in ("", "1") else name)
 
 
 def _map(found: "xr.Dataset", values: "xr.DataArray") -> "go.Figure":

@@ -7,7 +7,7 @@ from nectosome.io import load_dataset, save_dataset
 from nectosome.measure.signals.align import align
 from nectosome.measure.signals.filters import smooth
 from nectosome.measure.signals.labels import errors_independent, processing
-from nectosome.measure.signals.repeats import average_repeats, combine, propagate
+from nectosome.measure.signals.repeated_runs import average_repeats, combine, propagate
 
 from .made import band_limited, recording
 

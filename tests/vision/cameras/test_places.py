@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
-from nectosome.vision.cameras import Status, calibrate, triangulate
+from nectosome.vision.cameras import PlaceStatus, calibrate, triangulate
 
 from .cameras_made import BOX, CENTRES, camera, inside
 
@@ -32,7 +32,7 @@ def test_places_are_recovered_exactly(shift, turn, distortion, seed):
     a = camera(np.add(CENTRES[0], 0.3 * np.array(shift)), 1000, distortion, turn=turn[0])
     b = camera(np.add(CENTRES[1], turn), 1000, distortion)
     found = triangulate([a, b], seen([a, b], inside(30, seed)), sd_px=0.1)
-    assert (found.status == Status.GOOD).all()
+    assert (found.status == PlaceStatus.GOOD).all()
     assert np.abs(found.place - inside(30, seed)).max() < 1e-9
     assert found.residual.max() < 1e-9
 
@@ -93,7 +93,12 @@ def test_a_point_that_two_cameras_see_has_a_place():
     pixels = seen(cameras, x)
     pixels[0, 0], pixels[:2, 1], pixels[:, 2] = np.nan, np.nan, np.nan
     found = triangulate(cameras, pixels, sd_px=0.1)
-    assert found.status.tolist() == [Status.GOOD, Status.FEW_CAMERAS, Status.FEW_CAMERAS, Status.GOOD]
+    assert found.status.tolist() == [
+        PlaceStatus.GOOD,
+        PlaceStatus.FEW_CAMERAS,
+        PlaceStatus.FEW_CAMERAS,
+        PlaceStatus.GOOD,
+    ]
     for values in (found.place, found.residual[:, None], found.se):
         assert np.isfinite(values).all(axis=1).tolist() == [True, False, False, True]
     assert np.abs(found.place[[0, 3]] - x[[0, 3]]).max() < 1e-9
@@ -123,14 +128,14 @@ def test_rays_that_are_nearly_parallel_give_no_place(apart):
     cameras = [camera([s * apart, -2, 0], at=(s * apart, 0, 0)) for s in (-1, 1)]
     x = np.zeros((1, 3))
     found = triangulate(cameras, seen(cameras, x), sd_px=0.1)
-    assert found.status[0] == (Status.PARALLEL if apart == 0.005 else Status.GOOD)
+    assert found.status[0] == (PlaceStatus.PARALLEL if apart == 0.005 else PlaceStatus.GOOD)
     assert np.isnan(found.place).all() == (apart == 0.005)
     assert np.isfinite(triangulate(cameras, seen(cameras, x), sd_px=0.1, least_angle=1e-3).place).all()
 
 
 def test_cameras_that_face_each_other_are_parallel():
     cameras = [camera([0, -2, 0]), camera([0, 2, 0])]
-    assert triangulate(cameras, seen(cameras, np.zeros((1, 3))), sd_px=0.1).status[0] == Status.PARALLEL
+    assert triangulate(cameras, seen(cameras, np.zeros((1, 3))), sd_px=0.1).status[0] == PlaceStatus.PARALLEL
 
 
 def test_rays_that_meet_behind_a_camera_give_no_place():
@@ -138,7 +143,7 @@ def test_rays_that_meet_behind_a_camera_give_no_place():
     behind = np.array([[1.0, -6.0, 0.5]])
     pixels = np.stack([c.projected(behind)[0] for c in cameras])
     found = triangulate(cameras, pixels, sd_px=0.1)
-    assert found.status[0] == Status.BEHIND and np.isnan(found.place).all()
+    assert found.status[0] == PlaceStatus.BEHIND and np.isnan(found.place).all()
 
 
 def test_pixels_at_random_never_give_a_place_behind_a_camera():
@@ -146,9 +151,9 @@ def test_pixels_at_random_never_give_a_place_behind_a_camera():
     cameras = three(LENS)[:2]
     pixels = np.random.default_rng(0).uniform(-500, 2000, (2, 3000, 2))
     found = triangulate(cameras, pixels, sd_px=1.0)
-    kinds = {Status(s) for s in found.status}
-    assert kinds >= {Status.GOOD, Status.BEHIND, Status.UNSETTLED}
-    good = found.status == Status.GOOD
+    kinds = {PlaceStatus(s) for s in found.status}
+    assert kinds >= {PlaceStatus.GOOD, PlaceStatus.BEHIND, PlaceStatus.UNSETTLED}
+    good = found.status == PlaceStatus.GOOD
     assert np.isfinite(found.place).all(axis=1).tolist() == good.tolist()
     assert all((c.depth(found.place[good]) > 0).all() for c in cameras)
     for step in 1e-3 * np.vstack([np.eye(3), -np.eye(3)]):
@@ -157,7 +162,7 @@ def test_pixels_at_random_never_give_a_place_behind_a_camera():
 
 
 def test_every_status_has_words():
-    assert len({status.words for status in Status}) == len(Status)
+    assert len({status.words for status in PlaceStatus}) == len(PlaceStatus)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from nectosome.core.se3 import rotation_from_rpy
 from nectosome.units import InputError
-from nectosome.vision.cameras import Status, pose
+from nectosome.vision.cameras import PlaceStatus, pose
 
 THREE = np.array([[0.10, 0.0, 0.02], [-0.05, 0.08, 0.03], [-0.06, -0.07, 0.0]])
 FIVE = np.vstack([THREE, [[0.0, 0.02, 0.09], [0.03, -0.04, -0.05]]])
@@ -74,7 +74,7 @@ def test_a_marker_may_be_missing():
     places = put(FIVE, R, x)
     places[0, 3], places[1, [0, 4]], places[2, :3] = np.nan, np.nan, np.nan
     found = pose(places, FIVE, covariance=np.tile(1e-6 * np.eye(3), (4, 5, 1, 1)))
-    assert found.status.tolist() == [Status.GOOD, Status.GOOD, Status.FEW_MARKERS, Status.GOOD]
+    assert found.status.tolist() == [PlaceStatus.GOOD, PlaceStatus.GOOD, PlaceStatus.FEW_MARKERS, PlaceStatus.GOOD]
     good = [0, 1, 3]
     assert np.abs(found.rotation[good] - R[good]).max() < 1e-9
     assert np.abs(found.place[good] - x[good]).max() < 1e-9
@@ -89,7 +89,7 @@ def test_markers_on_a_line_that_remain_give_no_pose():
     places = put(body, R, x)
     places[0, 2:5] = np.nan
     found = pose(places, body)
-    assert found.status.tolist() == [Status.LINE, Status.GOOD]
+    assert found.status.tolist() == [PlaceStatus.LINE, PlaceStatus.GOOD]
     assert np.isnan(found.rotation[0]).all() and np.isfinite(found.rotation[1]).all()
 
 
@@ -146,7 +146,7 @@ def test_near_a_pitch_of_90_deg_the_rotation_holds():
     R = np.array([rpy([0.3, p, 0.7]) for p in pitch])
     covariance = np.broadcast_to(1e-8 * np.eye(3), (4, 3, 3, 3))
     found = pose(put(THREE, R, np.zeros((4, 3))), THREE, covariance=covariance)
-    assert found.status.tolist() == [Status.GOOD, Status.GIMBAL, Status.GIMBAL, Status.GIMBAL]
+    assert found.status.tolist() == [PlaceStatus.GOOD, PlaceStatus.GIMBAL, PlaceStatus.GIMBAL, PlaceStatus.GIMBAL]
     assert np.abs(found.rotation - R).max() < 1e-9
     assert found.angles[:, 1] == pytest.approx(pitch, abs=1e-7)
     assert (found.angles_se[1] > 10 * found.angles_se[0])[[0, 2]].all()

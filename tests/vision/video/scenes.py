@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from nectosome.papers.track.render import Camera, Film, Floor, Lens, Occluder, Paddle, PaddleScene
+from nectosome.papers.track.render import Film, Floor, Occluder, Paddle, PaddleScene, RenderCamera, RenderLens
 
 LENGTHS = (0.105, 0.035, 0.035, 0.035)  # m, of the paddle's layers with half a joint on either side
 GAP = 0.003  # m, half of it
@@ -34,7 +34,7 @@ def ends(t):
 
 def above(px_per_m, size):
     """A camera that looks straight down on the origin, x to the right, y up."""
-    return Camera(size, Lens(px_per_m * HEIGHT), (0, 0, HEIGHT), (0, 0, 0), up=(0, 1, 0))
+    return RenderCamera(size, RenderLens(px_per_m * HEIGHT), (0, 0, HEIGHT), (0, 0, 0), up=(0, 1, 0))
 
 
 def paddle(px_per_cm=5.0, size=(320, 320), colours=COLOURS, film=None, motion=ends, bar=None, during=None):

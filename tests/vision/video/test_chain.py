@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from nectosome.vision.video.chain import told_apart
 from nectosome.vision.video.reasons import Reason
-from nectosome.vision.video.segments import Pose
+from nectosome.vision.video.segments import SegmentPose
 
 turns = st.lists(st.floats(-1.2, 1.2), min_size=3, max_size=3)
 
@@ -18,7 +18,9 @@ def chain(start, bends, lengths=(0.1, 0.035, 0.03, 0.04), gap=0.006):
     for length, bend in zip(lengths, [0.0, *bends], strict=True):
         direction += bend
         unit = np.array([np.cos(direction), np.sin(direction)])
-        poses.append(Pose(place + unit * (0.5 * gap + 0.5 * length), direction % np.pi, length, 0.005, 1.0, False))
+        poses.append(
+            SegmentPose(place + unit * (0.5 * gap + 0.5 * length), direction % np.pi, length, 0.005, 1.0, False)
+        )
         directions.append(direction)
         place = place + unit * (length + gap)
     return poses, directions
@@ -88,7 +90,7 @@ def test_more_or_fewer_blobs_than_segments_are_gaps():
 
 def test_what_is_as_wide_as_long_has_no_direction():
     poses, _ = chain(0.3, [0.4, -0.1, 0.05])
-    square = Pose(poses[1].middle, 0.0, 0.02, 0.019, 1.0, False)
+    square = SegmentPose(poses[1].middle, 0.0, 0.02, 0.019, 1.0, False)
     _, reasons, found = told_apart([[poses[0]], [square], [poses[2]], [poses[3]]], [0, 1, 2, 3], None)
     assert reasons == [Reason.SEEN, Reason.ROUND, Reason.SEEN, Reason.SEEN]
     assert found[1] is None

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from nectosome.papers.track import tank
-from nectosome.papers.track.render import Camera as Seeing
-from nectosome.papers.track.render import Lens, Port
+from nectosome.papers.track.render import Port, RenderLens
+from nectosome.papers.track.render import RenderCamera as Seeing
 from nectosome.papers.track.tank import Filming
 from nectosome.units import InputError
 from nectosome.vision.cameras import Camera, Glass, calibrate_behind
 from nectosome.vision.video import Reason, track_markers
 from nectosome.vision.video.marker_candidates import Candidate
-from nectosome.vision.video.marker_identity import Body
+from nectosome.vision.video.marker_identity import MarkerBody
 
 HOW = Filming(scale=3.0, rate=20.0)
 
@@ -110,7 +110,7 @@ def eyes():
     """Two cameras without glass, exact."""
     out = []
     for x in (-0.8, 0.8):
-        seeing = Seeing((1280, 720), Lens(900), (x, -1.8, 0.5), (0, 0, 0.3))
+        seeing = Seeing((1280, 720), RenderLens(900), (x, -1.8, 0.5), (0, 0, 0.3))
         right, down, forward = seeing.axes
         K = np.array([[900, 0, seeing.axis[0]], [0, 900, seeing.axis[1]], [0, 0, 1]])
         R = np.stack([right, down, forward])
@@ -136,7 +136,7 @@ SCALENE = np.array([[0.12, 0.0, 0.0], [-0.08, 0.1, 0.0], [-0.05, -0.08, 0.06], [
 
 def test_markers_of_one_colour_are_told_apart_by_their_distances():
     cameras = eyes()
-    body = Body(SCALENE, [0, 0, 0, 0], 2.0, 0.003, list("abcd"))
+    body = MarkerBody(SCALENE, [0, 0, 0, 0], 2.0, 0.003, list("abcd"))
     places = SCALENE + np.array([0.1, 0.05, 0.3])
     picked, reasons = body.find(cameras, seen(cameras, places, [0, 0, 0, 0], order=True))
     assert reasons == [Reason.SEEN] * 4
@@ -145,7 +145,7 @@ def test_markers_of_one_colour_are_told_apart_by_their_distances():
 
 def test_a_marker_that_is_hidden_leaves_the_others():
     cameras = eyes()
-    body = Body(SCALENE, [0, 0, 0, 0], 2.0, 0.003, list("abcd"))
+    body = MarkerBody(SCALENE, [0, 0, 0, 0], 2.0, 0.003, list("abcd"))
     there = seen(cameras, SCALENE + np.array([0.1, 0.05, 0.3]), [0, 0, 0, 0])
     del there[1][0][2]
     picked, reasons = body.find(cameras, there)
@@ -155,7 +155,7 @@ def test_a_marker_that_is_hidden_leaves_the_others():
 
 def test_reflections_are_no_markers():
     cameras = eyes()
-    body = Body(SCALENE[:3], [0, 1, 2], 2.0, 0.003, list("abc"))
+    body = MarkerBody(SCALENE[:3], [0, 1, 2], 2.0, 0.003, list("abc"))
     places = SCALENE[:3] + np.array([0.0, 0.0, 0.3])
     there = seen(cameras, np.vstack([places, places * [1, 1, -1] + [0, 0, 1.0]]), [0, 1, 2, 0, 1, 2])
     picked, reasons = body.find(cameras, there)
@@ -169,13 +169,13 @@ def test_reflections_are_no_markers():
 
 def test_twins_are_refused():
     with pytest.raises(InputError, match=r"markers\.a: cannot be told from b: they are of one colour"):
-        Body(np.array([[0.1, 0, 0], [-0.1, 0, 0], [0, 0.15, 0]]), [0, 0, 1], 2.0, 0.003, list("abc"))
+        MarkerBody(np.array([[0.1, 0, 0], [-0.1, 0, 0], [0, 0.15, 0]]), [0, 0, 1], 2.0, 0.003, list("abc"))
 
 
 def test_cameras_behind_glass_are_found_exactly():
     """Against the renderer's own rays: two codes, one law."""
     port = Port((0, -0.5, 0), (0, 1, 0), 0.012, 1.0, 1.52, 1.333)
-    seeing = Seeing((1280, 720), Lens(900), (-0.8, -1.8, 0.7), (0, 0, 0.3), port=port)
+    seeing = Seeing((1280, 720), RenderLens(900), (-0.8, -1.8, 0.7), (0, 0, 0.3), port=port)
     glass = Glass(np.array([0, -0.5, 0.3]), np.array([0, -2.0, 0]), 0.012)
     known = tank.lamps_at()
     camera = calibrate_behind(known, seeing.sees(known), glass)

@@ -238,7 +238,7 @@ class Deviation(NamedTuple):
     largest: float  # magnitude
 
 
-def follow(trial: Trial, values: Float[np.ndarray, "k"]) -> Float[np.ndarray, "n"]:
+def follow_recording(trial: Trial, values: Float[np.ndarray, "k"]) -> Float[np.ndarray, "n"]:
     """The motion of a model with these parameters, from the first state of least squares to the samples."""
     what = asked(trial)
 

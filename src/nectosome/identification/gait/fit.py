@@ -16,8 +16,8 @@ from nectosome.units.ranges import Ranges
 
 from ..fits.identifiability import Identifiability
 from ..fits.misfit import Misfit
-from .batch import Walked, Walks
-from .features import discrepancy
+from .features import FEATURES, UNITS, discrepancy
+from .walks import Walked, Walks
 
 _STEP = 1e-3  # of finite differences, as a share of the ranges: contacts make features rough
 

@@ -13,9 +13,9 @@ from nectosome.core import State, Status
 from nectosome.description import resolve
 from nectosome.description.variables import Box, Variable
 from nectosome.mechanism import Robot, in_plane, moves_in_plane
-from nectosome.model.build import Blueprint, blueprint_of, fill
-from nectosome.solve.integrate import Settings, begin, march
-from nectosome.solve.sensitivity import Sloped, Sloping
+from nectosome.model.build import Template, instantiate, template_of
+from nectosome.solve.integrate import Settings, begin, integrate
+from nectosome.solve.sensitivity import SensitivityState, SensitivitySystem
 
 from ..fits.misfit import Misfit
 from .trials import Compared, RobotTrial
@@ -31,9 +31,9 @@ class RobotMisfit:
         self.trials, self.box, self.compared = tuple(trials), Box(tuple(variables)), tuple(compared)
         self._groups = [list(resolve(trials[0].description, v.name)) for v in variables]
         also = tuple(path for group in self._groups for path in group)
-        self._prints = [blueprint_of(trial.description, also) for trial in trials]
+        self._prints = [template_of(trial.description, also) for trial in trials]
         self._longest = max(trial.time.size for trial in trials)
-        self._flat = moves_in_plane(fill(*self._prints[0]))
+        self._flat = moves_in_plane(instantiate(*self._prints[0]))
 
     def computed(self, theta: Float[np.ndarray, "p"]) -> list[Float[np.ndarray, "k n"]]:
         """What the robot with these parameters gives in each trial; NaN from where its motion could not be computed.
@@ -104,9 +104,9 @@ def _settings() -> Settings:
     return Settings("implicit", *map(jnp.asarray, (_RTOL, _ATOL, _MOST)), slope_atol=_ATOL)
 
 
-def _made(flat: bool, blueprint: Blueprint, numbers: Array) -> tuple[Any, Robot, State]:
+def _made(flat: bool, blueprint: Template, numbers: Array) -> tuple[Any, Robot, State]:
     """Equations of motion, the robot, and how it begins."""
-    robot = fill(blueprint, numbers)
+    robot = instantiate(blueprint, numbers)
     return (in_plane(robot) if flat else robot), robot, robot.initial()
 
 
@@ -118,12 +118,14 @@ def _read(compared: tuple[Compared, ...], robot: Robot, t: Array, x: State) -> F
 def _computed(
     flat: bool,
     compared: tuple[Compared, ...],
-    blueprint: Blueprint,
+    blueprint: Template,
     numbers: Float[Array, "n"],
     times: Float[Array, "t"],
 ) -> Float[Array, "k t"]:
     moving, robot, x = _made(flat, blueprint, numbers)
-    end, later = march(moving, begin(jnp.zeros(()), x, _settings(), jnp.asarray(_FIRST_STEP)), times[1:], _settings())
+    end, later = integrate(
+        moving, begin(jnp.zeros(()), x, _settings(), jnp.asarray(_FIRST_STEP)), times[1:], _settings()
+    )
     states = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, later)
     values = jax.lax.map(lambda tx: _read(compared, robot, *tx), (times, states))
     return jnp.where((end.status == int(Status.SOLVED)) | (times < end.end)[:, None], values, jnp.nan).T
@@ -133,7 +135,7 @@ def _computed(
 def _slopes(
     flat: bool,
     compared: tuple[Compared, ...],
-    blueprint: Blueprint,
+    blueprint: Template,
     numbers: Float[Array, "n"],
     times: Float[Array, "t"],
     directions: Float[Array, "p n"],
@@ -149,9 +151,9 @@ def _slopes(
 
     moving, robot, x = made
     d_moving, d_robot, d_x = jax.vmap(change)(directions)
-    start = begin(jnp.zeros(()), Sloped(x, d_x), _settings(), jnp.asarray(_FIRST_STEP))
-    sloping = Sloping(moving, d_moving, jnp.zeros(directions.shape[0]))
-    _, later = march(sloping, start, times[1:], _settings())
+    start = begin(jnp.zeros(()), SensitivityState(x, d_x), _settings(), jnp.asarray(_FIRST_STEP))
+    sloping = SensitivitySystem(moving, d_moving, jnp.zeros(directions.shape[0]))
+    _, later = integrate(sloping, start, times[1:], _settings())
     states, slopes = (
         jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rest)
         for first, rest in ((x, later.x), (d_x, later.slopes))

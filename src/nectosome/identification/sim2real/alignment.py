@@ -11,7 +11,7 @@ _TRIALS = 500  # subsets that are tried where there are more
 _SIGMAS = 2.5  # of the scatter: what lies farther off is an outlier
 
 
-class Rigid(NamedTuple):
+class RigidMap(NamedTuple):
     """x -> rotation x + translation."""
 
     rotation: Float[np.ndarray, "d d"]
@@ -22,7 +22,7 @@ class Rigid(NamedTuple):
         return points @ self.rotation.T + self.translation
 
 
-def align_points(points: Float[np.ndarray, "n d"], targets: Float[np.ndarray, "n d"]) -> Rigid:
+def align_points(points: Float[np.ndarray, "n d"], targets: Float[np.ndarray, "n d"]) -> RigidMap:
     r"""Rotation R and translation T with the least $\sum_k |e_k - (R s_k + T)|^2$, points s to targets e.
 
     With centred points $H = \sum_k s_k e_k^T = U \Lambda V^T$ (Arun et al. 1987)
@@ -40,12 +40,12 @@ def align_points(points: Float[np.ndarray, "n d"], targets: Float[np.ndarray, "n
     signs = np.ones(len(s))
     signs[-1] = np.sign(np.linalg.det(Vt.T @ U.T))
     R = Vt.T @ np.diag(signs) @ U.T
-    return Rigid(R, e - R @ s)
+    return RigidMap(R, e - R @ s)
 
 
 def align_inliers(
     points: Float[np.ndarray, "n d"], targets: Float[np.ndarray, "n d"]
-) -> tuple[Rigid, Bool[np.ndarray, "n"]]:
+) -> tuple[RigidMap, Bool[np.ndarray, "n"]]:
     r"""`align_points` without outliers, and which points were kept.
 
     Of the maps that d points each determine, all of them or 500 drawn at random, the one with the least median of

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
-from .experiments import Experiments
+from .conditions import Experiments
 from .gaussian_process import Surface
 from .method import Corrected
-from .plan import Next
+from .next_experiment import Next
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Table:
+class GridTable:
     """Values at every point of a grid of conditions, for each value of a parameter that the simulator does not know.
 
     To simulate again with another parameter is to interpolate along its axis: it takes no simulator. A simulator whose
@@ -113,7 +113,7 @@ class Table:
         return found, told
 
 
-def table_of(simulated: "xr.DataArray", parameter: str | None = None, nominal: float = 1.0) -> Table:
+def table_of(simulated: "xr.DataArray", parameter: str | None = None, nominal: float = 1.0) -> GridTable:
     """Table of a labelled grid, whose dimensions are the conditions and, where it is named, a parameter.
 
     Raises InputError where a dimension is missing, has fewer than two levels or one twice, where values are missing,
@@ -137,17 +137,17 @@ def table_of(simulated: "xr.DataArray", parameter: str | None = None, nominal: f
             f"{missing} of {values.size} values of the simulated grid are no numbers.", field=str(simulated.name)
         )
     if parameter is None:
-        return Table(names, tuple(levels), values[..., None], np.array([nominal]), nominal, unit=unit)
+        return GridTable(names, tuple(levels), values[..., None], np.array([nominal]), nominal, unit=unit)
     if not levels[-1][0] < nominal < levels[-1][-1]:
         raise InputError(
             f"is {nominal:g} in the simulator itself, which must lie between the ends of the simulated grid, "
             f"{levels[-1][0]:g} and {levels[-1][-1]:g}.",
             field=parameter,
         )
-    return Table(names, tuple(levels[:-1]), values, levels[-1], nominal, parameter, unit)
+    return GridTable(names, tuple(levels[:-1]), values, levels[-1], nominal, parameter, unit)
 
 
-class Quantity(NamedTuple):
+class GridQuantity(NamedTuple):
     """What is simulated, in SI units over dimensions with numbers, and the column of recordings it belongs to."""
 
     values: "xr.DataArray"
@@ -155,7 +155,7 @@ class Quantity(NamedTuple):
     column: str
 
 
-def quantity_of(grid: "xr.Dataset", columns: Sequence[str], asked: str | None) -> Quantity:
+def quantity_of(grid: "xr.Dataset", columns: Sequence[str], asked: str | None) -> GridQuantity:
     """The quantity that is asked for, `force.y` or `-force.y`; else the only one that grid and columns both have.
 
     Raises InputError where there is none, or where it is not said which.
@@ -171,7 +171,7 @@ def quantity_of(grid: "xr.Dataset", columns: Sequence[str], asked: str | None) -
     values, stem = _values(grid, name)
     peak = f"{stem}_peak" in grid and grid[f"{stem}_peak"].dims == grid[stem].dims
     column = name if name in columns else stem
-    return Quantity(
+    return GridQuantity(
         -values if asked.startswith("-") else values,
         _values(grid, f"{stem}_peak{name.removeprefix(stem)}")[0] if peak else None,
         column,

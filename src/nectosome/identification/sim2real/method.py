@@ -9,10 +9,10 @@ from jaxtyping import Float
 
 from nectosome.units import InputError, did_you_mean
 
-from .experiments import Experiments
+from .conditions import Experiments
 from .gaussian_process import Surface
-from .grids import Table
-from .parameter import Field, field_of
+from .grids import GridTable
+from .parameter import ParameterField, field_of
 from .residuals import Correction, Given, Simulated, affine, gaussian, nothing, rigid, rigid_raw, thin_plate
 
 _BLOCK = 1000  # conditions at once: memory goes with them
@@ -44,8 +44,8 @@ METHODS = {
 class Corrected:
     """A simulator that was corrected."""
 
-    table: Table
-    field: Field | None  # of the parameter, where it was told
+    table: GridTable
+    field: ParameterField | None  # of the parameter, where it was told
     correction: Correction
 
     def simulated(self, conditions: Float[np.ndarray, "n d"]) -> Simulated:
@@ -88,7 +88,7 @@ class SimToReal:
         if self.method not in METHODS:
             raise InputError(f'"{self.method}" is no method.{did_you_mean(self.method, METHODS)}', field="method")
 
-    def fit(self, table: Table, experiments: Experiments) -> Corrected:
+    def fit(self, table: GridTable, experiments: Experiments) -> Corrected:
         """The corrected simulator; without experiments the simulator as it is. Raises InputError (`field_of`)."""
         if not len(experiments.values):
             return Corrected(table, None, nothing())
@@ -98,7 +98,7 @@ class SimToReal:
         return Corrected(table, field, residual(Given(there, experiments.values, experiments.errors, field)))
 
 
-def leave_one_out(how: SimToReal, table: Table, experiments: Experiments) -> Surface:
+def leave_one_out(how: SimToReal, table: GridTable, experiments: Experiments) -> Surface:
     """What the others tell of each experiment: the error that a user can know who has no more of them.
 
     Raises InputError for fewer than two experiments, and where only one of them tells a parameter.

@@ -10,8 +10,8 @@ from scipy.special import ndtri, stdtrit
 
 from nectosome.units import InputError
 
-from .experiments import Experiments, Told
-from .grids import Table
+from .conditions import Experiments, ParameterEstimate
+from .grids import GridTable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -212,7 +212,7 @@ def observe(
     return [_averaged(*row) for row in zip(every, kept, means, peaks, strict=True)]
 
 
-def experiments_of(observed: Sequence[Observed], table: Table, peaks: Table | None = None) -> Experiments:
+def experiments_of(observed: Sequence[Observed], table: GridTable, peaks: GridTable | None = None) -> Experiments:
     """Experiments at the conditions of a table; with a table of simulated peaks the measured ones tell its parameter.
 
     Without it, and where nothing tells the errors of peaks, the values tell it. Raises InputError for conditions
@@ -226,7 +226,7 @@ def experiments_of(observed: Sequence[Observed], table: Table, peaks: Table | No
         raise InputError(f"{against}. Turn it in the campaign (sign: -1) or in the quantity.", field="measured")
     told = None
     if peaks is not None and peaks.parameter.size > 1 and np.isfinite(top_errors).any():
-        told = Told(*peaks.matching(points, tops, top_errors), apart=True)
+        told = ParameterEstimate(*peaks.matching(points, tops, top_errors), apart=True)
     return Experiments(points, values, errors, told)
 
 

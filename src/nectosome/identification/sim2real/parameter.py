@@ -7,21 +7,21 @@ from jaxtyping import Float
 
 from nectosome.units import InputError
 
-from .experiments import Experiments, Told
+from .conditions import Experiments, ParameterEstimate
 from .gaussian_process import Surface, gaussian_process
-from .grids import Table
+from .grids import GridTable
 
 _DOUBT = 0.1  # of a parameter: how far off it may be told, usually
 
 
 @dataclass(frozen=True)
-class Field:
+class ParameterField:
     r"""A parameter over the conditions, as $u = \ln\frac{p - p_0}{p_1 - p} - \ln\frac{p_n - p_0}{p_1 - p_n}$.
 
     The table's ends $p_0$ and $p_1$ are never passed, and u is 0 where the parameter is the nominal $p_n$.
     """
 
-    table: Table
+    table: GridTable
     x: Float[np.ndarray, "m d"]  # conditions in the unit box, of experiments that tell something
     u: Float[np.ndarray, "m"]
     errors: Float[np.ndarray, "m"]  # of u
@@ -39,7 +39,7 @@ class Field:
         return low + (high - low) * share, (high - low) * share * (1 - share)
 
 
-def field_of(table: Table, experiments: Experiments) -> Field:
+def field_of(table: GridTable, experiments: Experiments) -> ParameterField:
     """Field of the table's parameter. Raises InputError where there is none, or where no experiment tells it."""
     if table.parameter.size == 1:
         raise InputError(
@@ -60,9 +60,11 @@ def field_of(table: Table, experiments: Experiments) -> Field:
     u = np.log((p - low) / (high - p)) - np.log((n - low) / (high - n))
     steep = (high - low) / ((p - low) * (high - p))
     x = table.in_box(experiments.conditions[known])
-    return Field(table, x, u, steep * told.errors[known], steep * _DOUBT * np.abs(p), told.apart)
+    return ParameterField(table, x, u, steep * told.errors[known], steep * _DOUBT * np.abs(p), told.apart)
 
 
-def matched(table: Table, experiments: Experiments) -> Told:
+def matched(table: GridTable, experiments: Experiments) -> ParameterEstimate:
     """What the values themselves tell: the parameter with which the simulator gives them."""
-    return Told(*table.matching(experiments.conditions, experiments.values, experiments.errors), apart=False)
+    return ParameterEstimate(
+        *table.matching(experiments.conditions, experiments.values, experiments.errors), apart=False
+    )

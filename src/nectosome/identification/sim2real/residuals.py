@@ -12,7 +12,7 @@ from scipy.interpolate import RBFInterpolator
 
 from .alignment import align_inliers, align_points
 from .gaussian_process import Surface, Term, gaussian_process
-from .parameter import Field
+from .parameter import ParameterField
 
 
 class Simulated(NamedTuple):
@@ -31,7 +31,7 @@ class Given(NamedTuple):
     simulated: Simulated  # where something was measured
     measured: Float[np.ndarray, "m"]
     errors: Float[np.ndarray, "m"]
-    field: Field | None
+    field: ParameterField | None
 
 
 _TINY = 1e-100  # sizes below it are none

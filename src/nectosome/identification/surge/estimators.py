@@ -19,7 +19,7 @@ from scipy.signal import savgol_coeffs, savgol_filter
 from nectosome.measure.signals import find_period
 from nectosome.units import InputError, did_you_mean
 
-from ..fits.linear import Estimate, Trial, follow, increments, instruments, output_error, windows
+from ..fits.linear import Estimate, Trial, follow_recording, increments, instruments, output_error, windows
 
 Method = Literal["output-error", "instruments", "windows", "printed"]
 METHODS: tuple[Method, ...] = ("output-error", "instruments", "windows", "printed")
@@ -66,7 +66,7 @@ class Surge(NamedTuple):
 
     def speed(self, recording: SurgeRecording) -> Float[np.ndarray, "n"]:
         """Speed that the model has with the thrust of a recording, from the first one of least squares on [m/s]."""
-        return follow(recording.trial, self.rate.values)
+        return follow_recording(recording.trial, self.rate.values)
 
 
 def surge(

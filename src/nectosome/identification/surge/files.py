@@ -10,7 +10,7 @@ from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 
-from nectosome.measure.signals.checks import is_even
+from nectosome.measure.signals.requirements import is_even
 from nectosome.measure.signals.resample import default_gap, unbroken
 from nectosome.units import InputError, count
 

@@ -14,7 +14,7 @@ from nectosome.units import InputError
 _EXACT = 2**53  # the largest integer below which every one is a float
 
 
-class Rows(Protocol):
+class ArrayRows(Protocol):
     """An array that gives some of its rows: of NumPy, of h5py, or one that a reader makes."""
 
     @property
@@ -43,13 +43,13 @@ def refusal(dtype: np.dtype[Any]) -> str:
     return words.get(base.kind, "data without a meaning")
 
 
-class Block:
+class RowBlock:
     """An array with rows as columns of floats: one, several, or its fields.
 
     Times become seconds since the first one, booleans 0 and 1, integers beyond 2^53 the nearest float.
     """
 
-    def __init__(self, name: str, array: Rows, unit: str = "", labels: Sequence[str] = (), whole: bool = True):
+    def __init__(self, name: str, array: ArrayRows, unit: str = "", labels: Sequence[str] = (), whole: bool = True):
         """`labels` name the columns of a matrix; `whole`: fields keep their own names, else they follow `name`."""
         self.rows = array.shape[0]
         self.found: list[str] = []
@@ -112,7 +112,7 @@ class ArraySource(Source):
         self,
         reader: str,
         path: Path,
-        blocks: Sequence[Block],
+        blocks: Sequence[RowBlock],
         found: Sequence[str],
         repairs: Sequence[str] = (),
         close: Callable[[], object] = lambda: None,

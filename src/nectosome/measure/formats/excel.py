@@ -15,7 +15,16 @@ import numpy as np
 from nectosome.measure.formats.faults import damage_told, foreign, head
 from nectosome.measure.formats.headings import distinct
 from nectosome.measure.formats.source import Options, Piece, Source
-from nectosome.measure.formats.worksheet import UNCALCULATED, Layout, Merged, Place, Row, as_number, kind, lay_out
+from nectosome.measure.formats.worksheet import (
+    UNCALCULATED,
+    Merged,
+    Row,
+    SheetLayout,
+    TablePlace,
+    as_number,
+    kind,
+    lay_out,
+)
 from nectosome.units import InputError, did_you_mean, shorten
 
 _LAST = 2**20  # row of a worksheet
@@ -25,7 +34,7 @@ _OVERLAP = 200  # bytes, longer than a mark
 
 
 @dataclass(frozen=True)
-class Sheet:
+class Worksheet:
     """What openpyxl does not tell of a worksheet that it streams: whether it has formulas, and its merged cells."""
 
     formulas: bool
@@ -38,14 +47,14 @@ class Book:
     def __init__(self, path: Path):
         self._path, self._files = path, ExitStack()
         self._values, self._formulas = self._load(values=True), None
-        self._sheets: dict[str, Sheet] = {}
+        self._sheets: dict[str, Worksheet] = {}
         self.titles = [sheet.title for sheet in self._values.worksheets]
 
     def close(self) -> None:
         """Let go of the file."""
         self._files.close()
 
-    def sheet(self, title: str) -> Sheet:
+    def sheet(self, title: str) -> Worksheet:
         """Look through the text of a worksheet."""
         if title not in self._sheets:
             with self._values._archive.open(self._values[title]._worksheet_path) as xml:
@@ -94,7 +103,7 @@ def _rows(sheet: Any) -> Iterator[Row]:
     return sheet.iter_rows(values_only=True)
 
 
-def _look_through(xml: IO[bytes]) -> Sheet:
+def _look_through(xml: IO[bytes]) -> Worksheet:
     from openpyxl.utils import range_boundaries
 
     formulas, refs, tail = False, dict[str, None](), b""
@@ -106,7 +115,7 @@ def _look_through(xml: IO[bytes]) -> Sheet:
                 refs[mark[2].decode("ascii")] = None  # those in the overlap are seen twice
         tail = text[-_OVERLAP:]
     merged: list[Any] = [range_boundaries(ref) for ref in refs]
-    return Sheet(formulas, tuple(Merged(top, left, bottom, right) for left, top, right, bottom in merged))
+    return Worksheet(formulas, tuple(Merged(top, left, bottom, right) for left, top, right, bottom in merged))
 
 
 _LOOK = 200  # rows at the top, in which the table begins
@@ -134,14 +143,14 @@ def open_excel(path: Path, options: Options) -> Source:
         return source
 
 
-def _choose(book: Book, options: Options) -> tuple[str, Layout]:
+def _choose(book: Book, options: Options) -> tuple[str, SheetLayout]:
     """The worksheet with the table, and where in it the table is."""
     if options.table is not None and options.table not in book.titles:
         wanted = shorten(options.table)
         raise InputError(f'there is no worksheet called "{wanted}".{did_you_mean(wanted, book.titles)}')
     titles = book.titles if options.table is None else [options.table]
     look = _LOOK + (options.header or 0)
-    layouts: dict[str, Layout] = {}
+    layouts: dict[str, SheetLayout] = {}
     for title in titles:
         rows = [row for _, row in islice(book.rows(title), look)]
         layout = lay_out(rows, options.header, book.sheet(title).merged)
@@ -164,7 +173,7 @@ class ExcelSource(Source):
 
     reader = "excel"
 
-    def __init__(self, path: Path, book: Book, title: str, layout: Layout):
+    def __init__(self, path: Path, book: Book, title: str, layout: SheetLayout):
         self.columns = distinct(place.column for place in layout.places)
         self.found = (f"worksheet: {title}", *layout.found)
         self.repairs: list[str] = []
@@ -200,7 +209,7 @@ class ExcelSource(Source):
                 self._tell(f"row {empty[0]}: rows without anything in the columns of the table are left out.")
             yield number, [self._number(number, row, place) for place in self._layout.places]
 
-    def _number(self, number: int, row: Row, place: Place) -> float:
+    def _number(self, number: int, row: Row, place: TablePlace) -> float:
         try:
             return as_number(row[place.index] if place.index < len(row) else None, place.origin)
         except (ValueError, OverflowError) as error:

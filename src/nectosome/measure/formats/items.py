@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nectosome.measure.formats.arrays import Rows, refusal
+from nectosome.measure.formats.arrays import ArrayRows, refusal
 from nectosome.units import shorten
 
 
@@ -15,7 +15,7 @@ class Item:
     """A vector or matrix of numbers with a name, samples first."""
 
     name: str
-    array: Rows
+    array: ArrayRows
     unit: str = ""
     labels: Sequence[str] = ()  # of the columns of a matrix
     group: str = ""  # "" at the top

@@ -13,9 +13,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from nectosome.measure.formats.arrays import Rows
+from nectosome.measure.formats.arrays import ArrayRows
 
-Value: TypeAlias = "Rows | str | dict[str, Value] | list[dict[str, Value]] | Unread"
+Value: TypeAlias = "ArrayRows | str | dict[str, Value] | list[dict[str, Value]] | Unread"
 """A dict is a struct, a list an array of structs."""
 
 

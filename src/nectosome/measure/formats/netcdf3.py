@@ -13,7 +13,7 @@ from nectosome.measure.formats.tables import choose
 from nectosome.units import InputError
 
 
-class Variable:
+class NetcdfVariable:
     """A variable of a file that is mapped anew for each piece, so that what was read does not stay in memory."""
 
     def __init__(self, path: Path, name: str, shape: tuple[int, ...], dtype: np.dtype[Any]):
@@ -37,7 +37,7 @@ def open_netcdf3(path: Path, options: Options) -> Source:
             things = [
                 described(
                     name,
-                    Variable(path, name, variable.data.shape, variable.data.dtype),
+                    NetcdfVariable(path, name, variable.data.shape, variable.data.dtype),
                     "",
                     variable._attributes,
                     variable.dimensions,

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from nectosome.measure.formats.arrays import Block
+from nectosome.measure.formats.arrays import RowBlock
 from nectosome.measure.formats.headings import is_time
 from nectosome.measure.formats.items import Item, Other, Turned, join
 from nectosome.units import InputError, count, did_you_mean, shorten
@@ -12,7 +12,7 @@ _BESIDE = 10  # a table that much shorter than another is a calibration beside i
 
 
 @dataclass
-class Table:
+class ArrayTable:
     """Arrays of one group, one length and one dimension; `found`: how they were taken, and what was left out."""
 
     group: str
@@ -25,13 +25,13 @@ class Table:
         names = shorten(", ".join(join(self.group, item.name) for item in self.items))
         return f"{names} ({count(self.rows, 'row')}{', ' if self.along else ''}{self.along})"
 
-    def blocks(self) -> list[Block]:
+    def blocks(self) -> list[RowBlock]:
         """Its arrays as columns, coordinates first."""
         items = sorted(self.items, key=lambda item: not item.first)
-        return [Block(item.name, item.array, item.unit, item.labels, whole=len(items) == 1) for item in items]
+        return [RowBlock(item.name, item.array, item.unit, item.labels, whole=len(items) == 1) for item in items]
 
 
-def choose(things: Sequence[Item | Other], wanted: str | None, beside: bool = True) -> Table:
+def choose(things: Sequence[Item | Other], wanted: str | None, beside: bool = True) -> ArrayTable:
     """Return the table: the one `wanted` (a group, an array), else the only one. Raises InputError that lists them.
 
     In a group with several lengths it is the one with the time, or the one far longer than all others, if `beside`.
@@ -54,11 +54,11 @@ def choose(things: Sequence[Item | Other], wanted: str | None, beside: bool = Tr
     return replace(table, found=[*turned, *notes, *rest, *(f"left out: {other}" for other in others)])
 
 
-def _tables(items: Sequence[Item]) -> list[Table]:
-    tables: dict[tuple[str, int, str], Table] = {}
+def _tables(items: Sequence[Item]) -> list[ArrayTable]:
+    tables: dict[tuple[str, int, str], ArrayTable] = {}
     for item in items:
         key = item.group, item.array.shape[0], item.along
-        tables.setdefault(key, Table(*key, items=[])).items.append(item)
+        tables.setdefault(key, ArrayTable(*key, items=[])).items.append(item)
     return list(tables.values())
 
 
@@ -77,7 +77,7 @@ def _upright(items: Sequence[Item]) -> list[Item]:
     return [replace(item, array=Turned(item.array), labels=()) if lies(item) else item for item in items]
 
 
-def _wanted(tables: Sequence[Table], wanted: str, others: Sequence[Other], beside: bool) -> Table:
+def _wanted(tables: Sequence[ArrayTable], wanted: str, others: Sequence[Other], beside: bool) -> ArrayTable:
     """Return the table called `wanted`: of that group, with that vector, or that matrix alone."""
     in_group = [table for table in tables if table.group == wanted]
     if in_group:
@@ -95,7 +95,7 @@ def _wanted(tables: Sequence[Table], wanted: str, others: Sequence[Other], besid
     raise InputError(f'there is no table called "{shorten(wanted)}".{did_you_mean(wanted, known)}')
 
 
-def _main(tables: Sequence[Table], beside: bool) -> Table:
+def _main(tables: Sequence[ArrayTable], beside: bool) -> ArrayTable:
     """Return the only table, or the one beside which the others are small."""
     if len(tables) == 1:
         return tables[0]

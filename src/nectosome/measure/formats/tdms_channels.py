@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nectosome.measure.formats.arrays import Rows
+from nectosome.measure.formats.arrays import ArrayRows
 from nectosome.measure.formats.conventions import text
 from nectosome.measure.formats.headings import is_time
 from nectosome.measure.formats.items import Item, Other, item_of
@@ -171,7 +171,7 @@ class Stamps:
 class Whole:
     """The first rows of an array: those that all channels have where a file breaks off."""
 
-    def __init__(self, array: Rows, rows: int):
+    def __init__(self, array: ArrayRows, rows: int):
         self.shape, self.dtype, self._array = (rows,), array.dtype, array
 
     def __getitem__(self, rows: slice) -> np.ndarray:

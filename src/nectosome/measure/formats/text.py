@@ -13,8 +13,8 @@ from nectosome.io.atomic import reason
 from nectosome.measure.formats.faults import foreign, head, is_binary
 from nectosome.measure.formats.headings import distinct, split_unit
 from nectosome.measure.formats.source import Column, Options, Piece, Source
-from nectosome.measure.formats.text_dialect import COMMENT, DECIMALS, DELIMITERS, MISSING, Kind, kind, split
-from nectosome.measure.formats.text_table import Layout, Rows, find_layout
+from nectosome.measure.formats.text_dialect import COMMENT, DECIMALS, DELIMITERS, MISSING, CellKind, kind, split
+from nectosome.measure.formats.text_table import TextLayout, TextRows, find_layout
 from nectosome.units import InputError, shorten
 
 BLOCK = 1 << 20  # [bytes], about where pandas is fastest
@@ -22,7 +22,7 @@ _LONGEST = 1 << 24  # line [characters]
 _BOMS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 
 
-class Block(NamedTuple):
+class TextBlock(NamedTuple):
     """Consecutive lines, each with its end; only the last of the file may lack it."""
 
     line: int  # where the first one is in the file, from 1
@@ -64,7 +64,7 @@ def line_ends(head: bytes, encoding: str) -> str:
     return " and ".join(name for name, count in found.items() if count) or "none"
 
 
-def read_blocks(path: Path, encoding: str) -> Iterator[Block]:
+def read_blocks(path: Path, encoding: str) -> Iterator[TextBlock]:
     """Yield the file block by block; the last line that is not blank is always in the last block.
 
     Raises InputError where the file cannot be read or decoded, holds NUL, or has a line without end.
@@ -91,7 +91,7 @@ def read_blocks(path: Path, encoding: str) -> Iterator[Block]:
                     whole = text[:cut].encode()
                     # several times as fast as bytes.count where lines are short
                     count = int(np.count_nonzero(np.frombuffer(whole, np.uint8) == ord("\n")))
-                    yield Block(line, whole, count, not ahead)
+                    yield TextBlock(line, whole, count, not ahead)
                     line += count
                 held, raw = text[cut:], ahead
     except UnicodeDecodeError as error:
@@ -132,10 +132,10 @@ class _TextSource(Source):
 
     reader = "text"
 
-    def __init__(self, path: Path, encoding: str, layout: Layout, about: list[str]):
+    def __init__(self, path: Path, encoding: str, layout: TextLayout, about: list[str]):
         self._path, self._encoding, self._layout = path, encoding, layout
         columns, told = _columns(layout)
-        self._rows = Rows(layout, [column.name for column in columns], str(path))
+        self._rows = TextRows(layout, [column.name for column in columns], str(path))
         self.columns = tuple(columns[j] for j in self._rows.used)
         self.found = (*about, *told)
         self.repairs: list[str] = []
@@ -183,14 +183,14 @@ class _TextSource(Source):
     def _is_cut(self, cell: str) -> bool:
         """Whether the last cell of a line without end is less than a value."""
         what = self._layout.kinds[-1]
-        if what == Kind.TEXT:
+        if what == CellKind.TEXT:
             return False
         if cell in MISSING:
             return len(cell) < 2
         return kind(cell, self._layout.decimal) != what
 
 
-def _columns(layout: Layout) -> tuple[tuple[Column, ...], list[str]]:
+def _columns(layout: TextLayout) -> tuple[tuple[Column, ...], list[str]]:
     """Return all columns, also those of text, and what is to be said about them."""
     head, count, told = layout.head, len(layout.kinds), []
     plain = [split_unit(text) for text in head.names or [""] * count]
@@ -202,9 +202,9 @@ def _columns(layout: Layout) -> tuple[tuple[Column, ...], list[str]]:
         if column.name != plain[j].name:
             told.append(f"column {j + 1} is another {plain[j].name}, named {column.name}")
     for j, column in enumerate(columns):
-        if layout.kinds[j] == Kind.TEXT:
+        if layout.kinds[j] == CellKind.TEXT:
             told.append(f"{_column(column.name)} is text, left out")
-        if layout.kinds[j] == Kind.MOMENT:
+        if layout.kinds[j] == CellKind.MOMENT:
             told.append(f"{_column(column.name)}: date-times, now seconds since {layout.moments[j]}")
             columns[j] = replace(column, unit="s")
     return tuple(columns), told
@@ -214,7 +214,7 @@ def _column(name: str) -> str:
     return name if name.startswith("column ") else f"column {name}"
 
 
-def _about_file(head: bytes, encoding: str, layout: Layout, options: Options) -> list[str]:
+def _about_file(head: bytes, encoding: str, layout: TextLayout, options: Options) -> list[str]:
     """Return what was found out about the file as a whole."""
 
     def told(option: object) -> str:

@@ -36,7 +36,7 @@ _MOMENT = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\.\d{1,9})?)?(?:Z|
 _GAP = re.compile("[ \t]+")
 
 
-class Kind(Enum):
+class CellKind(Enum):
     """What a cell is, or the cells of a column."""
 
     NUMBER = "number"
@@ -60,13 +60,13 @@ def split(line: str, delimiter: str) -> list[str]:
     return [cell.strip(" \t") for cell in cells]
 
 
-def kind(cell: str, decimal: str) -> Kind:
+def kind(cell: str, decimal: str) -> CellKind:
     """Return what a cell is where `decimal` is the decimal sign."""
     if cell in MISSING:
-        return Kind.MISSING
+        return CellKind.MISSING
     if _NUMBER[decimal].fullmatch(cell):
-        return Kind.NUMBER
-    return Kind.MOMENT if _MOMENT.fullmatch(cell) else Kind.TEXT
+        return CellKind.NUMBER
+    return CellKind.MOMENT if _MOMENT.fullmatch(cell) else CellKind.TEXT
 
 
 def number(cell: str, decimal: str) -> float:
@@ -120,7 +120,7 @@ def other_decimal(cell: str, decimal: str) -> bool:
 
 DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma", "|": "bar", BLANKS: "blanks"}  # the likeliest first
 DECIMALS = {".": "point", ",": "comma"}
-SURE = (Kind.NUMBER, Kind.MOMENT)
+SURE = (CellKind.NUMBER, CellKind.MOMENT)
 _GROUPED = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}", re.ASCII)  # as well as a number with a decimal comma
 
 
@@ -165,7 +165,7 @@ def _check_commas(lines: list[str], best: _Reading, readings: list[_Reading], fi
         return single
     if best.decimal == ",":
         cells = (cell for line in lines for cell in cut(line, best.delimiter))
-        marked = [cell for cell in cells if "," in cell and kind(cell, ",") == Kind.NUMBER]
+        marked = [cell for cell in cells if "," in cell and kind(cell, ",") == CellKind.NUMBER]
         if marked and all(_GROUPED.fullmatch(cell) for cell in marked):
             said = f'"{marked[0]}" has a decimal comma, or a separator between thousands'
             way_out = 'Set decimal to "comma", or write the file without separators between thousands.'
@@ -175,7 +175,7 @@ def _check_commas(lines: list[str], best: _Reading, readings: list[_Reading], fi
 
 def _has_number(line: str) -> bool:
     """Whether a line, cut at its commas, has cells that are numbers."""
-    return any(kind(cell, ".") == Kind.NUMBER for cell in cut(line, ","))
+    return any(kind(cell, ".") == CellKind.NUMBER for cell in cut(line, ","))
 
 
 def _told(value: str, known: dict[str, str], file: str) -> str:
@@ -198,7 +198,7 @@ def _read(lines: list[str], delimiter: str, decimal: str) -> _Reading:
     score = 0.0
     for row, what, count in zip(rows, found, sure, strict=True):
         if count and len(row) == width:
-            texts = [cell for cell, is_ in zip(row, what, strict=True) if is_ == Kind.TEXT]
+            texts = [cell for cell, is_ in zip(row, what, strict=True) if is_ == CellKind.TEXT]
             uncut = sum(any(sign in cell for sign in "\t;|") for cell in texts)  # hardly a text, rather several cells
             score += count / (count + len(texts) + 2 * uncut)
     named = sum(len(row) == width for row, count in zip(rows, sure, strict=True) if not count)

@@ -16,7 +16,7 @@ from nectosome.measure.formats.text_dialect import (
     COMMENT,
     MISSING,
     SURE,
-    Kind,
+    CellKind,
     choose,
     count_cells,
     cut,
@@ -49,7 +49,7 @@ def find_head(above: list[tuple[int, str]], delimiter: str, decimal: str, widths
 
     def fitting(line: str) -> list[str]:
         cells = name_cells(line, delimiter, widths)
-        return [] if any(kind(cell, decimal) in (Kind.NUMBER, Kind.MOMENT) for cell in cells) else cells
+        return [] if any(kind(cell, decimal) in (CellKind.NUMBER, CellKind.MOMENT) for cell in cells) else cells
 
     plain: list[tuple[int, list[str]]] = []
     comments: list[tuple[int, list[str]]] = []
@@ -121,7 +121,7 @@ Cells = list[tuple[int, list[str]]]
 
 
 @dataclass(frozen=True)
-class Layout:
+class TextLayout:
     """Where the table is and how its rows are cut into cells."""
 
     delimiter: str
@@ -129,12 +129,12 @@ class Layout:
     width: int  # cells of a row
     spare: int  # of these, empty ones behind the last column
     first: int  # line of the first row
-    kinds: tuple[Kind, ...]  # of the columns: NUMBER, MOMENT or TEXT
+    kinds: tuple[CellKind, ...]  # of the columns: NUMBER, MOMENT or TEXT
     head: Head
     moments: dict[int, str]  # the first one of each column of date-times
 
 
-def find_layout(text: str, options: Options, file: str) -> Layout:
+def find_layout(text: str, options: Options, file: str) -> TextLayout:
     """Return the layout of a text of whole lines; InputError where there is no table or more than one reading."""
     lines = [(n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip()]
     if not lines:
@@ -165,35 +165,35 @@ def find_layout(text: str, options: Options, file: str) -> Layout:
     spare = width - (len(head.names) or len(head.units) or widths[0])
     kinds = kinds[: width - spare]
     for column, what in enumerate(kinds):
-        if what == Kind.TEXT:
+        if what == CellKind.TEXT:
             _check_no_numbers(column, cells[start:], decimal, head, file)
     moments = {
-        j: next(row[j] for row in rows if kind(row[j], decimal) == Kind.MOMENT)
+        j: next(row[j] for row in rows if kind(row[j], decimal) == CellKind.MOMENT)
         for j, what in enumerate(kinds)
-        if what == Kind.MOMENT
+        if what == CellKind.MOMENT
     }
-    return Layout(delimiter, decimal, width, spare, first, kinds, head, moments)
+    return TextLayout(delimiter, decimal, width, spare, first, kinds, head, moments)
 
 
-def _kinds(rows: list[list[str]], decimal: str, width: int) -> tuple[Kind, ...]:
+def _kinds(rows: list[list[str]], decimal: str, width: int) -> tuple[CellKind, ...]:
     """Return of each column what its cells are: numbers or date-times if any are, numbers if there are none."""
 
-    def of(column: int) -> Kind:
+    def of(column: int) -> CellKind:
         found = Counter(kind(row[column], decimal) for row in rows)
         if any(found[sure] for sure in SURE):
             return max(SURE, key=lambda sure: found[sure])
-        return Kind.TEXT if found[Kind.TEXT] else Kind.NUMBER
+        return CellKind.TEXT if found[CellKind.TEXT] else CellKind.NUMBER
 
     return tuple(of(column) for column in range(width))
 
 
-def _fits(row: list[str], kinds: tuple[Kind, ...], decimal: str) -> bool:
+def _fits(row: list[str], kinds: tuple[CellKind, ...], decimal: str) -> bool:
     """Whether a line is a row of the table: as many cells, of the kinds of their columns, at least one of them sure."""
     if len(row) != len(kinds):
         return False
     found = [kind(cell, decimal) for cell in row]
     return any(cell in SURE for cell in found) and all(
-        what == Kind.TEXT or cell in (what, Kind.MISSING) for cell, what in zip(found, kinds, strict=True)
+        what == CellKind.TEXT or cell in (what, CellKind.MISSING) for cell, what in zip(found, kinds, strict=True)
     )
 
 
@@ -207,14 +207,14 @@ def _counts(row: list[str]) -> bool:
     return len(row) > 1 and row == ["", *map(str, range(len(row) - 1))]
 
 
-def _check_no_row(line: int, row: list[str], kinds: tuple[Kind, ...], decimal: str, file: str) -> None:
+def _check_no_row(line: int, row: list[str], kinds: tuple[CellKind, ...], decimal: str, file: str) -> None:
     """Refuse a line above the first row that seems to be a row with a fault, so that none is lost."""
     found = [kind(cell, decimal) for cell in row]
     if _counts(row) or not any(cell in SURE for cell in found):
         return
     if len(row) == len(kinds):
         cells = zip(row, found, kinds, strict=True)
-        wrong = next(cell for cell, is_, what in cells if what != Kind.TEXT and is_ not in (what, Kind.MISSING))
+        wrong = next(cell for cell, is_, what in cells if what != CellKind.TEXT and is_ not in (what, CellKind.MISSING))
         way_out = f" If this line has the names, set header to {line}." if wrong[:1].isalpha() else ""
         raise InputError(f"{not_a_number(wrong, decimal)}{way_out}", file=file, line=line)
     if 2 * sum(cell in SURE for cell in found) > len(row):
@@ -266,16 +266,16 @@ _MARKS = ('"', *COMMENT)
 _READ_CSV: Any = pd.read_csv  # its annotations know neither names by range nor types by place
 
 
-class Rows:
+class TextRows:
     """Turns lines of one table into numbers; `names` of the columns are for messages."""
 
-    def __init__(self, layout: Layout, names: list[str], file: str):
+    def __init__(self, layout: TextLayout, names: list[str], file: str):
         self.layout, self.names, self.file = layout, names, file
-        self.used = [j for j, what in enumerate(layout.kinds) if what != Kind.TEXT]
+        self.used = [j for j, what in enumerate(layout.kinds) if what != CellKind.TEXT]
         self._starts = {j: self._start(j) for j in layout.moments}
         spare = list(range(layout.width - layout.spare, layout.width))
         self._dtypes = {j: str if j in self._starts else np.float64 for j in self.used + spare}
-        self._columns = self.used + spare if Kind.TEXT in layout.kinds else None  # None: all
+        self._columns = self.used + spare if CellKind.TEXT in layout.kinds else None  # None: all
 
     def read(self, raw: bytes, line: int, count: int) -> Piece:
         """Return the rows of so many whole lines, of which the first is `line` of the file. Raises InputError."""

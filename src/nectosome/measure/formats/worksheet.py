@@ -83,7 +83,7 @@ class Merged(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Place:
+class TablePlace:
     """A column of the table: where it is in the sheet [from 0], and from when its times count [s], if it has times."""
 
     index: int
@@ -92,16 +92,16 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Layout:
+class SheetLayout:
     """The table of a worksheet: where its rows begin [from 1], its columns, columns of text, and what was found."""
 
     first: int
-    places: tuple[Place, ...]
+    places: tuple[TablePlace, ...]
     texts: frozenset[int]
     found: tuple[str, ...]
 
 
-def lay_out(rows: Sequence[Row], header: int | None, merged: Sequence[Merged]) -> Layout | None:
+def lay_out(rows: Sequence[Row], header: int | None, merged: Sequence[Merged]) -> SheetLayout | None:
     """Return where the table is in a sheet that begins with these rows; None where it has no row of numbers.
 
     `header` is the row with the names [from 1; 0: there is none], None: find it.
@@ -131,7 +131,7 @@ def lay_out(rows: Sequence[Row], header: int | None, merged: Sequence[Merged]) -
             filled = [cell for cell in cells if kind(cell) in ("number", "time")]
             places.append(_place(j, column, filled))
             found += [f"{column.name}: seconds since {filled[0]}"] if places[-1].origin else []
-    return Layout(first + 1, tuple(places), frozenset(texts), tuple(found))
+    return SheetLayout(first + 1, tuple(places), frozenset(texts), tuple(found))
 
 
 def _column(j: int, name: str, unit: str, group: str) -> Column:
@@ -139,11 +139,11 @@ def _column(j: int, name: str, unit: str, group: str) -> Column:
     return replace(named, unit=bare_unit(unit)) if unit else named
 
 
-def _place(j: int, column: Column, cells: Sequence[Any]) -> Place:
+def _place(j: int, column: Column, cells: Sequence[Any]) -> TablePlace:
     if not cells or kind(cells[0]) != "time":
-        return Place(j, column)
+        return TablePlace(j, column)
     elapsed = isinstance(cells[0], timedelta)  # a duration has its own zero
-    return Place(j, replace(column, unit="s"), 0.0 if elapsed else seconds(cells[0]))
+    return TablePlace(j, replace(column, unit="s"), 0.0 if elapsed else seconds(cells[0]))
 
 
 def _first(rows: Sequence[Row], header: int | None) -> int | None:

@@ -2,26 +2,26 @@
 
 from .align import Alignment, align, align_at
 from .cycles import average_cycles, regular_starts, split_cycles
-from .events import Stroke, Window, crossings, strokes, windows_where
+from .events import StrokeWindow, Window, crossings, strokes, windows_where
 from .features import features, mean, rms, slope
 from .filters import detrend, lowpass, smooth
 from .labels import SE, processing
 from .loops import loop_area
 from .peaks import peaks
 from .period import Period, find_period
-from .repeats import average_repeats, combine, propagate
+from .repeated_runs import average_repeats, combine, propagate
 from .resample import resample
 from .runs import split, split_at_idle, split_at_resets
-from .sine import Estimate, Sine, sine
+from .sine import FittedSine, SineEstimate, sine
 from .spectra import dominant_frequency, spectrum
 
 __all__ = [
     "SE",
     "Alignment",
-    "Estimate",
+    "FittedSine",
     "Period",
-    "Sine",
-    "Stroke",
+    "SineEstimate",
+    "StrokeWindow",
     "Window",
     "align",
     "align_at",

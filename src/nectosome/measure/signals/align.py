@@ -7,10 +7,10 @@ import xarray as xr
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
-from .checks import positive, single
 from .correlation import Peak, correlations, parabola_top, part_to_fit, top_width
 from .events import crossings
 from .labels import SE, with_step
+from .requirements import positive, single
 from .resample import between, default_gap, unbroken
 
 _POINTS = 9  # of the correlation's top, at least

@@ -4,9 +4,9 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Bool, Float, Int
 
-from .checks import positive, time_of
-from .labels import CORRELATED, Signal, each, quantities, with_step
-from .repeats import average
+from .labels import CORRELATED, RecordedSignal, each, quantities, with_step
+from .repeated_runs import average
+from .requirements import positive, time_of
 from .resample import Method, between, default_gap, unbroken
 
 
@@ -69,7 +69,7 @@ def split_cycles(
                 out[i][mine] = between(time[s], x[i][s], at[mine].ravel(), method).reshape(-1, samples)
         return out[..., kept, :]
 
-    def change(name: str, signal: Signal) -> Signal:
+    def change(name: str, signal: RecordedSignal) -> RecordedSignal:
         se = None if signal.se is None else cut(signal.se, "linear")
         return signal._replace(values=cut(signal.values, method), se=se)
 

@@ -7,8 +7,8 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from .checks import positive, single, time_of
 from .labels import history, with_step
+from .requirements import positive, single, time_of
 
 
 class Window(NamedTuple):
@@ -18,7 +18,7 @@ class Window(NamedTuple):
     end: float  # [s]
 
 
-class Stroke(NamedTuple):
+class StrokeWindow(NamedTuple):
     """A motion in one direction, from a turning point to the next."""
 
     start: float  # [s]
@@ -73,7 +73,7 @@ def windows_where(condition: xr.DataArray, minimum: float = 0.0) -> list[Window]
     return [window for window in found if window.end - window.start >= minimum * (1 - 1e-9)]
 
 
-def strokes(signal: xr.DataArray, excursion: float) -> list[Stroke]:
+def strokes(signal: xr.DataArray, excursion: float) -> list[StrokeWindow]:
     """Motions in one direction of at least `excursion`, in the signal's unit, from one turning point to the next.
 
     A turning point is an extreme from which the signal then goes back by the excursion or more; smaller motions
@@ -84,7 +84,7 @@ def strokes(signal: xr.DataArray, excursion: float) -> list[Stroke]:
     positive(excursion, "excursion", str(signal.attrs.get("units", "")), "strokes")
     time, x = single(signal, "strokes")
     turns = _turning_points(x, excursion)
-    return [Stroke(float(time[a]), float(time[b]), float(x[b] - x[a])) for a, b in pairwise(turns)]
+    return [StrokeWindow(float(time[a]), float(time[b]), float(x[b] - x[a])) for a, b in pairwise(turns)]
 
 
 def _turning_points(x: Float[np.ndarray, "n"], excursion: float) -> list[int]:

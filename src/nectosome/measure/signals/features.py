@@ -6,17 +6,17 @@ from typing import Literal, get_args
 import numpy as np
 import xarray as xr
 
-from .checks import single, time_of
-from .events import Stroke
+from .events import StrokeWindow
 from .labels import SE, history, units, with_step
 from .noise import correlation_time
-from .sine import Estimate, sine
+from .requirements import single, time_of
+from .sine import SineEstimate, sine
 from .unit_text import product
 
 Feature = Literal["mean", "rms", "slope", "amplitude", "frequency", "phase"]
 
 
-def mean(signal: xr.DataArray) -> Estimate:
+def mean(signal: xr.DataArray) -> SineEstimate:
     """Mean over time: each sample counts for the time around it, equally where sampling is even.
 
     The standard error is that of as many independent samples as there are correlation times (`correlation_time`).
@@ -26,15 +26,15 @@ def mean(signal: xr.DataArray) -> Estimate:
     return _mean(time, x)
 
 
-def rms(signal: xr.DataArray) -> Estimate:
+def rms(signal: xr.DataArray) -> SineEstimate:
     """Root mean square over time, as `mean`; A / sqrt(2) of a sine over whole periods. Raises ValueError for nan."""
     time, x = single(signal, "rms")
     square = _mean(time, x**2)
     root = float(np.sqrt(square.value))
-    return Estimate(root, square.se / (2 * root) if root > 0 else 0.0)
+    return SineEstimate(root, square.se / (2 * root) if root > 0 else 0.0)
 
 
-def slope(signal: xr.DataArray) -> Estimate:
+def slope(signal: xr.DataArray) -> SineEstimate:
     """Slope of the straight line of least squares [unit/s]: the speed, of a position.
 
     The standard error takes residuals that hang together as fewer (`correlation_time`). Raises ValueError for nan and
@@ -45,11 +45,11 @@ def slope(signal: xr.DataArray) -> Estimate:
     value = float(t @ (x - x.mean()) / (t @ t))
     residuals = x - x.mean() - value * t
     variance = residuals @ residuals / (len(t) - 2) * correlation_time(residuals) / (t @ t)
-    return Estimate(value, float(np.sqrt(variance)))
+    return SineEstimate(value, float(np.sqrt(variance)))
 
 
 def features(
-    recording: xr.Dataset, window: tuple[float, float] | Stroke, names: Mapping[str, Sequence[Feature]]
+    recording: xr.Dataset, window: tuple[float, float] | StrokeWindow, names: Mapping[str, Sequence[Feature]]
 ) -> xr.Dataset:
     """Numbers of a recording between two times [s], for instance `{"force": ["mean", "amplitude"], "x": ["slope"]}`.
 
@@ -84,7 +84,7 @@ def features(
 
 def _of_each(x: xr.DataArray, wanted: Sequence[Feature]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """The features of every signal along time, as arrays over the other dimensions, with their standard errors."""
-    plain: dict[str, Callable[[xr.DataArray], Estimate]] = {"mean": mean, "rms": rms, "slope": slope}
+    plain: dict[str, Callable[[xr.DataArray], SineEstimate]] = {"mean": mean, "rms": rms, "slope": slope}
     found = {feature: (np.empty(x.shape[:-1]), np.empty(x.shape[:-1])) for feature in wanted}
     for i in np.ndindex(x.shape[:-1]):
         one = x[i]
@@ -102,11 +102,11 @@ def _unit(feature: str, unit: str | None) -> dict[str, str]:
     return {"units": product((unit, 1), ("s", -1)) if feature == "slope" else unit}
 
 
-def _mean(time: np.ndarray, x: np.ndarray) -> Estimate:
+def _mean(time: np.ndarray, x: np.ndarray) -> SineEstimate:
     steps = np.diff(time)
     weights = np.concatenate([steps[:1], (steps[1:] + steps[:-1]) / 2, steps[-1:]])
     weights = weights / weights.sum()
     value = float(weights @ x)
     residuals = x - value
     variance = residuals @ residuals / (len(x) - 1) * (weights @ weights) * correlation_time(residuals)
-    return Estimate(value, float(np.sqrt(variance)))
+    return SineEstimate(value, float(np.sqrt(variance)))

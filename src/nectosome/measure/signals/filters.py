@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Float
 from scipy.signal import butter, savgol_coeffs, savgol_filter, sosfiltfilt, zpk2sos
 
-from .checks import even_step, positive, refuse_nan, time_of
-from .labels import CORRELATED, SE, R, Signal, each, errors_independent, with_step
+from .labels import CORRELATED, SE, R, RecordedSignal, each, errors_independent, with_step
 from .noise import Weights, filtered_se
+from .requirements import even_step, positive, refuse_nan, time_of
 from .unit_text import product
 
 
@@ -82,7 +82,7 @@ def detrend(recording: R, kind: Literal["constant", "linear"] = "constant") -> R
     t = (time - time.mean()) / (time[-1] - time[0])
     q, _ = np.linalg.qr(np.vander(t, degree + 1))
 
-    def change(name: str, signal: Signal) -> Signal:
+    def change(name: str, signal: RecordedSignal) -> RecordedSignal:
         refuse_nan(signal.values, name, time, "detrend")
         return signal._replace(values=signal.values - (signal.values @ q) @ q.T)
 
@@ -120,10 +120,10 @@ def smooth(recording: R, window: float, *, order: int = 3, derivative: int = 0) 
     weights = Weights(kernel, lambda i: savgol_coeffs(samples, order, deriv=derivative, delta=step, pos=i, use="dot"))
     independent = errors_independent(recording)
 
-    def change(name: str, signal: Signal) -> Signal:
+    def change(name: str, signal: RecordedSignal) -> RecordedSignal:
         _complete(signal, name, time, "smooth")
         values = savgol_filter(signal.values, samples, order, deriv=derivative, delta=step, axis=-1, mode="interp")
-        return Signal(
+        return RecordedSignal(
             np.asarray(values),
             None if signal.se is None else filtered_se(signal.se, weights, independent),
             product((signal.units, 1), ("s", -derivative)) if signal.units and derivative else signal.units,
@@ -162,7 +162,7 @@ def lowpass(recording: R, cutoff: float, *, order: int = 2) -> R:
         )
     independent = errors_independent(recording)
 
-    def change(name: str, signal: Signal) -> Signal:
+    def change(name: str, signal: RecordedSignal) -> RecordedSignal:
         _complete(signal, name, time, "lowpass")
         se = None if signal.se is None else filtered_se(signal.se, filter.weights, independent)
         return signal._replace(values=filter(signal.values), se=se)
@@ -171,7 +171,7 @@ def lowpass(recording: R, cutoff: float, *, order: int = 2) -> R:
     return with_step(each(recording, change), "lowpass", **settings, **CORRELATED)
 
 
-def _complete(signal: Signal, name: str, time: Float[np.ndarray, "n"], function: str) -> None:
+def _complete(signal: RecordedSignal, name: str, time: Float[np.ndarray, "n"], function: str) -> None:
     refuse_nan(signal.values, name, time, function)
     if signal.se is not None:
         refuse_nan(signal.se, name + SE, time, function)

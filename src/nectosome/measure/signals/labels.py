@@ -24,7 +24,7 @@ R = TypeVar("R", xr.Dataset, xr.DataArray)
 _ALONE = "signal"
 
 
-class Signal(NamedTuple):
+class RecordedSignal(NamedTuple):
     """One quantity of a recording, time last."""
 
     values: Float[np.ndarray, "*batch n"]
@@ -67,7 +67,7 @@ def errors_independent(recording: xr.Dataset | xr.DataArray) -> bool:
 
 def each(
     recording: R,
-    change: Callable[[str, Signal], Signal],
+    change: Callable[[str, RecordedSignal], RecordedSignal],
     along: Sequence[xr.DataArray] | None = None,
 ) -> R:
     """Return the recording with every quantity changed; `along` are the coordinates that take the place of time.
@@ -99,7 +99,7 @@ def each(
     return recording.assign(new)
 
 
-def _signal(recording: xr.Dataset, name: str, values: xr.DataArray) -> Signal:
+def _signal(recording: xr.Dataset, name: str, values: xr.DataArray) -> RecordedSignal:
     for variable in (recording[name], recording.get(name + SE)):
         if variable is not None and variable.dtype.kind not in "fiu":
             raise ValueError(
@@ -109,4 +109,4 @@ def _signal(recording: xr.Dataset, name: str, values: xr.DataArray) -> Signal:
     se = recording.get(name + SE)
     if se is not None:
         se = se.broadcast_like(values).transpose(*values.dims).values.astype(float)
-    return Signal(values.values.astype(float), se, units(values))
+    return RecordedSignal(values.values.astype(float), se, units(values))

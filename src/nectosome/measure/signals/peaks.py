@@ -5,8 +5,8 @@ import xarray as xr
 from jaxtyping import Float, Int
 from scipy.signal import find_peaks
 
-from .checks import even_step, positive, single
 from .labels import history, units, with_step
+from .requirements import even_step, positive, single
 
 
 def peaks(signal: xr.DataArray, prominence: float, *, distance: float = 0.0) -> xr.Dataset:

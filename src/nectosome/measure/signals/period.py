@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from .checks import even_step, single
 from .correlation import Peak, correlations, parabola_top, part_to_fit, top_width
+from .requirements import even_step, single
 
 _AGAIN = 0.9  # of the highest autocorrelation: the first peak above it is one period, later ones are its multiples
 _LEAST = 0.5  # autocorrelation of what counts as periodic

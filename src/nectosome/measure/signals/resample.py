@@ -7,10 +7,10 @@ import xarray as xr
 from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
 
-from .checks import is_even, mean_step, positive, time_of
 from .filters import ZeroPhase
-from .labels import CORRELATED, R, Signal, each, errors_independent, with_step
+from .labels import CORRELATED, R, RecordedSignal, each, errors_independent, with_step
 from .noise import filtered_se
+from .requirements import is_even, mean_step, positive, time_of
 
 Method = Literal["linear", "cubic"]
 _GAP = 5  # median time steps: what is further apart is a gap where nothing else is said
@@ -48,7 +48,7 @@ def resample(
     cutoff = _BAND * new_rate if new_rate * np.median(np.diff(old)) < 1 / 1.1 else None
     independent = errors_independent(recording)
 
-    def change(name: str, signal: Signal) -> Signal:
+    def change(name: str, signal: RecordedSignal) -> RecordedSignal:
         shape = (*signal.values.shape[:-1], len(new))
         values = np.full(shape, np.nan)
         se = None if signal.se is None else np.full(shape, np.nan)

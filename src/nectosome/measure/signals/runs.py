@@ -6,11 +6,11 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
-from .events import Stroke, Window, windows_where
+from .events import StrokeWindow, Window, windows_where
 from .labels import with_step
 
 
-def split(recording: xr.Dataset, windows: Sequence[Window | Stroke]) -> list[xr.Dataset]:
+def split(recording: xr.Dataset, windows: Sequence[Window | StrokeWindow]) -> list[xr.Dataset]:
     """Part of the recording in each window, both ends included. Raises ValueError for a window without a sample."""
     parts = []
     for i, window in enumerate(windows):

@@ -7,28 +7,28 @@ import xarray as xr
 from jaxtyping import Float
 from scipy.optimize import least_squares
 
-from .checks import is_even, single
 from .noise import correlation_time
+from .requirements import is_even, single
 from .spectra import highest_frequency
 
 
-class Estimate(NamedTuple):
+class SineEstimate(NamedTuple):
     """A number and its standard error."""
 
     value: float
     se: float
 
 
-class Sine(NamedTuple):
+class FittedSine(NamedTuple):
     """offset + amplitude sin(2 pi frequency t + phase)."""
 
-    amplitude: Estimate  # above 0, in the signal's unit
-    frequency: Estimate  # [Hz]
-    phase: Estimate  # [rad] in (-pi, pi], at time 0
-    offset: Estimate  # in the signal's unit
+    amplitude: SineEstimate  # above 0, in the signal's unit
+    frequency: SineEstimate  # [Hz]
+    phase: SineEstimate  # [rad] in (-pi, pi], at time 0
+    offset: SineEstimate  # in the signal's unit
 
 
-def sine(signal: xr.DataArray) -> Sine:
+def sine(signal: xr.DataArray) -> FittedSine:
     """Fit offset + amplitude sin(2 pi frequency t + phase) by least squares; the dominant sine where there are several.
 
     The covariance is s^2 (J^T J)^-1, s^2 = RSS / (n - 4): for white noise that of the Cramer-Rao bound, var(2 pi f h)
@@ -79,11 +79,11 @@ def sine(signal: xr.DataArray) -> Sine:
     se = np.sqrt(np.einsum("ij,jk,ik->i", gradients, covariance, gradients))
     phase = np.arctan2(a, b) - 2 * np.pi * frequency_found * middle
     phase = np.pi - (np.pi - phase) % (2 * np.pi)
-    return Sine(
-        Estimate(size * scale, float(se[0]) * scale),
-        Estimate(float(frequency_found), float(se[1])),
-        Estimate(float(phase), float(se[2])),
-        Estimate(float(offset) * scale, float(se[3]) * scale),
+    return FittedSine(
+        SineEstimate(size * scale, float(se[0]) * scale),
+        SineEstimate(float(frequency_found), float(se[1])),
+        SineEstimate(float(phase), float(se[2])),
+        SineEstimate(float(offset) * scale, float(se[3]) * scale),
     )
 
 

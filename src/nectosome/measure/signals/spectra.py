@@ -7,8 +7,8 @@ import xarray as xr
 from jaxtyping import Float
 from scipy.signal import get_window, welch
 
-from .checks import even_step, positive, refuse_nan, single, time_of
-from .labels import R, Signal, each, with_step
+from .labels import R, RecordedSignal, each, with_step
+from .requirements import even_step, positive, refuse_nan, single, time_of
 from .unit_text import product
 
 _WINDOW = "hann"
@@ -49,14 +49,14 @@ def spectrum(recording: R, segment: float | None = None, *, scaling: Literal["de
     if samples % 2 == 0:
         doubled[-1] = 1.0
 
-    def change(name: str, signal: Signal) -> Signal:
+    def change(name: str, signal: RecordedSignal) -> RecordedSignal:
         refuse_nan(signal.values, name, time, "spectrum")
         kind = "density" if scaling == "density" else "spectrum"
         power = welch(signal.values, 1 / step, _WINDOW, samples, samples // 2, scaling=kind, axis=-1)[1]
         if scaling == "amplitude":
-            return Signal(np.sqrt(doubled * power), None, signal.units)
+            return RecordedSignal(np.sqrt(doubled * power), None, signal.units)
         unit = None if signal.units is None else product((signal.units, 2), ("Hz", -1))
-        return Signal(power, power * relative * np.sqrt(2 / doubled), unit)
+        return RecordedSignal(power, power * relative * np.sqrt(2 / doubled), unit)
 
     axis = xr.DataArray(frequency, dims="frequency", name="frequency", attrs={"units": "Hz"})
     settings = {"segment": samples * step, "window": _WINDOW, "scaling": scaling}

@@ -14,7 +14,7 @@ from ..study import Progress, Study, printed, score
 from ..undulation import Swims, swims
 from . import figures
 from .midline import waves
-from .table import VISCOSITY, Table, table, wavelengths
+from .swim_table import VISCOSITY, SwimTable, table, wavelengths
 
 NAME = "catshark"
 TITLE = "Catsharks"
@@ -72,7 +72,7 @@ def run(quick: bool, progress: Progress) -> Study:
 
 
 def swum(
-    measured: Table,
+    measured: SwimTable,
     wavelength: Float[np.ndarray, "n"],
     power: int = 2,
     more_friction: float = 1.0,
@@ -85,7 +85,7 @@ def swum(
     return swims(robot, made, measured.length**2 / VISCOSITY, more_friction)
 
 
-def _dataset(measured: Table, read: dict[str, Float[np.ndarray, "n"]], found: dict[str, Swims]) -> xr.Dataset:
+def _dataset(measured: SwimTable, read: dict[str, Float[np.ndarray, "n"]], found: dict[str, Swims]) -> xr.Dataset:
     """Measured (swim) and computed (reading, swim) numbers, in body lengths and seconds."""
     unit = {"speed": "1/s", "strouhal": "", "head": "", "tail": "", "wavelength": "", "frequency": "Hz"}
     ours = {

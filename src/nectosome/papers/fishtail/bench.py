@@ -10,10 +10,10 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.controllers import (
+    ActuatorLimits,
+    BlockLoop,
     Controller,
     HystereticModel,
-    Loop,
-    Reach,
     Track,
     check_reachable,
     hysteretic,
@@ -24,7 +24,7 @@ from nectosome.drives import Sensor
 from nectosome.identification.fits.errors import range_errors
 from nectosome.identification.hysteresis.files import saved_model
 from nectosome.measure import read
-from nectosome.rigs import Experiment, Limits, Rig, Run, SimulatedRig, rehearse
+from nectosome.rigs import Experiment, Limits, Rig, RigRun, SimulatedRig, rehearse
 from nectosome.units import InputError
 
 from .comparison import DT, Gains, Learner, actuator, controllers, kept
@@ -39,13 +39,13 @@ LIMITS = Limits(-LARGEST, LARGEST, LIMIT, -25 * MM, 25 * MM, 5 * MM)  # range of
 _LITTLE, _MUCH = 0.1, 0.5  # of the range of commands, at which the loop must not swing by itself
 
 
-class Outcome(NamedTuple):
+class BenchRun(NamedTuple):
     """A run, and its errors [percent of the reference's range]: of what was measured, and on a model of what was.
 
     None where there is nothing to compare.
     """
 
-    run: Run
+    run: RigRun
     measured: tuple[float, float] | None
     true: tuple[float, float] | None
 
@@ -55,9 +55,9 @@ class Bench:
     """A model, which controllers know and rehearsals are made on, and limits of the rig."""
 
     known: HystereticModel
-    loop: Loop
+    loop: BlockLoop
     ways: dict[str, Controller | Learner]
-    reach: Reach
+    reach: ActuatorLimits
     limits: Limits
     rig: Rig | None  # a simulated one where there is none
 
@@ -80,8 +80,8 @@ class Bench:
             rows = jnp.asarray([gains], dtype=float)
             chosen |= {name: Gains(rows, chosen[name].filtering) for name in ("printed", "ff-pid")}
         sensor = Sensor(*(jnp.asarray(x) for x in (NOISE, LIMITS.least, LIMITS.most)))
-        within = Reach(*(jnp.asarray(x) for x in (limits.low, limits.high, limits.slew)))
-        loop = Loop(actuator(*parts), sensor, DT)
+        within = ActuatorLimits(*(jnp.asarray(x) for x in (limits.low, limits.high, limits.slew)))
+        loop = BlockLoop(actuator(*parts), sensor, DT)
         return cls(known, loop, controllers(chosen, known, within), within, limits, rig)
 
     def check(self, controller: str, reference: Float[np.ndarray, "n"]) -> None:
@@ -107,7 +107,7 @@ class Bench:
         logs: Sequence[Path],
         real_time: bool = False,
         progress: Callable[[int, float], None] | None = None,
-    ) -> Iterator[Outcome]:
+    ) -> Iterator[BenchRun]:
         """As many experiments as there are logs, one after the other; what learns does so from each for the next."""
         way = self.ways[controller]
         law = way if isinstance(way, Controller) else way.first
@@ -138,11 +138,11 @@ def recorded_reference(path: Path, dt: float) -> Float[np.ndarray, "n"]:
     return np.interp(np.arange(time[0], time[-1] + 1e-9, dt), time, wanted)
 
 
-def _outcome(run: Run, rig: Rig, reference: Float[np.ndarray, "n"]) -> Outcome:
+def _outcome(run: RigRun, rig: Rig, reference: Float[np.ndarray, "n"]) -> BenchRun:
     measured = run.data["measured"].values
     wanted, known = reference[: len(measured)], np.isfinite(measured)
     if not known.any() or np.ptp(wanted[known]) == 0:
-        return Outcome(run, None, None)
+        return BenchRun(run, None, None)
     truths = np.array(rig.truths[: len(measured)]) if isinstance(rig, SimulatedRig) else None
     true = None if truths is None else range_errors(truths, wanted)
-    return Outcome(run, range_errors(measured[known], wanted[known]), true)
+    return BenchRun(run, range_errors(measured[known], wanted[known]), true)

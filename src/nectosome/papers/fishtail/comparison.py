@@ -13,18 +13,18 @@ from jaxtyping import Array, Float
 
 from nectosome.controllers import (
     PID,
+    ActuatorLimits,
+    BlockLoop,
     Controller,
     Feedforward,
+    GainSchedule,
     HystereticModel,
     Learned,
-    Loop,
     Predictive,
-    Reach,
-    Scheduled,
     hysteretic,
     learned,
+    perturbed,
     pid_of,
-    scattered,
     triangle,
     tune,
     varying,
@@ -39,7 +39,7 @@ DT = 5e-3  # s, between samples; a command acts one sample after its measurement
 GAIN = BAR / MM
 NAMES = "pid", "scheduled", "ff-pid", "ilc", "mpc"
 VARIABLE = varying((4 * MM, 6 * MM, 8 * MM, 10 * MM, 12 * MM), (0.1, 0.2, 0.3, 0.4, 0.5), DT)  # Fig. 10
-REACH = Reach(*(jnp.asarray(x) for x in (-LARGEST, LARGEST, LIMIT)))  # what the valve can follow
+REACH = ActuatorLimits(*(jnp.asarray(x) for x in (-LARGEST, LARGEST, LIMIT)))  # what the valve can follow
 
 _SPREAD = 0.05  # every number of a plant is drawn from within 5 % of the model's
 _WIDTH = 0.08  # s, over which references are smoothed for feedforward
@@ -69,7 +69,7 @@ class Gains(NamedTuple):
     filtering: Float[Array, ""]
     frequencies: Float[Array, "m"] | None = None
 
-    def pid(self, reach: Reach, share: float = 1.0) -> PID:
+    def pid(self, reach: ActuatorLimits, share: float = 1.0) -> PID:
         """With the first row, or a share of it."""
         return pid_of(share * self.rows[0] * GAIN, self.filtering, reach)
 
@@ -101,7 +101,7 @@ def tuned() -> dict[str, Gains]:
 
 
 def controllers(
-    gains: dict[str, Gains], known: HystereticModel, reach: Reach = REACH
+    gains: dict[str, Gains], known: HystereticModel, reach: ActuatorLimits = REACH
 ) -> dict[str, Controller | Learner]:
     """All that are compared; learning begins with the feedforward of a model, and milder gains."""
     return {
@@ -124,27 +124,27 @@ def actuator(tail: PrandtlIshlinskii | None = None, after: TransferFunction | No
     return Chain((DeadTime(jnp.asarray(DT), 12), *limits, tail or hysteresis(), after or dynamics()))
 
 
-def plants(count: int, seed: int = 0) -> Loop:
+def plants(count: int, seed: int = 0) -> BlockLoop:
     """Loops whose valve and tail are drawn at random, each with noise of its own."""
     late, within, *rest = actuator().blocks
     still = jax.tree.map(lambda x: jnp.broadcast_to(x, (count, *x.shape)), (late, within))
     one = jnp.ones(count)
     noise = Sensor(NOISE * one, -one, one, seed + jnp.arange(count))
-    drawn = (scattered(block, _SPREAD, count, 100 * seed + k) for k, block in enumerate(rest))
-    return Loop(Chain((*still, *drawn)), noise, DT)
+    drawn = (perturbed(block, _SPREAD, count, 100 * seed + k) for k, block in enumerate(rest))
+    return BlockLoop(Chain((*still, *drawn)), noise, DT)
 
 
 def _gains(x: Float[Array, "p"]) -> Gains:
     return Gains(x[:-1].reshape(-1, 3), x[-1])
 
 
-def _scheduled(gains: Gains, reach: Reach) -> Scheduled:
+def _scheduled(gains: Gains, reach: ActuatorLimits) -> GainSchedule:
     if gains.frequencies is None:
         raise ValueError("a schedule needs frequencies.")
-    return Scheduled(gains.frequencies, gains.rows * GAIN, gains.filtering, reach)
+    return GainSchedule(gains.frequencies, gains.rows * GAIN, gains.filtering, reach)
 
 
-def _tuned(make: Callable[[Float[Array, "p"]], Controller], sets: int, lanes: Loop) -> Float[Array, "p"]:
+def _tuned(make: Callable[[Float[Array, "p"]], Controller], sets: int, lanes: BlockLoop) -> Float[Array, "p"]:
     """The numbers for which some plants err least, along two references."""
     *gains, last = _RANGES
     names = [f"{name}{k}" for k in range(sets) for name in gains] + [last]
@@ -156,7 +156,7 @@ def _tuned(make: Callable[[Float[Array, "p"]], Controller], sets: int, lanes: Lo
     return jnp.asarray(found.values)
 
 
-def _harder(lanes: Loop) -> Loop:
+def _harder(lanes: BlockLoop) -> BlockLoop:
     """Half of the plants answer more, and later, than they should: what suits these too has margins."""
     late, strong = _late_and_strong(lanes)
     half = jnp.arange(late.shape[0]) % 2

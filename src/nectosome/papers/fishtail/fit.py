@@ -8,7 +8,7 @@ from nectosome.identification.fits.errors import range_errors
 from nectosome.identification.hysteresis.files import hysteresis_data
 from nectosome.identification.hysteresis.fit import HysteresisModel, Identified, PressureTrial, identify_hysteresis
 
-from ..study import Part, Progress
+from ..study import Progress, StudyPart
 from .plant import BAR, LARGEST, MM, plant
 from .recordings import HELD_OUT, TRAIN, recorded
 
@@ -19,7 +19,7 @@ _SAMPLES = 2000  # of a period, for areas of loops
 _SPAN = (0.05, 0.95)  # of the ranges, on their scales, from which starts are drawn
 
 
-def part(quick: bool, progress: Progress) -> Part:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """Fits to six recordings as the paper makes them, with the valve's limit ignored, and fitted; two held out."""
     progress("recordings", 0.0)
     train = [recorded(f) for f in TRAIN]
@@ -41,7 +41,7 @@ def part(quick: bool, progress: Progress) -> Part:
             rms, largest = _errors(found, trials)
             row = f"fishtail/identify/{way}{name}"
             numbers |= {f"{row}/e_rmsp": rms, f"{row}/e_mp": largest}
-    return Part(
+    return StudyPart(
         numbers,
         {
             "fishtail_train": _series(train, ignored, fitted),

@@ -3,7 +3,9 @@
 import time
 
 from ..study import Progress, Study, gathered, printed, scored
-from . import figures_fit, figures_tracking, fit, tracking
+from . import control_study as tracking
+from . import figures_control as figures_tracking
+from . import figures_fit, fit
 
 NAME = "fishtail"
 TITLE = "Pneumatic fishtail"

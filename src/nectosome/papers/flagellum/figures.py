@@ -14,7 +14,7 @@ from nectosome.view.style import (
     CYCLE,
     GREY,
     VERMILLION,
-    End,
+    LineEnd,
     Panel,
     dress,
     label_ends,
@@ -123,7 +123,7 @@ def designs_panel(runs: Runs) -> Panel:
             )
             text += f" (printed {printed:.3f})"
             errors.append(100 * abs(steady / printed - 1))
-        ends.append(End(steady, text, CYCLE[i]))
+        ends.append(LineEnd(steady, text, CYCLE[i]))
         seen += [*speed[late], printed]
     fig.update_xaxes(title="time (s)")
     fig.update_yaxes(title="swimming speed (m/s)", col=1)

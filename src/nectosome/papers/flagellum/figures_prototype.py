@@ -12,7 +12,7 @@ from nectosome.view.style import (
     GREY,
     ORANGE,
     VERMILLION,
-    End,
+    LineEnd,
     Panel,
     dress,
     label_ends,
@@ -53,7 +53,7 @@ def composite_panel(composite: "xr.Dataset") -> Panel:
         if np.isfinite(value):
             style = {"mode": "lines", "line": {"color": BLACK, "dash": dash, "width": 1.4}, "hoverinfo": "skip"}
             fig.add_scatter(x=beta[[0, -1]], y=[value] * 2, name=text, showlegend=False, **style)
-            ends.append(End(np.log10(value), f"{text}, {value:.3g} MPa", BLACK))
+            ends.append(LineEnd(np.log10(value), f"{text}, {value:.3g} MPa", BLACK))
     if "printed_beta" in composite.attrs:
         x, line = composite.attrs["printed_beta"], {"color": GREY, "width": 1.6, "dash": "dashdot"}
         edges = [10**low, 10**high]

@@ -22,7 +22,7 @@ Tell = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
-class Search:
+class DesignSearch:
     """Results by (solver, seed), and the wall time of each [s]."""
 
     task: MotionDesign
@@ -47,7 +47,7 @@ def best_of(start: Start) -> Evaluation:
     return start.best
 
 
-def search(task: MotionDesign, starts: int, seeds: tuple[int, ...], tell: Tell, executor: Executor) -> Search:
+def search(task: MotionDesign, starts: int, seeds: tuple[int, ...], tell: Tell, executor: Executor) -> DesignSearch:
     """Run every solver from as many starts with each seed."""
     results, seconds = {}, {}
     rounds = [(name, seed) for name in SOLVERS for seed in seeds]
@@ -65,10 +65,10 @@ def search(task: MotionDesign, starts: int, seeds: tuple[int, ...], tell: Tell, 
     tell("within the motor's line", len(rounds) / (len(rounds) + 1))
     limited = replace(task, constraints=(MOTOR,))
     motor = multistart(limited, Gradient(), max(2, starts // 3), seeds[0], executor=executor)
-    return Search(task, results, seconds, motor)
+    return DesignSearch(task, results, seconds, motor)
 
 
-def starts_table(search: Search, printed: dict[str, float]) -> xr.Dataset:
+def starts_table(search: DesignSearch, printed: dict[str, float]) -> xr.Dataset:
     """Best of every start."""
     solvers = list(dict.fromkeys(name for name, _ in search.results))
     seeds = list(dict.fromkeys(seed for _, seed in search.results))
@@ -94,7 +94,7 @@ def starts_table(search: Search, printed: dict[str, float]) -> xr.Dataset:
     )
 
 
-def history(search: Search, printed_speed: float) -> xr.Dataset:
+def history(search: DesignSearch, printed_speed: float) -> xr.Dataset:
     """Best so far after each iteration of each solver's best start."""
     chosen = {name: search.start(name) for name in SOLVERS}
     most = max(len(start.marks) for start in chosen.values()) + 1
@@ -114,7 +114,7 @@ def history(search: Search, printed_speed: float) -> xr.Dataset:
     )
 
 
-def best_designs(search: Search, table2: list[tuple[RobotDescription, float, float]]) -> xr.Dataset:
+def best_designs(search: DesignSearch, table2: list[tuple[RobotDescription, float, float]]) -> xr.Dataset:
     """Our five best designs beside those of Table II, given with speed and torque; who passes the motor's line."""
     task, rows = search.task, []
     starts = [s for r in search.results.values() for s in r.best(5)]

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from nectosome.description import RobotDescription, get_value, with_values
 
-from .swims import Swim, Swimmer
+from .steady_swims import Swim, Swimmer
 
 STALL, NO_LOAD = 0.89, 22.0  # N m, rad/s
 _DRAG = "body.loads.hull_drag.drag_area.0"

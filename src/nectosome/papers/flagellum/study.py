@@ -19,7 +19,7 @@ from ..study import Kind, Progress, Study, printed, score
 from . import figures, figures_design, optimum
 from .pool import on_motor_line, pool_swims
 from .reaction import lateral_share, reaction_over_a_turn
-from .swims import Swimmer, design_task
+from .steady_swims import Swimmer, design_task
 from .weights_test import Stiffness, stiffness_test
 
 if TYPE_CHECKING:
@@ -131,12 +131,12 @@ def _of_order(description: RobotDescription, order: int) -> RobotDescription:
     return apply_settings(description, [strains])
 
 
-def _search(base: RobotDescription, quick: bool, tell: Progress, executor: Executor) -> optimum.Search:
+def _search(base: RobotDescription, quick: bool, tell: Progress, executor: Executor) -> optimum.DesignSearch:
     starts, seeds = (4, (1,)) if quick else (_STARTS, _SEEDS)
     return optimum.search(design_task(base), starts, seeds, tell, executor)
 
 
-def _optimum_jobs(found: optimum.Search) -> dict[str, _Job]:
+def _optimum_jobs(found: optimum.DesignSearch) -> dict[str, _Job]:
     """Runs from rest of the best design, and of what one pattern search had after 1, 5 and 20 iterations (Fig. 4)."""
     jobs = {"optimum": ("our optimum", found.task.robot_at(optimum.best_of(found.start("gradient")).u), _SETTLE)}
     start = found.start("pattern", 1)
@@ -147,7 +147,7 @@ def _optimum_jobs(found: optimum.Search) -> dict[str, _Job]:
     return jobs
 
 
-def _optimum_numbers(found: optimum.Search) -> dict[str, float]:
+def _optimum_numbers(found: optimum.DesignSearch) -> dict[str, float]:
     """Worst over the seeds of each solver's best speed, and means of what it took."""
     out: dict[str, float] = {}
     seeds = list(dict.fromkeys(seed for _, seed in found.results))
@@ -171,7 +171,7 @@ def _optimum_numbers(found: optimum.Search) -> dict[str, float]:
     }
 
 
-def _finer(found: optimum.Search) -> RobotDescription:
+def _finer(found: optimum.DesignSearch) -> RobotDescription:
     """Best design with strain order 6 and doubled quadrature."""
     best = found.task.robot_at(optimum.best_of(found.start("gradient")).u)
     return apply_settings(_of_order(best, 6), ["limbs.filament.points=20"])
@@ -183,7 +183,7 @@ def _speed_and_torque(description: RobotDescription) -> tuple[float, float]:
 
 
 def _search_data(
-    found: optimum.Search, runs: "dict[str, xr.Dataset]", book: dict[str, Any], quick: bool
+    found: optimum.DesignSearch, runs: "dict[str, xr.Dataset]", book: dict[str, Any], quick: bool
 ) -> "dict[str, xr.Dataset]":
     """What the report draws of the searches."""
     task, best = found.task, found.best()

@@ -13,9 +13,9 @@ from scipy.special import stdtrit
 
 from nectosome.core import Status
 from nectosome.description import RobotDescription, apply_settings, parse_robot
-from nectosome.mechanism import Robot, Rod
+from nectosome.mechanism import Robot, SoftRod
 from nectosome.model import bind
-from nectosome.solve import static
+from nectosome.solve import load_stepping
 
 TRUTH = 7.9e6  # Pa: what the paper found
 _NOISE = 1e-3  # m, of a marker read off a photograph
@@ -73,11 +73,11 @@ def _markers(description: RobotDescription):
     @jax.jit
     def positions(theta: Float[Array, "4"]) -> tuple[Array, Array]:
         robot: Robot = from_theta(theta)
-        solution = static(robot)
+        solution = load_stepping(robot)
         q, *_ = robot.tree.complete(jnp.zeros(()), solution.value.q, solution.value.v)
         rod = robot.tree.part("filament")
         body, first = robot.tree.parts[rod].body, robot.tree.layout[rod].stations.start
-        if not isinstance(body, Rod):
+        if not isinstance(body, SoftRod):
             raise TypeError("static test: the filament is no rod")
         at = [first + int(np.flatnonzero(np.equal(body.nodes, mark))[-1]) for mark in _MARKERS]
         return robot.tree.shape(q).position[np.array(at)][:, np.array([0, 2])], solution.status

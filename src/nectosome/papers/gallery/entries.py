@@ -18,7 +18,7 @@ _COARSE = tuple(
 
 
 @dataclass(frozen=True)
-class Entry:
+class GalleryEntry:
     """A robot of the gallery: what it is, what drives it, and how long it swims.
 
     `name` is that of its rows, pictures and runs; `make` describes the robot; `command` is what a reader may type;
@@ -59,7 +59,7 @@ def _poseidrone() -> RobotDescription:
 
 
 ENTRIES = (
-    Entry(
+    GalleryEntry(
         "flagellum",
         "Flagellum",
         "A canister with one soft flagellum, free in all six directions. The flagellum sits off the axis, so that the "
@@ -71,7 +71,7 @@ ENTRIES = (
         (-60.0, 20.0),
         tuple(f"flagellum/table2/row{k}/speed" for k in range(1, 6)),
     ),
-    Entry(
+    GalleryEntry(
         "flagella4",
         "Four flagella",
         "Four soft flagella around the end of one canister, free in all six directions. Every other one turns the "
@@ -82,7 +82,7 @@ ENTRIES = (
         10,
         (-60.0, 20.0),
     ),
-    Entry(
+    GalleryEntry(
         "beetle",
         "Beetle",
         "A hull with four rowing paddles, free in the horizontal plane, after Hu et al. 2024. Each paddle has three "
@@ -93,7 +93,7 @@ ENTRIES = (
         8,
         (-110.0, 50.0),
     ),
-    Entry(
+    GalleryEntry(
         "eel",
         "Eel",
         "A soft rod from head to tail, free in the horizontal plane. The thrust is what its tail sheds into the wake.",
@@ -103,7 +103,7 @@ ENTRIES = (
         12,
         (-110.0, 50.0),
     ),
-    Entry(
+    GalleryEntry(
         "catshark",
         "Catshark",
         "A small-spotted catshark as it swam for F. Berio and others, a rod that is free in the horizontal plane. Its "
@@ -115,7 +115,7 @@ ENTRIES = (
         (-110.0, 50.0),
         tuple(f"catshark/speed/{v}" for v in ("0.5", "0.75", "1", "1.25", "1.5", "1.75", "2", "3", "4", "5", "6")),
     ),
-    Entry(
+    GalleryEntry(
         "kern_eel",
         "Eel of the Navier-Stokes equations",
         "The eel of 1 m that Kern and Koumoutsakos 2006 let swim in a computed flow, free in the plane, in a "
@@ -127,7 +127,7 @@ ENTRIES = (
         (-30.0, 50.0),
         ("eel/burst/speed", "eel/efficient/speed", "eel/burst/gain"),
     ),
-    Entry(
+    GalleryEntry(
         "fish",
         "Fish with a pneumatic tail",
         "A stiff head and a silicone tail, free in the horizontal plane. The tail has the length, height, gain, "
@@ -140,7 +140,7 @@ ENTRIES = (
         40,
         (-110.0, 50.0),
     ),
-    Entry(
+    GalleryEntry(
         "poseidrone",
         "PoseiDRONE",
         "A body on a line that a pulsed jet pushes, with mass, added mass and drag as Giorgio-Serchi et al. 2017 "
@@ -152,7 +152,7 @@ ENTRIES = (
         80,
         (-60.0, 20.0),
     ),
-    Entry(
+    GalleryEntry(
         "jelly",
         "Jellyfish",
         "A bell with four soft tentacles in tow, free in all six directions. It swims up; its mass sits low and keeps "
@@ -163,7 +163,7 @@ ENTRIES = (
         9,
         (-60.0, 15.0),
     ),
-    Entry(
+    GalleryEntry(
         "turtle",
         "Turtle",
         "A hull with four soft flippers, free in all six directions. Each flipper sits behind a hinge along its "
@@ -175,7 +175,7 @@ ENTRIES = (
         11,
         (-125.0, 30.0),
     ),
-    Entry(
+    GalleryEntry(
         "krill",
         "Krill",
         "Five pairs of legs under an abdomen, free in all six directions. The outer half of each leg hangs on a "
@@ -187,7 +187,7 @@ ENTRIES = (
         10,
         (-82.0, 6.0),
     ),
-    Entry(
+    GalleryEntry(
         "octopus",
         "Octopus",
         "Eight soft arms behind a mantle, free in all six directions. It swims mantle first.",

@@ -10,18 +10,18 @@ import numpy as np
 import xarray as xr
 
 from nectosome.measure import Sheet, read
-from nectosome.measure.sheet import Entry, Time
+from nectosome.measure.sheet import SheetEntry, Time
 
 _SHEET = Sheet(
     about="steady swimming of small-spotted catsharks",
     time=Time(absent=True),
     columns={
-        "speed_class": Entry("speedBL", unit="1/s", about="speed of the flume in body lengths"),
-        "length": Entry("TL", unit="cm", about="total length"),
-        "frequency": Entry("TBF", unit="Hz", about="tail beat frequency"),
-        "amplitude": Entry("tailAmplitude", unit="", about="tail amplitude in body lengths"),
-        "speed": Entry("U", unit="m/s", about="swimming speed"),
-        "strouhal": Entry("St", unit="", about="Strouhal number as given"),
+        "speed_class": SheetEntry("speedBL", unit="1/s", about="speed of the flume in body lengths"),
+        "length": SheetEntry("TL", unit="cm", about="total length"),
+        "frequency": SheetEntry("TBF", unit="Hz", about="tail beat frequency"),
+        "amplitude": SheetEntry("tailAmplitude", unit="", about="tail amplitude in body lengths"),
+        "speed": SheetEntry("U", unit="m/s", about="swimming speed"),
+        "strouhal": SheetEntry("St", unit="", about="Strouhal number as given"),
     },
 )
 

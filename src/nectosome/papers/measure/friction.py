@@ -13,7 +13,7 @@ from scipy.special import stdtrit
 
 from nectosome.core import Block
 from nectosome.drives import Chain, Curve, Dahl, Gain, Parallel, Polynomial, respond
-from nectosome.identification.fits.blocks import Response, output_misfit
+from nectosome.identification.fits.block_response import Response, output_misfit
 from nectosome.identification.fits.errors import range_errors
 from nectosome.identification.fits.misfit import Misfit
 from nectosome.units.ranges import Ranges
@@ -31,7 +31,7 @@ MODELS = {  # where a fit begins, and what stays as it is there
 }
 
 
-class Run(NamedTuple):
+class FrictionRun(NamedTuple):
     """A way out and back, and some of the way before."""
 
     drawn: Float[np.ndarray, "n 2"]  # distance [m] and pressure [Pa]
@@ -63,7 +63,7 @@ def friction(theta: Float[Array, "5"]) -> Block:
     return Parallel((Chain((Gain(jnp.ones(2)), rubbing)), Gain(theta[4])))
 
 
-def runs_of(test: FrictionTest) -> list[Run]:
+def runs_of(test: FrictionTest) -> list[FrictionRun]:
     """Runs at as many samples each; of one that has a gap near its start what comes after it counts."""
     time = test.recording["time"].values
     distance = median_filter(test.recording["distance"].values, _SPIKES, mode="nearest")
@@ -76,11 +76,11 @@ def runs_of(test: FrictionTest) -> list[Run]:
         at = np.concatenate(parts)
         x, p, F = (np.interp(at, time, signal) for signal in signals)
         begin = int(np.searchsorted(at, after_gap)) if way.start < after_gap < way.end else 0
-        out.append(Run(np.stack([x, p], axis=1), F, max(begin, _SAMPLES[0])))
+        out.append(FrictionRun(np.stack([x, p], axis=1), F, max(begin, _SAMPLES[0])))
     return out
 
 
-def compare(runs: Sequence[Run]) -> Comparison:
+def compare(runs: Sequence[FrictionRun]) -> Comparison:
     """Fit the models to every other run from the first on, and predict those between."""
     train, held_out = runs[::2], runs[1::2]
     misfit = output_misfit(
@@ -97,12 +97,12 @@ def compare(runs: Sequence[Run]) -> Comparison:
     return Comparison(fits, range_errors(straight, measured)[0], range_errors(mean, measured)[0])
 
 
-def predicted(theta: Float[np.ndarray, "5"], run: Run) -> Float[np.ndarray, "n"]:
+def predicted(theta: Float[np.ndarray, "5"], run: FrictionRun) -> Float[np.ndarray, "n"]:
     """Pull from where a run counts [N]."""
     return np.asarray(respond(friction(jnp.asarray(theta)), run.drawn, 1.0))[run.begin :]
 
 
-def to_dataset(runs: Sequence[Run], found: Comparison) -> xr.Dataset:
+def to_dataset(runs: Sequence[FrictionRun], found: Comparison) -> xr.Dataset:
     """A run held out with its predictions, along `sample`, and numbers by `model` and `parameter`."""
     run = runs[5]
     models = list(found.fits.values())
@@ -121,7 +121,7 @@ def to_dataset(runs: Sequence[Run], found: Comparison) -> xr.Dataset:
     )
 
 
-def _fitted(misfit: Misfit, name: str, train: Sequence[Run], held_out: Sequence[Run]) -> Fitted:
+def _fitted(misfit: Misfit, name: str, train: Sequence[FrictionRun], held_out: Sequence[FrictionRun]) -> Fitted:
     """The joint fit; half intervals of a mean by Student's t from fits to each run alone."""
     start, fixed = MODELS[name]
     theta = misfit.fit(start, fixed).theta
@@ -135,7 +135,7 @@ def _fitted(misfit: Misfit, name: str, train: Sequence[Run], held_out: Sequence[
     return Fitted(theta, half, _error(theta, train), _error(theta, held_out), correlation)
 
 
-def _error(theta: Float[np.ndarray, "5"], runs: Sequence[Run]) -> float:
+def _error(theta: Float[np.ndarray, "5"], runs: Sequence[FrictionRun]) -> float:
     return range_errors(np.concatenate([predicted(theta, run) for run in runs]), _counted(runs))[0]
 
 
@@ -146,5 +146,5 @@ def _only(misfit: Misfit, part: slice) -> Misfit:
     return Misfit(lambda rows: misfit.residuals(rows)[:, part], misfit.ranges, lambda theta: slopes(theta)[part])
 
 
-def _counted(runs: Sequence[Run]) -> Float[np.ndarray, "n"]:
+def _counted(runs: Sequence[FrictionRun]) -> Float[np.ndarray, "n"]:
     return np.concatenate([run.force[run.begin :] for run in runs])

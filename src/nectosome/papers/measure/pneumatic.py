@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from nectosome.measure import calibrate, read
-from nectosome.measure.signals import Stroke, split, strokes
+from nectosome.measure.signals import StrokeWindow, split, strokes
 
 _EXCURSION = 10e-3  # m, between turning points
 _PLACES = np.linspace(5e-3, 30e-3, 26)  # m, at which ways out and back are compared; turns lie outside
@@ -23,7 +23,7 @@ class FrictionTest(NamedTuple):
     """What a file comes to; arrays by run."""
 
     recording: xr.Dataset
-    runs: list[tuple[Stroke, Stroke]]  # ways out and back
+    runs: list[tuple[StrokeWindow, StrokeWindow]]  # ways out and back
     friction: np.ndarray  # half the mean difference of the pulls out and back [N]
     loop_area: np.ndarray  # work lost in a run between the first and the last place [J]
     ways: np.ndarray  # pull on the ways out and back at `places` [run, 2, place] [N]

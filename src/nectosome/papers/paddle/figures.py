@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.view.fronts import Cost, fronts
-from nectosome.view.heatmap import Axis, Line, diverging, maps, sequential
+from nectosome.view.heatmap import LevelLine, MapAxis, diverging, maps, sequential
 from nectosome.view.style import BLUE, CYCLE, GREY, Panel, dress
 
 from .figures_chains import strokes_figure
@@ -173,9 +173,9 @@ def _stroke_maps(
     order = ("amplitude", "frequency")
     values = {title: x.transpose(*order).values for title, x in shown.items()}
     speed = strokes["servo_speed"].isel(joints=0).transpose(*order).values
-    limit = Line(speed, strokes.attrs["servo_speed_limit"], "servo's speed without load")
-    x = Axis(strokes["frequency"].values, "frequency (Hz)")
-    y = Axis(np.degrees(strokes["amplitude"].values), "amplitude (deg)")
+    limit = LevelLine(speed, strokes.attrs["servo_speed_limit"], "servo's speed without load")
+    x = MapAxis(strokes["frequency"].values, "frequency (Hz)")
+    y = MapAxis(np.degrees(strokes["amplitude"].values), "amplitude (deg)")
     return maps(x, y, values, colours(np.stack(list(values.values())), unit), [limit], best)
 
 

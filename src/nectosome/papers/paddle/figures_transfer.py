@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nectosome.view.heatmap import Axis, diverging, maps
+from nectosome.view.heatmap import MapAxis, diverging, maps
 from nectosome.view.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Panel, dress, plain
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def maps_panel(sets: Sets) -> Panel:
     names = ("simulated", "cn", "svd", "cn-svd", "cn-gp")
     titles = {name: _STYLES[name][0] if name in _STYLES else name for name in names}
     shown = {titles[name]: (100 * (thrust.sel(what=name) / measured - 1)).values for name in names}
-    x, y = Axis(found["f"].values, "frequency (Hz)"), Axis(np.degrees(found["A"].values), "amplitude (deg)")
+    x, y = MapAxis(found["f"].values, "frequency (Hz)"), MapAxis(np.degrees(found["A"].values), "amplitude (deg)")
     fig = maps(x, y, shown, diverging(np.array([60.0]), "percent"))
     rows, cols = np.nonzero(found["made"].values)
     for col in range(1, len(names) + 1):

@@ -14,7 +14,8 @@ from nectosome.robots import describe
 from nectosome.search import Workers
 
 from ..study import Kind, Progress, Study, printed, score
-from . import design, drop, figures, heading, steering, swim, thrust, transfer, truths
+from . import design, drop, figures, steering, swim, thrust, transfer, truths
+from . import heading_control as heading
 from .swim import SPEEDS, YAWS
 from .trials import trials
 

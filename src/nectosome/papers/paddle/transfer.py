@@ -18,9 +18,9 @@ from nectosome.description import get_value
 from nectosome.identification import (
     Aim,
     Experiments,
+    GridTable,
+    ParameterEstimate,
     SimToReal,
-    Table,
-    Told,
     errors_of,
     next_experiments,
     table_of,
@@ -39,10 +39,10 @@ MAPPED = 0.3  # the share that Fig. 5 shows
 _FIRST, _LAST = 4, 16  # experiments before, and after, they are planned one by one
 
 
-class Campaign(NamedTuple):
+class SyntheticCampaign(NamedTuple):
     """Experiments at all points of a truth's grid."""
 
-    table: Table  # of the model
+    table: GridTable  # of the model
     true: Float[np.ndarray, "n"]  # mean thrust
     mean: Float[np.ndarray, "n"]  # as measured
     peak: Float[np.ndarray, "n"]
@@ -52,7 +52,9 @@ class Campaign(NamedTuple):
         """Those that were made."""
         points, mean = self.table.points[rows], self.mean[rows]
         cn = drag_coefficient(self.peak[rows], points[:, 0], points[:, 1])
-        return Experiments(points, mean, self.noise * np.abs(mean), Told(cn, self.noise * np.abs(cn), apart=True))
+        return Experiments(
+            points, mean, self.noise * np.abs(mean), ParameterEstimate(cn, self.noise * np.abs(cn), apart=True)
+        )
 
     def rows(self, share: float) -> Int[np.ndarray, "m"]:
         """A share of the points, spread evenly."""
@@ -77,13 +79,13 @@ def drag_coefficient(
     return 6 * peak / (scale * (2 * np.pi * frequency * amplitude) ** 2)
 
 
-def campaign(simulated: xr.Dataset, truth: xr.Dataset, seed: int, noise: float = NOISE) -> Campaign:
+def campaign(simulated: xr.Dataset, truth: xr.Dataset, seed: int, noise: float = NOISE) -> SyntheticCampaign:
     """Experiments on one truth (mean, peak over A and f); the model's mean thrust over Cn too."""
     rng = np.random.default_rng(seed)
     true, peak = (truth[name].transpose("A", "f").to_numpy().ravel() for name in ("mean", "peak"))
     mean, peak = (x * (1 + noise * rng.normal(size=x.size)) for x in (true, peak))
     values = simulated["mean"].transpose("A", "f", "Cn").assign_attrs(units="N")
-    return Campaign(table_of(values, "Cn", 1.0), true, mean, peak, noise)
+    return SyntheticCampaign(table_of(values, "Cn", 1.0), true, mean, peak, noise)
 
 
 def compared(
@@ -116,7 +118,7 @@ def _row(method: str, ratio: float, what: str) -> str:
     return f"paddle/table3/{method}/r{ratio:.2f}/{what}"
 
 
-def _judged(one: Campaign, methods: Sequence[str]) -> xr.Dataset:
+def _judged(one: SyntheticCampaign, methods: Sequence[str]) -> xr.Dataset:
     """Errors over methods and shares."""
     found = [[_errors(one, method, one.rows(r)) for r in RATIOS] for method in methods]
     names = ("mean", "largest", "signed", "total", "floor", "coverage", "found")
@@ -127,7 +129,7 @@ def _judged(one: Campaign, methods: Sequence[str]) -> xr.Dataset:
     )
 
 
-def _errors(one: Campaign, method: str, rows: Int[np.ndarray, "m"]) -> tuple[float, ...]:
+def _errors(one: SyntheticCampaign, method: str, rows: Int[np.ndarray, "m"]) -> tuple[float, ...]:
     found = SimToReal(method).fit(one.table, one.at(rows)).predict(one.table.points)
     e = errors_of(found.mean, one.mean, found.error, one.noise * np.abs(one.mean))
     rest = np.setdiff1d(np.arange(len(one.true)), rows)  # the truth where nothing was measured
@@ -190,7 +192,7 @@ def planned(simulated: xr.Dataset, truths: xr.Dataset, seeds: int, pool: Executo
     )
 
 
-def _followed(one: Campaign, plan: str) -> list[tuple[float, float, float]]:
+def _followed(one: SyntheticCampaign, plan: str) -> list[tuple[float, float, float]]:
     """Mean and total error, and the optimum's worth, after each experiment of a plan."""
     how, points, out = SimToReal("cn-gp"), one.table.points, []
     rows = uniform_plan(one.table.in_box(points), _LAST)

@@ -14,13 +14,13 @@ from jaxtyping import Float
 from nectosome.description import with_values
 from nectosome.description.variables import read_variable
 from nectosome.identification import Identifiability, Misfit, identifiability, most_helpful, profile
-from nectosome.identification.gait.batch import Walks
 from nectosome.identification.gait.features import FEATURES, discrepancy
 from nectosome.identification.gait.fit import GaitFit, GaitTrial, gait_data
+from nectosome.identification.gait.walks import Walks
 from nectosome.robots import describe
 from nectosome.search import CmaEs, Evolved, evolve
 
-from ..study import Part, Progress
+from ..study import Progress, StudyPart
 
 TARGET = (
     0.0074045,
@@ -68,7 +68,7 @@ def fit() -> GaitFit:
     return GaitFit(description, variables, (GaitTrial(TARGET, module(*OWN)),))
 
 
-def part(quick: bool, progress: Progress) -> Part:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """Fits from several seeds, what they tell, the density held out, and gaits over density and buoyancy."""
     of = fit()
     seeds = 1 if quick else SEEDS
@@ -95,7 +95,7 @@ def part(quick: bool, progress: Progress) -> Part:
         data["crawl_profile"] = _profiles(measured, best[0], progress)
     progress("gaits", 0.95)
     data["crawl_gaits"] = gaits(of, best[0])
-    return Part(_numbers(of, searches, best, told, data["crawl_gaits"]), data)
+    return StudyPart(_numbers(of, searches, best, told, data["crawl_gaits"]), data)
 
 
 def gaits(of: GaitFit, theta: Float[np.ndarray, "n"]) -> xr.Dataset:

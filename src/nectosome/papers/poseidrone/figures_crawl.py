@@ -12,7 +12,7 @@ import numpy as np
 
 from nectosome.papers.poseidrone.crawl import OWN, PRINTED
 from nectosome.view.gait import history_panel, motion_panel, parameters_panel
-from nectosome.view.heatmap import Axis, diverging, maps
+from nectosome.view.heatmap import MapAxis, diverging, maps
 from nectosome.view.style import BLACK, BLUE, CYCLE, Panel, dress, plain
 
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ def held_out_panel(found: "xr.Dataset") -> Panel:
 def gaits_panel(found: "xr.Dataset") -> Panel:
     """Speed over where the buoyancy is, density by density; on how many feet it walks."""
     angles, distances = np.degrees(found["angle"].values), 1e3 * found["distance"].values
-    x, y = Axis(angles, "beta (deg)"), Axis(distances, "b (mm)")
+    x, y = MapAxis(angles, "beta (deg)"), MapAxis(distances, "b (mm)")
     shown = {f"{rho:.0f} kg/m3": 1e3 * found["speed"].sel(density=rho).values for rho in found["density"].values}
     fig = maps(x, y, shown, diverging(np.stack([*shown.values()]), "mm/s"))
     for col, rho in enumerate(found["density"].values, start=1):

@@ -22,7 +22,7 @@ DENSITY = 1025.0  # salt water [kg/m3]
 _FINE = 200  # angles between values
 
 
-class Chamber(NamedTuple):
+class JetChamber(NamedTuple):
     """What a jet is described by."""
 
     volume: Float[np.ndarray, "n"]  # at angles spread evenly over a turn [m3]
@@ -36,7 +36,7 @@ def thrust(angle: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
     return 0.7975 * (push - 0.3952 * np.exp(1.2 * (np.cos(angle - 1.45 * np.pi) - 1)))
 
 
-def chamber(values: int = 72) -> Chamber:
+def chamber(values: int = 72) -> JetChamber:
     """Volumes and areas that give the thrust at the printed speed; it is full where the thrust turns positive.
 
     The smooth curve through 72 values gives the thrust to 2 % of its peak, its mean and what is expelled to 0.2 %.
@@ -48,4 +48,4 @@ def chamber(values: int = 72) -> Chamber:
     gone = np.concatenate([[0.0], np.cumsum(flow)])[:-1:_FINE]
     fullest = np.max(np.cumsum(-flow))
     areas = (DENSITY * (EXPELLED / (np.sum(x) * time)) ** 2 for x in (out, back))
-    return Chamber(FULL - fullest - gone, *map(float, areas))
+    return JetChamber(FULL - fullest - gone, *map(float, areas))

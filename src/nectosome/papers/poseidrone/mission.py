@@ -9,14 +9,14 @@ from nectosome.description.mission import load_mission
 from nectosome.model import Flown, mission_data, run_mission
 from nectosome.robots import describe, mission_of
 
-from ..study import Part, Progress
+from ..study import Progress, StudyPart
 
 ROBOT, TURNING = "poseidrone", "poseidrone_turning"
 _TURNS = 10  # of the cranks, at the end of crawling: the paper takes the last 5 s
 _STEP, _QUICK = 5e-4, 1e-3  # s
 
 
-def part(quick: bool, progress: Progress) -> Part:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """Rows `mission`; data `mission`, as `model.mission_data` has it."""
     description, path = describe(ROBOT), mission_of(ROBOT)
     assert path is not None
@@ -31,7 +31,7 @@ def part(quick: bool, progress: Progress) -> Part:
     data = {"mission": mission_data(flown, {"robot": ROBOT, "mission": path.name, "step": step})}
     if not quick:
         data["mission_turning"] = mission_data(_turning(progress))
-    return Part(numbers, data)
+    return StudyPart(numbers, data)
 
 
 def _turning(progress: Progress) -> Flown:

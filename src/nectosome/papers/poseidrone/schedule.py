@@ -13,7 +13,7 @@ from nectosome.robots import describe
 from nectosome.search import Evaluation, Evolution, improve
 from nectosome.units import show_quantity
 
-from ..study import Part, Progress
+from ..study import Progress, StudyPart
 
 ROBOT = "poseidrone"
 LEGS = "crawl.legs"
@@ -21,7 +21,7 @@ _EVALUATIONS = 120
 _SPEEDS = 11  # of the cranks
 
 
-def part(quick: bool, progress: Progress) -> Part:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """Rows `schedule`; data `schedule_assumed`, `schedule_shortest` as missions, `schedule_cranks` over crank speed.
 
     The shortest is that of a search, or of the crank speeds around what it found.
@@ -34,14 +34,14 @@ def part(quick: bool, progress: Progress) -> Part:
     assumed = task.prepare()(own, False, None)
     numbers = {"poseidrone/schedule/assumed": _time(assumed), "poseidrone/schedule/shortest": None}
     if quick or not assumed.solved:
-        return Part(numbers)
+        return StudyPart(numbers)
 
     def tell(done: int) -> None:
         progress(f"schedule: {done} missions", 0.9 * min(done / _EVALUATIONS, 1.0))
 
     best = improve(task, own, Evolution(tolerance=1e-3, evaluations=_EVALUATIONS), tell)
     if best is None:
-        return Part(numbers)
+        return StudyPart(numbers)
     progress("schedule: crank speeds", 0.9)
     swept = cranks(task, best)
     best = min((e for e in (best, *swept) if e.solved), key=lambda e: e.objective)
@@ -50,7 +50,7 @@ def part(quick: bool, progress: Progress) -> Part:
         "schedule_shortest": mission_data(run_mission(task.mission_at(best.u))),
         "schedule_cranks": cranks_data(task, best, swept),
     }
-    return Part(numbers | {"poseidrone/schedule/shortest": _time(best)}, data)
+    return StudyPart(numbers | {"poseidrone/schedule/shortest": _time(best)}, data)
 
 
 def cranks(task: ScheduleDesign, best: Evaluation) -> list[Evaluation]:

@@ -27,7 +27,7 @@ from nectosome.model import bind, build
 from nectosome.robots import describe
 from nectosome.solve import Run, Trajectory, simulate
 
-from ..study import Part, Progress
+from ..study import Progress, StudyPart
 
 MASS, ADDED, DRAG = 0.755, 2.768, 5.094  # kg, kg, kg/m (section 4.2)
 SHARES = (0.02, 0.1, 0.2, 0.4, 0.6, 0.8, 0.95)  # of the added mass outside the chamber
@@ -199,8 +199,8 @@ def numbers(found: xr.Dataset) -> dict[str, float | None]:
     }
 
 
-def part(quick: bool, progress: Progress) -> Part:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """Held and free, for the study."""
     progress("held and free", 0.0)
     found = compared()
-    return Part(numbers(found), {"static_free": found})
+    return StudyPart(numbers(found), {"static_free": found})

@@ -7,7 +7,7 @@ from nectosome.view import mission as mission_figures
 from nectosome.view import surge
 from nectosome.view.style import Panel
 
-from ..study import Kind, Part, Progress, Sets, Study, gathered, printed, scored
+from ..study import Kind, Progress, Sets, Study, StudyPart, gathered, printed, scored
 from . import crawl, figures_crawl, figures_jet, figures_schedule, mission, schedule, static_free, swim
 
 NAME = "poseidrone"
@@ -20,7 +20,7 @@ ABOUT = (
     "the paper does not print. A mission takes it from swimming to crawling and back, on a schedule that is synthetic; "
     "another is the shortest across its tank and back."
 )
-_PARTS: dict[str, tuple[float, Callable[[bool, Progress], Part]]] = {  # share of the time that each takes
+_PARTS: dict[str, tuple[float, Callable[[bool, Progress], StudyPart]]] = {  # share of the time that each takes
     "swimming": (0.1, swim.part),
     "held and free": (0.2, static_free.part),
     "crawling": (0.5, crawl.part),

@@ -10,7 +10,7 @@ from nectosome.identification.fits.linear import Estimate
 from nectosome.identification.surge.estimators import Surge, SurgeRecording, physical, surge
 from nectosome.identification.surge.files import surge_data
 
-from ..study import Part, Progress, printed
+from ..study import Progress, StudyPart, printed
 from .recordings import body, recording
 
 _DRAWS = 200
@@ -35,7 +35,7 @@ WAYS = {
 }
 
 
-def part(quick: bool, progress: Progress) -> Part:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """Rows `table1`, `table2`, `swim`; data `swim` and `swim_as_printed` (as `surge_data` has it), `swim_draws`."""
     mass, *_ = body()
     rng = np.random.default_rng(0)
@@ -48,7 +48,7 @@ def part(quick: bool, progress: Progress) -> Part:
     data["swim_draws"] = draws(_QUICK if quick else _DRAWS, progress)
     # Table 2 cannot be of one quantity, and its recordings were not published
     table2 = {row: None for row in printed("poseidrone") if row.startswith("poseidrone/table2/")}
-    return Part({**_table1(), **table2, **_worth(data["swim_draws"])}, data)
+    return StudyPart({**_table1(), **table2, **_worth(data["swim_draws"])}, data)
 
 
 def _found(way: Way, mass: float, swum: SurgeRecording) -> Surge:

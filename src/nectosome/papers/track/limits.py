@@ -12,7 +12,7 @@ import xarray as xr
 from nectosome.units import InputError
 
 from . import rowing, tank
-from .rowing import Motion, Shot
+from .rowing import RowingMotion, Shot
 from .tank import Filming, Path3
 
 ANGLE, PLACE = np.deg2rad(0.5), 1e-3  # rad, m: rms that is asked for
@@ -21,7 +21,7 @@ _FRAMES = 20  # of a paddle, five from frame to frame
 _SECONDS = 0.4  # of the tank
 
 
-class Kind(NamedTuple):
+class Degradation(NamedTuple):
     """A degradation: its name and unit, the setting that it changes, and levels, each worse than the one before."""
 
     name: str
@@ -31,30 +31,30 @@ class Kind(NamedTuple):
 
 
 PADDLE = (
-    Kind("resolution", "px/cm", "scale", (1000.0, 700.0, 500.0, 350.0, 250.0, 180.0, 120.0)),
-    Kind("noise", "counts", "grain", (0.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0)),
-    Kind("defocus", "px", "defocus", (0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0)),
-    Kind("light", "share", "gain", (1.0, 0.5, 0.3, 0.2, 0.1, 0.05)),
-    Kind("shutter", "share of 1/60 s", "shutter", (0.0, 0.25, 0.5, 0.75, 1.0)),
-    Kind("compression", "H.264 crf", "quality", (4, 8, 12, 16, 20, 26)),
-    Kind("lens", "spread, 1: straight", "lens", (1.0, 0.9, 0.7, 0.5, 0.0)),
-    Kind("bar", "mm", "bar", (0.0, 0.005, 0.01, 0.02, 0.04, 0.08)),
-    Kind("bubbles", "", "bubbles", (0, 10, 30, 60, 120, 240)),
+    Degradation("resolution", "px/cm", "scale", (1000.0, 700.0, 500.0, 350.0, 250.0, 180.0, 120.0)),
+    Degradation("noise", "counts", "grain", (0.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0)),
+    Degradation("defocus", "px", "defocus", (0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0)),
+    Degradation("light", "share", "gain", (1.0, 0.5, 0.3, 0.2, 0.1, 0.05)),
+    Degradation("shutter", "share of 1/60 s", "shutter", (0.0, 0.25, 0.5, 0.75, 1.0)),
+    Degradation("compression", "H.264 crf", "quality", (4, 8, 12, 16, 20, 26)),
+    Degradation("lens", "spread, 1: straight", "lens", (1.0, 0.9, 0.7, 0.5, 0.0)),
+    Degradation("bar", "mm", "bar", (0.0, 0.005, 0.01, 0.02, 0.04, 0.08)),
+    Degradation("bubbles", "", "bubbles", (0, 10, 30, 60, 120, 240)),
 )
 TANK = (
-    Kind("resolution", "px/cm", "scale", (4.3, 3.0, 2.2, 1.5, 1.0)),
-    Kind("noise", "counts", "grain", (0.0, 2.0, 5.0, 10.0, 20.0, 35.0)),
-    Kind("defocus", "px", "defocus", (0.4, 0.7, 1.2, 2.0, 3.0, 4.5)),
-    Kind("compression", "MJPEG quantiser", "quality", (2, 5, 10, 20, 31)),
-    Kind("lens, not told", "spread, 1: straight", "lens", (1.0, 0.97, 0.93, 0.85, 0.7)),
-    Kind("lens, k1 estimated", "spread, 1: straight", "lens", (1.0, 0.97, 0.93, 0.85, 0.7, 0.5)),
-    Kind("glass, not told", "", "known_pane", (True, False)),
-    Kind("rod", "mm", "bar", (0.0, 0.01, 0.03, 0.06, 0.12)),
-    Kind("offset of cameras", "s", "late", (0.0, 0.005, 0.01)),
+    Degradation("resolution", "px/cm", "scale", (4.3, 3.0, 2.2, 1.5, 1.0)),
+    Degradation("noise", "counts", "grain", (0.0, 2.0, 5.0, 10.0, 20.0, 35.0)),
+    Degradation("defocus", "px", "defocus", (0.4, 0.7, 1.2, 2.0, 3.0, 4.5)),
+    Degradation("compression", "MJPEG quantiser", "quality", (2, 5, 10, 20, 31)),
+    Degradation("lens, not told", "spread, 1: straight", "lens", (1.0, 0.97, 0.93, 0.85, 0.7)),
+    Degradation("lens, k1 estimated", "spread, 1: straight", "lens", (1.0, 0.97, 0.93, 0.85, 0.7, 0.5)),
+    Degradation("glass, not told", "", "known_pane", (True, False)),
+    Degradation("rod", "mm", "bar", (0.0, 0.01, 0.03, 0.06, 0.12)),
+    Degradation("offset of cameras", "s", "late", (0.0, 0.005, 0.01)),
 )
 
 
-def limits(motion: Motion, path: Path3, tell: Callable[[float], None]) -> dict[str, xr.Dataset]:
+def limits(motion: RowingMotion, path: Path3, tell: Callable[[float], None]) -> dict[str, xr.Dataset]:
     """`limits_paddle` and `limits_tank`: `rms` [rad, or m], `seen` and `level` (kind, step), and the `broken` step."""
     several = len(PADDLE) + len(TANK)
     made: dict[str, xr.Dataset] = {}
@@ -70,7 +70,7 @@ def limits(motion: Motion, path: Path3, tell: Callable[[float], None]) -> dict[s
     return made
 
 
-def _paddle(motion: Motion, kind: Kind, level: Any) -> tuple[float, float]:
+def _paddle(motion: RowingMotion, kind: Degradation, level: Any) -> tuple[float, float]:
     """Rms of directions [rad], and the share of segments that were seen."""
     change: dict[str, Any] = {kind.setting: level}
     shot = replace(Shot(), **change)
@@ -83,7 +83,7 @@ def _paddle(motion: Motion, kind: Kind, level: Any) -> tuple[float, float]:
     return _rms(turn), float(np.mean(np.isfinite(turn)))
 
 
-def _tank(path: Path3, kind: Kind, level: Any) -> tuple[float, float]:
+def _tank(path: Path3, kind: Degradation, level: Any) -> tuple[float, float]:
     """Rms of markers' distances from where they were [m], and the share that was seen."""
     change: dict[str, Any] = {kind.setting: level} | ({"lens_terms": "k1"} if "estimated" in kind.name else {})
     how = replace(Filming(), **change)
@@ -101,7 +101,7 @@ def _rms(x: np.ndarray) -> float:
     return float(np.sqrt(np.mean(known**2))) if known.size else np.nan
 
 
-def _table(kinds: Sequence[Kind], rows: list[list[tuple[float, float]]], limit: float) -> xr.Dataset:
+def _table(kinds: Sequence[Degradation], rows: list[list[tuple[float, float]]], limit: float) -> xr.Dataset:
     longest = max(map(len, rows))
     rms, seen, level = (np.full((len(kinds), longest), np.nan) for _ in range(3))
     broken = np.full(len(kinds), -1)

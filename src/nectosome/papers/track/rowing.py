@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 
 from nectosome.vision.video import SegmentSheet, track_segments
 
-from .render import Camera, Film, Floor, Lens, Paddle, PaddleScene, Port, Strip, write_clip
+from .render import Film, Floor, Paddle, PaddleScene, Port, RenderCamera, RenderLens, Strip, write_clip
 from .render.paddle_scene import Bubbles, Occluder
 
 PARTS = ("arm", "segment1", "segment2", "segment3")
@@ -29,7 +29,7 @@ _ABOVE, _DEPTH, _FLOOR = 1.2, 0.25, -0.35  # m: camera over the surface, paddle 
 
 
 @dataclass(frozen=True)
-class Motion:
+class RowingMotion:
     """Where the middle and the direction of each layer are over a cycle, and how long the layers are."""
 
     period: float  # [s]
@@ -37,7 +37,7 @@ class Motion:
     splines: CubicSpline  # middle x, y [m] and direction [rad] of each part
 
     @classmethod
-    def of(cls, cycle: xr.Dataset, lengths: dict[str, float]) -> "Motion":
+    def of(cls, cycle: xr.Dataset, lengths: dict[str, float]) -> "RowingMotion":
         """Motion of a cycle that is as long as its first and last sample are apart."""
         rows = []
         for part in PARTS:
@@ -78,13 +78,13 @@ class Shot:
     fit: str = "moments"
 
 
-def scene(motion: Motion, shot: Shot) -> tuple[PaddleScene, Camera]:
+def scene(motion: RowingMotion, shot: Shot) -> tuple[PaddleScene, RenderCamera]:
     """What the camera sees."""
     side = 2 * round(0.32 * shot.scale)
     sight = _ABOVE + _DEPTH / 1.333 if shot.surface else _ABOVE + _DEPTH
     port = Port((0.0, 0.0, _DEPTH), (0.0, 0.0, 1.0)) if shot.surface else None
-    lens = Lens(shot.scale * sight, shot.lens)
-    camera = Camera((side, side), lens, (0.0, 0.0, _DEPTH + _ABOVE), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), port)
+    lens = RenderLens(shot.scale * sight, shot.lens)
+    camera = RenderCamera((side, side), lens, (0.0, 0.0, _DEPTH + _ABOVE), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), port)
     film = Film(RATE, shot.shutter, 4, shot.defocus, gain=shot.gain, grain=shot.grain)
     paddle = Paddle((_BLUE, _RED, _GREEN, _YELLOW), _THICK, horn=(-0.02, 0.0))
     bar = Occluder(Strip((0.1, -0.3), (0.2, 0.3), shot.bar, (60.0, 60.0, 62.0))) if shot.bar else None
@@ -92,7 +92,9 @@ def scene(motion: Motion, shot: Shot) -> tuple[PaddleScene, Camera]:
     return PaddleScene(camera, film, motion.ends, paddle, Floor(_FLOOR), 0.0, bar, bubbles), camera
 
 
-def film(path: Path, motion: Motion, shot: Shot, frames: int, tell: Callable[[float], None], every: int = 1) -> None:
+def film(
+    path: Path, motion: RowingMotion, shot: Shot, frames: int, tell: Callable[[float], None], every: int = 1
+) -> None:
     """Render a video of every so many frames of the camera."""
     of, _ = scene(motion, shot)
 
@@ -120,7 +122,7 @@ def sheet(shot: Shot) -> SegmentSheet:
 
 
 def tracked(
-    folder: Path, motion: Motion, shot: Shot, frames: int, tell: Callable[[float], None], every: int = 1
+    folder: Path, motion: RowingMotion, shot: Shot, frames: int, tell: Callable[[float], None], every: int = 1
 ) -> xr.Dataset:
     """Film, track, and put the truth beside: `true_direction` [rad] and `true_position` [m]."""
     path = folder / "rowing"
@@ -143,7 +145,7 @@ def errors(found: xr.Dataset) -> tuple[Float[np.ndarray, "t s"], Float[np.ndarra
     return (turn + np.pi) % (2 * np.pi) - np.pi, off
 
 
-def by_phase(found: xr.Dataset, motion: Motion) -> xr.Dataset:
+def by_phase(found: xr.Dataset, motion: RowingMotion) -> xr.Dataset:
     """Joint angles of all cycles together, as in Fig. 4: `angle`, `scatter`, `simulated` [rad] (`joint`, `phase`).
 
     A period is a whole number of frames, so that each phase has a frame in every cycle; gaps are left out.
@@ -168,6 +170,6 @@ def by_phase(found: xr.Dataset, motion: Motion) -> xr.Dataset:
     )
 
 
-def _still() -> Motion:
+def _still() -> RowingMotion:
     time = np.linspace(0.0, 1.0, 5)
-    return Motion(1.0, np.full(len(PARTS), 0.1), CubicSpline(time, np.zeros((5, 3 * len(PARTS)))))
+    return RowingMotion(1.0, np.full(len(PARTS), 0.1), CubicSpline(time, np.zeros((5, 3 * len(PARTS)))))

@@ -12,10 +12,10 @@ from nectosome.description import get_value
 from nectosome.robots import describe
 
 from ..paddle.thrust import cycle
-from ..study import Part, Progress, Study, gathered, printed, score, scored
+from ..study import Progress, Study, StudyPart, gathered, printed, score, scored
 from . import figures, poseidrone, rowing
 from .limits import limits
-from .rowing import Motion, Shot
+from .rowing import RowingMotion, Shot
 from .tank import Filming, marker_errors
 
 NAME = "track"
@@ -40,7 +40,7 @@ def run(quick: bool, progress: Progress) -> Study:
     if any(find_spec(package) is None for package in ("av", "cv2")):
         rows = [score(row, {**entry, "note": _ABSENT}, None, "synthetic") for row, entry in printed(NAME).items()]
         return Study(NAME, TITLE, ABOUT, rows, {}, time.perf_counter() - began)
-    motion = Motion.of(cycle(3, 0.6), {part: _length(part) for part in rowing.PARTS})
+    motion = RowingMotion.of(cycle(3, 0.6), {part: _length(part) for part in rowing.PARTS})
     parts = [
         (0.2, lambda quick, tell: _angles(motion, quick, tell)),
         (0.4 if not quick else 0.8, _tank),
@@ -64,7 +64,7 @@ def _length(part: str) -> float:
     return float(get_value(describe("paddle"), f"limbs.{part}.length"))
 
 
-def _angles(motion: Motion, quick: bool, progress: Progress) -> Part:
+def _angles(motion: RowingMotion, quick: bool, progress: Progress) -> StudyPart:
     """Rows `angles`; data `angles` (phase, joint)."""
     frames = round((1 if quick else _CYCLES) * motion.period * rowing.RATE)
     out = {}
@@ -79,10 +79,10 @@ def _angles(motion: Motion, quick: bool, progress: Progress) -> Part:
             out["track/angles/places"] = 1e3 * float(np.sqrt(np.nanmean(off**2)))
             out["track/angles/seen"] = 100 * float(np.mean(np.isfinite(turn)))
     assert found is not None
-    return Part(out, {"angles": rowing.by_phase(found, motion), "rowing": found})
+    return StudyPart(out, {"angles": rowing.by_phase(found, motion), "rowing": found})
 
 
-def _tank(quick: bool, progress: Progress) -> Part:
+def _tank(quick: bool, progress: Progress) -> StudyPart:
     """Rows of markers, of the walk's features and of the swim's parameters; data `walk` and `swim`."""
     how = replace(Filming(), scale=2.15) if quick else Filming()
     seconds = _QUICK_SWIM if quick else _SWIM
@@ -94,11 +94,11 @@ def _tank(quick: bool, progress: Progress) -> Part:
     off = np.concatenate([marker_errors(walked).ravel(), marker_errors(swum).ravel()])
     out: dict[str, float | None] = {"track/markers/rms": 1e3 * float(np.sqrt(np.nanmean(off**2)))}
     out |= poseidrone.numbers(walked, truth, poseidrone.identified(swum, "train", seconds))
-    return Part(out, {"walk": walked, "swim": swum})
+    return StudyPart(out, {"walk": walked, "swim": swum})
 
 
-def _limits(motion: Motion, quick: bool, progress: Progress) -> Part:
+def _limits(motion: RowingMotion, quick: bool, progress: Progress) -> StudyPart:
     if quick:
-        return Part({})
+        return StudyPart({})
     path = poseidrone.swim("train", 2.0)
-    return Part({}, limits(motion, path, lambda x: progress("limits of the tracker", x)))
+    return StudyPart({}, limits(motion, path, lambda x: progress("limits of the tracker", x)))

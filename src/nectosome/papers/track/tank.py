@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from nectosome.vision.video import MarkerSheet, track_markers
 
-from .render import Camera, Film, Lamps, Lens, Port, Rod, TankScene, write_clip
+from .render import Film, Lamps, Port, RenderCamera, RenderLens, RodSolid, TankScene, write_clip
 
 # nose, port and starboard, from the centre of mass, which is what is tracked [m]
 BODY = np.array([[0.12, 0.0, 0.04], [-0.08, 0.11, 0.05], [-0.08, -0.09, 0.14]])
@@ -67,13 +67,13 @@ def markers_of(path: Path3) -> Callable[[Float[np.ndarray, "t"]], Float[np.ndarr
     return at
 
 
-def cameras(how: Filming) -> dict[str, Camera]:
+def cameras(how: Filming) -> dict[str, RenderCamera]:
     """The two of them."""
     port = Port((0.0, _GLASS, 0.0), (0.0, 1.0, 0.0), _THICK) if how.pane else None
     share = how.scale / _SCALE
-    lens = Lens(share * _FOCAL, how.lens)
+    lens = RenderLens(share * _FOCAL, how.lens)
     size = tuple(2 * round(share * n / 2) for n in _SIZE)
-    return {name: Camera((size[0], size[1]), lens, place, _LOOK, port=port) for name, place in _PLACES.items()}
+    return {name: RenderCamera((size[0], size[1]), lens, place, _LOOK, port=port) for name, place in _PLACES.items()}
 
 
 def film(folder: Path, path: Path3, how: Filming, seconds: float, tell: Callable[[float], None]) -> list[Path]:
@@ -82,7 +82,7 @@ def film(folder: Path, path: Path3, how: Filming, seconds: float, tell: Callable
     out = []
     for n, (name, camera) in enumerate(cameras(how).items()):
         sensor = Film(how.rate, how.shutter, 4, how.defocus, how.veil, grain=how.grain, seed=n)
-        rod = Rod((0.15, -0.3, 0.0), (0.15, -0.3, 1.0), 0.5 * how.bar) if how.bar and name == "right" else None
+        rod = RodSolid((0.15, -0.3, 0.0), (0.15, -0.3, 1.0), 0.5 * how.bar) if how.bar and name == "right" else None
         own = Lamps(_RADIUS, _COLOURS)
         of = TankScene(camera, sensor, markers_of(path), own, lamps_at(), Lamps(_RADIUS, [_LAMP]), bar=rod, parts=4)
         later = how.late if name == "right" else 0.0

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from nectosome.studio.session import Session
 
 
-class Task(Protocol):
+class StudioTask(Protocol):
     """A tab, laid out where it is made, which is within the tab's context."""
 
     def renew(self) -> None:
@@ -23,7 +23,7 @@ class Task(Protocol):
 
 
 # by the tab's name
-TASKS: dict[str, Callable[["Session"], Task]] = {
+TASKS: dict[str, Callable[["Session"], StudioTask]] = {
     "Design": Design,
     "Map": Map,
     "Identify": Identify,

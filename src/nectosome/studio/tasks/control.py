@@ -17,7 +17,7 @@ from nectosome.view.closed_loop import followed_panel
 from .control_request import (
     CONSTANT,
     Asked,
-    Loop,
+    PreparedLoop,
     beats,
     commands_of,
     first_measured,
@@ -27,7 +27,7 @@ from .control_request import (
     most_of,
     numbers_of,
 )
-from .live_rig import Rig
+from .live_rig import LiveRig
 
 if TYPE_CHECKING:
     from nectosome.studio.answers import Answer
@@ -139,7 +139,7 @@ class Control:
             reach = control.read_range(asked.command, asked.description)
         self._session.work.begin("control", partial(self._compute, asked, reach, self._robot), lambda _: None)
 
-    def _compute(self, asked: Asked, reach: control.Range, robot: int, progress: Progress) -> None:
+    def _compute(self, asked: Asked, reach: control.CommandRange, robot: int, progress: Progress) -> None:
         self._stop.disabled = False
         try:
             fields = {"reference": self._size, "amplitude": self._size, "frequency": self._frequency}
@@ -157,7 +157,7 @@ class Control:
             if self._slider is not None:
                 self._slider.disabled = True
 
-    def _run(self, loop: Loop, robot: int, progress: Progress) -> None:
+    def _run(self, loop: PreparedLoop, robot: int, progress: Progress) -> None:
         """Go on in real time, then keep it."""
         session, rig, last = self._session, loop.rig, 0.0
         self._now = loop.wanted.size
@@ -183,7 +183,7 @@ class Control:
         finally:
             session.end_live(run, words)
 
-    def _put_slider(self, loop: Loop) -> None:
+    def _put_slider(self, loop: PreparedLoop) -> None:
         """A slider for what is wanted, where that stays what it is, from the start to as far again."""
         if self._slider is not None:
             self._slider.remove()
@@ -199,7 +199,7 @@ class Control:
             self._slider = self._session.gui.add_slider(name, start - far, start + far, far / 100, value)
         self._slider.on_update(lambda event: setattr(self, "_now", float(event.target.value) * size))
 
-    def _draw(self, rig: Rig, robot: int, words: str, seconds: float) -> None:
+    def _draw(self, rig: LiveRig, robot: int, words: str, seconds: float) -> None:
         figure: Any = followed_panel(rig.followed.last(seconds).track()).figure
         figure.update_layout(margin={"l": 50, "r": 8, "t": 50, "b": 36}, font_size=11, height=None, hovermode="x")
         figure.update_layout(legend={"font_size": 10, "entrywidth": 0.5, "entrywidthmode": "fraction"})

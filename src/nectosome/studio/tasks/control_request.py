@@ -9,14 +9,14 @@ import numpy as np
 from nectosome import controllers as control
 from nectosome.description import RobotDescription, drive_period, get_value, numeric_paths, resolve
 from nectosome.mechanism import Robot
-from nectosome.model import Commanded, reading_of
+from nectosome.model import SampledPlant, reading_of
 from nectosome.model.readings import Reading
 from nectosome.studio.sliders import knobs_of
 from nectosome.studio.work import Progress
 from nectosome.units import InputError, parse_quantity, read_positive, read_quantity
 from nectosome.units import show_quantity as shown
 
-from .live_rig import FRAME, LONGEST, Rig
+from .live_rig import FRAME, LONGEST, LiveRig
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,17 +44,17 @@ class Asked(NamedTuple):
     gains: str
 
 
-class Loop(NamedTuple):
+class PreparedLoop(NamedTuple):
     """A rig that is ready, and what it is to follow."""
 
-    rig: Rig
-    wanted: control.Wanted
+    rig: LiveRig
+    wanted: control.Reference
     start: float  # what is measured at first [SI]
     course: np.ndarray | None  # by samples; None where the slider says it
     gains_text: str
 
 
-def loop_of(asked: Asked, reach: control.Range, model: Robot, progress: Progress) -> Loop | None:
+def loop_of(asked: Asked, reach: control.CommandRange, model: Robot, progress: Progress) -> PreparedLoop | None:
     """Gains, and the robot under them, with all that is compiled; None where it was cancelled. Raises InputError."""
     constant = asked.reference == CONSTANT
     beat = control.read_beat(asked.description, reach, asked.mean)
@@ -64,22 +64,22 @@ def loop_of(asked: Asked, reach: control.Range, model: Robot, progress: Progress
     of = reading_of(model, asked.measure)
     read_quantity(asked.size, of.dimension, "reference")  # the name of a reference stands in another field here
     reference, amplitude = (asked.size, None) if constant else (asked.reference, asked.size)
-    wanted = control.Wanted.read(reference, amplitude, of.dimension)
+    wanted = control.Reference.read(reference, amplitude, of.dimension)
     turns = 0.0 if constant else read_positive(asked.frequency, "frequency", "frequency")
     scale = np.array([reach.unit_size / wanted.unit_size])
     gains = None if not asked.gains.strip() else scale * _gains(asked.gains)
     if not progress(0.0, "compiling the equations"):
         return None
-    robot = Commanded(asked.description, reach.name, asked.measure, dt, max(moments, math.ceil(dt / FRAME)))
+    robot = SampledPlant(asked.description, reach.name, asked.measure, dt, max(moments, math.ceil(dt / FRAME)))
     start = robot.start()[0].reading
-    measuring = control.Measuring(beat if asked.mean else None)
+    measuring = control.SensorModel(beat if asked.mean else None)
     if gains is None:
         about = wanted.size if constant else start
         course = wanted.samples(start, turns, _REHEARSED, dt)
         found = control.relay_gains(
             robot, reach.low, reach.high, about, measuring, progress=lambda share: progress(share, "finding gains")
         )
-        pace = found and control.gentler(
+        pace = found and control.detune(
             robot,
             found.gains,
             reach.low,
@@ -90,14 +90,16 @@ def loop_of(asked: Asked, reach: control.Range, model: Robot, progress: Progress
         )
         if found is None or pace is None:
             return None
-        gains = control.paced(found.gains, pace)
+        gains = control.time_scaled(found.gains, pace)
     if not progress(0.0, "compiling the rig"):
         return None
     pid = control.smooth_pid(gains, reach.low, reach.high, dt)
     course = None if constant else wanted.samples(start, turns, LONGEST + dt, dt)
     first = wanted.size if course is None else float(course[0])
-    Rig(robot, pid, first, measuring).step(first)  # what has to be compiled is compiled here
-    return Loop(Rig(robot, pid, first, measuring), wanted, start, course, ", ".join(f"{x:.4g}" for x in gains / scale))
+    LiveRig(robot, pid, first, measuring).step(first)  # what has to be compiled is compiled here
+    return PreparedLoop(
+        LiveRig(robot, pid, first, measuring), wanted, start, course, ", ".join(f"{x:.4g}" for x in gains / scale)
+    )
 
 
 def commands_of(description: RobotDescription) -> tuple[str, ...]:
@@ -176,7 +178,7 @@ def _gains(text: str) -> np.ndarray:
     return np.array(numbers)
 
 
-def numbers_of(rig: Rig, wanted: control.Wanted) -> str:
+def numbers_of(rig: LiveRig, wanted: control.Reference) -> str:
     """How well the reference was followed, since it last changed where the slider said it."""
     run = rig.followed
     reference, output = run.reference, run.output

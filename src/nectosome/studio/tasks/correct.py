@@ -9,8 +9,8 @@ from nectosome.io import load_dataset, provenance, save_dataset
 from nectosome.measure import load_campaign
 from nectosome.studio.work import Progress, told
 from nectosome.units import InputError, read_positive
-from nectosome.view.correction import curves_panel, grid_maps, parameter_map, predictions_panel, unknown_map
-from nectosome.view.correction_words import lines, read_lines, tables
+from nectosome.view.corrected_grid import curves_panel, grid_maps, parameter_map, predictions_panel, unknown_map
+from nectosome.view.corrected_words import lines, read_lines, tables
 
 from .narrow_panel import note, spelled, with_legend
 

@@ -16,7 +16,7 @@ from nectosome.studio.sliders import around
 from nectosome.studio.work import Progress, called, told
 from nectosome.units import InputError, show_quantity
 
-from .design_progress import Search, figure, table
+from .design_progress import SearchProgress, figure, table
 from .narrow_panel import note
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Design:
         self._drawing = threading.Lock()
         self._robot = 0  # how many there were: what is found for one before is not shown
         self._rows: list[_Row] = []
-        self._found: Search | None = None
+        self._found: SearchProgress | None = None
         self._list = gui.add_folder("May vary")
         self._new = gui.add_text("Another", "", hint="A path of the robot file, or PATH = LOW .. HIGH.")
         gui.add_button("Add").on_click(lambda _: self._told(self._add))
@@ -123,16 +123,16 @@ class Design:
         solver = make_solver(self._solver.value)
         starts, seed = int(self._starts.value), int(self._seed.value)
 
-        def compute(progress: Progress) -> Search:
+        def compute(progress: Progress) -> SearchProgress:
             self._line.content = ""
             progress(0.0, "compiling the equations")
             task.prepare()  # mistakes are told before anything is begun
             with TemporaryDirectory(prefix="nectosome-") as folder:
-                search = Search(task, [])
+                search = SearchProgress(task, [])
 
                 def look(done: int, _: Evaluation | None, __: int) -> bool:
                     nonlocal search
-                    before, search = search.evaluations, Search(task, read_starts(folder))
+                    before, search = search.evaluations, SearchProgress(task, read_starts(folder))
                     if search.evaluations > before:
                         self._show(robot, search)
                     return progress(done / starts, _words(search))
@@ -141,11 +141,11 @@ class Design:
                     multistart(task, solver, starts, seed, first=first, folder=folder, progress=look)
                 except RuntimeError:
                     raise InputError("a process of the search died, perhaps for want of memory.") from None
-                return Search(task, read_starts(folder))
+                return SearchProgress(task, read_starts(folder))
 
         self._session.work.begin("search", compute, partial(self._show, robot, ended=True))
 
-    def _show(self, robot: int, search: Search, ended: bool = False) -> None:
+    def _show(self, robot: int, search: SearchProgress, ended: bool = False) -> None:
         """Draw what is found so far."""
         with self._drawing:
             if robot != self._robot:
@@ -175,6 +175,6 @@ class Design:
             self._session.tell(f"applied; without a slider: {', '.join(each)}", False)
 
 
-def _words(search: Search) -> str:
+def _words(search: SearchProgress) -> str:
     best = f"best {search.task.objective} {search.told(search.best[0][1])}, " if search.best else ""
     return f"{best}{search.evaluations} evaluations"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _SHOWN = 3  # designs of the table
 
 
-class Search(NamedTuple):
+class SearchProgress(NamedTuple):
     """A task, and the evaluations of each start so far."""
 
     task: MotionDesign
@@ -46,7 +46,7 @@ class Search(NamedTuple):
         return show_quantity(e.outputs[self.task.objective], QUANTITIES[self.task.objective].dimension)
 
 
-def figure(search: Search) -> "go.Figure":
+def figure(search: SearchProgress) -> "go.Figure":
     """Best objective so far against evaluations, one line a start; crosses did not keep the limits."""
     import plotly.graph_objects as go
 
@@ -71,7 +71,7 @@ def figure(search: Search) -> "go.Figure":
     return small(fig).update_layout(showlegend=len(search.starts) > 1)
 
 
-def table(search: Search) -> str:
+def table(search: SearchProgress) -> str:
     """The best designs beside each other, those of different starts."""
     best, task = search.best[:_SHOWN], search.task
     if not best:

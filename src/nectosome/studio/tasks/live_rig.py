@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.controllers import Controller, Followed, Measuring, Ongoing
+from nectosome.controllers import ClosedLoopRecord, ClosedLoopRun, Controller, SensorModel
 from nectosome.core import Status
 from nectosome.mechanism import Diagnosis
-from nectosome.model import Commanded, build
+from nectosome.model import SampledPlant, build
 from nectosome.studio.work import Progress
 from nectosome.view.start import standing
 
@@ -39,11 +39,11 @@ class Pace(NamedTuple):
         return f"{words}; {rate:.0f} pictures a second"
 
 
-class Rig:
+class LiveRig:
     """A robot from its start on, under a controller of a reference that is known sample by sample."""
 
-    def __init__(self, robot: Commanded, controller: Controller, first: float, measuring: Measuring):
-        self.going = Ongoing(robot, controller.planned(np.array([first]), robot.dt), first, measuring)
+    def __init__(self, robot: SampledPlant, controller: Controller, first: float, measuring: SensorModel):
+        self.going = ClosedLoopRun(robot, controller.planned(np.array([first]), robot.dt), first, measuring)
         self.reference: list[float] = []
         self._controller, self._found = controller, list[Diagnosis]()
         self._stands = standing(robot.description, build(robot.description))
@@ -113,7 +113,7 @@ class Rig:
         return now.assign_coords(load=[str(i) for i in range(found.line_force.shape[1])]), np.array(self._way)
 
     @property
-    def followed(self) -> Followed:
+    def followed(self) -> ClosedLoopRecord:
         """All of it so far: what was wanted of samples that were taken is known."""
         return self.going.followed(np.array(self.reference), Status.SOLVED)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from nectosome.core import Status
 from nectosome.description import RobotDescription, get_value, numeric_paths, parse_robot, resolve, with_values
-from nectosome.designs.axes import Axis, read_axis
+from nectosome.designs.axes import SweepAxis, read_axis
 from nectosome.designs.sweep import mean_of, sweep, telling
 from nectosome.io import load_dataset, save_dataset
 from nectosome.studio.sliders import Knob, knobs_of
@@ -208,7 +208,7 @@ def _places(found: "xr.Dataset") -> dict[str, np.ndarray]:
     return {name: axis_of(found[name]).values for name in sides(found)}
 
 
-def _axis(field: Any, description: RobotDescription) -> Axis:
+def _axis(field: Any, description: RobotDescription) -> SweepAxis:
     """Axis that a field of the page asks for. Raises InputError."""
     try:
         return read_axis(field.value, description)

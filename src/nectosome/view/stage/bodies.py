@@ -25,7 +25,7 @@ _LEFT_OUT = ("weight", "buoyancy")  # of what the water does
 _SCALE = np.array([[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in sequential.Viridis])
 
 
-class Rigid(NamedTuple):
+class RigidMesh(NamedTuple):
     """A part that keeps its shape: a mesh in the frame of its first station."""
 
     place: Float[np.ndarray, "t 3"]  # [m]
@@ -116,7 +116,7 @@ class Arrows(NamedTuple):
     load: Int[np.ndarray, "n"]  # which load an arrow is of
 
 
-def bodies_of(run: "xr.Dataset", robot: RobotDescription | None) -> dict[str, Rigid | Soft]:
+def bodies_of(run: "xr.Dataset", robot: RobotDescription | None) -> dict[str, RigidMesh | Soft]:
     """Bodies of all parts that have a size, by part; of an unknown robot all that is rigid is a cylinder.
 
     Those of points are as `visible` has them.
@@ -152,13 +152,13 @@ def _rigid(
     rotation: Float[np.ndarray, "t n 3 3"],
     shape: str,
     colour: str,
-) -> Rigid:
+) -> RigidMesh:
     found = rings_of(x, half, position[:1], rotation[:1], shape, _ROUND)
     assert found is not None
     place, R, rings = position[:, 0], rotation[:, 0], found[0]
     vertices = (rings.reshape(-1, 3) - place[0]) @ R[0]
     faces = triangles(rings.shape[0], rings.shape[1])
-    return Rigid(place, _quaternions(R), vertices, faces, colour, flat=shape == "box")
+    return RigidMesh(place, _quaternions(R), vertices, faces, colour, flat=shape == "box")
 
 
 def _quaternions(R: Float[np.ndarray, "*n 3 3"]) -> Float[np.ndarray, "*n 4"]:

@@ -29,7 +29,7 @@ _PORTS = {f"{kind}{number}" for kind in ("COM", "LPT") for number in "0123456789
 _DEVICES = {"CON", "PRN", "AUX", "NUL", "CONIN$", "CONOUT$"} | _PORTS  # under Windows, with any suffix
 
 
-class Folder:
+class WorkFolder:
     """A folder and what is in it, for people who must not get out of it.
 
     A name is relative and has `/` between its parts: `fish.yaml`, `runs/fish.nc`.

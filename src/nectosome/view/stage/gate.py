@@ -46,7 +46,7 @@ _PAGE = '<!doctype html><html lang="en"><meta charset="utf-8"><title>nectosome s
 
 
 @dataclass(frozen=True)
-class Answer:
+class Reply:
     """What is answered in the place of viser: a status, a sentence (HTML), more headers."""
 
     status: HTTPStatus
@@ -78,7 +78,7 @@ class Gate:
         name = socket.gethostname() if self.host in ("", "0.0.0.0", "::") else self.host
         return f"http://{f'[{name}]' if ':' in name else name}:{port}/" + (f"?token={self.token}" if self.token else "")
 
-    def check(self, headers: Headers, path: str, port: int) -> Answer | None:
+    def check(self, headers: Headers, path: str, port: int) -> Reply | None:
         """Return None for a request that may go on to viser, else what to answer.
 
         `path` is as in the request, with its query; `port` is the one that the server listens at.
@@ -87,11 +87,11 @@ class Gate:
         if self.host in _LOCAL:
             at = "" if port == 80 else f":{port}"
             if host is None or host.lower() not in (f"127.0.0.1{at}", f"localhost{at}", f"[::1]{at}"):
-                return Answer(HTTPStatus.FORBIDDEN, f"Open http://localhost{at}/: the studio has no other name.")
+                return Reply(HTTPStatus.FORBIDDEN, f"Open http://localhost{at}/: the studio has no other name.")
         # What has no origin is no script of a page; a websocket from a browser always has one.
         is_socket = "Upgrade" in headers
         if ("Origin" in headers or is_socket) and (host is None or origin != f"http://{host}"):
-            return Answer(
+            return Reply(
                 HTTPStatus.FORBIDDEN, "This was asked for by another page, or by none. The studio serves its own."
             )
         query = path.partition("?")[2]
@@ -100,7 +100,7 @@ class Gate:
             if not is_socket and _same(parse_qs(query).get("token", [""])[0], self.token):
                 return _onwards(("Set-Cookie", f"{cookie}={self.token}; HttpOnly; SameSite=Strict; Path=/"))
             if not any(_same(value, self.token) for value in _cookies(headers, cookie)):
-                return Answer(
+                return Reply(
                     HTTPStatus.FORBIDDEN,
                     "The studio needs its token: open the whole address that <code>nectosome studio</code> printed, "
                     "with <code>?token=</code> and what follows. It is a new one each time the studio is started.",
@@ -203,19 +203,19 @@ def _listen(host: str, port: int) -> socket.socket:
     raise InputError(f"no free port found from {port} on. Ports go from 1 to 65535; 0 takes any that is free.")
 
 
-def _response(answer: Answer) -> Response:
+def _response(answer: Reply) -> Response:
     page = _PAGE.format(answer.sentence).encode()
     headers = Headers(answer.headers)
     headers.update({"Content-Type": "text/html; charset=utf-8", "Content-Length": str(len(page))})
     return Response(answer.status, answer.status.phrase, headers, page)
 
 
-def _onwards(*headers: tuple[str, str]) -> Answer:
+def _onwards(*headers: tuple[str, str]) -> Reply:
     """Return a page that goes on to the address without a query.
 
     A redirection by status would belong to the page with the link, and a strict cookie would not be sent along.
     """
-    return Answer(HTTPStatus.OK, '<a href="/">To the studio</a>', (*headers, ("Refresh", "0; url=/")))
+    return Reply(HTTPStatus.OK, '<a href="/">To the studio</a>', (*headers, ("Refresh", "0; url=/")))
 
 
 def _one(headers: Headers, name: str) -> str | None:

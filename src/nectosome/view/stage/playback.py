@@ -24,7 +24,7 @@ def repeated(run: "xr.Dataset", period: float, seconds: float) -> "xr.Dataset":
     """
     import xarray as xr
 
-    course, count = Course(run, period), max(int(np.ceil(seconds / period - 1e-9)), 1)
+    course, count = Playback(run, period), max(int(np.ceil(seconds / period - 1e-9)), 1)
     one = run[["position", "rotation", "half_width", "station_x"]]
     pieces = []
     for n in range(count):
@@ -48,7 +48,7 @@ class Moment(NamedTuple):
     here: Float[np.ndarray, "3"]
 
 
-class Course:
+class Playback:
     """The way of a run's body. With a period [s] each one begins where the last one ended."""
 
     def __init__(self, run: "xr.Dataset", period: float):

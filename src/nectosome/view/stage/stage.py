@@ -12,7 +12,7 @@ from nectosome.description.robot import WaterDescription
 from .bodies import (
     MATERIAL,
     Arrows,
-    Rigid,
+    RigidMesh,
     Slices,
     Soft,
     arrows_of,
@@ -23,7 +23,7 @@ from .bodies import (
     rgb,
     slice_mesh,
 )
-from .playback import Course, Moment
+from .playback import Moment, Playback
 from .surroundings import Surroundings
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class Stage:
         What the last one has as well is changed in place, so that nothing flickers.
         """
         before = (self._look, self._kinds()) if self._nodes else None
-        self.course, self._bodies, self.arrows = Course(run, period), bodies_of(run, robot), arrows_of(run)
+        self.course, self._bodies, self.arrows = Playback(run, period), bodies_of(run, robot), arrows_of(run)
         self._first = self.course.place[0]
         corners = self._corners(0)
         self.size = float(np.ptp(corners, axis=0).max()) or 1.0
@@ -87,7 +87,7 @@ class Stage:
         self.largest = self._lightest(look)
         for name, body in self._bodies.items():
             node = self._nodes[f"/world/{name}"]
-            if isinstance(body, Rigid) and self._is_seen(node.vertices, body.vertices):
+            if isinstance(body, RigidMesh) and self._is_seen(node.vertices, body.vertices):
                 node.vertices = _f32(body.vertices)
         if "/world/way" in self._nodes:
             self._nodes["/world/way"].points = self._way()
@@ -191,7 +191,7 @@ class Stage:
     def _kinds(self) -> list[tuple[str, int, int]]:
         """What nodes depend on: names, numbers of corners or slices, how many arrows and moments on the way."""
         parts = [
-            (name, -1, len(body.vertices)) if isinstance(body, Rigid) else (name, 1, len(body.x))
+            (name, -1, len(body.vertices)) if isinstance(body, RigidMesh) else (name, 1, len(body.x))
             for name, body in self._bodies.items()
         ]
         return [*parts, ("", len(self.arrows.load), len(self.course.place))]
@@ -205,8 +205,8 @@ class Stage:
         way = way[np.linspace(0, len(way) - 1, min(len(way), _CORNERS)).round().astype(int)]
         return _f32(np.stack([way[:-1], way[1:]], axis=1))
 
-    def _add(self, name: str, body: Rigid | Soft) -> None:
-        if isinstance(body, Rigid):
+    def _add(self, name: str, body: RigidMesh | Soft) -> None:
+        if isinstance(body, RigidMesh):
             mesh = {"color": rgb(body.colour), "flat_shading": body.flat}
             place = {"position": body.place[0], "wxyz": body.turn[0]}
             self._nodes[name] = self._scene.add_mesh_simple(name, _f32(body.vertices), body.faces, **mesh, **place)
@@ -245,9 +245,9 @@ class Stage:
         return _f32(np.stack([root, root + per_newton * self.arrows.force[k]], axis=1))
 
 
-def _corners(body: Rigid | Soft, k: int) -> Float[np.ndarray, "n 3"]:
+def _corners(body: RigidMesh | Soft, k: int) -> Float[np.ndarray, "n 3"]:
     """Corners, or middles of slices, of a body at moment k [m]."""
-    own = body.vertices if isinstance(body, Rigid) else body.slices(k).place
+    own = body.vertices if isinstance(body, RigidMesh) else body.slices(k).place
     R = Rotation.from_quat(body.turn[k], scalar_first=True).as_matrix()
     return own @ R.T + body.place[k]
 

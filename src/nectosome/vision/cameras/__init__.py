@@ -3,17 +3,17 @@
 from .calibration import calibrate, calibrate_behind
 from .camera import Camera, Glass, Lens, Report
 from .gaps import fill, fill_rotations
-from .pose import Pose, pose
-from .triangulate import Places, Status, triangulate
+from .pose import BodyPose, pose
+from .triangulate import PlaceStatus, Triangulated, triangulate
 
 __all__ = [
+    "BodyPose",
     "Camera",
     "Glass",
     "Lens",
-    "Places",
-    "Pose",
+    "PlaceStatus",
     "Report",
-    "Status",
+    "Triangulated",
     "calibrate",
     "calibrate_behind",
     "fill",

@@ -20,7 +20,7 @@ from .known_points import (
     refuse_swapped,
     smallest_found,
 )
-from .least_squares import Fit, fit, put
+from .least_squares import CameraFit, fit, put
 
 _ROUNDS = 200
 _SETTLED = 1e-10  # of the distance from the points
@@ -70,7 +70,7 @@ def _away(camera: Camera, glass: Glass) -> float:
 
 
 def report_on(
-    found: Fit,
+    found: CameraFit,
     points: Float[np.ndarray, "n 3"],
     pixels: Float[np.ndarray, "n 2"],
     terms: int,
@@ -112,7 +112,7 @@ def report_on(
     )
 
 
-def _unseen(found: Fit, pixels: Float[np.ndarray, "n 2"], freedom: int, chance: float) -> str:
+def _unseen(found: CameraFit, pixels: Float[np.ndarray, "n 2"], freedom: int, chance: float) -> str:
     """How large a misreading may be that nothing shows."""
     least, where = smallest_found(found, freedom, chance)
     known = least < np.sqrt(np.sum(axes(pixels) ** 2))
@@ -121,7 +121,7 @@ def _unseen(found: Fit, pixels: Float[np.ndarray, "n 2"], freedom: int, chance: 
     return f"{more} than unknowns: a misreading {limit} may stay unseen"
 
 
-def _place_se(found: Fit, middle: Float[np.ndarray, "3"], terms: int) -> float:
+def _place_se(found: CameraFit, middle: Float[np.ndarray, "3"], terms: int) -> float:
     """Standard error across the view [m] of what a place there is, for errors of 1 px in the known points' pixels."""
     camera = found.camera
     own = camera.lens.distortion[:terms] if camera.lens is not None else np.empty(0)
@@ -176,7 +176,7 @@ def calibrate(
     if known is not None:
         _refuse_unseen(known, pixels)
 
-    def refit(points: np.ndarray, pixels: np.ndarray) -> Fit:
+    def refit(points: np.ndarray, pixels: np.ndarray) -> CameraFit:
         return fit(points, pixels, known, terms)
 
     found = fit(points, pixels, known, terms, _STARTS)
@@ -211,7 +211,7 @@ def _refuse_unseen(lens: Lens, pixels: Float[np.ndarray, "n 2"]) -> None:
         )
 
 
-def _refuse_condition(found: Fit) -> None:
+def _refuse_condition(found: CameraFit) -> None:
     if found.condition > _CONDITION:
         raise InputError(
             f"do not determine a camera: its equations have a condition of {found.condition:.2g}, and up to "
@@ -220,7 +220,7 @@ def _refuse_condition(found: Fit) -> None:
         )
 
 
-def _refuse_undetermined(found: Fit, terms: int) -> None:
+def _refuse_undetermined(found: CameraFit, terms: int) -> None:
     if found.determined < _DETERMINED:
         what = "the lens beside the camera" if terms else "a camera"
         raise InputError(
@@ -230,7 +230,7 @@ def _refuse_undetermined(found: Fit, terms: int) -> None:
         )
 
 
-def _refuse_mirrored(found: Fit, points: Float[np.ndarray, "n 3"]) -> None:
+def _refuse_mirrored(found: CameraFit, points: Float[np.ndarray, "n 3"]) -> None:
     depth = found.camera.depth(points)
     if (depth < 0).all():
         raise InputError(

@@ -11,7 +11,7 @@ from scipy.stats import f as variance_ratio
 
 from nectosome.units import InputError
 
-from .least_squares import Fit, linear, moved, normaliser
+from .least_squares import CameraFit, linear, moved, normaliser
 
 FLAT = 0.02  # points that lie nearer to a plane or a line, of their spread, tell too little across it [-]
 
@@ -106,7 +106,7 @@ def _row(values: Float[np.ndarray, "d"]) -> str:
     return "(" + ", ".join(f"{x:g}" for x in values) + ")"
 
 
-Refit = Callable[[np.ndarray, np.ndarray], Fit]  # of points and pixels
+Refit = Callable[[np.ndarray, np.ndarray], CameraFit]  # of points and pixels
 
 _READ = 0.5  # px: a reading that is nearer to where it should be was not misread
 _GROSS = 0.05  # residuals of more of the points' spread in the picture are those of no camera [-]
@@ -118,7 +118,7 @@ _TRIED = 30  # points among which all pairs are swapped; of more, as many that a
 def refuse_swapped(
     points: Float[np.ndarray, "n 3"],
     pixels: Float[np.ndarray, "n 2"],
-    found: Fit,
+    found: CameraFit,
     refit: Refit,
     freedom: int,
     chance: float,
@@ -154,7 +154,7 @@ def refuse_swapped(
 def refuse_misread(
     points: Float[np.ndarray, "n 3"],
     pixels: Float[np.ndarray, "n 2"],
-    found: Fit,
+    found: CameraFit,
     refit: Refit,
     freedom: int,
     sd_px: float | None,
@@ -194,8 +194,8 @@ def refuse_misread(
 
 
 def _without(
-    points: Float[np.ndarray, "n 3"], pixels: Float[np.ndarray, "n 2"], found: Fit, refit: Refit
-) -> dict[int, Fit]:
+    points: Float[np.ndarray, "n 3"], pixels: Float[np.ndarray, "n 2"], found: CameraFit, refit: Refit
+) -> dict[int, CameraFit]:
     """Fits without the points that most probably make them better; the others are in no plane (`refuse_places`)."""
     gain = np.einsum("ni,nij,nj->n", found.residual, _inverse(found.leverage), found.residual)
     fits = {}
@@ -205,7 +205,7 @@ def _without(
     return fits
 
 
-def refuse_no_camera(pixels: Float[np.ndarray, "n 2"], found: Fit, freedom: int, estimated: bool) -> None:
+def refuse_no_camera(pixels: Float[np.ndarray, "n 2"], found: CameraFit, freedom: int, estimated: bool) -> None:
     """Raise InputError where the residuals are those of no camera."""
     sd, spread = np.sqrt(found.squares / freedom), np.sqrt(np.sum(axes(pixels) ** 2))
     if not sd < _GROSS * spread:
@@ -217,7 +217,7 @@ def refuse_no_camera(pixels: Float[np.ndarray, "n 2"], found: Fit, freedom: int,
         )
 
 
-def smallest_found(found: Fit, freedom: int, chance: float) -> tuple[float, int]:
+def smallest_found(found: CameraFit, freedom: int, chance: float) -> tuple[float, int]:
     """Misreading [px] that would be refused, at the point where it shows least, and which point; inf: none would."""
     n, left = len(found.residual), freedom - 2
     if left < 1 or chance <= 0:

@@ -76,7 +76,7 @@ _SINGULAR = 1e-9  # of a normalised matrix's singular values; those of cameras h
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class CameraFit:
     """A camera, and what least squares say of it."""
 
     camera: Camera
@@ -98,7 +98,7 @@ def fit(
     lens: Lens | None = None,
     terms: int = 0,
     starts: Sequence[float] = (0.0,),
-) -> Fit:
+) -> CameraFit:
     r"""Minimise the sum of |read - put|^2 over P (Hartley & Zisserman 2004, algorithm 7.1) and `terms` of k1, k2.
 
     P moves in the plane that touches the sphere |P| = 1 in the linear solution. Where the lens is estimated, K is that
@@ -152,7 +152,7 @@ def fit(
     camera, carry = _in_the_world(matrix, best[11:], T, S, lens)
     carry = np.block([[carry @ chart, np.zeros((12, terms))], [np.zeros((terms, 11)), np.eye(terms)]]) @ whitened
     parts = U.reshape(len(X), 2, -1)
-    return Fit(
+    return CameraFit(
         camera, -left.reshape(-1, 2) / scale, parts @ parts.transpose(0, 2, 1), carry @ carry.T, condition, d[-1] / d[0]
     )
 

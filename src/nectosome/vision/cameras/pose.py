@@ -9,13 +9,13 @@ from nectosome.units import InputError
 
 from .camera import inverse
 from .known_points import FLAT, axes, refuse_same
-from .triangulate import Status
+from .triangulate import PlaceStatus
 
 _GIMBAL = 0.02  # cosine of pitch, about 1 deg from 90 deg
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class BodyPose:
     """Where a body is in the world. What is not known is NaN, and `status` says why."""
 
     place: Float[np.ndarray, "t 3"]  # of the body frame's origin [m]
@@ -24,7 +24,7 @@ class Pose:
     residual: Float[np.ndarray, "t"]  # [m] rms over the markers of the distance between seen and put
     place_se: Float[np.ndarray, "t 3"]  # [m]; NaN without errors of the markers
     angles_se: Float[np.ndarray, "t 3"]  # [rad]
-    status: Int8[np.ndarray, "t"]  # a `Status`
+    status: Int8[np.ndarray, "t"]  # a `PlaceStatus`
 
 
 def pose(
@@ -33,7 +33,7 @@ def pose(
     *,
     covariance: Float[np.ndarray, "t m 3 3"] | None = None,
     unwrap: bool = False,
-) -> Pose:
+) -> BodyPose:
     r"""Rotation R and origin x that minimise $\sum_i |p_i - x - R b_i|^2$ (Kabsch 1976; Umeyama, PAMI 13 (1991) 376).
 
     p_i are `places` of markers in the world [m], NaN where there is none, b_i the same markers in the `body`'s frame.
@@ -56,7 +56,7 @@ def pose(
     _refuse_body(b)
     there = np.all(np.isfinite(p), axis=2)
     status = _status(there, b)
-    use = status == Status.GOOD
+    use = status == PlaceStatus.GOOD
     w, p = there[use].astype(float), np.where(there[use][..., None], p[use], 0)
     count = w.sum(axis=1)
     bm, pm = w @ b / count[:, None], p.sum(axis=1) / count[:, None]
@@ -65,7 +65,7 @@ def pose(
     q = bc @ R.transpose(0, 2, 1)
     arm = np.einsum("tij,tj->ti", R, bm)
     angles = _angles(R)
-    status[np.flatnonzero(use)[np.cos(angles[:, 1]) < _GIMBAL]] = Status.GIMBAL
+    status[np.flatnonzero(use)[np.cos(angles[:, 1]) < _GIMBAL]] = PlaceStatus.GIMBAL
     out = {
         "place": pm - arm,
         "rotation": R,
@@ -80,7 +80,7 @@ def pose(
     full = {name: _spread(values, use) for name, values in out.items()}
     if unwrap:
         full["angles"][use] = np.unwrap(full["angles"][use], axis=0)
-    return Pose(**full, status=status)
+    return BodyPose(**full, status=status)
 
 
 def _refuse_body(b: Float[np.ndarray, "m 3"]) -> None:
@@ -101,14 +101,14 @@ def _refuse_body(b: Float[np.ndarray, "m 3"]) -> None:
 def _status(there: Bool[np.ndarray, "t m"], b: Float[np.ndarray, "m 3"]) -> Int8[np.ndarray, "t"]:
     """Whether the markers of each frame give a pose."""
     seen, which = np.unique(there, axis=0, return_inverse=True)
-    kinds = np.full(len(seen), Status.GOOD, np.int8)
+    kinds = np.full(len(seen), PlaceStatus.GOOD, np.int8)
     for k, markers in enumerate(seen):
         if np.count_nonzero(markers) < 3:
-            kinds[k] = Status.FEW_MARKERS
+            kinds[k] = PlaceStatus.FEW_MARKERS
         else:
             spread = axes(b[markers])
             if spread[1] < FLAT * spread[0]:
-                kinds[k] = Status.LINE
+                kinds[k] = PlaceStatus.LINE
     return kinds[which.reshape(-1)]
 
 

@@ -11,7 +11,7 @@ from jaxtyping import Float, Int8
 from .camera import Camera, apply, inverse, zeros
 
 
-class Status(IntEnum):
+class PlaceStatus(IntEnum):
     """What became of a place or a pose; 0: it holds."""
 
     GOOD = 0
@@ -30,14 +30,14 @@ class Status(IntEnum):
 
 
 _WORDS = {
-    Status.GOOD: "good",
-    Status.FEW_CAMERAS: "seen by fewer than two cameras",
-    Status.PARALLEL: "seen along rays that are nearly parallel",
-    Status.BEHIND: "its rays meet behind a camera",
-    Status.UNSETTLED: "its rays do not come near each other",
-    Status.FEW_MARKERS: "fewer than three markers have a place",
-    Status.LINE: "the markers that have a place lie on a line",
-    Status.GIMBAL: "pitch is near 90 deg: roll and yaw are not told apart, its rotation holds",
+    PlaceStatus.GOOD: "good",
+    PlaceStatus.FEW_CAMERAS: "seen by fewer than two cameras",
+    PlaceStatus.PARALLEL: "seen along rays that are nearly parallel",
+    PlaceStatus.BEHIND: "its rays meet behind a camera",
+    PlaceStatus.UNSETTLED: "its rays do not come near each other",
+    PlaceStatus.FEW_MARKERS: "fewer than three markers have a place",
+    PlaceStatus.LINE: "the markers that have a place lie on a line",
+    PlaceStatus.GIMBAL: "pitch is near 90 deg: roll and yaw are not told apart, its rotation holds",
 }
 
 
@@ -47,13 +47,13 @@ _ENOUGH = 1e-6  # of the distance from the cameras: a place that still moves by 
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
+class Triangulated:
     """Where points are in the world. A place that does not hold is NaN, and `status` says why."""
 
     place: Float[np.ndarray, "*batch 3"]  # [m]
     residual: Float[np.ndarray, "*batch"]  # [px] rms over the cameras of the distance between read and put
     covariance: Float[np.ndarray, "*batch 3 3"]  # [m2]
-    status: Int8[np.ndarray, "*batch"]  # a `Status`
+    status: Int8[np.ndarray, "*batch"]  # a `PlaceStatus`
 
     @property
     def se(self) -> Float[np.ndarray, "*batch 3"]:
@@ -67,7 +67,7 @@ def triangulate(
     *,
     sd_px: float | Float[np.ndarray, "cameras"],
     least_angle: float = np.radians(1.0),
-) -> Places:
+) -> Triangulated:
     r"""Places that minimise $\sum |read - put|^2 / sd^2$ over the cameras, from their linear solution by Gauss-Newton.
 
     Pixels are those of the file, with the lens's distortion; NaN: that camera does not see the point. `sd_px` is the
@@ -93,24 +93,24 @@ def triangulate(
     read = pixels.reshape(len(cameras), -1, 2)
     straight = np.stack([camera.straightened(p) for camera, p in zip(cameras, read, strict=True)])
     weight = np.isfinite(straight).all(axis=-1) / np.broadcast_to(sd[..., None], (len(cameras), 1)) ** 2
-    status = np.full(read.shape[1], Status.GOOD, np.int8)
-    status[np.count_nonzero(weight, axis=0) < 2] = Status.FEW_CAMERAS
-    status[(status == Status.GOOD) & (_angle(cameras, straight) < least_angle)] = Status.PARALLEL
+    status = np.full(read.shape[1], PlaceStatus.GOOD, np.int8)
+    status[np.count_nonzero(weight, axis=0) < 2] = PlaceStatus.FEW_CAMERAS
+    status[(status == PlaceStatus.GOOD) & (_angle(cameras, straight) < least_angle)] = PlaceStatus.PARALLEL
     place, residual = np.full((len(status), 3), np.nan), np.full(len(status), np.nan)
     covariance = np.full((len(status), 3, 3), np.nan)
-    todo = np.flatnonzero(status == Status.GOOD)
+    todo = np.flatnonzero(status == PlaceStatus.GOOD)
     if len(todo):
         chosen = read[:, todo], weight[:, todo]
         x = _linear(cameras, straight[:, todo], chosen[1])
         with np.errstate(all="ignore"):  # what comes nowhere near may run away
             x, settled = _refined(cameras, *chosen, x)
             normal, _, squares, depth = _equations(cameras, *chosen, x)
-        status[todo[~settled]] = Status.UNSETTLED
-        status[todo[settled & (np.where(chosen[1] > 0, depth, 1) <= 0).any(axis=0)]] = Status.BEHIND
-        good = status[todo] == Status.GOOD
+        status[todo[~settled]] = PlaceStatus.UNSETTLED
+        status[todo[settled & (np.where(chosen[1] > 0, depth, 1) <= 0).any(axis=0)]] = PlaceStatus.BEHIND
+        good = status[todo] == PlaceStatus.GOOD
         place[todo[good]], covariance[todo[good]] = x[good], inverse(normal[good])
         residual[todo[good]] = np.sqrt(squares[good] / np.count_nonzero(chosen[1][:, good], axis=0))
-    return Places(
+    return Triangulated(
         place.reshape(*batch, 3), residual.reshape(batch), covariance.reshape(*batch, 3, 3), status.reshape(batch)
     )
 

@@ -13,7 +13,7 @@ from nectosome.io import provenance
 from nectosome.units import InputError
 
 from .clip import Clip, Progress, intervals
-from .plane import Plane
+from .plane import MotionPlane
 from .reasons import Reason, lost
 from .sheet import SegmentSheet
 
@@ -31,7 +31,7 @@ from .segments import Groups, blobs, pose
 from .sheet import Segment
 
 
-class Field(IntEnum):
+class SegmentField(IntEnum):
     """What is known of a segment; lengths in the unit of the plane, direction in rad."""
 
     X = 0
@@ -55,7 +55,7 @@ class Eye:
 
     def __init__(self, sheet: SegmentSheet, size: tuple[int, int]):
         self.sheet = sheet
-        self.plane: Plane = plane_of(sheet, size)
+        self.plane: MotionPlane = plane_of(sheet, size)
         segments = list(sheet.segments.values())
         self._groups = Groups(segments)
         of = self._groups.of
@@ -75,7 +75,7 @@ class Eye:
             for of_colour, across in zip(found, self._across, strict=True)
         ]
         row, reasons, directions = told_apart(poses, self._groups.of, self._base)
-        values = np.full((len(row), len(Field)), np.nan)
+        values = np.full((len(row), len(SegmentField)), np.nan)
         for s, (seen, direction) in enumerate(zip(row, directions, strict=True)):
             if seen is None:
                 continue
@@ -83,7 +83,7 @@ class Eye:
             if seen.cut:
                 reasons[s] = Reason.EDGE
             elif direction is not None:
-                values[s, Field.DIRECTION] = direction
+                values[s, SegmentField.DIRECTION] = direction
         return Seen(values, reasons)
 
 
@@ -91,7 +91,11 @@ def _across(segment: Segment) -> bool:
     return segment.length is not None and segment.width is not None and segment.length < segment.width
 
 
-_SIZES = {Field.LENGTH: (0.04, 0.1), Field.WIDTH: (0.15, 0.3), Field.AREA: (0.06, 0.2)}  # least and most let pass
+_SIZES = {
+    SegmentField.LENGTH: (0.04, 0.1),
+    SegmentField.WIDTH: (0.15, 0.3),
+    SegmentField.AREA: (0.06, 0.2),
+}  # least and most let pass
 _SCATTERS = 6.0  # standard deviations that are let pass
 
 
@@ -104,12 +108,12 @@ def judged(values: Float[np.ndarray, "t s 6"], why: Int[np.ndarray, "t s"]) -> F
     """
     quality = np.zeros(why.shape)
     for s in range(why.shape[1]):
-        known = (why[:, s] != Reason.EDGE) & np.isfinite(values[:, s, Field.AREA])
+        known = (why[:, s] != Reason.EDGE) & np.isfinite(values[:, s, SegmentField.AREA])
         if not known.any():
             continue
         with np.errstate(divide="ignore", invalid="ignore"):
             off = {k: np.log(values[:, s, k] / np.median(values[known, s, k])) for k in _SIZES}
-        quality[known, s] = np.exp(-np.abs(off[Field.AREA]) - np.abs(off[Field.LENGTH]))[known]
+        quality[known, s] = np.exp(-np.abs(off[SegmentField.AREA]) - np.abs(off[SegmentField.LENGTH]))[known]
         larger, smaller = np.zeros(len(why), bool), np.zeros(len(why), bool)
         for k, limits in _SIZES.items():
             more, less = unusual(off[k], known, *limits)
@@ -179,7 +183,7 @@ def _dataset(
     bad = why != Reason.SEEN
     values = values.copy()
     values[~np.isin(why, (Reason.SEEN, Reason.DIRECTION, Reason.ROUND))] = np.nan
-    direction = np.where(bad, np.nan, values[..., Field.DIRECTION])
+    direction = np.where(bad, np.nan, values[..., SegmentField.DIRECTION])
     turn = np.diff(direction, axis=1)
     joints = [f"{a}-{b}" for a, b in pairwise(names)]
     gaps, odd = intervals(time, clip)
@@ -199,11 +203,11 @@ def _dataset(
     }
     return xr.Dataset(
         {
-            "position": (("time", "segment", "axis"), values[..., : Field.DIRECTION], {"units": unit}),
+            "position": (("time", "segment", "axis"), values[..., : SegmentField.DIRECTION], {"units": unit}),
             "direction": (("time", "segment"), _wrapped(direction), {"units": "rad"}),
             "joint_angle": (("time", "joint"), _wrapped(turn), {"units": "rad"}),
-            "length": (("time", "segment"), values[..., Field.LENGTH], {"units": unit}),
-            "width": (("time", "segment"), values[..., Field.WIDTH], {"units": unit}),
+            "length": (("time", "segment"), values[..., SegmentField.LENGTH], {"units": unit}),
+            "width": (("time", "segment"), values[..., SegmentField.WIDTH], {"units": unit}),
             "quality": (("time", "segment"), quality, {"units": "1"}),
             "reason": (("time", "segment"), why, {"units": "1"}),
         },
@@ -212,7 +216,7 @@ def _dataset(
     )
 
 
-def _found(plane: Plane) -> list[str]:
+def _found(plane: MotionPlane) -> list[str]:
     said = [f"a pixel is {1e3 * plane.pixel:.4g} mm"] if plane.unit == "m" else ["no scale: places are in pixels"]
     return said + ([f"known points are {plane.residual:.2g} px off (rms)"] if plane.residual is not None else [])
 
@@ -220,7 +224,7 @@ def _found(plane: Plane) -> list[str]:
 def _sizes(sheet: SegmentSheet, values: Float[np.ndarray, "t s 6"], bad: np.ndarray) -> Iterator[str]:
     for s, (name, segment) in enumerate(sheet.segments.items()):
         seen = values[~bad[:, s], s]
-        for k, what in ((Field.LENGTH, "length"), (Field.WIDTH, "width")):
+        for k, what in ((SegmentField.LENGTH, "length"), (SegmentField.WIDTH, "width")):
             stated = getattr(segment, what)
             if stated is not None and len(seen):
                 usual = float(np.median(seen[:, k]))

@@ -7,15 +7,15 @@ import numpy as np
 from jaxtyping import Float
 
 from .reasons import Reason
-from .segments import Pose
+from .segments import SegmentPose
 
 _ROUND = 1.25  # a segment must be longer than wide by this, to have a direction
 _CLOSE = 1.5  # sums of gaps that differ by less than this factor are a doubt
 
 
 def told_apart(
-    poses: Sequence[Sequence[Pose]], colours: Sequence[int], base: Float[np.ndarray, "2"] | None
-) -> tuple[list[Pose | None], list[Reason], list[float | None]]:
+    poses: Sequence[Sequence[SegmentPose]], colours: Sequence[int], base: Float[np.ndarray, "2"] | None
+) -> tuple[list[SegmentPose | None], list[Reason], list[float | None]]:
     """Pose, reason and direction [rad] of each segment, whose colour is `colours[segment]`.
 
     `poses` are by colour. Segments of one colour are told apart, and the directions of all, by the way through all seen
@@ -30,10 +30,10 @@ def told_apart(
             for s in places[k]:
                 reasons[s] = short if len(found) < len(places[k]) else Reason.PIECES
     usable = [k for k, found in enumerate(poses) if len(found) == len(places[k])]
-    best: tuple[float, list[Pose | None], list[float | None]] | None = None
+    best: tuple[float, list[SegmentPose | None], list[float | None]] | None = None
     second = np.inf
     for orders in product(*(permutations(poses[k]) for k in usable)):
-        row: list[Pose | None] = [None] * n
+        row: list[SegmentPose | None] = [None] * n
         for k, order in zip(usable, orders, strict=True):
             for s, pose in zip(places[k], order, strict=True):
                 row[s] = pose
@@ -57,7 +57,9 @@ def told_apart(
     return row, reasons, directions
 
 
-def _directed(row: Sequence[Pose | None], base: Float[np.ndarray, "2"] | None) -> tuple[float, list[float | None]]:
+def _directed(
+    row: Sequence[SegmentPose | None], base: Float[np.ndarray, "2"] | None
+) -> tuple[float, list[float | None]]:
     """Least sum of gaps, and the directions that have it; None where no neighbour is seen."""
     directions: list[float | None] = [None] * len(row)
     total = 0.0
@@ -75,7 +77,7 @@ def _directed(row: Sequence[Pose | None], base: Float[np.ndarray, "2"] | None) -
     return total, directions
 
 
-def _run(poses: Sequence[Pose | None], start: Float[np.ndarray, "2"] | None) -> tuple[float, list[float | None]]:
+def _run(poses: Sequence[SegmentPose | None], start: Float[np.ndarray, "2"] | None) -> tuple[float, list[float | None]]:
     """Shortest way through segments that follow each other, by dynamic programming over their two directions."""
     ends = None  # where the one before ends, for each of its directions
     cost = np.zeros(2)

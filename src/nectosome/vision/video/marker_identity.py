@@ -20,7 +20,7 @@ Found = tuple[Int[np.ndarray, "cameras markers"], list[Reason]]
 _Option = tuple[Int[np.ndarray, "cameras"], Float[np.ndarray, "3"]]  # candidates by camera, -1: none, and their place
 
 
-class Body:
+class MarkerBody:
     """Markers on a rigid body, and the way to find them among candidates."""
 
     def __init__(
@@ -148,7 +148,7 @@ class Tracks:
     late: float  # most that frames taken together differ in time [s]; 0: the same moments
 
 
-def followed(cameras: Sequence[Camera], seen: Sequence[Sightings], body: Body) -> Tracks:
+def followed(cameras: Sequence[Camera], seen: Sequence[Sightings], body: MarkerBody) -> Tracks:
     """Follow a body's markers through all frames; raises InputError where the videos have no time together.
 
     Frames are taken together that are nearest in time. Where cameras do not see the same moments, pixels of the others

@@ -11,12 +11,12 @@ from jaxtyping import Bool, Float, Int
 
 from nectosome.io import provenance
 from nectosome.units import InputError
-from nectosome.vision.cameras import Camera, Places, Status, fill, fill_rotations, pose, triangulate
+from nectosome.vision.cameras import Camera, PlaceStatus, Triangulated, fill, fill_rotations, pose, triangulate
 
 from .angles import unusual
 from .clip import Clip, Progress, intervals
 from .marker_candidates import MarkerEye, Sightings, without
-from .marker_identity import Body, Tracks, followed
+from .marker_identity import MarkerBody, Tracks, followed
 from .reasons import Reason, lost
 from .sheet import MarkerSheet
 
@@ -94,7 +94,7 @@ def track_markers(
     `marker_se`, `residual` [px] and `reason` (marker), one of `Reason`; `position` (axis) [m] of the origin of the
     body's frame and `angle` [rad] (roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll)), with `position_se` and
     `angle_se`; `misfit` [m], the rms of what markers are off the body; `quality` from 0 to 1, the usual misfit over
-    this one; `status`, one of `Status`; and `filled`. What has a reason is nan. Standard errors are of the pixels'
+    this one; `status`, one of `PlaceStatus`; and `filled`. What has a reason is nan. Standard errors are of the pixels'
     scatter, which the residuals tell; those of the calibration are not in them. Raises InputError.
     """
     names = list(sheet.cameras)
@@ -104,7 +104,7 @@ def track_markers(
         )
     eye = MarkerEye(list(sheet.markers.values()), sheet.smallest)
     at = np.array([marker.at for marker in sheet.markers.values()])
-    body = Body(at, eye.groups.of, sheet.misfit, sheet.tolerance, list(sheet.markers))
+    body = MarkerBody(at, eye.groups.of, sheet.misfit, sheet.tolerance, list(sheet.markers))
     clips = [_clip(video, sheet, name) for video, name in zip(videos, names, strict=True)]
     cameras: list[Camera] = []
     seen: list[Sightings] = []
@@ -149,13 +149,13 @@ def _dataset(
     covered = _odd_areas(cameras, triangulate(cameras, tracks.pixels, sd_px=_SD), tracks.areas, why)
     pixels = np.where(covered[..., None], np.nan, tracks.pixels)
     places = triangulate(cameras, pixels, sd_px=_SD)
-    there = places.status == Status.GOOD
+    there = places.status == PlaceStatus.GOOD
     why = np.where((why == Reason.SEEN) & ~there, Reason.LOST, why)
     # two cameras leave one number too many for a place: residuals tell what a pixel's error is
     sd = _pixel_error(pixels, places) or _SD
     places = triangulate(cameras, pixels, sd_px=sd)
     found = pose(places.place, at, covariance=places.covariance, unwrap=True)
-    good = (found.status == Status.GOOD) | (found.status == Status.GIMBAL)
+    good = (found.status == PlaceStatus.GOOD) | (found.status == PlaceStatus.GIMBAL)
     usual = np.nanmedian(found.residual) if good.any() else np.nan
     with np.errstate(invalid="ignore", divide="ignore"):
         quality = np.where(good, np.minimum(1.0, usual / np.maximum(found.residual, 1e-15)), 0.0)
@@ -176,7 +176,7 @@ def _dataset(
     attrs = {
         "title": sheet.about or clips[0].path.name,
         "reasons": json.dumps({int(reason): reason.words for reason in Reason}),
-        "statuses": json.dumps({int(status): status.words for status in Status}),
+        "statuses": json.dumps({int(status): status.words for status in PlaceStatus}),
         "gaps": json.dumps(gaps),
         "provenance": json.dumps(provenance({"sheet": sheet.model_dump(mode="json")}) | about),
     }
@@ -207,7 +207,7 @@ def _dataset(
 
 
 def _odd_areas(
-    cameras: Sequence[Camera], places: Places, areas: Float[np.ndarray, "c t m"], why: Int[np.ndarray, "t m"]
+    cameras: Sequence[Camera], places: Triangulated, areas: Float[np.ndarray, "c t m"], why: Int[np.ndarray, "t m"]
 ) -> np.ndarray:
     """Which pixels are of a marker that is covered or merged: its area times depth squared is not the usual one."""
     strange = np.zeros(areas.shape, bool)
@@ -229,10 +229,10 @@ def _odd_areas(
     return strange
 
 
-def _pixel_error(pixels: Float[np.ndarray, "c t m 2"], places: Places) -> float | None:
+def _pixel_error(pixels: Float[np.ndarray, "c t m 2"], places: Triangulated) -> float | None:
     """Standard error of a pixel's coordinate, from the residuals; None without any."""
     count = np.sum(np.isfinite(pixels[..., 0]), axis=0)
-    good = places.status == Status.GOOD
+    good = places.status == PlaceStatus.GOOD
     freedom = np.sum(2 * count[good] - 3)
     if freedom < 30:
         return None
@@ -262,6 +262,6 @@ def _said(sheet: MarkerSheet, cameras: Sequence[Camera], tracks: Tracks) -> Iter
 def _gone(status: Int[np.ndarray, "t"]) -> list[str]:
     return [
         f"body: {kind.words} in {np.sum(status == kind)} of {len(status)} frames"
-        for kind in Status
-        if kind != Status.GOOD and np.any(status == kind)
+        for kind in PlaceStatus
+        if kind != PlaceStatus.GOOD and np.any(status == kind)
     ]

@@ -11,7 +11,7 @@ from nectosome.io.atomic import write_atomic
 from nectosome.io.extras import package
 
 from .clip import Clip, write_video
-from .plane import Plane, plane_of
+from .plane import MotionPlane, plane_of
 from .reasons import Reason
 from .sheet import SegmentSheet
 
@@ -40,7 +40,7 @@ def draw_over(
     write_atomic(path, lambda beside: write_video(beside, pictures()))
 
 
-def draw(image: UInt8[np.ndarray, "h w 3"], plane: Plane, at: "xr.Dataset") -> UInt8[np.ndarray, "h w 3"]:
+def draw(image: UInt8[np.ndarray, "h w 3"], plane: MotionPlane, at: "xr.Dataset") -> UInt8[np.ndarray, "h w 3"]:
     """A picture with the segments of one moment."""
     cv2 = package("cv2", "video")
     image = image.copy()

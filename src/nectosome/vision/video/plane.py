@@ -13,13 +13,13 @@ from nectosome.io.extras import package
 from nectosome.units import InputError
 from nectosome.vision.cameras import Lens
 
-from .sheet import Place, SegmentSheet
+from .sheet import SegmentSheet, SheetPlace
 
 _FAR = 3.0  # px: a known point that is further off than this was misread
 
 
 @dataclass(frozen=True)
-class Plane:
+class MotionPlane:
     """Where each pixel is in the plane of motion."""
 
     grid: Float[np.ndarray, "height width 2"]  # x, y of each pixel's middle [`unit`]
@@ -35,7 +35,7 @@ class Plane:
         return straight if self.lens is None else self.lens.bent(straight)[0]
 
 
-def plane_of(sheet: SegmentSheet, size: tuple[int, int]) -> Plane:
+def plane_of(sheet: SegmentSheet, size: tuple[int, int]) -> MotionPlane:
     """Plane of a picture of a `size` (width, height) [px]. Raises InputError for points that do not fit."""
     width, height = size
     lens, residual = _lens(sheet), None
@@ -54,7 +54,7 @@ def plane_of(sheet: SegmentSheet, size: tuple[int, int]) -> Plane:
     a, b = height // 2, width // 2
     across, down = grid[a, b] - grid[a, b - 1], grid[a, b] - grid[a - 1, b]
     pixel = float(np.sqrt(abs(across[0] * down[1] - across[1] * down[0])))
-    return Plane(grid, unit, pixel, residual, to_pixels, lens)
+    return MotionPlane(grid, unit, pixel, residual, to_pixels, lens)
 
 
 def _lens(sheet: SegmentSheet) -> Lens | None:
@@ -70,7 +70,7 @@ def _mapped(matrix: Float[np.ndarray, "3 3"], points: Float[np.ndarray, "n 2"]) 
     return made[:, :2] / made[:, 2:]
 
 
-def _homography(points: tuple[Place, ...], lens: Lens | None) -> tuple[Float[np.ndarray, "3 3"], float]:
+def _homography(points: tuple[SheetPlace, ...], lens: Lens | None) -> tuple[Float[np.ndarray, "3 3"], float]:
     """Matrix from places to pixels, by least squares, and the rms of what the points are off [px]."""
     seen = _straight(np.array([point.seen for point in points], float), lens)
     places = np.array([point.at for point in points], float)

@@ -18,7 +18,7 @@ from jaxtyping import Bool, Float, UInt8
 
 from nectosome.io.extras import package
 
-from .plane import Plane
+from .plane import MotionPlane
 from .sheet import Colour, Fit
 
 MOST = 8  # colours at once: a pixel's are the bits of a byte
@@ -88,7 +88,7 @@ class Blob:
 
 
 @dataclass(frozen=True)
-class Pose:
+class SegmentPose:
     """A segment's rectangle in the plane; the axis goes along `length` in either direction."""
 
     middle: Float[np.ndarray, "2"]
@@ -127,9 +127,9 @@ def blobs(bits: UInt8[np.ndarray, "height width"], alone: Sequence[bool], smalle
 
 
 def pose(
-    blob: Blob, image: UInt8[np.ndarray, "height width 3"], bits: UInt8[np.ndarray, "height width"], plane: Plane,
+    blob: Blob, image: UInt8[np.ndarray, "height width 3"], bits: UInt8[np.ndarray, "height width"], plane: MotionPlane,
     fit: Fit, across: bool,
-) -> Pose:  # fmt: skip
+) -> SegmentPose:  # fmt: skip
     """Rectangle of a blob; `across`: the segment is wider than long."""
     height, width = bits.shape
     cut = blob.left == 0 or blob.top == 0 or blob.left + blob.width == width or blob.top + blob.height == height
@@ -138,13 +138,13 @@ def pose(
     )
     if across:
         direction, longer, shorter = direction + np.pi / 2, shorter, longer
-    return Pose(middle, float(direction % np.pi), longer, shorter, area, cut)
+    return SegmentPose(middle, float(direction % np.pi), longer, shorter, area, cut)
 
 
 _Rectangle = tuple[Float[np.ndarray, "2"], float, float, float, float]
 
 
-def _by_moments(blob: Blob, image: np.ndarray, bits: np.ndarray, plane: Plane) -> _Rectangle:
+def _by_moments(blob: Blob, image: np.ndarray, bits: np.ndarray, plane: MotionPlane) -> _Rectangle:
     window, share = coverage(blob, image, bits)
     places = plane.grid[window].reshape(-1, 2)
     weight = share.ravel()
@@ -201,7 +201,7 @@ def _ground(colour: Float[np.ndarray, "h w 3"], around: Bool[np.ndarray, "h w"])
     return (cv2.blur(colour * there[..., None], size, borderType=cv2.BORDER_CONSTANT) + 1e-3 * far) / weight
 
 
-def _by_rectangle(blob: Blob, plane: Plane) -> _Rectangle:
+def _by_rectangle(blob: Blob, plane: MotionPlane) -> _Rectangle:
     cv2 = package("cv2", "video")
     outline, _ = cv2.findContours(blob.mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     pixels = np.concatenate(outline)[:, 0, :]

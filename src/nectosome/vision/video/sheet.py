@@ -46,7 +46,7 @@ class Segment(Colour):
     width: Length | None = None
 
 
-class Place(Described):
+class SheetPlace(Described):
     """A known point of the plane, `at` x, y [m], and the pixel where it is `seen`, from the left and from the top."""
 
     at: tuple[Coordinate, Coordinate]
@@ -73,7 +73,7 @@ class SegmentSheet(Described):
     rate: Rate | None = None
     size: tuple[Count, Count] | None = None
     pixel: Length | None = None
-    points: Annotated[tuple[Place, ...], Field(min_length=4)] | None = None
+    points: Annotated[tuple[SheetPlace, ...], Field(min_length=4)] | None = None
     lens: LensSheet | None = None
     seen_from: Literal["above", "below"] = "above"
     origin: tuple[Number, Number] | None = None

@@ -6,29 +6,29 @@ Everything about a frame is known exactly: the motion is handed in, `Camera.sees
 from .clip import write_clip
 from .film import Film
 from .mottling import Mottling
-from .optics import Camera, Lens, Port
+from .optics import Port, RenderCamera, RenderLens
 from .paddle_scene import Bubbles, Floor, Occluder, Paddle, PaddleScene
 from .shapes import Disc, Strip
-from .solids import Rod
-from .tank_scene import Lamps, Mirror, TankScene, Water
+from .solids import RodSolid
+from .tank_scene import Lamps, Mirror, TankScene, TankWater
 
 __all__ = [
     "Bubbles",
-    "Camera",
     "Disc",
     "Film",
     "Floor",
     "Lamps",
-    "Lens",
     "Mirror",
     "Mottling",
     "Occluder",
     "Paddle",
     "PaddleScene",
     "Port",
-    "Rod",
+    "RenderCamera",
+    "RenderLens",
+    "RodSolid",
     "Strip",
     "TankScene",
-    "Water",
+    "TankWater",
     "write_clip",
 ]

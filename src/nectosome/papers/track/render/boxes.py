@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 
-class Box(NamedTuple):
+class PixelBox(NamedTuple):
     """Rows and columns of an image, each from one up to but without another."""
 
     top: int
@@ -30,28 +30,28 @@ class Box(NamedTuple):
         """Whether no pixel is in it."""
         return self.bottom <= self.top or self.right <= self.left
 
-    def grown(self, by: int, size: tuple[int, int]) -> "Box":
+    def grown(self, by: int, size: tuple[int, int]) -> "PixelBox":
         """With so many pixels more on each side, within an image of a width and a height."""
         return self._replace(
             top=self.top - by, bottom=self.bottom + by, left=self.left - by, right=self.right + by
-        ).cut(Box(0, size[1], 0, size[0]))
+        ).cut(PixelBox(0, size[1], 0, size[0]))
 
-    def cut(self, by: "Box") -> "Box":
+    def cut(self, by: "PixelBox") -> "PixelBox":
         """What it has in common with another."""
-        return Box(
+        return PixelBox(
             max(self.top, by.top), min(self.bottom, by.bottom), max(self.left, by.left), min(self.right, by.right)
         )
 
-    def joined(self, other: "Box") -> "Box":
+    def joined(self, other: "PixelBox") -> "PixelBox":
         """The smallest box around both."""
-        return Box(
+        return PixelBox(
             min(self.top, other.top),
             max(self.bottom, other.bottom),
             min(self.left, other.left),
             max(self.right, other.right),
         )
 
-    def inside(self, other: "Box") -> tuple[slice, slice]:
+    def inside(self, other: "PixelBox") -> tuple[slice, slice]:
         """Rows and columns to index an image of `other` with, which it lies in."""
         return (
             slice(self.top - other.top, self.bottom - other.top),
@@ -82,21 +82,21 @@ def split(pixels: Float[np.ndarray, "k 2"], n: int) -> Float[np.ndarray, "k n2 2
     return pixels[:, None, :] + (grid + shift[:, None, :]) % 1 - 0.5
 
 
-def around(pixels: Float[np.ndarray, "n 2"], by: float, size: tuple[int, int]) -> Box:
+def around(pixels: Float[np.ndarray, "n 2"], by: float, size: tuple[int, int]) -> PixelBox:
     """The pixels of an image of a width and a height within a distance `by` [px] of the box about points."""
     if not np.all(np.isfinite(pixels)):
         pixels = pixels[np.all(np.isfinite(pixels), axis=1)]
         if not pixels.size:
-            return Box(0, 0, 0, 0)
+            return PixelBox(0, 0, 0, 0)
     limit = np.array(size, float)
     left, top = np.floor(np.clip(pixels.min(axis=0) - by + 0.5, 0, limit)).astype(int)
     right, bottom = np.ceil(np.clip(pixels.max(axis=0) + by + 0.5, 0, limit)).astype(int)
-    return Box(int(top), int(bottom), int(left), int(right))
+    return PixelBox(int(top), int(bottom), int(left), int(right))
 
 
-def apart(boxes: Iterable[Box], gap: int) -> list[Box]:
+def apart(boxes: Iterable[PixelBox], gap: int) -> list[PixelBox]:
     """Boxes that hold all pixels of some, joined until more than `gap` pixels lie between any two; no empty ones."""
-    left: list[Box] = []
+    left: list[PixelBox] = []
     for box in boxes:
         if box.empty:
             continue

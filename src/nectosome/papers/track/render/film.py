@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from scipy.ndimage import gaussian_filter
 
-from .boxes import Box
+from .boxes import PixelBox
 
 Colour = tuple[float, float, float]  # red, green, blue as in a picture file, 0 to 255
 
@@ -121,7 +121,9 @@ class Plate:
         self._counts = film.tone(self._spread * self._even).astype(np.float32)
         self._size = width, height
 
-    def exposed(self, t: float, changes: list[tuple[Box, Float[np.ndarray, "a b 3"]]]) -> UInt8[np.ndarray, "h w 3"]:
+    def exposed(
+        self, t: float, changes: list[tuple[PixelBox, Float[np.ndarray, "a b 3"]]]
+    ) -> UInt8[np.ndarray, "h w 3"]:
         """The frame of a time t [s], with other light in boxes that are more than twice `film.reach` apart."""
         counts = self._counts.copy()
         for box, light in changes:

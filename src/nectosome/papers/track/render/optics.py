@@ -14,7 +14,7 @@ Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class Lens:
+class RenderLens:
     r"""A lens that is round about its axis, by one number from rectilinear to equidistant.
 
     $$ r = \frac{f}{s} \tan(s \theta) $$
@@ -143,7 +143,7 @@ def _bent(rays: Float[np.ndarray, "n 3"], normal: Float[np.ndarray, "3"], ratio:
 
 
 @dataclass(frozen=True)
-class Camera:
+class RenderCamera:
     """A camera at a place that looks at a point, through a port if there is one.
 
     Its axes: forward along the lens's axis, right = forward x up, down = forward x right. One that looks straight down
@@ -151,7 +151,7 @@ class Camera:
     """
 
     size: tuple[int, int]  # width, height [px]
-    lens: Lens
+    lens: RenderLens
     place: Vector  # of the centre of projection [m]
     towards: Vector  # a point that the lens's axis is aimed at, as if there were no port [m]
     up: Vector = (0.0, 0.0, 1.0)

@@ -7,12 +7,12 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from .boxes import Box, apart
+from .boxes import PixelBox, apart
 from .film import Colour, Film, Plate
 from .mottling import Mottling
-from .optics import Camera
-from .plane import Plane, met
-from .shapes import Disc, Point, Shape, Strip
+from .optics import RenderCamera
+from .plane import RenderPlane, met
+from .shapes import Disc, FlatShape, Point, Strip
 
 Ends = Callable[[Float[np.ndarray, "k"]], Float[np.ndarray, "k segments 2 2"]]
 
@@ -29,7 +29,7 @@ class Paddle:
     horn_radius: float = 0.012  # [m]
     horn_colour: Colour = (45.0, 45.0, 48.0)
 
-    def shapes(self, ends: Float[np.ndarray, "segments 2 2"]) -> list[Shape]:
+    def shapes(self, ends: Float[np.ndarray, "segments 2 2"]) -> list[FlatShape]:
         """Joints, layers over them, horn on top."""
         points: list[list[Point]] = [[(float(x), float(y)) for x, y in layer] for layer in ends]
         colours = list(self.colours) * (len(points) if len(self.colours) == 1 else 1)
@@ -76,7 +76,7 @@ class Bubbles:
     colour: Colour = (225.0, 232.0, 235.0)
     seed: int = 0
 
-    def shapes(self, t: float, low: Float[np.ndarray, "2"], high: Float[np.ndarray, "2"]) -> list[Shape]:
+    def shapes(self, t: float, low: Float[np.ndarray, "2"], high: Float[np.ndarray, "2"]) -> list[FlatShape]:
         """At a time [s], in a region of x and y [m]; what leaves it on one side comes back on the other."""
         chance = np.random.default_rng(self.seed)
         start, way = chance.uniform(0, 1, (self.count, 2)), chance.uniform(0, 2 * np.pi, self.count)
@@ -96,7 +96,7 @@ class PaddleScene:
 
     def __init__(
         self,
-        camera: Camera,
+        camera: RenderCamera,
         film: Film,
         ends: Ends,
         paddle: Paddle,
@@ -108,12 +108,12 @@ class PaddleScene:
     ):
         """`ends` gives x and y [m] of the start and end of each layer over times [s], in the plane at the height z."""
         self.camera, self.film, self.ends, self.paddle = camera, film, ends, paddle
-        self.plane = Plane(camera, z, parts)
+        self.plane = RenderPlane(camera, z, parts)
         self.bubbles, self.occluder = bubbles, occluder
         self._low, self._high = (f(self.plane.centres, axis=(0, 1)) for f in (np.nanmin, np.nanmax))
         self._lights = {c: film.light(c) for c in self._colours()}
         self._floor = self._lit(floor)
-        bars: list[Shape] = [] if occluder is None else [occluder.bar]
+        bars: list[FlatShape] = [] if occluder is None else [occluder.bar]
         self._bar = list(zip(bars, self.plane.boxes(bars), strict=True))
         self._plates: dict[bool, Plate] = {}
 
@@ -125,7 +125,7 @@ class PaddleScene:
     def _lit(self, floor: Floor) -> Float[np.ndarray, "h w 3"]:
         """The floor's light by the ray through each pixel's centre: the mottling is smooth over a pixel."""
         width, height = self.camera.size
-        rows = [Box(top, min(top + 64, height), 0, width) for top in range(0, height, 64)]
+        rows = [PixelBox(top, min(top + 64, height), 0, width) for top in range(0, height, 64)]
         shade = [floor.mottling(met(self.camera, row.pixels, floor.z)) for row in rows]
         relative = np.maximum(1 + floor.contrast * np.nan_to_num(np.concatenate(shade)), 0)
         return (relative.reshape(height, width, 1) * self.film.light(floor.colour)).astype(np.float32)
@@ -135,7 +135,7 @@ class PaddleScene:
         if barred not in self._plates:
             light = self._floor
             if barred:
-                whole = Box(0, light.shape[0], 0, light.shape[1])
+                whole = PixelBox(0, light.shape[0], 0, light.shape[1])
                 light = self.plane.painted(light, whole, self._bar, self._lights)
             self._plates[barred] = Plate(self.film, light)
         return self._plates[barred]
@@ -156,7 +156,7 @@ class PaddleScene:
 
     def _placed(
         self, moments: Float[np.ndarray, "k"], ends: Float[np.ndarray, "k segments 2 2"]
-    ) -> list[list[tuple[Shape, Box]]]:
+    ) -> list[list[tuple[FlatShape, PixelBox]]]:
         """What moves at each moment, from below upwards, and the pixels it may touch."""
         scenes = [self.paddle.shapes(e) for e in ends]
         if self.bubbles is not None:

@@ -5,15 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from .boxes import Box, around, split
+from .boxes import PixelBox, around, split
 from .film import Colour
-from .optics import Camera
-from .shapes import Shape
+from .optics import RenderCamera
+from .shapes import FlatShape
 
 _ROWS = 64  # of pixels traced at a time, so that memory does not grow with the image
 
 
-def met(camera: Camera, pixels: Float[np.ndarray, "n 2"], z: float) -> Float[np.ndarray, "n 2"]:
+def met(camera: RenderCamera, pixels: Float[np.ndarray, "n 2"], z: float) -> Float[np.ndarray, "n 2"]:
     """Where rays meet the plane at a height z: x, y [m]; nan where they never do."""
     origins, directions = camera.rays(pixels)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -21,18 +21,18 @@ def met(camera: Camera, pixels: Float[np.ndarray, "n 2"], z: float) -> Float[np.
         return origins[:, :2] + directions[:, :2] * np.where(along > 0, along, np.nan)[:, None]
 
 
-class Plane:
+class RenderPlane:
     """A fixed camera over a plane at a height z [m], all in the water.
 
     The rays through the centres of all pixels are traced once, and those through n x n parts of a pixel when an edge
     first crosses it; both are kept. Nothing is projected or interpolated: an edge is where rays pass it.
     """
 
-    def __init__(self, camera: Camera, z: float, parts: int = 8):
+    def __init__(self, camera: RenderCamera, z: float, parts: int = 8):
         """`parts` n of a pixel along each side where an edge crosses it."""
         self.camera, self.z, self.parts = camera, z, parts
         width, height = camera.size
-        rows = [Box(top, min(top + _ROWS, height), 0, width) for top in range(0, height, _ROWS)]
+        rows = [PixelBox(top, min(top + _ROWS, height), 0, width) for top in range(0, height, _ROWS)]
         self.centres = np.concatenate([met(camera, r.pixels, z) for r in rows]).reshape(height, width, 2)
         self._x, self._y = np.ascontiguousarray(self.centres[..., 0]), np.ascontiguousarray(self.centres[..., 1])
         self._half = self._half_pixels()
@@ -51,7 +51,7 @@ class Plane:
                 half = half + 0.5 * wide
         return 1.1 * half  # the sum of the half sides is more than the half diagonal; a tenth more for curved maps
 
-    def boxes(self, shapes: Sequence[Shape]) -> list[Box]:
+    def boxes(self, shapes: Sequence[FlatShape]) -> list[PixelBox]:
         """The pixels that each shape may touch."""
         if not shapes:
             return []
@@ -64,8 +64,8 @@ class Plane:
     def painted(
         self,
         ground: Float[np.ndarray, "a b 3"],
-        box: Box,
-        shapes: Sequence[tuple[Shape, Box]],
+        box: PixelBox,
+        shapes: Sequence[tuple[FlatShape, PixelBox]],
         lights: dict[Colour, Float[np.ndarray, "3"]],
     ) -> Float[np.ndarray, "a b 3"]:
         """Light of a box: its ground's under shapes, painted one over the other, given with the pixels they may touch.
@@ -76,7 +76,7 @@ class Plane:
         number = {colour: k for k, colour in enumerate(lights, 1)}
         light = ground.copy()
         crossed = np.zeros(box.shape, bool)
-        seen: list[tuple[Shape, Box]] = []
+        seen: list[tuple[FlatShape, PixelBox]] = []
         for shape, touched in shapes:
             within = touched.cut(box)
             if within.empty:
@@ -96,8 +96,8 @@ class Plane:
         self,
         ground: Float[np.ndarray, "k 3"],
         crossed: Bool[np.ndarray, "a b"],
-        box: Box,
-        shapes: Sequence[tuple[Shape, Box]],
+        box: PixelBox,
+        shapes: Sequence[tuple[FlatShape, PixelBox]],
         table: Float[np.ndarray, "c 3"],
         number: dict[Colour, int],
     ) -> Float[np.ndarray, "k 3"]:

@@ -11,7 +11,7 @@ from .film import Colour
 Point = tuple[float, float]  # x, y in the world [m]
 
 
-class Shape(Protocol):
+class FlatShape(Protocol):
     """What can be painted: a colour, points about it, and a distance that nowhere grows faster than by 1 a metre."""
 
     @property

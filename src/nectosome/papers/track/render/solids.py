@@ -56,7 +56,7 @@ class Ball:
 
 
 @dataclass(frozen=True)
-class Rod:
+class RodSolid:
     """An opaque round rod with round ends."""
 
     start: Vector  # [m]

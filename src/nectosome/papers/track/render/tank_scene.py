@@ -8,11 +8,11 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt8
 from scipy.ndimage import maximum_filter, minimum_filter
 
-from .boxes import Box, apart, around, split
+from .boxes import PixelBox, apart, around, split
 from .film import Colour, Film, Plate
 from .mottling import Mottling
-from .optics import Camera, Vector
-from .solids import Ball, Rod, Solid
+from .optics import RenderCamera, Vector
+from .solids import Ball, RodSolid, Solid
 
 Markers = Callable[[Float[np.ndarray, "k"]], Float[np.ndarray, "k m 3"]]
 
@@ -21,7 +21,7 @@ class Placed(NamedTuple):
     """A solid, the pixels it may touch, and about how thin it is in the image [px]."""
 
     solid: Solid
-    box: Box
+    box: PixelBox
     thin: float
 
 
@@ -30,7 +30,7 @@ _SMALL = 4.0  # [px]: what is no larger is traced by all parts of its pixels, si
 
 
 @dataclass(frozen=True)
-class Water:
+class TankWater:
     """Dark water: a faint haze of light scattered back, and what it takes of the markers' light."""
 
     haze: Colour = (6.0, 14.0, 18.0)
@@ -76,14 +76,14 @@ class TankScene:
 
     def __init__(
         self,
-        camera: Camera,
+        camera: RenderCamera,
         film: Film,
         markers: Markers,
         lamps: Lamps,
         still: Float[np.ndarray, "n 3"] | None = None,
         still_lamps: Lamps | None = None,
-        water: Water | None = None,
-        bar: Rod | None = None,
+        water: TankWater | None = None,
+        bar: RodSolid | None = None,
         mirror: Mirror | None = None,
         parts: int = 8,
     ):
@@ -93,7 +93,7 @@ class TankScene:
         of 3 px radius is right to a standard error of 0.006 px, of 1.5 px to 0.012 px.
         """
         self.camera, self.film, self.markers, self.lamps = camera, film, markers, lamps
-        self.water, self.mirror, self.parts = water or Water(), mirror, parts
+        self.water, self.mirror, self.parts = water or TankWater(), mirror, parts
         rest: list[Solid] = []
         if still is not None:
             rest += self._balls(still_lamps or lamps, np.asarray(still, float))
@@ -137,7 +137,7 @@ class TankScene:
 
     def _haze(self) -> Float[np.ndarray, "h w 3"]:
         width, height = self.camera.size
-        shade = self.water.mottling(Box(0, height, 0, width).pixels / width).reshape(height, width, 1)
+        shade = self.water.mottling(PixelBox(0, height, 0, width).pixels / width).reshape(height, width, 1)
         light = np.maximum(1 + self.water.contrast * shade, 0) * self.film.light(self.water.haze)
         return light.astype(np.float32)
 
@@ -149,7 +149,7 @@ class TankScene:
                 light[strip.slices] = self._traced(strip, [[]])
         return light
 
-    def _traced(self, box: Box, scenes: Sequence[Sequence[Placed]]) -> Float[np.ndarray, "a b 3"]:
+    def _traced(self, box: PixelBox, scenes: Sequence[Sequence[Placed]]) -> Float[np.ndarray, "a b 3"]:
         """Mean light of a box over moments, each with what moves; what is at rest is added."""
         wide = box.grown(2, self.camera.size)  # an edge is told from what is seen two pixels on
         near = [[s for s in (*self._rest, *scene) if not s[1].cut(wide).empty] for scene in scenes]
@@ -197,7 +197,7 @@ class TankScene:
             light *= np.exp(-self.water.attenuation * np.where(label > 0, far, 0.0))[:, None]
         return np.where(label[:, None] > 0, light, dark)
 
-    def _edges(self, box: Box, solids: Sequence[Placed], label: Float[np.ndarray, "n"]) -> Bool[np.ndarray, "n"]:
+    def _edges(self, box: PixelBox, solids: Sequence[Placed], label: Float[np.ndarray, "n"]) -> Bool[np.ndarray, "n"]:
         """Pixels that an edge may cross: where two pixels on, something else is seen, and all about what is small."""
         image = label.reshape(box.shape)
         edge = maximum_filter(image, 5, mode="nearest") != minimum_filter(image, 5, mode="nearest")

@@ -16,7 +16,7 @@ _ODD = 4.0  # standard errors from what the others tell: measure again
 _NOTES = 12  # shown
 
 
-class Rows(NamedTuple):
+class WordRows(NamedTuple):
     """A table: what stands above its columns, and its rows, which may be shorter."""
 
     names: tuple[str, ...]
@@ -48,12 +48,12 @@ def _gathered(notes: Sequence[str]) -> list[str]:
     ]
 
 
-def tables(found: "xr.Dataset", aim: str) -> list[Rows]:
+def tables(found: "xr.Dataset", aim: str) -> list[WordRows]:
     """Errors before and after, the best place before and after, the next experiments."""
     return [_errors(found), _optimum(found, aim), *([_next(found)] if found.sizes["next"] else [])]
 
 
-def _errors(found: "xr.Dataset") -> Rows:
+def _errors(found: "xr.Dataset") -> WordRows:
     """How far the simulator is off, as it was and corrected; each experiment is predicted by the others."""
     names = ("error, % of what is measured", "mean", "signed", "largest", "total", "in 95 % intervals")
     rows = list[tuple[str, ...]]()
@@ -65,14 +65,14 @@ def _errors(found: "xr.Dataset") -> Rows:
     rows.append(("noise alone", _number(after.floor)))
     if after.small:
         rows.append((f"{count(after.small, 'experiment')} below 1 % of the largest: in total and intervals only",))
-    return Rows(names, rows)
+    return WordRows(names, rows)
 
 
 def _covered(e: Errors) -> str:
     return f"{e.coverage:.0f} %" if e.coverage == e.coverage else ""
 
 
-def _optimum(found: "xr.Dataset", aim: str) -> Rows:
+def _optimum(found: "xr.Dataset", aim: str) -> WordRows:
     """Where the grid is best, before and after."""
     name = found.attrs["quantity"]
     what = "lowest" if aim == "lowest" else "highest"
@@ -82,17 +82,17 @@ def _optimum(found: "xr.Dataset", aim: str) -> Rows:
         at = values.isel(place)
         error = float(found[f"{name}_error"].isel(place)) if row == "corrected" else np.nan
         rows.append((row, *_value(float(at), error, values), _place([at[dim] for dim in values.dims])))
-    return Rows((f"{what} on the grid", name, "95 %", "at"), rows)
+    return WordRows((f"{what} on the grid", name, "95 %", "at"), rows)
 
 
-def _next(found: "xr.Dataset") -> Rows:
+def _next(found: "xr.Dataset") -> WordRows:
     rows = list[tuple[str, ...]]()
     for k in range(found.sizes["next"]):
         one = found.isel(next=k)
         place = _place([one[f"next_{name}"] for name in found["simulated"].dims], "next_")
         told = _value(float(one["expected"]), float(one["expected_error"]), one["expected"])
         rows.append((place, *told, str(one["reason"].item())))
-    return Rows(("next experiment", "expected", "95 %", ""), rows)
+    return WordRows(("next experiment", "expected", "95 %", ""), rows)
 
 
 def lines(found: "xr.Dataset", observed: Sequence[Observed]) -> list[str]:

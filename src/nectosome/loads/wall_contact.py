@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 from nectosome.core import Load, Strips, Water
 
 
-class Bumper(Load):
+class WallContact(Load):
     r"""A soft hull that pushes off the walls of the tank, which stand across the world's x axis.
 
     Where its ends, `reach` ahead of and behind the centre, are $\delta$ deep in a wall, with the velocity v into it,

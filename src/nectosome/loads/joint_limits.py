@@ -9,7 +9,7 @@ from nectosome.core import JointLoad
 
 
 def push(depth: Array, rate: Array, stiffness: Array, damping: Array, softness: Array) -> Array:
-    r"""Force of what is `depth` deep and goes deeper at `rate`, by the formula of `Stop` with $\xi = clip(x, 0, 1)$."""
+    r"""Force of what is `depth` deep and goes deeper at `rate`, as of a `JointLimit` with $\xi = clip(x, 0, 1)$."""
     x = depth / softness
     inside = jnp.clip(x, 0.0, 1.0)
     spring = stiffness * softness * (inside**3 - 0.5 * inside**4 + jnp.maximum(x - 1.0, 0.0))
@@ -23,7 +23,7 @@ def pushed(depth: Array, stiffness: Array, softness: Array) -> Array:
     return stiffness * softness**2 * (0.25 * inside**4 - 0.1 * inside**5 + 0.5 * beyond + 0.5 * beyond**2)
 
 
-class Stop(JointLoad):
+class JointLimit(JointLoad):
     r"""A one-sided stop: nothing until the joint reaches it, then a smooth rise to a stiff spring with a damper.
 
     With the way gone into the stop in units of its softness, $x = \pm(\theta - \theta_0)/d_0$, and
@@ -46,13 +46,13 @@ class Stop(JointLoad):
         return -self.side * push(depth, rate, self.stiffness, self.damping, self.softness)
 
 
-class LowerStop(Stop):
+class LowerLimit(JointLimit):
     """A stop that keeps the joint above `at`."""
 
     side = -1.0
 
 
-class UpperStop(Stop):
+class UpperLimit(JointLimit):
     """A stop that keeps the joint below `at`."""
 
     side = 1.0

@@ -7,8 +7,8 @@ import xarray as xr
 from jaxtyping import Float
 from scipy.special import stdtrit
 
-from .checks import time_of
 from .labels import CORRELATED, SE, processing, quantities, units, with_step
+from .requirements import time_of
 from .resample import Method, resample
 
 

@@ -3,12 +3,12 @@
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from .conditions import Experiments
 from .corrected_data import corrected_data
-from .experiments import Experiments
 from .grids import parameter_of, quantity_of, table_of
 from .method import SimToReal, leave_one_out
+from .next_experiment import Aim, next_experiments
 from .observe import Observed, experiments_of, observe
-from .plan import Aim, next_experiments
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,17 +7,17 @@ from jaxtyping import Array, Float
 from nectosome.core import PairLoad, Strips
 from nectosome.core.se3 import cross, dot, matmul3
 
-from .places import Places
+from .places import AttachedPlaces
 
 
-class End(eqx.Module):
+class BushingEnd(eqx.Module):
     """Where a tie holds on to a part."""
 
-    at: Places  # a single one
+    at: AttachedPlaces  # a single one
     rotation: Float[Array, "3 3"]  # the tie's axes in the frame of that station
 
 
-class Tie(PairLoad):
+class Bushing(PairLoad):
     r"""A linear spring and damper against a distance, and against a turn, of two frames.
 
     With d from the first place to the second, and the velocity w of the second part against the first at the middle m
@@ -33,8 +33,8 @@ class Tie(PairLoad):
     The energy is $k |d|^2/2 + k_t (1 - \cos\theta)$. Without k_t and c_t it is a ball joint, with them a weld.
     """
 
-    first: End
-    second: End
+    first: BushingEnd
+    second: BushingEnd
     stiffness: Float[Array, ""]  # k [N/m]
     damping: Float[Array, ""]  # c [N s/m]
     turning_stiffness: Float[Array, ""]  # k_t [N m/rad]

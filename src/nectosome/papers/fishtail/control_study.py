@@ -8,21 +8,21 @@ import xarray as xr
 from jaxtyping import Float
 
 from nectosome.controllers import (
+    BlockLoop,
     Controller,
-    Loop,
     Regulator,
     Track,
     eased,
     margins,
     open_loop,
-    run_lanes,
+    run_batch,
     sine,
     triangle,
 )
 from nectosome.drives import Sensor
 from nectosome.identification.fits.errors import range_errors
 
-from ..study import Part, Progress
+from ..study import Progress, StudyPart
 from .comparison import DT, NAMES, VARIABLE, Learner, actuator, controllers, kept, known_model, plants, tuned
 from .plant import BAR, MM
 
@@ -36,7 +36,7 @@ REFERENCES = {
 _ROUNDS = 5  # of learning
 
 
-def part(quick: bool, progress: Progress) -> Part:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """Errors along the references of the paper, and by frequency; `quick` takes kept gains, few plants and no bands."""
     lanes, nominal = plants(_FEW if quick else LANES), jax.tree.map(lambda x: x[None], model_loop())
     progress("tuning", 0.0)
@@ -55,22 +55,22 @@ def part(quick: bool, progress: Progress) -> Part:
     if not quick:
         progress("bands", 0.85)
         data["fishtail_bands"] = bands(lanes, ways)
-    return Part(numbers, data)
+    return StudyPart(numbers, data)
 
 
-def model_loop() -> Loop:
+def model_loop() -> BlockLoop:
     """The model itself in a loop, without noise."""
-    return Loop(actuator(), Sensor(*(jnp.asarray(x) for x in (0.0, -1.0, 1.0))), DT)
+    return BlockLoop(actuator(), Sensor(*(jnp.asarray(x) for x in (0.0, -1.0, 1.0))), DT)
 
 
-def followed(lanes: Loop, way: Controller | Learner, reference: Float[np.ndarray, "n"]) -> Track:
+def followed(lanes: BlockLoop, way: Controller | Learner, reference: Float[np.ndarray, "n"]) -> Track:
     """What the loops do; where they learn, after some rounds."""
     if isinstance(way, Controller):
-        return run_lanes(lanes, way.planned(reference, DT), reference)
-    track = run_lanes(lanes, way.first.planned(reference, DT), reference)
+        return run_batch(lanes, way.planned(reference, DT), reference)
+    track = run_batch(lanes, way.first.planned(reference, DT), reference)
     for _ in range(_ROUNDS):
         lanes = eqx.tree_at(lambda one: one.sensor.seed, lanes, lanes.sensor.seed + 1000)
-        track = run_lanes(lanes, _taught(way, track, reference), reference, own=True)
+        track = run_batch(lanes, _taught(way, track, reference), reference, own=True)
     return track
 
 
@@ -81,7 +81,7 @@ def errors(track: Track, reference: Float[np.ndarray, "n"]) -> tuple[float, floa
     return float(rms), float(largest)
 
 
-def bands(lanes: Loop, ways: dict[str, Controller | Learner]) -> xr.Dataset:
+def bands(lanes: BlockLoop, ways: dict[str, Controller | Learner]) -> xr.Dataset:
     """e_rmsp by frequency, along sines of 6 mm that grow within two periods, or half of the time."""
     found = []
     for frequency in BANDS:

@@ -10,7 +10,7 @@ from nectosome.units import InputError
 
 
 @dataclass(frozen=True)
-class Told:
+class ParameterEstimate:
     """What experiments tell of a parameter: one number for each, NaN where one tells nothing."""
 
     values: Float[np.ndarray, "m"]
@@ -25,7 +25,7 @@ class Experiments:
     conditions: Float[np.ndarray, "m d"]
     values: Float[np.ndarray, "m"]
     errors: Float[np.ndarray, "m"]  # standard errors of the values
-    told: Told | None = None
+    told: ParameterEstimate | None = None
 
     def __post_init__(self) -> None:
         """Raise InputError where a number is none, an error negative, or conditions stand there twice."""
@@ -38,5 +38,5 @@ class Experiments:
 
     def take(self, rows: Int[np.ndarray, "k"] | Bool[np.ndarray, "m"]) -> Self:
         """Some of them."""
-        told = self.told and Told(self.told.values[rows], self.told.errors[rows], self.told.apart)
+        told = self.told and ParameterEstimate(self.told.values[rows], self.told.errors[rows], self.told.apart)
         return type(self)(self.conditions[rows], self.values[rows], self.errors[rows], told)

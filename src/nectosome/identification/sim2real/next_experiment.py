@@ -8,9 +8,9 @@ from jaxtyping import Float, Int
 from scipy.special import ndtr
 
 from ..fits.errors import SIDES
-from .experiments import Experiments
+from .conditions import Experiments
 from .gaussian_process import Surface
-from .grids import Table
+from .grids import GridTable
 from .method import Corrected, SimToReal
 
 Aim = Literal["error", "highest", "lowest"]
@@ -43,7 +43,7 @@ def uniform_plan(
 
 
 def next_experiments(
-    how: SimToReal, table: Table, experiments: Experiments, count: int, aim: Aim = "error"
+    how: SimToReal, table: GridTable, experiments: Experiments, count: int, aim: Aim = "error"
 ) -> list[Next]:
     """The next experiments, at points of the table where none was made.
 

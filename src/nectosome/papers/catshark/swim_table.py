@@ -14,7 +14,7 @@ VISCOSITY = 1e-6  # of the water [m2/s]: what the table's Reynolds numbers U L/n
 POINTS = 0.79  # wavelength [L] by the points of three swims, see `wavelengths`
 
 
-class Table(NamedTuple):
+class SwimTable(NamedTuple):
     """Swims, one a row; L is the total length."""
 
     specimen: np.ndarray
@@ -28,13 +28,13 @@ class Table(NamedTuple):
     strouhal: Float[np.ndarray, "n"]
 
 
-def table(only: str | None = None) -> Table:
+def table(only: str | None = None) -> SwimTable:
     """All swims, or those of one specimen."""
     text = files("nectosome.papers").joinpath("catshark", "midline_kinematics.txt").read_text(encoding="utf-8")
     rows = np.genfromtxt(text.splitlines(), delimiter=",", names=True, dtype=None, encoding="utf-8")
     rows = rows if only is None else rows[rows["specimen"] == only]
     length = rows["TL"] / 100
-    return Table(
+    return SwimTable(
         rows["specimen"],
         rows["speedBL"].astype(float),
         length,
@@ -47,7 +47,7 @@ def table(only: str | None = None) -> Table:
     )
 
 
-def wavelengths(swims: Table) -> dict[str, Float[np.ndarray, "n"]]:
+def wavelengths(swims: SwimTable) -> dict[str, Float[np.ndarray, "n"]]:
     """Wavelengths of all swims [L], by ways to read them.
 
     - points: one length for all, by hand from the positions that the repository gives of points on the body: the lag

@@ -13,7 +13,7 @@ Triple = tuple[Array, Array, Array]
 _FALL = 0.05  # of the normal force: by how much more than static friction is asked for where it has fallen to dynamic
 
 
-class Contact(eqx.Module):
+class GroundContact(eqx.Module):
     r"""Ground that a point at depth $\delta$ and velocity v pushes on through a spring k and a damper c.
 
     $$ N = k \delta - \xi c\, v_z, \quad \xi = \min(\delta/\delta_0, 1), \quad

@@ -15,8 +15,8 @@ from nectosome.core.remember import remembered
 from nectosome.description import RobotDescription, resolve
 from nectosome.loads import Leg
 from nectosome.mechanism import Robot, in_plane, moves_in_plane
-from nectosome.model.build import Blueprint, blueprint_of, fill
-from nectosome.solve import pace
+from nectosome.model.build import Template, instantiate, template_of
+from nectosome.solve import fixed_step
 from nectosome.units import InputError
 
 from .features import gait_of
@@ -87,10 +87,10 @@ class Walks:
                     raise InputError(f"is given twice: {taken[path]} stands for it too.", field=name)
                 taken[path] = name
         self.seconds, self.window, self.step = seconds, window, step
-        blueprint, self._numbers = blueprint_of(description, tuple(path for group in groups for path in group))
+        blueprint, self._numbers = template_of(description, tuple(path for group in groups for path in group))
         self._blueprint = blueprint
         places = tuple(tuple(blueprint.paths.index(path) for path in group) for group in groups)
-        flat = moves_in_plane(fill(blueprint, self._numbers))
+        flat = moves_in_plane(instantiate(blueprint, self._numbers))
         self._how = _Steps(windows, round(window / step), flat, places, jnp.asarray(step))
 
     def __call__(self, rows: Float[np.ndarray, "m k"]) -> Walked:
@@ -108,18 +108,18 @@ class Walks:
 
 
 def side_by_side(
-    blueprint: Blueprint, how: _Steps, numbers: Float[Array, "n"], rows: Float[Array, "w k"]
+    blueprint: Template, how: _Steps, numbers: Float[Array, "n"], rows: Float[Array, "w k"]
 ) -> tuple[Array, Array, Array, Array]:
     """What `Walked` holds, of one lane for each row; numbers that do not change are shared by all."""
     return jax.vmap(lambda row: _walked(blueprint, how, numbers, row))(rows)
 
 
-def _walked(blueprint: Blueprint, how: _Steps, numbers: Array, row: Array) -> tuple[Array, Array, Array, Array]:
+def _walked(blueprint: Template, how: _Steps, numbers: Array, row: Array) -> tuple[Array, Array, Array, Array]:
     own = [numbers[i] for i in range(len(blueprint.paths))]
     for k, places in enumerate(how.places):
         for i in places:
             own[i] = row[k]
-    robot = fill(blueprint, own)
+    robot = instantiate(blueprint, own)
     system: Mechanical = in_plane(robot) if how.flat else robot
     length = how.window * how.step
     times = jnp.arange(how.window + 1) * how.step
@@ -128,7 +128,7 @@ def _walked(blueprint: Blueprint, how: _Steps, numbers: Array, row: Array) -> tu
         x, fell, last = carry
         t = k * length
         begun = jax.tree.map(lambda a: a[-1:], last)
-        x, kept = pace(system, t, x, how.step, how.window, keep=lambda x: _seen(robot, x))
+        x, kept = fixed_step(system, t, x, how.step, how.window, keep=lambda x: _seen(robot, x))
         seen = jax.tree.map(lambda a, b: jnp.concatenate([a, b]), begun, kept)
         sooner = t + jnp.min(jnp.where(seen.fallen, times, jnp.inf))
         return (x, jnp.minimum(fell, sooner), seen), None

@@ -14,7 +14,7 @@ from jaxtyping import Float
 from nectosome.identification.fits.errors import SIDES
 from nectosome.units import shown_unit
 
-from .heatmap import Axis, diverging, maps, sequential
+from .heatmap import MapAxis, diverging, maps, sequential
 from .page import panel_html, write_page
 from .style import BLACK, BLUE, GREY, VERMILLION, Panel, dress, plain, span
 
@@ -94,7 +94,7 @@ def _maps(
     """Maps with the experiments on them; the condition with more levels goes to the right."""
     down, across = sorted(found["simulated"].dims, key=lambda name: found.sizes[name])
     values = {plain(title): x.transpose(down, across) for title, x in shown.items()}
-    x, y = (Axis(_scaled(found[name]), _title(found[name])) for name in (across, down))
+    x, y = (MapAxis(_scaled(found[name]), _title(found[name])) for name in (across, down))
     fig = maps(x, y, {title: z.values for title, z in values.items()}, colours)
     for col, z in enumerate(values.values(), start=1):
         marks = [("measured", "circle", BLACK, 7), ("next", "diamond-open", VERMILLION, 12)]

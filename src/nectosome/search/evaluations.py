@@ -12,8 +12,8 @@ from jaxtyping import Float
 from nectosome.io.journal import Journal
 from nectosome.units import InputError
 
+from .processes import count_one
 from .task import Evaluation, Task
-from .workers import count_one
 
 Compute = Callable[[Float[np.ndarray, "n"], bool, Float[np.ndarray, "k"] | None], Evaluation]
 

@@ -7,9 +7,9 @@ from jaxtyping import Array, Float
 from nectosome.core import PairLoad, Strips
 from nectosome.core.se3 import cross, safe_norm
 
+from .joint_limits import push, pushed
 from .nearest import Nearest, nearest
-from .places import Places, Points
-from .stoppers import push, pushed
+from .places import AttachedPlaces, Points
 
 
 class Friction(eqx.Module):
@@ -38,11 +38,11 @@ class Friction(eqx.Module):
 class Beads(eqx.Module):
     """Spheres at places of a part."""
 
-    at: Places
+    at: AttachedPlaces
     radius: Float[Array, "m"]  # [m]
 
 
-class Touch(PairLoad):
+class PartContact(PairLoad):
     r"""What keeps two parts from going through each other, bead by bead of the first.
 
     Each bead of the first part, a sphere of radius r_i, feels the sphere of the second's chain that is nearest, with

@@ -17,7 +17,7 @@ import xarray as xr
 from nectosome.core import Status
 from nectosome.core.remember import remembered
 from nectosome.description import ForceLoad, RobotDescription, get_value, resolve, with_values
-from nectosome.model import blueprint_of, fill
+from nectosome.model import instantiate, template_of
 from nectosome.robots.beetle import PADDLES
 from nectosome.solve import simulate
 
@@ -119,7 +119,7 @@ class HalfStrokes:
     def __init__(self, robot: RobotDescription):
         motions = [f"limbs.{place}_arm.joint.motion" for place in PADDLES]
         paths = [[f"{motion}.{name}" for motion in motions] for name in ("amplitude", "offset", "phase")]
-        self._blueprint, self._numbers = blueprint_of(robot, also=tuple(path for row in paths for path in row))
+        self._blueprint, self._numbers = template_of(robot, also=tuple(path for row in paths for path in row))
         self._at = np.array([[self._blueprint.paths.index(path) for path in row] for row in paths])
 
     def robot(self, k: int, before: np.ndarray, after: np.ndarray):
@@ -128,4 +128,4 @@ class HalfStrokes:
         start, end = -sign * before, sign * after
         numbers = 0.5 * np.abs(end - start), 0.5 * (start + end), np.full(2, -0.5 * np.pi * sign)
         both_pairs = np.tile(np.array(numbers), 2)
-        return remembered(fill, self._blueprint, self._numbers.at[self._at].set(jnp.asarray(both_pairs)))
+        return remembered(instantiate, self._blueprint, self._numbers.at[self._at].set(jnp.asarray(both_pairs)))
