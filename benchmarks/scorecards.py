@@ -31,7 +31,7 @@ def main(before: str, after: str) -> int:
     largest: dict[str, float] = {}
     for key in sorted(old.keys() & new.keys()):
         far = change(old[key]["ours"], new[key]["ours"])
-        study = key.partition(".")[0]
+        study = key.partition("/")[0]
         largest[study] = max(largest.get(study, 0.0), far)
         if far > TOLERANCE:
             found.append(f"{key}: {old[key]['ours']} -> {new[key]['ours']} ({far:.1e})")
@@ -39,7 +39,7 @@ def main(before: str, after: str) -> int:
         found += [f"{key}, {name}: {old[key][name]!r} -> {new[key][name]!r}" for name in texts]
     print("\n".join(found) if found else "no row differs")
     for study, far in largest.items():
-        count = sum(key.startswith(f"{study}.") for key in old.keys() & new.keys())
+        count = sum(key.startswith(f"{study}/") for key in old.keys() & new.keys())
         print(f"| {study} | {count} rows | largest relative change {far:.1e} |")
     return 1 if found else 0
 
