@@ -118,7 +118,7 @@ def test_the_last_value_of_the_reference_is_held_after_its_end(name):
     """Sample by sample as along a reference that was made longer; it ends while it moves."""
     longer = np.pad(REFERENCE, (0, LONGER - COUNT), mode="edge")
     if name == "Learned":
-        feed = jnp.pad(example(name).feed, (0, LONGER - COUNT), mode="edge")
+        feed = jnp.pad(example(name).feedforward, (0, LONGER - COUNT), mode="edge")
         held = ct.Learned(pid(1.0, 1.0), feed).planned(longer, DT)
     else:
         held = example(name).planned(longer, DT)

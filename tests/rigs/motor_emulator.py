@@ -20,7 +20,7 @@ LAW = VariableGainPI(
     integral=jnp.asarray(1.0),
     boost=jnp.asarray(3.0),
     low=jnp.asarray(1.0),
-    reach=ActuatorLimits(low=-_MOST, high=_MOST, slew=jnp.asarray(np.inf)),
+    limits=ActuatorLimits(low=-_MOST, high=_MOST, slew=jnp.asarray(np.inf)),
 )
 
 

@@ -201,7 +201,7 @@ def control_robot(
 
                 return told
 
-            moments = 1 if beat is None else control.moments_of(beat, reach.largest, 1 / hertz)
+            moments = 1 if beat is None else control.instants_per_sample(beat, reach.largest, 1 / hertz)
             try:
                 held = model.SampledPlant(description, reach.name, measure, 1 / hertz, moments)
             except InputError as error:

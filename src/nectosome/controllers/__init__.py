@@ -1,8 +1,8 @@
 """What makes a rig or a robot follow a reference: references, controllers, loops, tuning and margins."""
 
 from .autotune import Relay, Ultimate, detune, relay_gains, smooth_pid, time_scaled, ultimate
-from .beat import Beat, BeatMean, beat_of, moments_of
-from .block_loop import BlockLoop, Track, perturbed, run_batch
+from .beat import Beat, BeatMean, beat_of, instants_per_sample
+from .block_loop import BlockLoop, BlockLoopRecord, perturbed, run_batch
 from .closed_loop import ClosedLoopRecord, ClosedLoopRun, SensorModel, run_closed_loop
 from .contract import Controller, Regulator
 from .feedforward import Feedforward, HystereticModel, hysteretic
@@ -54,7 +54,7 @@ __all__ = [
     "Relay",
     "SensorModel",
     "StepResponse",
-    "Track",
+    "BlockLoopRecord",
     "Tuned",
     "Ultimate",
     "VariableGainPI",
@@ -68,7 +68,7 @@ __all__ = [
     "learned",
     "local_frequency",
     "margins",
-    "moments_of",
+    "instants_per_sample",
     "open_loop",
     "perturbed",
     "pid_of",

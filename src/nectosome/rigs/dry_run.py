@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.controllers import BlockLoop, Controller, Track
+from nectosome.controllers import BlockLoop, Controller, BlockLoopRecord
 from nectosome.units import InputError
 
 from .guards import Guards
@@ -13,7 +13,7 @@ from .rig import Rig
 
 def rehearse(
     loop: BlockLoop, controller: Controller, reference: Float[np.ndarray, "n"], limits: Limits, rig: Rig
-) -> Track:
+) -> BlockLoopRecord:
     """What the model does under the controller. Raises InputError where the guards would end it, with their reason.
 
     A loop that swings, gains that are far too high, a reference out of reach are found so; not what the model lacks.

@@ -14,7 +14,7 @@ from nectosome.controllers import (
     BlockLoop,
     Controller,
     HystereticModel,
-    Track,
+    BlockLoopRecord,
     check_reachable,
     hysteretic,
     margins,
@@ -118,7 +118,7 @@ class Bench:
             yield _outcome(run, rig, reference)
             if isinstance(way, Learner):
                 data = [run.data[one].values for one in ("reference", "measured", "command")]
-                law = way.after(Track(*(jnp.asarray(x) for x in (data[0], data[1], data[1], data[2]))))
+                law = way.after(BlockLoopRecord(*(jnp.asarray(x) for x in (data[0], data[1], data[1], data[2]))))
 
     def _simulated(self, real_time: bool = False) -> SimulatedRig:
         pace = "real" if real_time else "virtual"

@@ -11,7 +11,7 @@ from nectosome.controllers import (
     BlockLoop,
     Controller,
     Regulator,
-    Track,
+    BlockLoopRecord,
     eased,
     margins,
     open_loop,
@@ -63,7 +63,7 @@ def model_loop() -> BlockLoop:
     return BlockLoop(actuator(), Sensor(*(jnp.asarray(x) for x in (0.0, -1.0, 1.0))), DT)
 
 
-def followed(lanes: BlockLoop, way: Controller | Learner, reference: Float[np.ndarray, "n"]) -> Track:
+def followed(lanes: BlockLoop, way: Controller | Learner, reference: Float[np.ndarray, "n"]) -> BlockLoopRecord:
     """What the loops do; where they learn, after some rounds."""
     if isinstance(way, Controller):
         return run_batch(lanes, way.planned(reference, DT), reference)
@@ -74,7 +74,7 @@ def followed(lanes: BlockLoop, way: Controller | Learner, reference: Float[np.nd
     return track
 
 
-def errors(track: Track, reference: Float[np.ndarray, "n"]) -> tuple[float, float]:
+def errors(track: BlockLoopRecord, reference: Float[np.ndarray, "n"]) -> tuple[float, float]:
     """e_rmsp and e_mp of the true displacement, means over the plants [percent of the reference's range]."""
     each = [range_errors(one, reference) for one in np.asarray(track.output)]
     rms, largest = np.mean(each, axis=0)
@@ -96,12 +96,12 @@ def _rows(row: str, both: tuple[float, float]) -> dict[str, float]:
 
 
 @eqx.filter_jit
-def _taught(learner: Learner, track: Track, reference: Float[np.ndarray, "n"]) -> Regulator:
+def _taught(learner: Learner, track: BlockLoopRecord, reference: Float[np.ndarray, "n"]) -> Regulator:
     """What each loop has learned."""
     return eqx.filter_vmap(lambda one: learner.after(one).planned(reference, DT))(track)
 
 
-def _series(name: str, reference: Float[np.ndarray, "n"], found: dict[str, Track]) -> xr.Dataset:
+def _series(name: str, reference: Float[np.ndarray, "n"], found: dict[str, BlockLoopRecord]) -> xr.Dataset:
     """Of the first plant: where its end should be, and where it was."""
     outputs = [np.asarray(track.output)[0] for track in found.values()]
     return xr.Dataset(

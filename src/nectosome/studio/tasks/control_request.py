@@ -60,7 +60,7 @@ def loop_of(asked: Asked, reach: control.CommandRange, model: Robot, progress: P
     beat = control.read_beat(asked.description, reach, asked.mean)
     hertz = _A_BEAT * beat.at(reach.resting) if asked.mean and beat is not None else _USUAL
     dt = 1 / hertz
-    moments = 1 if beat is None else control.moments_of(beat, reach.largest, dt)
+    moments = 1 if beat is None else control.instants_per_sample(beat, reach.largest, dt)
     of = reading_of(model, asked.measure)
     read_quantity(asked.size, of.dimension, "reference")  # the name of a reference stands in another field here
     reference, amplitude = (asked.size, None) if constant else (asked.reference, asked.size)
