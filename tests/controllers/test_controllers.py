@@ -167,7 +167,7 @@ def test_without_limits_it_is_as_with_limits_that_are_not_met(name):
     found = commands(example(name, within=wide).planned(REFERENCE, DT), np.full(LONGER, 0.1))
     assert np.ptp(found) > 0.5
     if name == "Predictive":
-        with pytest.raises(InputError, match="two ends"):
+        with pytest.raises(InputError, match="low and high, are needed"):
             example(name, within=UNLIMITED).planned(REFERENCE, DT)
         free = example(name, within=ActuatorLimits(*of(-50.0, 50.0, np.inf)))
     else:

@@ -32,8 +32,8 @@ def test_the_model_is_that_of_held_inputs():
     assert np.all(D == 0)
 
 
-def test_what_answers_a_jump_with_a_jump_is_refused():
-    with pytest.raises(ValueError, match="lower degree"):
+def test_dynamics_with_feedthrough_are_refused():
+    with pytest.raises(ValueError, match="degree of the numerator must be lower"):
         discrete(TransferFunction(*of([1.0, 2.0], [1.0, 3.0])), DT)
 
 

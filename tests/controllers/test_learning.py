@@ -5,7 +5,17 @@ import numpy as np
 import pytest
 from simple_loops import DT, UNLIMITED, around, dynamics, late, linear, model, of, plays
 
-from nectosome.controllers import Feedforward, Learned, BlockLoopRecord, eased, hysteretic, learned, open_loop, pid_of, sine
+from nectosome.controllers import (
+    BlockLoopRecord,
+    Feedforward,
+    Learned,
+    eased,
+    hysteretic,
+    learned,
+    open_loop,
+    pid_of,
+    sine,
+)
 from nectosome.controllers.feedforward import convolved, smoothing
 from nectosome.drives import Chain, TransferFunction, respond
 from nectosome.units import InputError
@@ -74,5 +84,5 @@ def test_a_run_without_errors_teaches_the_smoothed_command():
 
 
 def test_what_was_learned_is_for_references_of_its_length():
-    with pytest.raises(InputError, match="40 samples; what was learned has 50"):
+    with pytest.raises(InputError, match="has 40 samples; the feedforward was learned for 50"):
         Learned(pi(1.0, 1.0), jnp.zeros(50)).planned(np.zeros(40), DT)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from jaxtyping import Array, Float
 
+from nectosome.controllers import VariableGainPI
 from nectosome.controllers.block_loop import BlockLoop, BlockLoopRecord
-from nectosome.controllers.motor_speed import VariableGainPI
 from nectosome.controllers.pid import ActuatorLimits
 from nectosome.core import Block, Line, Stepper
 from nectosome.drives import Dahl, Sensor

@@ -7,7 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from nectosome.controllers.motor_speed import VariableGainPI
+from nectosome.controllers import VariableGainPI
 from nectosome.controllers.pid import ActuatorLimits
 
 from .on_a_pty import OnAPty

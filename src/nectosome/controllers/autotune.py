@@ -244,7 +244,7 @@ class _SignSeekingRegulator(Regulator):
         return _RelayState(relay, sign, command, since, patience, halfway, switches), self.middle + command
 
 
-_SPEEDS = (1.0, 0.8, 0.65, 0.5, 0.4, 0.3)  # of a detuned loop, relative to that of its gains
+SPEEDS = (1.0, 0.8, 0.65, 0.5, 0.4, 0.3)  # of a detuned loop, relative to that of its gains
 _FILTER = 10  # the derivative is filtered over K_d/(10 K_p)
 
 
@@ -272,8 +272,8 @@ def detune(
     `progress` returns False.
     """
     best, least = 1.0, np.inf
-    for k, speed in enumerate(_SPEEDS):
-        report = None if progress is None else lambda share, k=k: progress((k + share) / len(_SPEEDS))
+    for k, speed in enumerate(SPEEDS):
+        report = None if progress is None else lambda share, k=k: progress((k + share) / len(SPEEDS))
         controller = smooth_pid(time_scaled(gains, speed), low, high, robot.dt)
         run = run_closed_loop(robot, controller, reference, sensor._replace(noise=0.0), progress=report)
         if run.status == Status.CANCELLED:

@@ -20,7 +20,7 @@ from nectosome.mechanism import Diagnosis
 from nectosome.model import SampledPlant, build
 from nectosome.model.sampled_plant import HoldInterval, PlantState
 from nectosome.solve import Run, Trajectory, results_of
-from nectosome.units import DIMENSIONS
+from nectosome.units import DIMENSIONS, InputError
 
 from .beat import Beat, BeatMean
 from .contract import Controller, Regulator
@@ -96,10 +96,13 @@ class ClosedLoopRecord:
     ) -> "xr.Dataset":
         """The record as a run like that of `simulate`, in SI units, with `reading`, and the signals over `sample`.
 
-        It begins after the first sample. `settings` go into its provenance; `diagnoses` of all hold intervals but the
-        first, where they are known, save their computation. A record of more than 4000 instants is thinned.
+        It begins after the first sample; raises InputError where nothing follows it. `settings` go into its provenance;
+        `diagnoses` of all hold intervals but the first, where known, save their computation. A record of more than
+        4000 instants is thinned.
         """
         intervals = self.intervals[1:]
+        if not intervals:
+            raise InputError("the run ended before its first hold interval: there is nothing to save.")
         if diagnoses is None:
             pairs = zip(self.states[:-1], self.states[1:], intervals, strict=True)
             diagnoses = [self.robot.diagnosis(*pair) for pair in pairs]

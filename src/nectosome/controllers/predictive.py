@@ -129,9 +129,7 @@ class _Horizon(Regulator):
         ends = jnp.stack([jnp.clip(last - most, low, high), jnp.clip(last + most, low, high), low, high])
         bounds = jax.vmap(lambda u: self.model.hysteresis.step(state.hysteresis, Line(u, u))[1].end)(ends)
         changes = most * jax.lax.dynamic_slice(self.slope, (at + 1,), (h - 1,))
-        v = _first(
-            self.hessian, self.hessian_inverse, self.forced.T @ target + self.weight * needed, bounds, changes
-        )
+        v = _first(self.hessian, self.hessian_inverse, self.forced.T @ target + self.weight * needed, bounds, changes)
         unlimited = self.model.inverse.step(state.inverse, Line(v, v))[1].end
         command = self.limits.limit(unlimited, last, self.dt)
         hysteresis, line = self.model.hysteresis.step(state.hysteresis, Line(command, command))

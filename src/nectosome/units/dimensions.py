@@ -52,3 +52,8 @@ DIMENSIONS = {
     "pressure_per_volt": Dimension("pressure per volt", "Pa/V", '"0.2 bar/V" or "20 kPa/V"', ("kPa/V",)),
     "length_per_volt": Dimension("length per volt", "m/V", '"8 mm/V"', ("mm/V",)),
 }
+
+
+def dimension_of(unit: str) -> str:
+    """Return the key of `DIMENSIONS` whose SI unit is `unit`, the first of several; `number` where there is none."""
+    return next((name for name, kind in DIMENSIONS.items() if kind.unit == unit), "number")
