@@ -13,24 +13,14 @@ from nectosome.identification.hysteresis.files import hysteresis_data, saved_mod
 from nectosome.identification.hysteresis.fit import Identified, PressureTrial, identify_hysteresis
 from nectosome.papers.fishtail import plant
 from nectosome.papers.fishtail.recordings import NOISE, recorded
-from nectosome.rigs import Bench, Limits, SimulatedRig
+from nectosome.rigs import Bench, SimulatedRig
 from nectosome.rigs.bench import actuator_loop
 from nectosome.units import InputError
 
 from .faulty import simulated
+from .tail import BAR, DT, GAINS, LIMITS, MM, tail
 
-MM, BAR, DT = 1e-3, 1e5, 5e-3
-LIMITS = Limits(-plant.LARGEST, plant.LARGEST, plant.LIMIT, -25 * MM, 25 * MM, 5 * MM)
 SHORT = eased(sine(8 * MM, 0.4, 7.5, DT), 2.5, DT)
-GAINS = np.array([0.00523, 0.866, 0.00489]) * BAR / MM
-
-
-def paper() -> Identified:
-    """Table 1 as a model that was identified."""
-    tail = plant.hysteresis()
-    slopes = np.cumsum([float(tail.direct), *np.asarray(tail.weights)])
-    theta = {"frequency": plant.FREQUENCY, "damping": plant.DAMPING}
-    return Identified(theta, {}, np.asarray(tail.thresholds), slopes, NOISE, 2, ())
 
 
 def rig(model: Identified) -> SimulatedRig:
@@ -39,7 +29,7 @@ def rig(model: Identified) -> SimulatedRig:
 
 
 def bench(controller=None, gains=GAINS, reference=SHORT) -> Bench:
-    return Bench.of(rig(paper()), LIMITS, DT, reference, controller, gains, paper())
+    return Bench.of(rig(tail()), LIMITS, DT, reference, controller, gains, tail())
 
 
 def test_a_bench_runs_and_scores_an_experiment(tmp_path):
@@ -65,7 +55,7 @@ def test_gains_are_found_by_a_relay_experiment_on_the_model(controller, most, tm
 def test_learning_goes_on_from_run_to_run(tmp_path):
     """On a tail with a gain a fifth higher than that of the model."""
     one = bench("ilc")
-    loop = actuator_loop(paper(), LIMITS, DT)
+    loop = actuator_loop(tail(), LIMITS, DT)
     *before, dynamics = loop.plant.blocks
     higher = eqx.tree_at(lambda block: block.numerator, dynamics, 1.2 * dynamics.numerator)
     other = replace(one, rig=SimulatedRig(Chain((*before, higher)), loop.sensor, dt=DT / loop.substeps))
@@ -119,15 +109,15 @@ def test_a_model_of_other_units_is_refused():
     servo = simulated()
     servo.command_unit = servo.measured_unit = "rad"
     with pytest.raises(InputError, match="from Pa to m; the rig takes rad and measures rad"):
-        Bench.of(servo, LIMITS, DT, SHORT, model=paper())
+        Bench.of(servo, LIMITS, DT, SHORT, model=tail())
 
 
 def test_the_model_of_a_rig_has_its_delay_its_limits_and_its_sensor():
     """Its command acts a sample later; a fitted slew limit below that of the rig counts."""
-    slow = paper()._replace(theta=paper().theta | {"slew": 1e5})
+    slow = tail()._replace(theta=tail().theta | {"slew": 1e5})
     loop = actuator_loop(slow, LIMITS, DT)
     delay, within, slew, *_ = loop.plant.blocks
     assert (float(delay.delay), float(within.high), float(slew.rate)) == (DT, plant.LARGEST, 1e5)
     assert float(loop.sensor.noise) == NOISE
-    assert float(actuator_loop(paper()._replace(noise=0.0), LIMITS, DT).sensor.noise) == pytest.approx(5e-6)
+    assert float(actuator_loop(tail()._replace(noise=0.0), LIMITS, DT).sensor.noise) == pytest.approx(5e-6)
     assert jnp.isclose(loop.sensor.low, -25 * MM)

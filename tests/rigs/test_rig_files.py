@@ -1,5 +1,6 @@
 """A rig file says all that is needed of a rig; each mistake in it is told with its place, before anything is opened."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -9,16 +10,39 @@ from nectosome.rigs.files import load_rig
 from nectosome.rigs.limits import Limits
 from nectosome.rigs.ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
 from nectosome.rigs.serial_motor import MotorLink, SerialMotor
+from nectosome.rigs.simulated_rig import SimulatedRig
 from nectosome.units import InputError
+
+from .tail import save_tail
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "rigs"
 NI = (EXAMPLES / "fishtail_ni.yaml").read_text(encoding="utf-8")
 SERVO = (EXAMPLES / "servo_dynamixel.yaml").read_text(encoding="utf-8")
+SIMULATED = (EXAMPLES / "fishtail_simulated.yaml").read_text(encoding="utf-8")
 MOTOR = (EXAMPLES / "motor_serial.yaml").read_text(encoding="utf-8")
 
 
-def test_every_example_is_a_rig():
-    assert len([load_rig(path) for path in EXAMPLES.glob("*.yaml")]) == 3
+def test_every_example_is_a_rig(tmp_path):
+    """A simulated one has its model beside it."""
+    save_tail(tmp_path / "tail.nc")
+    for path in EXAMPLES.glob("*.yaml"):
+        shutil.copy(path, tmp_path)
+    assert len([load_rig(path) for path in tmp_path.glob("*.yaml")]) == 4
+
+
+def test_a_simulated_rig_has_its_model_its_noise_and_its_time(tmp_path):
+    save_tail(tmp_path / "tail.nc")
+    path = tmp_path / "rig.yaml"
+    path.write_text(SIMULATED.replace("noise: 0.05 mm", "real_time: true"))
+    file = load_rig(path)
+    assert isinstance(file.rig, SimulatedRig)
+    assert (file.rig.pace, file.rig.dt, file.dt) == ("real", 1e-3, 5e-3)
+    assert file.model is not None and file.model.noise == 5e-5
+    assert file.command_unit == ("bar", 1e5)
+    path.write_text(SIMULATED.replace("tail.nc", "gone.nc"))
+    with pytest.raises(InputError, match=r"gone\.nc") as told:
+        load_rig(path)
+    assert (told.value.field, told.value.line) == ("model", 4)
 
 
 def test_the_fishtail_has_round_values():
