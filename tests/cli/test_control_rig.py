@@ -14,7 +14,8 @@ from nectosome.io import load_dataset
 from .answers import check_wrong
 
 RIGS = Path(__file__).parents[2] / "examples" / "rigs"
-SIMULATED = (RIGS / "fishtail_simulated.yaml").read_text()
+LINEAR = "gain: 46 mm/bar\nfrequency: 18.6 rad/s\ndamping: 1.0\n"
+SIMULATED = (RIGS / "fishtail_simulated.yaml").read_text().replace(LINEAR, "model: tail.nc\n")
 RIG = ("control", "rig", "--config", "tail.yaml")
 GAINS = ("--gains", "0.00523,0.866,0.00489")
 SINE = (*RIG, "--reference", "sine", "--amplitude", "2mm", "--frequency", "0.5Hz", "--time", "2s", *GAINS)
@@ -55,6 +56,14 @@ def test_nothing_is_written_unasked_and_nothing_overwritten_without_force(nectos
     first = load_dataset(tmp_path / "run.nc").attrs["controller"]
     assert nectosome(*SINE, "--controller", "pid", "--save", "run.nc", "--force").code == 0
     assert load_dataset(tmp_path / "run.nc").attrs["controller"] != first
+
+
+def test_the_example_of_a_simulated_rig_runs_as_it_is(nectosome):
+    """Its model is linear; gains are found on it."""
+    wave = ("--reference", "sine", "--amplitude", "6mm", "--frequency", "0.1Hz")
+    answer = nectosome("control", "rig", "--config", str(RIGS / "fishtail_simulated.yaml"), *wave)
+    assert (answer.code, answer.err) == (0, "")
+    assert "sine on simulated rig: finished, 4001 samples" in answer.out
 
 
 def test_gains_are_found_where_none_are_given(nectosome, tail):

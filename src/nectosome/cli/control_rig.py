@@ -68,10 +68,10 @@ def control_rig(
     file = load_rig(config)
     identified = file.model if model is None else saved_model(load_dataset(model))
     with named_options():
-        wanted = Reference.parse(reference.reference, dimension_of(file.rig.measured_unit), **reference.shape())
+        target = Reference.parse(reference.reference, dimension_of(file.rig.measured_unit), **reference.shape())
         seconds = reference.seconds()
-        samples = wanted.samples(wanted.duration(file.dt) if seconds is None else seconds, file.dt)
-        given = None if gains is None else parse_gains(gains, file.command_unit[1] / wanted.unit_size)
+        samples = target.samples(target.duration(file.dt) if seconds is None else seconds, file.dt)
+        given = None if gains is None else parse_gains(gains, file.command_unit[1] / target.unit_size)
         with progress_bar("rehearsing"):
             bench = Bench.of(file.rig, file.limits, file.dt, samples, controller, given, identified)
             bench.check(samples)
@@ -81,7 +81,7 @@ def control_rig(
             log.unlink(missing_ok=True)
         found: list[BenchRun] = []
         with progress_bar("running") as update:
-            outcomes = bench.runs(samples, wanted.kind, logs, lambda k, share: update(f"run {k + 1}", share))
+            outcomes = bench.runs(samples, target.kind, logs, lambda k, share: update(f"run {k + 1}", share))
             for outcome in outcomes:
                 found.append(outcome)
                 if outcome.run.status != "finished":

@@ -22,10 +22,10 @@ class DiscreteModel(NamedTuple):
 
 def discrete(dynamics: TransferFunction, dt: float) -> DiscreteModel:
     """Matrices of a transfer function. Raises ValueError for one with feedthrough."""
-    held: Any = dynamics.sampled(dt)
-    if float(held.E) != 0.0:
+    linear: Any = dynamics.sampled(dt)
+    if float(linear.E) != 0.0:
         raise ValueError("the degree of the numerator must be lower than that of the denominator.")
-    return DiscreteModel(np.asarray(held.A), np.asarray(held.B), np.asarray(held.D))
+    return DiscreteModel(np.asarray(linear.A), np.asarray(linear.B), np.asarray(linear.D))
 
 
 class KalmanFilter(eqx.Module):

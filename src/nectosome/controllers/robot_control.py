@@ -1,4 +1,4 @@
-"""A PID on any robot in one call: read what is given, find gains, detune them, simulate the closed loop."""
+"""A PID on any robot in one call: parse, find gains, detune them, simulate the closed loop."""
 
 import math
 import re
@@ -53,7 +53,7 @@ class LoopGains(NamedTuple):
 
 @dataclass(frozen=True)
 class ControlTask:
-    """A robot with its command, sensor and reference, read and checked: what gains are found for."""
+    """A robot with its command, sensor and reference, parsed and checked."""
 
     robot: SampledPlant
     command: CommandRange
@@ -96,11 +96,11 @@ class ControlTask:
         instants = 1 if beat is None else instants_per_sample(beat, span.largest, dt)
         instants = max(instants, math.ceil(dt / resolution))
         plant = _plant(description, span.name, measure, dt, instants)
-        wanted = Reference.parse(reference, plant.reading.dimension, **shape)
+        target = Reference.parse(reference, plant.reading.dimension, **shape)
         spread = 0.0 if noise is None else _si(noise, plant.reading.dimension, "noise", least=0.0)
         sensor = SensorModel(beat if mean else None, late, spread)
-        given = None if gains is None else parse_gains(gains, span.unit_size / wanted.unit_size)
-        return cls(plant, span, wanted, sensor, beat, plant.start()[0].reading, given)
+        given = None if gains is None else parse_gains(gains, span.unit_size / target.unit_size)
+        return cls(plant, span, target, sensor, beat, plant.start()[0].reading, given)
 
     def samples(self, time: float) -> Float[np.ndarray, "k"]:
         """The reference at its samples [SI], `time` [s] long. Raises InputError for too few or too many samples."""
@@ -152,7 +152,7 @@ class ControlResult:
     task: ControlTask
     gains: LoopGains | None
     record: ClosedLoopRecord
-    settings: dict[str, Any] = field(default_factory=dict)  # what was given, for provenance
+    settings: dict[str, Any] = field(default_factory=dict)  # the arguments, for provenance
 
     @property
     def status(self) -> Status:
@@ -178,14 +178,14 @@ class ControlResult:
             f"{run.robot.command} is at {span.show(ends[0])}, the end of its range",
             run.robot.reading.name,
         )
-        now, wanted = reference.show(run.output[-1]), reference.show(run.reference[-1])
+        now, target = reference.show(run.output[-1]), reference.show(run.reference[-1])
         if error * step < 0 and abs(error) > abs(step):
             return f"{saturated}, and {name} moved away from the reference, to {now}. Try gains of the other sign."
         if still_approaching(run.output - run.reference):
             return (
-                f"{wanted} is not reached yet: {saturated}, and {name} is {now} and approaches it. Give it more time."
+                f"{target} is not reached yet: {saturated}, and {name} is {now} and approaches it. Give it more time."
             )
-        return f"the reference is out of reach: {saturated}, and {name} is {now} instead of {wanted}."
+        return f"the reference is out of reach: {saturated}, and {name} is {now} instead of {target}."
 
 
 def control(
@@ -221,7 +221,7 @@ def control(
     - noise, delay: standard deviation and delay of a measurement.
     - progress(what, share): the run is cancelled where it returns False.
 
-    Raises InputError, whose field is the argument, for what cannot be read and where no gains are found.
+    Raises InputError, whose field is the argument, for arguments that are wrong and where no gains are found.
     """
     settings = [settings] if isinstance(settings, str) else list(settings)
     task = ControlTask.parse(

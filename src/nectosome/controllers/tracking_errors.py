@@ -7,11 +7,11 @@ from jaxtyping import Float
 
 _SETTLED = 0.05  # of the step
 _LAST = 0.1  # of the time, over which the steady error is averaged
-_APPROACH = 0.02  # relative decrease of an error in that time, from which it counts as decreasing
+_APPROACH = 0.02  # of the whole decrease of an error, in that time, from which it counts as decreasing
 
 
 class StepResponse(NamedTuple):
-    """Response to a step from the initial output to a constant reference; NaN for what did not occur."""
+    """Response to a step from the initial output to a constant reference; NaN for an event that did not occur."""
 
     rise: float  # from 10 to 90 % of the step [s]
     overshoot: float  # beyond the reference, as a share of the step
@@ -25,9 +25,9 @@ def rms_error(output: Float[np.ndarray, "k"], reference: Float[np.ndarray, "k"])
 
 
 def still_approaching(error: Float[np.ndarray, "k"]) -> bool:
-    """Whether the magnitude of the error still decreases at the end: by 2 % or more over the last tenth of it."""
-    start, end = abs(float(error[-max(len(error) // 10, 2)])), abs(float(error[-1]))
-    return start - end > _APPROACH * start
+    """Whether the error still decreases at the end: by more than 2 % of its whole decrease over the last tenth."""
+    first, before, last = (abs(float(error[k])) for k in (0, -max(len(error) // 10, 2), -1))
+    return before - last > max(_APPROACH * (first - last), 0.0)
 
 
 def step_response(

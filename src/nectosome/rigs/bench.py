@@ -1,4 +1,4 @@
-"""A rig under a controller: what is known of it is rehearsed on a model first, then the experiment runs."""
+"""A rig under a controller: a rehearsal on its model, where there is one, then the experiment."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -139,10 +139,10 @@ class Bench:
             run = Experiment(self.rig, law, reference, self.limits, self.dt, name).run(log, report)
             yield _scored(run, self.rig, reference)
             if isinstance(self.controller, Learner):
-                wanted, measured, command = (
+                target, measured, command = (
                     jnp.asarray(run.data[one].values) for one in ("reference", "measured", "command")
                 )
-                law = self.controller.after(BlockLoopRecord(wanted, measured, measured, command))
+                law = self.controller.after(BlockLoopRecord(target, measured, measured, command))
 
     @property
     def _first(self) -> Controller:
@@ -159,8 +159,8 @@ def rehearse(
     record = loop.run(controller, reference)
     guards, before = Guards(limits, rig, loop.dt, len(reference)), 0.0
     signals = reference.tolist(), np.asarray(record.measured).tolist(), np.asarray(record.command).tolist()
-    for k, (wanted, measured, command) in enumerate(zip(*signals, strict=True)):
-        why = guards.sample(0.0, wanted, measured, before) or guards.wanted(command)
+    for k, (target, measured, command) in enumerate(zip(*signals, strict=True)):
+        why = guards.sample(0.0, target, measured, before) or guards.wanted(command)
         if why:
             raise InputError(f"on the model it would end at {k * loop.dt:.3f} s, nothing was moved: {why}")
         before = guards.allowed(command, before, loop.dt)
@@ -218,9 +218,9 @@ def _actuator_limits(limits: Limits) -> ActuatorLimits:
 
 def _scored(run: RigRun, rig: Rig, reference: Float[np.ndarray, "n"]) -> BenchRun:
     measured = run.data["measured"].values
-    wanted, known = reference[: len(measured)], np.isfinite(measured)
-    if not known.any() or np.ptp(wanted[known]) == 0:
+    target, known = reference[: len(measured)], np.isfinite(measured)
+    if not known.any() or np.ptp(target[known]) == 0:
         return BenchRun(run, None, None)
     outputs = np.array(rig.outputs[: len(measured)]) if isinstance(rig, SimulatedRig) else None
-    true = None if outputs is None else range_errors(outputs, wanted)
-    return BenchRun(run, range_errors(measured[known], wanted[known]), true)
+    true = None if outputs is None else range_errors(outputs, target)
+    return BenchRun(run, range_errors(measured[known], target[known]), true)

@@ -6,6 +6,7 @@ from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
+import numpy as np
 from pydantic import Field, create_model
 
 from nectosome.controllers.commands import unit_text
@@ -78,7 +79,7 @@ def load_rig(path: str | Path) -> RigFile:
     file = _File(str(path), lines)
     limits = file.made(Limits, given.limits, "limits")
     texts = [unit_text(str(data["limits"][name])) for name in ("high", "low")]
-    model = _model(file, given.model) if kind == "simulated" else None
+    model = _model(file, given) if kind == "simulated" else None
     rig = make(file, given, limits) if model is None else _simulated(model, given, limits)
     unit = next(filter(None, texts), rig.command_unit)
     return RigFile(rig, limits, given.dt, (unit, unit_to_si(unit)[0]), model)
@@ -142,9 +143,12 @@ def _serial(file: _File, given: Any, limits: Limits) -> Rig:
 
 @dataclass(frozen=True)
 class Simulation:
-    """A simulated rig: a saved model, whose path is relative to the rig file, and how it runs."""
+    """A simulated actuator: a saved model, whose path is relative to the rig file, or the numbers of a linear one."""
 
-    model: str
+    model: str | None = None
+    gain: float | None = None  # [m/Pa]
+    frequency: float | None = None  # natural frequency of the linear model [rad/s]
+    damping: float = 1.0  # its damping ratio
     noise: float | None = None  # standard deviation of the sensor; that of the model unless given [m]
     real_time: bool = False
 
@@ -155,12 +159,25 @@ def _simulated(model: "Identified", given: Any, limits: Limits) -> Rig:
     return SimulatedRig(loop.plant, loop.sensor, dt=given.dt / loop.substeps, pace=pace)
 
 
-def _model(file: _File, path: str) -> "Identified":
+def _model(file: _File, given: Any) -> "Identified":
+    """The model of a simulated rig: saved, or linear, without hysteresis."""
     from nectosome.identification.hysteresis.files import saved_model
+    from nectosome.identification.hysteresis.fit import Identified
     from nectosome.io import load_dataset
 
+    linear = {name: getattr(given, name) for name in ("gain", "frequency")}
+    if given.model is None:
+        for name, value in linear.items():
+            if value is None:
+                raise file.wrong("is missing: give model, or gain and frequency.", name)
+        theta = {"frequency": given.frequency, "damping": given.damping}
+        slopes, thresholds = np.full(2, given.gain), np.array([given.limits.high - given.limits.low])
+        return Identified(theta, {}, thresholds, slopes, 0.0, 2, ())
+    for name, value in linear.items():
+        if value is not None:
+            raise file.wrong("belongs to a linear model: leave it or model out.", name)
     try:
-        return saved_model(load_dataset(file.folder / path))
+        return saved_model(load_dataset(file.folder / given.model))
     except InputError as error:
         raise file.wrong(str(error), "model") from None
 
@@ -198,4 +215,9 @@ _SERIAL = _rig(
     port=_Word, baud=_Baud, timeout=_Time, start=_Time, watchdog=_Time,
 )  # fmt: skip
 _NOISE = Annotated[float, Quantity("length", minimum=0)]
-_SIMULATED = _rig(Simulation, _Pressure, _PressureRate, _Length, model=_Word, noise=_NOISE | None)
+_GAIN = Annotated[float, Quantity("length_per_pressure", minimum=0, exclusive=True)]
+_FREQUENCY = Annotated[float, Quantity("angular_speed", minimum=0, exclusive=True)]
+_SIMULATED = _rig(
+    Simulation, _Pressure, _PressureRate, _Length,
+    model=_Word | None, gain=_GAIN | None, frequency=_FREQUENCY | None, damping=_Share, noise=_NOISE | None,
+)  # fmt: skip

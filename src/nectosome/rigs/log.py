@@ -30,17 +30,17 @@ _ATTRIBUTE = re.compile(r"# (\w+): (.*)")
 
 
 class LogError(Exception):
-    """The log is not written any more."""
+    """The log can no longer be written."""
 
 
 class RunLog:
     """One row a sample, in memory and in a journal beside the file that it ends in: `run.csv` and `run.nc`.
 
     A thread writes lines as they come and calls fsync, which may take a disk many samples. A process that is killed
-    loses the lines that wait for it, those of some milliseconds; a loss of power those of the last half second. A disk
-    that is full is told by the next row, one that takes nothing after two seconds.
+    loses the lines that wait for it, those of some milliseconds; a loss of power those of the last half second. A full
+    disk is an error at the next row, a disk that does not respond after two seconds.
 
-    Raises InputError where the files cannot be written, or are there already: what was measured is not overwritten.
+    Raises InputError where the files cannot be written, or exist: measurements are not overwritten.
     """
 
     def __init__(self, path: str | Path, attributes: Mapping[str, Any], units: Mapping[str, str]):
@@ -73,7 +73,8 @@ class RunLog:
                 raise
         except FileExistsError:
             raise InputError(
-                "is what a run left that was killed. Read it with `recovered`, then move it.", file=str(self.journal)
+                "is the journal of a run that was killed. Read it with `recovered`, then move it.",
+                file=str(self.journal),
             ) from None
         except OSError as error:
             raise InputError(f"cannot be written: {reason(error)}.", file=str(self.journal)) from None

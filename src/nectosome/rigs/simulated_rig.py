@@ -48,7 +48,7 @@ class SimulatedRig(Rig):
         self._delay = round(delay / dt)  # steps
         self._pending: deque[tuple[int, float]] = deque()  # from which step on, and which command
         self._opened = False
-        self._begun = time.perf_counter()
+        self._started = time.perf_counter()
         self._steps = 0  # since then
 
     def open(self) -> None:
@@ -57,7 +57,7 @@ class SimulatedRig(Rig):
         self._model = CompiledStep(_advance, stepper, (stepper.initial(), jnp.zeros(())))
         self._command = 0.0
         self._pending.clear()
-        for _ in range(2):  # steps of no time; what they return may be of other types than what a stepper begins with
+        for _ in range(2):  # empty steps; the state after a step may have other types than the initial one
             self._advance(0)
         if self._sensor is not None:
             self._reading = CompiledStep(_measure, self._sensor, self._sensor.initial())
@@ -65,7 +65,7 @@ class SimulatedRig(Rig):
                 self._reading(self._output)
             self._reading.start(self._sensor.initial())
         self.outputs = []
-        self._begun = time.perf_counter() - self._steps * self.dt
+        self._started = time.perf_counter() - self._steps * self.dt
         self._opened = True
 
     @property
@@ -96,7 +96,7 @@ class SimulatedRig(Rig):
             self._command = 0.0
 
     def close(self) -> None:
-        """Stop the simulation; its clock goes on."""
+        """Stop the simulation; its clock continues."""
         self._opened = False
 
     def now(self) -> float:
@@ -112,7 +112,7 @@ class SimulatedRig(Rig):
 
     def _step_now(self) -> int:
         """Number of the present step."""
-        return self._steps if self.pace == "virtual" else int((time.perf_counter() - self._begun) / self.dt)
+        return self._steps if self.pace == "virtual" else int((time.perf_counter() - self._started) / self.dt)
 
     def _go(self, until: int) -> None:
         """Advance to a step, with each pending command in turn; the state of a closed rig does not change."""

@@ -107,7 +107,7 @@ def _series(name: str, reference: Float[np.ndarray, "n"], found: dict[str, Block
     outputs = [np.asarray(record.output)[0] for record in found.values()]
     return xr.Dataset(
         {
-            "wanted": ("time", reference, {"units": "m"}),
+            "target": ("time", reference, {"units": "m"}),
             "displacement": (("controller", "time"), outputs, {"units": "m"}),
         },
         {
