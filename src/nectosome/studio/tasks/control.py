@@ -199,7 +199,7 @@ class Control:
         with self._place:
             name = f"{self._measure.value}, reference ({unit})" if unit else f"{self._measure.value}, reference"
             self._slider = self._session.gui.add_slider(name, start - far, start + far, far / 100, value)
-        self._slider.on_update(lambda event: setattr(self, "_now", float(event.target.value) * size))
+        self._slider.on_update(lambda event: setattr(self, "_setpoint", float(event.target.value) * size))
 
     def _draw(self, rig: LiveRig, robot: int, words: str, seconds: float) -> None:
         figure: Any = signals_panel(rig.record.last(seconds).signals()).figure
