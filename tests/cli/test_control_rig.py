@@ -66,6 +66,13 @@ def test_the_example_of_a_simulated_rig_runs_as_it_is(nectosome):
     assert "sine on simulated rig: finished, 4001 samples" in answer.out
 
 
+def test_a_table_is_a_log_too(nectosome, tail, tmp_path):
+    assert nectosome(*SINE, "--save", "run.csv").code == 0
+    rows = (tmp_path / "run.csv").read_text().splitlines()
+    assert rows[0] == "time (s),reference (m),measured (m),command (Pa),late (s)" and len(rows) == 402
+    assert {path.name for path in tmp_path.iterdir()} == {"run.csv", "tail.nc", "tail.yaml"}
+
+
 def test_gains_are_found_where_none_are_given(nectosome, tail):
     answer = nectosome(*SINE[: -len(GAINS)])
     assert (answer.code, answer.err) == (0, "")

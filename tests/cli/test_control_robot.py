@@ -59,11 +59,20 @@ def test_a_diver_finds_gains_and_goes_down(nectosome, diver, tmp_path):
     assert "depth by thrust" in (tmp_path / "run.html").read_text()
 
 
+def test_nothing_is_overwritten_without_force_and_a_table_has_the_samples(nectosome, diver, tmp_path):
+    (tmp_path / "run.csv").write_text("mine")
+    short = ("--gains=-40,-2,-60", "--time", "2s", "--save", "run.csv")
+    check_wrong(nectosome, [asked(*short)], tmp_path)
+    assert nectosome(*asked(*short), "--force").code == 0
+    rows = (tmp_path / "run.csv").read_text().splitlines()
+    assert rows[0] == "sample (s),reference (m),output (m),measured (m),command (N)" and len(rows) == 22
+
+
 def test_gains_are_in_the_units_in_which_command_and_reference_are_written(nectosome, diver):
     runs = []
     for command, reference, gains in (("-20..20N", "120cm", "-1,0,-0.5"), ("-0.02..0.02kN", "1.2m", "-0.1,0,-0.05")):
         units = ("--command", f"thrust={command}", "--reference", reference, f"--gains={gains}")
-        answer = nectosome(*asked(*units, "--time", "4s", "--save", "run.nc"))
+        answer = nectosome(*asked(*units, "--time", "4s", "--save", "run.nc"), "--force")
         assert (answer.code, answer.err) == (0, "")
         runs.append(load_dataset("run.nc")["output"].values)
     np.testing.assert_allclose(runs[0], runs[1], atol=1e-9)

@@ -11,10 +11,10 @@ from rich.text import Text
 
 from nectosome.cli.control_options import ReferenceOptions, named_options
 from nectosome.cli.control_rig import control_rig
-from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.options import Robot, Settings
+from nectosome.cli.output import Outputs, tell, write, written
 from nectosome.cli.page import columns, ending, number, page
 from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.io import save_dataset
 from nectosome.units import show_quantity
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ control.command(control_rig, name="rig")
 
 @control.default
 def control_robot(
-    robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")],
+    robot: Robot,
     /,
     *,
     command: Annotated[
@@ -52,16 +52,11 @@ def control_robot(
         str | None, Parameter(help="Standard deviation of a measurement.", allow_leading_hyphen=True)
     ] = None,
     delay: Annotated[str | None, Parameter(help="Delay of measurements.", allow_leading_hyphen=True)] = None,
-    settings: Annotated[
-        list[str] | None, Parameter("--set", help="PATH=VALUE, such as f=1.5Hz; may be repeated.")
-    ] = None,
-    save: Annotated[Path | None, Parameter(help="Write the run to this netCDF file (.nc).")] = None,
-    plot: Annotated[Path | None, Parameter(help="Write a page with figures to this file (.html).")] = None,
+    settings: Settings = None,
+    outputs: Outputs = Outputs(),
 ) -> int:
     """Simulate a robot under a PID that makes a reading track a reference."""
-    for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
-        if target is not None:
-            check_target(target, option, suffix)
+    outputs.check()
     with named_options():
         reference.seconds()
 
@@ -99,12 +94,15 @@ def control_robot(
     seconds = round(time.perf_counter() - start, 3)
     write(_page(result, seconds), wrap=False)
     run = result.record
-    if save is not None and len(run.intervals) > 1:
-        save_dataset(result.to_dataset().assign_attrs(seconds=seconds), save)
-    if plot is not None:
+    if (outputs.save or outputs.plot) and len(run.intervals) > 1:
         from nectosome.view import show_closed_loop
 
-        show_closed_loop(run.signals(), plot)
+        table = outputs.save is not None and outputs.save.suffix == ".csv"
+        paths = outputs.write_data(
+            lambda: run.samples() if table else result.to_dataset().assign_attrs(seconds=seconds)
+        )
+        paths += outputs.write_page(lambda path: show_closed_loop(run.signals(), path))
+        write(*written(paths), wrap=False)
     return _code(result)
 
 

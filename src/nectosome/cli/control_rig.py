@@ -8,9 +8,10 @@ from cyclopts import Parameter
 
 from nectosome.cli.control_options import ReferenceOptions, named_options
 from nectosome.cli.options import read_count
-from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.output import Outputs, check_target, tell, write, written
 from nectosome.cli.progress import progress_bar
-from nectosome.io import load_dataset
+from nectosome.io import load_dataset, save_dataset
+from nectosome.io.results import SUFFIXES
 from nectosome.units import InputError, did_you_mean, dimension_of, show_quantity
 
 if TYPE_CHECKING:
@@ -40,22 +41,19 @@ def control_rig(
         Parameter(help="Model of the rig (.nc), as `identify hysteresis --save` writes it; a simulated rig has one."),
     ] = None,
     rounds: Annotated[str, Parameter(help="Runs of ilc.", allow_leading_hyphen=True)] = "5",
-    save: Annotated[Path | None, Parameter(help="Write the log to this netCDF file (.nc).")] = None,
-    plot: Annotated[Path | None, Parameter(help="Write a page with figures to this file (.html).")] = None,
-    force: Annotated[bool, Parameter(help="Overwrite existing files.")] = False,
+    outputs: Outputs = Outputs(),
 ) -> int:
     """Rehearse on the model, where there is one, then run the rig with its guards, and log it.
 
     The rig is vented at the end of every run. A run that the guards would stop on the model does not begin.
     """
     runs = read_count(rounds, "--rounds", least=1, most=100) if controller == "ilc" else 1
-    if plot is not None:
-        check_target(plot, "--plot", ".html")
-    names = [] if save is None else [save if runs == 1 else save.with_stem(f"{save.stem}_{k + 1}") for k in range(runs)]
-    for name in names:
-        check_target(name, "--save", ".nc")
-        if name.exists() and not force:
-            raise InputError(f"{name} is there already: take another name, or --force.", field="--save")
+    outputs.check()
+    save, saved = outputs.save, list[Path]()
+    if save is not None:
+        saved = [save if runs == 1 else save.with_stem(f"{save.stem}_{k + 1}") for k in range(runs)]
+    for path in saved:
+        check_target(path, "--save", SUFFIXES, outputs.force)
 
     from nectosome.controllers import Reference, parse_gains
     from nectosome.identification.hysteresis.files import saved_model
@@ -76,32 +74,44 @@ def control_rig(
             bench = Bench.of(file.rig, file.limits, file.dt, samples, controller, given, identified)
             bench.check(samples)
     with tempfile.TemporaryDirectory() as folder:
-        logs = names or [Path(folder) / f"run_{k + 1}.nc" for k in range(runs)]
-        for log in names:
-            log.unlink(missing_ok=True)
+        logs = [_log_of(path) for path in saved] or [Path(folder) / f"run_{k + 1}.nc" for k in range(runs)]
+        for path in saved:
+            path.unlink(missing_ok=True)
         found: list[BenchRun] = []
         with progress_bar("running") as update:
             outcomes = bench.runs(samples, target.kind, logs, lambda k, share: update(f"run {k + 1}", share))
-            for outcome in outcomes:
+            for k, outcome in enumerate(outcomes):
                 found.append(outcome)
+                if saved and outcome.run.path == logs[k] != saved[k]:
+                    save_dataset(outcome.run.data, saved[k])
+                    logs[k].unlink()
                 if outcome.run.status != "finished":
                     break
     if bench.model is None:
         write("not rehearsed: there is no --model", wrap=False)
     for outcome in found:
-        write(*_lines(outcome, kept=bool(names)), wrap=False)
+        write(*_lines(outcome), wrap=False)
     last = found[-1].run
     if last.status != "finished":
         tell(f"{last.status}: {last.reason}")
-    if plot is not None:
-        from nectosome.view import show_experiment
-
-        show_experiment([one.run.data for one in found], plot)
-        write(f"written: {plot}")
+    paths = [str(path) for path in saved[: len(found)] if path.exists()]
+    paths += outputs.write_page(lambda path: _write_page(found, path))
+    write(*written(paths), wrap=False)
     return _CODES[last.status]
 
 
-def _lines(outcome: "BenchRun", kept: bool) -> list[str]:
+def _write_page(found: "list[BenchRun]", path: Path) -> None:
+    from nectosome.view import show_experiment
+
+    show_experiment([one.run.data for one in found], path)
+
+
+def _log_of(path: Path) -> Path:
+    """Where the log of a run is written: netCDF, of which a table is made at its end."""
+    return path if path.suffix == ".nc" else path.with_name(f"{path.stem}_log.nc")
+
+
+def _lines(outcome: "BenchRun") -> list[str]:
     """Errors and commands of a run, in words."""
     data = outcome.run.data
     errors = {"measured": outcome.measured, "true": outcome.true}
@@ -115,4 +125,4 @@ def _lines(outcome: "BenchRun", kept: bool) -> list[str]:
         lines.append(f"  command: {low} to {high}")
     if data.attrs["overruns"]:
         lines.append(f"  late: {data.attrs['overruns']:g} samples, by up to {1e3 * data.attrs['latest']:.3g} ms")
-    return [*lines, f"written: {outcome.run.path}"] if kept else lines
+    return lines

@@ -78,7 +78,7 @@ class ClosedLoopRecord:
         import xarray as xr
 
         position = np.concatenate([interval.position for interval in self.intervals])
-        return self._samples().merge(
+        return self.samples().merge(
             xr.Dataset(
                 {
                     "reading": ("time", self.reading, {"units": self._unit}),
@@ -115,16 +115,17 @@ class ClosedLoopRecord:
         description = self.robot.description
         trajectory = Trajectory(build(description), jnp.asarray(time), states)
         run = Run(trajectory, jnp.asarray(int(self.status)), {}, jnp.zeros(()))
-        whole = results_of(run, forces, None, settings or {}).to_dataset().merge(self._samples())
+        whole = results_of(run, forces, None, settings or {}).to_dataset().merge(self.samples())
         return whole.assign(reading=("time", reading, {"units": self._unit})).assign_attrs(
-            self._samples().attrs, robot=dump_robot(description), provenance=json.dumps(provenance(settings or {}))
+            self.samples().attrs, robot=dump_robot(description), provenance=json.dumps(provenance(settings or {}))
         )
 
     @property
     def _unit(self) -> str:
         return DIMENSIONS[self.robot.reading.dimension].unit or "1"
 
-    def _samples(self) -> "xr.Dataset":
+    def samples(self) -> "xr.Dataset":
+        """`reference`, `output`, `measured` and `command` over `sample` [s]."""
         import xarray as xr
 
         of, command = self._unit, self.robot.quantity.unit or "1"
