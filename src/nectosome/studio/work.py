@@ -22,7 +22,7 @@ _DOUBLE = 1.0  # s, within which a button that is pressed again was clicked twic
 
 
 @contextmanager
-def told(tell: Tell) -> Iterator[None]:
+def errors_shown(tell: Tell) -> Iterator[None]:
     """Tell on the page what goes wrong: bad input with its reason, mistakes of ours in the terminal.
 
     Files go by their names: the page knows no other folder than its own.
@@ -38,7 +38,7 @@ def told(tell: Tell) -> Iterator[None]:
 
 
 @contextmanager
-def called(labels: Mapping[str, str]) -> Iterator[None]:
+def labelled(labels: Mapping[str, str]) -> Iterator[None]:
     """Have bad input told by the label that its field has on the page; `labels` by the first word of its name."""
     try:
         yield
@@ -101,7 +101,7 @@ class Work:
                 self._show(share, words)
             return not end.is_set()
 
-        with told(self._tell):
+        with errors_shown(self._tell):
             try:
                 found = compute(progress)
             finally:

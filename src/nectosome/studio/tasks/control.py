@@ -10,7 +10,7 @@ import numpy as np
 from nectosome import controllers as control
 from nectosome.core import Status
 from nectosome.model import build, common_readings, reading_of
-from nectosome.studio.work import Progress, called, told
+from nectosome.studio.work import Progress, errors_shown, labelled
 from nectosome.units import InputError, shorten
 from nectosome.view.closed_loop import followed_panel
 
@@ -31,7 +31,7 @@ from .live_rig import LiveRig
 
 if TYPE_CHECKING:
     from nectosome.studio.answers import Answer
-    from nectosome.studio.session import Session
+    from nectosome.studio.desk import Desk
 
 _SEEN = 20.0  # s that the plot shows while it goes on
 _PLOTS = 1.0  # s between plots
@@ -49,7 +49,7 @@ _SIZES = {
 class Control:
     """Lays out the tab."""
 
-    def __init__(self, session: "Session"):
+    def __init__(self, session: "Desk"):
         self._session, gui = session, session.gui
         self._drawing = threading.Lock()
         self._robot = 0  # how many there were: what is found for one before is not shown
@@ -116,7 +116,7 @@ class Control:
             self._size.value = most_of(answer.run, reading_of(self._model, self._measure.value)) or self._usual()
 
     def _told(self, work: Any) -> None:
-        with told(self._session.tell):
+        with errors_shown(self._session.tell):
             work()
 
     # --- a run
@@ -135,7 +135,7 @@ class Control:
         if not all(part.strip() for part in self._range.value.partition(":")):
             words = f'"{shorten(self._range.value)}" has no two ends. Write LOW:HIGH and the unit, such as -8:8 mN m.'
             raise InputError(words, field=self._range.label)
-        with called({"command": self._range.label}):
+        with labelled({"command": self._range.label}):
             reach = control.read_range(asked.command, asked.description)
         self._session.work.begin("control", partial(self._compute, asked, reach, self._robot), lambda _: None)
 
@@ -144,7 +144,7 @@ class Control:
         try:
             fields = {"reference": self._size, "amplitude": self._size, "frequency": self._frequency}
             fields |= {"gains": self._gains, "mean": self._mean, "command": self._range}
-            with called({name: field.label for name, field in fields.items()}):
+            with labelled({name: field.label for name, field in fields.items()}):
                 loop = loop_of(asked, reach, self._model, progress)
             if loop is None or robot != self._robot:
                 return

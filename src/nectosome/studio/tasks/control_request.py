@@ -11,7 +11,7 @@ from nectosome.description import RobotDescription, drive_period, get_value, num
 from nectosome.mechanism import Robot
 from nectosome.model import SampledPlant, reading_of
 from nectosome.model.readings import Reading
-from nectosome.studio.sliders import knobs_of
+from nectosome.studio.sliders import scales_of
 from nectosome.studio.work import Progress
 from nectosome.units import InputError, parse_quantity, read_positive, read_quantity
 from nectosome.units import show_quantity as shown
@@ -21,7 +21,7 @@ from .live_rig import FRAME, LONGEST, LiveRig
 if TYPE_CHECKING:
     import xarray as xr
 
-    from nectosome.studio.session import Session
+    from nectosome.studio.desk import Desk
 
 CONSTANT = "constant"
 _USUAL, _A_BEAT = 20.0, 4  # samples a second, and in a beat where its mean is measured
@@ -111,12 +111,12 @@ def commands_of(description: RobotDescription) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*offsets, *description.aliases])) or tuple(numeric_paths(description))
 
 
-def first_range(session: "Session", command: str) -> str:
+def first_range(session: "Desk", command: str) -> str:
     """A range to begin with: of an offset half the amplitude of its drive to both sides, else that of the slider."""
     description = session.description
-    for knob in knobs_of(description, session.problem.variables):
-        if knob.name == command:
-            return f"{knob.low:g}:{knob.high:g} {knob.unit}".strip()
+    for scale in scales_of(description, session.problem.variables):
+        if scale.name == command:
+            return f"{scale.low:g}:{scale.high:g} {scale.unit}".strip()
     path = resolve(description, command)[0]
     known = numeric_paths(description)
     beside = path.rpartition(".")[0] + ".amplitude"

@@ -75,8 +75,8 @@ class Stage:
         What the last one has as well is changed in place, so that nothing flickers.
         """
         before = (self._look, self._kinds()) if self._nodes else None
-        self.course, self._bodies, self.arrows = Playback(run, period), bodies_of(run, robot), arrows_of(run)
-        self._first = self.course.place[0]
+        self.playback, self._bodies, self.arrows = Playback(run, period), bodies_of(run, robot), arrows_of(run)
+        self._first = self.playback.place[0]
         corners = self._corners(0)
         self.size = float(np.ptp(corners, axis=0).max()) or 1.0
         self._lowest = float(corners[:, 2].min() + self._first[2])
@@ -104,7 +104,7 @@ class Stage:
         self._nodes = {root: self._scene.add_frame(root, show_axes=False) for root in _ROOTS}
         for name, body in self._bodies.items():
             self._add(f"/world/{name}", body)
-        if look.way and len(self.course.place) > 1:
+        if look.way and len(self.playback.place) > 1:
             line = {"colors": _WAY, "thickness": 2.0, "thickness_units": "screen"}
             self._nodes["/world/way"] = self._scene.add_line_segments("/world/way", self._way(), **line)
         if look.forces and self.arrows.load.size:
@@ -119,14 +119,14 @@ class Stage:
 
     def at(self, time: float) -> None:
         """Show the moment at a time [s] after the start of the run."""
-        self._put(self.course.moment(time, self._look.along))
+        self._put(self.playback.moment(time, self._look.along))
 
     def go_on(self, moment: "xr.Dataset", robot: RobotDescription, way: Float[np.ndarray, "n 3"]) -> None:
         """Show one moment more of what goes on from a run on the stage.
 
         `way` [m] ends there and has as many places as that run has moments. Forces are not drawn.
         """
-        self._bodies, self.course.place = bodies_of(moment, robot), way
+        self._bodies, self.playback.place = bodies_of(moment, robot), way
         self.largest = max(self.largest, self._lightest(self._look))
         if "/world/way" in self._nodes:
             self._nodes["/world/way"].points = self._way()
@@ -144,7 +144,7 @@ class Stage:
                 self._bend(f"/world/{name}", body, k)
         if "/world/forces" in self._nodes:
             node = self._nodes["/world/forces"]
-            node.position, node.points = self.course.place[k], self._arrow_points(k)
+            node.position, node.points = self.playback.place[k], self._arrow_points(k)
 
     def _bend(self, name: str, body: Soft, k: int) -> None:
         """Give a rod its shape. One that keeps it is left alone: the browser takes longer for shapes than for poses."""
@@ -179,12 +179,12 @@ class Stage:
 
     @property
     def _moments(self) -> int:
-        """How many moments bodies are known at, the last ones of the course; one only of what goes on."""
-        return min((len(body.place) for body in self._bodies.values()), default=len(self.course.place))
+        """How many moments bodies are known at, the last ones of the playback; one only of what goes on."""
+        return min((len(body.place) for body in self._bodies.values()), default=len(self.playback.place))
 
     def _corners(self, k: int) -> Float[np.ndarray, "n 3"]:
         """Corners of all bodies at moment k, as one sees them who goes along [m]."""
-        here = self.course.place[k - self._moments]
+        here = self.playback.place[k - self._moments]
         corners = [_corners(body, k) for body in self._bodies.values()] or [here[None]]
         return np.concatenate(corners) - here
 
@@ -194,14 +194,14 @@ class Stage:
             (name, -1, len(body.vertices)) if isinstance(body, RigidMesh) else (name, 1, len(body.x))
             for name, body in self._bodies.items()
         ]
-        return [*parts, ("", len(self.arrows.load), len(self.course.place))]
+        return [*parts, ("", len(self.arrows.load), len(self.playback.place))]
 
     def _lightest(self, look: Look) -> float:
         shown = [body.shown(look.colouring) for body in self._bodies.values() if isinstance(body, Soft)]
         return max((float(values.max()) for values in shown if values is not None), default=0.0)
 
     def _way(self) -> Float[np.ndarray, "n 2 3"]:
-        way = self.course.way(_BEFORE)
+        way = self.playback.way(_BEFORE)
         way = way[np.linspace(0, len(way) - 1, min(len(way), _CORNERS)).round().astype(int)]
         return _f32(np.stack([way[:-1], way[1:]], axis=1))
 
@@ -241,7 +241,7 @@ class Stage:
     def _arrow_points(self, k: int) -> Float[np.ndarray, "n 2 3"]:
         """From the body's place: the browser draws where a node is sooner than what is in it."""
         per_newton = _ARROW * self.size / np.linalg.norm(self.arrows.force, axis=-1).max()
-        root = self.arrows.root[k] - self.course.place[k]
+        root = self.arrows.root[k] - self.playback.place[k]
         return _f32(np.stack([root, root + per_newton * self.arrows.force[k]], axis=1))
 
 
