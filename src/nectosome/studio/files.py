@@ -153,7 +153,7 @@ class Files:
         return answer.run.assign_attrs(robot=dump_robot(answer.robot))
 
     def _save_page(self) -> str:
-        from nectosome.view.stage.offline import page_of
+        from nectosome.view.stage.recorder import page_of
 
         path = self._folder.target(self._name.value, ".html")
         answer = self._shown()

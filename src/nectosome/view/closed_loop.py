@@ -11,7 +11,7 @@ import numpy as np
 
 from nectosome.units import DIMENSIONS, show_quantity, unit_to_si
 
-from .page import panel_html, write_page
+from .page import write_page
 from .style import BLACK, BLUE, GREY, SKY, Panel, dress, plain, readable
 
 if TYPE_CHECKING:
@@ -24,11 +24,8 @@ _MARKS = 10  # times that are marked on it
 
 def show_following(run: "xr.Dataset", path: str | Path) -> None:
     """Write a page about one run, whole or not at all. Raises InputError where it cannot be written."""
-    title = str(run.attrs["title"])
     ended = f"{run.attrs['status']}: {run.attrs['status_reason']}"
-    parts = [f"<h1>{escape(title)}</h1>", f"<p>{escape(ended)}</p>"]
-    shown = enumerate(following_panels(run))
-    write_page(path, title, [*parts, *(panel_html(panel, f"following-{k}") for k, panel in shown)])
+    write_page(path, str(run.attrs["title"]), [f"<p>{escape(ended)}</p>", *following_panels(run)])
 
 
 def following_panels(run: "xr.Dataset") -> list[Panel]:

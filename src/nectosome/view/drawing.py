@@ -11,9 +11,8 @@ from nectosome.units import InputError
 
 from .camera import Perspective, axes_towards, colour_of, lit, outlines, seen, walls
 from .raster import Picture, Raster
-from .robot3d import colours_of
 from .style import BLACK, ORANGE, SKY
-from .tubes import between, description, tubes, visible
+from .tubes import between, colours_of, description, tubes, visible
 from .vector import Vector
 
 if TYPE_CHECKING:

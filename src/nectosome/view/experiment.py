@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .page import panel_html, write_page
+from .page import write_page
 from .style import BLACK, BLUE, CYCLE, GREY, Panel, dress
 
 if TYPE_CHECKING:
@@ -20,10 +20,8 @@ _MOST = 5000  # samples that are drawn
 
 def show_experiment(runs: "Sequence[xr.Dataset]", path: str | Path) -> None:
     """Write a page with a figure of one or several runs. Raises InputError where it cannot."""
-    title = str(runs[-1].attrs["title"])
     ended = escape(f"{runs[-1].attrs['status']}: {runs[-1].attrs['status_reason']}")
-    panel = run_panel(runs)
-    write_page(path, title, [f"<h1>{escape(title)}</h1>", f"<p>{ended}</p>", panel_html(panel, "run")])
+    write_page(path, str(runs[-1].attrs["title"]), [f"<p>{ended}</p>", run_panel(runs)])
 
 
 def run_panel(runs: "Sequence[xr.Dataset]") -> Panel:

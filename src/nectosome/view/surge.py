@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
-from .page import panel_html, write_page
+from .page import write_page
 from .style import BLACK, BLUE, CYCLE, GREY, ORANGE, VERMILLION, Panel, dress, plain
 
 if TYPE_CHECKING:
@@ -27,10 +27,9 @@ _NAMES = {"added_mass": "added mass", "drag": "drag"}
 
 def show_surge(found: "xr.Dataset", path: str | Path) -> None:
     """Write a page with a figure for each recording. Raises InputError where it cannot."""
-    title = str(found.attrs["title"])
-    told = "".join(f"<p><b>Beware:</b> {escape(warning)}.</p>" for warning in json.loads(found.attrs["warnings"]))
-    parts = [panel_html(recording_panel(found, k), f"surge-{k}") for k in range(found.sizes["recording"])]
-    write_page(path, title, [f"<h1>{escape(title)}</h1>", f"<p>{escape(told_of(found))}</p>", told, *parts])
+    warnings = [f"<p><b>Beware:</b> {escape(words)}.</p>" for words in json.loads(found.attrs["warnings"])]
+    panels = [recording_panel(found, k) for k in range(found.sizes["recording"])]
+    write_page(path, str(found.attrs["title"]), [f"<p>{escape(told_of(found))}</p>", *warnings, *panels])
 
 
 def panels(sets: Sets) -> list[Panel]:

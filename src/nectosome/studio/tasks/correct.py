@@ -12,7 +12,7 @@ from nectosome.units import InputError, read_positive
 from nectosome.view.corrected_grid import curves_panel, grid_maps, parameter_map, predictions_panel, unknown_map
 from nectosome.view.corrected_words import lines, read_lines, tables
 
-from .panel_html import note, spelled, with_legend
+from .left_panel import note, spelled, with_legend
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go

@@ -17,7 +17,7 @@ from nectosome.studio.work import Progress, errors_shown, labelled
 from nectosome.units import InputError, show_quantity
 
 from .design_progress import SearchProgress, figure, table
-from .panel_html import note
+from .left_panel import note
 
 if TYPE_CHECKING:
     from nectosome.studio.desk import Desk

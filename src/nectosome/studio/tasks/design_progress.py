@@ -10,7 +10,7 @@ from nectosome.search import Evaluation
 from nectosome.units import show_quantity
 from nectosome.view.style import CYCLE, readable, span
 
-from .panel_html import cells, note, small
+from .left_panel import cells, note, small
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go

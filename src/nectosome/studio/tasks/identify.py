@@ -19,7 +19,7 @@ from nectosome.units import InputError, shorten
 from nectosome.view.robot_fit import recording_panel
 
 from .fit_table import fitted_html
-from .panel_html import note, with_legend
+from .left_panel import note, with_legend
 
 if TYPE_CHECKING:
     import xarray as xr

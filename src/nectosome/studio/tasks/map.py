@@ -17,7 +17,7 @@ from nectosome.view.saved import check_sweep
 from nectosome.view.style import VERMILLION
 from nectosome.view.sweep import axis_of, sides, sweep_figure
 
-from .panel_html import note, small
+from .left_panel import note, small
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from nectosome.units import InputError
 from nectosome.view.scorecard import Row, number, percent, summary
 
-from .panel_html import note
+from .left_panel import note
 
 if TYPE_CHECKING:
     from nectosome.studio.desk import Desk
