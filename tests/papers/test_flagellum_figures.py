@@ -10,8 +10,8 @@ from nectosome.papers.flagellum import figures as flagellum
 from nectosome.papers.flagellum import figures_design as design
 from nectosome.papers.flagellum import figures_landscape as landscape
 from nectosome.papers.flagellum import figures_prototype as prototype
+from nectosome.papers.flagellum import figures_search as search
 from nectosome.papers.report import write_figures, write_report
-from nectosome.view import search
 
 FIGURES = list(made_up.everything())
 

@@ -46,7 +46,7 @@ _SHOWN = (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)
 class Answer(NamedTuple):
     """A motion to look at.
 
-    It repeats itself after `period` [s], but for the way that the body comes in it; 0 where it does not. `numbers` are
+    It repeats itself after `period` [s], but for the distance that the body moves in it; 0 where it does not. `numbers` are
     of `QUANTITIES` [SI], and none of a run. The run does not carry its robot: writing that down takes longer than all
     else. `warning` is empty, or says why not to trust the motion.
     """

@@ -67,7 +67,7 @@ class Desk(Protocol):
         """Show from now on what `live` shows; it continues a run of this robot."""
         ...
 
-    def live(self, moment: "xr.Dataset", way: Float[np.ndarray, "n 3"]) -> None:
+    def live(self, instant: "xr.Dataset", path: Float[np.ndarray, "n 3"]) -> None:
         """Show the next instant of a live run (see `Stage.go_on`); nothing where the robot has changed."""
         ...
 

@@ -122,12 +122,12 @@ class Session:
             self._stage.load(run, self.description, 0.0, self._viewer.look)
             self._stage.at(0.0)
 
-    def live(self, moment: "xr.Dataset", way: Float[np.ndarray, "n 3"]) -> None:
+    def live(self, instant: "xr.Dataset", path: Float[np.ndarray, "n 3"]) -> None:
         """Show the next instant of a live run (see `Stage.go_on`); nothing where the robot has changed."""
         with self._drawing:
             if self._live:
                 with self._client.atomic():
-                    self._stage.go_on(moment, self.description, way)
+                    self._stage.go_on(instant, self.description, path)
 
     def end_live(self, run: "xr.Dataset | None", words: str) -> None:
         """Keep the live run, to play it; without one compute the robot's motion again."""
@@ -204,7 +204,7 @@ class Session:
             self._compute_motion()
 
     def _look_changed(self) -> None:
-        """Show the same run in another way."""
+        """Show the same run with another look."""
         if self._live or self._answer is not None:
             self._stage.look(self._viewer.look)
         if self._answer is not None:

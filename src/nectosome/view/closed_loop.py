@@ -1,4 +1,4 @@
-"""Figures of a robot under a controller: reference and measurement, the command, and the way it took.
+"""Figures of a robot under a controller: reference and measurement, the command, and the path of the body.
 
 Data as `control.Followed.to_dataset` gives it, or `track`.
 """
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST = 6000  # points of a line that are drawn
-_MOVED = 1e-3  # m, from which on a way has a second direction
+_MOVED = 1e-3  # m, from which on a path has a second direction
 _MARKS = 10  # times that are marked on it
 
 
@@ -29,8 +29,8 @@ def show_following(run: "xr.Dataset", path: str | Path) -> None:
 
 
 def following_panels(run: "xr.Dataset") -> list[Panel]:
-    """How the reference was followed, and the way it took, where that has two directions."""
-    return [followed_panel(run), *([way_panel(run)] if len(_directions(run)) == 2 else [])]
+    """Tracking of the reference, and the path of the body where that has two directions."""
+    return [followed_panel(run), *([path_panel(run)] if len(_directions(run)) == 2 else [])]
 
 
 def followed_panel(run: "xr.Dataset") -> Panel:
@@ -48,8 +48,8 @@ def followed_panel(run: "xr.Dataset") -> Panel:
     lines.append((time, measured, "as measured", {"color": BLUE, "width": 1.8}, shape))
     wanted = {"color": BLACK, "width": 1.8, "dash": "dash"}
     lines.append((time, size * run["reference"].values, "reference", wanted, "linear"))
-    for x, y, name, line, way in lines:
-        fig.add_scatter(x=x, y=y, name=name, mode="lines", line={**line, "shape": way}, row=1, col=1)
+    for x, y, name, line, shape in lines:
+        fig.add_scatter(x=x, y=y, name=name, mode="lines", line={**line, "shape": shape}, row=1, col=1)
     held = {"color": GREY, "width": 1.6, "shape": "hv"}
     command = run["command"]
     scale, of = _shown(command)
@@ -64,8 +64,8 @@ def followed_panel(run: "xr.Dataset") -> Panel:
     return Panel(f"{readable(plain(run.attrs['measured']))} by {plain(run.attrs['commanded'])}", caption, fig)
 
 
-def way_panel(run: "xr.Dataset") -> Panel:
-    """The way of the body in the plane in which it went furthest."""
+def path_panel(run: "xr.Dataset") -> Panel:
+    """Path of the body in the plane in which it went furthest."""
     import plotly.graph_objects as go
 
     across, up = _directions(run)
@@ -73,7 +73,7 @@ def way_panel(run: "xr.Dataset") -> Panel:
     every = slice(None, None, max(moment.size // _MOST, 1))
     x, y = (place[:, "xyz".index(axis)] for axis in (across, up))
     fig = go.Figure()
-    fig.add_scatter(x=x[every], y=y[every], mode="lines", line={"color": BLUE, "width": 1.4}, name="way")
+    fig.add_scatter(x=x[every], y=y[every], mode="lines", line={"color": BLUE, "width": 1.4}, name="path")
     marks = np.linspace(0.0, moment[-1], _MARKS + 1)
     k = np.searchsorted(moment, marks).clip(0, moment.size - 1)
     marker = {"color": BLACK, "size": 6}

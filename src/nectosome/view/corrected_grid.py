@@ -165,8 +165,8 @@ def predictions_panel(found: "xr.Dataset") -> Panel:
     own = found["simulated_there"].values
     fig.add_scatter(x=own, y=measured, mode="markers", marker=grey, name="simulator as it was")
     bars = {
-        f"error_{way}": {"array": SIDES * np.nan_to_num(found[f"{kind}_error"].values), "thickness": 1, "width": 3}
-        for way, kind in (("x", "predicted"), ("y", "measured"))
+        f"error_{axis}": {"array": SIDES * np.nan_to_num(found[f"{kind}_error"].values), "thickness": 1, "width": 3}
+        for axis, kind in (("x", "predicted"), ("y", "measured"))
     }
     marker = {"color": BLUE, "size": 8}
     fig.add_scatter(x=told, y=measured, mode="markers", marker=marker, name="corrected, by the others", **bars)

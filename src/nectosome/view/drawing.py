@@ -28,7 +28,7 @@ CAMERAS = {
 
 _HALF = np.tan(np.radians(15))  # height of the view over its distance, from the middle to the upper edge
 _ROOM = 0.72  # of the picture's width and height: what the robot keeps within
-_SMOOTH = 0.5  # s, standard deviation of the window over which the camera's way is a mean
+_SMOOTH = 0.5  # s, standard deviation of the window over which the camera's path is a mean
 _FACE = 5.0  # px, about how large a face is
 _CHUNK = 32  # frames whose surfaces are worked out at once
 _LOOKED_AT = 60  # saved moments at which the robot is measured, so that it stays in the picture
@@ -74,7 +74,7 @@ class Scene:
         self._title = robot.name if robot is not None else str(run.attrs.get("title", ""))
         saved = run["time"].values
         self._moments = _evenly(float(saved[0]), end)
-        self._way = _smoothed(between(saved, _middle(run), self._moments), self._moments)
+        self._path = _smoothed(between(saved, _middle(run), self._moments), self._moments)
         known = max(int(np.searchsorted(saved, end, side="right")), 1)
         some = run.isel(time=np.unique(np.linspace(0, known - 1, _LOOKED_AT).astype(int)))
         times = some["time"].values
@@ -84,11 +84,11 @@ class Scene:
         points = np.concatenate([rings.reshape(len(times), -1, 3) for rings in rough.values()], axis=1)
         if isinstance(camera, str):
             x, y, z = CAMERAS[camera]
-            back = self._way[-1, 0] - self._way[0, 0] > 0.05 * np.ptp(points[0], axis=0).max()
+            back = self._path[-1, 0] - self._path[0, 0] > 0.05 * np.ptp(points[0], axis=0).max()
             camera = (-x if back else x, y, z)
         self._axes = axes_towards(camera)
         self._away, shift = _framed((points - self._along(times)[:, None]) @ self._axes.T, size)
-        self._way += shift @ self._axes
+        self._path += shift @ self._axes
         self._focal = 0.5 * size[1] / _HALF
 
         per_metre = self._focal / self._away
@@ -145,7 +145,7 @@ class Scene:
     # --- where the camera is ------------------------------------------------------------------------------------------
 
     def _along(self, times: np.ndarray) -> Float[np.ndarray, "t 3"]:
-        return np.stack([np.interp(times, self._moments, self._way[:, i]) for i in range(3)], axis=-1)
+        return np.stack([np.interp(times, self._moments, self._path[:, i]) for i in range(3)], axis=-1)
 
     def _target(self, time: float) -> Float[np.ndarray, "3"]:
         return self._along(np.array([time]))[0]
@@ -163,7 +163,7 @@ class Scene:
         A wall is for level cameras, and for what moves more up or down than along; not for what comes or goes.
         """
         low, high = points.min(axis=(0, 1)), points.max(axis=(0, 1))
-        moved, back = np.ptp(self._way, axis=0), self._axes[2]
+        moved, back = np.ptp(self._path, axis=0), self._axes[2]
         gap, near = 0.06 * self._away, 0.5 * self._away
         normal = int(np.argmax(np.abs(back[:2])))
         climbs = moved[2] > max(moved[0], moved[1], near)
@@ -191,7 +191,7 @@ class Scene:
         canvas.rule(pixels[near], colours, self._pixels(1.2))
 
     def _trail(self, camera: Perspective, time: float, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Faces of a ribbon along the body's way so far, turned to the viewer, and their colours."""
+        """Faces of a ribbon along the body's path so far, turned to the viewer, and their colours."""
         path = np.concatenate([self._path[self._passed < time], place[None]])
         away = path - self._target(time)
         path = path[self._faded(away) > 0]
@@ -243,19 +243,19 @@ def _middle(run: "xr.Dataset") -> Float[np.ndarray, "t 3"]:
 
 
 def _evenly(start: float, end: float) -> Float[np.ndarray, "n"]:
-    """Times between which the camera's way and the trail are straight [s]."""
+    """Times between which the camera's path and the trail are straight [s]."""
     step = min(1 / 60, max(end - start, 1e-9) / 100)
     return np.linspace(start, end, int(np.ceil((end - start) / step)) + 1 if end > start else 2)
 
 
-def _smoothed(way: Float[np.ndarray, "n 3"], moments: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 3"]:
-    """Gaussian mean of a way, which goes on beyond its ends as it does before them, turned about the end."""
+def _smoothed(path: Float[np.ndarray, "n 3"], moments: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 3"]:
+    """Gaussian mean of a path, continued beyond its ends by its reflection about the end."""
     step = moments[1] - moments[0]
     if step == 0:
-        return way
+        return path
     reach = int(np.ceil(3 * _SMOOTH / step))
     weight = np.exp(-0.5 * (np.arange(-reach, reach + 1) * step / _SMOOTH) ** 2)
-    longer = np.pad(way, ((reach, reach), (0, 0)), mode="reflect", reflect_type="odd")
+    longer = np.pad(path, ((reach, reach), (0, 0)), mode="reflect", reflect_type="odd")
     return np.stack([np.convolve(x, weight / weight.sum(), mode="valid") for x in longer.T], axis=-1)
 
 
@@ -288,7 +288,7 @@ def _cuts(rings: Float[np.ndarray, "rings around 3"], per_metre: float) -> Int[n
 
 
 def _girth(rings: Float[np.ndarray, "rings around 3"]) -> float:
-    """About how long the way around the widest ring is [m]."""
+    """Length around the widest ring, about [m]."""
     return 2 * np.pi * float(np.max(np.linalg.norm(rings - rings.mean(axis=1, keepdims=True), axis=-1)))
 
 

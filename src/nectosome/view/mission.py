@@ -3,7 +3,6 @@
 Data as `model.mission_data` gives it.
 """
 
-from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -31,17 +30,6 @@ def show_mission(found: "xr.Dataset", path: str | Path) -> None:
     if np.ptp(found["y"].values) > _ASIDE:
         shown.append(above_panel(found))
     write_page(path, title, [f"<p>{escape(str(found.attrs['status_reason']))}</p>", *shown])
-
-
-def panels(sets: Mapping[str, "xr.Dataset"]) -> list[Panel]:
-    """Fig. 6, what was set, and a robot that turns round where the study has one."""
-    first = mission_panel(sets["mission"])
-    out = [first._replace(title=f"{first.title}, as Fig. 6"), set_panel(sets["mission"])]
-    if "mission_turning" in sets:
-        turned = above_panel(sets["mission_turning"])
-        caption = "The crawler, free in space, turns round at the wall: left and right legs go opposite ways. "
-        out.append(turned._replace(title="Turning round, seen from above", caption=caption + turned.caption))
-    return out
 
 
 def mission_panel(found: "xr.Dataset") -> Panel:

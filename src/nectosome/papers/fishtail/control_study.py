@@ -40,21 +40,21 @@ def part(quick: bool, progress: Progress) -> StudyPart:
     """Errors along the references of the paper, and by frequency; `quick` takes kept gains, few plants and no bands."""
     lanes, nominal = plants(_FEW if quick else LANES), jax.tree.map(lambda x: x[None], model_loop())
     progress("tuning", 0.0)
-    ways = controllers(kept() if quick else tuned(), known_model())
+    laws = controllers(kept() if quick else tuned(), known_model())
     numbers: dict[str, float | None] = {}
     tracks = []
     for k, (name, reference) in enumerate(REFERENCES.items()):
         progress(name, 0.4 + 0.15 * k)
         row = f"fishtail/tracking/{name}"
-        numbers |= _rows(f"{row}/pid", errors(followed(nominal, ways["pid"], reference), reference))
-        found = {one: followed(lanes, ways[one], reference) for one in NAMES}
+        numbers |= _rows(f"{row}/pid", errors(followed(nominal, laws["pid"], reference), reference))
+        found = {one: followed(lanes, laws[one], reference) for one in NAMES}
         for one in NAMES[1:]:
             numbers |= _rows(f"{row}/{one}", errors(found[one], reference))
         tracks.append(_series(name, reference, found))
-    data = {"fishtail_tracks": xr.concat(tracks, "reference", join="outer"), "fishtail_margins": _margins(ways)}
+    data = {"fishtail_tracks": xr.concat(tracks, "reference", join="outer"), "fishtail_margins": _margins(laws)}
     if not quick:
         progress("bands", 0.85)
-        data["fishtail_bands"] = bands(lanes, ways)
+        data["fishtail_bands"] = bands(lanes, laws)
     return StudyPart(numbers, data)
 
 
@@ -63,14 +63,14 @@ def model_loop() -> BlockLoop:
     return BlockLoop(actuator(), Sensor(*(jnp.asarray(x) for x in (0.0, -1.0, 1.0))), DT)
 
 
-def followed(lanes: BlockLoop, way: Controller | Learner, reference: Float[np.ndarray, "n"]) -> Track:
+def followed(lanes: BlockLoop, law: Controller | Learner, reference: Float[np.ndarray, "n"]) -> Track:
     """What the loops do; where they learn, after some rounds."""
-    if isinstance(way, Controller):
-        return run_batch(lanes, way.planned(reference, DT), reference)
-    track = run_batch(lanes, way.first.planned(reference, DT), reference)
+    if isinstance(law, Controller):
+        return run_batch(lanes, law.planned(reference, DT), reference)
+    track = run_batch(lanes, law.first.planned(reference, DT), reference)
     for _ in range(_ROUNDS):
         lanes = eqx.tree_at(lambda one: one.sensor.seed, lanes, lanes.sensor.seed + 1000)
-        track = run_batch(lanes, _taught(way, track, reference), reference, own=True)
+        track = run_batch(lanes, _taught(law, track, reference), reference, own=True)
     return track
 
 
@@ -81,12 +81,12 @@ def errors(track: Track, reference: Float[np.ndarray, "n"]) -> tuple[float, floa
     return float(rms), float(largest)
 
 
-def bands(lanes: BlockLoop, ways: dict[str, Controller | Learner]) -> xr.Dataset:
+def bands(lanes: BlockLoop, laws: dict[str, Controller | Learner]) -> xr.Dataset:
     """e_rmsp by frequency, along sines of 6 mm that grow within two periods, or half of the time."""
     found = []
     for frequency in BANDS:
         reference = eased(sine(6 * MM, frequency, 1 / BANDS[0], DT), min(2 / frequency, 0.5 / BANDS[0]), DT)
-        found.append([errors(followed(lanes, ways[name], reference), reference)[0] for name in NAMES])
+        found.append([errors(followed(lanes, laws[name], reference), reference)[0] for name in NAMES])
     coords = {"frequency": ("frequency", list(BANDS), {"units": "Hz"}), "controller": list(NAMES)}
     return xr.Dataset({"error": (("frequency", "controller"), found, {"units": "percent"})}, coords)
 
@@ -117,11 +117,11 @@ def _series(name: str, reference: Float[np.ndarray, "n"], found: dict[str, Track
     )
 
 
-def _margins(ways: dict[str, Controller | Learner]) -> xr.Dataset:
+def _margins(laws: dict[str, Controller | Learner]) -> xr.Dataset:
     """Of gain, phase and delay, for commands of little and of half of the range."""
     loop, sizes = model_loop(), (0.05 * BAR, 0.3 * BAR)
-    some = {name: way for name, way in ways.items() if isinstance(way, Controller)}
-    found = np.array([[margins(*open_loop(loop, way, size))[:3] for size in sizes] for way in some.values()])
+    some = {name: law for name, law in laws.items() if isinstance(law, Controller)}
+    found = np.array([[margins(*open_loop(loop, law, size))[:3] for size in sizes] for law in some.values()])
     coords = {"controller": list(some), "amplitude": ("amplitude", list(sizes), {"units": "Pa"})}
     units = {"gain": "1", "phase": "rad", "delay": "s"}
     over = ("controller", "amplitude")

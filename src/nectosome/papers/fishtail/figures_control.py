@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Sets = Mapping[str, "xr.Dataset"]
-_WAYS = {  # name, colour, dash
+_CONTROLLERS = {  # name, colour, dash
     "pid": ("PID of the paper", VERMILLION, "solid"),
     "scheduled": ("PID, gains by frequency", ORANGE, "dash"),
     "ff-pid": ("PID beside the inverse", BLUE, "solid"),
@@ -41,11 +41,11 @@ def tracks_panel(found: "xr.Dataset") -> Panel:
         time, wanted = one["time"].values, _MM * one["wanted"].values
         line = {"color": BLACK, "width": 3}
         fig.add_scatter(x=time, y=wanted, line=line, mode="lines", name="reference", showlegend=k == 1, row=1, col=k)
-        for way, (label, colour, dash) in _WAYS.items():
-            y = _MM * one["displacement"].sel(controller=way).values
+        for name, (label, colour, dash) in _CONTROLLERS.items():
+            y = _MM * one["displacement"].sel(controller=name).values
             line = {"color": colour, "width": 1.5, "dash": dash}
-            shown = {"mode": "lines", "line": line, "legendgroup": way, "name": label, "col": k}
-            if way in ("pid", "ff-pid"):
+            shown = {"mode": "lines", "line": line, "legendgroup": name, "name": label, "col": k}
+            if name in ("pid", "ff-pid"):
                 fig.add_scatter(x=time, y=y, showlegend=False, row=1, **shown)
             fig.add_scatter(x=time, y=y - wanted, showlegend=k == 1, row=2, **shown)
     fig.update_xaxes(title="time (s)", row=2)
@@ -65,15 +65,15 @@ def bands_panel(found: "xr.Dataset") -> Panel:
     import plotly.graph_objects as go
 
     fig = go.Figure()
-    for way, (label, colour, dash) in _WAYS.items():
-        y = found["error"].sel(controller=way).values
+    for name, (label, colour, dash) in _CONTROLLERS.items():
+        y = found["error"].sel(controller=name).values
         line = {"color": colour, "width": 2, "dash": dash}
         fig.add_scatter(x=found["frequency"].values, y=y, mode="lines+markers", line=line, name=label)
     fig.update_xaxes(title="frequency (Hz)", type="log", tickvals=found["frequency"].values)
     fig.update_yaxes(title="rms error (% of the range)", type="log", tickvals=[0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50])
     dress(fig, 440).update_layout(showlegend=True, hovermode="closest", margin_t=60, legend_y=1.1)
     best = {
-        f"{float(f):g} Hz": _WAYS[str(found["controller"].values[int(row.argmin())])][0]
+        f"{float(f):g} Hz": _CONTROLLERS[str(found["controller"].values[int(row.argmin())])][0]
         for f, row in zip(found["frequency"].values, found["error"].transpose("frequency", ...).values, strict=True)
     }
     caption = (
@@ -96,12 +96,12 @@ def margins_panel(found: "xr.Dataset") -> Panel:
     """Margins of gain, phase and delay."""
     sizes = [float(x) for x in found["amplitude"].values]
     rows = []
-    for way in found["controller"].values:
+    for name in found["controller"].values:
         for k, size in enumerate(sizes):
-            gain, phase, delay = (float(found[what].sel(controller=way)[k]) for what in ("gain", "phase", "delay"))
+            gain, phase, delay = (float(found[what].sel(controller=name)[k]) for what in ("gain", "phase", "delay"))
             numbers = f"{_BAR * size:g}", f"{gain:.2f}", f"{_DEGREES * phase:.0f}", f"{_MS * delay:.0f}"
             told = "".join(f'<td class="number">{text}</td>' for text in numbers)
-            rows.append(f"<tr><td>{plain(_WAYS[str(way)][0])}</td>{told}</tr>")
+            rows.append(f"<tr><td>{plain(_CONTROLLERS[str(name)][0])}</td>{told}</tr>")
     heads = "amplitude (bar)", "gain margin", "phase margin (deg)", "delay margin (ms)"
     head = "<tr><th>controller</th>" + "".join(f'<th class="number">{text}</th>' for text in heads) + "</tr>"
     caption = (

@@ -21,11 +21,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nectosome.view import search, series
+from nectosome.view import series
 from nectosome.view.style import Panel
 
 from . import figures_landscape as landscape
 from . import figures_prototype as prototype
+from . import figures_search
 from .figures import HANDLING, designs_scene
 
 if TYPE_CHECKING:
@@ -48,8 +49,8 @@ _COLUMNS = (  # variable, heading, unit, units in 1 SI, decimals
 def panels(data: Data, runs: Data) -> list[Panel]:
     """Every figure whose data or runs are there."""
     makers: list[tuple[str, Callable[[xr.Dataset], Panel]]] = [
-        ("starts", search.starts_panel),
-        ("history", search.history_panel),
+        ("starts", figures_search.starts_panel),
+        ("history", figures_search.history_panel),
         ("best", best_panel),
         ("map", landscape.map_panel),
         ("map", landscape.torque_panel),

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.view.fronts import Cost, fronts
 from nectosome.view.heatmap import LevelLine, MapAxis, diverging, maps, sequential
 from nectosome.view.style import BLUE, CYCLE, GREY, Panel, dress
 
 from .figures_chains import strokes_figure
+from .figures_fronts import Cost, fronts
 from .figures_rowing import heading_panel, speeds_panel, steering_panel, yaw_panel
 from .figures_transfer import errors_panel, maps_panel, plans_panel, recipes_panel, truths_panel
 

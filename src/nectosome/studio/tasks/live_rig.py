@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 FRAME = 0.05  # s between pictures at least
 LONGEST = 600.0  # s of a run
-_WAY = 120  # pictures whose way is drawn
+_PATH = 120  # pictures whose path is drawn
 _LATE = 0.25  # s, which are made up for; the clock of the robot is put back where it is later than that
 
 
@@ -50,12 +50,12 @@ class LiveRig:
         self._lates: list[float] = []
         self._began = time.perf_counter()
         place = self._stands["position"].values[0, 0]
-        self._way = deque([place] * _WAY, _WAY)
+        self._path = deque([place] * _PATH, _PATH)
 
     def begin(self) -> "xr.Dataset":
-        """What stands on the stage at first: as many moments as the way has places."""
-        still = self._stands.isel(time=[0] * _WAY)
-        return still.assign_coords(time=FRAME * np.arange(_WAY))
+        """What stands on the stage at first: as many instants as the path has places."""
+        still = self._stands.isel(time=[0] * _PATH)
+        return still.assign_coords(time=FRAME * np.arange(_PATH))
 
     def step(self, wanted: float) -> Status:
         """One sample with this reference."""
@@ -106,11 +106,11 @@ class LiveRig:
 
     def _moment(self, k: int) -> tuple["xr.Dataset", Float[np.ndarray, "n 3"]]:
         found = self._found[-1]
-        self._way.append(found.position[k, 0])
+        self._path.append(found.position[k, 0])
         dims = {"position": ("station", "axis"), "rotation": ("station", "row", "axis")}
         dims["line_force"] = ("load", "station", "axis")
         now = self._stands.assign({name: (("time", *of), getattr(found, name)[k : k + 1]) for name, of in dims.items()})
-        return now.assign_coords(load=[str(i) for i in range(found.line_force.shape[1])]), np.array(self._way)
+        return now.assign_coords(load=[str(i) for i in range(found.line_force.shape[1])]), np.array(self._path)
 
     @property
     def followed(self) -> ClosedLoopRecord:

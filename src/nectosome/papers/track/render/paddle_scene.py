@@ -79,11 +79,11 @@ class Bubbles:
     def shapes(self, t: float, low: Float[np.ndarray, "2"], high: Float[np.ndarray, "2"]) -> list[FlatShape]:
         """At a time [s], in a region of x and y [m]; what leaves it on one side comes back on the other."""
         chance = np.random.default_rng(self.seed)
-        start, way = chance.uniform(0, 1, (self.count, 2)), chance.uniform(0, 2 * np.pi, self.count)
+        start, heading = chance.uniform(0, 1, (self.count, 2)), chance.uniform(0, 2 * np.pi, self.count)
         radius, speed = chance.uniform(0.5, 1, (2, self.count))
         radius = self.radius * radius
         low, high = low - self.radius, high + self.radius  # out of sight
-        went = self.speed * t * speed[:, None] * np.stack([np.cos(way), np.sin(way)], axis=-1)
+        went = self.speed * t * speed[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
         at = low + (start * (high - low) + went) % (high - low)
         return [Disc((float(x), float(y)), float(r), self.colour) for (x, y), r in zip(at, radius, strict=True)]
 
