@@ -66,7 +66,7 @@ class Work:
     def begin(self, name: str, compute: Callable[[Progress], _T], done: Callable[[_T], None]) -> None:
         """Call done(compute(progress)) in a thread of its own. Raises InputError while something else is under way.
 
-        The same once more, a moment later, is a double click: nothing is done.
+        The same again within a second is a double click: nothing is done.
         Compute has to look at what `progress` returns, and to end soon, with what there is, where it is False; its
         result is taken all the same. Where it raises, the reason is told. What was refused is told until then.
         """

@@ -39,11 +39,11 @@ def followed_panel(run: "xr.Dataset") -> Panel:
 
     fig = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06, row_heights=[0.62, 0.38])
     size, unit = _shown(run["reading"])
-    time, moment = run["sample"].values, run["time"].values
-    every = slice(None, None, max(moment.size // _MOST, 1))
+    time, instants = run["sample"].values, run["time"].values
+    every = slice(None, None, max(instants.size // _MOST, 1))
     measured, output, reading = (size * run[name].values for name in ("measured", "output", "reading"))
-    inside = moment.size > time.size  # it is known between the samples too
-    lines = [(moment[every], reading[every], "as it is", {"color": SKY, "width": 1}, "linear")] if inside else []
+    inside = instants.size > time.size  # it is known between the samples too
+    lines = [(instants[every], reading[every], "as it is", {"color": SKY, "width": 1}, "linear")] if inside else []
     shape = "linear" if np.array_equal(measured, output) else "hv"
     lines.append((time, measured, "as measured", {"color": BLUE, "width": 1.8}, shape))
     wanted = {"color": BLACK, "width": 1.8, "dash": "dash"}
@@ -69,13 +69,13 @@ def path_panel(run: "xr.Dataset") -> Panel:
     import plotly.graph_objects as go
 
     across, up = _directions(run)
-    place, moment = run["position"].isel(station=0).values, run["time"].values
-    every = slice(None, None, max(moment.size // _MOST, 1))
+    place, instants = run["position"].isel(station=0).values, run["time"].values
+    every = slice(None, None, max(instants.size // _MOST, 1))
     x, y = (place[:, "xyz".index(axis)] for axis in (across, up))
     fig = go.Figure()
     fig.add_scatter(x=x[every], y=y[every], mode="lines", line={"color": BLUE, "width": 1.4}, name="path")
-    marks = np.linspace(0.0, moment[-1], _MARKS + 1)
-    k = np.searchsorted(moment, marks).clip(0, moment.size - 1)
+    marks = np.linspace(0.0, instants[-1], _MARKS + 1)
+    k = np.searchsorted(instants, marks).clip(0, instants.size - 1)
     marker = {"color": BLACK, "size": 6}
     texts = [f"{t:.3g} s" for t in marks]
     style = {"size": 11, "color": BLACK}

@@ -31,7 +31,7 @@ _ROOM = 0.72  # of the picture's width and height: what the robot keeps within
 _SMOOTH = 0.5  # s, standard deviation of the window over which the camera's path is a mean
 _FACE = 5.0  # px, about how large a face is
 _CHUNK = 32  # frames whose surfaces are worked out at once
-_LOOKED_AT = 60  # saved moments at which the robot is measured, so that it stays in the picture
+_LOOKED_AT = 60  # saved instants at which the robot is measured, so that it stays in the picture
 _SIGHT = 1.5  # how far grid and trail are seen, in distances of the camera
 
 _ABOVE, _BELOW = colour_of("#eef6f8"), colour_of("#a9cbd8")  # the water, from the upper to the lower edge
@@ -73,8 +73,8 @@ class Scene:
         self._run = run = visible(run, robot)
         self._title = robot.name if robot is not None else str(run.attrs.get("title", ""))
         saved = run["time"].values
-        self._moments = _evenly(float(saved[0]), end)
-        self._path = _smoothed(between(saved, _middle(run), self._moments), self._moments)
+        self._instants = _evenly(float(saved[0]), end)
+        self._path = _smoothed(between(saved, _middle(run), self._instants), self._instants)
         known = max(int(np.searchsorted(saved, end, side="right")), 1)
         some = run.isel(time=np.unique(np.linspace(0, known - 1, _LOOKED_AT).astype(int)))
         times = some["time"].values
@@ -98,10 +98,10 @@ class Scene:
         self._colours = {name: colour_of(text) for name, text in colours_of(run, rough).items()}
         self._planes = self._planes_of(points, robot.water if robot is not None else None)
         self._lattice = _lattice(self._step, _SIGHT * self._away)
-        path = between(saved, run["position"].values[:, 0], self._moments)
+        path = between(saved, run["position"].values[:, 0], self._instants)
         passed = np.cumsum(np.linalg.norm(np.diff(path, axis=0, prepend=path[:1]), axis=1)) * per_metre / 3
         kept = np.diff(np.floor(passed), prepend=-1) > 0  # one point every three pixels
-        self._passed, self._path = self._moments[kept], path[kept]
+        self._passed, self._path = self._instants[kept], path[kept]
         share = (np.arange(size[1]) + 0.5)[:, None] / size[1]
         self._water = _ABOVE + (_BELOW - _ABOVE) * share
 
@@ -145,7 +145,7 @@ class Scene:
     # --- where the camera is ------------------------------------------------------------------------------------------
 
     def _along(self, times: np.ndarray) -> Float[np.ndarray, "t 3"]:
-        return np.stack([np.interp(times, self._moments, self._path[:, i]) for i in range(3)], axis=-1)
+        return np.stack([np.interp(times, self._instants, self._path[:, i]) for i in range(3)], axis=-1)
 
     def _target(self, time: float) -> Float[np.ndarray, "3"]:
         return self._along(np.array([time]))[0]
@@ -248,9 +248,9 @@ def _evenly(start: float, end: float) -> Float[np.ndarray, "n"]:
     return np.linspace(start, end, int(np.ceil((end - start) / step)) + 1 if end > start else 2)
 
 
-def _smoothed(path: Float[np.ndarray, "n 3"], moments: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 3"]:
+def _smoothed(path: Float[np.ndarray, "n 3"], instants: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 3"]:
     """Gaussian mean of a path, continued beyond its ends by its reflection about the end."""
-    step = moments[1] - moments[0]
+    step = instants[1] - instants[0]
     if step == 0:
         return path
     reach = int(np.ceil(3 * _SMOOTH / step))

@@ -79,10 +79,10 @@ def parameters_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",))
 
 
 def motion_panel(found: "xr.Dataset") -> Panel:
-    """Heave, surge and lean of the best candidate in the window, trial by trial."""
+    """Heave, surge and tilt of the best candidate in the window, trial by trial."""
     from plotly.subplots import make_subplots
 
-    titles = ("heave (mm)", "surge (mm)", "lean (deg)")
+    titles = ("heave (mm)", "surge (mm)", "tilt (deg)")
     fig = make_subplots(1, 3, subplot_titles=titles, horizontal_spacing=0.07)
     for trial in range(found.sizes["trial"]):
         line = {"color": (BLUE, VERMILLION, GREY, BLACK)[trial % 4], "width": 1.5}

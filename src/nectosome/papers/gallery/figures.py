@@ -34,7 +34,7 @@ def _together(runs: Mapping[str, "xr.Dataset"]) -> Panel:
 
 
 def _from_rest(runs: Mapping[str, "xr.Dataset"]) -> Panel:
-    """Mean speed over the period before each moment, against time."""
+    """Mean speed over the period before each instant, against time."""
     import plotly.graph_objects as go
 
     fig = go.Figure()
@@ -49,4 +49,4 @@ def _from_rest(runs: Mapping[str, "xr.Dataset"]) -> Panel:
     fig.update_xaxes(title="time from rest (s)")
     fig.update_yaxes(title="speed, mean of a period (m/s)", type="log")
     dress(fig, 440).update_layout(showlegend=True, hovermode="closest", margin_t=84)
-    return Panel("From rest", "Simulated distance over the period before each moment, divided by the period.", fig)
+    return Panel("From rest", "Simulated distance over the period before each instant, divided by the period.", fig)

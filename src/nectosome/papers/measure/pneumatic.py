@@ -36,12 +36,12 @@ def friction_test(path: Path) -> FrictionTest:
     with as_file(files("nectosome.papers").joinpath("measure", "pneumatic.yaml")) as sheet:
         recording = read(path, sheet)
     found = strokes(recording["distance"], _EXCURSION)
-    strokes = [(a, b) for a, b in pairwise(found) if a.change > 0 > b.change]
-    pulls = np.array([[_pull(part) for part in split(recording, pair)] for pair in strokes])
+    pairs = [(a, b) for a, b in pairwise(found) if a.change > 0 > b.change]
+    pulls = np.array([[_pull(part) for part in split(recording, pair)] for pair in pairs])
     difference = pulls[:, 0] - pulls[:, 1]
     return FrictionTest(
         recording,
-        strokes,
+        pairs,
         0.5 * difference.mean(axis=1),
         np.trapezoid(difference, _PLACES, axis=1),
         pulls,

@@ -44,12 +44,12 @@ def run(quick: bool, progress: Progress) -> Study:
         for i, (key, file) in enumerate((("circle", "Circle_3bar.csv"), ("kdn", "KDN_3bar.csv"))):
             progress(file, i / 3)
             test = friction_test(folder / "pneumatic" / file)
-            runs = runs_of(test)
-            found = compare(runs)
+            tried = runs_of(test)
+            found = compare(tried)
             told = _numbers(test) | _fitted(found)
             numbers |= {f"measure/pneumatic/{key}/{name}": x for name, x in told.items()}
             data |= {f"pneumatic_{key}": _strokes(test), f"calibration_{key}": test.calibrations}
-            data[f"friction_{key}"] = to_dataset(runs, found)
+            data[f"friction_{key}"] = to_dataset(tried, found)
             runs[key] = test.recording
         progress("catsharks", 2 / 3)
         sharks = catsharks(folder / "catshark" / "midline_kinematics.txt")

@@ -245,7 +245,7 @@ def shapes_panel(sets: Sets) -> Panel:
     """Shapes of the paddle with three joints over a cycle."""
     fig = strokes_figure(sets["n3_0.6Hz"], _SERVO, ("power stroke (counter-clockwise)", "recovery stroke (clockwise)"))
     caption = (
-        "Simulated shapes of FP3JP at 0.6 Hz and 75 deg from above, as in Fig. 4e, at moments evenly spread in time, "
+        "Simulated shapes of FP3JP at 0.6 Hz and 75 deg from above, as in Fig. 4e, at instants evenly spread in time, "
         "the later the darker; dots: the tip. The arm turns about (0, 0); on the mean the paddle pushes its mount "
         "towards -y."
     )

@@ -91,5 +91,5 @@ def cranks_panel(found: "xr.Dataset") -> Panel:
     fig.update_xaxes(title="speed of the cranks (rad/s)")
     fig.update_yaxes(title="time across and back (s)")
     dress(fig, 360).update_layout(showlegend=True, margin_t=60)
-    caption = "All else as in the shortest schedule; without a point the robot leans too far or does not arrive."
+    caption = "All else as in the shortest schedule; without a point the robot tilts too far or does not arrive."
     return Panel("Time over the speed of the legs", caption, fig)

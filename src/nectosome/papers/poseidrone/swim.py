@@ -58,8 +58,8 @@ def _found(estimator: SwimEstimator, mass: float, swum: SurgeRecording) -> Surge
 def draws(count: int, progress: Progress) -> xr.Dataset:
     """Parameters found in each of several draws of noise, by each estimator.
 
-    `value`, `low`, `high` (estimator, draw, parameter), the latter ends of 95 % intervals; `truth` (parameter); `bias` of the
-    mean and `coverage`, the share of intervals that hold the truth [percent] (estimator, parameter).
+    `value`, `low`, `high` (estimator, draw, parameter), the latter ends of 95 % intervals; `truth` (parameter); `bias`
+    of the mean and `coverage`, the share of intervals that hold the truth [percent] (estimator, parameter).
     """
     mass, *truth = body()
     rng = np.random.default_rng(1)

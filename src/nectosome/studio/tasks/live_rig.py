@@ -75,7 +75,7 @@ class LiveRig:
     ) -> Status:
         """Go on by the clock until `progress` returns False, each sample after its `wanted(k)`.
 
-        The motion of a sample is worked out when it begins, and seen as the clock comes to its moments. Pictures that
+        The motion of a sample is worked out when it begins, and shown as the clock comes to its instants. Pictures that
         are late are left out; where the robot is late by a quarter of a second, its clock is put back.
         """
         self._began = begin = time.perf_counter()
@@ -91,7 +91,7 @@ class LiveRig:
                 if left > 0:
                     time.sleep(left)
                 if left > -FRAME:
-                    show(*self._moment(k))
+                    show(*self._instant(k))
                     self._lates.append(time.perf_counter() - begin - now)
                 if not progress(now / LONGEST, f"{now:.1f} s, {self.pace}"):
                     return Status.SOLVED
@@ -104,7 +104,7 @@ class LiveRig:
         late = float(np.median(self._lates)) if self._lates else 0.0
         return Pace(t, max(time.perf_counter() - self._began, t), len(self._lates), late)
 
-    def _moment(self, k: int) -> tuple["xr.Dataset", Float[np.ndarray, "n 3"]]:
+    def _instant(self, k: int) -> tuple["xr.Dataset", Float[np.ndarray, "n 3"]]:
         found = self._found[-1]
         self._path.append(found.position[k, 0])
         dims = {"position": ("station", "axis"), "rotation": ("station", "row", "axis")}
@@ -124,6 +124,6 @@ class LiveRig:
 
 
 def _frames(time: np.ndarray, begin: float) -> list[int]:
-    """Which moments of a sample are seen: those after FRAME each, and the last one."""
+    """Instants of a sample that are shown: those after FRAME each, and the last one."""
     each = max(len(time) * FRAME / (time[-1] - begin), 1.0)
     return sorted({min(round(k * each), len(time)) - 1 for k in range(1, int(len(time) / each + 0.5) + 1)} - {-1})

@@ -143,8 +143,8 @@ class PaddleScene:
     def frame(self, t: float) -> UInt8[np.ndarray, "h w 3"]:
         """The picture, red, green and blue, whose open time has its middle at a time [s]."""
         barred = self.occluder is not None and self.occluder.shown(t)
-        moments = self.film.open(t)
-        scenes = self._placed(moments, self.ends(moments))
+        instants = self.film.open(t)
+        scenes = self._placed(instants, self.ends(instants))
         boxes = apart((box for scene in scenes for _, box in scene), 2 * self.film.reach)
         over = self._bar if barred else []
         changes = []
@@ -155,12 +155,12 @@ class PaddleScene:
         return self._plate(barred).exposed(t, changes)
 
     def _placed(
-        self, moments: Float[np.ndarray, "k"], ends: Float[np.ndarray, "k segments 2 2"]
+        self, instants: Float[np.ndarray, "k"], ends: Float[np.ndarray, "k segments 2 2"]
     ) -> list[list[tuple[FlatShape, PixelBox]]]:
-        """What moves at each moment, from below upwards, and the pixels it may touch."""
+        """What moves at each instant, from below upwards, and the pixels it may touch."""
         scenes = [self.paddle.shapes(e) for e in ends]
         if self.bubbles is not None:
-            for scene, t in zip(scenes, moments, strict=True):
+            for scene, t in zip(scenes, instants, strict=True):
                 scene += self.bubbles.shapes(t, self._low, self._high)
         boxes = iter(self.plane.boxes([shape for scene in scenes for shape in scene]))
         return [[(shape, next(boxes)) for shape in scene] for scene in scenes]
