@@ -13,6 +13,8 @@ from .tubes import description
 if TYPE_CHECKING:
     import xarray as xr
 
+_BLURRED = 0.2  # revolutions of a drive between two pictures, from which on it looks slower than it is
+
 
 def show_run(run: "xr.Dataset", path: str | Path) -> None:
     """Write a page about any one run, with its robot in motion, velocity, powers and energies.
@@ -25,9 +27,7 @@ def show_run(run: "xr.Dataset", path: str | Path) -> None:
     title = str(run.attrs.get("title") or "simulation")
     source = json.loads(run.attrs.get("provenance") or "{}")
     robot = description(run)
-    parts = [f"<h1>{escape(title)}</h1>"]
-    if robot is not None:
-        parts.append(f"<p>{escape(robot.about)}</p>")
+    parts: list[str | Panel] = [] if robot is None else [f"<p>{escape(robot.about)}</p>"]
     parts.append(f'<p class="small">{escape(" · ".join(filter(None, [ended(run), origin(source)])))}</p>')
     panels = (robot3d.robot_panel, series.velocity_panel, series.power_panel, series.energy_panel)
     shown = [make(run) for make in panels]

@@ -10,7 +10,7 @@ import numpy as np
 from nectosome.controllers import CommandRange
 from nectosome.core import Status
 from nectosome.model import build, common_readings, reading_of
-from nectosome.studio.work import Progress, called, told
+from nectosome.studio.work import Progress, errors_shown, labelled
 from nectosome.units import InputError, shorten
 from nectosome.view.closed_loop import signals_panel
 
@@ -32,7 +32,7 @@ from .live_rig import LiveRig
 
 if TYPE_CHECKING:
     from nectosome.studio.answers import Answer
-    from nectosome.studio.session import Session
+    from nectosome.studio.desk import Desk
 
 _WINDOW = 20.0  # s that the plot shows during a run
 _PLOTS = 1.0  # s between plots
@@ -50,7 +50,7 @@ _SIZES = {
 class Control:
     """Lays out the tab."""
 
-    def __init__(self, session: "Session"):
+    def __init__(self, session: "Desk"):
         self._session, gui = session, session.gui
         self._drawing = threading.Lock()
         self._robot = 0  # counts robots: results of an earlier one are not shown
@@ -117,7 +117,7 @@ class Control:
             self._size.value = most_of(answer.run, reading_of(self._model, self._measure.value)) or self._usual()
 
     def _told(self, work: Any) -> None:
-        with told(self._session.tell):
+        with errors_shown(self._session.tell):
             work()
 
     # --- a run
