@@ -10,7 +10,7 @@ import numpy as np
 from nectosome.controllers import CommandRange
 from nectosome.core import Status
 from nectosome.model import build, common_readings, reading_of
-from nectosome.studio.work import Progress, errors_shown, labelled
+from nectosome.studio.work import Progress, errors_shown
 from nectosome.units import InputError, shorten
 from nectosome.view.closed_loop import signals_panel
 
@@ -136,7 +136,7 @@ class Control:
         if not all(part.strip() for part in self._range.value.partition("..")):
             words = f'"{shorten(self._range.value)}" has no two ends. Write LOW..HIGH and the unit, such as -8..8 mN m.'
             raise InputError(words, field=self._range.label)
-        with called({"command": self._range.label}):
+        with labelled({"command": self._range.label}):
             CommandRange.parse(request.command, request.description)
         self._session.work.begin("control", partial(self._compute, request, self._robot), lambda _: None)
 
@@ -145,7 +145,7 @@ class Control:
         try:
             fields = {"reference": self._size, "amplitude": self._size, "frequency": self._frequency}
             fields |= {"gains": self._gains, "mean": self._mean, "command": self._range}
-            with called({name: field.label for name, field in fields.items()}):
+            with labelled({name: field.label for name, field in fields.items()}):
                 loop = prepare_loop(request, reading_of(self._model, request.measure).dimension, progress)
             if loop is None or robot != self._robot:
                 return
