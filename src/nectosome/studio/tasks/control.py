@@ -10,7 +10,7 @@ import numpy as np
 from nectosome.controllers import CommandRange
 from nectosome.core import Status
 from nectosome.model import build, common_readings, reading_of
-from nectosome.studio.work import Progress, errors_shown
+from nectosome.studio.work import Progress, errors_shown, labelled
 from nectosome.units import InputError, shorten
 from nectosome.view.closed_loop import signals_panel
 

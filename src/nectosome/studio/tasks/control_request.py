@@ -8,6 +8,7 @@ import numpy as np
 from nectosome import controllers
 from nectosome.description import RobotDescription, drive_period, get_value, numeric_paths, resolve
 from nectosome.model.readings import Reading
+from nectosome.studio.sliders import scales_of
 from nectosome.studio.work import Progress
 from nectosome.units import InputError, read_quantity
 from nectosome.units import show_quantity as shown
@@ -16,6 +17,8 @@ from .live_rig import FRAME, LONGEST, LiveRig
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from nectosome.studio.desk import Desk
 
 
 CONSTANT = "constant"
