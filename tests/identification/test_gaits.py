@@ -87,7 +87,7 @@ def test_a_search_finds_the_parameters_that_made_the_gaits(fit):
     assert found.value <= 1e-5
     np.testing.assert_allclose(found.best, TRUE, rtol=0.01)
     told = identifiability(fit.misfit, found.best)
-    assert told.told.all()
+    assert told.identifiable.all()
 
 
 def test_two_trials_are_two_objectives_too(fit):

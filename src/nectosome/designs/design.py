@@ -15,7 +15,7 @@ from nectosome.units import InputError
 
 from .constraints import Constraint
 from .motion import MotionDesign, Varied
-from .problem import Problem, load_problem, problem_of
+from .problem import Problem, RangeLike, load_problem, problem_of
 from .schedule import ScheduleDesign
 from .sweep import Progress
 
@@ -66,7 +66,7 @@ def design(
     settings: Iterable[str] = (),
     *,
     problem: Problem | str | Path | None = None,
-    vary: Mapping[str, str] | None = None,
+    vary: Mapping[str, RangeLike] | None = None,
     maximise: str = "",
     minimise: str = "",
     keep: Iterable[str | Constraint] = (),

@@ -136,7 +136,7 @@ class _Record:
             raise ValueError(f"the objective gives {values.shape} for {len(rows)} rows of {self._k} objective(s).")
         wrong = np.flatnonzero((np.isnan(values) | (values == -np.inf)).any(axis=1))
         if wrong.size:
-            at = self._ranges.told(rows[wrong[0]])
+            at = self._ranges.text(rows[wrong[0]])
             raise InputError(f"the objective is no number at {at}. It may be inf where there is no value.")
         return np.where(np.isfinite(values).all(axis=1, keepdims=True), values, np.inf)
 
