@@ -9,6 +9,7 @@ from .conversion import (
     read_quantity,
     show_quantity,
     shown_unit,
+    split_unit,
     unit_to_si,
 )
 from .dimensions import DIMENSIONS, Dimension, dimension_of
@@ -30,5 +31,6 @@ __all__ = [
     "shorten",
     "show_quantity",
     "shown_unit",
+    "split_unit",
     "unit_to_si",
 ]
