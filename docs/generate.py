@@ -44,7 +44,7 @@ COMMANDS = (
     "identify crawl",
     "correct",
     "control",
-    "control fishtail",
+    "control rig",
     "new",
     "show",
     "render",
