@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
 
-from nectosome.cli.output import Outputs, tell, write, written
+from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import columns, ending, number, page
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.units import InputError
@@ -41,11 +41,10 @@ def fly(robot: str, settings: list[str] | None, file: Path, step: float, outputs
     asked = {"robot": robot, "mission": str(path), "set": settings or [], "step": step}
     found = model.mission_data(flown, asked)
     write(_told(found))
-    if outputs.save or outputs.plot:
+    if outputs.given:
         from nectosome.view import show_mission
 
-        paths = outputs.write_data(lambda: found) + outputs.write_page(lambda path: show_mission(found, path))
-        write(*written(paths))
+        outputs.write(found, show_mission)
     if flown.reason:
         tell(f"{description.name}: {flown.reason}.")
         return 130 if flown.reason.startswith("cancelled") else 1

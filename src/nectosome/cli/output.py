@@ -2,10 +2,10 @@
 
 import os
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from cyclopts import Parameter
 from rich.console import Console, RenderableType
@@ -23,74 +23,51 @@ Plot = Annotated[Path | None, Parameter("--plot", help="Write a page with figure
 Force = Annotated[bool, Parameter("--force", help="Overwrite files that exist.")]
 
 
+class _Files:
+    """Files that a command writes if asked: fields of a dataclass, each with the endings that its name may have."""
+
+    endings: ClassVar[dict[str, tuple[str, ...]]] = {"save": SUFFIXES, "plot": (".html",)}
+    force: Force
+
+    @property
+    def given(self) -> dict[str, Path]:
+        """The files to write, by the names of their options."""
+        files = {name: getattr(self, name, None) for name in self.endings}
+        return {name: path for name, path in files.items() if path is not None}
+
+    def check(self) -> None:
+        """Raise InputError where a file cannot be written, before anything is computed."""
+        for name, path in self.given.items():
+            check_target(path, f"--{name}", self.endings[name], self.force)
+
+    def write(self, data: "xr.Dataset", page: "Callable[[xr.Dataset, Path], object] | None" = None) -> None:
+        """Write data and page as far as asked, and print the names of all files."""
+        files = self.given
+        if "save" in files:
+            save_dataset(data, files["save"])
+        if "plot" in files and page is not None:
+            page(data, files["plot"])
+        if files:
+            write(f"written: {', '.join(map(str, files.values()))}", wrap=False)
+
+
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Page:
+class Page(_Files):
     """The page that a command writes if asked: `--plot`, and `--force`."""
 
     plot: Plot = None
     force: Force = False
 
-    def check(self) -> None:
-        """Raise InputError where a file cannot be written, before anything is computed."""
-        check_target(self.plot, "--plot", (".html",), self.force)
-
-    def write_page(self, page: "Callable[[Path], None]") -> list[str]:
-        """Write the page; return the path in a list, empty where none is asked for."""
-        if self.plot is None:
-            return []
-        page(self.plot)
-        return [str(self.plot)]
-
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Data:
-    """The data that a command writes if asked: `--save`, and `--force`."""
-
-    save: Save = None
-    force: Force = False
-
-    def check(self) -> None:
-        """Raise InputError where a file cannot be written, before anything is computed."""
-        check_target(self.save, "--save", SUFFIXES, self.force)
-
-    def write_data(self, data: "Callable[[], xr.Dataset]") -> list[str]:
-        """Write the data, which is made only if it is asked for; return the path in a list."""
-        if self.save is None:
-            return []
-        save_dataset(data(), self.save)
-        return [str(self.save)]
-
-
-@Parameter(name="*")
-@dataclass(frozen=True)
-class Outputs(Data, Page):
+class Outputs(_Files):
     """Data and page that a command writes if asked: `--save`, `--plot` and `--force`."""
 
     save: Save = None
     plot: Plot = None
     force: Force = False
-
-    def check(self) -> None:
-        """Raise InputError where a file cannot be written, before anything is computed."""
-        Data.check(self)
-        Page.check(self)
-
-    def write_run(self, run: "Callable[[], xr.Dataset]") -> list[str]:
-        """Write a run and its page, each if asked for; return the paths."""
-        if self.save is None and self.plot is None:
-            return []
-        from nectosome.view import show_run
-
-        data = run()
-        return self.write_data(lambda: data) + self.write_page(lambda path: show_run(data, path))
-
-
-def written(paths: Iterable[str]) -> list[str]:
-    """Return the line that names files which were written, in a list; empty without any."""
-    names = ", ".join(paths)
-    return [f"written: {names}"] if names else []
 
 
 def write(*things: RenderableType, wrap: bool = True) -> None:
@@ -102,7 +79,7 @@ def write(*things: RenderableType, wrap: bool = True) -> None:
             console.print(thing)
         sys.stdout.flush()
     except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left in the buffer goes nowhere
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the rest of the buffer goes nowhere
         raise InputError(f"cannot write the output: {error.strerror}.") from None
 
 
@@ -112,19 +89,19 @@ def tell(sentence: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def check_target(path: Path | None, option: str, suffixes: str | tuple[str, ...], force: bool = False) -> None:
+def check_target(path: Path, option: str, suffixes: str | tuple[str, ...], force: bool = False) -> None:
     """Raise InputError where no file can be written at `path`, or where one exists and `force` is not given."""
-    if path is None:
-        return
-    if not path.name.endswith(suffixes):
-        allowed = suffixes if isinstance(suffixes, str) else " or ".join(suffixes)
+    suffixes = (suffixes,) if isinstance(suffixes, str) else suffixes
+    if path.suffix not in suffixes:
+        *first, last = suffixes
+        allowed = f"{', '.join(first)} or {last}" if first else last
         raise InputError(f'"{path}" does not end in {allowed}.', field=option)
     check_folder(path.parent, option, f".{path.name}.12345678")
     if path.is_dir():
         raise InputError(f"cannot write {path}: it is a folder.", field=option)
     if path.exists() and not path.is_file():
         raise InputError(f"cannot write {path}: it is not a file.", field=option)
-    if path.exists() and not force:
+    if (path.exists() or path.is_symlink()) and not force:
         raise InputError(f"{path} exists. Give another name, or --force to overwrite it.", field=option)
 
 

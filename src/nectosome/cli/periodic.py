@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from nectosome.cli.options import Loads, Robot, Settings, read_count
-from nectosome.cli.output import Outputs, tell, write, written
+from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos, stored
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import weigh
@@ -80,10 +80,12 @@ def periodic(
         attributes["seconds"] = round(clock.perf_counter() - start, 3)
         arrays = Results(data | drive_limits(built, description), names, attributes).arrays
         write(_page(arrays, found.course(), attributes, loads))
-        if outputs.save or outputs.plot:
+        if outputs.given:
+            from nectosome.view import show_run
+
             results = found.results(description, asked)
             results.attributes["seconds"] = attributes["seconds"]
-            write(*written(outputs.write_run(results.to_dataset)))
+            outputs.write(results.to_dataset(), show_run)
     if status == Status.UNSTABLE:
         tell(f"{description.name}: {status.reason}.")
         return 1

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.output import Force, check_folder, check_target, tell, write, written
+from nectosome.cli.output import Force, check_folder, check_target, tell, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io import save_dataset, write_atomic
 from nectosome.units import InputError, did_you_mean
@@ -59,7 +59,7 @@ def reproduce(
         write_report(done, out / _REPORT)
         _make_folder(out / "figures")
         write_figures(done, out / "figures")
-    write(_table(rows), _notes(rows), _times(done), *(written([str(out / _REPORT)]) if out else []))
+    write(_table(rows), _notes(rows), _times(done), *([f"written: {out / _REPORT}"] if out else []))
     missing = [row["id"] for row in rows if row["ours"] is None and row["verdict"] != "not reproducible"]
     if missing:
         tell(f"not computed: {', '.join(missing)}.")

@@ -37,13 +37,13 @@ def show(
     parts = weigh(built, what)
     found = afloat(built)
     whole = told(description, built, found)
-    if outputs.plot:
+    write(robot_tree(description, parts, whole))
+    if outputs.given:
         from nectosome.view import show_still, standing
 
         each = [(part.name, number(part.mass), number(part.displaced), ", ".join(part.freedoms)) for part in parts]
         tables = [[("the robot", ""), *whole], [("part", "mass (kg)", "displaces (kg)", "free to move"), *each]]
-        outputs.write_page(lambda path: show_still(standing(description, built), path, tables))
-    write(robot_tree(description, parts, whole))
+        outputs.write(standing(description, built), lambda data, path: show_still(data, path, tables))
 
 
 def _show_run(path: str, outputs: Page, loads: bool) -> None:
@@ -53,9 +53,9 @@ def _show_run(path: str, outputs: Page, loads: bool) -> None:
 
     dataset = load_dataset(path)
     check_run(dataset, path)
-    if outputs.plot:
-        from nectosome.view import show_run
-
-        outputs.write_page(lambda page: show_run(dataset, page))
     arrays = {str(name): variable.values for name, variable in dataset.variables.items()}
     write(summary(arrays, dataset.attrs, loads), origin(dataset.attrs))
+    if outputs.given:
+        from nectosome.view import show_run
+
+        outputs.write(dataset, show_run)

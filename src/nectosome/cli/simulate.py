@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from nectosome.cli.mission import fly
 from nectosome.cli.options import Loads, Robot, Settings, read_count
-from nectosome.cli.output import Outputs, tell, write, written
+from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.cli.summary import summary
 from nectosome.cli.weights import weigh
@@ -89,7 +89,7 @@ def simulate(
             weigh(built, robot)
             prepare_results(built, count)
             run = integrate(built, seconds, samples=count, method=method, rtol=tolerance, progress=progress)
-            kept = outputs.save or outputs.plot or int(run.status) != Status.CANCELLED
+            kept = outputs.given or int(run.status) != Status.CANCELLED
             return run, run.results(description, asked) if kept else None
 
         run, found = cancellable(compute)
@@ -98,7 +98,10 @@ def simulate(
         found.attributes["seconds"] = round(clock.perf_counter() - start, 3)
         if status != Status.CANCELLED:
             write(summary(found.arrays, found.attributes, loads))
-        write(*written(outputs.write_run(found.to_dataset)))
+        if outputs.given:
+            from nectosome.view import show_run
+
+            outputs.write(found.to_dataset(), show_run)
     came_to = f"at {float(run.value.time[-1]):.4g} s of {seconds:.4g} s."
     if status == Status.CANCELLED:
         tell(f"cancelled {came_to}" + (f" The part done is in {outputs.save}." if outputs.save else ""))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from nectosome.cli.options import Robot, Settings
-from nectosome.cli.output import Outputs, tell, write, written
+from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import columns, ending, number, page, reaction_unit
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import weigh
@@ -61,14 +61,11 @@ def static(
             table.add_row(*row)
     full = [table for table in shown if table.row_count]
     write(page(Text(results.attributes["title"], "bold"), full, [ending(results.attributes)]))
-    if outputs.save or outputs.plot:
+    if outputs.given:
         from nectosome.view import show_still
 
-        dataset = results.to_dataset()
         full_rows = [rows for rows in tables if len(rows) > 1]
-        paths = outputs.write_data(lambda: dataset)
-        paths += outputs.write_page(lambda path: show_still(dataset, path, full_rows))
-        write(*written(paths))
+        outputs.write(results.to_dataset(), lambda data, path: show_still(data, path, full_rows))
     if status == Status.UNSTABLE:
         tell(f"{description.name}: {status.reason}.")
         return 1

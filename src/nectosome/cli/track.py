@@ -1,15 +1,16 @@
 """`nectosome track`: videos as joint angles, or as the places of markers and the pose of a body."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from cyclopts import Parameter
 from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.output import Outputs, check_target, write, written
+from nectosome.cli.output import Outputs, write
 from nectosome.cli.progress import progress_bar
 from nectosome.units import InputError, read_quantity
 
@@ -17,11 +18,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@Parameter(name="*")
+@dataclass(frozen=True)
+class TrackOutputs(Outputs):
+    """Data, a page, and a video."""
+
+    endings: ClassVar[dict[str, tuple[str, ...]]] = {**Outputs.endings, "overlay": (".mp4",)}
+    overlay: Annotated[Path | None, Parameter(help="Write the video with the segments drawn over it (.mp4).")] = None
+
+
 def track(
     *videos: Annotated[Path, Parameter(help="Video of segments; or those of markers, in the order of the cameras.")],
     config: Annotated[Path | None, Parameter(help="What is to be tracked (.yaml).")] = None,
-    outputs: Outputs = Outputs(),
-    overlay: Annotated[Path | None, Parameter(help="Write the video with the segments drawn over it (.mp4).")] = None,
+    outputs: TrackOutputs = TrackOutputs(),
     propose: Annotated[
         bool, Parameter(help="Say which colours stand out of a frame, as a start for --config.")
     ] = False,
@@ -32,12 +41,11 @@ def track(
     What is not seen well is a gap with its reason.
     """
     outputs.check()
-    check_target(overlay, "--overlay", ".mp4", outputs.force)
     first = next(iter(videos), None)
     if first is None:
         raise InputError("name a video.", field="track")
     if propose:
-        if len(videos) > 1 or any((outputs.save, outputs.plot, overlay, config)):
+        if len(videos) > 1 or (outputs.given or config):
             raise InputError("looks at a single video, and writes nothing: leave the rest out.", field="--propose")
         return _propose(first, at)
     if config is None:
@@ -50,22 +58,20 @@ def track(
     sheet = load_sheet(config)
     with progress_bar("tracking") as update:
         if isinstance(sheet, MarkerSheet):
-            if overlay is not None:
+            if outputs.overlay is not None:
                 raise InputError("is drawn for segments only.", field="--overlay")
             tracked = track_markers(videos, sheet, update)
         else:
             if len(videos) > 1:
                 raise InputError(f"segments are tracked in one video, not {len(videos)}.", field="track")
             tracked = track_segments(first, sheet, update)
-            if overlay is not None:
-                draw_over(first, sheet, tracked, overlay, update)
+            if outputs.overlay is not None:
+                draw_over(first, sheet, tracked, outputs.overlay, update)
     write(_understood(tracked))
-    paths = outputs.write_data(lambda: tracked)
-    if outputs.plot:
+    if outputs.given:
         from nectosome.view import show_track
 
-        paths += outputs.write_page(lambda path: show_track(tracked, path))
-    write(*written([*paths, str(overlay)] if overlay else paths))
+        outputs.write(tracked, show_track)
     return 0
 
 
