@@ -32,7 +32,7 @@ def cycle(senses, speeds, turns=1):
     """Numbers of a cycle of so many turns at full speed."""
     robot = swimmer(senses, speeds)
     found = periodic(ns.build(robot), 2 * np.pi * turns / FULL)
-    return found.to_dataset(robot)
+    return found.to_dataset()
 
 
 def mean(run, values):

@@ -77,8 +77,8 @@ def periodic(
         prepare_means(built, moments)
         try:
             found = find(built, seconds, samples=moments)
-        except ValueError as error:
-            raise InputError(str(error), file=robot) from None
+        except InputError as error:
+            raise InputError(error.message, file=robot) from None
         status = Status(int(found.status))
         if status not in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE):
             way_out = " Leave --period out to have it found." if status == Status.OTHER_PERIOD else ""
@@ -86,12 +86,12 @@ def periodic(
             return 1
         asked = {"robot": robot, "set": settings or [], "period": seconds, "samples": moments}
         data, names = mean_data(built, found.means())
-        attributes = attributes_of(found, description, asked)
+        attributes = attributes_of(found, asked)
         attributes["seconds"] = round(clock.perf_counter() - start, 3)
-        arrays = Results(data | drive_limits(built, description), names, attributes).arrays
+        arrays = Results(data | drive_limits(built), names, attributes).arrays
         write(_page(arrays, found.course(), attributes, loads))
         if save is not None:
-            results = found.results(description, asked)
+            results = found.results(asked)
             results.attributes["seconds"] = attributes["seconds"]
             save_dataset(results.to_dataset(), save)
     if status == Status.UNSTABLE:

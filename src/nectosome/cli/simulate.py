@@ -92,7 +92,7 @@ def simulate(
             prepare_results(built, moments)
             run = integrate(built, seconds, samples=moments, method=method, rtol=tolerance, progress=progress)
             wanted = save is not None or plot is not None or int(run.status) != Status.CANCELLED
-            return run, run.results(description, asked) if wanted else None
+            return run, run.results(asked) if wanted else None
 
         run, found = cancellable(compute)
     status = Status(int(run.status))
