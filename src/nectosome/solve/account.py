@@ -1,26 +1,25 @@
 """What acts on a robot at one instant, at a pose that is given: loads, powers, reactions, and what is missing."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
-from numpy.typing import ArrayLike
 
 from nectosome.core import State, Status
 from nectosome.core.remember import remembered
 from nectosome.mechanism import Diagnosis, Robot, diagnose
 from nectosome.model import RobotLike, robot_of
-from nectosome.units import InputError, did_you_mean, read_quantity, shorten
+from nectosome.units import InputError, count, did_you_mean, read_quantity, shorten
 
 from .results import Run, Trajectory, coordinate_unit, results_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Values = Mapping[str, float | str] | ArrayLike
+Values = Mapping[str, float | str] | Sequence[float] | np.ndarray | Array | float
 
 _OF_UNIT = {"rad": ("angle", "angular_speed"), "m": ("length", "speed"), "1": ("number", "number")}
 
@@ -89,8 +88,9 @@ def _values(robot: Robot, what: str, given: Values, default: Float[np.ndarray, "
                 f'"{shorten(given)}" is neither numbers nor values by coordinate, as in {{"{names[0]}": 0.1}}.',
                 field=what,
             ) from None
-        if values.ndim > 1 or (values.ndim == 1 and values.shape != default.shape):
-            raise InputError(f"{values.shape} numbers, where the robot has {len(names)} coordinates.", field=what)
+        if values.ndim and values.shape != default.shape:
+            here = count(len(names), "coordinate")
+            raise InputError(f"{values.size} numbers, where the robot has {here} that are free.", field=what)
         return np.broadcast_to(values, default.shape)
     values = default.copy()
     for name, value in given.items():
