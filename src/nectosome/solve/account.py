@@ -59,13 +59,14 @@ def forces(
         d = remembered(diagnose, built, t, state)
     else:
         d = remembered(diagnose, built, t, state, jnp.asarray(_values(built, "a", a, np.zeros_like(rest), 2)))
-    one = jax.tree.map(lambda x: np.asarray(x)[None], (t, state, d))
+    one = jax.tree.map(lambda x: jnp.asarray(x)[None], (t, state, d))
     run = _Instant(Trajectory(built, *one[:2]), jnp.asarray(int(Status.SOLVED)), {}, jnp.zeros(()))
     return _with_missing(run, one[2])
 
 
 def _with_missing(run: Run, d: Diagnosis) -> "xr.Dataset":
     """Results at one instant with the forces that are missing, whose power counts in the balance."""
+    d = jax.tree.map(np.asarray, d)
     data = results_of(run, d).to_dataset().isel(time=0)
     power = d.missing[0] * run.value.state.v[0]
     powers = np.concatenate([data["load_power"].values.ravel(), d.reaction_power[0], power])
