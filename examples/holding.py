@@ -9,7 +9,7 @@ import xarray as xr
 
 import nectosome as ns
 from nectosome.core import Status
-from nectosome.description import read_variable
+from nectosome.description.variables import read_variable
 from nectosome.designs import Limit, MotionDesign
 from nectosome.search import Evaluation, Front, Gradient, front, multistart
 

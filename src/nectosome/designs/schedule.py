@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from nectosome.description import RobotDescription, dump_robot
 from nectosome.description.mission import Mission
-from nectosome.description.schedule import dump_mission, with_schedule
+from nectosome.description.schedule import dump_mission, get_schedule, with_schedule
 from nectosome.description.variables import Variable
 from nectosome.search.evaluations import Compute
 from nectosome.search.task import Evaluation
@@ -53,9 +53,14 @@ class ScheduleDesign(Varied):
         return self.mission.robot
 
     @property
-    def told(self) -> dict[str, str]:
-        """Units of the quantities that are told of a design."""
+    def units(self) -> dict[str, str]:
+        """Units of the quantities that describe a design."""
         return {"time": "s"}
+
+    @property
+    def own(self) -> Float[np.ndarray, "n"]:
+        """The mission's own numbers, as places in the ranges, within them."""
+        return np.clip(self.box.places(np.array([get_schedule(self.mission, name) for name in self.names])), 0.0, 1.0)
 
     def key(self) -> str:
         """Text of all that the numbers depend on."""

@@ -158,6 +158,14 @@ def read_any(text: str) -> tuple[float, str]:
     return number, si
 
 
+def split_unit(text: str) -> tuple[float, str]:
+    """Split text such as `20 deg` into its number and its unit, as written; ValueError with a sentence for people."""
+    match = _NUMBER.fullmatch(text)
+    if match is None or len(text) > 100:
+        raise ValueError(f'"{shorten(text)}" is not a number with a unit.')
+    return float(match[1]), match[2].strip()
+
+
 _BASE = {
     "[mass]": "kg",
     "[length]": "m",
