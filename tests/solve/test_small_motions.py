@@ -93,7 +93,7 @@ def test_what_has_no_critical_value_is_told(as_users_run, dead):
         critical(dead, "P", (-0.5 * EULER, -0.1 * EULER), samples=2)
     with pytest.raises(InputError, match="no stable equilibrium at"):
         critical(dead, "P", (-2 * EULER, -1.5 * EULER), samples=2)
-    with pytest.raises(InputError, match="give a range as in"):
+    with pytest.raises(InputError, match=r"give a range LOW..HIGH"):
         critical(dead, "P", (1.0,), samples=2)
     with pytest.raises(InputError, match='there is no quantity called "Q" in column'):
         critical(dead, "Q", "1 N .. 2 N")

@@ -48,7 +48,7 @@ def critical(
 
     - robot: a name, the path of a robot file, a description or a built robot.
     - path: the quantity, by its path or alias; one alias may be several quantities that grow together.
-    - between: a range with a stable equilibrium at one of its ends, `"1 N .. 5 N"` or `"1 N .. 1 kN log"`, or its two
+    - between: a range with a stable equilibrium at one of its ends, `"1..5N"` or `"1N..1kN log"`, or its two
       ends as numbers in SI units or text.
     - about: the static equilibrium, with prescribed joints held, or steady motion.
 
@@ -133,8 +133,8 @@ def _values(path: str, between: Range, description: RobotDescription, samples: i
         try:
             low, high = (x if isinstance(x, str) else format_quantity(float(x), dimension) for x in between)
         except (TypeError, ValueError):
-            raise InputError('give a range as in "1 N .. 5 N", or its two ends.', field="between") from None
-        between = f"{low} .. {high}"
+            raise InputError('give a range LOW..HIGH, as in "1..5N", or its two ends.', field="between") from None
+        between = f"{low}..{high}"
     return Box((read_variable(path, between, description),)).values(np.linspace(0.0, 1.0, samples)[:, None])[:, 0]
 
 
