@@ -172,7 +172,7 @@ def control_robot(
     import numpy as np
 
     from nectosome import controllers as control
-    from nectosome import robots
+    from nectosome import robots, solve
     from nectosome.core import Status
 
     for option, given in (("--amplitude", amplitude), ("--frequency", frequency)):

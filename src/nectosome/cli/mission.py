@@ -23,7 +23,7 @@ def fly(robot: str, settings: list[str] | None, file: Path, step: float, save: P
     if step > _LONGEST:
         raise InputError(f"{step:g} s is out of range: it must be at most {_LONGEST} s.", field="--step")
 
-    from nectosome import robots
+    from nectosome import robots, solve
     from nectosome.description.mission import load_mission
 
     description = robots.describe(robot, settings or ())
