@@ -131,7 +131,7 @@ def control_robot(
         str, Parameter(help="What the controller sets, and its range: PATH=LOW:HIGH, such as bias=-8:8mN m.")
     ],
     measure: Annotated[
-        str, Parameter(help="What is measured: heading, depth, surge, ... of the body, arm.angle of a joint.")
+        str, Parameter(help="What is measured: heading, depth, velocity.x, ... of the body, arm.angle of a joint.")
     ],
     reference: Annotated[
         str, Parameter(help="Where that should be, such as 30deg; or sine, triangle.", allow_leading_hyphen=True)
@@ -172,7 +172,7 @@ def control_robot(
     import numpy as np
 
     from nectosome import controllers as control
-    from nectosome import model, robots
+    from nectosome import robots, solve
     from nectosome.core import Status
 
     for option, given in (("--amplitude", amplitude), ("--frequency", frequency)):
@@ -203,7 +203,7 @@ def control_robot(
 
             moments = 1 if beat is None else control.moments_of(beat, reach.largest, 1 / hertz)
             try:
-                held = model.SampledPlant(description, reach.name, measure, 1 / hertz, moments)
+                held = solve.SampledPlant(description, reach.name, measure, 1 / hertz, moments)
             except InputError as error:
                 raise InputError(error.message, field=error.field or "--measure") from None
             with _options():

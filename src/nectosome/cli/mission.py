@@ -22,7 +22,7 @@ def fly(robot: str, settings: list[str] | None, file: Path, step: float, outputs
     if step > _LONGEST:
         raise InputError(f"{step:g} s is out of range: it must be at most {_LONGEST} s.", field="--step")
 
-    from nectosome import model, robots
+    from nectosome import robots, solve
     from nectosome.description.mission import load_mission
 
     description = robots.describe(robot, settings or ())
@@ -35,11 +35,11 @@ def fly(robot: str, settings: list[str] | None, file: Path, step: float, outputs
                 update(mode, share)
                 return going_on()
 
-            return model.run_mission(modes, step=step, progress=progress)
+            return solve.run_mission(modes, step=step, progress=progress)
 
         flown = cancellable(compute)
     asked = {"robot": robot, "mission": str(path), "set": settings or [], "step": step}
-    found = model.mission_data(flown, asked)
+    found = solve.mission_data(flown, asked)
     write(_told(found))
     if outputs.given:
         from nectosome.view import show_mission
@@ -53,13 +53,13 @@ def fly(robot: str, settings: list[str] | None, file: Path, step: float, outputs
 
 def _told(found: "xr.Dataset") -> Any:
     """Modes and their events, and where the robot came."""
-    table = columns("mode", "ended by", "at", "x", "z", "mean surge", "unit")
-    began, start = 0.0, found["x"].values[0]
+    table = columns("mode", "ended by", "at", "x", "z", "mean velocity along x", "unit")
+    place = found["position"].sel(axis=["x", "z"])
+    began, start = 0.0, place.values[0, 0]
     passed = (found[name].values for name in ("event_mode", "event", "event_time"))
     for name, event, time in zip(*passed, strict=True):
-        here = found.isel(time=int(abs(found["time"].values - time).argmin()))
-        x, z = float(here["x"]), float(here["z"])
-        surge = number((x - start) / (time - began)) if time > began else ""
-        table.add_row(str(name), str(event), number(float(time)), number(x), number(z), surge, "s, m, m/s")
+        x, z = place.values[abs(found["time"].values - time).argmin()]
+        speed = number((x - start) / (time - began)) if time > began else ""
+        table.add_row(str(name), str(event), number(float(time)), number(x), number(z), speed, "s, m, m/s")
         began, start = float(time), x
     return page(Text(found.attrs["title"], "bold"), [table], [ending(found.attrs)])

@@ -67,8 +67,8 @@ def periodic(
         prepare_means(built, count)
         try:
             found = find(built, seconds, samples=count)
-        except ValueError as error:
-            raise InputError(str(error), file=robot) from None
+        except InputError as error:
+            raise InputError(error.message, file=robot) from None
         status = Status(int(found.status))
         if status not in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE):
             way_out = " Leave --period out to take that of the robot file." if status == Status.OTHER_PERIOD else ""
@@ -76,14 +76,14 @@ def periodic(
             return 1
         asked = {"robot": robot, "set": settings or [], "period": seconds, "samples": count}
         data, names = mean_data(built, found.means())
-        attributes = attributes_of(found, description, asked)
+        attributes = attributes_of(found, asked)
         attributes["seconds"] = round(clock.perf_counter() - start, 3)
-        arrays = Results(data | drive_limits(built, description), names, attributes).arrays
+        arrays = Results(data | drive_limits(built), names, attributes).arrays
         write(_page(arrays, found.course(), attributes, loads))
         if outputs.given:
             from nectosome.view import show_run
 
-            results = found.results(description, asked)
+            results = found.results(asked)
             results.attributes["seconds"] = attributes["seconds"]
             outputs.write(results.to_dataset(), show_run)
     if status == Status.UNSTABLE:

@@ -143,7 +143,7 @@ def _simulated(
         run = simulate(built, seconds, samples=samples, progress=progress)
         if Status(int(run.status)) not in (Status.SOLVED, Status.EVENT):
             return run, None
-        return run, run.to_dataset(description, {"robot": robot, "set": settings, "time": seconds})
+        return run, run.to_dataset({"robot": robot, "set": settings, "time": seconds})
 
     run, found = cancellable(compute)
     if found is not None:

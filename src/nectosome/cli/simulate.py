@@ -90,7 +90,7 @@ def simulate(
             prepare_results(built, count)
             run = integrate(built, seconds, samples=count, method=method, rtol=tolerance, progress=progress)
             kept = outputs.given or int(run.status) != Status.CANCELLED
-            return run, run.results(description, asked) if kept else None
+            return run, run.results(asked) if kept else None
 
         run, found = cancellable(compute)
     status = Status(int(run.status))

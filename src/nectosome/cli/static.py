@@ -46,13 +46,13 @@ def static(
         prepare_results(built, 1)
         try:
             found = static(built)
-        except ValueError as error:
-            raise InputError(str(error), file=robot) from None
+        except InputError as error:
+            raise InputError(error.message, file=robot) from None
         status = Status(int(found.status))
         if status == Status.NO_EQUILIBRIUM:
             tell(f"{description.name}: {_why(found)}")
             return 1
-        results = found.results(description, {"robot": robot, "set": settings or []})
+        results = found.results({"robot": robot, "set": settings or []})
     results.attributes["seconds"] = round(clock.perf_counter() - start, 3)
     tables = [_places(results.arrays), _reactions(results.arrays), _forces(results.arrays)]
     shown = [columns(*rows[0]) for rows in tables]

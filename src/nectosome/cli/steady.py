@@ -38,11 +38,11 @@ def steady(
         prepare_results(built, 1)
         try:
             found = find(built)
-        except ValueError as error:
-            raise InputError(str(error), file=robot) from None
+        except InputError as error:
+            raise InputError(error.message, file=robot) from None
         status = Status(int(found.status))
         if status in (Status.SOLVED, Status.UNSTABLE):
-            results = found.results(description, {"robot": robot, "set": settings or []})
+            results = found.results({"robot": robot, "set": settings or []})
             results.attributes["seconds"] = round(clock.perf_counter() - start, 3)
             write(summary(results.arrays, results.attributes, loads))
             if outputs.given:

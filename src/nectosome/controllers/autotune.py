@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from nectosome.core import Status
-from nectosome.model import SampledPlant
+from nectosome.solve import SampledPlant
 from nectosome.units import InputError
 
 from .closed_loop import PLAIN, SensorModel, run_closed_loop

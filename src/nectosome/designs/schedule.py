@@ -9,11 +9,11 @@ from jaxtyping import Float
 
 from nectosome.description import RobotDescription, dump_robot
 from nectosome.description.mission import Mission
-from nectosome.description.schedule import dump_mission, with_schedule
+from nectosome.description.schedule import dump_mission, get_schedule, with_schedule
 from nectosome.description.variables import Variable
-from nectosome.model import run_mission
 from nectosome.search.evaluations import Compute
 from nectosome.search.task import Evaluation
+from nectosome.solve import run_mission
 from nectosome.units import InputError
 
 from .motion import Varied
@@ -25,7 +25,7 @@ _UPRIGHT = np.deg2rad(60)
 class ScheduleDesign(Varied):
     """Bring a mission to its end in the shortest time, within ranges of its numbers.
 
-    A mission that does not come to its end, or on which the robot leans by more than 60 degrees, counts as unsolved.
+    A mission that does not come to its end, or on which the robot tilts by more than 60 degrees, counts as unsolved.
     It has no slopes: modes begin and end with events.
 
     - variables: named as in `io.schedule`.
@@ -53,9 +53,14 @@ class ScheduleDesign(Varied):
         return self.mission.robot
 
     @property
-    def told(self) -> dict[str, str]:
-        """Units of the quantities that are told of a design."""
+    def units(self) -> dict[str, str]:
+        """Units of the quantities that describe a design."""
         return {"time": "s"}
+
+    @property
+    def own(self) -> Float[np.ndarray, "n"]:
+        """The mission's own numbers, as places in the ranges, within them."""
+        return np.clip(self.box.places(np.array([get_schedule(self.mission, name) for name in self.names])), 0.0, 1.0)
 
     def key(self) -> str:
         """Text of all that the numbers depend on."""
@@ -80,11 +85,11 @@ class ScheduleDesign(Varied):
             if slopes:
                 raise InputError("a mission has no slopes. Take the solver evolution or pattern.", field="solver")
             flown = run_mission(self.mission_at(u), step=self.step)
-            fallen = np.asarray(flown.measures.lean) > _UPRIGHT
+            fallen = np.asarray(flown.measures.tilt) > _UPRIGHT
             if fallen.any():
                 k = int(np.argmax(fallen))
                 mode = self.mission.modes[flown.mode[k]].name
-                return Evaluation.unsolved(u, 0, f"it leans by more than 60 deg in {mode}")
+                return Evaluation.unsolved(u, 0, f"it tilts by more than 60 deg in {mode}")
             if flown.reason:
                 return Evaluation.unsolved(u, 0, flown.reason)
             time = float(flown.time[-1])

@@ -9,6 +9,7 @@ from .conversion import (
     read_quantity,
     show_quantity,
     shown_unit,
+    split_unit,
     unit_to_si,
 )
 from .dimensions import DIMENSIONS, Dimension
@@ -29,5 +30,6 @@ __all__ = [
     "shorten",
     "show_quantity",
     "shown_unit",
+    "split_unit",
     "unit_to_si",
 ]

@@ -4,7 +4,7 @@ import math
 import re
 from fractions import Fraction
 from functools import cache
-from typing import Any
+from typing import Any, SupportsFloat
 
 from nectosome.units.dimensions import DIMENSIONS, Dimension
 from nectosome.units.errors import shorten
@@ -12,19 +12,26 @@ from nectosome.units.errors import shorten
 from .errors import InputError
 
 
-def read_quantity(text: str, dimension: str, field: str) -> float:
-    """Return the SI value. Raises InputError, which names the field."""
+def read_quantity(given: str | SupportsFloat, dimension: str, field: str) -> float:
+    """Return the SI value of text with a unit, or of a number in SI units. Raises InputError, which names the field."""
     try:
-        return parse_quantity(text, dimension)
+        if isinstance(given, str):
+            return parse_quantity(given, dimension)
+        value = math.nan if isinstance(given, bool) else float(given)
+        if not math.isfinite(value):
+            raise ValueError(f'"{shorten(given)}" is no finite number. {expected(dimension)}')
+        return value
+    except TypeError:
+        raise InputError(f'"{shorten(given)}" is no quantity. {expected(dimension)}', field=field) from None
     except ValueError as error:
         raise InputError(str(error), field=field) from None
 
 
-def read_positive(text: str, dimension: str, field: str) -> float:
-    """Return the SI value, more than 0. Raises InputError, which names the field."""
-    value = read_quantity(text, dimension, field)
+def read_positive(given: str | SupportsFloat, dimension: str, field: str) -> float:
+    """Return the SI value, more than 0, likewise. Raises InputError, which names the field."""
+    value = read_quantity(given, dimension, field)
     if value <= 0:
-        raise InputError(f'"{text}" is out of range: it must be more than 0.', field=field)
+        raise InputError(f'"{given}" is out of range: it must be more than 0.', field=field)
     return value
 
 
@@ -149,6 +156,14 @@ def read_any(text: str) -> tuple[float, str]:
     if not math.isfinite(number):
         raise ValueError(f'"{shorten(text)}" must be finite.')
     return number, si
+
+
+def split_unit(text: str) -> tuple[float, str]:
+    """Split text such as `20 deg` into its number and its unit, as written; ValueError with a sentence for people."""
+    match = _NUMBER.fullmatch(text)
+    if match is None or len(text) > 100:
+        raise ValueError(f'"{shorten(text)}" is not a number with a unit.')
+    return float(match[1]), match[2].strip()
 
 
 _BASE = {

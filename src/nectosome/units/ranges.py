@@ -1,6 +1,8 @@
-"""Parameters between bounds: each has a place from 0 to 1 on a linear or a logarithmic scale."""
+"""Ranges: `LOW..HIGH` as people write it, and parameters between bounds, each with a place from 0 to 1."""
 
+import re
 from collections.abc import Collection, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -8,12 +10,49 @@ from numpy.typing import ArrayLike
 
 from nectosome.units.errors import InputError, did_you_mean
 
+_RANGE = re.compile(r"\s*([^:]+?)\s*\.\.\s*([^:]+?)(?:\s*:\s*([^:]+?))?(\s+log)?\s*", re.DOTALL)
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*")
+
+
+class RangeText(NamedTuple):
+    """The parts of a range, each number with its unit."""
+
+    low: str
+    high: str
+    step: str  # empty without one; on a logarithmic scale the ratio of neighbouring values
+    log: bool
+
+
+def split_range(text: str) -> RangeText | None:
+    """Split `LOW..HIGH`, `LOW..HIGH:STEP` or either with ` log` behind it; None where the text is none of these.
+
+    A number without a unit has that of the next number, as in `30..75:5deg`.
+    """
+    match = _RANGE.fullmatch(text)
+    if match is None:
+        return None
+    low, high, step, log = match.groups()
+    if step is not None and not log:
+        low, high, step = with_last_unit([low, high, step])
+    low, high = with_last_unit([low, high])
+    return RangeText(low, high, step or "", bool(log))
+
+
+def with_last_unit(numbers: Sequence[str]) -> list[str]:
+    """Numbers as text, each with a unit: its own, else that of the next number that has one."""
+    out, unit = list[str](), ""
+    for text in reversed(numbers):
+        own = text.removeprefix(match[0]) if (match := _NUMBER.match(text)) else text
+        unit = own or unit
+        out.append(text if own else f"{text} {unit}".strip())
+    return out[::-1]
+
 
 class Ranges:
-    """Parameters with their bounds, and the way from the unit box [0, 1]^n to their values and back.
+    """Parameters with their bounds, and the map from the unit box [0, 1]^n to their values and back.
 
     Bounds that are equal fix a parameter; its place is 0. Raises InputError for a name that stands there
-    twice, for bounds that are no numbers or the wrong way round, and for a logarithm of zero.
+    twice, for bounds that are NaN, infinite or the wrong way round, and for a logarithm of zero.
     """
 
     names: tuple[str, ...]

@@ -81,15 +81,15 @@ def parameters_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",))
 
 
 def motion_panel(found: "xr.Dataset") -> Panel:
-    """Heave, surge and lean of the best candidate in the window, trial by trial."""
+    """Height, place and tilt of the best candidate in the window, trial by trial."""
     from plotly.subplots import make_subplots
 
-    titles = ("heave (mm)", "surge (mm)", "lean (deg)")
+    titles = ("height z (mm)", "place x (mm)", "tilt (deg)")
     fig = make_subplots(1, 3, subplot_titles=titles, horizontal_spacing=0.07)
     for trial in range(found.sizes["trial"]):
         line = {"color": (BLUE, VERMILLION, GREY, BLACK)[trial % 4], "width": 1.5}
         one = found.isel(trial=trial)
-        values = 1e3 * one["heave"].values, 1e3 * one["surge"].values, np.degrees(one["lean"].values)
+        values = 1e3 * one["position_z"].values, 1e3 * one["position_x"].values, np.degrees(one["tilt"].values)
         for col, y in enumerate(values, start=1):
             name = f"trial {trial + 1}"
             x = found["time"].values

@@ -117,8 +117,8 @@ def gait_data(fit: GaitFit, found: Evolved, walked: list[Walked], told: Identifi
 
     - over `parameter`: the best `value`, its range `low` to `high`; `good_low` to `good_high`, between which candidates
       lie that are as good, of a discrepancy of at most `as_good`; `told`, whether the features tell it.
-    - over `trial` and `feature`: `target`, `reached`. Over `trial` and `sample`: `surge`, `heave`, `lean` in the
-      window.
+    - over `trial` and `feature`: `target`, `reached`. Over `trial` and `sample`: `position_x`, `position_z`, `tilt` in
+      the window.
     - over `evaluation`: `discrepancy` (eq. 13), of all trials together.
     """
     good = found.close(as_good)
@@ -136,9 +136,9 @@ def gait_data(fit: GaitFit, found: Evolved, walked: list[Walked], told: Identifi
             "target": (("trial", "feature"), np.array([trial.target for trial in fit.trials])),
             "reached": (("trial", "feature"), np.stack([one.gait[0] for one in walked])),
             "unit_of_feature": ("feature", list(UNITS)),
-            "surge": (("trial", "sample"), series[..., 0], {"units": "m"}),
-            "heave": (("trial", "sample"), series[..., 1], {"units": "m"}),
-            "lean": (("trial", "sample"), series[..., 2], {"units": "rad"}),
+            "position_x": (("trial", "sample"), series[..., 0], {"units": "m"}),
+            "position_z": (("trial", "sample"), series[..., 1], {"units": "m"}),
+            "tilt": (("trial", "sample"), series[..., 2], {"units": "rad"}),
             "discrepancy": ("evaluation", found.values[:, 0]),
         },
         {

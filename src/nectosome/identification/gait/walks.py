@@ -23,7 +23,7 @@ from .features import gait_of
 
 _FEW, _MANY = 8, 25  # lanes side by side: small generations fill few, large ones go quicker with many
 _THREADS = 2
-_UPRIGHT = 0.5  # cosine of the angle by which a robot leans that has fallen
+_UPRIGHT = 0.5  # cosine of the angle by which a robot tilts that has fallen
 _LONGEST = 3600.0  # s
 _THIN = 10  # steps from one kept sample to the next
 
@@ -34,7 +34,7 @@ class Walked(NamedTuple):
     gait: Float[np.ndarray, "m 4"]  # features in the window, as `Gait` has them
     fell: Float[np.ndarray, "m"]  # when [s]; inf where it did not
     duty: Float[np.ndarray, "m legs"]  # share of the window that each foot is on the ground
-    series: Float[np.ndarray, "m n 3"]  # place along x [m] since the window began, height [m], lean [rad]
+    series: Float[np.ndarray, "m n 3"]  # place along x [m] since the window began, height [m], tilt [rad]
 
 
 class _Steps(eqx.Module):
@@ -53,7 +53,7 @@ class Walks:
     - seconds: of each walk, a whole number of windows [s]; of the last one the gait is told.
     - step [s]: of the classical Runge-Kutta method.
 
-    It has fallen when its body leans by more than 60 degrees or is under the floor. Raises InputError for a robot
+    It has fallen when its body tilts by more than 60 degrees or is under the floor. Raises InputError for a robot
     without legs or floor, for unknown names and those that stand for the same number, and where windows do not fit.
     """
 
@@ -138,7 +138,7 @@ def _walked(blueprint: Template, how: _Steps, numbers: Array, row: Array) -> tup
     carry = start, jnp.asarray(jnp.inf), begun
     (_, fell, seen), _ = jax.lax.scan(one, carry, jnp.arange(how.windows, dtype=float))
     gait = gait_of(seen.place[:, 0], seen.place[:, 1], how.step)
-    series = jnp.stack([seen.place[:, 0] - seen.place[0, 0], seen.place[:, 1], seen.lean], axis=-1)[::_THIN]
+    series = jnp.stack([seen.place[:, 0] - seen.place[0, 0], seen.place[:, 1], seen.tilt], axis=-1)[::_THIN]
     return jnp.stack(gait), fell, jnp.mean(seen.on_ground, axis=0), series
 
 
@@ -146,9 +146,9 @@ class _Seen(NamedTuple):
     """What is kept of each step."""
 
     place: Array  # of the body along x and z [m]
-    lean: Array  # [rad]
+    tilt: Array  # [rad]
     on_ground: Array  # 1 for each foot that is
-    fallen: Array  # whether it leans too far, lies under the floor, or its numbers are none
+    fallen: Array  # whether it tilts too far, lies under the floor, or its numbers are none
 
 
 def _seen(robot: Robot, x: State) -> _Seen:

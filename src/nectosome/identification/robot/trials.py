@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from nectosome.description import RobotDescription, apply_settings, numeric_paths
 from nectosome.mechanism import Robot
-from nectosome.model.readings import Reading, reading_of
+from nectosome.solve.readings import Reading, reading_of
 from nectosome.units import InputError, count, did_you_mean, shorten
 
 from ..sim2real.observe import unit_of

@@ -9,8 +9,8 @@ import numpy as np
 from nectosome import controllers as control
 from nectosome.description import RobotDescription, drive_period, get_value, numeric_paths, resolve
 from nectosome.mechanism import Robot
-from nectosome.model import SampledPlant, reading_of
-from nectosome.model.readings import Reading
+from nectosome.solve import SampledPlant, reading_of
+from nectosome.solve.readings import Reading
 from nectosome.studio.sliders import knobs_of
 from nectosome.studio.work import Progress
 from nectosome.units import InputError, parse_quantity, read_positive, read_quantity
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 CONSTANT = "constant"
 _USUAL, _A_BEAT = 20.0, 4  # samples a second, and in a beat where its mean is measured
 _REHEARSED = 10.0  # s of the reference on the model, to find gains
-_SPEEDS = ("surge", "sway", "climb")
+_SPEEDS = ("velocity.x", "velocity.y", "velocity.z")
 _MOST, _NOTHING = 0.8, 1e-4  # of a speed or force; m/s, N
 _SHARE = 0.5  # of a drive's amplitude, that its offset may be
 
