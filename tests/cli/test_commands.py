@@ -50,7 +50,7 @@ def test_each_load_on_each_part_and_the_energy_of_parts_are_told_on_request(nect
     assert float(page["body"][1]) == pytest.approx(WEIGHT / 9.80665 * SPEED**2 / 2, rel=1e-3)  # the table's only row
     refused = nectosome("show", "eel", "--loads")
     assert (refused.code, refused.out) == (2, "")
-    assert refused.err.startswith("--loads: is of a saved run.")
+    assert refused.err.startswith("--loads: is for a saved run.")
 
 
 def test_a_saved_run_shows_what_was_printed_and_where_it_comes_from(nectosome, ball):

@@ -49,15 +49,15 @@ def measure(
             update(Path(name).name, k / len(names))
             recordings.append(planned[k].read() if planned else read(name, known))
     for recording in recordings:
-        write(understood(recording))
+        write(_page(recording))
     if outputs.given:
         from nectosome.view import show_recordings
 
         outputs.write(recordings[0], lambda _, path: show_recordings(recordings, path))
 
 
-def understood(recording: "xr.Dataset") -> Group:
-    """A recording in a few lines and a table."""
+def _page(recording: "xr.Dataset") -> Group:
+    """Lines and a table about a recording."""
     about = json.loads(recording.attrs["provenance"])
     dim = "time" if "time" in recording.dims else "row"
     rows = count(recording.sizes[dim], "row")

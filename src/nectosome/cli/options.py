@@ -12,6 +12,11 @@ if TYPE_CHECKING:
     from nectosome.measure import Campaign as PlannedCampaign
 
 
+def value(about: str) -> Parameter:
+    """Return the help of an option whose value is a number, which may begin with a minus."""
+    return Parameter(help=about, allow_leading_hyphen=True)
+
+
 Robot = Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")]
 Settings = Annotated[
     list[str] | None, Parameter("--set", help="Quantity to set, such as E=7.4MPa or f=1.5Hz; may be repeated.")

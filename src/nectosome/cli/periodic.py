@@ -4,12 +4,11 @@ import math
 import time as clock
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
 from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.options import Loads, Robot, Settings, read_count
+from nectosome.cli.options import Loads, Robot, Settings, read_count, value
 from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos, stored
 from nectosome.cli.progress import progress_bar
@@ -35,13 +34,8 @@ def periodic(
     /,
     *,
     settings: Settings = None,
-    period: Annotated[
-        str | None,
-        Parameter(help="Period of the drives; by default that of the robot file.", allow_leading_hyphen=True),
-    ] = None,
-    samples: Annotated[
-        str, Parameter(help="Number of evenly spaced times of the cycle that are kept.", allow_leading_hyphen=True)
-    ] = "129",
+    period: Annotated[str | None, value("Period of the drives; by default that of the robot file.")] = None,
+    samples: Annotated[str, value("Number of evenly spaced times of the cycle that are kept.")] = "129",
     outputs: Outputs = Outputs(),
     loads: Loads = False,
 ) -> int:

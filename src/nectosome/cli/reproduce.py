@@ -1,4 +1,4 @@
-"""`nectosome reproduce`: the published robots, computed anew and held against the printed numbers."""
+"""`nectosome reproduce`: studies of published robots, compared with the printed numbers."""
 
 import json
 import math
@@ -24,7 +24,7 @@ _STYLES = {"match": "green", "better": "green", "differs": "yellow", "not reprod
 
 def reproduce(
     *studies: Annotated[str, Parameter(help="Names of studies; all of them by default.")],
-    quick: Annotated[bool, Parameter(help="A shorter version that still fills every row.")] = False,
+    quick: Annotated[bool, Parameter(help="Shorter computations that still fill every row.")] = False,
     out: Annotated[
         Path | None, Parameter(help="Write report.html, scorecard.json, figures and runs to this folder.")
     ] = None,
@@ -75,7 +75,7 @@ def _make_folder(out: Path) -> None:
 
 
 def _save_runs(study: "Study", out: Path) -> None:
-    """Runs in a folder of the study, what else its figures show in `data` beside them."""
+    """Write runs to a folder of the study, other data of its figures to `data` in it."""
     for folder, datasets in ((out / study.name, study.runs), (out / study.name / "data", study.data)):
         if datasets:
             _make_folder(folder)

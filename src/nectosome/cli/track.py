@@ -1,4 +1,4 @@
-"""`nectosome track`: videos as joint angles, or as the places of markers and the pose of a body."""
+"""`nectosome track`: joint angles, or positions of markers and the pose of a body, from videos."""
 
 import json
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from nectosome.cli.options import value
 from nectosome.cli.output import Outputs, write
 from nectosome.cli.progress import progress_bar
 from nectosome.units import InputError, read_quantity
@@ -28,17 +29,19 @@ class TrackOutputs(Outputs):
 
 
 def track(
-    *videos: Annotated[Path, Parameter(help="Video of segments; or those of markers, in the order of the cameras.")],
-    config: Annotated[Path | None, Parameter(help="What is to be tracked (.yaml).")] = None,
+    *videos: Annotated[Path, Parameter(help="Video of segments; or videos of markers, in the order of the cameras.")],
+    config: Annotated[
+        Path | None, Parameter(help="Sheet (.yaml): colours of segments or markers, scale, cameras.")
+    ] = None,
     outputs: TrackOutputs = TrackOutputs(),
     propose: Annotated[
-        bool, Parameter(help="Say which colours stand out of a frame, as a start for --config.")
+        bool, Parameter(help="Print the colours that stand out in a frame, as a start for --config.")
     ] = False,
-    at: Annotated[str, Parameter(help="Which frame that is, such as 1.5s.", allow_leading_hyphen=True)] = "0s",
+    at: Annotated[str, value("Time of that frame, such as 1.5s.")] = "0s",
 ) -> int:
     """Track coloured segments in a video, or markers in the videos of several cameras.
 
-    What is not seen well is a gap with its reason.
+    Frames in which a segment or marker is not seen well are gaps, each with its reason.
     """
     outputs.check()
     first = next(iter(videos), None)
@@ -46,12 +49,10 @@ def track(
         raise InputError("name a video.", field="track")
     if propose:
         if len(videos) > 1 or (outputs.given or config):
-            raise InputError("looks at a single video, and writes nothing: leave the rest out.", field="--propose")
+            raise InputError("takes a single video and writes nothing: leave the other options out.", field="--propose")
         return _propose(first, at)
     if config is None:
-        raise InputError(
-            "a file is needed that says what to track; --propose shows how to begin one.", field="--config"
-        )
+        raise InputError("is missing: name a sheet (.yaml); --propose prints a start of one.", field="--config")
 
     from nectosome.vision.video import MarkerSheet, draw_over, load_sheet, track_markers, track_segments
 
@@ -59,7 +60,7 @@ def track(
     with progress_bar("tracking") as update:
         if isinstance(sheet, MarkerSheet):
             if outputs.overlay is not None:
-                raise InputError("is drawn for segments only.", field="--overlay")
+                raise InputError("is for segments only.", field="--overlay")
             tracked = track_markers(videos, sheet, update)
         else:
             if len(videos) > 1:
@@ -67,7 +68,7 @@ def track(
             tracked = track_segments(first, sheet, update)
             if outputs.overlay is not None:
                 draw_over(first, sheet, tracked, outputs.overlay, update)
-    write(_understood(tracked))
+    write(_page(tracked))
     if outputs.given:
         from nectosome.view import show_track
 
@@ -76,7 +77,7 @@ def track(
 
 
 def _propose(video: Path, at: str) -> int:
-    """Print colours as they stand in a sheet."""
+    """Print colours as a sheet has them."""
     instant = read_quantity(at, "time", "--at")
     from nectosome.vision.video import Clip, proposal_text, propose
 
@@ -92,8 +93,8 @@ def _propose(video: Path, at: str) -> int:
     return 0
 
 
-def _understood(tracked: "xr.Dataset") -> Group:
-    """What was tracked, in a few lines and a table."""
+def _page(tracked: "xr.Dataset") -> Group:
+    """Lines and a table about the tracked segments or markers."""
     import numpy as np
 
     about = json.loads(tracked.attrs["provenance"])
