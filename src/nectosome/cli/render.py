@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from nectosome.cli.options import Settings, read_count, value
+from nectosome.cli.options import RobotOrRun, Settings, read_count, value
 from nectosome.cli.output import Force, check_target, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.cli.weights import weigh
@@ -28,7 +28,7 @@ _FOUND = ("SOLVED", "EVENT", "UNSTABLE", "SETTLED")  # statuses of motions that 
 
 
 def render(
-    robot: Annotated[str, Parameter(help="Name of a robot that ships, a robot file, or a saved run (.nc).")],
+    robot: RobotOrRun,
     /,
     *,
     save: Annotated[Path, Parameter(help="Write a video (.mp4) or a picture (.png, .svg) to this file.")],

@@ -2,13 +2,12 @@
 
 import re
 from collections import Counter
-from typing import Annotated, Any
+from typing import Any
 
-from cyclopts import Parameter
 from rich.text import Text
 from rich.tree import Tree
 
-from nectosome.cli.options import Loads
+from nectosome.cli.options import Loads, RobotOrRun
 from nectosome.cli.output import Page, write
 from nectosome.cli.page import number
 from nectosome.cli.summary import origin, summary
@@ -23,7 +22,7 @@ _PLACED = ("at", "offset", "rotation")
 
 
 def show(
-    what: Annotated[str, Parameter(help="Name of a robot that ships, a robot file, or a saved run (.nc).")],
+    what: RobotOrRun,
     /,
     *,
     outputs: Page = Page(),
