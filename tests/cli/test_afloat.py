@@ -99,7 +99,7 @@ def test_a_robot_whose_limbs_are_tied_in_pairs_is_told_what_makes_it_neutral(nec
 
 def test_the_page_of_a_robot_has_a_picture_and_the_numbers(nectosome):
     Path("pair.yaml").write_text(PAIR)
-    answer = nectosome("show", "pair.yaml", "--save", "pair.html")
+    answer = nectosome("show", "pair.yaml", "--plot", "pair.html")
     assert (answer.code, answer.err) == (0, "")
     page = Path("pair.html").read_text()
     assert "neutral with body.density 750 kg/m3" in page

@@ -45,8 +45,13 @@ def test_a_mission_that_does_not_come_to_its_end_says_why(nectosome, ball, drop,
         (("--mission", "bad.yaml"), 'bad.yaml, line 1, modes.0.until: "then" is nothing that a mode can end with.'),
         (("--mission", "drop.yaml", "--step", "1 s"), "--step: 1 s is out of range: it must be at most 0.1 s."),
         (("--mission", "drop.yaml", "--plot", "a.png"), '--plot: "a.png" does not end in .html'),
-        (("--mission", "drop.yaml", "--time", "3 s"), "--time: a mission takes even steps until its modes end."),
-        (("--step", "1 s"), "--step: is of a mission; else steps follow from --rtol."),
+        (
+            ("--mission", "drop.yaml", "--time", "3 s"),
+            "--time: is not for a mission, which takes even steps until its modes end.",
+        ),
+        (("--mission", "drop.yaml", "--time", "2.5s"), "--time: is not for a mission"),
+        (("--mission", "drop.yaml", "--rtol", "1e-4"), "--rtol: is not for a mission"),
+        (("--step", "1ms"), "--step: is for a --mission; without one, --rtol sets the steps."),
     ],
 )
 def test_a_mistake_is_told_in_a_sentence_and_nothing_is_written(nectosome, ball, drop, tmp_path, argv, message):
