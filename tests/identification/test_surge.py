@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nectosome.identification.fits.linear import deviation, follow_recording, windows
+from nectosome.identification.fits.linear import deviation, follow_recording, integral_windows
 from nectosome.identification.surge.estimators import BIASED, METHODS, STATIC, surge
 from nectosome.identification.surge.files import surge_data
 from nectosome.papers.poseidrone.recordings import body, recording
@@ -16,7 +16,9 @@ def made(name="train", seed=0, noise=0.005):
     return recording(name, np.random.default_rng(seed), noise)
 
 
-@pytest.mark.parametrize(("method", "within"), [("output-error", 1e-6), ("instruments", 0.01), ("windows", 0.01)])
+@pytest.mark.parametrize(
+    ("method", "within"), [("output_error", 1e-6), ("instrumental_variables", 0.01), ("integral_windows", 0.01)]
+)
 def test_without_noise_parameters_are_found_again(method, within):
     """Trapezoids at 27 samples a period are off by 0.6 % in the added mass, motions by nothing."""
     found = surge([made(noise=0.0)], MASS, method)
@@ -34,7 +36,7 @@ def test_two_recordings_are_one_fit_and_tell_more():
 
 
 def test_the_printed_estimator_is_biased_and_says_so():
-    found = surge([made()], MASS, "printed", smooth=0.22)
+    found = surge([made()], MASS, "finite_differences", smooth=0.22)
     assert BIASED in found.warnings
     assert found.physical.values[1] > 1.15 * TRUTH[1]
 
@@ -49,7 +51,7 @@ def test_errors_of_parameters_are_those_of_the_linear_model_through_the_slope():
 
 def test_signals_filtered_alike_have_honest_errors():
     """100 draws of noise on windows behind a filter: they scatter as their errors say, to 25 %; bias below 2 %."""
-    draws = [surge([made(seed=k)], MASS, "windows", smooth=0.14).physical for k in range(100)]
+    draws = [surge([made(seed=k)], MASS, "integral_windows", smooth=0.14).physical for k in range(100)]
     values = np.array([one.values for one in draws])
     np.testing.assert_allclose(values.mean(axis=0), TRUTH, rtol=0.02)
     np.testing.assert_allclose(values.std(axis=0), np.mean([one.errors for one in draws], axis=0), rtol=0.25)
@@ -57,8 +59,8 @@ def test_signals_filtered_alike_have_honest_errors():
 
 def test_a_filter_that_does_nothing_changes_nothing():
     trial, lengths = made().trial, (0.27, 0.55)
-    padded = windows([trial], lengths, np.array([0.0, 1.0, 0.0]))
-    np.testing.assert_allclose(padded.covariance, windows([trial], lengths).covariance, rtol=1e-10)
+    padded = integral_windows([trial], lengths, np.array([0.0, 1.0, 0.0]))
+    np.testing.assert_allclose(padded.covariance, integral_windows([trial], lengths).covariance, rtol=1e-10)
 
 
 def test_a_model_is_held_against_a_recording_that_it_has_not_seen():
@@ -95,7 +97,7 @@ def test_what_is_wrong_is_told():
     assert any("hardly follows" in warning for warning in hidden.warnings)
     shaken = clean._replace(speed=np.random.default_rng(0).normal(size=clean.time.size))
     with pytest.raises(InputError, match="does not follow the thrust"):
-        surge([shaken], MASS, "windows")
+        surge([shaken], MASS, "integral_windows")
     with pytest.raises(InputError, match="other sign"):
         surge([clean._replace(thrust=-clean.thrust)], MASS)
     with pytest.raises(InputError, match="no method"):
@@ -103,7 +105,7 @@ def test_what_is_wrong_is_told():
     with pytest.raises(InputError, match="leave it out"):
         surge([clean], MASS, smooth=0.2)
     with pytest.raises(InputError, match="5 to 600 will do"):
-        surge([clean], MASS, "windows", smooth=30.0)
+        surge([clean], MASS, "integral_windows", smooth=30.0)
 
 
 def test_a_thrust_without_a_period_will_do():

@@ -57,7 +57,7 @@ def test_two_files_of_one_clock_and_two_rates():
 
 def test_a_shift_is_taken_off_the_clock_of_its_file():
     other = held(later=0.13).assign_coords(shift=((), 0.13, {"units": "s"}))
-    assert found_in([swim(), other], 1e-3).notes == ("thrust of hold.csv, shifted as told",)
+    assert found_in([swim(), other], 1e-3).notes == ("thrust of hold.csv, shifted as the campaign says",)
 
 
 def test_the_crank_tells_where_the_thrust_belongs():
@@ -111,7 +111,7 @@ def test_positions_are_differentiated_and_the_thrust_goes_through_the_same_filte
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda d: d.assign(speed=0 * d["speed"] + 0.08), r"swim.csv, speed: is the same all the time"),
+        (lambda d: d.assign(speed=0 * d["speed"] + 0.08), r"swim.csv, speed: is constant"),
         (
             lambda d: d.assign(speed=d["speed"].assign_attrs(units="kg")),
             r"swim.csv, speed: is in kg; m/s or a multiple",

@@ -1,4 +1,4 @@
-"""Files of gaits that a robot must come to: the robot, what of it is unknown, and features of each trial."""
+"""Files of gaits that a robot is fitted to: the robot, its unknown quantities, and features of each trial."""
 
 from pathlib import Path
 from typing import Any
@@ -108,7 +108,7 @@ def _trial(file: _File, k: int, one: Any, description: RobotDescription) -> Gait
                 quantities[path].read(str(text), units_required=True) for path in resolve(description, str(name))
             }
         except (InputError, ValueError) as error:
-            told = error.message if isinstance(error, InputError) else str(error)
-            raise file.wrong((*at, "set", str(name)), told) from None
+            words = error.message if isinstance(error, InputError) else str(error)
+            raise file.wrong((*at, "set", str(name)), words) from None
         values[str(name)] = value
     return GaitTrial((a, f, v, z), values)

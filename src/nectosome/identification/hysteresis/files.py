@@ -80,7 +80,7 @@ def _recording(recording: "xr.Dataset") -> PressureRecording:
         notes.append(f"put on even steps of {step:.4g} s")
     for name, x in columns.items():
         if np.ptp(x) == 0:
-            raise InputError("is the same all the time: nothing can be told from it.", file=file, field=name)
+            raise InputError("is constant: nothing can be identified from it.", file=file, field=name)
     begun, width = float(columns["displacement"][0]), float(np.ptp(columns["displacement"]))
     if abs(begun) > _REST * width:
         raise InputError(
@@ -106,8 +106,8 @@ def _columns(file: str, recording: "xr.Dataset") -> tuple[Float[np.ndarray, "n"]
         raise InputError("pressure is in m and displacement in Pa: the two columns are swapped.", file=file)
     for name, unit in units.items():
         if unit != _UNITS[name]:
-            told = f"is in {unit or 'no unit'}; {_UNITS[name]} or a multiple is needed. Give its unit in the campaign."
-            raise InputError(told, file=file, field=name)
+            words = f"is in {unit or 'no unit'}; {_UNITS[name]} or a multiple is needed. Give its unit in the campaign."
+            raise InputError(words, file=file, field=name)
     return recording["time"].values.astype(float), {name: recording[name].values.astype(float) for name in _UNITS}
 
 
@@ -159,7 +159,7 @@ def hysteresis_data(
 def saved_model(data: "xr.Dataset") -> Identified:
     """The model that `hysteresis_data` holds; its intervals stay there. Raises InputError for data of another kind."""
     if not {"value", "low", "high", "threshold"} <= set(data) or "order" not in data.attrs:
-        raise InputError("holds no hysteresis: a file that `nectosome identify fishtail --save` wrote is needed.")
+        raise InputError("holds no hysteresis: a file that `nectosome identify hysteresis --save` wrote is needed.")
     names = [str(name) for name in data["parameter"].values]
     slopes = np.array([name.startswith("slope") for name in names])
     value = data["value"].values
@@ -174,6 +174,6 @@ def saved_model(data: "xr.Dataset") -> Identified:
     )
 
 
-# of what is told: scale and unit by the unit in SI
+# of parameters: scale and unit by the unit in SI
 BENCH_UNITS = {"m/Pa": (1e8, "mm/bar"), "Pa/s": (1e-5, "bar/s"), "rad/s": (1.0, "rad/s"), "": (1.0, "")}
 _PARAMETER_UNITS = {"frequency": "rad/s", "damping": "", "slew": "Pa/s", "slope": "m/Pa"}

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 _UNITS = {"speed": "m/s", "position": "m", "thrust": "N", "crank": "rad"}
-_SHIFT = "shift"  # the condition that tells how much later things happen on a file's own clock
+_SHIFT = "shift"  # the condition by how much a file's own clock is ahead
 _LEAST = 20  # samples of a stretch
 _WINDOW, _ORDER = 11, 3  # samples and order of the filter on positions
 
@@ -46,7 +46,7 @@ def surge_recordings(recordings: "Sequence[xr.Dataset]") -> list[SurgeRecording]
     """Pairs of `speed` [m/s] and `thrust` [N], each in one file or in two of the same conditions.
 
     Where there is a `position` [m] instead, position and thrust go through the same Savitzky-Golay filter, over 11
-    samples of the position, and the speed is the slope of the spline through what comes out. Files have one clock,
+    samples of the position, and the speed is the derivative of the spline through the result. Files have one clock,
     unless both have the angle `crank` [rad], by which the thrust is then put where the crank was as far, or a condition
     `shift` [s], which is taken off the file's time. Only what both signals cover is taken, in stretches without gaps;
     times that are not even are made so. Each recording's `notes` say what was done.
@@ -76,7 +76,7 @@ def surge_recordings(recordings: "Sequence[xr.Dataset]") -> list[SurgeRecording]
 
 
 def _moves(recording: "xr.Dataset") -> str:
-    """Name of the column that tells how the body moves, empty where there is none."""
+    """Name of the column with the body's motion, empty where there is none."""
     return next((name for name in ("speed", "position") if name in recording.data_vars), "")
 
 
@@ -104,7 +104,7 @@ def _check(file: str, recording: "xr.Dataset") -> None:
                 field=name,
             )
         if np.ptp(_signal(file, recording, name).values) == 0:
-            raise InputError("is the same all the time: nothing can be told from it.", file=file, field=name)
+            raise InputError("is constant: nothing can be identified from it.", file=file, field=name)
 
 
 def _signal(file: str, recording: "xr.Dataset", name: str) -> _Signal:
@@ -172,12 +172,12 @@ def _stretches(file: str, recording: "xr.Dataset", other: str, force: "xr.Datase
     out, stem = [], Path(file).stem
     for k, (part, push) in enumerate(parts, start=1):
         part, said = _even(part)
-        told = [*(notes if k == 1 else ()), *said]
+        own = [*(notes if k == 1 else ()), *said]
         if moves == "position":
             part, push = _differentiated(part, push)
-            told.append(f"speed from positions smoothed over {_WINDOW} samples, the thrust alike")
+            own.append(f"speed from positions smoothed over {_WINDOW} samples, the thrust alike")
         name = stem if len(parts) == 1 else f"{stem}, part {k}"
-        out.append(SurgeRecording(name, *part[1:], *push[1:], other != file, tuple(told), file))
+        out.append(SurgeRecording(name, *part[1:], *push[1:], other != file, tuple(own), file))
     return out
 
 
@@ -196,7 +196,11 @@ def _differentiated(part: _Signal, push: _Signal) -> tuple[_Signal, _Signal]:
 def _on_clock(recording: "xr.Dataset", force: "xr.Dataset", speed: _Signal, thrust: _Signal) -> tuple[_Signal, str]:
     """The thrust at the times when the crank of the swimming robot was as far, or as it is; and what was done."""
     if not all("crank" in one.data_vars for one in (recording, force)):
-        how = "shifted as told" if _SHIFT in {*recording.coords, *force.coords} else "taken to be on the same clock"
+        how = (
+            "shifted as the campaign says"
+            if _SHIFT in {*recording.coords, *force.coords}
+            else "taken to be on the same clock"
+        )
         return thrust, f"thrust of {thrust.file}, {how}"
     swims, holds = (_turning(_signal(x.file, of, "crank")) for x, of in ((speed, recording), (thrust, force)))
     angle = np.interp(thrust.time, holds.time, holds.values)

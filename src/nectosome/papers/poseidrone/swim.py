@@ -27,11 +27,11 @@ class Way(NamedTuple):
 
 
 WAYS = {
-    "as printed": Way("printed", "printed", _SMOOTH),
-    "printed, unfiltered": Way("", "printed"),
-    "windows": Way("", "windows"),
-    "instruments": Way("", "instruments"),
-    "output error": Way("recommended", "output-error"),
+    "as printed": Way("printed", "finite_differences", _SMOOTH),
+    "printed, unfiltered": Way("", "finite_differences"),
+    "windows": Way("", "integral_windows"),
+    "instruments": Way("", "instrumental_variables"),
+    "output error": Way("recommended", "output_error"),
 }
 
 
