@@ -236,7 +236,7 @@ def test_mistakes_are_told(some):
         (lambda: Misfit(lambda x: x, Ranges("ab", 0, [1, 0])), "b: is fixed at 0"),
         (lambda: most_helpful(known, {"other": holed}), "other: has other parameters"),
         (lambda: holed.fit(np.array([3.0])), "NaN or infinite at x = 3"),
-        (lambda: identifiability(holed, np.array([2.0])), "no numbers at or near x = 2"),
+        (lambda: identifiability(holed, np.array([2.0])), "NaN or infinite at or near x = 2"),
     ):
         with pytest.raises(InputError, match=told):
             run()

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from scipy.interpolate import CubicSpline
 
-from nectosome.identification.surge.estimators import surge
+from nectosome.identification.surge.estimators import fit_surge
 from nectosome.identification.surge.files import surge_recordings
 from nectosome.papers.poseidrone.recordings import OMEGA, body, settled, thrust
 from nectosome.units import InputError
@@ -40,7 +40,7 @@ def held(later=0.0, rate=200.0, file="hold.csv", **columns):
 def found_in(recordings, within):
     """The truth, found in a single recording."""
     (one,) = surge_recordings(recordings)
-    np.testing.assert_allclose(surge([one], MASS).physical.values, TRUTH, rtol=within)
+    np.testing.assert_allclose(fit_surge([one], MASS).physical.values, TRUTH, rtol=within)
     return one
 
 
@@ -94,7 +94,7 @@ def test_gaps_make_stretches_and_missing_values_are_left_out():
     assert [part.name for part in parts] == ["swim, part 1", "swim, part 2"]
     assert "left out" in parts[0].notes[-1]
     assert parts[1].time[-1] <= 10.0
-    np.testing.assert_allclose(surge(parts, MASS).physical.values, TRUTH, rtol=1e-3)
+    np.testing.assert_allclose(fit_surge(parts, MASS).physical.values, TRUTH, rtol=1e-3)
     holes = whole.copy()
     holes["speed"] = holes["speed"].where(np.arange(600) % 7 != 3)
     assert "interpolated to even steps of 0.02 s" in found_in([holes, push], 0.02).notes[-1]

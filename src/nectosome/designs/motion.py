@@ -229,7 +229,7 @@ class MotionDesign(Varied):
             if derivatives and jumping:
                 raise InputError(
                     "moves the moment at which a stroke's acceleration jumps, so that derivatives are not exact. Take "
-                    "the solver pattern or cmaes.",
+                    "the optimiser pattern or cmaes.",
                     field=jumping,
                 )
             guess, warm = (rest, False) if memory is None else (unravel(jnp.asarray(memory)), True)

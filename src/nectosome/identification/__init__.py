@@ -5,6 +5,8 @@ from .fits.errors import Errors, errors_of
 from .fits.identifiability import Helpful, Identifiability, Interval, identifiability, most_helpful
 from .fits.intervals import Bootstrap, Profile, bootstrap, profile
 from .fits.misfit import Fit, Misfit
+from .gait.files import GaitResult, identify_gait
+from .hysteresis.files import HysteresisFit, identify_hysteresis
 from .recordings import recordings_of
 from .robot.fit import RobotFit, identify
 from .sim2real.alignment import RigidMap, align_inliers, align_points
@@ -14,6 +16,7 @@ from .sim2real.gaussian_process import Surface, Term, gaussian_process
 from .sim2real.grids import GridTable, table_of
 from .sim2real.method import METHODS, Corrected, SimToReal, leave_one_out
 from .sim2real.next_experiment import Aim, Next, next_experiments, uniform_plan
+from .surge.files import SurgeFit, identify_surge
 
 __all__ = [
     "METHODS",
@@ -25,8 +28,10 @@ __all__ = [
     "Errors",
     "Experiments",
     "Fit",
+    "GaitResult",
     "GridTable",
     "Helpful",
+    "HysteresisFit",
     "Identifiability",
     "Interval",
     "Misfit",
@@ -38,6 +43,7 @@ __all__ = [
     "RobotFit",
     "SimToReal",
     "Surface",
+    "SurgeFit",
     "Term",
     "align_inliers",
     "align_points",
@@ -50,6 +56,9 @@ __all__ = [
     "gaussian_process",
     "identifiability",
     "identify",
+    "identify_gait",
+    "identify_hysteresis",
+    "identify_surge",
     "leave_one_out",
     "most_helpful",
     "next_experiments",

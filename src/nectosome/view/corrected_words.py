@@ -97,14 +97,13 @@ def _next(found: "xr.Dataset") -> WordRows:
 
 def lines(found: "xr.Dataset", observed: Sequence[Observed]) -> list[str]:
     """The estimated parameter, what does not fit, and what the next experiments take."""
-    told, parameter = list[str](), found["parameter_there"]
+    known, parameter = list[str](), found["parameter_there"]
     if found.attrs["parameter"]:
         low, high = (_number(float(x)) for x in (parameter.min(), parameter.max()))
         ends = f"{low} to {high} {parameter.attrs['units']}".strip()
         nominal = f"{_number(found.attrs['nominal'])} in the simulator as it was"
-        known.append(
-            f"{found.attrs['parameter']}: {ends} where measured, estimated from {found.attrs['estimated_from']}; {nominal}"
-        )
+        name, source = found.attrs["parameter"], found.attrs["estimated_from"]
+        known.append(f"{name}: {ends} where measured, estimated from {source}; {nominal}")
     if not found.sizes["next"]:
         known.append("every point of the grid was measured: there is no next experiment")
     return [*known, *_odd(found), *_cost(found, observed)]

@@ -100,7 +100,7 @@ class GaitFit:
         names = tuple(dict.fromkeys(name for trial in self.trials for name in trial.changes))
         for name in names:
             if name in self.ranges.names:
-                raise InputError("is unknown, and cannot be given too.", field=name)
+                raise InputError("varies, and cannot be given too.", field=name)
         own = {name: float(get_value(self.description, name)) for name in names}
         return _Changed(names, [[(own | dict(trial.changes))[name] for name in names] for trial in self.trials])
 

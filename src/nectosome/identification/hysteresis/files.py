@@ -1,28 +1,21 @@
-"""Recordings of pressure and displacement as `identify_hysteresis` takes them: at even times, from rest, unbroken."""
+"""A soft actuator from a campaign of pressures and displacements: recordings at even times, from rest, unbroken."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
+from nectosome.drives import respond
 from nectosome.measure.signals.requirements import is_even
 from nectosome.measure.signals.resample import default_gap, unbroken
 from nectosome.units import InputError, count
 
-from .fit import PressureTrial
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-from typing import TYPE_CHECKING
-
-from nectosome.drives import respond
-
 from ..fits.errors import range_errors
-from .fit import Identified
+from ..recordings import CampaignLike, file_of, fitted_and_test, recordings_of
+from .fit import Identified, PressureTrial, fit_hysteresis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,6 +34,34 @@ class PressureRecording(NamedTuple):
     file: str
 
 
+class HysteresisFit(NamedTuple):
+    """A soft actuator, fitted to recordings."""
+
+    found: Identified
+    recordings: tuple[PressureRecording, ...]  # that were fitted
+    test: tuple[PressureRecording, ...]  # and those that are predicted only
+
+    def to_dataset(self) -> "xr.Dataset":
+        """Parameters, and the model beside the recordings (`hysteresis_data`)."""
+        trials = ([one.trial for one in group] for group in (self.recordings, self.test))
+        return hysteresis_data(self.found, *trials)
+
+
+def identify_hysteresis(
+    campaign: CampaignLike, *, order: int = 2, slew: bool = False, test: Iterable[str] = ()
+) -> HysteresisFit:
+    """Find hysteresis and dynamics of a soft actuator from its `pressure` [Pa] and `displacement` [m].
+
+    - campaign: as `recordings_of` takes it; `test`: file names of recordings that are predicted, not fitted.
+    - order, slew: as in `fit_hysteresis`.
+
+    Raises InputError as `pressure_recordings` and `fit_hysteresis` do.
+    """
+    recordings = pressure_recordings(recordings_of(campaign, _UNITS))
+    fitted, held = fitted_and_test(recordings, test)
+    return HysteresisFit(fit_hysteresis([one.trial for one in fitted], order, slew), tuple(fitted), tuple(held))
+
+
 def pressure_recordings(recordings: "Sequence[xr.Dataset]") -> list[PressureRecording]:
     """Trials of files that have a `pressure` [Pa] and a `displacement` [m].
 
@@ -55,7 +76,7 @@ def pressure_recordings(recordings: "Sequence[xr.Dataset]") -> list[PressureReco
 
 
 def _recording(recording: "xr.Dataset") -> PressureRecording:
-    file = Path(json.loads(recording.attrs["provenance"])["file"]).name
+    file = file_of(recording)
     time, columns = _columns(file, recording)
     known = np.all([np.isfinite(x) for x in columns.values()], axis=0)
     if known.sum() < _LEAST:

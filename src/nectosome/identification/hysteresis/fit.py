@@ -76,7 +76,7 @@ class Identified(NamedTuple):
         return TransferFunction(*(jnp.asarray(x) for x in _ratio(np.array([*self.theta.values()]), self.order)))
 
 
-def identify_hysteresis(
+def fit_hysteresis(
     trials: Sequence[PressureTrial],
     order: int = 2,
     slew: bool = False,

@@ -77,7 +77,7 @@ class Surge(NamedTuple):
         return follow_recording(recording.trial, self.rate.values)
 
 
-def surge(
+def fit_surge(
     recordings: Sequence[SurgeRecording], mass: float, method: str = "output_error", smooth: float | None = None
 ) -> Surge:
     """Added mass and drag of a body of known mass [kg], one fit to all recordings.

@@ -1,7 +1,7 @@
-"""Recordings of speed and thrust as `surge` takes them: paired, on one clock, in unbroken stretches."""
+"""Added mass and drag from a campaign of speeds and thrusts: recordings paired, on one clock, in unbroken stretches."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,17 +12,11 @@ from scipy.signal import savgol_filter
 
 from nectosome.measure.signals.requirements import is_even
 from nectosome.measure.signals.resample import default_gap, unbroken
-from nectosome.units import InputError, count
-
-from .estimators import SurgeRecording
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-from typing import TYPE_CHECKING
+from nectosome.units import InputError, count, did_you_mean
 
 from ..fits.linear import deviation
-from .estimators import Surge
+from ..recordings import CampaignLike, file_of, fitted_and_test, recordings_of
+from .estimators import METHODS, Surge, SurgeRecording, fit_surge
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,6 +36,40 @@ class _Signal(NamedTuple):
     values: Float[np.ndarray, "n"]
 
 
+class SurgeFit(NamedTuple):
+    """Added mass and drag of a body, fitted to recordings."""
+
+    found: Surge
+    recordings: tuple[SurgeRecording, ...]  # that were fitted
+    test: tuple[SurgeRecording, ...]  # and those that are predicted only
+
+    def to_dataset(self) -> "xr.Dataset":
+        """Parameters, and the model beside the recordings (`surge_data`)."""
+        return surge_data(self.found, self.recordings, self.test)
+
+
+def identify_surge(
+    campaign: CampaignLike,
+    mass: float,
+    *,
+    method: str = "output_error",
+    smooth: float | None = None,
+    test: Iterable[str] = (),
+) -> SurgeFit:
+    """Find added mass and drag of a body of known mass [kg] from its `speed` [m/s] and `thrust` [N].
+
+    - campaign: as `recordings_of` takes it; `test`: file names of speeds that are predicted, not fitted.
+    - method, smooth: as in `fit_surge`.
+
+    Raises InputError as `surge_recordings` and `fit_surge` do.
+    """
+    if method not in METHODS:
+        raise InputError(f'"{method}" is no method.{did_you_mean(method, METHODS)}', field="method")
+    recordings = surge_recordings(recordings_of(campaign, _UNITS))
+    fitted, held = fitted_and_test(recordings, test)
+    return SurgeFit(fit_surge(fitted, mass, method, smooth), tuple(fitted), tuple(held))
+
+
 def surge_recordings(recordings: "Sequence[xr.Dataset]") -> list[SurgeRecording]:
     """Pairs of `speed` [m/s] and `thrust` [N], each in one file or in two of the same conditions.
 
@@ -54,7 +82,7 @@ def surge_recordings(recordings: "Sequence[xr.Dataset]") -> list[SurgeRecording]
     Raises InputError that names file and column for what is missing, constant, swapped or in another unit, and where
     nothing is left.
     """
-    files = {_name(recording): recording for recording in recordings}
+    files = {file_of(recording): recording for recording in recordings}
     for file, recording in files.items():
         _check(file, recording)
     both = [file for file, recording in files.items() if _moves(recording) and "thrust" in recording.data_vars]
@@ -78,10 +106,6 @@ def surge_recordings(recordings: "Sequence[xr.Dataset]") -> list[SurgeRecording]
 def _moves(recording: "xr.Dataset") -> str:
     """Name of the column with the body's motion, empty where there is none."""
     return next((name for name in ("speed", "position") if name in recording.data_vars), "")
-
-
-def _name(recording: "xr.Dataset") -> str:
-    return Path(json.loads(recording.attrs["provenance"])["file"]).name
 
 
 def _check(file: str, recording: "xr.Dataset") -> None:

@@ -65,7 +65,7 @@ def levenberg(
 def identify_as_printed(model: HysteresisModel, start: Float[np.ndarray, "n"] | None = None) -> Identified:
     """Fit of all parameters of the hysteresis model at once (Xiong et al. 2025, section 3.2); slopes start alike.
 
-    `start` as in `identify_hysteresis`, which finds the same with less care about where it starts.
+    `start` as in `fit_hysteresis`, which finds the same with less care about where it starts.
     """
     first = model.begun() if start is None else np.asarray(start, dtype=float)
     gain = 4 * model.gain
