@@ -147,12 +147,15 @@ def wrong_robots() -> list[tuple[str, ...]]:
 
 def wrong_designs() -> list[tuple[str, ...]]:
     """Designs of what is not there, within what makes no sense, kept where nothing can be kept."""
-    ball = ("design", "ball.yaml", "--vary", "body.density=1100 kg/m3 .. 1300 kg/m3")
+    ball = ("design", "ball.yaml", "--vary", "body.density=1100..1300kg/m3")
     numbers = ("", "-1", "1.5", "nan", "inf", "1e3", "many", "9" * 5000, "0x10", "[3]", "3 s")
     cases: list[tuple[str, ...]] = [(*ball, "--starts", number) for number in (*numbers, "0", "100001")]
     cases += [(*ball, "--seed", number) for number in (*numbers, str(2**31))]
-    cases += [(*ball, "--solver", name) for name in ("", "front", "Gradient", "newton", "3")]
-    cases += [(*ball, "--objective", name) for name in ("sped", "speed=3", "-speed", "x" * 300)]
+    cases += [(*ball, "--optimiser", name) for name in ("", "nsga2", "Gradient", "newton", "3")]
+    cases += [
+        (*ball, f"--{sense}", name) for sense in ("maximise", "minimise") for name in ("sped", "speed=3", "x" * 300)
+    ]
+    cases.append((*ball, "--maximise", "speed", "--minimise", "power"))
     cases += [(*ball, "--forward", name) for name in ("q", "--x", "xy", "1", "[1, 0, 0]")]
     ranges = (
         "",
@@ -164,7 +167,12 @@ def wrong_designs() -> list[tuple[str, ...]]:
         "body.density=1100 kg/m3",
         "body=1 m .. 2 m",
     )
-    ranges += ("body.density=1100 .. 1300", "body.density=1300 kg/m3 .. 1100 kg/m3", "body.density=1 kg .. 2 kg")
+    ranges += (
+        "body.density=1100..1300",
+        "body.density=1100..1300:10kg/m3",
+        "body.density=1300 kg/m3 .. 1100 kg/m3",
+        "body.density=1 kg .. 2 kg",
+    )
     ranges += ("body.density=0 kg/m3 .. 9 kg/m3", "body.densty=1 kg/m3 .. 2 kg/m3", "body.length=0 m .. 1 m log")
     ranges += (
         "body.density=nan .. 3 kg/m3",
@@ -182,10 +190,10 @@ def wrong_designs() -> list[tuple[str, ...]]:
         "body.density=1200 kg/m3",
         "body.density=-1 kg/m3",
     )
-    cases += [(*ball, "--fix", text) for text in (*fixed, "body.joint={kind: fixed}")]
+    cases += [(*ball, "--set", text) for text in (*fixed, "body.joint={kind: fixed}")]
     limits = ("", "torque", "torqe <= 1 N m", "torque < 1 N m", "torque <= 1", "torque <= nan N m", "torque <= 1 kg")
     limits += ("motor 1 N m", "motor 0 N m, 3 rad/s", "motor 1 N m, 3 s", "x" * 500, "torque <= 1 N m <= 2 N m")
-    cases += [(*ball, "--constraint", text) for text in limits]
+    cases += [(*ball, "--keep", text) for text in limits]
     problems = ("", ".", "folder", "nowhere.yaml", "run.nc", "ball.yaml", "bad\0name", "pipe.nc/x")
     problems += ("problem_binary.yaml", "problem_empty.yaml", "problem_cut.yaml", "problem_foreign.yaml")
     cases += [("design", "ball.yaml", "--problem", file) for file in problems]
@@ -193,23 +201,23 @@ def wrong_designs() -> list[tuple[str, ...]]:
         (*ball, "--out", folder) for folder in ("ball.yaml", "ball.yaml/out", "/proc/out", "bad\0name", "a" * 300)
     ]
     cases += [(*ball, "--out", folder) for folder in ("held", "other", "starts")]
-    folders = ("", "folder", "nowhere", "ball.yaml", "bad\0name", "damaged", "foreign", "cut", "other", "wrong", "deep")
-    cases += [("design", "--resume", folder) for folder in folders]
-    asked = (("--seed", "2"), ("--out", "new"), ("--objective", "speed"), ("--vary", "body.density=1 kg/m3 .. 2 kg/m3"))
-    cases += [("design", "--resume", "other", *more) for more in asked]
-    cases += [("design", "ball.yaml", "--resume", "other"), ("design",), ("design", "sinks.yaml")]
+    folders = ("damaged", "foreign", "cut", "wrong", "deep")
+    cases += [(*ball, "--out", folder) for folder in folders]
+    cases += [(*ball, "--write", file) for file in ("best.nc", "nowhere/best.yaml", "ball.yaml")]
+    cases += [(*ball, "--save", file) for file in ("run.txt", "nowhere/run.nc")]
+    cases += [("design",), ("design", "sinks.yaml")]
     options = (
-        "solver",
+        "optimiser",
         "starts",
         "seed",
-        "objective",
+        "maximise",
+        "minimise",
         "vary",
-        "fix",
-        "constraint",
+        "set",
+        "keep",
         "forward",
         "problem",
         "out",
-        "resume",
     )
     return cases + [(*ball, f"--{option}") for option in options]
 
@@ -343,14 +351,14 @@ def fill_design_folders(folder: Path) -> None:
         (folder / f"problem_{name}.yaml").write_bytes(content)
     (folder / "sinks.yaml").write_text(BALL)
     (folder / "sinks.design.yaml").write_text("variables: {body.densty: 1100 kg/m3 .. 1300 kg/m3}\n")
-    known = ("task", "names", "constraint_names", "lower", "upper", "tolerance", "seed", "draws", "starts")
-    other = dict.fromkeys(known, 1) | {"format": 1, "about": {}, "solver": {"name": "gradient"}}
+    known = ("task", "names", "constraint_names", "tolerance", "seed", "draws", "starts")
+    other = dict.fromkeys(known, 1) | {"format": 2, "about": {}, "optimiser": {"name": "gradient"}}
     text = json.dumps(other)
     designs = {"cut": text[:30], "foreign": "{}", "other": text, "deep": "[" * 100_000}
-    designs["wrong"] = json.dumps(other | {"starts": "many", "solver": []})
+    designs["wrong"] = json.dumps(other | {"starts": "many", "optimiser": []})
     for name, content in designs.items():
         (folder / name).mkdir()
-        (folder / name / "design.json").write_text(content)
+        (folder / name / "search.json").write_text(content)
     for name in ("other", "held", "starts"):
         (folder / name).mkdir(exist_ok=True)
         (folder / name / "lock").write_text("1")

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 from rich.console import Console, RenderableType
@@ -24,31 +24,33 @@ Force = Annotated[bool, Parameter("--force", help="Overwrite files that exist.")
 
 
 class _Files:
-    """Files that a command writes if asked: fields of a dataclass, each with the endings that its name may have."""
+    """Files that a command writes if asked: a dataclass has some of the fields."""
 
-    endings: ClassVar[dict[str, tuple[str, ...]]] = {"save": SUFFIXES, "plot": (".html",)}
-    force: Force
+    save: Save = None
+    plot: Plot = None
+    force: Force = False
 
     @property
-    def given(self) -> dict[str, Path]:
-        """The files to write, by the names of their options."""
-        files = {name: getattr(self, name, None) for name in self.endings}
-        return {name: path for name, path in files.items() if path is not None}
+    def given(self) -> list[Path]:
+        """The files to write."""
+        return [path for path in (self.save, self.plot) if path is not None]
 
     def check(self) -> None:
         """Raise InputError where a file cannot be written, before anything is computed."""
-        for name, path in self.given.items():
-            check_target(path, f"--{name}", self.endings[name], self.force)
+        check_target(self.save, "--save", SUFFIXES, self.force)
+        check_target(self.plot, "--plot", (".html",), self.force)
 
-    def write(self, data: "xr.Dataset", page: "Callable[[xr.Dataset, Path], object] | None" = None) -> None:
-        """Write data and page as far as asked, and print the names of all files."""
-        files = self.given
-        if "save" in files:
-            save_dataset(data, files["save"])
-        if "plot" in files and page is not None:
-            page(data, files["plot"])
-        if files:
-            write(f"written: {', '.join(map(str, files.values()))}", wrap=False)
+    def write(
+        self, data: "xr.Dataset", page: "Callable[[xr.Dataset, Path], object] | None", *others: Path | None
+    ) -> None:
+        """Write data and page as far as asked, and print their names and those of files that are written already."""
+        if self.save is not None:
+            save_dataset(data, self.save)
+        if self.plot is not None and page is not None:
+            page(data, self.plot)
+        names = [str(path) for path in (*self.given, *others) if path is not None]
+        if names:
+            write(f"written: {', '.join(names)}", wrap=False)
 
 
 @Parameter(name="*")
@@ -57,6 +59,15 @@ class Page(_Files):
     """The page that a command writes if asked: `--plot`, and `--force`."""
 
     plot: Plot = None
+    force: Force = False
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Data(_Files):
+    """The data that a command writes if asked: `--save`, and `--force`."""
+
+    save: Save = None
     force: Force = False
 
 
@@ -89,8 +100,10 @@ def tell(sentence: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def check_target(path: Path, option: str, suffixes: str | tuple[str, ...], force: bool = False) -> None:
+def check_target(path: Path | None, option: str, suffixes: str | tuple[str, ...], force: bool = False) -> None:
     """Raise InputError where no file can be written at `path`, or where one exists and `force` is not given."""
+    if path is None:
+        return
     suffixes = (suffixes,) if isinstance(suffixes, str) else suffixes
     if path.suffix not in suffixes:
         *first, last = suffixes

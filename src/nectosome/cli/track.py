@@ -1,9 +1,8 @@
 """`nectosome track`: joint angles, or positions of markers and the pose of a body, from videos."""
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 from rich.console import Group
@@ -11,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from nectosome.cli.options import value
-from nectosome.cli.output import Outputs, write
+from nectosome.cli.output import Outputs, check_target, write
 from nectosome.cli.progress import progress_bar
 from nectosome.units import InputError, read_quantity
 
@@ -19,21 +18,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@Parameter(name="*")
-@dataclass(frozen=True)
-class TrackOutputs(Outputs):
-    """Data, a page, and a video."""
-
-    endings: ClassVar[dict[str, tuple[str, ...]]] = {**Outputs.endings, "overlay": (".mp4",)}
-    overlay: Annotated[Path | None, Parameter(help="Write the video with the segments drawn over it (.mp4).")] = None
-
-
 def track(
     *videos: Annotated[Path, Parameter(help="Video of segments; or videos of markers, in the order of the cameras.")],
     config: Annotated[
         Path | None, Parameter(help="Sheet (.yaml): colours of segments or markers, scale, cameras.")
     ] = None,
-    outputs: TrackOutputs = TrackOutputs(),
+    outputs: Outputs = Outputs(),
+    overlay: Annotated[Path | None, Parameter(help="Write the video with the segments drawn over it (.mp4).")] = None,
     propose: Annotated[
         bool, Parameter(help="Print the colours that stand out in a frame, as a start for --config.")
     ] = False,
@@ -44,11 +35,12 @@ def track(
     Frames in which a segment or marker is not seen well are gaps, each with its reason.
     """
     outputs.check()
+    check_target(overlay, "--overlay", ".mp4", outputs.force)
     first = next(iter(videos), None)
     if first is None:
         raise InputError("name a video.", field="track")
     if propose:
-        if len(videos) > 1 or (outputs.given or config):
+        if len(videos) > 1 or (outputs.given or overlay or config):
             raise InputError("takes a single video and writes nothing: leave the other options out.", field="--propose")
         return _propose(first, at)
     if config is None:
@@ -59,20 +51,20 @@ def track(
     sheet = load_sheet(config)
     with progress_bar("tracking") as update:
         if isinstance(sheet, MarkerSheet):
-            if outputs.overlay is not None:
+            if overlay is not None:
                 raise InputError("is for segments only.", field="--overlay")
             tracked = track_markers(videos, sheet, update)
         else:
             if len(videos) > 1:
                 raise InputError(f"segments are tracked in one video, not {len(videos)}.", field="track")
             tracked = track_segments(first, sheet, update)
-            if outputs.overlay is not None:
-                draw_over(first, sheet, tracked, outputs.overlay, update)
+            if overlay is not None:
+                draw_over(first, sheet, tracked, overlay, update)
     write(_page(tracked))
-    if outputs.given:
+    if outputs.given or overlay:
         from nectosome.view import show_track
 
-        outputs.write(tracked, show_track)
+        outputs.write(tracked, show_track, overlay)
     return 0
 
 

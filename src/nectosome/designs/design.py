@@ -10,12 +10,12 @@ from nectosome.description.mission import Mission
 from nectosome.io.yaml_text import read_text
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.robots import mission_of
-from nectosome.search import Evaluation, Result, Solver, make_solver, multistart
+from nectosome.search import Evaluation, Optimiser, Result, make_optimiser, multistart
 from nectosome.units import InputError
 
 from .constraints import Constraint
 from .motion import MotionDesign, Varied
-from .problem import Problem, load_problem, problem_of
+from .problem import Problem, RangeLike, load_problem, problem_of
 from .schedule import ScheduleDesign
 from .sweep import Progress
 
@@ -66,13 +66,13 @@ def design(
     settings: Iterable[str] = (),
     *,
     problem: Problem | str | Path | None = None,
-    vary: Mapping[str, str] | None = None,
+    vary: Mapping[str, RangeLike] | None = None,
     maximise: str = "",
     minimise: str = "",
     keep: Iterable[str | Constraint] = (),
     forward: str = "",
     mission: str | Path = "",
-    solver: str | Solver = "",
+    optimiser: str | Optimiser = "",
     starts: int = STARTS,
     seed: int = SEED,
     own_first: bool = False,
@@ -89,7 +89,7 @@ def design(
     - problem: in words, or the path of a problem file; unless given that of the robot (`problem_of`). `vary`,
       `maximise` or `minimise`, `keep`, `forward` and `mission`, a file or the name of one that ships, change it
       (`Problem`).
-    - solver: gradient, pattern or evolution, or one with options; gradient unless given, evolution for a mission.
+    - optimiser: gradient, pattern or cmaes, or one with options; gradient unless given, cmaes for a mission.
     - starts, seed: how many searches from designs drawn at random, and the seed of the draws; with `own_first` the
       first search begins with the robot's own numbers.
     - folder: evaluations are kept there: the same call goes on from them after an interruption.
@@ -113,9 +113,10 @@ def design(
     if not asked.vary:
         raise InputError("nothing varies. Give vary PATH=LOW..HIGH, or a problem file with ranges.", field="vary")
     task = asked.task(description)
-    kind = make_solver(solver or ("evolution" if asked.mission else "gradient")) if isinstance(solver, str) else solver
-    if kind.slopes and asked.mission:
-        raise InputError("a mission has no derivatives. Take evolution or pattern.", field="solver")
+    if isinstance(optimiser, str):
+        optimiser = make_optimiser(optimiser or ("cmaes" if asked.mission else "gradient"))
+    if optimiser.derivatives and asked.mission:
+        raise InputError("a mission has no derivatives. Take cmaes or pattern.", field="optimiser")
     task.prepare()  # mistakes come before anything is begun
 
     def pulse(done: int, best: Evaluation | None, evaluations: int) -> bool | None:
@@ -125,5 +126,5 @@ def design(
     first = task.own if own_first else None
     about = {"robot": dump_robot(description), "problem": asdict(asked) | {"keep": [*map(str, asked.keep)]}}
     options = {"first": first, "folder": folder, "about": about, "workers": workers}
-    found = multistart(task, kind, starts, seed, progress=pulse, **options)
+    found = multistart(task, optimiser, starts, seed, progress=pulse, **options)
     return DesignResult(task, found)

@@ -1,6 +1,6 @@
 """Design problems in words: what may vary, what is made as large or small as possible, which limits hold."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
@@ -17,19 +17,21 @@ from .constraints import Constraint, read_constraint
 from .motion import MotionDesign, Varied
 from .schedule import ScheduleDesign
 
+RangeLike = str | Sequence[float]  # `LOW..HIGH` with units, or two numbers in SI
+
 
 @dataclass(frozen=True)
 class Problem:
     """A design problem in words, which fits any robot that has its quantities.
 
-    - vary: names of quantities and their ranges, such as `1.4..1681MPa log`.
+    - vary: names of quantities and their ranges, such as `1.4..1681MPa log` or two numbers in SI.
     - maximise, minimise: a name of `QUANTITIES`, one of the two; the largest speed where nothing is said.
     - keep: limits that a design keeps.
     - forward: `x`, `-x`, ... `-z` of the world, along which speed and thrust count; x where nothing is said.
     - mission: the text of a mission, whose numbers vary and whose time is made as short as possible.
     """
 
-    vary: Mapping[str, str] = field(default_factory=dict)
+    vary: Mapping[str, RangeLike] = field(default_factory=dict)
     maximise: str = ""
     minimise: str = ""
     keep: tuple[Constraint, ...] = ()
@@ -41,7 +43,7 @@ class Problem:
         description: RobotDescription,
         *,
         fixed: Iterable[str] = (),
-        vary: Mapping[str, str] | None = None,
+        vary: Mapping[str, RangeLike] | None = None,
         maximise: str = "",
         minimise: str = "",
         keep: Iterable[str | Constraint] = (),

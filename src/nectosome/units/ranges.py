@@ -71,8 +71,8 @@ class Ranges:
             if self.names.count(name) > 1:
                 raise InputError("is named twice.", field=name)
             if not (np.isfinite([low, high]).all() and low <= high):
-                told = f"{low:g} to {high:g} is no range: two numbers are needed, the larger one last."
-                raise InputError(told, field=name)
+                words = f"{low:g} to {high:g} is no range: two numbers are needed, the larger one last."
+                raise InputError(words, field=name)
             if self.log[k] and low <= 0:
                 raise InputError(f"{low:g} has no logarithm: the lower bound must be more than 0.", field=name)
         self.ends = self._scaled(self.bounds.T).T
@@ -89,11 +89,11 @@ class Ranges:
         width = self.ends[:, 1] - self.ends[:, 0]
         return (self._scaled(np.asarray(x)) - self.ends[:, 0]) / np.where(width > 0, width, 1.0)
 
-    def slopes(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
-        """By how much values change with their places, at x."""
+    def derivatives(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+        """Derivatives of values by their places, at x."""
         return (self.ends[:, 1] - self.ends[:, 0]) * np.where(self.log, x, 1.0)
 
-    def told(self, x: Float[np.ndarray, "n"]) -> str:
+    def text(self, x: Float[np.ndarray, "n"]) -> str:
         """Values in words: `k = 3.2, c = 0.1`."""
         return ", ".join(f"{name} = {value:.6g}" for name, value in zip(self.names, x, strict=True))
 

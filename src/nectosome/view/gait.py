@@ -1,6 +1,6 @@
 """Figures of a fit of gaits: how it went, what it found in the ranges, and the motion it comes to.
 
-Data: as `identify.gait_results.gait_data` has it; of several fits one after the other.
+Data: as `identification.gait.fit.gait_data` has it; of several fits one after the other.
 """
 
 import json
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 def show_gait(found: "xr.Dataset", path: str | Path) -> None:
     """Write a page with all figures. Raises InputError where it cannot."""
     title = str(found.attrs["title"])
-    told = "".join(f"<li>{escape(words)}</li>" for words in json.loads(found.attrs["words"]))
-    parts = [f"<h1>{escape(title)}</h1>", f"<p>What the features tell:</p><ul>{told}</ul>"]
+    known = "".join(f"<li>{escape(words)}</li>" for words in json.loads(found.attrs["words"]))
+    parts = [f"<h1>{escape(title)}</h1>", f"<p>Identifiability by the features:</p><ul>{known}</ul>"]
     shown = [history_panel([found]), parameters_panel([found]), motion_panel(found)]
     write_page(path, title, parts + [panel_html(panel, f"gait-{k}") for k, panel in enumerate(shown)])
 
@@ -81,15 +81,15 @@ def parameters_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",))
 
 
 def motion_panel(found: "xr.Dataset") -> Panel:
-    """Height, place and tilt of the best candidate in the window, trial by trial."""
+    """Positions and tilt of the best candidate in the window, trial by trial."""
     from plotly.subplots import make_subplots
 
-    titles = ("height z (mm)", "place x (mm)", "tilt (deg)")
+    titles = ("position z (mm)", "position x (mm)", "tilt (deg)")
     fig = make_subplots(1, 3, subplot_titles=titles, horizontal_spacing=0.07)
     for trial in range(found.sizes["trial"]):
         line = {"color": (BLUE, VERMILLION, GREY, BLACK)[trial % 4], "width": 1.5}
         one = found.isel(trial=trial)
-        values = 1e3 * one["position_z"].values, 1e3 * one["position_x"].values, np.degrees(one["tilt"].values)
+        values = 1e3 * one["position.z"].values, 1e3 * one["position.x"].values, np.degrees(one["tilt"].values)
         for col, y in enumerate(values, start=1):
             name = f"trial {trial + 1}"
             x = found["time"].values

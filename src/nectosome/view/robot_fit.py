@@ -1,6 +1,6 @@
 """Figures of a robot that was brought to recordings: what was measured and what is computed, and what is left.
 
-Data: as `identify.robot_results.robot_data` has it.
+Data: as `identification.RobotFit.to_dataset` has it.
 """
 
 import json

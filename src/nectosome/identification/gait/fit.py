@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from nectosome.description import RobotDescription, get_value
 from nectosome.description.variables import Box, Variable
-from nectosome.search.found import Evolved
+from nectosome.search import BatchTask, Optimiser, Start, make_optimiser
 from nectosome.units import DIMENSIONS, InputError
 from nectosome.units.ranges import Ranges
 
@@ -32,12 +32,12 @@ class GaitTrial:
 
 @dataclass(frozen=True, eq=False)
 class GaitFit:
-    """A robot, what of it is unknown, and the gaits that it must come to.
+    """A robot, its unknown quantities, and the gaits that it is fitted to.
 
     Raises InputError for what `Walks` refuses, and for what is both unknown and given in a trial.
 
     - seconds: of a walk, a whole number of windows [s]; of the last one features are taken.
-    - error: relative standard error of the features, for what they tell of the parameters.
+    - error: relative standard error of the features, for the identifiability of the parameters.
     """
 
     description: RobotDescription
@@ -63,7 +63,7 @@ class GaitFit:
         return [Walked(*(x[k * m : (k + 1) * m] for x in found)) for k in range(len(self.trials))]
 
     def by_trial(self, rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m trials"]:
-        """Discrepancy of each trial (eq. 13); inf where numbers are none."""
+        """Discrepancy of each trial (eq. 13); inf where it is NaN."""
         targets = [np.array(trial.target) for trial in self.trials]
         walked = zip(self.walked(rows), targets, strict=True)
         found = np.stack([discrepancy(one.gait, target, one.fell, self.seconds) for one, target in walked], axis=1)
@@ -72,6 +72,12 @@ class GaitFit:
     def summed(self, rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m"]:
         """Discrepancies of all trials together."""
         return self.by_trial(rows).sum(axis=1)
+
+    def task(self, by_trial: bool = False) -> BatchTask:
+        """The least discrepancy of all trials together, or of each as an objective of its own."""
+        if by_trial:
+            return BatchTask(self.by_trial, self.ranges, len(self.trials), self.key)
+        return BatchTask(self.summed, self.ranges, text=self.key)
 
     @property
     def misfit(self) -> Misfit:
@@ -94,7 +100,7 @@ class GaitFit:
         names = tuple(dict.fromkeys(name for trial in self.trials for name in trial.changes))
         for name in names:
             if name in self.ranges.names:
-                raise InputError("is unknown, and cannot be given too.", field=name)
+                raise InputError("varies, and cannot be given too.", field=name)
         own = {name: float(get_value(self.description, name)) for name in names}
         return _Changed(names, [[(own | dict(trial.changes))[name] for name in names] for trial in self.trials])
 
@@ -112,34 +118,44 @@ class _Changed:
     values: Sequence[Sequence[float]]
 
 
-def gait_data(fit: GaitFit, found: Evolved, walked: list[Walked], told: Identifiability, as_good: float) -> xr.Dataset:
+def gait_optimiser(name: str = "cmaes", evaluations: int = 3000) -> Optimiser:
+    """An optimiser by its name for `GaitFit.task`: it looks everywhere, since features are rough and have many minima.
+
+    Raises InputError as `make_optimiser` does.
+    """
+    everywhere = {"spread": 0.3, "restarts": 20, "unsolved": "last"} if name == "cmaes" else {}
+    return make_optimiser(name, evaluations=evaluations, **everywhere)
+
+
+def gait_data(fit: GaitFit, found: Start, walked: list[Walked], known: Identifiability, as_good: float) -> xr.Dataset:
     """Parameters, features, motion and history of a fit, in SI units.
 
     - over `parameter`: the best `value`, its range `low` to `high`; `good_low` to `good_high`, between which candidates
-      lie that are as good, of a discrepancy of at most `as_good`; `told`, whether the features tell it.
-    - over `trial` and `feature`: `target`, `reached`. Over `trial` and `sample`: `position_x`, `position_z`, `tilt` in
-      the window.
+      lie that are as good, of a discrepancy of at most `as_good`; `identifiable`, whether
+      the features determine it.
+    - over `trial` and `feature`: `target`, `reached`. Over `trial` and `sample`: `position.x` and `position.z` of the
+      body, and its `tilt`, in the window.
     - over `evaluation`: `discrepancy` (eq. 13), of all trials together.
     """
-    good = found.close(as_good)
-    best = found.rows[int(np.argmin(found.values[:, 0]))]
+    summed = found.summed()
+    good = fit.ranges.values(np.array([e.u for e in summed.close(as_good)]))
     series = np.stack([one.series[0] for one in walked])
     time = np.linspace(0.0, fit.window, series.shape[1])
     return xr.Dataset(
         {
-            "value": ("parameter", best),
+            "value": ("parameter", good[0]),
             "low": ("parameter", fit.ranges.bounds[:, 0]),
             "high": ("parameter", fit.ranges.bounds[:, 1]),
             "good_low": ("parameter", good.min(axis=0)),
             "good_high": ("parameter", good.max(axis=0)),
-            "told": ("parameter", told.told),
+            "identifiable": ("parameter", known.identifiable),
             "target": (("trial", "feature"), np.array([trial.target for trial in fit.trials])),
             "reached": (("trial", "feature"), np.stack([one.gait[0] for one in walked])),
             "unit_of_feature": ("feature", list(UNITS)),
-            "position_x": (("trial", "sample"), series[..., 0], {"units": "m"}),
-            "position_z": (("trial", "sample"), series[..., 1], {"units": "m"}),
+            "position.x": (("trial", "sample"), series[..., 0], {"units": "m"}),
+            "position.z": (("trial", "sample"), series[..., 1], {"units": "m"}),
             "tilt": (("trial", "sample"), series[..., 2], {"units": "rad"}),
-            "discrepancy": ("evaluation", found.values[:, 0]),
+            "discrepancy": ("evaluation", summed.values),
         },
         {
             "parameter": list(fit.ranges.names),
@@ -147,5 +163,5 @@ def gait_data(fit: GaitFit, found: Evolved, walked: list[Walked], told: Identifi
             "time": ("sample", time, {"units": "s"}),
             "unit": ("parameter", [DIMENSIONS[v.dimension].unit for v in fit.variables]),
         },
-        {"rank": told.rank, "as_good": as_good, "good": len(good), "ended": found.message},
+        {"rank": known.rank, "as_good": as_good, "good": len(good), "ended": found.message},
     )

@@ -1,6 +1,5 @@
 """Recordings as trials of a robot: what it was like, what drove it, what was measured of its motion."""
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -11,16 +10,16 @@ from jaxtyping import Float
 from nectosome.description import RobotDescription, apply_settings, numeric_paths
 from nectosome.mechanism import Robot
 from nectosome.solve.readings import Reading, reading_of
-from nectosome.units import InputError, count, did_you_mean, shorten
+from nectosome.units import InputError, count, did_you_mean
 
-from ..sim2real.observe import unit_of
+from ..recordings import file_of, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _LEAST = 10  # samples of a column
 _KNOTS = 1000  # of an input at most, joined by straight lines
-_ROUGH = 1e-3  # of an input's range: what fewer knots may leave out and nobody need be told of
+_ROUGH = 1e-3  # of an input's range: joining fewer samples by lines is noted where it leaves out more
 
 
 class Compared(NamedTuple):
@@ -47,16 +46,16 @@ class RobotTrial(NamedTuple):
     file: str
 
 
-def read_compared(text: str, robot: Robot) -> Compared:
-    """Read `column=reading`, as in `push=-force.y`. Raises InputError for what the robot does not have."""
-    column, equals, reading = (part.strip() for part in text.partition("="))
-    if not (column and equals and reading.lstrip("-")):
-        raise InputError(f'"{shorten(text)}" must be a column, = and what of the robot it is, as in "push=-force.x".')
+def read_compared(column: str, reading: str, robot: Robot) -> Compared:
+    """What a column measures: a reading, with a minus before it where the sensor reads the other way.
+
+    Raises InputError for what the robot does not have.
+    """
     try:
-        found = reading_of(robot, reading.removeprefix("-").strip())
+        found = reading_of(robot, reading.strip().removeprefix("-").strip())
     except InputError as error:
         raise InputError(error.message, field=column) from None
-    return Compared(column, found, -1.0 if reading.startswith("-") else 1.0)
+    return Compared(column, found, -1.0 if reading.strip().startswith("-") else 1.0)
 
 
 def robot_trials(
@@ -86,7 +85,7 @@ def _trial(
     inputs: Mapping[str, str],
     skip: float,
 ) -> RobotTrial:
-    file = Path(json.loads(recording.attrs["provenance"])["file"]).name
+    file = file_of(recording)
     if "time" not in recording.dims:
         raise InputError("has no time. Say in the campaign which column it is, or its rate.", file=file)
     time = recording["time"].values.astype(float)
@@ -149,11 +148,11 @@ def _driven(path: str, time: Float[np.ndarray, "n"], values: Float[np.ndarray, "
 
 
 def _measured(recording: "xr.Dataset", one: Compared, file: str) -> Float[np.ndarray, "n"]:
-    values, told = _column(recording, one.column, file)
-    wanted = one.reading.unit
-    if told != wanted:
+    values, given = _column(recording, one.column, file)
+    expected = one.reading.unit
+    if given != expected:
         how = "Give its unit in the campaign, or compare it with something else."
-        what = f"is in {told or 'no unit'}, and {one.reading.name} in {wanted or 'no unit'}. {how}"
+        what = f"is in {given or 'no unit'}, and {one.reading.name} in {expected or 'no unit'}. {how}"
         raise InputError(what, file=file, field=one.column)
     if one.reading.turns:
         known = np.isfinite(values)
@@ -172,7 +171,7 @@ def _column(recording: "xr.Dataset", column: str, file: str) -> tuple[Float[np.n
     known = values[np.isfinite(values)]
     if known.size < 2:
         what = "has 1 value" if known.size else "has no values"
-        raise InputError(f"{what}: nothing can be told from it.", file=file, field=column)
+        raise InputError(f"{what}: nothing can be identified from it.", file=file, field=column)
     if np.ptp(known) == 0:
-        raise InputError("is the same all the time: nothing can be told from it.", file=file, field=column)
+        raise InputError("is constant: nothing can be identified from it.", file=file, field=column)
     return values.copy(), unit_of(recording[column])

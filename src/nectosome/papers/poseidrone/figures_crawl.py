@@ -1,6 +1,6 @@
 """Figures of PoseiDRONE's crawling: searches, what the gait tells of the parameters, gaits over density and buoyancy.
 
-Data of the study: `crawl_fit_0`, ... as `identify.gait_results.gait_data` has them; `crawl_told`: error (data,
+Data of the study: `crawl_fit_0`, ... as `identification.gait.fit.gait_data` has them; `crawl_told`: error (data,
 parameter) as shares of the ranges, rank, words; `crawl_profile`: value and rise (data, point), unless it was left out
 for time; `crawl_gaits`: speed, feet (density, distance, angle).
 """
@@ -22,8 +22,8 @@ _THRESHOLD = 3.84  # 95 % quantile of chi-squared, one degree of freedom
 Sets = Mapping[str, "xr.Dataset"]
 _DATA = {
     "features": "four features, 1 %",
-    "series": "heave and surge over time, 1 mm",
-    "both": "with lean, 1 deg, and a second density",
+    "series": "positions over time, 1 mm",
+    "both": "with tilt, 1 deg, and a second density",
 }
 
 
@@ -39,7 +39,7 @@ def panels(sets: Sets) -> list[Panel]:
         told_panel(sets["crawl_told"]),
         *([profile_panel(sets["crawl_profile"])] if "crawl_profile" in sets else []),
         helpful_panel(sets["crawl_helpful"]),
-        motion._replace(title="Crawling: heave, surge and lean", caption=caption),
+        motion._replace(title="Crawling: positions and tilt", caption=caption),
         held_out_panel(sets["crawl_held_out"]),
         gaits_panel(sets["crawl_gaits"]),
     ]
@@ -53,15 +53,15 @@ def told_panel(found: "xr.Dataset") -> Panel:
     names = [plain(name).replace("_drag", "<br>drag") for name in found["parameter"].values]
     for k, (data, words) in enumerate(_DATA.items()):
         one = found.sel(data=data)
-        name = f"{words}: {int(one['rank'])} of {len(names)} directions told"
+        name = f"{words}: {int(one['rank'])} of {len(names)} directions identifiable"
         fig.add_bar(x=names, y=100 * one["error"].values, name=name, marker_color=CYCLE[k])
     half = 100 / np.sqrt(12)
-    fig.add_hline(y=half, line={"color": BLACK, "dash": "dot", "width": 1}, annotation_text="nothing told")
+    fig.add_hline(y=half, line={"color": BLACK, "dash": "dot", "width": 1}, annotation_text="nothing identifiable")
     fig.update_yaxes(title="standard error (percent of the range)", range=(0, 1.15 * half))
     dress(fig, 400).update_layout(showlegend=True, barmode="group", margin_t=90, hovermode="x")
     caption = (
         "Near the first fit, to first order, with assumed errors of measurement. Four features tell little of ten "
-        "parameters; friction and sculling drag are told by no track."
+        "parameters; friction and sculling drag are identifiable by no track."
     )
     return Panel("Crawling: what measurements tell", caption, fig)
 

@@ -7,7 +7,7 @@ import xarray as xr
 from jaxtyping import Float
 
 from nectosome.identification.fits.linear import Estimate
-from nectosome.identification.surge.estimators import Surge, SurgeRecording, physical, surge
+from nectosome.identification.surge.estimators import Surge, SurgeRecording, fit_surge, physical
 from nectosome.identification.surge.files import surge_data
 
 from ..study import Progress, StudyPart, printed
@@ -27,11 +27,11 @@ class Way(NamedTuple):
 
 
 WAYS = {
-    "as printed": Way("printed", "printed", _SMOOTH),
-    "printed, unfiltered": Way("", "printed"),
-    "windows": Way("", "windows"),
-    "instruments": Way("", "instruments"),
-    "output error": Way("recommended", "output-error"),
+    "as printed": Way("printed", "finite_differences", _SMOOTH),
+    "printed, unfiltered": Way("", "finite_differences"),
+    "windows": Way("", "integral_windows"),
+    "instruments": Way("", "instrumental_variables"),
+    "output error": Way("recommended", "output_error"),
 }
 
 
@@ -52,7 +52,7 @@ def part(quick: bool, progress: Progress) -> StudyPart:
 
 
 def _found(way: Way, mass: float, swum: SurgeRecording) -> Surge:
-    return surge([swum], mass, way.method, way.smooth)
+    return fit_surge([swum], mass, way.method, way.smooth)
 
 
 def draws(count: int, progress: Progress) -> xr.Dataset:

@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 
 from nectosome.description import get_value
 from nectosome.identification.gait.features import gait_of
-from nectosome.identification.surge.estimators import Surge, surge
+from nectosome.identification.surge.estimators import Surge, fit_surge
 from nectosome.identification.surge.files import surge_recordings
 from nectosome.measure import load_campaign
 from nectosome.vision.video import write_table
@@ -79,7 +79,7 @@ def identified(found: xr.Dataset, name: str, seconds: float) -> dict[str, Surge]
             campaign = Path(folder) / "campaign.yaml"
             campaign.write_text(_CAMPAIGN.format(suffix=suffix), encoding="utf-8")
             recordings = surge_recordings(load_campaign(campaign).recordings())
-            out[suffix] = surge(recordings, body()[0])
+            out[suffix] = fit_surge(recordings, body()[0])
     return out
 
 

@@ -1,6 +1,7 @@
-"""Sequential quadratic programming in a trust region, with exact slopes and room for designs without a solution."""
+"""Sequential quadratic programming in a trust region, with exact derivatives, around designs without a solution."""
 
 import math
+from collections.abc import Generator
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -8,15 +9,16 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import linprog
 
+from ..contract import Ask, Optimiser, Outcome, Search
+from ..task import Evaluation, Space
 from .quadratic import minimise_quadratic
-from .task import Evaluate, Evaluation, Outcome, Solver, require
 
 _FIRST_RADIUS = 0.2  # of the box
 _ENOUGH = 1e-4  # share of the predicted decrease that a step must bring
 
 
 @dataclass(frozen=True)
-class Gradient(Solver):
+class Gradient(Optimiser):
     r"""Sequential quadratic programming (Nocedal and Wright 2006, chapter 18): BFGS, exact penalty, trust region.
 
     A step minimises a quadratic model of the Lagrangian with linear constraints in a box around the design, and is kept
@@ -25,34 +27,39 @@ class Gradient(Solver):
 
     - tolerance: on the Karush-Kuhn-Tucker conditions, and the constraints.
     - smallest_step: share of the box at which it gives up.
-    - evaluations: at most so many, each with slopes.
+    - evaluations: no iteration is begun after so many, each with derivatives.
     """
 
     tolerance: float = 1e-6
     smallest_step: float = 1e-7
     evaluations: int = 200
-    slopes: ClassVar[bool] = True
+    name: ClassVar[str] = "gradient"
+    derivatives: ClassVar[bool] = True
 
     def __post_init__(self):
         for name in ("tolerance", "smallest_step"):
             value = getattr(self, name)
-            require(
-                math.isfinite(value) and 0 < value < 0.1, f"Gradient: {name} is {value}; it must lie between 0 and 0.1."
-            )
-        require(self.evaluations >= 1, f"Gradient: evaluations is {self.evaluations}; at least 1 is needed.")
+            fits = math.isfinite(value) and 0 < value < 0.1
+            self._require(name, fits, f"is {value}; it must lie between 0 and 0.1.")
+        self._at_least("evaluations", 1)
 
-    def solve(self, evaluate: Evaluate, start: Float[np.ndarray, "n"], seed: int) -> Outcome:
+    def check(self, space: Space, start: bool) -> None:
+        """Raise InputError without a start."""
+        self._require("start", start, "is missing: it searches from a design.")
+
+    def search(self, space: Space, start: Float[np.ndarray, "n"] | None, seed: int) -> Search:
         """Minimise from `start`, which must be solved; `seed` is not needed."""
         del seed
-        first = evaluate(start, True)
+        assert start is not None
+        (first,) = yield Ask(start[None], derivatives=True)
         if not first.solved:
             return Outcome(False, f"the start has no solution: {first.reason}")
-        return _Search(self, evaluate, _Point.of(first, evaluate)).run()
+        return (yield from _Iterations(self, _Point.of(first)).run())
 
 
 @dataclass(frozen=True, eq=False)
 class _Point:
-    """A solved design, in shares of the box."""
+    """A solved design."""
 
     z: np.ndarray
     f: float
@@ -61,13 +68,10 @@ class _Point:
     dg: np.ndarray
 
     @classmethod
-    def of(cls, e: Evaluation, evaluate: Evaluate) -> "_Point":
-        assert e.slope is not None
-        assert e.constraint_slopes is not None
-        width = evaluate.upper - evaluate.lower
-        return cls(
-            (e.u - evaluate.lower) / width, e.objective, e.constraints, e.slope * width, e.constraint_slopes * width
-        )
+    def of(cls, e: Evaluation) -> "_Point":
+        assert e.gradient is not None
+        assert e.jacobian is not None
+        return cls(e.u, e.objective, e.constraints, e.gradient, e.jacobian)
 
     def merit(self, penalty: float) -> float:
         return self.f + penalty * _broken(self.g)
@@ -78,41 +82,44 @@ def _broken(g: np.ndarray) -> float:
 
 
 @dataclass
-class _Search:
+class _Iterations:
     options: Gradient
-    evaluate: Evaluate
     at: _Point
     radius: float = _FIRST_RADIUS
     penalty: float = 0.0
     asked: int = 1
+    accepted: int = 0
     curvature: np.ndarray | None = None  # of the Lagrangian
     unsolved: list[np.ndarray] = field(default_factory=list)  # designs without a solution
     reason: str = ""  # of the last of them
 
-    def run(self) -> Outcome:
+    def run(self) -> Search:
         while self.asked < self.options.evaluations:
             if self.radius < self.options.smallest_step:
-                return Outcome(False, f"no shorter step helps{self._blame()}")
+                return self._ended(False, f"no shorter step helps{self._blame()}")
             d, multipliers = self._step(self.at.g)
             if self._optimal(multipliers):
-                return Outcome(True, "the optimality conditions are met")
+                return self._ended(True, "the optimality conditions are met")
             predicted = self._predict(d, multipliers)
             if predicted <= 1e-13 * (1 + abs(self.at.f)):
                 feasible = self.at.g.max(initial=0.0) <= self.options.tolerance
                 what = "no step promises to be better" if feasible else "the constraints cannot be met from here"
-                return Outcome(bool(feasible) and not self._blame(), what + self._blame())
-            self._try(d, multipliers, predicted)
-        return Outcome(False, f"{self.options.evaluations} evaluations made")
+                return self._ended(bool(feasible) and not self._blame(), what + self._blame())
+            yield from self._try(d, multipliers, predicted)
+        return self._ended(False, f"{self.options.evaluations} evaluations made")
+
+    def _ended(self, converged: bool, message: str) -> Outcome:
+        return Outcome(converged, message, self.accepted)
 
     def _blame(self) -> str:
         """Say so where designs without a solution are nearby."""
         near = any(np.abs(z - self.at.z).max() <= 1e-2 for z in self.unsolved)
         return f"; next to it there is no solution: {self.reason}" if near else ""
 
-    def _try(self, d: np.ndarray, multipliers: np.ndarray, predicted: float) -> None:
+    def _try(self, d: np.ndarray, multipliers: np.ndarray, predicted: float) -> Generator[Ask, list[Evaluation]]:
         """Evaluate a step, go there if it is good, and adapt the radius."""
         length = float(np.abs(d).max())
-        new = self._at(self.at.z + d)
+        new = yield from self._at(self.at.z + d)
         if new is None:
             self.radius = 0.5 * min(self.radius, length)
             return
@@ -120,7 +127,7 @@ class _Search:
         if gain < _ENOUGH * predicted and _broken(new.g) > 0:
             # second-order correction: curved constraints spoil long steps that are good (Maratos)
             d = self._step(new.g - self.at.dg @ d)[0]
-            better = self._at(self.at.z + d)
+            better = yield from self._at(self.at.z + d)
             if better is not None:
                 new, length = better, float(np.abs(d).max())
                 gain = self.at.merit(self.penalty) - new.merit(self.penalty)
@@ -133,18 +140,17 @@ class _Search:
             self.radius = 0.5 * self.radius
         self._learn(new, multipliers)
         self.at = new
-        self.evaluate.close_iteration()
+        self.accepted += 1
 
-    def _at(self, z: np.ndarray) -> _Point | None:
+    def _at(self, z: np.ndarray) -> Generator[Ask, list[Evaluation], _Point | None]:
         """The point at z; None, and a note of it, where there is no solution."""
         self.asked += 1
-        lower, upper = self.evaluate.lower, self.evaluate.upper
-        e = self.evaluate(np.clip(lower + np.clip(z, 0, 1) * (upper - lower), lower, upper), True)
+        (e,) = yield Ask(np.clip(z, 0, 1)[None], derivatives=True, iterations=self.accepted)
         if not e.solved:
             self.unsolved.append(z)
             self.reason = e.reason
             return None
-        return _Point.of(e, self.evaluate)
+        return _Point.of(e)
 
     def _step(self, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The step that minimises the model with g + dg d <= 0, or comes nearest to it, and its multipliers [m]."""
@@ -156,7 +162,7 @@ class _Search:
         halfway = np.array([0.5 * np.linalg.norm(way) for way in ways])
         A = np.vstack([at.dg, walls, np.eye(n), -np.eye(n)])
         b = np.concatenate([-g, halfway, high, -low])
-        found = minimise_quadratic(B, at.df, A, b)
+        found = minimise_quadratic(B, at.df, A, b, self.radius)
         if found is None:
             nearest = linprog(
                 np.concatenate([np.zeros(n), np.ones(m)]),
@@ -167,7 +173,7 @@ class _Search:
             if nearest.x is None:  # cannot be: d = 0 is one
                 return np.zeros(n), np.zeros(m)
             d = np.clip(nearest.x[:n], low, high)
-            found = minimise_quadratic(B, at.df, A, np.maximum(b, A @ d + 1e-9)) or (d, np.zeros(b.size))
+            found = minimise_quadratic(B, at.df, A, np.maximum(b, A @ d + 1e-9), self.radius) or (d, np.zeros(b.size))
         return np.clip(found[0], low, high), found[1][:m]
 
     def _optimal(self, multipliers: np.ndarray) -> bool:

@@ -1,37 +1,66 @@
-"""Recordings of a campaign as experiments: repeats averaged, with standard errors and without outliers."""
+"""Experiments: recordings of a campaign averaged over cycles and repeats, with standard errors, without outliers."""
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 from scipy.special import ndtri, stdtrit
 
-from nectosome.units import InputError
+from nectosome.measure.signals import lowpass as low_passed
+from nectosome.measure.signals import mean as mean_of
+from nectosome.measure.signals import regular_starts, split_cycles
+from nectosome.units import InputError, did_you_mean, shown_unit
 
-from .conditions import Experiments, ParameterEstimate
+from ..recordings import file_of, unit_of
 from .grids import GridTable
 
 if TYPE_CHECKING:
     import xarray as xr
 
-import json
-from pathlib import Path
-from typing import TYPE_CHECKING
-
-from nectosome.measure.signals import lowpass as low_passed
-from nectosome.measure.signals import mean as mean_of
-from nectosome.measure.signals import regular_starts, split_cycles
-from nectosome.units import did_you_mean, shown_unit
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-
-_FREQUENCY = "f"  # the condition that tells how often a motion repeats itself
-_SAMPLES = 8  # of a cycle, at least: fewer tell neither its mean nor its peak
+_FREQUENCY = "f"  # the condition that is the frequency of a cycle
+_SAMPLES = 8  # of a cycle, at least: fewer give neither its mean nor its peak
 _SLACK = 1e-3  # by which a count of samples or cycles may be short of a whole number: written times are rounded
+_CONSTANT = np.geomspace(1e-3, 10, 41)  # of the largest mean: sizes below it scatter alike
+_FAR = 6.0  # robust standard deviations: a repeat farther off is left out
+_CONDITIONS = 3  # at least
+_AGAINST = 0.5  # cosine between measured and simulated values: below minus this a sign is wrong
+
+
+@dataclass(frozen=True)
+class ParameterEstimate:
+    """A parameter as estimated from each experiment; NaN where one does not determine it."""
+
+    values: Float[np.ndarray, "m"]
+    errors: Float[np.ndarray, "m"]  # standard errors
+    apart: bool  # estimated from something else than the values that are corrected, such as peaks
+
+
+@dataclass(frozen=True)
+class Experiments:
+    """One row for each conditions at which something was measured."""
+
+    conditions: Float[np.ndarray, "m d"]
+    values: Float[np.ndarray, "m"]
+    errors: Float[np.ndarray, "m"]  # standard errors of the values
+    estimate: ParameterEstimate | None = None
+
+    def __post_init__(self) -> None:
+        """Raise InputError where a number is NaN or infinite, an error negative, or conditions stand there twice."""
+        rows = np.column_stack([self.conditions, self.values, self.errors])
+        wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1) | (self.errors < 0))
+        if wrong.size:
+            raise InputError(f"experiment {wrong[0] + 1} is NaN or infinite, or has a negative standard error.")
+        if len(np.unique(self.conditions, axis=0)) < len(self.conditions):
+            raise InputError("two experiments have the same conditions. Average repeats first.")
+
+    def take(self, rows: Int[np.ndarray, "k"] | Bool[np.ndarray, "m"]) -> Self:
+        """Some of them."""
+        e = self.estimate
+        estimate = e and ParameterEstimate(e.values[rows], e.errors[rows], e.apart)
+        return type(self)(self.conditions[rows], self.values[rows], self.errors[rows], estimate)
 
 
 @dataclass(frozen=True)
@@ -41,7 +70,7 @@ class Recorded:
     file: str
     conditions: Mapping[str, float]
     mean: float
-    error: float  # standard error from the scatter within it; NaN where nothing tells it
+    error: float  # standard error from the scatter within it; NaN where it is unknown
     peak: float  # largest magnitude of a cycle, mean over cycles
     peak_error: float
     seconds: float
@@ -50,8 +79,7 @@ class Recorded:
 
 def recorded(recording: "xr.Dataset", simulated: "xr.DataArray", column: str, lowpass: float | None) -> Recorded:
     """Numbers of a column of a recording at conditions of a simulated grid. Raises InputError that names the file."""
-    about = json.loads(recording.attrs["provenance"])
-    file = Path(about["file"]).name
+    about, file = json.loads(recording.attrs["provenance"]), file_of(recording)
     if column not in recording.data_vars:
         near = did_you_mean(column, map(str, recording.data_vars))
         raise InputError(f'has no column called "{column}".{near}', file=file)
@@ -60,11 +88,11 @@ def recorded(recording: "xr.Dataset", simulated: "xr.DataArray", column: str, lo
     signal = recording[column].compute()
     _same_unit(signal, simulated, file, column)
     conditions = _conditions(recording, simulated, file)
-    told = recording.coords.get(_FREQUENCY)  # also where the grid has a single one
-    cyclic = told is not None and told.ndim == 0 and float(told) > 0 and unit_of(told) == "Hz"
+    given = recording.coords.get(_FREQUENCY)  # also where the grid has a single one
+    cyclic = given is not None and given.ndim == 0 and float(given) > 0 and unit_of(given) == "Hz"
     time = signal["time"].values
     try:
-        numbers = _numbers(signal, float(told) if told is not None and cyclic else None, lowpass, file)
+        numbers = _numbers(signal, float(given) if given is not None and cyclic else None, lowpass, file)
     except ValueError as error:
         raise InputError(str(error), file=file, field=column) from None
     said = [f"{file}: {note}" for note in (*about["repairs"], *about["odd"]) if _concerns(note, recording, column)]
@@ -76,12 +104,6 @@ def _concerns(note: str, recording: "xr.Dataset", column: str) -> bool:
     return not any(note.startswith(f"{name}: ") for name in recording.data_vars if name != column)
 
 
-def unit_of(quantity: "xr.DataArray") -> str:
-    """SI unit of a quantity; of several ways to write one always the same."""
-    unit = str(quantity.attrs.get("units", ""))
-    return {"1": "", "s-1": "Hz", "1/s": "Hz"}.get(unit, unit)
-
-
 def _same_unit(measured: "xr.DataArray", simulated: "xr.DataArray", file: str, name: str) -> None:
     ours, theirs = unit_of(measured) or "no unit", unit_of(simulated) or "no unit"
     if ours != theirs:
@@ -90,24 +112,24 @@ def _same_unit(measured: "xr.DataArray", simulated: "xr.DataArray", file: str, n
 
 def _conditions(recording: "xr.Dataset", simulated: "xr.DataArray", file: str) -> dict[str, float]:
     """Conditions of a recording, in the order of the grid's dimensions. Raises InputError where they do not fit it."""
-    told = {str(name): value for name, value in recording.coords.items() if value.ndim == 0 and name != "repeat"}
+    given = {str(name): value for name, value in recording.coords.items() if value.ndim == 0 and name != "repeat"}
     dims = [str(dim) for dim in simulated.dims]
-    for name in [*dims, *told]:
-        if name not in told:
-            what = "is a dimension of the simulated grid, and no condition tells it"
+    for name in [*dims, *given]:
+        if name not in given:
+            what = "is a dimension of the simulated grid, and no condition of the recording"
             raise InputError(f"{what}. Write it into the campaign.", file=file, field=name)
         if name not in simulated.coords:
             what = f"is no dimension of the simulated grid, which has {', '.join(dims)}"
             raise InputError(f"{what}. Simulate several values of it, or leave it out.", file=file, field=name)
-        _same_unit(told[name], simulated[name], file, name)
-        low, high, value = float(simulated[name].min()), float(simulated[name].max()), float(told[name])
+        _same_unit(given[name], simulated[name], file, name)
+        low, high, value = float(simulated[name].min()), float(simulated[name].max()), float(given[name])
         slack = 1e-9 * max(abs(low), abs(high))
         if not low - slack <= value <= high + slack:
             factor, unit = shown_unit(unit_of(simulated[name]))
             value, low, high = (f"{factor * x:.6g} {unit}".strip() for x in (value, low, high))
             what = f"{value} is outside of the simulated grid, which goes from {low} to {high}"
             raise InputError(f"{what}. Simulate a wider grid, or leave this recording out.", file=file, field=name)
-    return {name: float(told[name]) for name in dims}
+    return {name: float(given[name]) for name in dims}
 
 
 def _numbers(
@@ -145,18 +167,12 @@ def _numbers(
 
 
 def _mean(values: Float[np.ndarray, "c"]) -> tuple[float, float]:
-    """Mean over cycles and its standard error, as of cycles that hang together; NaN for a single one."""
+    """Mean over cycles and its standard error, as of correlated cycles; NaN for a single one."""
     if len(values) < 2:
         return float(values[0]), np.nan
     import xarray as xr
 
     return mean_of(xr.DataArray(values, {"time": np.arange(float(len(values)))}, "time"))
-
-
-_CONSTANT = np.geomspace(1e-3, 10, 41)  # of the largest mean: sizes below it scatter alike
-_FAR = 6.0  # robust standard deviations: a repeat farther off is left out
-_CONDITIONS = 3  # at least
-_AGAINST = 0.5  # cosine between measured and simulated values: below minus this a sign is wrong
 
 
 @dataclass(frozen=True)
@@ -167,7 +183,7 @@ class Observed:
     mean: float
     error: float  # standard error
     peak: float  # largest magnitude of a cycle, mean over cycles and repeats
-    peak_error: float  # NaN where nothing tells it
+    peak_error: float  # NaN where it is unknown
     repeats: int
     files: tuple[str, ...]
     seconds: float  # recorded, with what was left out
@@ -190,7 +206,7 @@ def observe(
 
     Repeats scatter by a constant and by a share of their mean, $\sigma_k = s \sqrt{r^2 + \bar x_k^2}$ with r of most
     likelihood and $s^2 = \sum_{ki} (x_{ki} - \bar x_k)^2 / (r^2 + \bar x_k^2) / \sum_k (n_k - 1)$, pooled over all
-    conditions k. No error is less than what the scatter of cycles tells, or of samples, as far as they are independent
+    conditions k. No error is less than that by the scatter of cycles, or of samples, as far as they are independent
     (`signals.mean`); it counts alone where nothing was repeated. Of three repeats and more those are left out that are
     6 robust standard deviations, pooled too, from the median. Raises InputError that names the file, and for fewer
     than three conditions.
@@ -213,33 +229,34 @@ def observe(
 
 
 def experiments_of(observed: Sequence[Observed], table: GridTable, peaks: GridTable | None = None) -> Experiments:
-    """Experiments at the conditions of a table; with a table of simulated peaks the measured ones tell its parameter.
+    """Experiments at the conditions of a table; with a table of simulated peaks its parameter is estimated from
+    measured ones.
 
-    Without it, and where nothing tells the errors of peaks, the values tell it. Raises InputError for conditions
-    outside of the grid, and where what is measured has the other sign.
+    Without it, and where the errors of peaks are unknown, it is estimated from the values. Raises InputError for
+    conditions outside of the grid, and where what is measured has the other sign.
     """
     points = np.array([[row.conditions[name] for name in table.names] for row in observed])
     values, errors, tops, top_errors = np.array([[r.mean, r.error, r.peak, r.peak_error] for r in observed]).T
     there = table.simulated(points)[0]
     if there @ values < -_AGAINST * np.linalg.norm(there) * np.linalg.norm(values):
         against = "goes against what is simulated nearly everywhere: one of them has the other sign"
-        raise InputError(f"{against}. Turn it in the campaign (sign: -1) or in the quantity.", field="measured")
-    told = None
+        raise InputError(f"{against}. Turn it in the campaign (sign: -1) or in the quantity.", field="campaign")
+    estimate = None
     if peaks is not None and peaks.parameter.size > 1 and np.isfinite(top_errors).any():
-        told = ParameterEstimate(*peaks.matching(points, tops, top_errors), apart=True)
-    return Experiments(points, values, errors, told)
+        estimate = ParameterEstimate(*peaks.matching(points, tops, top_errors), apart=True)
+    return Experiments(points, values, errors, estimate)
 
 
 def _without_outliers(groups: Sequence[list[Recorded]]) -> list[list[Recorded]]:
     means = [np.array([run.mean for run in runs]) for runs in groups]
     at = np.array([abs(np.median(x)) for x in means])
     off = [np.abs(x - np.median(x)) for x in means]
-    # the least deviation of a group tells nothing: it is 0, or that of two repeats is the same
-    told = [np.sort(d)[1:] * np.sqrt(len(d) / (len(d) - 1)) if len(d) > 1 else d[:0] for d in off]
-    if not sum(map(len, told)):
+    # the least deviation of a group has no information: it is 0, or that of two repeats is the same
+    others = [np.sort(d)[1:] * np.sqrt(len(d) / (len(d) - 1)) if len(d) > 1 else d[:0] for d in off]
+    if not sum(map(len, others)):
         return [*groups]
-    size = _sizes(told, at, np.ones(len(at)), 1)
-    z = np.concatenate([d / x for d, x in zip(told, size, strict=True)])
+    size = _sizes(others, at, np.ones(len(at)), 1)
+    z = np.concatenate([d / x for d, x in zip(others, size, strict=True)])
     far = _FAR * 1.4826 * np.sort(z)[(len(z) - 1) // 2] * size + 1e-9 * at.max()
     return [
         [run for run, d in zip(runs, deviations, strict=True) if d <= most or len(runs) < 3]
@@ -250,7 +267,7 @@ def _without_outliers(groups: Sequence[list[Recorded]]) -> list[list[Recorded]]:
 def _errors(groups: Sequence[Sequence[float]]) -> Float[np.ndarray, "k"]:
     """Standard error of the mean of each group, by the pooled scatter; NaN where there are no repeats.
 
-    Wider by what Student's t has on the normal distribution at 95 %, since few repeats do not tell the scatter well.
+    Wider by what Student's t has on the normal distribution at 95 %, since the scatter of few repeats is uncertain.
     """
     counts = np.array([len(x) for x in groups])
     means = np.array([np.mean(x) for x in groups])
@@ -284,7 +301,7 @@ def _sizes(
 
 
 def _averaged(every: Sequence[Recorded], kept: Sequence[Recorded], error: float, peak_error: float) -> Observed:
-    """One row. Raises InputError where nothing tells its standard error."""
+    """One row. Raises InputError where its standard error is unknown."""
     # where few conditions were repeated cycles may scatter more than these repeats do by chance
     error, peak_error = np.fmax(
         [error, peak_error],
@@ -292,7 +309,7 @@ def _averaged(every: Sequence[Recorded], kept: Sequence[Recorded], error: float,
     )
     if np.isnan(error):
         raise InputError(
-            "holds a single cycle, and no conditions were measured twice: nothing tells how much means scatter. "
+            "holds a single cycle, and no conditions were measured twice: the scatter of means is unknown. "
             "Repeat some conditions, or record longer.",
             file=kept[0].file,
         )

@@ -1,4 +1,4 @@
-"""`identify crawl`: what it refuses, and a small search that is written, and that goes on from its folder."""
+"""`identify gait`: what it refuses, and a small search that is written, and that goes on from its folder."""
 
 import json
 
@@ -14,7 +14,7 @@ GAIT = "amplitude: 7.4 mm, frequency: 1.98 Hz, speed: 40 mm/s, height: 127 mm"
 GOOD = f"""\
 about: two gaits
 robot: poseidrone_crawl
-unknown:
+vary:
   k: 100 N/m .. 300 N/m
   d_r: 0.5 .. 1.5
 seconds: 2 s
@@ -24,8 +24,8 @@ trials:
   - {{{GAIT}, set: {{volume: 0.64 L}}}}
 """
 REST = GOOD[GOOD.index("robot") :]
-REST_OF = f"robot: {{}}\nunknown: {{{{{{}}}}}}\ntrials: [{{{{{GAIT}}}}}]\n"
-GIVEN = ("identify", "crawl", "--target", "gaits.yaml")
+REST_OF = f"robot: {{}}\nvary: {{{{{{}}}}}}\ntrials: [{{{{{GAIT}}}}}]\n"
+GIVEN = ("identify", "gait", "--target", "gaits.yaml")
 
 # what is put in the place of a text of the good file, and what the answer begins with
 CHANGES = {
@@ -42,20 +42,20 @@ CHANGES = {
         "line 2, robot: ball has no legs",
     ),
     "field": ("seconds: 2 s", "secnds: 2 s", 'line 6, secnds: is not known here. Did you mean "seconds"?'),
-    "no_range": ("0.5 .. 1.5", "0.5", "line 5, unknown.d_r: "),
-    "empty_range": ("0.5 .. 1.5", "1.5 .. 0.5", 'line 5, unknown.d_r: "1.5 .. 0.5" is empty'),
-    "bare_range": ("100 N/m .. 300 N/m", "100 .. 300", 'line 4, unknown.k: "100" has no unit.'),
-    "wrong_range": ("100 N/m .. 300 N/m", "100 N .. 300 N", "line 4, unknown.k: "),
-    "negative_range": ("100 N/m .. 300 N/m", "-100 N/m .. 300 N/m", "line 4, unknown.k: "),
-    "log_of_zero": ("0.5 .. 1.5", "0 .. 1.5 log", "line 5, unknown.d_r: "),
+    "no_range": ("0.5 .. 1.5", "0.5", "line 5, vary.d_r: "),
+    "empty_range": ("0.5 .. 1.5", "1.5 .. 0.5", 'line 5, vary.d_r: "1.5 .. 0.5" is empty'),
+    "bare_range": ("100 N/m .. 300 N/m", "100 .. 300", 'line 4, vary.k: "100" has no unit.'),
+    "wrong_range": ("100 N/m .. 300 N/m", "100 N .. 300 N", "line 4, vary.k: "),
+    "negative_range": ("100 N/m .. 300 N/m", "-100 N/m .. 300 N/m", "line 4, vary.k: "),
+    "log_of_zero": ("0.5 .. 1.5", "0 .. 1.5 log", "line 5, vary.d_r: "),
     "unknown_name": (
         "d_r: 0.5",
         "d_s: 0.5",
-        'line 5, unknown.d_s: there is no quantity called "d_s" in poseidrone_crawl.',
+        'line 5, vary.d_s: there is no quantity called "d_s" in poseidrone_crawl.',
     ),
-    "no_quantity": ("d_r: 0.5", "body.kind: 0.5", 'line 5, unknown.body.kind: there is no quantity called "body.kind"'),
-    "switch": ("d_r: 0.5", "body.loads.front.pulls: 0.5", "line 5, unknown.body.loads.front.pulls: there is no"),
-    "nothing_unknown": ("  k: 100 N/m .. 300 N/m\n  d_r: 0.5 .. 1.5\n", "", "line 3, unknown: needs at least one"),
+    "no_quantity": ("d_r: 0.5", "body.kind: 0.5", 'line 5, vary.body.kind: there is no quantity called "body.kind"'),
+    "switch": ("d_r: 0.5", "body.loads.front.pulls: 0.5", "line 5, vary.body.loads.front.pulls: there is no"),
+    "nothing_unknown": ("  k: 100 N/m .. 300 N/m\n  d_r: 0.5 .. 1.5\n", "", "line 3, vary: needs at least one"),
     "twice": (
         "d_r: 0.5 .. 1.5",
         "body.loads.front.stiffness: 1 N/m .. 3 N/m",
@@ -66,7 +66,7 @@ CHANGES = {
         "body.loads.front.damping_ratio: 1",
         "body.loads.front.damping_ratio: is given twice: d_r stands for it too.",
     ),
-    "known_too": ("volume: 0.64 L", "d_r: 1", "line 5, d_r: is unknown, and cannot be given too."),
+    "known_too": ("volume: 0.64 L", "d_r: 1", "line 5, d_r: varies, and cannot be given too."),
     "bare_seconds": ("seconds: 2 s", "seconds: 2", 'line 6, seconds: "2" has no unit.'),
     "no_seconds": ("seconds: 2 s", "seconds: 0 s", "line 6, seconds: "),
     "minus_seconds": ("seconds: 2 s", "seconds: -2 s", "line 6, seconds: "),
@@ -106,7 +106,7 @@ WHOLE = {
     "trials_group": GOOD[: GOOD.index("  - ")] + f"  first: {{{GAIT}}}\n",
     "no_trials": GOOD[: GOOD.index("trials:")],
     "trial_word": GOOD[: GOOD.index("  - ")] + "  - fast\n",
-    "unknown_word": "robot: poseidrone_crawl\nunknown: k\ntrials: []\n",
+    "unknown_word": "robot: poseidrone_crawl\nvary: k\ntrials: []\n",
 }
 
 
@@ -141,14 +141,14 @@ def test_wrong_commands_are_answered_in_a_sentence_and_nothing_is_written(nectos
     (gaits / "one.yaml").write_text(one)
     files = (*(f"{name}.yaml" for name in WHOLE), "binary.yaml", "folder", "nowhere.yaml", "", "bad\0name")
     cases = [(*GIVEN[:3], file, "--out", "kept") for file in files]
-    cases += [(*GIVEN, "--solver", name) for name in ("", "cma", "CMAES", "3")]
-    cases.append((*GIVEN[:3], "one.yaml", "--solver", "front", "--out", "kept"))
-    cases.append((*GIVEN[:3], "one.yaml", "--solver", "cmaes", "--out", "kept"))
+    cases += [(*GIVEN, "--optimiser", name) for name in ("", "cma", "CMAES", "3")]
+    cases.append((*GIVEN[:3], "one.yaml", "--optimiser", "nsga2", "--out", "kept"))
+    cases.append((*GIVEN[:3], "one.yaml", "--optimiser", "cmaes", "--out", "kept"))
     cases += [(*GIVEN, "--evaluations", x) for x in ("0", "-1", "1.5", "many", "", "nan", "1e3")]
     cases += [(*GIVEN, "--seed", x) for x in ("-1", "1.5", "", "x")]
     cases += [(*GIVEN, "--goal", x) for x in ("-1", "nan", "inf", "", "1 m", "small")]
     cases += [(*GIVEN, "--out", x) for x in ("ball.yaml", "ball.yaml/kept", "/proc/kept", "bad\0name", "a" * 300)]
-    cases += [(*GIVEN, "--save", x) for x in ("gait.csv", "nowhere/gait.nc", "folder")]
+    cases += [(*GIVEN, "--save", x) for x in ("gait.txt", "nowhere/gait.nc", "folder")]
     cases += [(*GIVEN, "--plot", x) for x in ("gait.nc", "nowhere/gait.html", "folder")]
     cases += [GIVEN[:2], GIVEN[:3], (*GIVEN, "more"), (*GIVEN, "--walks", "3")]
     check_wrong(nectosome, cases, gaits)
@@ -158,32 +158,43 @@ def test_a_search_is_written_and_goes_on_where_it_ended(nectosome, gaits):
     asked = (*GIVEN, "--out", "kept", "--goal", "1e-9")
     first = nectosome(*asked, "--evaluations", "6", "--save", "six.nc", "--plot", "six.html")
     assert (first.code, first.err) == (0, "")
-    six, journal = load_dataset(gaits / "six.nc"), (gaits / "kept" / "evolve.jsonl").read_bytes()
+    six, journal = load_dataset(gaits / "six.nc"), (gaits / "kept" / "start_0000.jsonl").read_bytes()
     assert six.sizes["evaluation"] == 6
     more = nectosome(*asked, "--evaluations", "12", "--save", "more.nc")
     assert (more.code, more.err) == (0, "")
     found = load_dataset(gaits / "more.nc")
     assert found.sizes["evaluation"] == 12
     np.testing.assert_array_equal(found["discrepancy"][:6], six["discrepancy"])
-    assert (gaits / "kept" / "evolve.jsonl").read_bytes().startswith(journal)
+    assert (gaits / "kept" / "start_0000.jsonl").read_bytes().startswith(journal)
     best = found["discrepancy"].min().item()
     off = (found["reached"] / found["target"] - 1).values
     assert (off**2).sum() == pytest.approx(best, rel=1e-9)
     assert np.all((found["low"] <= found["value"]) & (found["value"] <= found["high"]))
     assert abs(off[0] - off[1]).max() > 1e-3  # the second one has another volume
     assert json.loads(found.attrs["provenance"])["settings"]["evaluations"] == "12"
-    for words in ("after 12 evaluations", "trial 2", "reached", "as good", "the features tell", "written: more.nc"):
+    for words in (
+        "after 12 evaluations",
+        "trial 2",
+        "reached",
+        "as good",
+        "identifiable by the features",
+        "written: more.nc",
+    ):
         assert words in more.out
     page = (gaits / "six.html").read_text()
-    for words in ("What the features tell", "Search", "poseidrone_crawl, to gaits of gaits.yaml by cmaes"):
+    for words in (
+        "Identifiability by the features",
+        "Search",
+        "poseidrone_crawl, fitted to gaits of gaits.yaml by cmaes",
+    ):
         assert words in page
-    other = nectosome(*asked, "--evaluations", "12", "--seed", "1")
+    other = nectosome(*asked, "--evaluations", "12", "--seed", "2")
     assert other.code == 2
-    assert "evolve.jsonl" in other.err
+    assert "holds another seed (1, now 2)" in other.err
 
 
 def test_a_front_between_trials_tells_the_least_sum_of_both(nectosome, gaits):
-    answer = nectosome(*GIVEN, "--solver", "front", "--evaluations", "1", "--save", "front.nc")
+    answer = nectosome(*GIVEN, "--optimiser", "nsga2", "--evaluations", "1", "--save", "front.nc")
     assert (answer.code, answer.err) == (0, "")
     found = load_dataset(gaits / "front.nc")
     off = (found["reached"] / found["target"] - 1).values

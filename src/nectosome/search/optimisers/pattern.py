@@ -4,13 +4,16 @@ import ctypes
 import math
 import signal
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Float
 
-from .task import Evaluate, Outcome, Solver, require
+from ..contract import Ask, Optimiser, Outcome, Search
+from ..task import Evaluation, Space
+from .callback import from_callback
 
 _ALONE = threading.Lock()  # NOMAD keeps its cache and random numbers in the process, one run at a time
 
@@ -21,10 +24,10 @@ _set_handler.argtypes, _set_handler.restype = [ctypes.c_int, ctypes.c_void_p], c
 
 
 @dataclass(frozen=True)
-class Pattern(Solver):
-    """Mesh adaptive direct search; needs no slopes, copes with a rough objective.
+class Pattern(Optimiser):
+    """Mesh adaptive direct search; needs no derivatives, copes with a rough objective.
 
-    - mesh: the first step along each variable, in its own units, one number or one a variable; a tenth of the box
+    - mesh: the first step along each variable, as a share of the box, one number or one a variable; a tenth
       unless given. smallest_mesh: the step at which it ends. NOMAD calls these frame sizes, MATLAB mesh sizes.
     - evaluations: at most so many.
     - directions: polled around the best design, twice as many as variables, or one more than variables.
@@ -37,30 +40,40 @@ class Pattern(Solver):
     directions: Literal["2n", "n+1"] = "2n"
     models: bool = False
 
+    name: ClassVar[str] = "pattern"
+
     def __post_init__(self):
         meshes = self.mesh if isinstance(self.mesh, tuple) else () if self.mesh is None else (self.mesh,)
-        require(
-            all(math.isfinite(mesh) and mesh > 0 for mesh in meshes),
-            f"Pattern: mesh is {self.mesh}; it must be positive.",
-        )
-        require(
-            math.isfinite(self.smallest_mesh) and 0 < self.smallest_mesh < min(meshes, default=math.inf),
-            f"Pattern: smallest_mesh is {self.smallest_mesh}; it must be positive and below mesh.",
-        )
-        require(self.evaluations >= 1, f"Pattern: evaluations is {self.evaluations}; at least 1 is needed.")
-        require(
-            self.directions in ("2n", "n+1"), f'Pattern: directions is "{self.directions}"; it must be "2n" or "n+1".'
-        )
+        positive = all(math.isfinite(mesh) and mesh > 0 for mesh in meshes)
+        self._require("mesh", positive, f"is {self.mesh}; it must be positive.")
+        small = math.isfinite(self.smallest_mesh) and 0 < self.smallest_mesh < min(meshes, default=math.inf)
+        self._require("smallest_mesh", small, f"is {self.smallest_mesh}; it must be positive and below mesh.")
+        self._at_least("evaluations", 1)
+        known = self.directions in ("2n", "n+1")
+        self._require("directions", known, f'is "{self.directions}"; it must be "2n" or "n+1".')
 
-    def solve(self, evaluate: Evaluate, start: Float[np.ndarray, "n"], seed: int) -> Outcome:
+    def check(self, space: Space, start: bool) -> None:
+        """Raise InputError without a start, and for meshes of other variables."""
+        self._require("start", start, "is missing: it searches from a design.")
+        fits = not isinstance(self.mesh, tuple) or len(self.mesh) == space.variables
+        self._require("mesh", fits, f"has not one number for each of the {space.variables} variables: {self.mesh}.")
+
+    def search(self, space: Space, start: Float[np.ndarray, "n"] | None, seed: int) -> Search:
         """Minimise from `start`, which must be solved."""
-        import PyNomad  # pyright: ignore[reportMissingImports]
-
-        first = evaluate(start)
+        assert start is not None
+        (first,) = yield Ask(start[None])
         if not first.solved:
             return Outcome(False, f"the start has no solution: {first.reason}")
-        mesh = self._mesh(evaluate.upper - evaluate.lower)
+        return (yield from from_callback(lambda evaluate: self._solve(evaluate, space.constraints, start, seed)))
+
+    def _solve(
+        self, evaluate: Callable[[Ask], list[Evaluation]], constraints: int, start: Float[np.ndarray, "n"], seed: int
+    ) -> Outcome:
+        import PyNomad  # pyright: ignore[reportMissingImports]
+
+        mesh = np.broadcast_to(np.array(0.1 if self.mesh is None else self.mesh, dtype=float), start.shape)
         failure: list[BaseException] = []
+        iterations = 0
 
         handler = _get_handler(signal.SIGINT)
 
@@ -70,7 +83,7 @@ class Pattern(Solver):
                 return 0
             try:  # NOMAD is C++: nothing may be raised through it
                 z = np.array([point.get_coord(i) for i in range(point.size())])
-                e = evaluate(np.clip(start + z * mesh, evaluate.lower, evaluate.upper))
+                (e,) = evaluate(Ask(np.clip(start + z * mesh, 0.0, 1.0)[None], iterations=iterations))
                 if e.solved:
                     point.setBBO(" ".join(repr(float(y)) for y in (e.objective, *e.constraints)).encode())
             except BaseException as error:
@@ -79,8 +92,8 @@ class Pattern(Solver):
             return int(e.solved)
 
         def end_iteration(_: Any) -> bool:
-            if not failure:
-                evaluate.close_iteration()
+            nonlocal iterations
+            iterations += not failure
             return bool(failure)
 
         with _ALONE:
@@ -90,9 +103,9 @@ class Pattern(Solver):
             result = PyNomad.optimize(
                 blackbox,
                 [0.0] * start.size,
-                ((evaluate.lower - start) / mesh).tolist(),
-                ((evaluate.upper - start) / mesh).tolist(),
-                self._parameters(mesh, evaluate.constraints, seed),
+                (-start / mesh).tolist(),
+                ((1.0 - start) / mesh).tolist(),
+                self._parameters(mesh, constraints, seed),
             )
         _set_handler(signal.SIGINT, handler)
         if failure:
@@ -101,12 +114,7 @@ class Pattern(Solver):
             raise KeyboardInterrupt
         message = str(result["stop_reason"]).replace("No termination (all).", "").strip()
         small = "Min frame size" in message or "Min mesh" in message
-        return Outcome(small, f"mesh below {self.smallest_mesh:g}" if small else message)
-
-    def _mesh(self, width: np.ndarray) -> np.ndarray:
-        if isinstance(self.mesh, tuple) and len(self.mesh) != width.size:
-            raise ValueError(f"Pattern: mesh has {len(self.mesh)} numbers; there are {width.size} variables.")
-        return 0.1 * width if self.mesh is None else np.broadcast_to(np.array(self.mesh, dtype=float), width.shape)
+        return Outcome(small, f"mesh below {self.smallest_mesh:g}" if small else message, iterations)
 
     def _parameters(self, mesh: np.ndarray, constraints: int, seed: int) -> list[str]:
         # in steps from the start: NOMAD makes powers of ten of first steps
@@ -119,7 +127,7 @@ class Pattern(Solver):
             f"MIN_FRAME_SIZE ( {smallest} )",
             f"MAX_BB_EVAL {self.evaluations}",
             "RNG_ALT_SEEDING yes",  # the plain way draws as many numbers as the seed says
-            f"SEED {seed}",
+            f"SEED {seed or 2**31 - 1}",  # 0 is what it was set to
             "DISPLAY_DEGREE 0",
             "NB_THREADS_PARALLEL_EVAL 1",
         ]

@@ -1,4 +1,4 @@
-"""`identify fishtail` on the synthetic recordings of the examples: what it prints and writes, and what it refuses."""
+"""`identify hysteresis` on the synthetic recordings of the examples: what it prints and writes, and what it refuses."""
 
 import json
 import re
@@ -14,7 +14,7 @@ from nectosome.papers.fishtail.plant import DAMPING, FREQUENCY, LIMIT
 from .answers import check_made, check_wrong
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "fishtail_recordings"
-ASKED = ("identify", "fishtail", "--campaign", "lab/campaign.yaml")
+ASKED = ("identify", "hysteresis", "--campaign", "lab/campaign.yaml")
 
 
 def shifted(rows):
@@ -40,7 +40,7 @@ def test_the_example_finds_the_truth_and_predicts_the_other_recording(nectosome,
     assert np.all(found["e_rmsp"] < 0.17)
     assert found.attrs["noise"] == pytest.approx(5e-5, rel=0.05)
     assert json.loads(found.attrs["provenance"])["settings"]["test"] == "waves_0.8.csv"
-    for words in ("3 recordings fitted, 1 held out", "mm/bar", "held out", "what is left: 0.05"):
+    for words in ("3 recordings fitted, 1 held out", "mm/bar", "held out", "residuals: 0.05"):
         assert words in answer.out
     page = (tmp_path / "tail.html").read_text()
     for words in ("Displacement, waves_1", "that was not fitted", "bar/s (95 %: 3.7", "mm"):
@@ -90,12 +90,12 @@ def test_wrong_identifications_are_answered_in_a_sentence(nectosome, lab, tmp_pa
     for name, (old, new) in changed.items():
         assert old in text
         (lab / f"{name}.yaml").write_text(text.replace(old, new))
-    cases = [("identify", "fishtail", "--campaign", f"lab/{name}.yaml") for name in (*changed, "nothing")]
+    cases = [("identify", "hysteresis", "--campaign", f"lab/{name}.yaml") for name in (*changed, "nothing")]
     cases += [(*ASKED, "--method", name) for name in ("varpo", "")]
     cases += [(*ASKED, "--order", x) for x in ("0", "7", "-1", "two", "1.5", "")]
     cases += [(*ASKED, "--test", x) for x in ("waves_9.csv", "")]
     cases += [(*ASKED, "--test", *(f"waves_{f}.csv" for f in ("0.5", "1", "1.5", "0.8")))]
-    cases += [(*ASKED, "--save", x) for x in ("tail.csv", "nowhere/tail.nc")]
+    cases += [(*ASKED, "--save", x) for x in ("tail.txt", "nowhere/tail.nc")]
     cases += [(*ASKED, "--plot", x) for x in ("tail.nc", "nowhere/tail.html")]
     cases += [ASKED[:2], (*ASKED, "--mass", "1kg"), (*ASKED, "more")]
     check_wrong(nectosome, cases, tmp_path)

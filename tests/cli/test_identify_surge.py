@@ -1,4 +1,4 @@
-"""`identify swim` on the synthetic recordings of the examples: what it prints and writes, and what it refuses."""
+"""`identify surge` on the synthetic recordings of the examples: what it prints and writes, and what it refuses."""
 
 import json
 import re
@@ -15,7 +15,7 @@ from .answers import check_made, check_wrong
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "swim_recordings"
 MASS, *TRUTH = body()
-GIVEN = ("identify", "swim", "--campaign", "lab/campaign.yaml")
+GIVEN = ("identify", "surge", "--campaign", "lab/campaign.yaml")
 ASKED = (*GIVEN, "--mass", "0.755kg")
 
 
@@ -43,15 +43,15 @@ def test_the_example_finds_the_truth_and_predicts_the_other_recording(nectosome,
 
 
 def test_a_bare_mass_is_in_kg_and_all_recordings_are_fitted(nectosome, lab):
-    answer = nectosome(*GIVEN, "--mass", "0.755", "--method", "windows", "--smooth", "0.14s")
+    answer = nectosome(*GIVEN, "--mass", "0.755", "--method", "integral_windows", "--smooth", "0.14s")
     assert (answer.code, answer.err) == (0, "")
     assert "2 recordings fitted, 0 held out; M = 0.755 kg" in answer.out
     low, high = map(float, re.search(r"drag Lambda +\S+ +(\S+) +(\S+)", answer.out).groups())  # type: ignore[union-attr]
     assert low < TRUTH[1] < high
 
 
-def test_the_printed_method_is_told_to_be_biased(nectosome, lab):
-    answer = nectosome(*ASKED, "--method", "printed", "--smooth", "220ms")
+def test_finite_differences_are_told_to_be_biased(nectosome, lab):
+    answer = nectosome(*ASKED, "--method", "finite_differences", "--smooth", "220ms")
     assert answer.code == 0
     assert "beware: bias expected" in answer.out
 
@@ -105,11 +105,11 @@ def test_wrong_identifications_are_answered_in_a_sentence(nectosome, lab, tmp_pa
     cases += [(*ASKED, "--test", name) for name in ("speed_9.csv", "thrust_11.47.csv", "")]
     cases += [(*ASKED, "--test", "speed_11.47.csv", "speed_11.76.csv")]
     cases += [(*ASKED, "--method", name) for name in ("output", "gp", "")]
-    cases += [(*ASKED, "--smooth", "0.2s"), (*ASKED, "--method", "instruments", "--smooth", "0.2s")]
-    cases += [(*ASKED, "--method", "windows", "--smooth", x) for x in ("0.2", "-1s", "20s", "1ms", "1N")]
-    cases += [(*ASKED, "--save", x) for x in ("swim.csv", "nowhere/swim.nc")]
+    cases += [(*ASKED, "--smooth", "0.2s"), (*ASKED, "--method", "instrumental_variables", "--smooth", "0.2s")]
+    cases += [(*ASKED, "--method", "integral_windows", "--smooth", x) for x in ("0.2", "-1s", "20s", "1ms", "1N")]
+    cases += [(*ASKED, "--save", x) for x in ("swim.txt", "nowhere/swim.nc")]
     cases += [(*ASKED, "--plot", x) for x in ("swim.nc", "nowhere/swim.html")]
-    cases += [GIVEN, GIVEN[:2], ("identify", "swum"), (*ASKED, "--weight", "1kg"), (*ASKED, "more")]
+    cases += [GIVEN, GIVEN[:2], ("identify", "swim"), (*ASKED, "--weight", "1kg"), (*ASKED, "more")]
     check_wrong(nectosome, cases, tmp_path)
 
 

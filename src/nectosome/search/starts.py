@@ -1,7 +1,7 @@
-"""What many starts found."""
+"""What one start found, and many."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 class Start:
     """One start: its evaluations, and what is read off them.
 
-    The first `draws` evaluations are those of drawn designs; the last of them is where the solver began, unless `begun`
-    is false because none was accepted.
+    The first `draws` evaluations are those of drawn designs; the last of them is where the optimiser began, unless
+    `begun` is false because none was accepted.
     """
 
     number: int
@@ -29,9 +29,10 @@ class Start:
     rejected: Mapping[str, int]  # drawn designs refused, by reason
     marks: tuple[int, ...]  # how many evaluations were made at the end of each iteration
     converged: bool
-    message: str  # how the solver ended, or why it did not begin
+    message: str  # how the optimiser ended, or why it did not begin
     tolerance: float
     note: str = ""  # on its record
+    cancelled: bool = False
 
     @cached_property
     def best(self) -> Evaluation | None:
@@ -39,21 +40,46 @@ class Start:
         return self.best_of(len(self.evaluations))
 
     def best_at(self, iteration: int) -> Evaluation | None:
-        """Return the best after so many iterations of the solver; 0 is the start, too many the end."""
+        """Return the best after so many iterations of the optimiser; 0 is the start, too many the end."""
         if iteration >= len(self.marks):
             return self.best
         return self.best_of(self.draws if iteration == 0 else self.marks[iteration - 1])
 
     def best_of(self, evaluations: int) -> Evaluation | None:
         """Return the best of the first evaluations; designs that were drawn and refused do not count."""
-        first = self.draws - 1 if self.begun else self.draws
+        first = max(self.draws - 1, 0) if self.begun else self.draws
         fit = [e for e in self.evaluations[first:evaluations] if e.feasible(self.tolerance)]
         return min(fit, key=lambda e: e.objective, default=None)
 
     @property
+    def value(self) -> float:
+        """The lowest objective of a feasible design; inf where there is none."""
+        return np.inf if self.best is None else self.best.objective
+
+    @property
+    def values(self) -> Float[np.ndarray, "e"]:
+        """Objective of every evaluation; inf where a design is not feasible."""
+        return np.array([e.objective if e.feasible(self.tolerance) else np.inf for e in self.evaluations])
+
+    def close(self, to: float) -> list[Evaluation]:
+        """Return the feasible evaluations with an objective of at most `to`, best first: as good as the best."""
+        values = self.values
+        order = np.argsort(values, kind="stable")
+        return [self.evaluations[k] for k in order[values[order] <= to]]
+
+    def summed(self) -> "Start":
+        """Return this start with the sum of all objectives as the only one."""
+        return replace(
+            self,
+            evaluations=tuple(
+                replace(e, objective=float(e.objectives.sum()), others=e.others[:0]) for e in self.evaluations
+            ),
+        )
+
+    @property
     def start(self) -> Float[np.ndarray, "n"] | None:
-        """The design where the solver began."""
-        return self.evaluations[self.draws - 1].u if self.begun else None
+        """The design where the optimiser began, None where none was accepted or given."""
+        return self.evaluations[self.draws - 1].u if self.begun and self.draws else None
 
     @property
     def seconds(self) -> float:
@@ -68,7 +94,6 @@ class Result:
     starts: tuple[Start, ...]
     names: tuple[str, ...]
     constraint_names: tuple[str, ...]
-    width: Float[np.ndarray, "n"] = field(repr=False)  # of the box
     cancelled: bool = False
 
     @property
@@ -79,11 +104,11 @@ class Result:
     def best(self, count: int = 1, apart: float = 1e-2) -> tuple[Start, ...]:
         """Return the starts with the best results, best first, at most `count`.
 
-        Results that differ by less than `apart`, as a share of the box, in every variable count as one.
+        Results that differ by less than `apart`, in every variable of the unit box count as one.
         """
         chosen: list[tuple[Start, Evaluation]] = []
         for start, e in sorted(self._found(), key=lambda found: found[1].objective):
-            if len(chosen) < count and all(np.abs((e.u - o.u) / self.width).max() >= apart for _, o in chosen):
+            if len(chosen) < count and all(np.abs(e.u - o.u).max() >= apart for _, o in chosen):
                 chosen.append((start, e))
         return tuple(start for start, _ in chosen)
 
@@ -116,6 +141,7 @@ class Result:
         by_evaluation = {
             "u": (("evaluation", "variable"), np.array([e.u for e in every]).reshape(len(every), n)),
             "objective": ("evaluation", np.array([e.objective for e in every])),
+            "others": (("evaluation", "further"), np.array([e.others for e in every]).reshape(len(every), -1)),
             "constraints": (
                 ("evaluation", "constraint"),
                 np.array([e.constraints for e in every]).reshape(len(every), m),
