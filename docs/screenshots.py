@@ -58,8 +58,8 @@ def stage_and_design(page: Page) -> None:
 def map_of_speed(page: Page) -> None:
     """Speed over length and stiffness, computed and drawn."""
     tab(page, "Map")
-    page.locator("input[value^='L=']").fill("L=300:700:50 mm")
-    page.locator("input[value^='tip_radius=']").fill("E=3:10:1 MPa")
+    page.locator("input[value^='L=']").fill("L=300..700:50 mm")
+    page.locator("input[value^='tip_radius=']").fill("E=3..10:1 MPa")
     press(page, "Compute map")
     page.locator(".js-plotly-plot .heatmaplayer image").first.wait_for(state="attached")
     shoot(page, "studio_map")
@@ -83,7 +83,7 @@ def control(page: Page) -> None:
     tab(page, "Control")
     beside(page, "Command").click()
     page.get_by_role("option", name="bias").click()
-    beside(page, "Range").fill("-8:8 mN m")
+    beside(page, "Range").fill("-8..8 mN m")
     beside(page, "Value").fill("30 deg")
     beside(page, "Gains").fill("-1.0e-2, -4.7e-3, -1.6e-3")
     press(page, "Start")
