@@ -16,8 +16,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .controllers import control
     from .description import apply_settings, drive_period, load_robot, save_robot
     from .designs import design, sweep
+    from .identification import correct, fit, identify
     from .io import load_dataset, save_dataset
     from .model import bind, build
     from .robots import beetle, beetle_free, describe, flagella, names
@@ -26,8 +28,10 @@ if TYPE_CHECKING:
     from .view import show_run, show_sweep
 
 _ROOMS = {
+    "controllers": ("control",),
     "description": ("apply_settings", "drive_period", "load_robot", "save_robot"),
     "designs": ("design", "sweep"),
+    "identification": ("correct", "fit", "identify"),
     "io": ("load_dataset", "save_dataset"),
     "model": ("bind", "build"),
     "robots": ("beetle", "beetle_free", "describe", "flagella", "names"),
@@ -36,10 +40,8 @@ _ROOMS = {
     "view": ("show_run", "show_sweep"),
 }
 _OTHERS = (
-    "controllers",
     "core",
     "drives",
-    "identification",
     "loads",
     "measure",
     "mechanism",
@@ -57,12 +59,16 @@ __all__ = [
     "beetle_free",
     "bind",
     "build",
+    "control",
+    "correct",
     "critical",
     "describe",
     "design",
     "drive_period",
+    "fit",
     "flagella",
     "forces",
+    "identify",
     "load_dataset",
     "load_robot",
     "modes",

@@ -48,9 +48,7 @@ class _Files:
             save_dataset(data, self.save)
         if self.plot is not None and page is not None:
             page(data, self.plot)
-        names = [str(path) for path in (*self.given, *others) if path is not None]
-        if names:
-            write(f"written: {', '.join(names)}", wrap=False)
+        report(*self.given, *others)
 
 
 @Parameter(name="*")
@@ -92,6 +90,13 @@ def write(*things: RenderableType, wrap: bool = True) -> None:
     except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the rest of the buffer goes nowhere
         raise InputError(f"cannot write the output: {error.strerror}.") from None
+
+
+def report(*files: Path | None) -> None:
+    """Print the names of files that are written."""
+    names = [str(path) for path in files if path is not None]
+    if names:
+        write(f"written: {', '.join(names)}", wrap=False)
 
 
 def tell(sentence: str) -> None:

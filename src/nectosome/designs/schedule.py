@@ -82,9 +82,7 @@ class ScheduleDesign(Varied):
 
         def evaluate(u: np.ndarray, derivatives: bool, memory: np.ndarray | None) -> Evaluation:
             if derivatives:
-                raise InputError(
-                    "a mission has no derivatives. Take cmaes or pattern.", field="optimiser"
-                )
+                raise InputError("a mission has no derivatives. Take cmaes or pattern.", field="optimiser")
             flown = run_mission(self.mission_at(u), step=self.step)
             fallen = np.asarray(flown.measures.tilt) > _UPRIGHT
             if fallen.any():

@@ -1,6 +1,6 @@
 """What acts on a robot at one instant, at a pose that is given: loads, powers, reactions, and what is missing."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 import jax
@@ -34,11 +34,12 @@ def forces(
     v: Values = 0.0,
     a: Values | None = 0.0,
     *,
+    settings: Iterable[str] = (),
     time: float | str = 0.0,
 ) -> "xr.Dataset":
     """Forces, powers, energies and reactions at one instant, by load and part, as in the dataset of a run.
 
-    - robot: a name, the path of a robot file, a description or a built robot.
+    - robot: a name, the path of a robot file, a description or a built robot, with `settings` such as "E=3MPa".
     - q, v, a: displacements [rad, m], velocities [rad/s, m/s] and accelerations of the free coordinates, as `q`, `v`
       and `a` of a run's dataset: one number for all, an array in the order of `coordinate`, or those that differ by
       name, `{"arm.angle": "30 deg"}`. Without q the robot is where it starts; names change that, too. What v and a
@@ -49,7 +50,7 @@ def forces(
     the generalised force of inverse dynamics, with `missing_power`. Loads with a state (legs, jets) are as at the
     start. Raises InputError for what is no robot, an unknown coordinate, a wrong unit or a wrong count.
     """
-    built = robot_of(robot)
+    built = robot_of(robot, settings)
     start = built.initial()
     rest = np.asarray(remembered(_displacements, built, start))
     shape = remembered(_coordinates, built, jnp.asarray(_values(built, "q", q, rest, 0))) if q is not None else start.q

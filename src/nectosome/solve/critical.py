@@ -1,5 +1,6 @@
 """Critical loads: where an equilibrium loses its stability as a quantity grows."""
 
+from collections.abc import Iterable
 from typing import Literal, NamedTuple
 
 import jax.numpy as jnp
@@ -40,13 +41,14 @@ def critical(
     path: str,
     between: Range,
     *,
+    settings: Iterable[str] = (),
     about: Literal["static", "steady"] = "static",
     samples: int = 25,
     rtol: float = 1e-6,
 ) -> CriticalValue:
     """The value of a quantity at which an equilibrium loses its stability, and whether by divergence or by flutter.
 
-    - robot: a name, the path of a robot file, a description or a built robot.
+    - robot: a name, the path of a robot file, a description or a built robot, with `settings` such as "E=3MPa".
     - path: the quantity, by its path or alias; one alias may be several quantities that grow together.
     - between: a range with a stable equilibrium at one of its ends, `"1..5N"` or `"1N..1kN log"`, or its two
       ends as numbers in SI units or text.
@@ -59,7 +61,7 @@ def critical(
     ones). Raises InputError for what is no robot, an unknown quantity, a range that is none, one without a stable
     equilibrium at an end, and one that is stable throughout.
     """
-    description = description_of(robot)
+    description = description_of(robot, settings)
     values = _values(path, between, description, samples)
     paths = tuple(resolve(description, path))
     quantity = numeric_paths(description)[paths[0]]

@@ -1,6 +1,7 @@
 """Small motions about an equilibrium: frequencies, damping ratios and shapes."""
 
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ from jaxtyping import Complex, Float
 from nectosome.core import Status
 from nectosome.description import RobotDescription, dump_robot
 from nectosome.io import provenance
-from nectosome.model import RobotLike, robot_of
+from nectosome.model import RobotLike
 from nectosome.units import InputError
 
 from .small_motions import NEUTRAL, matrix
@@ -81,11 +82,11 @@ class NaturalModes:
         )
 
 
-def modes(about: RobotLike | Static | Steady) -> NaturalModes:
+def modes(about: RobotLike | Static | Steady, *, settings: Iterable[str] = ()) -> NaturalModes:
     r"""Frequencies, damping ratios and shapes of small motions about an equilibrium.
 
     - about: what `static` or `steady` found; or a robot by name, path, description or built, of which the static
-      equilibrium is taken.
+      equilibrium is taken, with `settings` such as "E=3MPa".
 
     Eigenvalues and eigenvectors of the linearised equations of motion, with the added mass, the damping and the change
     of all loads with place and velocity; drag that grows with the square of the speed damps nothing at rest. What may
@@ -93,7 +94,7 @@ def modes(about: RobotLike | Static | Steady) -> NaturalModes:
     equilibrium.
     """
     if not isinstance(about, Static | Steady):
-        about = static(robot_of(about))
+        about = static(about, settings=settings)
     status = Status(int(about.status))
     if status not in (Status.SOLVED, Status.UNSTABLE):
         loose = f" Nothing holds {', '.join(about.loose)}." if isinstance(about, Static) and about.loose else ""

@@ -1,5 +1,6 @@
 """Periodic motion as a root: the cycle that a robot with periodic drives keeps for ever."""
 
+from collections.abc import Iterable
 from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
@@ -83,6 +84,7 @@ def periodic(
     robot: RobotLike,
     period: float | str | None = None,
     *,
+    settings: Iterable[str] = (),
     guess: State | None = None,
     samples: int = 129,
     rtol: float = 1e-6,
@@ -90,20 +92,22 @@ def periodic(
 ) -> Periodic:
     """Relative periodic orbit of a robot whose drives repeat themselves with `period`, seconds or text such as "0.5s".
 
-    The robot is given by name, path, description or built; without a period, that of its description's drives is taken
-    (see `drive_period`). All that its equations depend on returns after a period; place and heading may go on. It is
-    looked for from `guess` (a state at t = 0), else from rest. Status SOLVED; SETTLED where it was found by waiting;
-    UNSTABLE where a multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves from the
-    start on, as a stroke with a ramp does not. The ends of the cycle meet within what `rtol` and `atol` allow for one
-    time step, of numbers as large as they get in the cycle; for twenty where the steps let them come no closer (see
-    `residual`). Raises InputError for what is no robot, where its drives have no period, and for a period, sample count
-    or tolerance that makes no sense.
+    The robot is given by name, path, description or built, with `settings` such as "f=2Hz"; without a period, that of
+    its description's drives is taken (see `drive_period`). All that its equations depend on returns after a period;
+    place and heading may go on. It is looked for from `guess` (a state at t = 0), else from rest. Status SOLVED;
+    SETTLED where it was found by waiting; UNSTABLE where a multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the
+    drives do not repeat themselves from the start on, as a stroke with a ramp does not. The ends of the cycle meet
+    within what `rtol` and `atol` allow for one time step, of numbers as large as they get in the cycle; for twenty
+    where the steps let them come no closer (see `residual`). Raises InputError for what is no robot, where its drives
+    have no period, and for a period, sample count or tolerance that makes no sense.
     """
-    period = drive_period(description_of(robot)) if period is None else read_positive(period, "time", "period")
+    period = (
+        drive_period(description_of(robot, settings)) if period is None else read_positive(period, "time", "period")
+    )
     if samples < 2:
         raise InputError(f"{samples} samples; at least 2 are needed, both ends of the cycle.", field="samples")
     check_tolerances(rtol, atol)
-    robot = robot_of(robot)
+    robot = robot_of(robot, settings)
     symmetry = find_symmetry(robot)
     x = robot.initial() if guess is None else guess
     T = jnp.asarray(period)

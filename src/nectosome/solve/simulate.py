@@ -1,6 +1,6 @@
 """Simulation of a robot through time: the public face, with progress and cancelling."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Literal
 
 import equinox as eqx
@@ -32,6 +32,7 @@ def simulate(
     robot: RobotLike | Mechanical,
     time: float | str,
     *,
+    settings: Iterable[str] = (),
     samples: int | Sequence[float] = 201,
     method: Literal["auto", "implicit", "explicit"] = "auto",
     rtol: float = 1e-4,
@@ -43,7 +44,8 @@ def simulate(
 ) -> Run:
     """Motion of a robot from t = 0 to `time`, seconds or text such as "2.5s", with the states at `samples`.
 
-    - robot: a name, the path of a robot file, a description or a built robot; or any other mechanical system.
+    - robot: a name, the path of a robot file, a description or a built robot, with `settings` such as "E=3MPa"; or any
+      other mechanical system.
     - samples: how many evenly spaced times, or the times themselves, increasing from 0 to `time`; the state at a time
       within a step is that of the step's cubic, as accurate as the steps.
     - method: "implicit" for soft bodies, "explicit" for systems without stiff springs; "auto" takes the implicit one.
@@ -57,7 +59,7 @@ def simulate(
     time = read_positive(time, "time", "time")
     times = np.linspace(0.0, time, samples) if isinstance(samples, int) else np.asarray(samples, dtype=float)
     _check(time, times, rtol, atol)
-    system = robot if isinstance(robot, Mechanical) else robot_of(robot)
+    system = robot if isinstance(robot, Mechanical) else robot_of(robot, settings)
     kind: Method = "implicit" if method == "auto" else method
     settings = Settings(kind, *map(jnp.asarray, (rtol, atol, max_steps)))
     x = system.initial() if initial is None else initial

@@ -1,5 +1,6 @@
 """A robot at rest: its shape under steady loads, with what drives it held."""
 
+from collections.abc import Iterable
 from typing import ClassVar
 
 import equinox as eqx
@@ -32,15 +33,15 @@ class Static(Run):
         return jax.tree.map(lambda x: x[0], self.value.state)
 
 
-def static(robot: RobotLike) -> Static:
+def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
     """Static equilibrium of a robot under weight, buoyancy, a current and other steady loads, by `load_stepping`.
 
-    The robot is given by name, path, description or built. Prescribed joints are held where they are at t = 0; drives
-    push as they do then. Status SOLVED; UNSTABLE where small disturbances grow (the equilibrium is handed over all the
-    same); NO_EQUILIBRIUM where there is none, with the coordinates in `loose` that no load, spring or rod holds. Raises
-    InputError for what is no robot, and where nothing is free to move.
+    The robot is given by name, path, description or built, with `settings` such as "E=3MPa". Prescribed joints are held
+    where they are at t = 0; drives push as they do then. Status SOLVED; UNSTABLE where small disturbances grow (the
+    equilibrium is handed over all the same); NO_EQUILIBRIUM where there is none, with the coordinates in `loose` that
+    no load, spring or rod holds. Raises InputError for what is no robot, and where nothing is free to move.
     """
-    robot = robot_of(robot)
+    robot = robot_of(robot, settings)
     if not robot.tree.free_v.size:
         raise InputError("nothing of this robot is free to move: there is no shape to be found.")
     robot = frozen_drives(robot)

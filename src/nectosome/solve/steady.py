@@ -1,5 +1,6 @@
 """Steady motion as a root: the shape and the speeds that a robot with steady drives keeps for ever."""
 
+from collections.abc import Iterable
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -37,16 +38,17 @@ class Steady(Run):
         return regime_of(simulate(self.value.system, time, samples=int(100 * time) + 1))
 
 
-def steady(robot: RobotLike, *, guess: State | None = None) -> Steady:
+def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | None = None) -> Steady:
     """Relative equilibrium of a robot: all that its equations depend on stays as it is, the rest goes on evenly.
 
-    The robot is given by name, path, description or built. It is looked for from `guess` (a state nearby, such as that
-    of a similar robot), else from rest. Status SOLVED; UNSTABLE where small disturbances grow (the equilibrium is
-    handed over all the same); NO_EQUILIBRIUM where none was found; UNSTEADY_DRIVES where drives or loads change with
-    time. Scaled residual at most 1e-10, else it is not solved. Raises InputError for what is no robot, and where
-    nothing is free to move. For derivatives, and under jit and vmap, see `equilibrium`.
+    The robot is given by name, path, description or built, with `settings` such as "E=3MPa". It is looked for from
+    `guess` (a state nearby, such as that of a similar robot), else from rest. Status SOLVED; UNSTABLE where small
+    disturbances grow (the equilibrium is handed over all the same); NO_EQUILIBRIUM where none was found;
+    UNSTEADY_DRIVES where drives or loads change with time. Scaled residual at most 1e-10, else it is not solved. Raises
+    InputError for what is no robot, and where nothing is free to move. For derivatives, and under jit and vmap, see
+    `equilibrium`.
     """
-    robot = robot_of(robot)
+    robot = robot_of(robot, settings)
     if not robot.tree.free_v.size:
         raise InputError("nothing of this robot is free to move: it has no steady state to be found.")
     symmetry = find_symmetry(robot)

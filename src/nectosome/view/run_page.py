@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import robot3d, series
-from .closed_loop import following_panels
+from .closed_loop import closed_loop_panels
 from .page import panel_html, write_page
 from .tubes import description
 
@@ -31,7 +31,7 @@ def show_run(run: "xr.Dataset", path: str | Path) -> None:
     parts.append(f'<p class="small">{escape(" · ".join(filter(None, [ended(run), origin(source)])))}</p>')
     panels = (robot3d.robot_panel, series.velocity_panel, series.power_panel, series.energy_panel)
     shown = [make(run) for make in panels]
-    shown[1:1] = following_panels(run) if "reference" in run else []
+    shown[1:1] = closed_loop_panels(run) if "reference" in run else []
     parts += [panel_html(panel, f"figure-{i + 1}") for i, panel in enumerate(shown)]
     write_page(path, title, parts)
 

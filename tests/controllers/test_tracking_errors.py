@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from nectosome.controllers import rms_error, step_response
+from nectosome.controllers.tracking_errors import still_approaching
 
 DAMPING, W = 0.4, 3.0
 
@@ -48,3 +49,15 @@ def test_a_way_down_is_a_step_too():
 
 def test_rms_error():
     assert rms_error(np.array([1.0, 3.0]), np.array([0.0, 0.0])) == pytest.approx(np.sqrt(5))
+
+
+@pytest.mark.parametrize(("error", "approaches"), [
+    (lambda t: 9 - 0.1 * t, True),  # a drift far from the reference
+    (lambda t: 1 + np.exp(-t / 2), True),  # not settled
+    (lambda t: 1 + np.exp(-5 * t), False),
+    (lambda t: -1 - np.exp(-t / 2), True),
+    (lambda t: 1 + t, False),
+    (lambda t: np.ones_like(t), False),
+])  # fmt: skip
+def test_an_error_that_still_decreases_is_told_from_one_that_stays(error, approaches):
+    assert still_approaching(error(np.linspace(0, 3, 61))) is approaches

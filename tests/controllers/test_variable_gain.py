@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from jaxtyping import Array, Float
 
-from nectosome.controllers.block_loop import BlockLoop, Track
-from nectosome.controllers.motor_speed import VariableGainPI
+from nectosome.controllers import VariableGainPI
+from nectosome.controllers.block_loop import BlockLoop, BlockLoopRecord
 from nectosome.controllers.pid import ActuatorLimits
 from nectosome.core import Block, Line, Stepper
 from nectosome.drives import Dahl, Sensor
@@ -60,11 +60,11 @@ def law(boost: float, most: float = 2.0) -> VariableGainPI:
     return VariableGainPI(kp, ki, extra, low, reach)
 
 
-def turned(boost: float, speed: float, noise: float = 0.0) -> Track:
+def turned(boost: float, speed: float, noise: float = 0.0) -> BlockLoopRecord:
     """8 s at a speed, the last 6 s of it: more than two teeth at the lowest."""
     loop = BlockLoop(MOTOR, Sensor(jnp.asarray(noise), -FREE, FREE), DT, substeps=20)
     track = loop.run(law(boost), np.full(1600, speed))
-    return Track(*(x[400:] for x in track))
+    return BlockLoopRecord(*(x[400:] for x in track))
 
 
 @pytest.mark.parametrize("speed", [0.2, 0.5])

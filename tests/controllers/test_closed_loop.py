@@ -65,16 +65,16 @@ def test_a_robot_answers_as_its_transfer_function_saturated_or_not(slide):
 def test_the_run_comes_with_moments_between_the_samples(slide):
     """Held force: v goes to u/c with exp(-c t/m), half a sample on too."""
     found = run_closed_loop(slide, PI, np.full(21, 0.3))
-    track = found.track()
-    assert dict(track.sizes) == {"sample": 21, "time": 41, "station": 1, "axis": 3}
-    v, u = track["reading"].values, track["command"].values[:-1]
+    signals = found.signals()
+    assert dict(signals.sizes) == {"sample": 21, "time": 41, "station": 1, "axis": 3}
+    v, u = signals["reading"].values, signals["command"].values[:-1]
     half = np.exp(-DRAG * DT / 2 / MASS)
     np.testing.assert_allclose(v[1::2], half * v[:-1:2] + (1 - half) * u / DRAG, atol=1e-9)
     np.testing.assert_allclose(found.output, v[::2], atol=1e-12)
-    assert track["command"].attrs["units"] == "N" and track["reading"].attrs["units"] == "m/s"
+    assert signals["command"].attrs["units"] == "N" and signals["reading"].attrs["units"] == "m/s"
     late = found.last(0.5)
     np.testing.assert_array_equal(late.time, found.time[-10:])
-    np.testing.assert_array_equal(late.moment, found.moment[found.moment > 0.5 + 1e-9])
+    np.testing.assert_array_equal(late.instants, found.instants[found.instants > 0.5 + 1e-9])
 
 
 def test_what_is_kept_is_a_run_like_any(slide):
@@ -83,10 +83,10 @@ def test_what_is_kept_is_a_run_like_any(slide):
     data = found.to_dataset({"rate": 20.0})
     check_run(data, "kept")
     check_drawable(data, "kept")
-    np.testing.assert_allclose(data["time"].values, found.moment[1:])
+    np.testing.assert_allclose(data["time"].values, found.instants[1:])
     np.testing.assert_allclose(data["v"].values[:, 0], data["reading"].values, atol=1e-12)
     x = data["position"].sel(axis="x").values[:, 0]
-    np.testing.assert_allclose(x, found.track()["position"].values[1:, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(x, found.signals()["position"].values[1:, 0, 0], atol=1e-12)
     pushed = data["load_power"].sel(load="drive").sum("part").values / data["v"].values[:, 0]
     np.testing.assert_allclose(pushed[1::2], data["command"].values[:-1], rtol=1e-9)
     assert float(data["power_balance"].max()) < 1e-12

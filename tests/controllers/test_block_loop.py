@@ -9,7 +9,7 @@ from scipy.linalg import expm
 from simple_loops import DT, actuator, around, dynamics, late, of
 
 from nectosome.controllers import ActuatorLimits, BlockLoop, eased, perturbed, pid_of, run_batch, sine
-from nectosome.controllers.block_loop import held
+from nectosome.controllers.block_loop import hold
 from nectosome.drives import Chain, Saturation, Sensor
 
 KP, KI, KD, TF = 1.5, 12.0, 0.05, 0.02
@@ -57,7 +57,7 @@ def test_a_command_is_held_over_all_steps():
     plant = Chain((Saturation(*of(-1.0, 1.0)), dynamics())).sampled(DT / 4)
     state, y = plant.initial(), jnp.zeros(())
     for u in (0.5, 2.0):
-        state, y = held(plant, state, *of(u), 4)
+        state, y = hold(plant, state, *of(u), 4)
     A = expm(DT * np.array([[0.0, 1.0, 0.0], [-400.0, -36.0, 400.0], [0.0, 0.0, 0.0]]))
     x = A[:2, 2] * 0.5
     assert float(y) == pytest.approx((A[:2, :2] @ x + A[:2, 2])[0], rel=1e-12)
@@ -81,7 +81,7 @@ def test_lanes_are_what_single_loops_are(lanes):
     regulator = LAW.planned(REFERENCE, DT)
     found = run_batch(lanes, regulator, REFERENCE)
     for k in (0, 3):
-        alone = lane(lanes, k).follow(regulator, REFERENCE)
+        alone = lane(lanes, k).run_regulator(regulator, REFERENCE)
         for both, single in zip(found, alone, strict=True):
             np.testing.assert_allclose(both[k], single, rtol=1e-12, atol=1e-12)
     assert np.std(np.asarray(found.output), axis=0).max() > 0.01
@@ -93,7 +93,7 @@ def test_lanes_may_have_regulators_of_their_own(lanes):
     own = jax.tree.map(lambda *x: jnp.stack(x), *laws)
     found = run_batch(lanes, own, REFERENCE, own=True)
     for k in (1, 2):
-        alone = lane(lanes, k).follow(laws[k], REFERENCE)
+        alone = lane(lanes, k).run_regulator(laws[k], REFERENCE)
         np.testing.assert_allclose(found.command[k], alone.command, rtol=1e-12, atol=1e-12)
 
 
@@ -101,7 +101,7 @@ def test_noise_is_that_of_the_sensor_and_of_its_seed(lanes):
     """Normal, white, of the standard deviation asked for; none is in the output itself; lanes have their own."""
     reference = np.zeros(5000)
     loop = eqx.tree_at(lambda one: one.sensor.seed, lane(lanes, 0), jnp.asarray(7))
-    track = loop.follow(LAW.planned(reference, DT), reference)
+    track = loop.run_regulator(LAW.planned(reference, DT), reference)
     noise = np.asarray(track.measured - track.output)
     n = len(noise)
     assert np.std(noise) == pytest.approx(NOISE, rel=4 / np.sqrt(2 * n))

@@ -24,7 +24,7 @@ body:
   loads: {drag: {kind: lumped_drag, drag_area: [0 m2, 0 m2, 0.2 m2]}}
 aliases: {thrust: body.joint.force.value, volume: body.volume}
 """
-ASKED = ("control", "diver.yaml", "--command", "thrust=-20:20N", "--measure", "depth", "--rate", "10Hz")
+ASKED = ("control", "diver.yaml", "--command", "thrust=-20..20N", "--measure", "depth", "--rate", "10Hz")
 
 
 def asked(*changes: str) -> tuple[str, ...]:
@@ -59,24 +59,63 @@ def test_a_diver_finds_gains_and_goes_down(nectosome, diver, tmp_path):
     assert "depth by thrust" in (tmp_path / "run.html").read_text()
 
 
+def test_nothing_is_overwritten_without_force_and_a_table_has_the_samples(nectosome, diver, tmp_path):
+    (tmp_path / "run.csv").write_text("mine")
+    short = ("--gains=-40,-2,-60", "--time", "2s", "--save", "run.csv")
+    check_wrong(nectosome, [asked(*short)], tmp_path)
+    assert nectosome(*asked(*short), "--force").code == 0
+    rows = (tmp_path / "run.csv").read_text().splitlines()
+    assert rows[0] == "sample (s),reference (m),output (m),measured (m),command (N)" and len(rows) == 22
+
+
 def test_gains_are_in_the_units_in_which_command_and_reference_are_written(nectosome, diver):
     runs = []
-    for command, reference, gains in (("-20:20N", "120cm", "-1,0,-0.5"), ("-0.02:0.02kN", "1.2m", "-0.1,0,-0.05")):
+    for command, reference, gains in (("-20..20N", "120cm", "-1,0,-0.5"), ("-0.02..0.02kN", "1.2m", "-0.1,0,-0.05")):
         units = ("--command", f"thrust={command}", "--reference", reference, f"--gains={gains}")
-        answer = nectosome(*asked(*units, "--time", "4s", "--save", "run.nc"))
+        answer = nectosome(*asked(*units, "--time", "4s", "--save", "run.nc"), "--force")
         assert (answer.code, answer.err) == (0, "")
         runs.append(load_dataset("run.nc")["output"].values)
     np.testing.assert_allclose(runs[0], runs[1], atol=1e-9)
 
 
-def test_what_cannot_be_reached_is_told(nectosome, diver):
-    few = ("--command", "thrust=-1:1N", "--time", "5s")
-    far = nectosome(*asked(*few, "--reference", "9m", "--gains=-10,0,0"))
-    assert far.code == 1
-    assert far.err.startswith("diver: the reference is out of reach: thrust stands at -1 N, and depth is 1.")
+def test_a_reference_that_is_not_reached_yet_is_not_out_of_reach(nectosome, diver):
+    """1 N lets it sink at 0.1 m/s at most: 8 m take longer than 5 s."""
+    few = ("--command", "thrust=-1..1N", "--time", "5s")
+    slow = nectosome(*asked(*few, "--reference", "9m", "--gains=-10,0,0"))
+    assert slow.code == 1
+    assert slow.err.startswith(
+        "diver: 9 m is not reached yet: thrust is at -1 N, the end of its range, and depth is 1."
+    )
+    assert "approaches it. Give it more time." in slow.err
     other = nectosome(*asked(*few, "--gains", "10,0,0"))
     assert other.code == 1
-    assert "went the wrong way" in other.err and "other sign" in other.err
+    assert "moved away from the reference" in other.err and "other sign" in other.err
+
+
+def test_a_reference_out_of_reach_is_named(nectosome, diver, tmp_path):
+    """Against a spring of 20 N/m, 1 N sinks it by 5 cm; it is damped, and at rest after a while."""
+    spring = DIVER.replace("axis: z\n", "axis: z\n    stiffness: 20 N/m\n    rest: -1 m\n    damping: 20 N s/m\n")
+    (tmp_path / "sprung.yaml").write_text(spring)
+    few = ("--command", "thrust=-1..1N", "--measure", "depth", "--reference", "2m", "--gains=-10,0,0", "--time", "20s")
+    answer = nectosome("control", "sprung.yaml", *few)
+    assert answer.code == 1
+    told = "diver: the reference is out of reach: thrust is at -1 N, the end of its range, and depth is 1.05 m instead"
+    assert answer.err.startswith(told)
+
+
+def test_a_chirp_and_a_recording_are_references_too(nectosome, diver, tmp_path):
+    gains = ("--gains=-40,-2,-60", "--save", "run.nc")
+    chirp = ("--reference", "chirp", "--amplitude", "10cm", "--frequency", "0.05Hz", "--to", "0.2Hz", "--time", "10s")
+    answer = nectosome(*ASKED, *chirp, *gains)
+    assert (answer.code, answer.err) == (0, "")
+    wanted = load_dataset("run.nc")["reference"].values
+    assert wanted[0] == 1.0 and np.ptp(wanted) == pytest.approx(0.2, rel=0.05)
+    (tmp_path / "dive.csv").write_text("time (s),depth (cm),pressure (bar)\n0,100,1\n4,120,1\n8,120,1\n")
+    answer = nectosome(*ASKED, "--reference", "dive.csv", "--gains=-40,-2,-60", "--save", "dive.nc")
+    assert (answer.code, answer.err) == (0, "")
+    run = load_dataset("dive.nc")
+    np.testing.assert_allclose(run["reference"].values[[0, 20, 40, 80]], [1.0, 1.1, 1.2, 1.2], atol=1e-12)
+    assert run.sizes["sample"] == 81
 
 
 def test_a_sine_is_followed_about_where_the_robot_starts(nectosome, diver):
@@ -93,19 +132,22 @@ def test_mistakes_are_told_and_nothing_is_written(nectosome, diver, tmp_path):
     check_wrong(
         nectosome,
         [
-            asked("--command", "push=-20:20N"),
-            asked("--command", "thrust=-20:20"),
-            asked("--command", "thrust=-20:20mm"),
-            asked("--command", "thrust=20:-20N"),
+            asked("--command", "push=-20..20N"),
+            asked("--command", "thrust=-20..20"),
+            asked("--command", "thrust=-20..20mm"),
+            asked("--command", "thrust=20..-20N"),
             asked("--command", "thrust=20N"),
-            asked("--command", "thrust=5:20N"),
-            asked("--command", "volume=-1:3L"),
+            asked("--command", "thrust=5..20N"),
+            asked("--command", "volume=-1..3L"),
             asked("--reference", "1.5"),
             asked("--reference", "30deg"),
             asked("--reference", "sinus"),
             asked("--reference", "sine", "--amplitude", "10cm"),
             asked("--reference", "triangle", "--amplitude=-10cm", "--frequency", "1Hz"),
             asked("--amplitude", "10cm"),
+            asked("--column", "depth"),
+            asked("--reference", "chirp", "--amplitude", "10cm", "--frequency", "1Hz"),
+            asked("--reference", "gone.csv"),
             asked("--gains", "1,2"),
             asked("--gains", "1,-2,0"),
             asked("--gains", "0,0,0"),
@@ -123,7 +165,7 @@ def test_mistakes_are_told_and_nothing_is_written(nectosome, diver, tmp_path):
             asked("--measure", "deep"),
             ("control", "nobody", *ASKED[2:], "--reference", "1.5m"),
             ("control", "diver.yaml", "--measure", "depth", "--reference", "1.5m"),
-            ("control", "eel", "--command", "f=0:3Hz", "--measure", "velocity.x", "--mean", "--reference", "-0.3m/s"),
+            ("control", "eel", "--command", "f=0..3Hz", "--measure", "velocity.x", "--mean", "--reference", "-0.3m/s"),
         ],
         tmp_path,
     )
@@ -133,8 +175,8 @@ def test_mistakes_are_told_and_nothing_is_written(nectosome, diver, tmp_path):
     ("argv", "message"),
     [
         (("--measure", "deep"), '--measure: "deep" is nothing that can be measured. Did you mean "depth"?'),
-        (("--command", "thrust=5:20N"), "--command thrust: it starts at 0 N, outside of 5 N to 20 N."),
-        (("--mean",), "--mean: there is no beat to take it of: nothing of this robot is driven"),
+        (("--command", "thrust=5..20N"), "--command thrust: it starts at 0 N, outside of 5 N to 20 N."),
+        (("--mean",), "--mean: there is no beat to average over: nothing of this robot is driven"),
     ],
 )
 def test_a_mistake_is_told_with_its_way_out(nectosome, diver, argv, message):
@@ -146,7 +188,7 @@ def test_a_mistake_is_told_with_its_way_out(nectosome, diver, argv, message):
 @pytest.mark.slow
 def test_an_eel_turns_to_a_heading_and_holds_it(nectosome):
     """30 deg by bending more to one side, within 8 mN m, with the gains found: after 5 s within 5 %, then it stays."""
-    turn = ("--command", "bias=-8:8mN m", "--measure", "heading", "--reference", "30deg", "--time", "20s", "--mean")
+    turn = ("--command", "bias=-8..8mN m", "--measure", "heading", "--reference", "30deg", "--time", "20s", "--mean")
     answer = nectosome("control", "eel", *turn, "--save", "run.nc")
     assert (answer.code, answer.err) == (0, "")
     run = load_dataset("run.nc")
@@ -156,7 +198,7 @@ def test_an_eel_turns_to_a_heading_and_holds_it(nectosome):
     np.testing.assert_allclose(degrees[time > 19], 30, atol=0.01)
     assert np.abs(run["command"].values).max() <= 8e-3
     assert np.ptp(np.degrees(run["reading"].values[run["time"].values > 10])) > 60  # the head goes to and fro
-    way = run["position"].values[run["time"].values > 10, 0]
-    beats = way[:: round(0.5 / np.diff(run["time"].values).mean())]
+    path = run["position"].values[run["time"].values > 10, 0]
+    beats = path[:: round(0.5 / np.diff(run["time"].values).mean())]
     course = beats[0] - beats[-1]  # it swims towards -x of its own
     assert np.degrees(np.arctan2(course[1], course[0])) == pytest.approx(30, abs=2)

@@ -81,7 +81,7 @@ def test_noise_beyond_the_band_is_told():
 def test_what_does_not_swing_is_told():
     """Within the band for ever; too short a recording; an answer that grows."""
     block, _ = PLANTS["lag"]
-    with pytest.raises(InputError, match="turned up 0 times; 5 are needed"):
+    with pytest.raises(InputError, match="switched up 0 times; 5 are needed"):
         ultimate(*swung(block, band=5.0), DT, 5.0)
     measured, command = swung(block)
     with pytest.raises(InputError, match="Give it more time"):
@@ -93,7 +93,7 @@ def test_what_does_not_swing_is_told():
     slower = np.sin(50 * np.log1p(t))
     with pytest.raises(InputError, match="not steady: the last periods are"):
         ultimate(slower, np.where(slower >= 0, 1.0, -1.0), DT, 0.0)
-    with pytest.raises(InputError, match="the loop does not answer"):
+    with pytest.raises(InputError, match="it does not respond"):
         ultimate(0.1 * np.sin(8 * t), square, DT, 0.2)
 
 
