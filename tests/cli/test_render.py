@@ -68,7 +68,7 @@ def test_ctrl_c_leaves_nothing(nectosome, ball_run, monkeypatch):
 MISTAKES = {
     "none --save a.mp4": "none",
     "{run}": "render: --save needs a value",
-    "{run} --save a.gif": '--save: "a.gif" does not end in .mp4 or .png or .svg.',
+    "{run} --save a.gif": '--save: "a.gif" does not end in .mp4, .png or .svg.',
     "{run} --save none/a.mp4": "--save: cannot write into none",
     "{run} --save a.mp4 --size 1280": '--size: "1280" is no width and height',
     "{run} --save a.mp4 --size 641x480": "even numbers from 128 to 4096",

@@ -66,6 +66,7 @@ SPELLINGS = {
     "--amplitude": "amplitude of a reference",
     "--frequency": "frequency of a reference",
     "--to": "last frequency of a chirp",
+    "--column": "quantity of a recording that is the reference",
     "--gains": "gains of a PID",
     "--rate": "sampling rate",
     "--mean": "average a measurement over a beat",

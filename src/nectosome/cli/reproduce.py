@@ -40,7 +40,7 @@ def reproduce(
     if out is not None:
         _make_folder(out)
         for file in (_SCORECARD, _REPORT):
-            check_target(out / file, "--out", file, force)
+            check_target(out / file, "--out", (".html", ".json"), force)
 
     done: list[Study] = []
     for name, run in STUDIES.items():
