@@ -1,4 +1,4 @@
-"""`nectosome check` and `nectosome schema`: robot files while they are written."""
+"""`nectosome check` and `nectosome schema`: mistakes in a robot file, and the schema for editors."""
 
 import json
 from pathlib import Path
@@ -13,7 +13,7 @@ from nectosome.units import count
 
 
 def check(file: Annotated[Path, Parameter(help="A robot file.")], /) -> None:
-    """Check a robot file and say what it describes, or what is wrong with it."""
+    """Check a robot file: print parts, degrees of freedom and mass, or the mistake."""
     description = load_robot(file)
 
     from nectosome.model import build

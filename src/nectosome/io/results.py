@@ -68,8 +68,15 @@ def _long(dataset: "xr.Dataset") -> "pd.DataFrame":
 
 
 def _labels(dataset: "xr.Dataset", dim: str) -> list:
-    """Labels along a dimension; numbers from 0 where it has none."""
-    return list(dataset[dim].values) if dim in dataset.coords else list(range(dataset.sizes[dim]))
+    """Labels along a dimension; where it has none, numbers from 0, of each part from 0 where a text names parts."""
+    if dim in dataset.coords:
+        return list(dataset[dim].values)
+    import numpy as np
+
+    parts = next((x.values for x in dataset.coords.values() if x.dims == (dim,) and x.dtype.kind == "U"), None)
+    if parts is None:
+        return list(range(dataset.sizes[dim]))
+    return [f"{part} {np.sum(parts[:k] == part)}" for k, part in enumerate(parts)]
 
 
 def _head(dataset: "xr.Dataset", dim: str) -> str:

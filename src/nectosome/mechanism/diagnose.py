@@ -28,6 +28,7 @@ class Diagnosis(NamedTuple):
     load_force: Float[Array, "loads parts 3"]  # world frame [N]
     load_power: Float[Array, "loads parts"]  # [W], positive into the robot
     line_force: Float[Array, "loads n 3"]  # station frame [N/m], NaN where a station is no strip
+    missing: Float[Array, "nv"]  # force along the unknown coordinates that balances the rest [N m, N]; 0 in free motion
     reaction: Float[Array, "prescribed"]  # what the drives of prescribed joints give [N m, N]
     reaction_power: Float[Array, "prescribed"]  # [W]
     drive_velocity: Float[Array, "prescribed"]  # of prescribed joints [rad/s, m/s]
@@ -77,10 +78,15 @@ def energies(robot: Robot, t: Array, x: State) -> Float[Array, "parts 3"]:
     return jnp.stack(found)
 
 
-def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
-    """Forces, powers and energies of the motion through x at time t."""
+def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] | None = None) -> Diagnosis:
+    """Forces, powers and energies of the motion through x at time t.
+
+    Accelerations of the unknown coordinates are those of the equations of motion, or a; `missing` is then what must act
+    along the coordinates besides.
+    """
     tree, names = robot.tree, load_names(robot)
     rate = robot.rates(t, x)
+    rate = rate if a is None else State(rate.q, a, rate.z)
     acting = robot.forces(t, x, rate.v)
     shape, twist = acting.shape, acting.twist
     n, parts = shape.position.shape[0], len(tree.parts)
@@ -137,6 +143,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
         load_force=by_part(world),
         load_power=power,
         line_force=line,
+        missing=acting.residual[tree.free_v],
         reaction=reaction,
         reaction_power=reaction * v[tree.prescribed_v],
         drive_velocity=v[tree.prescribed_v],

@@ -54,6 +54,10 @@ class Joint(eqx.Module):
         """What a spring feels: the coordinates, or the rotation vector [rad]."""
         return q
 
+    def coordinates(self, displacement: Float[Array, "nv"]) -> Float[Array, "nq"]:
+        """Coordinates of a displacement."""
+        return displacement
+
     def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
         """Coordinates, velocities and accelerations of a joint that is made to follow u [nv], by default itself."""
         return u, du, ddu
@@ -174,6 +178,12 @@ def _rotation_vector(quaternion: Array) -> Array:
     return quaternion[1:] * jnp.where(n > 0, angle / jnp.where(n > 0, n, 1.0), 2 / quaternion[0])
 
 
+def _quaternion(vector: Array) -> Array:
+    """Quaternion (cos(a/2), sin(a/2) n) of a rotation vector a n [rad]."""
+    half = 0.5 * safe_norm(vector)
+    return jnp.concatenate([jnp.cos(half)[None], 0.5 * vector * jnp.sinc(half / jnp.pi)])
+
+
 def _turning(angles: Array, rates: Array, seconds: Array) -> tuple[Array, Array]:
     """Body angular velocity and its rate from roll, pitch, yaw and their derivatives."""
 
@@ -204,6 +214,10 @@ class Spherical(Joint):
     def displacement(self, q: Float[Array, "4"]) -> Float[Array, "3"]:
         """Rotation vector [rad]."""
         return _rotation_vector(q)
+
+    def coordinates(self, displacement: Float[Array, "3"]) -> Float[Array, "4"]:
+        """Quaternion of a rotation vector."""
+        return _quaternion(displacement)
 
     def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
         """From roll, pitch, yaw [rad]."""
@@ -236,6 +250,10 @@ class Free(Joint):
     def displacement(self, q: Float[Array, "7"]) -> Float[Array, "6"]:
         """Rotation vector [rad] and position [m]."""
         return jnp.concatenate([_rotation_vector(q[3:]), q[:3]])
+
+    def coordinates(self, displacement: Float[Array, "6"]) -> Float[Array, "7"]:
+        """Position and quaternion."""
+        return jnp.concatenate([displacement[3:], _quaternion(displacement[:3])])
 
     def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
         """From x, y, z [m] and roll, pitch, yaw [rad] in the parent's frame."""

@@ -123,6 +123,17 @@ class Robot(Mechanical):
             i += n
         return jnp.concatenate(out)
 
+    def coordinates(self, displacements: Float[Array, "nv"]) -> Float[Array, "nq"]:
+        """Unknown coordinates q of `displacements`."""
+        out, i = [jnp.zeros(0)], 0
+        for part in self.tree.parts:
+            if part.prescribed is None and part.joint.nv:
+                out.append(part.joint.coordinates(displacements[i : i + part.joint.nv]))
+                i += part.joint.nv
+            out.append(displacements[i : i + part.left.size])
+            i += part.left.size
+        return jnp.concatenate(out)
+
     def strips(self, part: int, t: Array, shape: PartShape, twist: Array) -> Strips:
         """Stations of one part as a load sees them."""
         strips = self.in_world(part, shape, twist)

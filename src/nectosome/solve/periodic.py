@@ -1,5 +1,6 @@
 """Periodic motion as a root: the cycle that a robot with periodic drives keeps for ever."""
 
+from collections.abc import Iterable
 from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
@@ -10,13 +11,16 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
-from nectosome.description import RobotDescription
+from nectosome.description import drive_period
 from nectosome.mechanism import Robot, reduced
+from nectosome.model import RobotLike, description_of, robot_of
+from nectosome.units import InputError, read_positive
 
 from .cycle_means import CycleMeans, cycle_means
 from .orbit import cycle_settings, orbit
 from .results import Results, Run, Trajectory
 from .screw import screw_of
+from .simulate import check_tolerances
 from .symmetry import Symmetry, find_symmetry
 
 _SAME = 1e-9  # relative difference of residuals that counts as none
@@ -63,9 +67,9 @@ class Periodic(Run):
         per_turn = 2 * np.pi / screw.angle
         return CyclePath(screw.radius(start[1]), screw.angle / float(time[-1]), screw.axis, per_turn * screw.along)
 
-    def results(self, description: RobotDescription | None = None, settings: dict[str, Any] | None = None) -> Results:
+    def results(self, settings: dict[str, Any] | None = None) -> Results:
         """Results of the cycle as of any run, and its multipliers."""
-        found = super().results(description, settings)
+        found = super().results(settings)
         parts = {"multiplier_real": np.real(self.multipliers), "multiplier_imaginary": np.imag(self.multipliers)}
         return found._replace(data=found.data | {name: (("multiplier",), x, "1") for name, x in parts.items()})
 
@@ -77,32 +81,36 @@ def _pose(robot: Robot, t: Array, x: State) -> tuple[Float[Array, "3 3"], Float[
 
 
 def periodic(
-    robot: Robot,
-    period: float,
+    robot: RobotLike,
+    period: float | str | None = None,
     *,
+    settings: Iterable[str] = (),
     guess: State | None = None,
     samples: int = 129,
     rtol: float = 1e-6,
     atol: float = 1e-8,
 ) -> Periodic:
-    """Relative periodic orbit of a robot whose drives repeat themselves with `period` [s].
+    """Relative periodic orbit of a robot whose drives repeat themselves with `period`, seconds or text such as "0.5s".
 
-    All that its equations depend on returns after a period; place and heading may go on. It is looked for from `guess`
-    (a state at t = 0), else from rest. Status SOLVED; SETTLED where it was found by waiting; UNSTABLE where a
-    multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves from the start on, as a
-    stroke with a ramp does not. The ends of the cycle meet within what `rtol` and `atol` allow for one time step, of
-    numbers as large as they get in the cycle; for twenty where the steps let them come no closer (see `residual`).
-    Raises ValueError for a period, sample count or tolerance that makes no sense.
+    The robot is given by name, path, description or built, with `settings` such as "f=2Hz"; without a period, that of
+    its description's drives is taken (see `drive_period`). All that its equations depend on returns after a period;
+    place and heading may go on. It is looked for from `guess` (a state at t = 0), else from rest. Status SOLVED;
+    SETTLED where it was found by waiting; UNSTABLE where a multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the
+    drives do not repeat themselves from the start on, as a stroke with a ramp does not. The ends of the cycle meet
+    within what `rtol` and `atol` allow for one time step, of numbers as large as they get in the cycle; for twenty
+    where the steps let them come no closer (see `residual`). Raises InputError for what is no robot, where its drives
+    have no period, and for a period, sample count or tolerance that makes no sense.
     """
-    if not (np.isfinite(period) and period > 0):
-        raise ValueError(f"periodic: the period is {period} s; it must be a positive number of seconds.")
+    period = (
+        drive_period(description_of(robot, settings)) if period is None else read_positive(period, "time", "period")
+    )
     if samples < 2:
-        raise ValueError(f"periodic: {samples} samples; at least 2 are needed, both ends of the cycle.")
-    if not (0 < rtol < 1 and 0 < atol < 1):
-        raise ValueError(f"periodic: tolerances are rtol {rtol}, atol {atol}; they must lie between 0 and 1.")
+        raise InputError(f"{samples} samples; at least 2 are needed, both ends of the cycle.", field="samples")
+    check_tolerances(rtol, atol)
+    robot = robot_of(robot, settings)
     symmetry = find_symmetry(robot)
     x = robot.initial() if guess is None else guess
-    T = jnp.asarray(float(period))
+    T = jnp.asarray(period)
     settings = cycle_settings("implicit", T, rtol, atol)
     if x.v.size and float(remembered(_change_over, robot, T)) > _SAME:
         one = jax.tree.map(lambda x: jnp.asarray(x)[None], x)

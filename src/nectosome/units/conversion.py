@@ -4,7 +4,7 @@ import math
 import re
 from fractions import Fraction
 from functools import cache
-from typing import Any
+from typing import Any, SupportsFloat
 
 from nectosome.units.dimensions import DIMENSIONS, Dimension
 from nectosome.units.errors import shorten
@@ -12,19 +12,26 @@ from nectosome.units.errors import shorten
 from .errors import InputError
 
 
-def read_quantity(text: str, dimension: str, field: str) -> float:
-    """Return the SI value. Raises InputError, which names the field."""
+def read_quantity(given: str | SupportsFloat, dimension: str, field: str) -> float:
+    """Return the SI value of text with a unit, or of a number in SI units. Raises InputError, which names the field."""
     try:
-        return parse_quantity(text, dimension)
+        if isinstance(given, str):
+            return parse_quantity(given, dimension)
+        value = math.nan if isinstance(given, bool) else float(given)
+        if not math.isfinite(value):
+            raise ValueError(f'"{shorten(given)}" is no finite number. {expected(dimension)}')
+        return value
+    except TypeError:
+        raise InputError(f'"{shorten(given)}" is no quantity. {expected(dimension)}', field=field) from None
     except ValueError as error:
         raise InputError(str(error), field=field) from None
 
 
-def read_positive(text: str, dimension: str, field: str) -> float:
-    """Return the SI value, more than 0. Raises InputError, which names the field."""
-    value = read_quantity(text, dimension, field)
+def read_positive(given: str | SupportsFloat, dimension: str, field: str) -> float:
+    """Return the SI value, more than 0, likewise. Raises InputError, which names the field."""
+    value = read_quantity(given, dimension, field)
     if value <= 0:
-        raise InputError(f'"{text}" is out of range: it must be more than 0.', field=field)
+        raise InputError(f'"{given}" is out of range: it must be more than 0.', field=field)
     return value
 
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from nectosome.io import save_dataset
 from nectosome.measure import read
-from nectosome.vision.video import Clip, Colour, draw_over, proposal_text, propose, track_segments, write_table
+from nectosome.vision.video import Clip, Colour, draw_over, proposal_text, propose, track_segments
 from nectosome.vision.video.segments import Groups
 from nectosome.vision.video.sheet import load_sheet
 
@@ -47,7 +48,7 @@ def test_the_table_is_read_back_as_it_was(tracked, tmp_path):
     made = tracked.copy(deep=True)
     made["direction"][3, 1] = np.nan
     path = tmp_path / "t.csv"
-    write_table(made, path)
+    save_dataset(made, path)
     back = read(path)
     np.testing.assert_array_equal(back["time"], made["time"])
     np.testing.assert_array_equal(back["direction first"], made["direction"].sel(segment="first"))

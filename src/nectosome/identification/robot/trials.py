@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from nectosome.description import RobotDescription, apply_settings, numeric_paths
 from nectosome.mechanism import Robot
-from nectosome.model.readings import Reading, reading_of
+from nectosome.solve.readings import Reading, reading_of
 from nectosome.units import InputError, count, did_you_mean
 
 from ..recordings import file_of, unit_of

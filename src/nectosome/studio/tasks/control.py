@@ -9,7 +9,8 @@ import numpy as np
 
 from nectosome.controllers import CommandRange
 from nectosome.core import Status
-from nectosome.model import build, common_readings, reading_of
+from nectosome.model import build
+from nectosome.solve import common_readings, reading_of
 from nectosome.studio.work import Progress, errors_shown, labelled
 from nectosome.units import InputError, shorten
 from nectosome.view.closed_loop import signals_panel

@@ -7,7 +7,7 @@ import numpy as np
 
 from nectosome import controllers
 from nectosome.description import RobotDescription, drive_period, get_value, numeric_paths, resolve
-from nectosome.model.readings import Reading
+from nectosome.solve.readings import Reading
 from nectosome.studio.sliders import scales_of
 from nectosome.studio.work import Progress
 from nectosome.units import InputError, read_quantity
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 CONSTANT = "constant"
 SHAPES = ("sine", "triangle")  # that go on until the run is stopped
 _TUNED = 10.0  # s of the reference, along which gains are detuned
-_SPEEDS = ("surge", "sway", "climb")
+_SPEEDS = ("velocity.x", "velocity.y", "velocity.z")
 _MOST, _NOTHING = 0.8, 1e-4  # of a speed or force; m/s, N
 _SHARE = 0.5  # of a drive's amplitude, that its offset may be
 

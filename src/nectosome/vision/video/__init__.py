@@ -5,7 +5,7 @@ from .clip import Clip, Frame
 from .markers import track_markers
 from .overlay import draw_over
 from .propose import Proposal, proposal_text, propose
-from .reasons import Reason, write_table
+from .reasons import Reason
 from .sheet import Colour, MarkerSheet, SegmentSheet, load_sheet
 
 __all__ = [
@@ -22,5 +22,4 @@ __all__ = [
     "propose",
     "track_markers",
     "track_segments",
-    "write_table",
 ]

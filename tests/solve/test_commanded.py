@@ -5,9 +5,10 @@ import pytest
 
 from nectosome.core import Status
 from nectosome.description import parse_robot
-from nectosome.model import SampledPlant, build
-from nectosome.model.readings import reading_of
+from nectosome.model import build
 from nectosome.robots import describe
+from nectosome.solve import SampledPlant
+from nectosome.solve.readings import reading_of
 from nectosome.units import InputError
 
 MASS, WEIGHT, FORCE, SWING, ARM, DT = 2.0, 0.5, 3.0, 0.5, 0.1, 0.37
@@ -97,10 +98,10 @@ def test_the_program_does_not_know_the_command(wagged, monkeypatch):
 @pytest.mark.parametrize(
     ("command", "reading", "message"),
     [
-        ("freq", "surge", 'there is no quantity called "freq" in wagging'),
-        ("body.joint.position", "surge", "body.joint.position: says how the robot starts"),
+        ("freq", "velocity.x", 'there is no quantity called "freq" in wagging'),
+        ("body.joint.position", "velocity.x", "body.joint.position: says how the robot starts"),
         ("f", "heeding", '"heeding" is nothing that can be measured. Did you mean "heading"?'),
-        ("f", "depth", '"depth" needs a surface of the water, and there is none. Measure z.'),
+        ("f", "depth", '"depth" needs a surface of the water, and there is none. Measure position.z.'),
     ],
 )
 def test_what_makes_no_sense_is_refused(command, reading, message):
@@ -112,7 +113,12 @@ def test_what_makes_no_sense_is_refused(command, reading, message):
 def test_all_that_can_be_read_is_named_once():
     """Of the eel: places of its body, its joint's angle, and its strains, with their kinds."""
     eel = build(describe("eel"))
-    kinds = {name: reading_of(eel, name).dimension for name in ("heading", "body.z", "body.angle", "body.angle.rate")}
-    assert kinds == {"heading": "angle", "body.z": "length", "body.angle": "angle", "body.angle.rate": "angular_speed"}
-    assert reading_of(eel, "body.bending_z.2").dimension == "curvature"
+    expected = {
+        "heading": "angle",
+        "body.position.z": "length",
+        "body.angle": "angle",
+        "body.angle.rate": "angular_speed",
+    }
+    assert {name: reading_of(eel, name).dimension for name in expected} == expected
+    assert reading_of(eel, "body.bending_z.2").dimension == "angle"  # curvature times length
     assert reading_of(eel, "heading").turns and not reading_of(eel, "body.angle").turns

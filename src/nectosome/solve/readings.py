@@ -1,6 +1,7 @@
 """What a sensor on a robot could tell of its motion: one number, by name."""
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import equinox as eqx
 import jax
@@ -11,28 +12,43 @@ from jaxtyping import Array, Float
 from nectosome.core import State
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot
+from nectosome.description import parse_robot
 from nectosome.mechanism import Robot, diagnose, held_force
-from nectosome.solve import Run
+from nectosome.model import build
+from nectosome.model.inputs import kind_of
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, shorten
 
+from .results import Run
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 PLACES = {
-    "x": ("length", "place along the world's x"),
-    "y": ("length", "along y"),
-    "z": ("length", "along z, up"),
+    "position.x": ("length", "along the world's x"),
+    "position.y": ("length", "along the world's y"),
+    "position.z": ("length", "along the world's z, up"),
     "depth": ("length", "below the water's surface"),
     "heading": ("angle", "of the part's x axis seen from above, from the world's x towards y; full turns are counted"),
     "pitch": ("angle", "of the part's x axis over the horizon"),
-    "lean": ("angle", "of the part's z axis from straight above"),
-    "surge": ("speed", "along the world's x"),
-    "sway": ("speed", "along y"),
-    "climb": ("speed", "along z"),
+    "tilt": ("angle", "of the part's z axis from straight above"),
+    "velocity.x": ("speed", "along the world's x"),
+    "velocity.y": ("speed", "along the world's y"),
+    "velocity.z": ("speed", "along the world's z, up"),
+    "surge": ("speed", "along the part's own x axis"),
+    "sway": ("speed", "along the part's own y axis, to port where x is ahead"),
+    "heave": ("speed", "along the part's own z axis, up where the part is level"),
     "turn_rate": ("angular_speed", "about the vertical"),
 }
-"""Dimension and meaning of what can be read of a part, at its root and at its tip."""
+"""Dimension and meaning of what can be read of a part, at its root and at its tip.
+
+Surge, sway and heave are the components of the velocity along body axes (SNAME 1950; Fossen 2011), here with z up: sway
+and heave have the signs opposite to theirs, whose y points to starboard and z down. A robot that swims towards its own
+-x has a negative surge.
+"""
 
 _OF_COORDINATE = {"angle": ("angle", "angular_speed"), "position": ("length", "speed")}
-_OF_COORDINATE |= {"x": _OF_COORDINATE["position"], "y": _OF_COORDINATE["position"]}
-_OF_STRAIN = {"torsion": "curvature", "bending_y": "curvature", "bending_z": "curvature"}
+_OF_COORDINATE |= dict.fromkeys("xy", _OF_COORDINATE["position"])  # of a planar joint
+_OF_STRAIN = {"torsion": "angle", "bending_y": "angle", "bending_z": "angle"}  # curvature times length
 _RATE, _FORCE, _REACTION = "rate", "force", "reaction"
 
 
@@ -70,7 +86,7 @@ class Reading(eqx.Module):
         place = place_of(shape.rotation[k], shape.position[k], tree.twists(shape, v)[k])
         if self.kind == "depth":
             assert robot.water.surface is not None
-            return robot.water.surface - place["z"]
+            return robot.water.surface - place["position.z"]
         return place[self.kind]
 
 
@@ -78,29 +94,68 @@ def place_of(R: Float[Array, "3 3"], p: Float[Array, "3"], twist: Float[Array, "
     """Where a station is and how it moves, by the names of PLACES but depth; SI units, `twist` in its own frame."""
     turning, velocity = dot(R, twist[:3]), dot(R, twist[3:])
     return {
-        "x": p[0],
-        "y": p[1],
-        "z": p[2],
+        **{f"position.{axis}": p[i] for i, axis in enumerate("xyz")},
         "heading": jnp.arctan2(R[1, 0], R[0, 0]),
         "pitch": jnp.arctan2(R[2, 0], jnp.hypot(R[0, 0], R[1, 0])),
-        "lean": jnp.arctan2(jnp.hypot(R[2, 0], R[2, 1]), R[2, 2]),
-        "surge": velocity[0],
-        "sway": velocity[1],
-        "climb": velocity[2],
+        "tilt": jnp.arctan2(jnp.hypot(R[2, 0], R[2, 1]), R[2, 2]),
+        **{f"velocity.{axis}": velocity[i] for i, axis in enumerate("xyz")},
+        **{name: twist[3 + i] for i, name in enumerate(("surge", "sway", "heave"))},
         "turn_rate": turning[2],
     }
 
 
-def read(run: Run, name: str) -> Float[np.ndarray, "n"]:
-    """What a sensor on the robot would have told along a run, at `run.value.time`, by the name of the reading.
+def reading(run: "Run | xr.Dataset", name: str) -> Float[np.ndarray, "n"]:
+    """What a sensor on the robot reads along a run or its saved dataset, at each of its times [SI].
 
-    Names are those of `reading_of`; SI units; a heading goes on beyond half a turn. Raises InputError for what cannot
-    be read of this robot, with what can.
+    Names are those of `reading_of`; a heading goes on beyond half a turn. Raises InputError for what is no run, and for
+    what cannot be read of this robot or was not saved.
     """
-    robot, times, states = run.value.system, run.value.time, run.value.state
-    reading = reading_of(robot, name)
-    values = np.asarray(remembered(_values, reading, robot, times, states))
-    return np.unwrap(values) if reading.turns else values
+    if isinstance(run, Run):
+        robot, times, states = run.value.system, run.value.time, run.value.state
+        one = reading_of(robot, name)
+        values = np.asarray(remembered(_values, one, robot, times, states))
+    else:
+        one, values = _saved(run, name)
+    return np.unwrap(values) if one.turns else values
+
+
+def _saved(data: "xr.Dataset", name: str) -> tuple[Reading, Float[np.ndarray, "n"]]:
+    """A reading and its values along a saved run: those that it holds as they are, others of the robot rebuilt."""
+    lacking = [what for what in ("time", "rotation", "velocity", "q") if what not in getattr(data, "variables", ())]
+    if lacking:
+        raise InputError(f"{kind_of(data)} without {lacking[0]} is given where a run is expected. {_RUNS}")
+    if not data.attrs.get("robot"):
+        raise InputError("this dataset does not tell its robot, so that nothing can be read of it by name.")
+    robot = build(parse_robot(str(data.attrs["robot"])))
+    one = reading_of(robot, name)
+    whole = name.removesuffix(f".{_RATE}") if one.kind == _RATE else name.removeprefix(f"{_REACTION}.")
+    for kind, variable, along in (
+        ("coordinate", "q", "coordinate"),
+        (_RATE, "v", "coordinate"),
+        (_RATE, "drive_velocity", "prescribed"),
+        (_REACTION, "reaction", "prescribed"),
+    ):
+        if one.kind == kind and whole in data[along].values:
+            return one, data[variable].sel({along: whole}).values
+    firsts = [place.stations.start for place in robot.tree.layout]
+    of_place = one.kind in PLACES and one.kind != "turn_rate"
+    if of_place and (PLACES[one.kind][0] != "speed" or one.index in firsts):
+        R, p = data["rotation"].values[:, one.index], data["position"].values[:, one.index]
+        velocity = data["velocity"].values[:, firsts.index(one.index)] if one.index in firsts else np.zeros_like(p)
+        twists = np.concatenate([np.zeros_like(p), np.einsum("tji,tj->ti", R, velocity)], axis=1)
+        if one.kind == "depth" and robot.water.surface is not None:
+            return one, float(robot.water.surface) - p[:, 2]
+        return one, np.asarray(jax.vmap(place_of)(*map(jnp.asarray, (R, p, twists)))[one.kind])
+    stateful = one.kind == _FORCE and bool(jax.tree.leaves(robot.initial().z))
+    if stateful or "command" in data.variables:  # what its loads or its controller did besides is not in the dataset
+        raise InputError(f'"{shorten(name)}" was not saved with this run. Read it of the run before it is saved.')
+    q, z = jax.vmap(robot.coordinates)(jnp.asarray(data["q"].values)), robot.initial().z
+    each = jax.tree.map(lambda x: jnp.broadcast_to(x, (len(q), *x.shape)), z)
+    states = State(q, jnp.asarray(data["v"].values), each)
+    return one, np.asarray(remembered(_values, one, robot, jnp.asarray(data["time"].values), states))
+
+
+_RUNS = "Give what ns.simulate, steady, periodic or static return, or the dataset of it."
 
 
 def _values(reading: Reading, robot: Robot, times: Float[Array, "n"], states: State) -> Float[Array, "n"]:
@@ -110,7 +165,7 @@ def _values(reading: Reading, robot: Robot, times: Float[Array, "n"], states: St
 def reading_of(robot: Robot, name: str) -> Reading:
     """Reading by its name.
 
-    - `heading` of the body, `arm.depth` of a part, `arm.tip.x` of its tip: what PLACES has.
+    - `heading` of the body, `arm.depth` of a part, `arm.tip.position.x` of its tip: what PLACES has.
     - `arm.angle` of a joint, `tail.bending_z.0` of a rod, and `arm.angle.rate`.
     - `reaction.arm.angle`: what the drive of a prescribed joint gives.
     - `force.x`: what the robot gives to what holds it, in the world, as a load cell measures; 0 where it swims freely.
@@ -121,7 +176,7 @@ def reading_of(robot: Robot, name: str) -> Reading:
     if name in known:
         return known[name]
     if name.rpartition(".")[2] == "depth" and robot.water.surface is None:
-        raise InputError(f'"{shorten(name)}" needs a surface of the water, and there is none. Measure z.')
+        raise InputError(f'"{shorten(name)}" needs a surface of the water, and there is none. Measure position.z.')
     near = did_you_mean(name, known)
     listed = common_readings(robot)[:30]
     raise InputError(
@@ -131,7 +186,7 @@ def reading_of(robot: Robot, name: str) -> Reading:
 
 def common_readings(robot: Robot) -> list[str]:
     """Names of what can be read, but for the places of parts and of tips."""
-    return [one.name for one in _readings(robot) if "." not in one.name or one.kind not in PLACES]
+    return [one.name for one in _readings(robot) if one.name == one.kind or one.kind not in PLACES]
 
 
 def _readings(robot: Robot) -> Iterator[Reading]:

@@ -10,8 +10,8 @@ from jaxtyping import Array, Float
 from nectosome.core import State, System
 from nectosome.loads import Leg, WallContact
 from nectosome.mechanism import Robot, in_plane
+from nectosome.model import Template, instantiate
 
-from .build import Template, instantiate
 from .readings import place_of
 
 
@@ -60,14 +60,11 @@ class RampedRobot(System):
 class Measures(NamedTuple):
     """Where a robot's body is, how it moves, and what it touches."""
 
-    x: Float[Array, "*n"]  # of the body's first station, world frame [m]
-    y: Float[Array, "*n"]
-    z: Float[Array, "*n"]
+    position: Float[Array, "*n 3"]  # of the body's first station, world frame [m]
+    velocity: Float[Array, "*n 3"]  # of the same [m/s]
     pitch: Float[Array, "*n"]  # of the body's x axis over the horizon [rad]
     heading: Float[Array, "*n"]  # of the same axis seen from above, from the world's x towards y, -pi to pi [rad]
-    lean: Float[Array, "*n"]  # of the body's z axis from straight above [rad]
-    surge: Float[Array, "*n"]  # velocity along the world's x [m/s]
-    climb: Float[Array, "*n"]  # along z [m/s]
+    tilt: Float[Array, "*n"]  # of the body's z axis from straight above [rad]
     feet: Float[Array, "*n"]  # how deep the foot that is deepest is in the floor [m]; -inf where there is none
     surface: Float[Array, "*n"]  # how high the highest station's edge is over the surface [m]; -inf without one
     low_wall: Float[Array, "*n"]  # how deep a bumper is in the wall at the smaller x [m]; -inf where there is none
@@ -97,7 +94,9 @@ def measures(system: RampedRobot, t: Float[Array, ""], x: State) -> Measures:
         top = jnp.max(p[:, 2] + edge) - water.surface
     low, high = jnp.max(jnp.stack(walls), axis=0)
     return Measures(
-        **{name: place[name] for name in ("x", "y", "z", "pitch", "heading", "lean", "surge", "climb")},
+        position=p[0],
+        velocity=jnp.stack([place[f"velocity.{axis}"] for axis in "xyz"]),
+        **{name: place[name] for name in ("pitch", "heading", "tilt")},
         feet=jnp.max(jnp.stack(feet)),
         surface=top,
         low_wall=low,

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
-from jaxtyping import Array, Complex, Float
+from jaxtyping import Array, Complex, Float, Int
 
 from nectosome.core import State
 from nectosome.core.linear import inverse
@@ -19,19 +19,38 @@ from nectosome.mechanism import Free, Robot, Spherical
 from .equations import Equations, Point
 from .symmetry import Symmetry
 
+NEUTRAL = 1e-7  # of the largest eigenvalue: a growth as small is rounding
 
-def modes(robot: Robot, symmetry: Symmetry, x: State) -> Complex[np.ndarray, "k"]:
+
+def eigenvalues(robot: Robot, symmetry: Symmetry, x: State) -> Complex[np.ndarray, "k"]:
     """Eigenvalues [1/s] of the motion linearised about the steady state x, those that grow fastest first."""
-    A = np.asarray(remembered(_linearised, robot, symmetry, x))
-    n = x.v.size
+    A, _ = matrix(robot, symmetry, x)
+    return sort_eigenvalues(np.linalg.eigvals(A).astype(complex), symmetry)
+
+
+def matrix(robot: Robot, symmetry: Symmetry, x: State) -> tuple[Float[np.ndarray, "k k"], Int[np.ndarray, "k"]]:
+    """Matrix of the linear motion without what may drift, and which of (displacements, velocities, load states) it is
+    of.
+    """
+    return without_drift(np.asarray(remembered(linearised, robot, symmetry, x)), symmetry, x.v.size)
+
+
+def without_drift(
+    A: Float[np.ndarray, "m m"], symmetry: Symmetry, n: int
+) -> tuple[Float[np.ndarray, "k k"], Int[np.ndarray, "k"]]:
+    """The same of a matrix that is known, of n velocities."""
     keep = np.setdiff1d(np.arange(A.shape[0]), [i for i in symmetry.drift if i < n])
-    values = np.linalg.eigvals(A[np.ix_(keep, keep)]).astype(complex)
+    return A[np.ix_(keep, keep)], keep
+
+
+def sort_eigenvalues(values: Complex[np.ndarray, "m"], symmetry: Symmetry) -> Complex[np.ndarray, "k"]:
+    """Eigenvalues, those that grow fastest first, without that of a heading that is free."""
     if symmetry.spin:  # the heading is free too, but no coordinate of its own
         values = np.delete(values, np.argmin(np.abs(values)))
     return values[np.argsort(-np.real(values), kind="stable")]
 
 
-def _linearised(robot: Robot, symmetry: Symmetry, x: State) -> Float[Array, "m m"]:
+def linearised(robot: Robot, symmetry: Symmetry, x: State) -> Float[Array, "m m"]:
     """Matrix of the linear motion in (displacements, velocities, load states)."""
     n, zero, one = x.v.shape[0], jnp.zeros(()), jnp.ones(())
     z, unravel = ravel_pytree(x.z)

@@ -17,9 +17,9 @@ from nectosome.description.mission import Event, Mission, Mode
 from nectosome.description.paths import numeric_paths
 from nectosome.io import provenance
 from nectosome.mechanism import moves_in_plane
-from nectosome.solve import fixed_step
+from nectosome.model import build, template_of
 
-from .build import build, template_of
+from .fixed_step import fixed_step
 from .ramps import Measures, RampedRobot, Ramps, measured
 
 if TYPE_CHECKING:
@@ -94,7 +94,10 @@ def run_mission(
                 break
             states, seen = remembered(_stretch, system, jnp.asarray(t), x, jnp.asarray(step))
             times = t + step * (1 + np.arange(_STRETCH))
-            hit, broken = _first(mode, seen, times - began), np.flatnonzero(~np.isfinite(np.asarray(seen.z)))
+            hit, broken = (
+                _first(mode, seen, times - began),
+                np.flatnonzero(~np.isfinite(np.asarray(seen.position[:, 2]))),
+            )
             if broken.size and (hit is None or broken[0] <= hit):
                 reason = f"the motion broke off in {mode.name} at {times[broken[0]]:.4g} s: try shorter steps"
                 hit = int(broken[0])
@@ -181,7 +184,9 @@ def _over(event: Event, seen: Measures, since: Float[np.ndarray, "n"]) -> Float[
         return np.asarray(seen.feet) * (1 if event.kind == "touchdown" else -1)
     if event.kind in ("surface", "low_wall", "high_wall"):
         return np.asarray(getattr(seen, event.kind))
-    return (np.asarray(getattr(seen, event.kind)) - event.limit) * (-1 if event.below else 1)
+    name, _, axis = event.kind.partition(".")
+    value = np.asarray(getattr(seen, name))
+    return ((value[..., "xyz".index(axis)] if axis else value) - event.limit) * (-1 if event.below else 1)
 
 
 def _standing(mode: Mode, now: Measures) -> Event | None:
@@ -227,9 +232,9 @@ def _zero(f: Callable[[float], float], step: float) -> float:
 def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Dataset":
     """A mission as labelled data, every 20 ms and at its events; `settings` go into its provenance.
 
-    `x`, `y`, `z` [m], `pitch`, `heading` [rad], `surge`, `climb` [m/s], `mode` (time); `quantity_value` (time,
-    quantity) of what modes set, with `quantity_unit`; `event_time` [s], `event`, `event_mode` (event). Attributes:
-    robot, mission, status, status_reason, provenance.
+    `position` [m], `velocity` [m/s] of the body in the world (time, axis); `pitch`, `heading` [rad], `mode` (time);
+    `quantity_value` (time, quantity) of what modes set, with `quantity_unit`; `event_time` [s], `event`, `event_mode`
+    (event). Attributes: robot, mission, status, status_reason, provenance.
     """
     import xarray as xr
 
@@ -237,12 +242,13 @@ def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Da
     wanted = np.searchsorted(flown.time, np.arange(0.0, flown.time[-1] + _SAMPLE, _SAMPLE))
     parted = np.flatnonzero(np.diff(flown.mode))
     rows = np.unique(np.concatenate([wanted, parted, parted + 1]).clip(0, flown.time.size - 1))
-    units = {"x": "m", "y": "m", "z": "m", "pitch": "rad", "heading": "rad", "surge": "m/s", "climb": "m/s"}
+    vectors, angles = {"position": "m", "velocity": "m/s"}, {"pitch": "rad", "heading": "rad"}
     known = numeric_paths(robot)
     names = np.array([mode.name for mode in flown.mission.modes], dtype=str)
     modes, told, times = zip(*flown.passed, strict=True) if flown.passed else ([], [], [])
     return xr.Dataset(
-        {name: ("time", getattr(seen, name)[rows], {"units": unit}) for name, unit in units.items()}
+        {name: (("time", "axis"), getattr(seen, name)[rows], {"units": unit}) for name, unit in vectors.items()}
+        | {name: ("time", getattr(seen, name)[rows], {"units": unit}) for name, unit in angles.items()}
         | {
             "mode": ("time", names[flown.mode[rows]]),
             "quantity_value": (("time", "quantity"), flown.quantities[rows]),
@@ -250,6 +256,7 @@ def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Da
         },
         coords={
             "time": ("time", flown.time[rows], {"units": "s"}),
+            "axis": ["x", "y", "z"],
             "quantity": np.array(flown.paths, dtype=str),
             "quantity_unit": ("quantity", np.array([known[path].unit for path in flown.paths], dtype=str)),
             "event": ("event", np.array(told, dtype=str)),

@@ -14,12 +14,12 @@ from nectosome.core.remember import remembered
 from nectosome.description import RobotDescription, get_value, numeric_paths, resolve
 from nectosome.description.fields import Quantity
 from nectosome.mechanism import Diagnosis, Robot, in_plane, moves_in_plane
-from nectosome.solve import diagnose_all
-from nectosome.solve.integrate import Settings, begin, integrate
+from nectosome.model import Template, build, instantiate, template_of
 from nectosome.units import InputError
 
-from .build import Template, build, instantiate, template_of
+from .integrate import Settings, begin, integrate
 from .readings import Reading, reading_of
+from .results import diagnose_all
 
 # what a held rate has turned by: with which number the angle goes on where the rate changes, and by how much a second
 _GOES_ON = {"frequency": ("phase", 2 * math.pi), "rate": ("start", 1.0)}
