@@ -12,7 +12,7 @@ import numpy as np
 
 from nectosome.units import dimension_of, show_quantity, unit_to_si
 
-from .page import panel_html, write_page
+from .page import write_page
 from .style import BLACK, BLUE, CYCLE, GREY, SKY, Panel, dress, plain, readable
 
 if TYPE_CHECKING:
@@ -25,11 +25,8 @@ _MARKS = 10  # times that are marked on a path
 
 def show_closed_loop(run: "xr.Dataset", path: str | Path) -> None:
     """Write a page about a robot under a controller, whole or not at all. Raises InputError where it cannot."""
-    title = str(run.attrs["title"])
-    ended = f"{run.attrs['status']}: {run.attrs['status_reason']}"
-    parts = [f"<h1>{escape(title)}</h1>", f"<p>{escape(ended)}</p>"]
-    shown = enumerate(closed_loop_panels(run))
-    write_page(path, title, [*parts, *(panel_html(panel, f"closed-loop-{k}") for k, panel in shown)])
+    ended = escape(f"{run.attrs['status']}: {run.attrs['status_reason']}")
+    write_page(path, str(run.attrs["title"]), [f"<p>{ended}</p>", *closed_loop_panels(run)])
 
 
 def closed_loop_panels(run: "xr.Dataset") -> list[Panel]:
@@ -95,10 +92,8 @@ def path_panel(run: "xr.Dataset") -> Panel:
 
 def show_experiment(runs: "Sequence[xr.Dataset]", path: str | Path) -> None:
     """Write a page about one or several experiments on a rig. Raises InputError where it cannot."""
-    title = str(runs[-1].attrs["title"])
     ended = escape(f"{runs[-1].attrs['status']}: {runs[-1].attrs['status_reason']}")
-    panel = experiment_panel(runs)
-    write_page(path, title, [f"<h1>{escape(title)}</h1>", f"<p>{ended}</p>", panel_html(panel, "run")])
+    write_page(path, str(runs[-1].attrs["title"]), [f"<p>{ended}</p>", experiment_panel(runs)])
 
 
 def experiment_panel(runs: "Sequence[xr.Dataset]") -> Panel:

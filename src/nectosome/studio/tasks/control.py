@@ -11,7 +11,7 @@ from nectosome.controllers import CommandRange
 from nectosome.core import Status
 from nectosome.model import build
 from nectosome.solve import common_readings, reading_of
-from nectosome.studio.work import Progress, called, told
+from nectosome.studio.work import Progress, errors_shown, labelled
 from nectosome.units import InputError, shorten
 from nectosome.view.closed_loop import signals_panel
 
@@ -33,7 +33,7 @@ from .live_rig import LiveRig
 
 if TYPE_CHECKING:
     from nectosome.studio.answers import Answer
-    from nectosome.studio.session import Session
+    from nectosome.studio.desk import Desk
 
 _WINDOW = 20.0  # s that the plot shows during a run
 _PLOTS = 1.0  # s between plots
@@ -51,7 +51,7 @@ _SIZES = {
 class Control:
     """Lays out the tab."""
 
-    def __init__(self, session: "Session"):
+    def __init__(self, session: "Desk"):
         self._session, gui = session, session.gui
         self._drawing = threading.Lock()
         self._robot = 0  # counts robots: results of an earlier one are not shown
@@ -118,7 +118,7 @@ class Control:
             self._size.value = most_of(answer.run, reading_of(self._model, self._measure.value)) or self._usual()
 
     def _told(self, work: Any) -> None:
-        with told(self._session.tell):
+        with errors_shown(self._session.tell):
             work()
 
     # --- a run
@@ -137,7 +137,7 @@ class Control:
         if not all(part.strip() for part in self._range.value.partition("..")):
             words = f'"{shorten(self._range.value)}" has no two ends. Write LOW..HIGH and the unit, such as -8..8 mN m.'
             raise InputError(words, field=self._range.label)
-        with called({"command": self._range.label}):
+        with labelled({"command": self._range.label}):
             CommandRange.parse(request.command, request.description)
         self._session.work.begin("control", partial(self._compute, request, self._robot), lambda _: None)
 
@@ -146,7 +146,7 @@ class Control:
         try:
             fields = {"reference": self._size, "amplitude": self._size, "frequency": self._frequency}
             fields |= {"gains": self._gains, "mean": self._mean, "command": self._range}
-            with called({name: field.label for name, field in fields.items()}):
+            with labelled({name: field.label for name, field in fields.items()}):
                 loop = prepare_loop(request, reading_of(self._model, request.measure).dimension, progress)
             if loop is None or robot != self._robot:
                 return

@@ -8,7 +8,7 @@ import numpy as np
 from nectosome import controllers
 from nectosome.description import RobotDescription, drive_period, get_value, numeric_paths, resolve
 from nectosome.solve.readings import Reading
-from nectosome.studio.sliders import knobs_of
+from nectosome.studio.sliders import scales_of
 from nectosome.studio.work import Progress
 from nectosome.units import InputError, read_quantity
 from nectosome.units import show_quantity as shown
@@ -18,7 +18,8 @@ from .live_rig import FRAME, LONGEST, LiveRig
 if TYPE_CHECKING:
     import xarray as xr
 
-    from nectosome.studio.session import Session
+    from nectosome.studio.desk import Desk
+
 
 CONSTANT = "constant"
 SHAPES = ("sine", "triangle")  # that go on until the run is stopped
@@ -90,12 +91,12 @@ def commands_of(description: RobotDescription) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*offsets, *description.aliases])) or tuple(numeric_paths(description))
 
 
-def first_range(session: "Session", command: str) -> str:
+def first_range(session: "Desk", command: str) -> str:
     """Initial range of a command: that of its slider, or of an offset half the amplitude of its drive."""
     description = session.description
-    for knob in knobs_of(description, session.problem.variables):
-        if knob.name == command:
-            return f"{knob.low:g}..{knob.high:g} {knob.unit}".strip()
+    for scale in scales_of(description, session.problem.variables):
+        if scale.name == command:
+            return f"{scale.low:g}..{scale.high:g} {scale.unit}".strip()
     path = resolve(description, command)[0]
     known = numeric_paths(description)
     beside = path.rpartition(".")[0] + ".amplitude"

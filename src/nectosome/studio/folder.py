@@ -1,7 +1,7 @@
 """The working folder as the studio's page sees it: names go in, paths within the folder come out.
 
 What a page sends is a name, never a path, and is checked before the disk is asked. Links are resolved and have to end
-within the folder. That holds at the moment of asking: who can change the folder itself can put a link there later, and
+within the folder. That holds when a page asks: who can change the folder itself can put a link there later, and
 needs no page for it. Files are written by `write_atomic`, whose renaming follows no link.
 """
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import scipy.io
 
+from nectosome.studio.folder import received
+from nectosome.studio.unpacked_size import UNPACKED_LIMIT, check_unpacked
 from nectosome.units import InputError
-from nectosome.view.stage.folder import received
-from nectosome.view.stage.unpacked_size import UNPACKED_LIMIT, check_unpacked
 
 MANY = UNPACKED_LIMIT // 8 + 1  # numbers
 

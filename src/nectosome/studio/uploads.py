@@ -11,7 +11,7 @@ from typing import Any
 import viser
 from viser import _messages as messages
 
-from nectosome.view.stage.folder import UPLOAD_LIMIT, too_large
+from nectosome.studio.folder import UPLOAD_LIMIT, too_large
 
 _SAID = (0.5, 2.0, 5.0, 15.0)  # s after a refusal: its reason
 _SMALLEST_PART = 1024  # [bytes] on average; viser's page sends parts of 512 KiB

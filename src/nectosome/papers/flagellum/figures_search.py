@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
-from .style import BLACK, CYCLE, GREY, Panel, dress, log_ticks, plain
+from nectosome.view.style import BLACK, CYCLE, GREY, Panel, dress, log_ticks, plain
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from .style import BLACK, VERMILLION, dress
+from nectosome.view.style import BLACK, VERMILLION, dress
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go

@@ -1,4 +1,4 @@
-"""The course of a run on the stage: period after period it goes on along the screw of the first one."""
+"""The playback of a run on the stage: period after period it goes on along the screw of the first one."""
 
 import numpy as np
 import pytest
@@ -33,35 +33,35 @@ def run():
 @pytest.mark.parametrize("k", [0, 3, 9])
 def test_later_periods_are_where_the_motion_goes_on(run, n, k):
     t = n * PERIOD + TIMES[k]
-    moment = Playback(run, PERIOD).moment(t + 1e-9, along=False)
+    instant = Playback.of(run, PERIOD).instant(t + 1e-9, along=False)
     R, p = helix(t)
-    assert moment.k == k
-    np.testing.assert_allclose(moment.R @ run["position"].values[k, 0] + moment.d, p, atol=1e-12)
-    np.testing.assert_allclose(moment.R @ run["rotation"].values[k, 0], R, atol=1e-12)
+    assert instant.k == k
+    np.testing.assert_allclose(instant.R @ run["position"].values[k, 0] + instant.d, p, atol=1e-12)
+    np.testing.assert_allclose(instant.R @ run["rotation"].values[k, 0], R, atol=1e-12)
 
 
 def test_the_observer_goes_along_evenly_and_meets_the_body_at_each_period(run):
-    course = Playback(run, PERIOD)
+    playback = Playback.of(run, PERIOD)
     for n in range(4):
-        np.testing.assert_allclose(course.moment(n * PERIOD + 1e-12, True).here, helix(n * PERIOD)[1], atol=1e-9)
-    steps = np.diff([course.moment(t, True).here for t in np.linspace(0.01, 0.49, 20)], axis=0)
+        np.testing.assert_allclose(playback.instant(n * PERIOD + 1e-12, True).here, helix(n * PERIOD)[1], atol=1e-9)
+    steps = np.diff([playback.instant(t, True).here for t in np.linspace(0.01, 0.49, 20)], axis=0)
     np.testing.assert_allclose(steps, np.tile(steps[0], (19, 1)), atol=1e-12)
 
 
 def test_the_way_is_that_of_the_periods_before(run):
-    way = Playback(run, PERIOD).way(2)
+    path = Playback.of(run, PERIOD).path(2)
     expected = [helix(t - 2 * PERIOD)[1] for t in TIMES]
-    np.testing.assert_allclose(way[: TIMES.size], expected, atol=1e-12)
-    np.testing.assert_allclose(way[-TIMES.size :], run["position"].values[:, 0])
+    np.testing.assert_allclose(path[: TIMES.size], expected, atol=1e-12)
+    np.testing.assert_allclose(path[-TIMES.size :], run["position"].values[:, 0])
 
 
 def test_a_run_without_a_period_is_seen_as_it_was(run):
-    course = Playback(run, 0.0)
-    assert course.end == PERIOD
-    moment = course.moment(TIMES[4] + 1e-9, along=True)
-    assert moment.k == 4
-    np.testing.assert_array_equal(moment.here, run["position"].values[4, 0])
-    np.testing.assert_array_equal(moment.R, np.eye(3))
+    playback = Playback.of(run, 0.0)
+    assert playback.end == PERIOD
+    instant = playback.instant(TIMES[4] + 1e-9, along=True)
+    assert instant.k == 4
+    np.testing.assert_array_equal(instant.here, run["position"].values[4, 0])
+    np.testing.assert_array_equal(instant.R, np.eye(3))
 
 
 def test_what_repeats_itself_is_the_longer_motion(run):

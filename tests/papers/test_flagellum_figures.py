@@ -1,17 +1,17 @@
+import re
 from html import escape
 
 import numpy as np
 import pytest
+from tests.made_up_runs import made_up_run, unpacked
+from tests.papers import made_up_designs as made_up
 
+from nectosome.papers.flagellum import figures as flagellum
 from nectosome.papers.flagellum import figures_design as design
 from nectosome.papers.flagellum import figures_landscape as landscape
 from nectosome.papers.flagellum import figures_prototype as prototype
+from nectosome.papers.flagellum import figures_search as search
 from nectosome.papers.report import write_figures, write_report
-from nectosome.view import search
-from nectosome.view.style import log_ticks
-
-from . import made_up_designs as made_up
-from .conftest import made_up_run
 
 FIGURES = list(made_up.everything())
 
@@ -192,21 +192,12 @@ def test_text_of_a_dataset_is_no_markup():
 def test_the_optimum_stands_beside_what_was_run():
     runs = {"old_soft": made_up_run(0.3), "optimum": made_up_run(0.7)}
     (panel,) = design.panels({}, runs)
-    assert [b.label for b in panel.figure.layout.updatemenus[1].buttons] == [
-        "all",
-        "old design: 0.300 m/s",
-        "our optimum: 0.700 m/s",
-    ]
+    shown = unpacked(panel.figure.recordings[""])
+    assert b"old design: 0.300 m/s" in shown and b"our optimum: 0.700 m/s" in shown
+    assert {int(k) for k in re.findall(rb"/world/(\d)-filament", shown)} == {0, 1}
     assert design.panels({}, {"optimum": made_up_run()}) == []
     (panel,) = design.panels({}, {f"iteration{k}": made_up_run() for k in (1, 5, 20)})
-    assert panel.title == "Designs on the way"
-
-
-def test_logarithmic_ticks_are_few():
-    assert log_ticks([np.nan, 0.0]) == {}
-    for high in (2, 30, 1200, 1e6):
-        shown = [t for t in log_ticks([1, high])["tickvals"] if 1 <= t <= high]
-        assert 2 <= len(shown) <= 10
+    assert panel.title == "Designs of one search"
 
 
 def test_the_torque_map_shows_torques_by_their_exponent():
@@ -218,3 +209,20 @@ def test_the_torque_map_shows_torques_by_their_exponent():
         positive = wanted > 0
         np.testing.assert_allclose(10.0 ** np.asarray(shown.z)[positive], wanted[positive])
         assert np.all(np.isnan(np.asarray(shown.z, dtype=float)[~positive]))
+
+
+def test_thrust_along_the_filament_is_positive_forward(run):
+    """A force of 2 N/m along -x gives 2 N/m of thrust, and its sum the load's force on the part."""
+    x, forces = flagellum.along_filament(run)
+    np.testing.assert_allclose(forces["drag"], np.tile([2.0, 0, 0], (3, 1)), atol=1e-12)
+    assert flagellum.total_thrust(run) == pytest.approx(2 * run["station_weight"].values.sum())
+    assert len(x) == 3
+
+
+def test_forces_turn_with_the_station():
+    """A force along a section's own y points around the axis or outwards, not along it."""
+    run = made_up_run()
+    run["position"][:, 1:, 1:] += run["rotation"].values[:, 1:, 1:, 1] * 0.1  # the rod lies 0.1 m along its own y
+    run["line_force"] = run["line_force"].copy(data=np.where(np.isnan(run["line_force"]), np.nan, [0, 3.0, 4.0]))
+    _, forces = flagellum.along_filament(run)
+    np.testing.assert_allclose(forces["drag"], np.tile([0, 3.0, 4.0], (3, 1)), atol=1e-12)

@@ -1,12 +1,13 @@
-"""Figures of a schedule that was made short: the robot's way through the tank, and the time over the speed of its legs.
+"""Figures of PoseiDRONE's missions: that of Fig. 6, and the shortest one across the tank and back.
 
-Data of the study: `schedule_assumed`, `schedule_shortest` as `solve.mission_data` has them; `schedule_cranks`: time
-(speed), best (variable) in words.
+Data of the study: `mission`, `mission_turning`, `schedule_assumed`, `schedule_shortest` as `solve.mission_data` has
+them; `schedule_cranks`: time (speed), best (variable) in words.
 """
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from nectosome.view.mission import above_panel, mission_panel, set_panel
 from nectosome.view.style import BLACK, BLUE, VERMILLION, Panel, dress
 
 if TYPE_CHECKING:
@@ -16,11 +17,22 @@ _NAMES = {"schedule_assumed": ("assumed", BLUE), "schedule_shortest": ("shortest
 
 
 def panels(sets: Mapping[str, "xr.Dataset"]) -> list[Panel]:
-    """Both."""
-    return [way_panel(sets), cranks_panel(sets["schedule_cranks"])]
+    """Fig. 6, the quantities that its modes set, and a robot that turns round where the study has one."""
+    first = mission_panel(sets["mission"])
+    out = [first._replace(title=f"{first.title}, as Fig. 6"), set_panel(sets["mission"])]
+    if "mission_turning" in sets:
+        turned = above_panel(sets["mission_turning"])
+        caption = "The crawler, free in space, turns round at the wall: left and right legs go opposite ways. "
+        out.append(turned._replace(title="Turning round, seen from above", caption=caption + turned.caption))
+    return out
 
 
-def way_panel(sets: Mapping[str, "xr.Dataset"]) -> Panel:
+def schedule_panels(sets: Mapping[str, "xr.Dataset"]) -> list[Panel]:
+    """The shortest schedule beside the assumed one, and its time over the speed of the legs."""
+    return [path_panel(sets), cranks_panel(sets["schedule_cranks"])]
+
+
+def path_panel(sets: Mapping[str, "xr.Dataset"]) -> Panel:
     """Place along the tank and height over time, on both schedules."""
     from plotly.subplots import make_subplots
 
@@ -79,5 +91,5 @@ def cranks_panel(found: "xr.Dataset") -> Panel:
     fig.update_xaxes(title="speed of the cranks (rad/s)")
     fig.update_yaxes(title="time across and back (s)")
     dress(fig, 360).update_layout(showlegend=True, margin_t=60)
-    caption = "All else as in the shortest schedule; without a point the robot leans too far or does not arrive."
+    caption = "All else as in the shortest schedule; without a point the robot tilts too far or does not arrive."
     return Panel("Time over the speed of the legs", caption, fig)

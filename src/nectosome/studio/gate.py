@@ -30,9 +30,9 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from nectosome.io.atomic import reason
+from nectosome.studio.browser_script import with_script
+from nectosome.studio.uploads import limit_uploads
 from nectosome.units import InputError
-from nectosome.view.stage.browser_script import with_script
-from nectosome.view.stage.uploads import limit_uploads
 
 _LOCAL = ("127.0.0.1", "localhost", "::1")
 _TRIES = 100  # ports

@@ -1,24 +1,13 @@
 import re
-import subprocess
-import sys
 
 import pytest
+from tests.made_up_runs import made_up_run
+from tests.pages import assert_self_contained, own_text
 
-from nectosome.papers.report import write_report
+from nectosome.description import dump_robot
+from nectosome.papers.report import write_figures, write_report
+from nectosome.robots import describe
 from nectosome.units import InputError
-from nectosome.view import show_run
-from nectosome.view.scorecard import number, percent, summary, table
-
-
-def own_text(page):
-    """The page without the plotting library."""
-    return page[page.index("</script>\n</head>") :]
-
-
-def assert_self_contained(page):
-    assert not re.search(r"<script[^>]+src=|<link|<img|@import|url\(", own_text(page))
-    assert "cdn" not in own_text(page)
-    assert page.count("plotly.js v") == 1
 
 
 def test_the_report_stands_alone_and_has_every_row_and_figure(study, tmp_path):
@@ -71,46 +60,22 @@ def test_what_cannot_be_written_leaves_nothing(study, tmp_path):
     assert [f.name for f in tmp_path.iterdir()] == ["report.html"]
 
 
-def test_a_single_run_gets_a_page(run, tmp_path):
-    show_run(run, tmp_path / "run.html")
-    page = (tmp_path / "run.html").read_text(encoding="utf-8")
-    assert_self_contained(page)
-    assert page.count("<figure>") == 4 and "<h1>made up</h1>" in page and "(-0.5, 0, 0) m/s" in page
+def test_the_report_holds_its_programs_once_and_a_scene_of_each_run(study, tmp_path):
+    robot = dump_robot(describe("flagellum"))
+    study.runs.update({name: made_up_run(robot=robot) for name in study.runs})
+    write_report([study], tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert page.count("const scenePage") == page.count("plotly.js v") == 1
+    assert page.count("window.__VISER_EMBED_DATA__") == 1
+    assert page.count('<div class="scenes"') == 3
+    assert re.findall(r"<button value=[^>]*>([^<]*)<", page) == [name.replace("_", " ") for name in study.runs]
 
 
-def test_a_run_without_drive_or_provenance_gets_a_page(run, tmp_path):
-    show_run(run.isel(prescribed=slice(0)).drop_attrs(), tmp_path / "run.html")
-    assert (tmp_path / "run.html").exists()
-
-
-@pytest.mark.parametrize(
-    ("value", "unit", "text"),
-    [
-        (0.68567, "m/s", "0.6857 m/s"),
-        (7.4e6, "Pa", "7.400e6 Pa"),
-        (2.5e-5, "1", "2.500e-5"),
-        (12345.6, "N", "12346 N"),
-        (0.0, "", "0"),
-        (None, "m", "-"),
-        (float("nan"), "m", "-"),
-    ],
-)
-def test_numbers_have_sensible_digits(value, unit, text):
-    assert number(value, unit) == text
-
-
-@pytest.mark.parametrize(("value", "text"), [(0.4, "0.40 %"), (0.0123, "0.01 %"), (None, "-"), (-15.968, "-15.97 %")])
-def test_percentages(value, text):
-    assert percent(value) == text
-
-
-def test_verdicts_have_a_symbol_as_well_as_a_colour(study):
-    text = table(study.rows)
-    assert '<td class="verdict match">✓ match</td>' in text and '<td class="verdict no">- not reproducible' in text
-    assert summary(study.rows) == "2 rows: 1 match, 1 not reproducible."
-    assert summary([]) == "No rows."
-
-
-def test_importing_the_room_loads_no_plotting():
-    code = "import sys, nectosome.view; sys.exit('plotly' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+def test_pages_of_single_figures_share_their_programs(study, tmp_path):
+    write_figures([study], tmp_path)
+    pages = {path.name: path.read_text(encoding="utf-8") for path in tmp_path.glob("*.html")}
+    assert len(pages) == 7
+    for page in pages.values():
+        program = re.search('<script src="([^"]*)"></script>\n</head>', page)
+        assert program is not None and (tmp_path / program[1]).exists()
+        assert ('class="scenes"' in page) == (program[1] == "scenes.js")

@@ -9,7 +9,6 @@ from nectosome.model import build
 from nectosome.solve import simulate
 from nectosome.view.stage.bodies import (
     AROUND,
-    MATERIAL,
     RigidMesh,
     Soft,
     arrows_of,
@@ -126,4 +125,4 @@ def test_colours_go_from_dark_to_light():
     light = found.astype(int).sum(axis=1)
     assert light[0] < light[1] < light[2] == light[3]
     np.testing.assert_array_equal(colours(np.zeros(2), 0.0), colours(np.array([0.0, 0.0]), 1.0))
-    assert rgb("#0072B2") == MATERIAL == (0, 114, 178)
+    assert rgb("#0072B2") == (0, 114, 178)
