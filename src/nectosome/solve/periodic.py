@@ -101,9 +101,9 @@ def periodic(
     where the steps let them come no closer (see `residual`). Raises InputError for what is no robot, where its drives
     have no period, and for a period, sample count or tolerance that makes no sense.
     """
-    period = (
-        drive_period(description_of(robot, settings)) if period is None else read_positive(period, "time", "period")
-    )
+    if period is None:
+        period = drive_period(description_of(robot, settings))
+    period = read_positive(period, "time", "period")
     if samples < 2:
         raise InputError(f"{samples} samples; at least 2 are needed, both ends of the cycle.", field="samples")
     check_tolerances(rtol, atol)
@@ -111,13 +111,13 @@ def periodic(
     symmetry = find_symmetry(robot)
     x = robot.initial() if guess is None else guess
     T = jnp.asarray(period)
-    settings = cycle_settings("implicit", T, rtol, atol)
+    stepping = cycle_settings("implicit", T, rtol, atol)
     if x.v.size and float(remembered(_change_over, robot, T)) > _SAME:
         one = jax.tree.map(lambda x: jnp.asarray(x)[None], x)
         none = np.zeros(0, complex)
         return _result(robot, T, np.zeros(1), one, Status.OTHER_PERIOD, {}, none, jnp.asarray(jnp.nan))
     times = np.linspace(0.0, period, samples)
-    found: Solution = remembered(orbit, reduced(robot), symmetry, x, jnp.asarray(times), settings)
+    found: Solution = remembered(orbit, reduced(robot), symmetry, x, jnp.asarray(times), stepping)
     status, stats, multipliers = Status(int(found.status)), dict(found.stats), np.zeros(0, complex)
     if status in (Status.SOLVED, Status.SETTLED):
         multipliers = _multipliers(symmetry, x.v.size, np.asarray(found.value.monodromy))

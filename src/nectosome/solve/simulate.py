@@ -61,17 +61,17 @@ def simulate(
     _check(time, times, rtol, atol)
     system = robot if isinstance(robot, Mechanical) else robot_of(robot, settings)
     kind: Method = "implicit" if method == "auto" else method
-    settings = Settings(kind, *map(jnp.asarray, (rtol, atol, max_steps)))
+    stepping = Settings(kind, *map(jnp.asarray, (rtol, atol, max_steps)))
     x = system.initial() if initial is None else initial
     equations = reduced(system)
     chunks = _chunks(times[1:])
-    m = begin(jnp.asarray(0.0), x, settings, jnp.asarray(min(1e-3, 0.1 * times[1])))
+    m = begin(jnp.asarray(0.0), x, stepping, jnp.asarray(min(1e-3, 0.1 * times[1])))
     states, status = [jax.tree.map(lambda x: x[None], x)], Status.SOLVED
     for chunk in chunks:
         if until is None:
-            m, xs = remembered(integrate, equations, m, chunk, settings)
+            m, xs = remembered(integrate, equations, m, chunk, stepping)
         else:
-            m, xs = _march_until(equations, m, jnp.asarray(chunk), settings, until)
+            m, xs = _march_until(equations, m, jnp.asarray(chunk), stepping, until)
         states.append(xs)
         status = Status(int(m.status))
         if status != Status.SOLVED:
