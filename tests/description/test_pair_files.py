@@ -15,9 +15,9 @@ limbs:
   egg: {kind: rigid, shape: spheroid, length: 1 m, radius: 0.2 m, mass: 3 kg}
   ball: {kind: rigid, shape: spheroid, length: 0.4 m, radius: 0.2 m, mass: 3 kg}
 pairs:
-  pin: {kind: tie, between: [rod, body], at: [0.5, root], offset: [[0, 1 mm, 0], [0, 0, 0]], stiffness: 1 kN/m}
-  grip: {kind: touch, between: [rod, log], stiffness: 1 kN/m, static_friction: 0.5, dynamic_friction: 0.4}
-  rest: {kind: touch, between: [ball, rod], stiffness: 1 kN/m}
+  pin: {kind: bushing, between: [rod, body], at: [0.5, root], offset: [[0, 1 mm, 0], [0, 0, 0]], stiffness: 1 kN/m}
+  grip: {kind: contact, between: [rod, log], stiffness: 1 kN/m, static_friction: 0.5, dynamic_friction: 0.4}
+  rest: {kind: contact, between: [ball, rod], stiffness: 1 kN/m}
 """
 
 
@@ -35,7 +35,7 @@ pairs:
         ("dynamic_friction: 0.4", "dynamic_friction: 0.6", "pairs.grip.dynamic_friction: what slips has no more friction"),
         ("dynamic_friction: 0.4", "creep: 0 m/s", 'line 11, pairs.grip.creep: "0 m/s" is out of range: it must be more than 0 m/s.'),
         ("stiffness: 1 kN/m, static", "stiffness: 1 kN, static", "pairs.grip.stiffness"),
-        ("kind: touch, between: [ball", "kind: glue, between: [ball", "pairs.rest"),
+        ("kind: contact, between: [ball", "kind: glue, between: [ball", "pairs.rest"),
     ],
 )  # fmt: skip
 def test_a_pair_that_does_not_fit_is_told(there, instead, message):

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from nectosome.description import RobotDescription, dump_robot, import_urdf, parse_robot
-from nectosome.description.mirror import image
 from nectosome.description.orientation import applied, from_rpy
 from nectosome.units import InputError
 
@@ -198,7 +197,7 @@ def part(**fields):
 
 def test_a_mirrored_part_has_the_mirrored_inertia():
     """I -> D I D with D = diag(1, -1, 1)."""
-    twin = image(part(inertia=(2, 3, 4), products=(0.1, 0.2, 0.3)))
+    twin = part(inertia=(2, 3, 4), products=(0.1, 0.2, 0.3)).image()
     assert (twin.inertia, twin.products) == ((2.0, 3.0, 4.0), (-0.1, 0.2, -0.3))
 
 

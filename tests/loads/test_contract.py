@@ -68,7 +68,7 @@ EXAMPLES = [
         ld.StripDrag(_n(1.1), _n(0.2), _n(-0.1)),
         {"normal": NUMBER, "tangential": NUMBER, "lift": NUMBER},
     ),
-    Example(ld.LumpedDrag(_THREE, 0.1 * _THREE), {"area": AREA, "rotational": INERTIA}),
+    Example(ld.LumpedDrag(_THREE, 0.1 * _THREE), {"drag_area": AREA, "rotational": INERTIA}),
     Example(ld.PlateDrag(_n(1.1)), {"normal": NUMBER}),
     Example(ld.StripAddedMass(_n(0.9), _n(0.1)), {"normal": NUMBER, "tangential": NUMBER}),
     Example(
@@ -102,7 +102,7 @@ EXAMPLES = [
     ),
     Example(
         ld.NearFloor(_THREE, _THREE, 0.1 * _THREE, _n(-0.02), _n(0.03)),
-        {"mass": MASS, "area": AREA, "rotational": INERTIA, "full": LENGTH, "none": LENGTH},
+        {"mass": MASS, "drag_area": AREA, "rotational": INERTIA, "full": LENGTH, "none": LENGTH},
         vertical=True,
     ),
     Example(

@@ -44,7 +44,7 @@ limbs:
     joint: {{kind: revolute, axis: [0, 0, 1], position: 1.9 rad}}
     loads: {{pull: {{kind: force, force: [20 N, 0 N, 0 N], at: tip}}}}
 pairs:
-  pin: {{kind: tie, between: [coupler, rocker], stiffness: 1e5 N/m, damping: 10 N s/m}}
+  pin: {{kind: bushing, between: [coupler, rocker], stiffness: 1e5 N/m, damping: 10 N s/m}}
 """
 
 
@@ -113,7 +113,7 @@ limbs:
     loads: {{pull: {{kind: force, force: [0 N, 0.2 mN, 0 N]}}}}
   two: {ROD}
 pairs:
-  bond: {{kind: tie, between: [one, two], stiffness: 1e3 N/m}}
+  bond: {{kind: bushing, between: [one, two], stiffness: 1e3 N/m}}
 """
 
 

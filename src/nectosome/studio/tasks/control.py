@@ -20,6 +20,7 @@ from .control_request import (
     PreparedLoop,
     beats,
     commands_of,
+    first_joint,
     first_measured,
     first_range,
     is_held,
@@ -89,7 +90,7 @@ class Control:
             self._place.visible = False
         self._model = build(description)
         commands = commands_of(description)
-        kind, held = description.body.joint.kind, is_held(description)
+        kind, held = first_joint(description).kind, is_held(description)
         readings = common_readings(self._model)
         first = first_measured(description, self._session.problem.forward)
         self._command.options, self._measure.options = commands, tuple(readings)

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from nectosome import controllers as control
-from nectosome.description import RobotDescription, drive_period, get_value, numeric_paths, resolve
+from nectosome.description import (
+    JointDescription,
+    PrismaticJoint,
+    RobotDescription,
+    drive_period,
+    get_value,
+    numeric_paths,
+    resolve,
+)
 from nectosome.mechanism import Robot
 from nectosome.model import SampledPlant, reading_of
 from nectosome.model.readings import Reading
@@ -127,9 +135,14 @@ def first_range(session: "Session", command: str) -> str:
     return f"-{number}:{number} {unit}".strip() if most else ""
 
 
+def first_joint(description: RobotDescription) -> JointDescription:
+    """The joint of the body, or of the first limb on the world."""
+    return next(iter(description.parts.values())).joint
+
+
 def is_held(description: RobotDescription) -> bool:
-    """Whether something holds its body, or moves it as is prescribed."""
-    joint = description.body.joint
+    """Whether something holds its first part, or moves it as is prescribed."""
+    joint = first_joint(description)
     return joint.kind == "fixed" or getattr(joint, "motion", None) is not None
 
 
@@ -138,14 +151,14 @@ def first_measured(description: RobotDescription, forward: str) -> str:
 
     Of one that is held the force that it gives along `forward`; of one on a spring its place, on a hinge its angle.
     """
-    joint = description.body.joint
+    joint, part = first_joint(description), next(iter(description.parts))
     if is_held(description):
         return f"force.{forward.lstrip('-') or 'x'}"
     if joint.kind in ("free", "planar", "spherical"):
         return "heading"
-    if joint.kind == "prismatic":
-        return "body.position" if joint.stiffness else _SPEEDS[int(np.argmax(np.abs(joint.axis)))]
-    return "body.angle"
+    if isinstance(joint, PrismaticJoint):
+        return f"{part}.position" if joint.stiffness else _SPEEDS[int(np.argmax(np.abs(joint.axis)))]
+    return f"{part}.angle"
 
 
 def most_of(run: "xr.Dataset", reading: Reading) -> str:
