@@ -9,7 +9,7 @@ QUICK_TO_COMPILE := --xla_backend_optimization_level=0 --xla_disable_hlo_passes=
 .PHONY: run test test-all bench docs lock clean
 
 run: .venv/run
-	$(BIN)/nectosome reproduce --out out
+	$(BIN)/nectosome reproduce --out out --force
 
 test: .venv/dev
 	$(BIN)/ruff check src tests benchmarks examples

@@ -6,6 +6,7 @@ import xarray as xr
 from numpy.testing import assert_array_equal
 
 from nectosome.io import load_dataset, save_dataset
+from nectosome.io.results import table_of
 from nectosome.units import InputError
 
 
@@ -74,3 +75,38 @@ def test_what_is_no_dataset_is_told(dataset, tmp_path):
 def test_a_dataset_that_cannot_be_written_is_told(dataset, tmp_path):
     with pytest.raises(InputError, match=r"cannot write .*No such file or directory"):
         save_dataset(dataset, tmp_path / "none" / "a.nc")
+
+
+def test_a_run_becomes_a_table_with_a_row_for_each_time(tmp_path):
+    """Labels and units stand in the heads; what does not depend on time is left out."""
+    speed = xr.DataArray(np.arange(12.0).reshape(2, 2, 3), dims=("time", "part", "axis"), attrs={"units": "m/s"})
+    run = xr.Dataset(
+        {"velocity": speed, "balance": ("time", [0.0, 1e-9], {"units": "1"}), "place": ("station", [1.0])},
+        coords={"time": ("time", [0.0, 0.5], {"units": "s"}), "part": ["body", "fin"], "axis": ["x", "y", "z"]},
+    )
+    save_dataset(run, tmp_path / "run.csv")
+    head, first, second = (tmp_path / "run.csv").read_text().splitlines()
+    assert head.startswith("time (s),velocity body x (m/s),velocity body y (m/s)") and head.endswith(",balance")
+    assert [float(x) for x in first.split(",")] == [0.0, 0, 1, 2, 3, 4, 5, 0.0]
+    assert [float(x) for x in second.split(",")] == [0.5, 6, 7, 8, 9, 10, 11, 1e-9]
+
+
+def test_a_grid_becomes_a_table_with_a_row_for_each_point():
+    grid = xr.Dataset(
+        {"speed": (("A", "f"), [[1.0, 2.0], [3.0, 4.0]]), "force": (("A", "f", "axis"), np.ones((2, 2, 1)))},
+        coords={"A": ("A", [0.5, 1.0], {"units": "rad"}), "f": ("f", [1.0, 2.0], {"units": "Hz"}), "axis": ["x"]},
+    )
+    table = table_of(grid)
+    assert list(table.columns) == ["A (rad)", "f (Hz)", "speed", "force x"]
+    assert table["A (rad)"].tolist() == [0.5, 0.5, 1.0, 1.0] and table["speed"].tolist() == [1, 2, 3, 4]
+
+
+def test_variables_that_share_no_dimension_become_a_long_table():
+    found = xr.Dataset(
+        {"value": ("parameter", [1.5, 2.5], {"units": "kg"}), "error": ("recording", [0.1])},
+        coords={"parameter": ["mass", "drag"], "recording": ["run 1"]},
+    )
+    table = table_of(found)
+    assert table["variable"].tolist() == ["value", "value", "error"] and table["unit"].tolist() == ["kg", "kg", ""]
+    assert table["parameter"].tolist()[:2] == ["mass", "drag"] and table["recording"].tolist()[2] == "run 1"
+    assert table["value"].tolist() == [1.5, 2.5, 0.1]

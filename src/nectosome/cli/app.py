@@ -62,6 +62,7 @@ for command in (
     schema,
 ):
     app.command(command)
+app.register_install_completion_command(help="Install tab completion for this shell (bash, zsh, fish).")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

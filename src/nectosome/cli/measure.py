@@ -1,4 +1,4 @@
-"""`nectosome measure`: what was understood of recordings."""
+"""`nectosome measure`: what recordings hold."""
 
 import json
 from pathlib import Path
@@ -9,9 +9,9 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.output import check_target, write
+from nectosome.cli.options import Campaign as CampaignFile
+from nectosome.cli.output import Outputs, write, written
 from nectosome.cli.progress import progress_bar
-from nectosome.io import save_dataset
 from nectosome.units import InputError, count
 
 if TYPE_CHECKING:
@@ -20,43 +20,42 @@ if TYPE_CHECKING:
 
 def measure(
     *files: Annotated[Path, Parameter(help="Recordings: .csv, .txt, .xlsx, .mat, .tdms, .h5, .nc, .npy, .npz.")],
-    sheet: Annotated[
-        Path | None, Parameter(help="What the columns are (.yaml); or a campaign, which lists the files too.")
-    ] = None,
-    plot: Annotated[Path | None, Parameter(help="Write a page with a plot of each quantity (.html).")] = None,
-    save: Annotated[Path | None, Parameter(help="Write the recording as netCDF (.nc); for a single file.")] = None,
+    config: Annotated[Path | None, Parameter(help="Sheet (.yaml): quantity, unit and sign of each column.")] = None,
+    campaign: CampaignFile = None,
+    outputs: Outputs = Outputs(),
 ) -> None:
-    """Read recordings and show what was understood: quantities, units, repairs, and what is odd."""
-    if plot is not None:
-        check_target(plot, "--plot", ".html")
-    if save is not None:
-        check_target(save, "--save", ".nc")
+    """Read recordings and print what they hold: quantities, units, repairs and oddities.
 
-    from nectosome.measure import Campaign, load_campaign, load_sheet, read
+    Name files, or a campaign, which lists them. --save takes a single recording.
+    """
+    outputs.check()
 
-    campaign: Campaign | None = None
-    if not files:
-        if sheet is None:
-            raise InputError("name a file, or a campaign with --sheet.", field="measure")
-        campaign = load_campaign(sheet)
-    known = load_sheet(sheet) if sheet is not None and campaign is None else None
-    names = [str(planned.path) for planned in campaign.planned] if campaign else [str(file) for file in files]
-    if save is not None and len(names) > 1:
+    if bool(files) == (campaign is not None):
+        raise InputError("name files, or a campaign with --campaign.", field="measure")
+    if campaign is not None and config is not None:
+        raise InputError("the campaign names its sheets itself. Leave it out.", field="--config")
+
+    from nectosome.measure import load_campaign, load_sheet, read
+
+    planned = load_campaign(campaign).planned if campaign is not None else ()
+    known = load_sheet(config) if config is not None else None
+    names = [str(one.path) for one in planned] or [str(file) for file in files]
+    if outputs.save and len(names) > 1:
         raise InputError(f"only one recording can be saved, not {len(names)}.", field="--save")
 
     recordings: list[xr.Dataset] = []
     with progress_bar("reading") as update:
         for k, name in enumerate(names):
             update(Path(name).name, k / len(names))
-            recordings.append(campaign.planned[k].read() if campaign else read(name, known))
-    if save is not None:
-        save_dataset(recordings[0], save)
-    if plot is not None:
-        from nectosome.view import show_recordings
-
-        show_recordings(recordings, plot)
+            recordings.append(planned[k].read() if planned else read(name, known))
     for recording in recordings:
         write(understood(recording))
+    if outputs.save or outputs.plot:
+        from nectosome.view import show_recordings
+
+        paths = outputs.write_data(lambda: recordings[0])
+        paths += outputs.write_page(lambda path: show_recordings(recordings, path))
+        write(*written(paths))
 
 
 def understood(recording: "xr.Dataset") -> Group:

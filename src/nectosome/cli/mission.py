@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
 
-from nectosome.cli.output import tell, write
+from nectosome.cli.output import Outputs, tell, write, written
 from nectosome.cli.page import columns, ending, number, page
 from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.io import save_dataset
 from nectosome.units import InputError
 
 if TYPE_CHECKING:
@@ -18,8 +17,8 @@ if TYPE_CHECKING:
 _LONGEST = 0.1  # s, of a step
 
 
-def fly(robot: str, settings: list[str] | None, file: Path, step: float, save: Path | None, plot: Path | None) -> int:
-    """Take a robot through the modes of a mission, tell when each of them ended, and return the exit code."""
+def fly(robot: str, settings: list[str] | None, file: Path, step: float, outputs: Outputs) -> int:
+    """Run the modes of a mission, print when each of them ended, and return the exit code."""
     if step > _LONGEST:
         raise InputError(f"{step:g} s is out of range: it must be at most {_LONGEST} s.", field="--step")
 
@@ -42,12 +41,11 @@ def fly(robot: str, settings: list[str] | None, file: Path, step: float, save: P
     asked = {"robot": robot, "mission": str(path), "set": settings or [], "step": step}
     found = model.mission_data(flown, asked)
     write(_told(found))
-    if save is not None:
-        save_dataset(found, save)
-    if plot is not None:
+    if outputs.save or outputs.plot:
         from nectosome.view import show_mission
 
-        show_mission(found, plot)
+        paths = outputs.write_data(lambda: found) + outputs.write_page(lambda path: show_mission(found, path))
+        write(*written(paths))
     if flown.reason:
         tell(f"{description.name}: {flown.reason}.")
         return 130 if flown.reason.startswith("cancelled") else 1

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.output import Force, check_target, tell, write
 from nectosome.cli.page import columns
 from nectosome.description import import_urdf, load_robot, save_robot
 from nectosome.io import write_atomic
@@ -22,10 +22,12 @@ def new(
         Path | None, Parameter(help="The robot file to write (.yaml); if left out, it has the name of the template.")
     ] = None,
     /,
+    *,
+    force: Force = False,
 ) -> None:
-    """Write a robot file to start from, or list what there is. A file that is there already is never touched.
+    """Write a robot file to start from, or list the templates.
 
-    From a URDF file (.urdf) come its links, joints, boxes, cylinders and spheres; what has no place is told.
+    A URDF file (.urdf) gives its links, joints, boxes, cylinders and spheres; the rest of it is listed as left out.
     """
     from nectosome import robots
     from nectosome.robots.shipped import starter_names, starter_of
@@ -44,9 +46,9 @@ def new(
     if not urdf and template not in shipped and member is None:
         raise InputError(f'there is no template called "{template}".{did_you_mean(template, known)}')
     target = file or Path(f"{Path(template).stem if urdf else template}.yaml")
-    if target.exists() or target.is_symlink():
-        raise InputError("is there already, and is left as it is. Give another name.", field=str(target))
-    check_target(target, "FILE", ".yaml")
+    if not force and (target.exists() or target.is_symlink()):
+        raise InputError("exists. Give another name, or --force to overwrite it.", field=str(target))
+    check_target(target, "FILE", ".yaml", force)
     if urdf:
         imported = import_urdf(template)
         write_atomic(target, imported.text.encode())

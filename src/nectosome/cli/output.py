@@ -1,14 +1,96 @@
-"""What the commands write: results to stdout, sentences to stderr, files where the user wants them."""
+"""What commands print and write: results to stdout, sentences to stderr, and the files that the user asks for."""
 
 import os
 import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
+from cyclopts import Parameter
 from rich.console import Console, RenderableType
 
+from nectosome.io.results import SUFFIXES, save_dataset
 from nectosome.units import InputError
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 _WIDTH = 120  # of what goes to a file or a pipe
+
+Save = Annotated[Path | None, Parameter("--save", help="Write the data to this file (.nc or .csv).")]
+Plot = Annotated[Path | None, Parameter("--plot", help="Write a page with figures to this file (.html).")]
+Force = Annotated[bool, Parameter("--force", help="Overwrite files that exist.")]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Page:
+    """The page that a command writes if asked: `--plot`, and `--force`."""
+
+    plot: Plot = None
+    force: Force = False
+
+    def check(self) -> None:
+        """Raise InputError where a file cannot be written, before anything is computed."""
+        check_target(self.plot, "--plot", (".html",), self.force)
+
+    def write_page(self, page: "Callable[[Path], None]") -> list[str]:
+        """Write the page; return the path in a list, empty where none is asked for."""
+        if self.plot is None:
+            return []
+        page(self.plot)
+        return [str(self.plot)]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Data:
+    """The data that a command writes if asked: `--save`, and `--force`."""
+
+    save: Save = None
+    force: Force = False
+
+    def check(self) -> None:
+        """Raise InputError where a file cannot be written, before anything is computed."""
+        check_target(self.save, "--save", SUFFIXES, self.force)
+
+    def write_data(self, data: "Callable[[], xr.Dataset]") -> list[str]:
+        """Write the data, which is made only if it is asked for; return the path in a list."""
+        if self.save is None:
+            return []
+        save_dataset(data(), self.save)
+        return [str(self.save)]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Outputs(Data, Page):
+    """Data and page that a command writes if asked: `--save`, `--plot` and `--force`."""
+
+    save: Save = None
+    plot: Plot = None
+    force: Force = False
+
+    def check(self) -> None:
+        """Raise InputError where a file cannot be written, before anything is computed."""
+        Data.check(self)
+        Page.check(self)
+
+    def write_run(self, run: "Callable[[], xr.Dataset]") -> list[str]:
+        """Write a run and its page, each if asked for; return the paths."""
+        if self.save is None and self.plot is None:
+            return []
+        from nectosome.view import show_run
+
+        data = run()
+        return self.write_data(lambda: data) + self.write_page(lambda path: show_run(data, path))
+
+
+def written(paths: Iterable[str]) -> list[str]:
+    """Return the line that names files which were written, in a list; empty without any."""
+    names = ", ".join(paths)
+    return [f"written: {names}"] if names else []
 
 
 def write(*things: RenderableType, wrap: bool = True) -> None:
@@ -30,15 +112,20 @@ def tell(sentence: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def check_target(path: Path, option: str, suffix: str) -> None:
-    """Raise InputError where no file can be written at `path`, before anything long is computed."""
-    if path.suffix != suffix:
-        raise InputError(f'"{path}" does not end in {suffix}, as what is written there would.', field=option)
+def check_target(path: Path | None, option: str, suffixes: str | tuple[str, ...], force: bool = False) -> None:
+    """Raise InputError where no file can be written at `path`, or where one exists and `force` is not given."""
+    if path is None:
+        return
+    if not path.name.endswith(suffixes):
+        allowed = suffixes if isinstance(suffixes, str) else " or ".join(suffixes)
+        raise InputError(f'"{path}" does not end in {allowed}.', field=option)
     check_folder(path.parent, option, f".{path.name}.12345678")
     if path.is_dir():
         raise InputError(f"cannot write {path}: it is a folder.", field=option)
     if path.exists() and not path.is_file():
         raise InputError(f"cannot write {path}: it is not a file.", field=option)
+    if path.exists() and not force:
+        raise InputError(f"{path} exists. Give another name, or --force to overwrite it.", field=option)
 
 
 def check_folder(folder: Path, option: str, name: str = ".nectosome") -> None:

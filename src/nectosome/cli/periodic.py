@@ -2,7 +2,6 @@
 
 import math
 import time as clock
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
@@ -10,13 +9,12 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.options import read_count
-from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.options import Loads, Robot, Settings, read_count
+from nectosome.cli.output import Outputs, tell, write, written
 from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos, stored
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import weigh
 from nectosome.description import drive_period
-from nectosome.io import save_dataset
 from nectosome.units import InputError, read_positive, show_quantity
 
 if TYPE_CHECKING:
@@ -33,32 +31,24 @@ _FEWEST, _MOST = 17, 10_000  # samples: fewer miss the peaks and spoil the means
 
 
 def periodic(
-    robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")],
+    robot: Robot,
     /,
     *,
-    settings: Annotated[
-        list[str] | None, Parameter("--set", help="PATH=VALUE, such as A=75deg or N=3; may be repeated.")
-    ] = None,
+    settings: Settings = None,
     period: Annotated[
         str | None,
-        Parameter(
-            help="After how long the drives repeat themselves; left out, it is found.", allow_leading_hyphen=True
-        ),
+        Parameter(help="Period of the drives; by default that of the robot file.", allow_leading_hyphen=True),
     ] = None,
     samples: Annotated[
-        str, Parameter(help="How many moments of the cycle are kept, evenly spaced.", allow_leading_hyphen=True)
+        str, Parameter(help="Number of evenly spaced times of the cycle that are kept.", allow_leading_hyphen=True)
     ] = "129",
-    save: Annotated[Path | None, Parameter(help="Write the cycle to this netCDF file (.nc).")] = None,
-    loads: Annotated[
-        bool,
-        Parameter(negative=(), help="Tell the mean force and power of each load on each part, and each part's energy."),
-    ] = False,
+    outputs: Outputs = Outputs(),
+    loads: Loads = False,
 ) -> int:
-    """Find the motion that repeats itself with the drives, what it gives on the mean, and whether it lasts."""
-    moments = read_count(samples, "--samples", least=_FEWEST, most=_MOST)
+    """Find the periodic motion (limit cycle) of a robot, its cycle averages and its stability."""
+    count = read_count(samples, "--samples", least=_FEWEST, most=_MOST)
     seconds = None if period is None else read_positive(period, "time", "--period")
-    if save is not None:
-        check_target(save, "--save", ".nc")
+    outputs.check()
 
     from nectosome import model, robots
 
@@ -74,26 +64,26 @@ def periodic(
     with progress_bar(description.name):
         built = model.build(description)
         weigh(built, robot)
-        prepare_means(built, moments)
+        prepare_means(built, count)
         try:
-            found = find(built, seconds, samples=moments)
+            found = find(built, seconds, samples=count)
         except ValueError as error:
             raise InputError(str(error), file=robot) from None
         status = Status(int(found.status))
         if status not in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE):
-            way_out = " Leave --period out to have it found." if status == Status.OTHER_PERIOD else ""
+            way_out = " Leave --period out to take that of the robot file." if status == Status.OTHER_PERIOD else ""
             tell(f"{description.name}: {status.reason}.{way_out}")
             return 1
-        asked = {"robot": robot, "set": settings or [], "period": seconds, "samples": moments}
+        asked = {"robot": robot, "set": settings or [], "period": seconds, "samples": count}
         data, names = mean_data(built, found.means())
         attributes = attributes_of(found, description, asked)
         attributes["seconds"] = round(clock.perf_counter() - start, 3)
         arrays = Results(data | drive_limits(built, description), names, attributes).arrays
         write(_page(arrays, found.course(), attributes, loads))
-        if save is not None:
+        if outputs.save or outputs.plot:
             results = found.results(description, asked)
             results.attributes["seconds"] = attributes["seconds"]
-            save_dataset(results.to_dataset(), save)
+            write(*written(outputs.write_run(results.to_dataset)))
     if status == Status.UNSTABLE:
         tell(f"{description.name}: {status.reason}.")
         return 1

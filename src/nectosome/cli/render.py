@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from nectosome.cli.options import read_count
-from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.options import Settings, read_count
+from nectosome.cli.output import Force, check_target, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.cli.weights import weigh
 from nectosome.io import is_results, load_dataset
@@ -23,7 +23,7 @@ _SIZE, _FPS, _SPEED, _TIME = "1280x720", "30", "1", "5s"
 _LEAST, _MOST = 128, 4096  # px
 _FASTEST = 100.0  # times real time, and as many times slower
 _MOST_FRAMES, _MOST_SAMPLES = 20_000, 100_000
-_APART = 1 / 30  # s, between the moments that are saved, at most
+_APART = 1 / 30  # s, largest distance of the times that are kept
 _FOUND = ("SOLVED", "EVENT", "UNSTABLE", "SETTLED")  # statuses of motions that are what was asked for
 
 
@@ -31,46 +31,46 @@ def render(
     robot: Annotated[str, Parameter(help="Name of a robot that ships, a robot file, or a saved run (.nc).")],
     /,
     *,
-    out: Annotated[Path, Parameter(help="Video (.mp4) or picture (.png, .svg) to write.")],
-    settings: Annotated[
-        list[str] | None, Parameter("--set", help="PATH=VALUE, such as omega=14.4rad/s; may be repeated.")
-    ] = None,
+    save: Annotated[Path, Parameter(help="Write a video (.mp4) or a picture (.png, .svg) to this file.")],
+    force: Force = False,
+    settings: Settings = None,
     time: Annotated[
         str | None,
-        Parameter(help="How long, in seconds or with a unit: 5s of a robot, all of a run.", allow_leading_hyphen=True),
+        Parameter(
+            help=f"Length, with its unit; {_TIME} of a robot, all of a run by default.", allow_leading_hyphen=True
+        ),
     ] = None,
     at: Annotated[
-        str | None, Parameter(help="Of a picture: when, instead of at the end.", allow_leading_hyphen=True)
+        str | None, Parameter(help="Time of a picture, such as 1.5s; the end by default.", allow_leading_hyphen=True)
     ] = None,
     size: Annotated[str, Parameter(help="Width and height in pixels.", allow_leading_hyphen=True)] = _SIZE,
-    fps: Annotated[str, Parameter(help="Frames per second.", allow_leading_hyphen=True)] = _FPS,
+    fps: Annotated[
+        str | None, Parameter(help=f"Frames per second of a video; {_FPS} by default.", allow_leading_hyphen=True)
+    ] = None,
     speed: Annotated[
-        str, Parameter(help="Times real time; 0.25 is four times slower.", allow_leading_hyphen=True)
-    ] = _SPEED,
+        str | None,
+        Parameter(help="Speed of a video over real time; 0.25 is four times slower.", allow_leading_hyphen=True),
+    ] = None,
     camera: Annotated[
-        Literal["three-quarter", "side", "top", "front"], Parameter(help="From where; it goes along with the robot.")
+        Literal["three-quarter", "side", "top", "front"],
+        Parameter(help="Where the camera is; it moves with the robot."),
     ] = "three-quarter",
 ) -> int:
-    """Write a video of a simulated robot, or a picture.
-
-    The robot is simulated from rest, or is that of a saved run.
-    """
-    if out.suffix not in (".mp4", ".png", ".svg"):
-        raise InputError(f'"{out}" is neither a video (.mp4) nor a picture (.png, .svg).', field="--out")
-    check_target(out, "--out", out.suffix)
-    still = out.suffix != ".mp4"
+    """Write a video or a picture of a robot that is simulated from rest, or of a saved run."""
+    check_target(save, "--save", (".mp4", ".png", ".svg"), force)
+    still = save.suffix != ".mp4"
     if still:
-        for option, given, usual in (("--fps", fps, _FPS), ("--speed", speed, _SPEED)):
-            if given != usual:
+        for option, given in (("--fps", fps), ("--speed", speed)):
+            if given is not None:
                 raise InputError("is of a video. Leave it out.", field=option)
     elif at is not None:
         raise InputError("is of a picture (.png, .svg). Leave it out.", field="--at")
-    pixels, rate = _read_size(size), read_count(fps, "--fps", least=1, most=120)
-    pace = read_quantity(speed, "number", "--speed")
+    pixels, rate = _read_size(size), read_count(fps or _FPS, "--fps", least=1, most=120)
+    pace = read_quantity(speed or _SPEED, "number", "--speed")
     if not 1 / _FASTEST <= pace <= _FASTEST:
         raise InputError(f'"{speed}" is out of range: {1 / _FASTEST:g} to {_FASTEST:g} are allowed.', field="--speed")
-    seconds = None if time is None else read_positive(_with_unit(time), "time", "--time")
-    moment = None if at is None else read_quantity(_with_unit(at), "time", "--at")
+    seconds = None if time is None else read_positive(time, "time", "--time")
+    instant = None if at is None else read_quantity(at, "time", "--at")
     for name in ("cv2",) if still else ("cv2", "av"):
         package(name, "video")
 
@@ -91,7 +91,7 @@ def render(
             seconds = read_positive(_TIME, "time", "--time") if seconds is None else seconds
             apart = _APART if still else min(pace / rate, _APART)
             if seconds / apart >= _MOST_SAMPLES:
-                raise InputError(f"{seconds:g} s take more than {_MOST_SAMPLES} moments.", field="--time")
+                raise InputError(f"{seconds:g} s take more than {_MOST_SAMPLES} samples.", field="--time")
             if not still:
                 _check_frames(seconds, rate, pace)
             made = _simulated(robot, settings or [], seconds, max(math.ceil(seconds / apart), 60) + 1, update)
@@ -103,21 +103,21 @@ def render(
         if end > last * (1 + 1e-9):
             raise InputError(f"{robot} ends at {last:.4g} s.", field="--time")
         if not still and end <= first:
-            raise InputError(f"{robot} is of one moment only: write a picture (.png).", field="--out")
+            raise InputError(f"{robot} holds one sample only: write a picture (.png).", field="--save")
 
         from nectosome.view import write_film, write_still
 
         if still:
-            moment = end if moment is None else moment
-            if not first <= moment <= end:
-                raise InputError(f"{moment:g} s is not from {first:.4g} to {end:.4g} s.", field="--at")
-            write_still(run, out, at=moment, end=end, size=pixels, camera=camera)
-            write(f"written: {out}")
+            instant = end if instant is None else instant
+            if not first <= instant <= end:
+                raise InputError(f"{instant:g} s is not from {first:.4g} to {end:.4g} s.", field="--at")
+            write_still(run, save, at=instant, end=end, size=pixels, camera=camera)
+            write(f"written: {save}")
             return 0
         _check_frames(end - first, rate, pace)
         options: dict[str, Any] = {"size": pixels, "camera": camera, "rate": rate, "speed": pace}
-        count = write_film(run, out, end=end, progress=lambda share: update("drawing", share), **options)
-    write(f"written: {out}, {count} frames, {count / rate:.4g} s")
+        count = write_film(run, save, end=end, progress=lambda share: update("drawing", share), **options)
+    write(f"written: {save}, {count} frames, {count / rate:.4g} s")
     return 0
 
 
@@ -167,11 +167,6 @@ def _read_size(text: str) -> tuple[int, int]:
             what = f"even numbers from {_LEAST} to {_MOST} are allowed"
             raise InputError(f'"{text}" cannot be: {what}.', field="--size")
     return width, height
-
-
-def _with_unit(text: str) -> str:
-    """A time with its unit; a number alone is one of seconds."""
-    return f"{text} s" if re.fullmatch(r"\s*[-+]?[\d.]+([eE][-+]?\d+)?\s*", text) else text
 
 
 def _check_frames(seconds: float, rate: int, pace: float) -> None:

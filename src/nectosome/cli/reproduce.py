@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.output import check_folder, check_target, tell, write
+from nectosome.cli.output import Force, check_folder, check_target, tell, write, written
 from nectosome.cli.progress import progress_bar
 from nectosome.io import save_dataset, write_atomic
 from nectosome.units import InputError, did_you_mean
@@ -18,14 +18,17 @@ if TYPE_CHECKING:
     from nectosome.papers import Study
 
 _FIELDS = ("id", "quantity", "unit", "printed", "ours", "error", "tolerance", "verdict", "kind", "note")
+_SCORECARD, _REPORT = "scorecard.json", "report.html"
 _STYLES = {"match": "green", "better": "green", "differs": "yellow", "not reproducible": "dim"}
 
 
 def reproduce(
     *studies: Annotated[str, Parameter(help="Names of studies; all of them by default.")],
     quick: Annotated[bool, Parameter(help="A shorter version that still fills every row.")] = False,
-    out: Annotated[Path, Parameter(help="Folder for report.html, scorecard.json and the runs.")] = Path("out"),
-    scorecard: Annotated[Path | None, Parameter("--json", help="Write the scorecard to this file too (.json).")] = None,
+    out: Annotated[
+        Path | None, Parameter(help="Write report.html, scorecard.json, figures and runs to this folder.")
+    ] = None,
+    force: Force = False,
 ) -> int:
     """Run the studies of the published robots and print how they compare with the papers."""
     from nectosome.papers import STUDIES
@@ -34,9 +37,10 @@ def reproduce(
     for name in studies:
         if name not in STUDIES:
             raise InputError(f'there is no study called "{name}".{did_you_mean(name, STUDIES)}')
-    if scorecard is not None:
-        check_target(scorecard, "--json", ".json")
-    _make_folder(out)
+    if out is not None:
+        _make_folder(out)
+        for file in (_SCORECARD, _REPORT):
+            check_target(out / file, "--out", file, force)
 
     done: list[Study] = []
     for name, run in STUDIES.items():
@@ -44,19 +48,18 @@ def reproduce(
             continue
         with progress_bar(name) as update:
             study = run(quick, update)
-        _save_runs(study, out)
+        if out is not None:
+            _save_runs(study, out)
         done.append(study)
 
     rows = [_row(row) for study in done for row in study.rows]
-    text = json.dumps({"rows": rows}, indent=2, allow_nan=False).encode() + b"\n"
-    for path in (out / "scorecard.json", scorecard):
-        if path is not None:
-            write_atomic(path, text)
-
-    write_report(done, out / "report.html")
-    _make_folder(out / "figures")
-    write_figures(done, out / "figures")
-    write(_table(rows), _notes(rows), _times(done), f"report: {out / 'report.html'}")
+    if out is not None:
+        text = json.dumps({"rows": rows}, indent=2, allow_nan=False).encode() + b"\n"
+        write_atomic(out / _SCORECARD, text)
+        write_report(done, out / _REPORT)
+        _make_folder(out / "figures")
+        write_figures(done, out / "figures")
+    write(_table(rows), _notes(rows), _times(done), *(written([str(out / _REPORT)]) if out else []))
     missing = [row["id"] for row in rows if row["ours"] is None and row["verdict"] != "not reproducible"]
     if missing:
         tell(f"not computed: {', '.join(missing)}.")

@@ -1,11 +1,11 @@
 """`nectosome show`: what a robot is made of, or what a run came to."""
 
-from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.output import check_target, write
+from nectosome.cli.options import Loads
+from nectosome.cli.output import Page, write
 from nectosome.cli.page import number
 from nectosome.cli.summary import origin, summary
 from nectosome.cli.tree import robot_tree
@@ -19,23 +19,16 @@ def show(
     what: Annotated[str, Parameter(help="Name of a robot that ships, a robot file, or a saved run (.nc).")],
     /,
     *,
-    save: Annotated[Path | None, Parameter(help="Write a page with a picture, of a run with plots (.html).")] = None,
-    loads: Annotated[
-        bool,
-        Parameter(
-            negative=(),
-            help="Of a run: tell the mean force and power of each load on each part, and each part's energy.",
-        ),
-    ] = False,
+    outputs: Page = Page(),
+    loads: Loads = False,
 ) -> None:
     """Show the parts of a robot and how it lies in the water, or the summary of a saved run."""
     if is_results(what):
-        _show_run(what, save, loads)
+        _show_run(what, outputs, loads)
         return
     if loads:
         raise InputError("is of a saved run. Leave it out, or see nectosome simulate --loads.", field="--loads")
-    if save is not None:
-        check_target(save, "--save", ".html")
+    outputs.check()
 
     from nectosome import model, robots
 
@@ -44,26 +37,25 @@ def show(
     parts = weigh(built, what)
     found = afloat(built)
     whole = told(description, built, found)
-    if save is not None:
+    if outputs.plot:
         from nectosome.view import show_still, standing
 
         each = [(part.name, number(part.mass), number(part.displaced), ", ".join(part.freedoms)) for part in parts]
         tables = [[("the robot", ""), *whole], [("part", "mass (kg)", "displaces (kg)", "free to move"), *each]]
-        show_still(standing(description, built), save, tables)
+        outputs.write_page(lambda path: show_still(standing(description, built), path, tables))
     write(robot_tree(description, parts, whole))
 
 
-def _show_run(path: str, save: Path | None, loads: bool) -> None:
-    if save is not None:
-        check_target(save, "--save", ".html")
+def _show_run(path: str, outputs: Page, loads: bool) -> None:
+    outputs.check()
 
     from nectosome.view.saved import check_run
 
     dataset = load_dataset(path)
     check_run(dataset, path)
-    if save is not None:
+    if outputs.plot:
         from nectosome.view import show_run
 
-        show_run(dataset, save)
+        outputs.write_page(lambda page: show_run(dataset, page))
     arrays = {str(name): variable.values for name, variable in dataset.variables.items()}
     write(summary(arrays, dataset.attrs, loads), origin(dataset.attrs))

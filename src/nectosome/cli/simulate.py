@@ -8,64 +8,62 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome.cli.mission import fly
-from nectosome.cli.options import read_count
-from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.options import Loads, Robot, Settings, read_count
+from nectosome.cli.output import Outputs, tell, write, written
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.cli.summary import summary
 from nectosome.cli.weights import weigh
-from nectosome.io import save_dataset
 from nectosome.units import InputError, read_positive, read_quantity
 
 _MOST_SAMPLES = 100_000
-_TIME, _METHOD, _SAMPLES, _RTOL, _STEP = "2.5s", "auto", "201", "1e-4", "1ms"
+_TIME, _METHOD, _SAMPLES, _RTOL, _STEP = "2.5s", "auto", "201", "1e-4", "1ms"  # where none are given
 
 
 def simulate(
-    robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")],
+    robot: Robot,
     /,
     *,
-    settings: Annotated[
-        list[str] | None, Parameter("--set", help="PATH=VALUE, such as omega=14.4rad/s; may be repeated.")
+    settings: Settings = None,
+    time: Annotated[
+        str | None, Parameter(help=f"Length of the run, with its unit; {_TIME} by default.", allow_leading_hyphen=True)
     ] = None,
-    time: Annotated[str, Parameter(help="How long, with its unit.", allow_leading_hyphen=True)] = _TIME,
-    save: Annotated[Path | None, Parameter(help="Write the run to this netCDF file (.nc).")] = None,
+    outputs: Outputs = Outputs(),
     method: Annotated[
-        Literal["auto", "implicit", "explicit"],
-        Parameter(help="Implicit for soft bodies, explicit for systems without stiff springs."),
-    ] = _METHOD,
-    samples: Annotated[
-        str, Parameter(help="How many moments are kept, evenly spaced.", allow_leading_hyphen=True)
-    ] = _SAMPLES,
-    rtol: Annotated[str, Parameter(help="Relative tolerance of a time step.", allow_leading_hyphen=True)] = _RTOL,
-    mission: Annotated[
-        Path | None, Parameter(help="Mission (.yaml) whose modes it goes through, or a robot whose own one ships.")
+        Literal["auto", "implicit", "explicit"] | None,
+        Parameter(help="Implicit for soft bodies, explicit for systems without stiff springs; auto by default."),
     ] = None,
-    step: Annotated[str, Parameter(help="Length of a mission's time steps.", allow_leading_hyphen=True)] = _STEP,
-    plot: Annotated[Path | None, Parameter(help="Write a page with figures to this file (.html).")] = None,
-    loads: Annotated[
-        bool,
-        Parameter(negative=(), help="Tell the mean force and power of each load on each part, and each part's energy."),
-    ] = False,
+    samples: Annotated[
+        str | None,
+        Parameter(
+            help=f"Number of evenly spaced times that are kept; {_SAMPLES} by default.", allow_leading_hyphen=True
+        ),
+    ] = None,
+    rtol: Annotated[
+        str | None,
+        Parameter(help=f"Relative tolerance of a time step; {_RTOL} by default.", allow_leading_hyphen=True),
+    ] = None,
+    mission: Annotated[
+        Path | None, Parameter(help="Mission file (.yaml), or the name of a robot that ships with one.")
+    ] = None,
+    step: Annotated[
+        str | None,
+        Parameter(help=f"Length of the time steps of a mission; {_STEP} by default.", allow_leading_hyphen=True),
+    ] = None,
+    loads: Loads = False,
 ) -> int:
     """Simulate a robot in water, for a time or through the modes of a mission, and print a summary."""
-    for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
-        if target is not None:
-            check_target(target, option, suffix)
+    outputs.check()
     if mission is not None:
-        for option, given, usual in (
-            ("--time", time, _TIME),
-            ("--method", method, _METHOD),
-            ("--samples", samples, _SAMPLES),
-            ("--rtol", rtol, _RTOL),
-        ):
-            if given != usual:
+        for option, given in (("--time", time), ("--method", method), ("--samples", samples), ("--rtol", rtol)):
+            if given is not None:
                 raise InputError("a mission takes even steps until its modes end. Leave it out.", field=option)
-        return fly(robot, settings, mission, read_positive(step, "time", "--step"), save, plot)
-    if step != _STEP:
+        return fly(robot, settings, mission, read_positive(step or _STEP, "time", "--step"), outputs)
+    if step is not None:
         raise InputError("is of a mission; else steps follow from --rtol. Leave it out.", field="--step")
-    seconds = read_positive(time, "time", "--time")
-    moments = read_count(samples, "--samples", least=2, most=_MOST_SAMPLES)
-    tolerance = read_quantity(rtol, "number", "--rtol")
+    seconds = read_positive(time or _TIME, "time", "--time")
+    count = read_count(samples or _SAMPLES, "--samples", least=2, most=_MOST_SAMPLES)
+    tolerance = read_quantity(rtol or _RTOL, "number", "--rtol")
+    method = method or _METHOD
     if not 0 < tolerance < 1:
         raise InputError(f'"{rtol}" is out of range: it must be more than 0 and less than 1.', field="--rtol")
 
@@ -78,7 +76,7 @@ def simulate(
     from nectosome.solve import simulate as integrate
 
     asked = {"robot": robot, "set": settings or [], "time": seconds}
-    asked |= {"method": method, "samples": moments, "rtol": tolerance}
+    asked |= {"method": method, "samples": count, "rtol": tolerance}
     start = clock.perf_counter()
     with progress_bar(description.name) as update:
 
@@ -89,10 +87,10 @@ def simulate(
 
             built = model.build(description)
             weigh(built, robot)
-            prepare_results(built, moments)
-            run = integrate(built, seconds, samples=moments, method=method, rtol=tolerance, progress=progress)
-            wanted = save is not None or plot is not None or int(run.status) != Status.CANCELLED
-            return run, run.results(description, asked) if wanted else None
+            prepare_results(built, count)
+            run = integrate(built, seconds, samples=count, method=method, rtol=tolerance, progress=progress)
+            kept = outputs.save or outputs.plot or int(run.status) != Status.CANCELLED
+            return run, run.results(description, asked) if kept else None
 
         run, found = cancellable(compute)
     status = Status(int(run.status))
@@ -100,15 +98,10 @@ def simulate(
         found.attributes["seconds"] = round(clock.perf_counter() - start, 3)
         if status != Status.CANCELLED:
             write(summary(found.arrays, found.attributes, loads))
-        if save is not None:
-            save_dataset(found.to_dataset(), save)
-        if plot is not None:
-            from nectosome.view import show_run
-
-            show_run(found.to_dataset(), plot)
+        write(*written(outputs.write_run(found.to_dataset)))
     came_to = f"at {float(run.value.time[-1]):.4g} s of {seconds:.4g} s."
     if status == Status.CANCELLED:
-        tell(f"cancelled {came_to}" + (f" The part done is in {save}." if save is not None else ""))
+        tell(f"cancelled {came_to}" + (f" The part done is in {outputs.save}." if outputs.save else ""))
         return 130
     if status not in (Status.SOLVED, Status.EVENT):
         tell(f"{description.name}: {status.reason}, {came_to}")

@@ -1,17 +1,15 @@
 """`nectosome static`: the shape of a robot at rest."""
 
 import time as clock
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-from cyclopts import Parameter
 from rich.text import Text
 
-from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.options import Robot, Settings
+from nectosome.cli.output import Outputs, tell, write, written
 from nectosome.cli.page import columns, ending, number, page, reaction_unit
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import weigh
-from nectosome.io import save_dataset
 from nectosome.units import InputError
 
 if TYPE_CHECKING:
@@ -25,19 +23,14 @@ if TYPE_CHECKING:
 
 
 def static(
-    robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")],
+    robot: Robot,
     /,
     *,
-    settings: Annotated[
-        list[str] | None, Parameter("--set", help="PATH=VALUE, such as E=3MPa; may be repeated.")
-    ] = None,
-    save: Annotated[Path | None, Parameter(help="Write the shape to this netCDF file (.nc).")] = None,
-    plot: Annotated[Path | None, Parameter(help="Write a page with a picture that turns to this file (.html).")] = None,
+    settings: Settings = None,
+    outputs: Outputs = Outputs(),
 ) -> int:
-    """Find the shape of a robot at rest, under weight, buoyancy and other steady loads; drives stay as at the start."""
-    for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
-        if target is not None:
-            check_target(target, option, suffix)
+    """Find the static equilibrium of a robot under weight, buoyancy and other steady loads; drives stay at t = 0."""
+    outputs.check()
 
     from nectosome import model, robots
 
@@ -68,14 +61,14 @@ def static(
             table.add_row(*row)
     full = [table for table in shown if table.row_count]
     write(page(Text(results.attributes["title"], "bold"), full, [ending(results.attributes)]))
-    if save is not None or plot is not None:
-        dataset = results.to_dataset()
-        if save is not None:
-            save_dataset(dataset, save)
-        if plot is not None:
-            from nectosome.view import show_still
+    if outputs.save or outputs.plot:
+        from nectosome.view import show_still
 
-            show_still(dataset, plot, [rows for rows in tables if len(rows) > 1])
+        dataset = results.to_dataset()
+        full_rows = [rows for rows in tables if len(rows) > 1]
+        paths = outputs.write_data(lambda: dataset)
+        paths += outputs.write_page(lambda path: show_still(dataset, path, full_rows))
+        write(*written(paths))
     if status == Status.UNSTABLE:
         tell(f"{description.name}: {status.reason}.")
         return 1

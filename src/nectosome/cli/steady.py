@@ -1,36 +1,27 @@
 """`nectosome steady`: the motion that a robot with steady drives keeps."""
 
 import time as clock
-from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
-
-from nectosome.cli.output import check_target, tell, write
+from nectosome.cli.options import Loads, Robot, Settings
+from nectosome.cli.output import Outputs, tell, write, written
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.summary import summary
 from nectosome.cli.weights import weigh
-from nectosome.io import save_dataset
 from nectosome.units import InputError
 
 _WATCHED = 10.0  # s of simulation that show what happens where nothing is steady
 
 
 def steady(
-    robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")],
+    robot: Robot,
     /,
     *,
-    settings: Annotated[
-        list[str] | None, Parameter("--set", help="PATH=VALUE, such as omega=14.4rad/s; may be repeated.")
-    ] = None,
-    save: Annotated[Path | None, Parameter(help="Write the steady motion to this netCDF file (.nc).")] = None,
-    loads: Annotated[
-        bool, Parameter(negative=(), help="Tell the force and power of each load on each part, and each part's energy.")
-    ] = False,
+    settings: Settings = None,
+    outputs: Outputs = Outputs(),
+    loads: Loads = False,
 ) -> int:
-    """Find the steady motion of a robot and say whether it lasts."""
-    if save is not None:
-        check_target(save, "--save", ".nc")
+    """Find the steady motion of a robot and its stability."""
+    outputs.check()
 
     from nectosome import model, robots
 
@@ -54,8 +45,7 @@ def steady(
             results = found.results(description, {"robot": robot, "set": settings or []})
             results.attributes["seconds"] = round(clock.perf_counter() - start, 3)
             write(summary(results.arrays, results.attributes, loads))
-            if save is not None:
-                save_dataset(results.to_dataset(), save)
+            write(*written(outputs.write_run(results.to_dataset)))
         if status == Status.SOLVED:
             return 0
         update("no steady motion; simulating what happens instead", 0.0)

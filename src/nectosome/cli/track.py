@@ -9,9 +9,8 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.output import check_target, write
+from nectosome.cli.output import Outputs, check_target, write, written
 from nectosome.cli.progress import progress_bar
-from nectosome.io import save_dataset
 from nectosome.units import InputError, read_quantity
 
 if TYPE_CHECKING:
@@ -21,10 +20,8 @@ if TYPE_CHECKING:
 def track(
     *videos: Annotated[Path, Parameter(help="Video of segments; or those of markers, in the order of the cameras.")],
     config: Annotated[Path | None, Parameter(help="What is to be tracked (.yaml).")] = None,
-    save: Annotated[Path | None, Parameter(help="Write what was tracked as netCDF (.nc).")] = None,
-    table: Annotated[Path | None, Parameter(help="Write it as a table for other programs (.csv).")] = None,
+    outputs: Outputs = Outputs(),
     overlay: Annotated[Path | None, Parameter(help="Write the video with the segments drawn over it (.mp4).")] = None,
-    plot: Annotated[Path | None, Parameter(help="Write a page with figures (.html).")] = None,
     propose: Annotated[
         bool, Parameter(help="Say which colours stand out of a frame, as a start for --config.")
     ] = False,
@@ -34,19 +31,13 @@ def track(
 
     What is not seen well is a gap with its reason.
     """
-    for path, option, suffix in (
-        (save, "--save", ".nc"),
-        (table, "--table", ".csv"),
-        (overlay, "--overlay", ".mp4"),
-        (plot, "--plot", ".html"),
-    ):
-        if path is not None:
-            check_target(path, option, suffix)
+    outputs.check()
+    check_target(overlay, "--overlay", ".mp4", outputs.force)
     first = next(iter(videos), None)
     if first is None:
         raise InputError("name a video.", field="track")
     if propose:
-        if len(videos) > 1 or any(other is not None for other in (save, table, overlay, plot, config)):
+        if len(videos) > 1 or any((outputs.save, outputs.plot, overlay, config)):
             raise InputError("looks at a single video, and writes nothing: leave the rest out.", field="--propose")
         return _propose(first, at)
     if config is None:
@@ -68,34 +59,27 @@ def track(
             tracked = track_segments(first, sheet, update)
             if overlay is not None:
                 draw_over(first, sheet, tracked, overlay, update)
-    if save is not None:
-        save_dataset(tracked, save)
-    if table is not None:
-        from nectosome.vision.video import write_table
-
-        write_table(tracked, table)
-    if plot is not None:
+    write(_understood(tracked))
+    paths = outputs.write_data(lambda: tracked)
+    if outputs.plot:
         from nectosome.view import show_track
 
-        show_track(tracked, plot)
-    write(_understood(tracked))
-    for path in (save, table, overlay, plot):
-        if path is not None:
-            write(f"written: {path}")
+        paths += outputs.write_page(lambda path: show_track(tracked, path))
+    write(*written([*paths, str(overlay)] if overlay else paths))
     return 0
 
 
 def _propose(video: Path, at: str) -> int:
     """Print colours as they stand in a sheet."""
-    moment = read_quantity(at, "time", "--at")
+    instant = read_quantity(at, "time", "--at")
     from nectosome.vision.video import Clip, proposal_text, propose
 
     clip = Clip(video)
     frame = None
     for frame in clip.frames():
-        if frame.time >= moment:
+        if frame.time >= instant:
             break
-    if frame is None or frame.time < moment:
+    if frame is None or frame.time < instant:
         last = 0.0 if frame is None else frame.time
         raise InputError(f"the video ends at {last:.4g} s.", field="--at")
     write(proposal_text(propose(frame.image), clip, frame.time), wrap=False)

@@ -49,7 +49,6 @@ from .signals import (
     WaveSignal,
 )
 from .urdf import import_urdf
-from .variables import Box, Variable, read_variable
 
 __all__ = [
     "STRAIN_NAMES",
@@ -58,7 +57,6 @@ __all__ = [
     "AngleSignal",
     "AngularSpeed",
     "AnyPressure",
-    "Box",
     "ConstantSignal",
     "Coordinate",
     "Curvature",
@@ -102,7 +100,6 @@ __all__ = [
     "StrokeSignal",
     "Torque",
     "TorqueSignal",
-    "Variable",
     "WaterDescription",
     "WaveSignal",
     "apply_settings",
@@ -120,7 +117,6 @@ __all__ = [
     "parse_mission",
     "parse_robot",
     "parse_setting",
-    "read_variable",
     "resolve",
     "save_robot",
     "with_recordings",

@@ -1,21 +1,84 @@
-"""Results on disk: an `xarray.Dataset` as a netCDF file."""
+"""Results on disk: an `xarray.Dataset` as a netCDF file, or as a table of text (CSV)."""
 
+import itertools
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from nectosome.io.atomic import reason, write_atomic
 from nectosome.units import InputError
 
 if TYPE_CHECKING:
-    import xarray
+    import pandas as pd
+    import xarray as xr
 
 _HDF5 = b"\x89HDF"
+SUFFIXES = (".nc", ".csv")  # of what `save_dataset` writes
 
 
-def save_dataset(dataset: "xarray.Dataset", path: str | Path) -> None:
-    """Write a dataset as netCDF, whole or not at all. Raises InputError where it cannot be written."""
-    # made in memory: HDF5 does not survive a disk that fills up under it
-    write_atomic(path, bytes(dataset.to_netcdf(engine="h5netcdf")))
+def save_dataset(dataset: "xr.Dataset", path: str | Path) -> None:
+    """Write a dataset as netCDF, or as a table where the path ends in .csv; whole or not at all.
+
+    Only netCDF keeps attributes, such as the provenance. Raises InputError where it cannot be written.
+    """
+    if Path(path).suffix == ".csv":
+        write_atomic(path, table_of(dataset).to_csv(index=False, lineterminator="\n").encode())
+    else:
+        # made in memory: HDF5 does not survive a disk that fills up under it
+        write_atomic(path, bytes(dataset.to_netcdf(engine="h5netcdf")))
+
+
+def table_of(dataset: "xr.Dataset") -> "pd.DataFrame":
+    """Table of a dataset: a row for each time, else for each place on the dimensions that all variables share.
+
+    A variable with more dimensions has a column for each of their labels, as `velocity body x (m/s)`. A table over
+    time leaves out variables that do not depend on it; columns of NaN are left out. Where variables share no
+    dimension, the table is long: a row for each number, with its variable, unit and labels.
+    """
+    import pandas as pd
+
+    variables = {str(name): variable for name, variable in dataset.data_vars.items() if variable.size}
+    shared = [str(dim) for dim in dataset.dims if all(dim in variable.dims for variable in variables.values())]
+    rows = ["time"] if "time" in dataset.dims else shared
+    if not rows:
+        return _long(dataset)
+    chosen = {name: variable for name, variable in variables.items() if set(rows) <= set(variable.dims)}
+    places = pd.MultiIndex.from_product([_labels(dataset, dim) for dim in rows], names=rows)
+    columns: dict[str, Any] = {_head(dataset, dim): places.get_level_values(dim) for dim in rows}
+    for name, variable in chosen.items():
+        others = [str(dim) for dim in variable.dims if dim not in rows]
+        values = variable.transpose(*rows, *others).values.reshape(len(places), -1)
+        labels = itertools.product(*(map(str, _labels(dataset, dim)) for dim in others))
+        for label, column in zip(labels, values.T, strict=True):
+            columns[_with_unit(" ".join([name, *label]), variable)] = column
+    return pd.DataFrame(columns).dropna(axis="columns", how="all")
+
+
+def _long(dataset: "xr.Dataset") -> "pd.DataFrame":
+    import pandas as pd
+
+    dims = [str(dim) for dim in dataset.dims]
+    parts = []
+    for name, variable in dataset.data_vars.items():
+        places = itertools.product(*(_labels(dataset, str(dim)) for dim in variable.dims))
+        part = pd.DataFrame([dict(zip(map(str, variable.dims), place, strict=True)) for place in places])
+        part = part.reindex(columns=dims, index=range(variable.size))
+        part.insert(0, "variable", str(name))
+        parts.append(part.assign(value=variable.values.ravel(), unit=str(variable.attrs.get("units", ""))))
+    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+
+
+def _labels(dataset: "xr.Dataset", dim: str) -> list:
+    """Labels along a dimension; numbers from 0 where it has none."""
+    return list(dataset[dim].values) if dim in dataset.coords else list(range(dataset.sizes[dim]))
+
+
+def _head(dataset: "xr.Dataset", dim: str) -> str:
+    return _with_unit(dim, dataset[dim]) if dim in dataset.coords else dim
+
+
+def _with_unit(name: str, variable: "xr.DataArray") -> str:
+    unit = str(variable.attrs.get("units", ""))
+    return f"{name} ({unit})" if unit not in ("", "1") else name
 
 
 def is_results(path: str) -> bool:
@@ -29,8 +92,8 @@ def is_results(path: str) -> bool:
         return False
 
 
-def load_dataset(path: str | Path) -> "xarray.Dataset":
-    """Return the dataset that `save_dataset` wrote: same values, types, coordinates and attributes.
+def load_dataset(path: str | Path) -> "xr.Dataset":
+    """Return the dataset that `save_dataset` wrote as netCDF: same values, types, coordinates and attributes.
 
     Raises InputError for a file that is missing, foreign or cut off.
     """

@@ -3,6 +3,7 @@
 import os
 import re
 from collections.abc import Callable, Iterable
+from pathlib import Path
 
 from nectosome.description import RobotDescription, apply_settings, load_robot
 from nectosome.units import InputError, did_you_mean
@@ -56,7 +57,9 @@ def _load(robot: str) -> RobotDescription:
         return load_robot(file_of(robot))
     if robot.endswith((".yaml", ".yml")) or os.path.exists(robot):  # noqa: PTH110  Path.exists raises on long names
         return load_robot(robot)
-    raise InputError(f'there is no robot called "{robot}", nor a file of that name.{did_you_mean(robot, names())}')
+    files = sorted(path.name for path in Path().glob("*.y*ml"))
+    near = did_you_mean(robot, names()) or did_you_mean(f"{Path(robot).stem}.yaml", files, most=0)
+    raise InputError(f'there is no robot called "{robot}", nor a file of that name.{near}')
 
 
 def _count(setting: str) -> int:
