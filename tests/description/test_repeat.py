@@ -2,6 +2,7 @@
 """Limbs that come several times: their names, places, phases and aliases, and the sentence for what cannot be."""
 
 import math
+
 import pytest
 
 from nectosome.description import (
