@@ -103,7 +103,9 @@ def _check_shape(field: str, name: str, part: Limb) -> None:
     if not isinstance(part, Rigid) or part.shape == "cylinder":
         return
     if part.shape != "spheroid":
-        raise wrong(field, f"{name} is a {part.shape}: only rods, cylinders and spheres touch. Add a cylinder to it.")
+        raise wrong(
+            field, f"{name} is a {part.shape}: contact is between rods, cylinders and spheres. Add a cylinder to it."
+        )
     assert part.length is not None and part.radius is not None
     if abs(part.length - 2 * part.radius) > 1e-6 * part.length:
-        raise wrong(field, f"{name} is no sphere: of spheroids only those touch whose length is twice their radius.")
+        raise wrong(field, f"{name} is no sphere: a spheroid in contact needs a length of twice its radius.")

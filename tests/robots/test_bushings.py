@@ -1,4 +1,4 @@
-"""Robots whose parts are tied to each other or touch: loops of bodies, grips, and the account of what acts in them."""
+"""Robots whose parts are joined by bushings or in contact: loops of bodies, grips, and the account of what acts in them."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -57,7 +57,7 @@ def closed(crank: float) -> float:
 
 
 def test_a_tie_closes_a_four_bar_linkage():
-    """The rocker is where closed form says but for the stretch of the tie, which falls as one over its stiffness."""
+    """The rocker is where closed form says but for the stretch of the bushing, which falls as one over its stiffness."""
     robot = parse_robot(FOUR_BAR)
     off = {}
     for stiffness in (1e4, 1e5, 1e6):
@@ -67,7 +67,7 @@ def test_a_tie_closes_a_four_bar_linkage():
         d = diagnose(stiff, jnp.zeros(()), found.value)
         force = np.asarray(d.load_force[load_names(stiff).index("pin"), 3])
         off[stiffness] = found.value.q[1] - closed(CRANK)
-        # the tie carries the coupler's end: a force along the coupler, since nothing else acts on it
+        # the bushing carries the coupler's end: a force along the coupler, since nothing else acts on it
         ends = A * np.array([np.cos(CRANK), np.sin(CRANK)]), D * np.array([1, 0])
         angle = float(found.value.q[1])
         coupler = ends[1] + C * np.array([np.cos(angle), np.sin(angle)]) - ends[0]
@@ -118,7 +118,7 @@ pairs:
 
 
 def test_two_cantilevers_whose_tips_are_tied_share_the_load():
-    """Each bends by (F/2) L^3 / 3 E I: small, and the stretch of the tie is smaller."""
+    """Each bends by (F/2) L^3 / 3 E I: small, and the stretch of the bushing is smaller."""
     robot = build(parse_robot(CANTILEVERS))
     found = load_stepping(robot)
     assert int(found.status) == Status.SOLVED
