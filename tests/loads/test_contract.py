@@ -109,7 +109,7 @@ EXAMPLES = [
         ld.PulsedThrust(_n([1.0, -0.2, 0.3, 0.7]), *map(_n, (11.0, 9.0, 0.4)), _n([2.0, -1.0, 2.0]) / 3, _THREE),
         {"values": FORCE, "rated": RATE, "speed": RATE, "start": NUMBER, "direction": NUMBER, "place": LENGTH},
     ),
-    Example(  # without walls, as everywhere here; `test_bumper` has some
+    Example(  # without walls, as everywhere here; `test_wall_contact` has some
         ld.WallContact(*map(_n, (0.1, 200.0, 20.0, 1e-3))),
         {"reach": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH},
     ),

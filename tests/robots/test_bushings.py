@@ -1,4 +1,4 @@
-"""Robots whose parts are joined by bushings or in contact: loops of bodies, grips, and the account of what acts in them."""
+"""Robots with bushings and contacts: loops of bodies, grips, and the account of what acts in them."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -57,7 +57,7 @@ def closed(crank: float) -> float:
 
 
 def test_a_tie_closes_a_four_bar_linkage():
-    """The rocker is where closed form says but for the stretch of the bushing, which falls as one over its stiffness."""
+    """The rocker is where closed form says but for the bushing's stretch, which falls as one over its stiffness."""
     robot = parse_robot(FOUR_BAR)
     off = {}
     for stiffness in (1e4, 1e5, 1e6):

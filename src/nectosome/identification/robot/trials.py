@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _LEAST = 10  # samples of a column
-_KNOTS = 1000  # of an input at most, joined by straight lines
+_KNOTS = 1000  # of an input at most
 _ROUGH = 1e-3  # of an input's range: what fewer knots may leave out and nobody need be told of
 
 
@@ -69,7 +69,8 @@ def robot_trials(
     """Trials of a robot.
 
     Conditions of a recording are quantities of the robot by their paths or aliases. `inputs`: columns that drove the
-    robot, and the paths of the signals for which they stand, joined by straight lines between at most 1000 samples.
+    robot, and the paths of the signals for which they stand, at most 1000 samples of each: forces are joined by straight
+    lines, motions by a smooth curve.
     Nothing is compared in the first `skip` [s] of each recording.
 
     Raises InputError that names file and column for what is missing, unknown, constant, in another unit or too short.
@@ -100,7 +101,9 @@ def _trial(
         values, unit = _column(recording, column, file)
         driven[path], left_out = _driven(time, values, unit)
         if left_out > _ROUGH:
-            notes.append(f"{column}: joined by {_KNOTS} lines, which leave out {100 * left_out:.2g} % of its range")
+            notes.append(
+                f"{column}: {_KNOTS} samples drive the robot, which leave out {100 * left_out:.2g} % of its range"
+            )
     try:
         standing = _without_names(apply_settings(description, _conditions(recording)), inputs)
         described = with_recordings(standing, driven) if driven else standing
