@@ -69,9 +69,8 @@ def robot_trials(
     """Trials of a robot.
 
     Conditions of a recording are quantities of the robot by their paths or aliases. `inputs`: columns that drove the
-    robot, and the paths of the signals for which they stand, at most 1000 samples of each: forces are joined by straight
-    lines, motions by a smooth curve.
-    Nothing is compared in the first `skip` [s] of each recording.
+    robot, and the paths of the signals for which they stand, at most 1000 samples of each; forces are joined by
+    straight lines, motions by a smooth curve. Nothing is compared in the first `skip` [s] of each recording.
 
     Raises InputError that names file and column for what is missing, unknown, constant, in another unit or too short.
     """

@@ -1,4 +1,4 @@
-"""Thrust of the paddle on its load cell (Experiment A): over strokes, joints and hinges, and moment by moment."""
+"""Thrust of the paddle on its load cell (Experiment A): over strokes, joints and hinges, and instant by instant."""
 
 from collections.abc import Sequence
 
@@ -10,10 +10,10 @@ from nectosome.description import RevoluteJoint, RobotDescription, get_value
 from nectosome.designs.sweep import sweep
 from nectosome.model import build
 from nectosome.robots import describe
-from nectosome.search.covariance import undominated
+from nectosome.search import undominated
 from nectosome.solve import periodic
 
-SAMPLES = 257  # moments of a cycle: more of them move a mean thrust by 1e-4 of itself
+SAMPLES = 257  # instants of a cycle: more of them move a mean thrust by 1e-4 of itself
 
 
 def over_strokes(joints: Sequence[int], amplitudes: Sequence[float], frequencies: Sequence[float]) -> xr.Dataset:

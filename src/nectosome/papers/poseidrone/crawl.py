@@ -15,10 +15,10 @@ from nectosome.description import with_values
 from nectosome.description.variables import read_variable
 from nectosome.identification import Identifiability, Misfit, identifiability, most_helpful, profile
 from nectosome.identification.gait.features import FEATURES, discrepancy
-from nectosome.identification.gait.fit import GaitFit, GaitTrial, gait_data
+from nectosome.identification.gait.fit import GaitFit, GaitTrial, gait_data, gait_optimiser
 from nectosome.identification.gait.walks import Walks
 from nectosome.robots import describe
-from nectosome.search import CmaEs, Evolved, evolve
+from nectosome.search import Start, minimise
 
 from ..study import Progress, StudyPart
 
@@ -49,8 +49,8 @@ DENSITIES = (1100.0, 1140.0, 1178.0, 1238.0, 1300.0)  # kg/m3
 DISTANCES, ANGLES = (0.05, 0.07, 0.09, 0.11, 0.13), (0.0, 6.3, 12.6, 18.9, 25.2)  # b [m], beta [deg]
 OWN, HELD_OUT = (1238.0, 0.09, 12.6), 1178.0
 _MODULE = ("volume", "limbs.module.offset.0", "limbs.module.offset.2")
-_ERRORS = 1e-3, 1e-3, math.radians(1.0)  # standard errors of tracked surge and heave [m], and lean
-_TRACK, _TILT = (0, 1), (2,)  # of these: what tracks of the body tell, and what its lean does
+_ERRORS = 1e-3, 1e-3, math.radians(1.0)  # standard errors of tracked surge and heave [m], and tilt
+_TRACK, _TILT = (0, 1), (2,)  # of these: what tracks of the body tell, and what its tilt does
 _PROFILED = "k"  # the parameter whose profile is drawn: fits of the other nine at each of its values take minutes
 _RARELY = 0.05  # of the time: feet that are on the ground for less do not carry
 
@@ -72,15 +72,15 @@ def part(quick: bool, progress: Progress) -> StudyPart:
     """Fits from several seeds, what they tell, the density held out, and gaits over density and buoyancy."""
     of = fit()
     seeds = 1 if quick else SEEDS
-    searches: list[Evolved] = []
+    searches: list[Start] = []
     for seed in range(seeds):
 
         def tell(done: int, best: float, seed: int = seed) -> None:
             progress(f"crawling, search {seed + 1} of {seeds}: {best:.1e}", 0.8 * (seed + done / WALKS) / seeds)
 
         aim = CLOSE if quick else PRINTED
-        searches.append(evolve(of.summed, of.ranges, CmaEs(), evaluations=WALKS, target=aim, seed=seed, progress=tell))
-    best = np.stack([found.rows[np.argmin(found.values[:, 0])] for found in searches])
+        searches.append(minimise(of.task(), gait_optimiser(evaluations=WALKS), seed=seed, target=aim, progress=tell))
+    best = of.ranges.values(np.stack([found.close(np.inf)[0].u for found in searches]))
     progress("what the gait tells", 0.8)
     measured = _measured(of, best[0])
     told = {name: identifiability(misfit, best[0]) for name, misfit in measured.items()}
@@ -138,7 +138,7 @@ def _at(of: GaitFit, densities: Sequence[float]) -> GaitFit:
 
 
 def _series(of: GaitFit, theta: Float[np.ndarray, "n"], densities: Sequence[float], columns: tuple[int, ...]) -> Misfit:
-    """Surge, heave or lean over time less those at theta, in their standard errors, at some densities [kg/m3]."""
+    """Surge, heave or tilt over time less those at theta, in their standard errors, at some densities [kg/m3]."""
     several = _at(of, densities)
 
     def seen(rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m r"]:
@@ -178,7 +178,7 @@ def _helpful(of: GaitFit, theta: Float[np.ndarray, "n"], known: Identifiability)
         {
             f"features at {HELD_OUT:.0f} kg/m3": _at(of, (HELD_OUT,)).misfit,
             "heave and surge over time": _series(of, theta, OWN[:1], _TRACK),
-            "lean over time": _series(of, theta, OWN[:1], _TILT),
+            "tilt over time": _series(of, theta, OWN[:1], _TILT),
             f"heave and surge at {HELD_OUT:.0f} kg/m3": _series(of, theta, (HELD_OUT,), _TRACK),
         },
     )
@@ -214,14 +214,14 @@ def _told_data(told: dict[str, Identifiability]) -> xr.Dataset:
 
 def _numbers(
     of: GaitFit,
-    searches: list[Evolved],
+    searches: list[Start],
     best: Float[np.ndarray, "s n"],
     told: dict[str, Identifiability],
     gaits_: xr.Dataset,
 ) -> dict[str, float | None]:
     own = gaits_["speed"].sel(density=OWN[0], distance=OWN[1]).isel(angle=ANGLES.index(OWN[2]))
     values = np.array([found.value for found in searches])
-    enough = [int(np.argmax(found.history <= CLOSE)) + 1 for found in searches if found.value <= CLOSE]
+    enough = [int(np.argmax(found.values <= CLOSE)) + 1 for found in searches if found.value <= CLOSE]
     scale = np.where(np.array(of.ranges.names) == "drag_area", WATER, 1.0)
     printed = discrepancy(np.array(FOUND), np.array(TARGET), np.array(np.inf), of.seconds)
     return {
