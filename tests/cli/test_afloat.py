@@ -53,7 +53,7 @@ limbs:
     density: 1000 kg/m3
     joint: {kind: revolute, axis: z}
 pairs:
-  pin: {kind: tie, between: [a, b], stiffness: 1e4 N/m, damping: 10 N s/m}
+  pin: {kind: bushing, between: [a, b], stiffness: 1e4 N/m, damping: 10 N s/m}
 """
 
 

@@ -6,15 +6,21 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.output import write
+from nectosome.cli.output import tell, write
 from nectosome.cli.weights import weigh
 from nectosome.description import json_schema, load_robot
+from nectosome.description.plausible import implausible
 from nectosome.units import count
 
 
 def check(file: Annotated[Path, Parameter(help="A robot file.")], /) -> None:
-    """Check a robot file: print parts, degrees of freedom and mass, or the mistake."""
+    """Check a robot file: print parts, degrees of freedom and mass, or the mistake.
+
+    Warns of values far outside of what materials and water have.
+    """
     description = load_robot(file)
+    for path, sentence in implausible(description):
+        tell(f"{file}, {path}: {sentence}")
 
     from nectosome.model import build
 

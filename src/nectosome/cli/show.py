@@ -19,6 +19,7 @@ from nectosome.io import is_results, load_dataset
 from nectosome.units import InputError, count, format_quantity
 
 _PLACED = ("at", "offset", "rotation")
+_MOST = 40  # values of a row that are shown
 
 
 def show(
@@ -83,10 +84,10 @@ def _tree(description: RobotDescription, parts: list[PartWeight], whole: list[tu
     tree.add(_line("water", _flat(known)))
     for name, text in whole:
         tree.add(_line(name, text))
-    branches: dict[str, Tree] = {}
-    for name, part in {"body": plain["body"], **plain.get("limbs", {})}.items():
-        parent = tree if name == "body" else branches[part.get("on", "body")]
-        branches[name] = _add_part(parent, part, weighed[name])
+    branches: dict[str, Tree] = {"world": tree}
+    for name, part in description.parts.items():
+        parent = tree if name == "body" else branches[part.on]
+        branches[name] = _add_part(parent, to_plain(part), weighed[name])
     for name, pair in plain.get("pairs", {}).items():
         tree.add(_line(name, _flat(pair)))
     if description.aliases:
@@ -126,6 +127,8 @@ def _flat(value: Any) -> str:
         kind = str(value.get("kind", "")).replace("_", " ")
         rest = [f"{key.replace('_', ' ')} {_flat(item)}" for key, item in value.items() if key != "kind"]
         return ", ".join([kind, *rest] if kind else rest)
+    if isinstance(value, list) and len(value) > _MOST:
+        return f"({_flat(value[0])}, ..., {_flat(value[-1])}: {len(value)} values)"
     if isinstance(value, list):
         return f"({', '.join(_flat(item) for item in value)})"
     return _short(str(value))

@@ -111,6 +111,8 @@ def _weight(description: RobotDescription, robot: "Robot", found: Hydrostatics) 
 def _way_out(description: RobotDescription, robot: "Robot", excess: float) -> str:
     """The body's mass or density with which the robot floats."""
     body = description.body
+    if body is None:
+        return ""
     if body.kind == "rigid" and body.mass is not None:
         name, value, dimension = "mass", body.mass - excess, "mass"
     elif body.density is not None:

@@ -1,17 +1,30 @@
 """Signals: functions of time that come with their first two derivatives, as a prescribed joint needs."""
 
 from abc import abstractmethod
+from typing import Any, ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+
+from nectosome.description import signals as ds
+
+from .described import class_for, is_zero, number, numbers, same_named
 
 Triple = tuple[Array, Array, Array]
 
 
 class Signal(eqx.Module):
     """A function of time t [s]; called, it gives (u, du/dt, d2u/dt2) in the unit of what it drives."""
+
+    described_by: ClassVar[type]
+
+    @classmethod
+    def from_description(cls, described: Any) -> "Signal":
+        """The signal of a description."""
+        return same_named(cls, described)
 
     @abstractmethod
     def __call__(self, t: Float[Array, ""]) -> Triple:
@@ -22,6 +35,7 @@ class Constant(Signal):
     """u = value."""
 
     value: Float[Array, "*shape"]
+    described_by = ds.ConstantSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Value and its zero derivatives."""
@@ -34,6 +48,7 @@ class Rate(Signal):
 
     rate: Float[Array, "*shape"]
     start: Float[Array, "*shape"]
+    described_by = ds.RateSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Angle (or position), speed and zero acceleration."""
@@ -47,6 +62,7 @@ class Sine(Signal):
     frequency: Float[Array, "*shape"]
     phase: Float[Array, "*shape"]
     offset: Float[Array, "*shape"]
+    described_by = ds.SineSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Value and derivatives of the sine."""
@@ -70,6 +86,13 @@ class Stroke(Signal):
     offset: Float[Array, ""]
     forward_share: Float[Array, ""]  # p
     ramp: Float[Array, ""] | None = None  # [s]
+    described_by = ds.StrokeSignal
+
+    @classmethod
+    def from_description(cls, described: ds.StrokeSignal) -> "Stroke":
+        """The stroke of a description, without a ramp where that takes no time."""
+        ramp = None if is_zero(described.ramp) else number(described.ramp)
+        return cls(**numbers(described, "amplitude", "frequency", "phase", "offset", "forward_share"), ramp=ramp)
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Value and derivatives."""
@@ -133,6 +156,7 @@ class Cycle(Signal):
     values: Float[Array, "n"]
     frequency: Float[Array, ""]  # of the whole cycle [Hz]
     phase: Float[Array, ""]
+    described_by = ds.CycleSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Value and derivatives; the second one is continuous too."""
@@ -159,6 +183,7 @@ class Recording(Signal):
 
     times: Float[Array, "samples"]
     values: Float[Array, "samples"]
+    described_by = ds.RecordingSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Interpolated value, slope of the segment, zero."""
@@ -168,6 +193,76 @@ class Recording(Signal):
         inside = (t >= self.times[0]) & (t < self.times[-1])
         value = jnp.clip(t, self.times[0], self.times[-1])
         return u0 + slope * (value - t0), jnp.where(inside, slope, 0.0), jnp.zeros_like(slope)
+
+
+class SmoothRecording(Signal):
+    r"""Samples at increasing times as a cubic spline, whose second derivative is continuous; at rest outside of them.
+
+    With the intervals $h_k = t_{k+1} - t_k$, the slopes $d_k = (u_{k+1} - u_k)/h_k$ and second derivatives m at the
+    samples,
+
+    $$ h_{k-1} m_{k-1} + 2 (h_{k-1} + h_k) m_k + h_k m_{k+1} = 6 (d_k - d_{k-1}) $$
+
+    and the third derivative is continuous at the second and the last but one sample (not-a-knot; de Boor 1978, ch. IV).
+    Before the first and after the last sample it stands still there: the rate jumps to 0.
+    """
+
+    times: Float[Array, "samples"]  # at least four
+    values: Float[Array, "samples"]
+    second: Float[Array, "samples"]  # m
+    described_by = ds.SmoothRecordingSignal
+
+    @classmethod
+    def from_description(cls, described: ds.SmoothRecordingSignal) -> "SmoothRecording":
+        """The recording of a description."""
+        return cls.through(**numbers(described, "times", "values"))
+
+    @classmethod
+    def through(cls, times: Float[Array, "samples"], values: Float[Array, "samples"]) -> "SmoothRecording":
+        """The spline through samples, at least four."""
+        h = jnp.diff(times)
+        d = jnp.diff(values) / h
+        # the ends follow from not-a-knot, m0 = ((h0 + h1) m1 - h0 m2) / h1, which leaves the samples between them
+        first, last = h[0] / h[1], h[-1] / h[-2]
+        centre = 2 * (h[:-1] + h[1:])
+        centre = centre.at[0].add(h[0] * (1 + first)).at[-1].add(h[-1] * (1 + last))
+        below = h[:-1].at[-1].add(-h[-1] * last).at[0].set(0.0)
+        above = h[1:].at[0].add(-h[0] * first).at[-1].set(0.0)
+        m = _solve_tridiagonal(below, centre, above, 6 * jnp.diff(d))
+        ends = (1 + first) * m[0] - first * m[1], (1 + last) * m[-1] - last * m[-2]
+        return cls(times, values, jnp.concatenate([ends[0][None], m, ends[1][None]]))
+
+    def __call__(self, t: Float[Array, ""]) -> Triple:
+        """Value and derivatives."""
+        k = jnp.clip(jnp.searchsorted(self.times, t, side="right") - 1, 0, self.times.size - 2)
+        h = self.times[k + 1] - self.times[k]
+        x = (jnp.clip(t, self.times[0], self.times[-1]) - self.times[k]) / h
+        y = 1 - x
+        u0, u1, m0, m1 = self.values[k], self.values[k + 1], self.second[k], self.second[k + 1]
+        u = y * u0 + x * u1 + h**2 / 6 * ((y**3 - y) * m0 + (x**3 - x) * m1)
+        du = (u1 - u0) / h + h / 6 * ((1 - 3 * y**2) * m0 + (3 * x**2 - 1) * m1)
+        inside = (t >= self.times[0]) & (t <= self.times[-1])
+        return u, jnp.where(inside, du, 0.0), jnp.where(inside, y * m0 + x * m1, 0.0)
+
+
+def _solve_tridiagonal(below: Array, centre: Array, above: Array, right: Array) -> Float[Array, "n"]:
+    """Solve below[k] x[k-1] + centre[k] x[k] + above[k] x[k+1] = right[k] by elimination (Thomas)."""
+
+    def eliminate(
+        before: tuple[Array, Array], row: tuple[Array, ...]
+    ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+        b, c, a, r = row
+        pivot = c - b * before[0]
+        out = a / pivot, (r - b * before[1]) / pivot
+        return out, out
+
+    def back(after: Array, row: tuple[Array, Array]) -> tuple[Array, Array]:
+        x = row[1] - row[0] * after
+        return x, x
+
+    none = jnp.zeros_like(right[0])
+    _, rows = jax.lax.scan(eliminate, (none, none), (below, centre, above, right))
+    return jax.lax.scan(back, none, rows, reverse=True)[1]
 
 
 class Steps(Signal):
@@ -203,6 +298,18 @@ class Handover(Signal):
         return old[0] + gone[0], old[1] + gone[1], old[2] + gone[2]
 
 
+class Shaped(Signal):
+    """A signal times a vector: the same in time, by numbers of a body's shape."""
+
+    signal: Signal
+    shape: Float[Array, "n"]
+
+    def __call__(self, t: Float[Array, ""]) -> Triple:
+        """Values and derivatives."""
+        u, du, ddu = self.signal(t)
+        return self.shape * u, self.shape * du, self.shape * ddu
+
+
 class Stack(Signal):
     """Several signals as one vector."""
 
@@ -212,3 +319,8 @@ class Stack(Signal):
         """Values and derivatives, one number a signal."""
         value, rate, second = zip(*(signal(t) for signal in self.signals), strict=True)
         return jnp.stack(value), jnp.stack(rate), jnp.stack(second)
+
+
+def signal_of(described: ds.SignalDescription) -> Signal:
+    """Signal of a description."""
+    return class_for(described, Signal).from_description(described)

@@ -7,6 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from .described import same_named
 from .water import Water
 
 
@@ -78,6 +79,12 @@ class Load(eqx.Module):
 
     dissipative: ClassVar[bool] = False
     inertial: ClassVar[bool] = False  # nothing but added mass, whose force is that of the water carried along
+    described_by: ClassVar[type]
+
+    @classmethod
+    def from_description(cls, described: Any, part: Any) -> "Load":
+        """The load of a description on a part, a `nectosome.loads.places.Carrier`."""
+        return same_named(cls, described)
 
     @property
     def reshapes(self) -> bool:
@@ -128,6 +135,13 @@ class JointLoad(eqx.Module):
 class RodLoad(eqx.Module):
     """What acts inside a rod, between its sections: what it takes from one it gives to the next."""
 
+    described_by: ClassVar[type]
+
+    @classmethod
+    def from_description(cls, described: Any, part: Any) -> "RodLoad":
+        """The load of a description on a part, a `nectosome.loads.places.Carrier`."""
+        return same_named(cls, described)
+
     @abstractmethod
     def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
         """Generalised force along the strain coordinates q of the rod, whose rates are v."""
@@ -140,6 +154,13 @@ class PairLoad(eqx.Module):
     forces add up to nothing, and so do their moments about any point. What a pair gives its parts it has stored: its
     power is never more than the rate at which `energy` falls.
     """
+
+    described_by: ClassVar[type]
+
+    @classmethod
+    def from_description(cls, described: Any, first: Any, second: Any) -> "PairLoad":
+        """The pair of a description, between two parts, each a `nectosome.loads.places.Carrier`."""
+        return same_named(cls, described)
 
     @abstractmethod
     def force(self, first: Strips, second: Strips) -> tuple[Float[Array, "n 6"], Float[Array, "m 6"]]:

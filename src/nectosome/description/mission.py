@@ -28,9 +28,9 @@ class ModeDescription(Described):
 
     A value is reached at once, or evenly `in` a time: `0.61 L in 10 s`. `until` is a time in the mode (`20 s`),
     `touchdown` or `liftoff` (of the first, of the last foot), `surface` (the robot's top comes out of the water),
-    `low_wall` or `high_wall` (its bumper touches that at the smaller, at the larger x), a place of the body such as
-    `position.x > 0.9 m`, `position.z < 20 cm`, `pitch > 10 deg` or `heading > 170 deg` (of its x axis, from above),
-    or a list of these, of which the first counts. Where none comes within `longest` [s] the mission ends.
+    `low_wall` or `high_wall` (the contact of its hull with the wall at the smaller, at the larger x), a place such as
+    `position.x > 0.9 m`, `position.z < 20 cm`, `pitch > 10 deg` or `heading > 170 deg` (of its x axis, seen from
+    above), or a list of these, of which the first counts. Where none comes within `longest` [s] the mission ends.
     """
 
     name: Name
@@ -154,12 +154,12 @@ def _read_event(text: str, robot: RobotDescription) -> Event:
 
 def _check_possible(happening: Happening, robot: RobotDescription) -> None:
     """Raise InputError where a robot cannot have it."""
-    loads = {load.kind for part in (robot.body, *robot.limbs.values()) for load in part.loads.values()}
+    loads = {load.kind for part in robot.parts.values() for load in part.loads.values()}
     water = robot.water
     lacks = {
         "touchdown": [("legs", "leg" in loads), ("a floor in its water", water.floor is not None)],
         "surface": [("a surface of its water", water.surface is not None)],
-        "low_wall": [("a bumper", "bumper" in loads), ("walls in its water", water.walls is not None)],
+        "low_wall": [("a wall contact", "wall_contact" in loads), ("walls in its water", water.walls is not None)],
     }
     lacks |= {"liftoff": lacks["touchdown"], "high_wall": lacks["low_wall"]}
     for what, there in lacks[happening]:

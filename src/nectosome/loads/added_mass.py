@@ -6,6 +6,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water
+from nectosome.core.described import number, vector
+from nectosome.description import AddedMassLoad, CylinderAddedMassLoad, GivenAddedMassLoad, Rigid, SpheroidAddedMassLoad
+
+from .places import Carrier
 
 
 class AddedMass(Load):
@@ -27,6 +31,7 @@ class StripAddedMass(AddedMass):
 
     normal: Float[Array, ""]  # C_n [-]
     tangential: Float[Array, ""]  # C_t [-]
+    described_by = AddedMassLoad
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """Added mass of each station [kg]."""
@@ -47,6 +52,15 @@ class GivenAddedMass(AddedMass):
     mass: Float[Array, "3 3"]  # [kg]
     coupling: Float[Array, "3 3"]  # [kg m]
     rotational: Float[Array, "3 3"]  # [kg m2]
+    described_by = GivenAddedMassLoad
+
+    @classmethod
+    def from_description(cls, described: GivenAddedMassLoad, part: Carrier) -> "GivenAddedMass":
+        """Of the full matrix, rotation before translation, or of the numbers axis by axis."""
+        if described.matrix is not None:
+            m = jnp.stack([vector(row) for row in described.matrix])
+            return cls(m[3:, 3:], m[:3, 3:], m[:3, :3])
+        return cls(jnp.diag(vector(described.mass)), jnp.zeros((3, 3)), jnp.diag(vector(described.inertia)))
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """The matrix at the centre."""
@@ -59,6 +73,13 @@ class SpheroidAddedMass(AddedMass):
 
     half_length: Float[Array, ""]  # a [m]
     radius: Float[Array, ""]  # b [m]
+    described_by = SpheroidAddedMassLoad
+
+    @classmethod
+    def from_description(cls, described: SpheroidAddedMassLoad, part: Carrier) -> "SpheroidAddedMass":
+        """Of the shape of the part."""
+        assert isinstance(part.limb, Rigid)
+        return cls(0.5 * number(part.limb.length), number(part.limb.radius))
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """k1, k2 of the displaced mass on translation, k' of its inertia on turning across."""
@@ -105,6 +126,13 @@ class CylinderAddedMass(AddedMass):
     length: Float[Array, ""]  # [m]
     radius: Float[Array, ""]  # [m]
     coefficient: Float[Array, ""]  # C [-]
+    described_by = CylinderAddedMassLoad
+
+    @classmethod
+    def from_description(cls, described: CylinderAddedMassLoad, part: Carrier) -> "CylinderAddedMass":
+        """Of the shape of the part."""
+        assert isinstance(part.limb, Rigid)
+        return cls(number(part.limb.length), number(part.limb.radius), number(described.coefficient))
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """diag(0, I, I, 0, m, m) at the centre."""

@@ -5,16 +5,28 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import PairLoad, Strips
-from nectosome.core.se3 import cross, dot, matmul3
+from nectosome.core.described import numbers, vector
+from nectosome.core.se3 import compose, cross, dot, matmul3, rotation_from_rpy
+from nectosome.description.pairs import BushingPair
+from nectosome.mechanism import SoftRod
 
-from .places import AttachedPlaces
+from .places import AttachedPlaces, Carrier
 
 
 class BushingEnd(eqx.Module):
-    """Where a tie holds on to a part."""
+    """Where a bushing is fixed to a part."""
 
     at: AttachedPlaces  # a single one
-    rotation: Float[Array, "3 3"]  # the tie's axes in the frame of that station
+    rotation: Float[Array, "3 3"]  # the bushing's axes in the frame of that station
+
+    @classmethod
+    def on(cls, part: Carrier, at: str | float, offset: Float[Array, "3"]) -> "BushingEnd":
+        """At a node of a rod, or at a place of a rigid part against its centre."""
+        if isinstance(part.body, SoftRod):
+            return cls(AttachedPlaces((part.station(at),), offset[None]), jnp.eye(3))
+        base = (part.body.tip_rotation, part.body.tip_position) if at == "tip" else (jnp.eye(3), jnp.zeros(3))
+        R, p = compose(base, (jnp.eye(3), offset))
+        return cls(AttachedPlaces((0,), part.from_centre(p[None])), matmul3(part.body.rotation[0].T, R))
 
 
 class Bushing(PairLoad):
@@ -39,6 +51,16 @@ class Bushing(PairLoad):
     damping: Float[Array, ""]  # c [N s/m]
     turning_stiffness: Float[Array, ""]  # k_t [N m/rad]
     turning_damping: Float[Array, ""]  # c_t [N m s/rad]
+    described_by = BushingPair
+
+    @classmethod
+    def from_description(cls, described: BushingPair, first: Carrier, second: Carrier) -> "Bushing":
+        """Between places of two parts, the second turned against the first."""
+        places = zip((first, second), described.at, described.offset, strict=True)
+        one, other = (BushingEnd.on(part, at, vector(offset)) for part, at, offset in places)
+        turned = matmul3(one.rotation, rotation_from_rpy(vector(described.rotation)))
+        stiff = numbers(described, "stiffness", "damping", "turning_stiffness", "turning_damping")
+        return cls(BushingEnd(one.at, turned), other, **stiff)
 
     def _turn(self, first: Strips, second: Strips) -> tuple[Array, Array]:
         """Axes of the first end, and the turn of the second's against them; [3, 3] each."""

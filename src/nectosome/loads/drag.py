@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water, safe_norm
+from nectosome.description import DragLoad, LumpedDragLoad, PlateDragLoad
 
 from .buoyancy import wetted
 
@@ -25,6 +26,7 @@ class StripDrag(Load):
     tangential: Float[Array, ""]  # C_t [-]
     lift: Float[Array, ""]  # C_l [-]
     dissipative = True
+    described_by = DragLoad
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on each station [N m, N]."""
@@ -56,6 +58,7 @@ class PlateDrag(Load):
 
     normal: Float[Array, ""]  # C_n [-]
     dissipative = True
+    described_by = PlateDragLoad
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on each station [N m, N]."""
@@ -70,9 +73,10 @@ class PlateDrag(Load):
 class LumpedDrag(Load):
     r"""Drag on a rigid body's centre, axis by axis: $F_i = -\tfrac12 \rho A_i |v_i| v_i$, $M_i = -c_i |w_i| w_i$."""
 
-    area: Float[Array, "3"]  # drag areas C_d A along local x, y, z [m2]
+    drag_area: Float[Array, "3"]  # drag areas C_d A along local x, y, z [m2]
     rotational: Float[Array, "3"]  # [kg m2]
     dissipative = True
+    described_by = LumpedDragLoad
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on the centre; nothing on other stations."""
@@ -80,5 +84,5 @@ class LumpedDrag(Load):
         wet = wetted(strips, water)[0]
         half = 0.5 * water.density * wet
         moment = [-wet * self.rotational[i] * jnp.abs(w[i]) * w[i] for i in range(3)]
-        force = [-half * self.area[i] * jnp.abs(v[i]) * v[i] for i in range(3)]
+        force = [-half * self.drag_area[i] * jnp.abs(v[i]) * v[i] for i in range(3)]
         return strips.at_first(jnp.stack([*moment, *force])), z

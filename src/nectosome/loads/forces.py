@@ -7,7 +7,12 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water
+from nectosome.core.described import vector
 from nectosome.core.se3 import cross, dot_t
+from nectosome.description import DistributedForceLoad, ForceLoad
+from nectosome.mechanism import SoftRod
+
+from .places import Carrier
 
 
 class PointForce(Load):
@@ -18,6 +23,17 @@ class PointForce(Load):
     arm: Float[Array, "3"]  # from the station to where the force acts, station frame [m]
     station: int = eqx.field(static=True)
     follower: bool = eqx.field(static=True)
+    described_by = ForceLoad
+
+    @classmethod
+    def from_description(cls, described: ForceLoad, part: Carrier) -> "PointForce":
+        """At a station of a rod, or at the tip or the root of a rigid part."""
+        station, arm = 0, jnp.zeros(3)
+        if isinstance(part.body, SoftRod):
+            station = part.station(described.at)
+        else:
+            arm = part.from_centre(part.body.tip_position if described.at == "tip" else jnp.zeros(3))
+        return cls(vector(described.moment), vector(described.force), arm, station, described.frame == "body")
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on the station."""
@@ -34,6 +50,12 @@ class LineForce(Load):
 
     vector: Float[Array, "3"]
     follower: bool = eqx.field(static=True)
+    described_by = DistributedForceLoad
+
+    @classmethod
+    def from_description(cls, described: DistributedForceLoad, part: Carrier) -> "LineForce":
+        """In the axes of a description."""
+        return cls(vector(described.force), described.frame == "body")
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Force on each station."""

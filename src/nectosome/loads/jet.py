@@ -24,8 +24,12 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Cycle, Load, Signal, Strips, Water
+from nectosome.core import Cycle, Load, Signal, Strips, Water, signal_of
+from nectosome.core.described import numbers, same_named, unit, vector
 from nectosome.core.se3 import cross, skew
+from nectosome.description.loads import JetLoad
+
+from .places import Carrier
 
 
 class Motor(eqx.Module):
@@ -80,6 +84,18 @@ class Jet(Load):
     direction: Float[Array, "3"]  # d of the thrust, of length 1, part frame
     place: Float[Array, "3"]  # of the chamber from the part's centre [m], part frame
     crank: Signal | Motor  # angle as a function of time, or what turns it
+    described_by = JetLoad
+
+    @classmethod
+    def from_description(cls, described: JetLoad, part: Carrier) -> "Jet":
+        """Of a description, whose vectors are along the axes of the part."""
+        assert described.motor is not None or described.crank is not None
+        return cls(
+            **numbers(described, "volume", "nozzle", "inlet", "bell", "wake", "elastance"),
+            direction=part.at_centre(unit(described.direction)),
+            place=part.at_centre(vector(described.place)),
+            crank=signal_of(described.crank) if described.crank is not None else same_named(Motor, described.motor),
+        )
 
     def initial(self) -> Any:
         """Angle and speed of a crank that a motor turns."""

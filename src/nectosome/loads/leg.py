@@ -6,9 +6,12 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water
+from nectosome.core.described import numbers, vector
 from nectosome.core.linear import kept
+from nectosome.description.loads import LegLoad
 
 from .ground_contact import GroundContact, Pair
+from .places import Carrier
 
 
 class Stride(NamedTuple):
@@ -42,6 +45,18 @@ class Leg(Load):
     tangential: Float[Array, ""]  # lambda_t [kg/m]
     normal: Float[Array, ""]  # lambda_n [kg/m]
     count: Float[Array, ""]
+    described_by = LegLoad
+
+    @classmethod
+    def from_description(cls, described: LegLoad, part: Carrier) -> "Leg":
+        """Of a description, whose hip is in the frame of the part."""
+        ground = numbers(described, "stiffness", "static_friction", "dynamic_friction", "softness")
+        own = ("bearing", "crank", "length", "speed", "start", "damping_ratio", "tangential", "normal", "count")
+        return cls(
+            hip=part.from_centre(vector(described.hip)),
+            contact=GroundContact(**ground, pulls=described.pulls),
+            **numbers(described, *own),
+        )
 
     def initial(self) -> Stride:
         """The crank where it starts, the leg relaxed."""

@@ -5,6 +5,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import RodLoad, Wave
+from nectosome.description.rod_loads import MuscleLoad
+from nectosome.mechanism.prescribed import strain_rows, wave_of
+
+from .places import Carrier
 
 
 class Muscle(RodLoad):
@@ -16,6 +20,13 @@ class Muscle(RodLoad):
     rows: tuple[int, ...] = eqx.field(static=True)
     count: int = eqx.field(static=True)
     moment: Wave  # by coordinates
+    described_by = MuscleLoad
+
+    @classmethod
+    def from_description(cls, described: MuscleLoad, part: Carrier) -> "Muscle":
+        r"""In a rod: the generalised force is $\int P_k / L\, m\, dx$."""
+        rows = strain_rows(part.rod, described.strain)
+        return cls(rows, part.rod.nq, wave_of(described.moment, part.rod.length, jnp.ones(len(rows))))
 
     def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
         """Generalised force, whatever the shape is."""

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water
+from nectosome.description.loads import NearFloorLoad
 
 
 class NearFloor(Load):
@@ -20,10 +21,11 @@ class NearFloor(Load):
     """
 
     mass: Float[Array, "3"]  # m along local x, y, z [kg]
-    area: Float[Array, "3"]  # drag areas A [m2]
+    drag_area: Float[Array, "3"]  # drag areas A [m2]
     rotational: Float[Array, "3"]  # c [kg m2]
     full: Float[Array, ""]  # height up to which all of it is there [m]
     none: Float[Array, ""]  # height from which on nothing is [m]
+    described_by = NearFloorLoad
 
     def carried(
         self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
@@ -52,5 +54,5 @@ class NearFloor(Load):
         lift = 0.5 * slope * sum(self.mass[i] * v[i] * v[i] for i in range(3))
         half = 0.5 * share * water.density
         moment = [-share * self.rotational[i] * jnp.abs(w[i]) * w[i] for i in range(3)]
-        force = [lift * up[i] - half * self.area[i] * jnp.abs(v[i]) * v[i] for i in range(3)]
+        force = [lift * up[i] - half * self.drag_area[i] * jnp.abs(v[i]) * v[i] for i in range(3)]
         return strips.at_first(jnp.stack([*moment, *force])), z

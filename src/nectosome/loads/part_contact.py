@@ -2,14 +2,20 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import PairLoad, Strips
+from nectosome.core.described import is_zero, number, numbers, same_named
 from nectosome.core.se3 import cross, safe_norm
+from nectosome.description import Rigid
+from nectosome.description.pairs import ContactPair
+from nectosome.mechanism import SoftRod
+from nectosome.mechanism.links import axis_poses
 
 from .joint_limits import push, pushed
 from .nearest import Nearest, nearest
-from .places import AttachedPlaces, Points
+from .places import AttachedPlaces, Carrier, Points
 
 
 class Friction(eqx.Module):
@@ -41,6 +47,40 @@ class Beads(eqx.Module):
     at: AttachedPlaces
     radius: Float[Array, "m"]  # [m]
 
+    @classmethod
+    def sampled(cls, part: Carrier) -> "tuple[Beads, Float[Array, 'm']]":
+        """Beads of the part that feels the other, and the share of its length that each stands for."""
+        if isinstance(part.body, SoftRod):
+            return cls._of_rod(part.body), part.body.weight / part.body.length
+        assert isinstance(part.limb, Rigid)
+        if part.limb.shape == "spheroid":
+            return cls(AttachedPlaces((0,), jnp.zeros((1, 3))), number(part.limb.radius)[None]), jnp.ones(1)
+        s, w = np.polynomial.legendre.leggauss(part.limb.strips)
+        return cls._of_cylinder(part, 0.5 * (s + 1)), jnp.asarray(0.5 * w)
+
+    @classmethod
+    def chain(cls, part: Carrier) -> "Beads":
+        """Nodes of the part that is felt; a sphere has the same one twice, a straight cylinder its ends."""
+        if isinstance(part.body, SoftRod):
+            return cls._of_rod(part.body)
+        assert isinstance(part.limb, Rigid)
+        if part.limb.shape == "spheroid":
+            return cls(AttachedPlaces((0, 0), jnp.zeros((2, 3))), number(part.limb.radius) * jnp.ones(2))
+        ends = 2 if is_zero(part.limb.bend) else part.limb.strips + 1
+        return cls._of_cylinder(part, np.linspace(0.0, 1.0, ends))
+
+    @classmethod
+    def _of_rod(cls, rod: SoftRod) -> "Beads":
+        n = rod.weight.shape[0]
+        return cls(AttachedPlaces(tuple(range(n)), jnp.zeros((n, 3))), 0.5 * jnp.sum(rod.half_width, axis=1))
+
+    @classmethod
+    def _of_cylinder(cls, part: Carrier, fractions: Float[np.ndarray, "m"]) -> "Beads":
+        assert isinstance(part.limb, Rigid)
+        _, p = axis_poses(number(part.limb.length), number(part.limb.bend), fractions)
+        places = AttachedPlaces((0,) * fractions.size, part.from_centre(p))
+        return cls(places, number(part.limb.radius) * jnp.ones(fractions.size))
+
 
 class PartContact(PairLoad):
     r"""What keeps two parts from going through each other, bead by bead of the first.
@@ -70,6 +110,19 @@ class PartContact(PairLoad):
     damping: Float[Array, ""]  # c [N s/m]
     softness: Float[Array, ""]  # delta_0 [m]
     friction: Friction
+    described_by = ContactPair
+
+    @classmethod
+    def from_description(cls, described: ContactPair, first: Carrier, second: Carrier) -> "PartContact":
+        """Of the shapes of two parts."""
+        beads, share = Beads.sampled(first)
+        return cls(
+            beads=beads,
+            share=share,
+            chain=Beads.chain(second),
+            **numbers(described, "stiffness", "damping", "softness"),
+            friction=same_named(Friction, described),
+        )
 
     def _meet(self, first: Strips, second: Strips) -> tuple[Points, Points, Nearest]:
         """Beads, nodes, and what of the chain is nearest to each bead."""

@@ -4,7 +4,11 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Cycle, Load, Strips, Water
+from nectosome.core.described import numbers, unit, vector
 from nectosome.core.se3 import cross
+from nectosome.description.loads import PulsedThrustLoad
+
+from .places import Carrier
 
 
 class PulsedThrust(Load):
@@ -23,6 +27,16 @@ class PulsedThrust(Load):
     start: Float[Array, ""]  # phi at the start [rad]
     direction: Float[Array, "3"]  # d, of length 1, part frame
     place: Float[Array, "3"]  # where it acts, from the part's centre, part frame [m]
+    described_by = PulsedThrustLoad
+
+    @classmethod
+    def from_description(cls, described: PulsedThrustLoad, part: Carrier) -> "PulsedThrust":
+        """Of a description, whose vectors are along the axes of the part."""
+        return cls(
+            **numbers(described, "values", "rated", "speed", "start"),
+            direction=part.at_centre(unit(described.direction)),
+            place=part.at_centre(vector(described.place)),
+        )
 
     def initial(self) -> Float[Array, ""]:
         """The crank where it starts."""

@@ -9,10 +9,17 @@ eq. 24), which is to say that its power is $-T \dot\ell$ with the thread's lengt
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core import RodLoad, Signal
+from nectosome.core import RodLoad, Signal, signal_of
+from nectosome.core.described import number, vector
 from nectosome.core.se3 import cross
+from nectosome.description import STRAIN_NAMES, Rod
+from nectosome.description.rod_loads import ChamberLoad, TendonLoad
+from nectosome.mechanism.rods import basis, legendre
+
+from .places import Carrier
 
 
 class Thread(eqx.Module):
@@ -23,6 +30,28 @@ class Thread(eqx.Module):
     weight: Float[Array, "m"]  # length of the rod that a point stands for [m]
     place: Float[Array, "m 3"]  # d [m], the first of which is 0
     slope: Float[Array, "m 3"]  # d' [1]
+
+    @classmethod
+    def from_description(cls, described: TendonLoad | ChamberLoad, part: Carrier) -> "tuple[Thread, np.ndarray]":
+        """The thread of a description, and the share of its length at which each of its points lies."""
+        rod, limb = part.rod, part.limb
+        assert isinstance(limb, Rod)
+        start, end = described.along
+        n = rod.nq + 8
+        s, w = np.polynomial.legendre.leggauss(n)
+        share = 0.5 * (s + 1)
+        x = start + (end - start) * share
+        scale = jnp.concatenate([jnp.ones(3) / rod.length, jnp.ones(3)])
+        rest = jnp.zeros((n, 6)).at[:, 3].set(1.0)
+        for row, name in enumerate(STRAIN_NAMES):
+            if given := getattr(limb.rest, name):
+                rest = rest.at[:, row].add(jnp.asarray(legendre(len(given) - 1, x)) @ vector(given))
+        along = rod.length * (end - start)
+        root, tip = vector(described.place), vector(described.tip_place or described.place)
+        place = jnp.zeros((n, 3)).at[:, 1:].set(root + (tip - root) * share[:, None])
+        slope = jnp.zeros((n, 3)).at[:, 1:].set((tip - root) / along)
+        strains = jnp.asarray(basis({**limb.strains}, x)) * scale[:, None]
+        return cls(strains, rest, along * jnp.asarray(0.5 * w), place, slope), share
 
     def lever(self, q: Float[Array, "nq"]) -> tuple[Float[Array, "m 6"], Float[Array, "m"]]:
         """Internal wrench of a tension of 1 N, and the thread's length for a length of the rod."""
@@ -46,6 +75,12 @@ class Tendon(RodLoad):
 
     thread: Thread
     tension: Signal  # [N]
+    described_by = TendonLoad
+
+    @classmethod
+    def from_description(cls, described: TendonLoad, part: Carrier) -> "Tendon":
+        """In a rod."""
+        return cls(Thread.from_description(described, part)[0], signal_of(described.tension))
 
     def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
         r"""$-T \partial\ell/\partial q$."""
@@ -61,6 +96,15 @@ class FluidChamber(RodLoad):
     thread: Thread
     area: Float[Array, "m"]  # A [m2]
     pressure: Signal  # p [Pa]
+    described_by = ChamberLoad
+
+    @classmethod
+    def from_description(cls, described: ChamberLoad, part: Carrier) -> "FluidChamber":
+        """In a rod, without hysteresis."""
+        thread, share = Thread.from_description(described, part)
+        first, tip = number(described.area), described.tip_area
+        last = first if tip is None else number(tip)
+        return cls(thread, first + (last - first) * share, signal_of(described.pressure))
 
     def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
         r"""$p \partial V/\partial q$."""

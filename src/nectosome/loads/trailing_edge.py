@@ -17,6 +17,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water
+from nectosome.description.loads import TrailingEdgeLoad
 
 
 class TrailingEdge(Load):
@@ -29,6 +30,7 @@ class TrailingEdge(Load):
     normal: Float[Array, ""]  # C [-]
     softness: Float[Array, ""]  # u_0 [m/s]
     dissipative = True
+    described_by = TrailingEdgeLoad
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on the last station."""

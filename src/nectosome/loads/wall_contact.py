@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water
+from nectosome.description.loads import WallContactLoad
 
 
 class WallContact(Load):
@@ -22,6 +23,7 @@ class WallContact(Load):
     stiffness: Float[Array, ""]  # k [N/m]
     damping: Float[Array, ""]  # c [N s/m]
     softness: Float[Array, ""]  # delta_0 [m]
+    described_by = WallContactLoad
 
     def depths(self, x: Float[Array, ""], water: Water) -> Float[Array, "2"]:
         """How deep a body whose centre is at x is in the first and the second wall [m], negative before it."""

@@ -8,7 +8,7 @@ from .plane import InPlane
 from .reduce import in_plane, moves_in_plane, reduced
 from .robot import Attached, Forces, Paired, Robot, make_robot
 from .rods import STRAINS, SoftRod, make_rod
-from .tree import PartShape, Tree, TreePart
+from .tree import PartShape, Tree, TreePart, node_at
 
 __all__ = [
     "STRAINS",
@@ -37,5 +37,6 @@ __all__ = [
     "make_robot",
     "make_rod",
     "moves_in_plane",
+    "node_at",
     "reduced",
 ]

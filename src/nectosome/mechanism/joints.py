@@ -6,13 +6,14 @@ only where a rotation in space is a quaternion (scalar first, any length but zer
 """
 
 from abc import abstractmethod
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from nectosome.core.described import number, unit, vector
 from nectosome.core.se3 import (
     cross,
     dot,
@@ -25,6 +26,7 @@ from nectosome.core.se3 import (
     safe_norm,
     skew,
 )
+from nectosome.description import joints as dj
 
 
 class JointMotion(NamedTuple):
@@ -41,6 +43,12 @@ class Joint(eqx.Module):
     nq: ClassVar[int]
     nv: ClassVar[int]
     names: ClassVar[tuple[str, ...]]  # of the velocities
+    described_by: ClassVar[type]
+
+    @classmethod
+    @abstractmethod
+    def from_description(cls, described: Any) -> "Joint":
+        """The joint of a description."""
 
     @abstractmethod
     def motion(self, q: Float[Array, "nq"]) -> JointMotion:
@@ -72,6 +80,12 @@ class Fixed(Joint):
 
     nq = nv = 0
     names = ()
+    described_by = dj.FixedJoint
+
+    @classmethod
+    def from_description(cls, described: dj.FixedJoint) -> "Fixed":
+        """Nothing of a description."""
+        return cls()
 
     def motion(self, q: Float[Array, "0"]) -> JointMotion:
         """Identity."""
@@ -82,42 +96,46 @@ class Fixed(Joint):
         return jnp.zeros(0), jnp.zeros(0)
 
 
-class Revolute(Joint):
-    """Rotation by q [rad] about the unit vector `axis`."""
+class AxialJoint(Joint):
+    """A joint with one coordinate, along or about the unit vector `axis`."""
 
     axis: Float[Array, "3"]
-    position: Float[Array, "1"]  # at the start [rad]
-    velocity: Float[Array, "1"]  # at the start [rad/s]
+    position: Float[Array, "1"]  # at the start [rad or m]
+    velocity: Float[Array, "1"]  # at the start [rad/s or m/s]
     nq = nv = 1
+
+    @classmethod
+    def from_description(cls, described: Any) -> "AxialJoint":
+        """The joint of a description, by its axis and its start."""
+        return cls(unit(described.axis), number(described.position)[None], number(described.velocity)[None])
+
+    def start(self) -> tuple[Float[Array, "1"], Float[Array, "1"]]:
+        """Start coordinate and speed."""
+        return self.position, self.velocity
+
+
+class Revolute(AxialJoint):
+    """Rotation by q [rad] about the unit vector `axis`."""
+
     names = ("angle",)
+    described_by = dj.RevoluteJoint
 
     def motion(self, q: Float[Array, "1"]) -> JointMotion:
         """R = exp(q [axis]), S = (axis, 0)."""
         S = jnp.concatenate([self.axis, jnp.zeros(3)])[None]
         return JointMotion(exp_so3(self.axis * q), jnp.zeros(3), S)
 
-    def start(self) -> tuple[Float[Array, "1"], Float[Array, "1"]]:
-        """Start angle and speed."""
-        return self.position, self.velocity
 
-
-class Prismatic(Joint):
+class Prismatic(AxialJoint):
     """Translation by q [m] along the unit vector `axis`."""
 
-    axis: Float[Array, "3"]
-    position: Float[Array, "1"]  # at the start [m]
-    velocity: Float[Array, "1"]  # at the start [m/s]
-    nq = nv = 1
     names = ("position",)
+    described_by = dj.PrismaticJoint
 
     def motion(self, q: Float[Array, "1"]) -> JointMotion:
         """p = q axis, S = (0, axis)."""
         S = jnp.concatenate([jnp.zeros(3), self.axis])[None]
         return JointMotion(jnp.eye(3), self.axis * q, S)
-
-    def start(self) -> tuple[Float[Array, "1"], Float[Array, "1"]]:
-        """Start position and speed."""
-        return self.position, self.velocity
 
 
 class Planar(Joint):
@@ -131,6 +149,15 @@ class Planar(Joint):
     velocity: Float[Array, "3"]
     nq = nv = 3
     names = ("x", "y", "angle")
+    described_by = dj.PlanarJoint
+
+    @classmethod
+    def from_description(cls, described: dj.PlanarJoint) -> "Planar":
+        """The joint of a description, whose start is in the parent's axes."""
+        frame, start = plane_frame(unit(described.axis)), described.start
+        position = dot_t(frame, vector(start.position)).at[2].set(number(start.angle))
+        velocity = dot_t(frame, vector(start.velocity)).at[2].set(number(start.angular_speed))
+        return cls(frame, position, velocity)
 
     def motion(self, q: Float[Array, "3"]) -> JointMotion:
         """R = exp(angle [axis]), S = ((0, e1), (0, e2), (axis, 0))."""
@@ -202,6 +229,12 @@ class Spherical(Joint):
     angular_velocity: Float[Array, "3"]  # at the start [rad/s]
     nq, nv = 4, 3
     names = ("wx", "wy", "wz")
+    described_by = dj.SphericalJoint
+
+    @classmethod
+    def from_description(cls, described: dj.SphericalJoint) -> "Spherical":
+        """The joint of a description, by its start."""
+        return cls(vector(described.start.orientation), vector(described.start.angular_velocity))
 
     def motion(self, q: Float[Array, "4"]) -> JointMotion:
         """S = (I, 0)."""
@@ -237,6 +270,13 @@ class Free(Joint):
     velocity: Float[Array, "3"]  # at the start, child frame [m/s]
     nq, nv = 7, 6
     names = ("wx", "wy", "wz", "vx", "vy", "vz")
+    described_by = dj.FreeJoint
+
+    @classmethod
+    def from_description(cls, described: dj.FreeJoint) -> "Free":
+        """The joint of a description, by its start."""
+        start = described.start
+        return cls(*map(vector, (start.position, start.orientation, start.angular_velocity, start.velocity)))
 
     def motion(self, q: Float[Array, "7"]) -> JointMotion:
         """S = I."""

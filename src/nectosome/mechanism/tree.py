@@ -49,6 +49,13 @@ class TreePart(eqx.Module):
         return full_q, full_v, full_a
 
 
+def node_at(body: Link | SoftRod, at: str | float) -> int:
+    """The node of a part at its "tip" (-1), its "root" (0) or a mark of a rod."""
+    if at == "tip":
+        return -1
+    return body.nodes.index(at) if isinstance(body, SoftRod) and at != "root" else 0
+
+
 class PartShape(NamedTuple):
     """Poses of all stations, and the frames in which joints and rod intervals add to the motion."""
 

@@ -67,7 +67,7 @@ class Measures(NamedTuple):
     tilt: Float[Array, "*n"]  # of the body's z axis from straight above [rad]
     feet: Float[Array, "*n"]  # how deep the foot that is deepest is in the floor [m]; -inf where there is none
     surface: Float[Array, "*n"]  # how high the highest station's edge is over the surface [m]; -inf without one
-    low_wall: Float[Array, "*n"]  # how deep a bumper is in the wall at the smaller x [m]; -inf where there is none
+    low_wall: Float[Array, "*n"]  # how deep a hull is in the wall at the smaller x [m]; -inf where there is none
     high_wall: Float[Array, "*n"]  # and in that at the larger x
 
 

@@ -154,7 +154,7 @@ def labels(robot: Robot) -> Names:
 def drive_limits(robot: Robot) -> Data:
     """What the servos of prescribed joints can give at most, NaN for other joints; nothing where no limit is known."""
     description = robot.description
-    limbs = {} if description is None else {"body": description.body, **description.limbs}
+    limbs = {} if description is None else description.parts
     joints = {f"{part}.angle": limb.joint for part, limb in limbs.items()}
     known = {name: joint.limits for name, joint in joints.items() if isinstance(joint, RevoluteJoint) and joint.limits}
     if not known:

@@ -21,6 +21,7 @@ from .control_request import (
     ControlRequest,
     PreparedLoop,
     commands_of,
+    first_joint,
     first_measured,
     first_range,
     has_beat,
@@ -91,7 +92,7 @@ class Control:
             self._place.visible = False
         self._model = build(description)
         commands = commands_of(description)
-        kind, fixed = description.body.joint.kind, is_fixed(description)
+        kind, fixed = first_joint(description).kind, is_fixed(description)
         readings = common_readings(self._model)
         first = first_measured(description, self._session.problem.forward)
         self._command.options, self._measure.options = commands, tuple(readings)

@@ -1,4 +1,4 @@
-"""Robots whose parts are tied to each other or touch: loops of bodies, grips, and the account of what acts in them."""
+"""Robots with bushings and contacts: loops of bodies, grips, and the account of what acts in them."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -44,7 +44,7 @@ limbs:
     joint: {{kind: revolute, axis: [0, 0, 1], position: 1.9 rad}}
     loads: {{pull: {{kind: force, force: [20 N, 0 N, 0 N], at: tip}}}}
 pairs:
-  pin: {{kind: tie, between: [coupler, rocker], stiffness: 1e5 N/m, damping: 10 N s/m}}
+  pin: {{kind: bushing, between: [coupler, rocker], stiffness: 1e5 N/m, damping: 10 N s/m}}
 """
 
 
@@ -57,7 +57,7 @@ def closed(crank: float) -> float:
 
 
 def test_a_tie_closes_a_four_bar_linkage():
-    """The rocker is where closed form says but for the stretch of the tie, which falls as one over its stiffness."""
+    """The rocker is where closed form says but for the bushing's stretch, which falls as one over its stiffness."""
     robot = parse_robot(FOUR_BAR)
     off = {}
     for stiffness in (1e4, 1e5, 1e6):
@@ -67,7 +67,7 @@ def test_a_tie_closes_a_four_bar_linkage():
         d = diagnose(stiff, jnp.zeros(()), found.value)
         force = np.asarray(d.load_force[load_names(stiff).index("pin"), 3])
         off[stiffness] = found.value.q[1] - closed(CRANK)
-        # the tie carries the coupler's end: a force along the coupler, since nothing else acts on it
+        # the bushing carries the coupler's end: a force along the coupler, since nothing else acts on it
         ends = A * np.array([np.cos(CRANK), np.sin(CRANK)]), D * np.array([1, 0])
         angle = float(found.value.q[1])
         coupler = ends[1] + C * np.array([np.cos(angle), np.sin(angle)]) - ends[0]
@@ -113,12 +113,12 @@ limbs:
     loads: {{pull: {{kind: force, force: [0 N, 0.2 mN, 0 N]}}}}
   two: {ROD}
 pairs:
-  bond: {{kind: tie, between: [one, two], stiffness: 1e3 N/m}}
+  bond: {{kind: bushing, between: [one, two], stiffness: 1e3 N/m}}
 """
 
 
 def test_two_cantilevers_whose_tips_are_tied_share_the_load():
-    """Each bends by (F/2) L^3 / 3 E I: small, and the stretch of the tie is smaller."""
+    """Each bends by (F/2) L^3 / 3 E I: small, and the stretch of the bushing is smaller."""
     robot = build(parse_robot(CANTILEVERS))
     found = load_stepping(robot)
     assert int(found.status) == Status.SOLVED

@@ -16,7 +16,7 @@ body:
   shape: point
   mass: 2 kg
   joint: {{kind: prismatic, axis: x, position: 0.8 m, velocity: 0.5 m/s}}
-  loads: {{hull: {{kind: bumper, reach: 0.1 m, stiffness: 200 N/m, damping: {damping} N s/m}}}}
+  loads: {{hull: {{kind: wall_contact, reach: 0.1 m, stiffness: 200 N/m, damping: {damping} N s/m}}}}
 """
 
 

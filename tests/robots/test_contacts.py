@@ -41,7 +41,7 @@ limbs:
     points: 20
     joint: {kind: prismatic, axis: z, damping: 0.2 N s/m}
 pairs:
-  contact: {kind: touch, between: [rod, body], stiffness: 5 kN/m, damping: 20 N s/m, softness: 0.2 mm}
+  contact: {kind: contact, between: [rod, body], stiffness: 5 kN/m, damping: 20 N s/m, softness: 0.2 mm}
 """
 WEIGHT = 1000 * np.pi * 0.005**2 * 0.12 * 9.80665
 
@@ -98,7 +98,7 @@ limbs:
     loads: {pull: {kind: force, force: [PULL N, 0 N, 0 N], at: root}}
 pairs:
   contact:
-    kind: touch
+    kind: contact
     between: [ball, body]
     stiffness: 1e4 N/m
     damping: 200 N s/m
@@ -170,9 +170,9 @@ limbs:
     points: 6
     joint: {kind: revolute, axis: z, velocity: 4 rad/s}
 pairs:
-  contact: {kind: touch, between: [left, right], stiffness: 300 N/m, damping: 0.5 N s/m, softness: 1 mm,
+  contact: {kind: contact, between: [left, right], stiffness: 300 N/m, damping: 0.5 N s/m, softness: 1 mm,
     static_friction: 0.5, dynamic_friction: 0.4, creep: 10 mm/s}
-  elbow: {kind: tie, between: [left, body], at: [tip, root], stiffness: 2 N/m, damping: 0.01 N s/m,
+  elbow: {kind: bushing, between: [left, body], at: [tip, root], stiffness: 2 N/m, damping: 0.01 N s/m,
     turning_stiffness: 0.01 N m/rad, turning_damping: 1e-4 N m s/rad}
 """
 
