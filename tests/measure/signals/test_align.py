@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from nectosome.measure.signals.align import align, align_at
-from nectosome.measure.signals.labels import processing
+from nectosome.measure.signals.metadata import processing
 
 from .made import band_limited, recording
 

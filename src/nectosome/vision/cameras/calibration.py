@@ -24,6 +24,10 @@ from .least_squares import CameraFit, fit, put
 
 _ROUNDS = 200
 _SETTLED = 1e-10  # of the distance from the points
+Estimated = Literal["k1", "k1 k2"]
+_STARTS = (0.0, -0.1, 0.1)  # of k1 r^2: from one of them alone 2 % of lenses seen by eight points are missed
+_CONDITION = 1e3  # of the linear equations; points around a workspace have 4 to 20
+_DETERMINED = 1e-5  # of the derivatives, with the lens
 
 
 def calibrate_behind(
@@ -129,13 +133,6 @@ def _place_se(found: CameraFit, middle: Float[np.ndarray, "3"], terms: int) -> f
     slope = np.concatenate([by_matrix, by_lens], axis=2)[0]
     back = np.linalg.pinv(camera.projected(middle[None])[1][0])
     return float(np.sqrt(np.trace(back @ slope @ found.covariance @ slope.T @ back.T) / 2))
-
-
-Estimated = Literal["k1", "k1 k2"]
-
-_STARTS = (0.0, -0.1, 0.1)  # of k1 r^2: from one of them alone 2 % of lenses seen by eight points are missed
-_CONDITION = 1e3  # of the linear equations; points around a workspace have 4 to 20
-_DETERMINED = 1e-5  # of the derivatives, with the lens
 
 
 def calibrate(

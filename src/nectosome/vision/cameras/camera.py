@@ -9,6 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+_STEPS = 60  # of Newton's method, which needs four to eight where there is a solution
+_NEWTON_STEPS = 50
+_SETTLED = 1e-15
+
 
 def zeros(n: int, *shape: int) -> Float[np.ndarray, "n *shape"]:
     """Zeros [n, *shape], of which each element of all n lies together."""
@@ -44,9 +48,6 @@ def times(a: Float[np.ndarray, "n k m"], b: Float[np.ndarray, "n m l"]) -> Float
 def apply(a: Float[np.ndarray, "n k m"], x: Float[np.ndarray, "n m"]) -> Float[np.ndarray, "n k"]:
     """Products of matrices and vectors."""
     return times(a, x[:, :, None])[:, :, 0]
-
-
-_STEPS = 60  # of Newton's method, which needs four to eight where there is a solution
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,10 +144,6 @@ def _brown(
     slope[:, 0, 1] = slope[:, 1, 0] = rise * x * y + 2 * p1 * x + 2 * p2 * y
     slope[:, 1, 1] = radial + rise * y * y + 6 * p1 * y + 2 * p2 * x
     return out, slope, np.minimum(radial, slope[:, 0, 0] * slope[:, 1, 1] - slope[:, 0, 1] ** 2)
-
-
-_NEWTON_STEPS = 50
-_SETTLED = 1e-15
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,12 @@ from nectosome.units import InputError
 from .least_squares import CameraFit, linear, moved, normaliser
 
 FLAT = 0.02  # points that lie nearer to a plane or a line, of their spread, tell too little across it [-]
+Refit = Callable[[np.ndarray, np.ndarray], CameraFit]  # of points and pixels
+_READ = 0.5  # px: a reading that is nearer to where it should be was not misread
+_GROSS = 0.05  # residuals of more of the points' spread in the picture are those of no camera [-]
+_ALIKE = 0.05  # chance at which one of two explanations fits better by as much [-]
+_REFINED = 8  # of what is tried, the best by the linear camera are fitted
+_TRIED = 30  # points among which all pairs are swapped; of more, as many that are furthest off
 
 
 def refuse_few(n: int, unknowns: int) -> None:
@@ -104,15 +110,6 @@ def _far(off: float, spread: float) -> str:
 
 def _row(values: Float[np.ndarray, "d"]) -> str:
     return "(" + ", ".join(f"{x:g}" for x in values) + ")"
-
-
-Refit = Callable[[np.ndarray, np.ndarray], CameraFit]  # of points and pixels
-
-_READ = 0.5  # px: a reading that is nearer to where it should be was not misread
-_GROSS = 0.05  # residuals of more of the points' spread in the picture are those of no camera [-]
-_ALIKE = 0.05  # chance at which one of two explanations fits better by as much [-]
-_REFINED = 8  # of what is tried, the best by the linear camera are fitted
-_TRIED = 30  # points among which all pairs are swapped; of more, as many that are furthest off
 
 
 def refuse_swapped(

@@ -10,6 +10,10 @@ from scipy.optimize import least_squares
 
 from .camera import Camera, Lens, bent
 
+_EXACT = 1e-15
+_STEPS = 100  # readings that are right need 5 to 30
+_SINGULAR = 1e-9  # of a normalised matrix's singular values; those of cameras here are above 1e-4
+
 
 def normaliser(x: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "d+1 d+1"]:
     """Shift and scale that put points around 0 at a mean square distance of d (Hartley, PAMI 19 (1997) 580)."""
@@ -68,11 +72,6 @@ def intrinsics(
     dK = np.zeros((12, 3, 3))
     dK[:, 0, 0], dK[:, 0, 1], dK[:, 0, 2], dK[:, 1, 1], dK[:, 1, 2] = dfx, ds, dcx, dfy, dcy
     return np.array([[fx, s, cx], [0, fy, cy], [0, 0, 1]]), dK
-
-
-_EXACT = 1e-15
-_STEPS = 100  # readings that are right need 5 to 30
-_SINGULAR = 1e-9  # of a normalised matrix's singular values; those of cameras here are above 1e-4
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,10 @@ from jaxtyping import Float, Int8
 
 from .camera import Camera, apply, inverse, zeros
 
+_STEPS = 20
+_SETTLED = 1e-10  # of the distance from the cameras: the step after that one is far below
+_ENOUGH = 1e-6  # of the distance from the cameras: a place that still moves by more is none
+
 
 class PlaceStatus(IntEnum):
     """What became of a place or a pose; 0: it holds."""
@@ -39,11 +43,6 @@ _WORDS = {
     PlaceStatus.LINE: "the markers that have a place lie on a line",
     PlaceStatus.GIMBAL: "pitch is near 90 deg: roll and yaw are not told apart, its rotation holds",
 }
-
-
-_STEPS = 20
-_SETTLED = 1e-10  # of the distance from the cameras: the step after that one is far below
-_ENOUGH = 1e-6  # of the distance from the cameras: a place that still moves by more is none
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,6 +30,9 @@ from .plane import plane_of
 from .segments import Groups, blobs, pose
 from .sheet import Segment
 
+_SCATTERS = 6.0  # standard deviations that are let pass
+_ODD = 0.1  # of a stated size, beyond which the scale is doubted
+
 
 class SegmentField(IntEnum):
     """What is known of a segment; lengths in the unit of the plane, direction in rad."""
@@ -96,7 +99,6 @@ _SIZES = {
     SegmentField.WIDTH: (0.15, 0.3),
     SegmentField.AREA: (0.06, 0.2),
 }  # least and most let pass
-_SCATTERS = 6.0  # standard deviations that are let pass
 
 
 def judged(values: Float[np.ndarray, "t s 6"], why: Int[np.ndarray, "t s"]) -> Float[np.ndarray, "t s"]:
@@ -134,9 +136,6 @@ def unusual(
     scatter = 1.4826 * float(np.median(np.abs(off[known])))
     allowed = min(max(_SCATTERS * scatter, least), most)
     return known & (off > allowed), known & ~(off >= -allowed)
-
-
-_ODD = 0.1  # of a stated size, beyond which the scale is doubted
 
 
 def track_segments(
@@ -197,7 +196,7 @@ def _dataset(
                 "file": str(clip.path),
                 "reader": clip.said,
                 "found": _found(eye.plane),
-                "odd": [*odd, *_sizes(sheet, values, bad), *lost(names, why)],
+                "warnings": [*odd, *_sizes(sheet, values, bad), *lost(names, why)],
             }
         ),
     }

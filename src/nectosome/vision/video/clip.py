@@ -14,6 +14,9 @@ from nectosome.io.extras import package
 from nectosome.units import InputError, shorten
 
 Progress = Callable[[str, float], None]  # what is done, and the share of it from 0 to 1
+_LATE = 1.5  # of the usual time between frames, beyond which one is missing
+_UNEVEN = 0.2  # of it, by which the rest may differ
+_BASE = Fraction(1, 90_000)  # s, of time stamps
 
 
 @dataclass(frozen=True)
@@ -140,10 +143,6 @@ def _said(error: Exception) -> str:
     return shorten(reason(error))
 
 
-_LATE = 1.5  # of the usual time between frames, beyond which one is missing
-_UNEVEN = 0.2  # of it, by which the rest may differ
-
-
 def intervals(time: Float[np.ndarray, "t"], clip: Clip) -> tuple[list[list[float]], list[str]]:
     """Gaps as [from, to, row after it, from 1], and what is odd, in words."""
     odd = [f"{clip.damaged} packets could not be decoded: their frames are missing"] if clip.damaged else []
@@ -159,9 +158,6 @@ def intervals(time: Float[np.ndarray, "t"], clip: Clip) -> tuple[list[list[float
         missing = int(np.sum(np.round(steps[late] / usual) - 1))
         odd.append(f"about {missing} frames are missing, the first after {time[late[0]]:.4g} s")
     return [[float(time[k]), float(time[k + 1]), int(k) + 2] for k in late], odd
-
-
-_BASE = Fraction(1, 90_000)  # s, of time stamps
 
 
 def write_video(

@@ -18,6 +18,7 @@ _CLEAR = 2.0  # the next best way must fit worse by this factor
 
 Found = tuple[Int[np.ndarray, "cameras markers"], list[Reason]]
 _Option = tuple[Int[np.ndarray, "cameras"], Float[np.ndarray, "3"]]  # candidates by camera, -1: none, and their place
+_TOGETHER = 0.02  # of the time between frames: cameras that differ by less see the same moment
 
 
 class MarkerBody:
@@ -132,9 +133,6 @@ def _other(a: tuple[float, dict[int, int]], b: tuple[float, dict[int, int]]) -> 
 
 def _distances(places: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "m m"]:
     return np.linalg.norm(places[:, None] - places[None], axis=2)
-
-
-_TOGETHER = 0.02  # of the time between frames: cameras that differ by less see the same moment
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,10 @@ from jaxtyping import UInt8
 
 from nectosome.vision.cameras import calibrate, calibrate_behind
 
+_FIRST = 10  # frames in which lamps are measured
+_AREA = (0.1, 0.5)  # least and most that a marker's area may be off, see `unusual`
+_SD = 0.1  # px, of a marker's middle, until residuals tell
+
 
 def camera_of(
     sheet: MarkerSheet, name: str, size: tuple[int, int], pictures: Sequence[UInt8[np.ndarray, "h w 3"]]
@@ -76,11 +80,6 @@ def _measured(
             )
         out[k] = np.mean(single, axis=0)
     return out
-
-
-_FIRST = 10  # frames in which lamps are measured
-_AREA = (0.1, 0.5)  # least and most that a marker's area may be off, see `unusual`
-_SD = 0.1  # px, of a marker's middle, until residuals tell
 
 
 def track_markers(
@@ -171,7 +170,7 @@ def _dataset(
         "file": ", ".join(str(clip.path) for clip in clips),
         "reader": "; ".join(clip.said for clip in clips),
         "found": [*_said(sheet, cameras, tracks), f"a marker's middle is known to {sd:.2g} px"],
-        "odd": [*odd, *lost(list(sheet.markers), why), *_gone(found.status)],
+        "warnings": [*odd, *lost(list(sheet.markers), why), *_gone(found.status)],
     }
     attrs = {
         "title": sheet.about or clips[0].path.name,

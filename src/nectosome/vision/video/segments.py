@@ -22,6 +22,13 @@ from .plane import MotionPlane
 from .sheet import Colour, Fit
 
 MOST = 8  # colours at once: a pixel's are the bits of a byte
+_MARGIN = 2  # px around a blob that it may cover in part
+_RING = 3  # px around these, which show the surroundings
+_TRUST = np.array([1.0, 0.5, 0.5], np.float32)  # in brightness and colour: videos keep colours of every second pixel
+_NEAR = 11  # px, side of the square that is near
+_GRAIN = 1.0  # counts, of noise that is there at least
+_FAINT = 0.1  # share of a pixel below which its colour tells nothing
+_Rectangle = tuple[Float[np.ndarray, "2"], float, float, float, float]
 
 
 class Groups:
@@ -64,14 +71,6 @@ class Groups:
 
 def _range(colour: Colour) -> tuple[object, ...]:
     return colour.hue, colour.saturation, colour.value
-
-
-_MARGIN = 2  # px around a blob that it may cover in part
-_RING = 3  # px around these, which show the surroundings
-_TRUST = np.array([1.0, 0.5, 0.5], np.float32)  # in brightness and colour: videos keep colours of every second pixel
-_NEAR = 11  # px, side of the square that is near
-_GRAIN = 1.0  # counts, of noise that is there at least
-_FAINT = 0.1  # share of a pixel below which its colour tells nothing
 
 
 @dataclass(frozen=True)
@@ -139,9 +138,6 @@ def pose(
     if across:
         direction, longer, shorter = direction + np.pi / 2, shorter, longer
     return SegmentPose(middle, float(direction % np.pi), longer, shorter, area, cut)
-
-
-_Rectangle = tuple[Float[np.ndarray, "2"], float, float, float, float]
 
 
 def _by_moments(blob: Blob, image: np.ndarray, bits: np.ndarray, plane: MotionPlane) -> _Rectangle:

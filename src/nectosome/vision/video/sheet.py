@@ -19,6 +19,9 @@ Rate = Annotated[float, Quantity("frequency", minimum=0, exclusive=True)]
 Count = Annotated[int, Field(ge=1, le=1_000_000)]
 
 Fit = Literal["moments", "rectangle"]
+Length0 = Annotated[float, Quantity("length", minimum=0)]
+Index = Annotated[float, Quantity("number", minimum=1, maximum=3)]
+_LEAST = "It needs segments, for one video; or cameras, points and markers, for several."
 
 
 class Colour(Described):
@@ -95,10 +98,6 @@ class SegmentSheet(Described):
         return self
 
 
-Length0 = Annotated[float, Quantity("length", minimum=0)]
-Index = Annotated[float, Quantity("number", minimum=1, maximum=3)]
-
-
 class CameraSheet(Described):
     """A camera: its clock, its picture and its lens, known or estimated from the points.
 
@@ -171,9 +170,6 @@ class MarkerSheet(Described):
                     known = ", ".join(self.cameras)
                     raise wrong(f"points.{name}.seen.{camera}", f"there is no such camera. Known: {known}.")
         return self
-
-
-_LEAST = "It needs segments, for one video; or cameras, points and markers, for several."
 
 
 def load_sheet(path: str | Path) -> SegmentSheet | MarkerSheet:
