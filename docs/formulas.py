@@ -45,7 +45,7 @@ _SIGNS = {
 }
 _ACCENTS = {"dot": ".", "ddot": "..", "hat": "^", "bar": "¯", "tilde": "~", "overline": "¯"}
 _SPACES = {"quad": "1em", ",": "0.17em", ";": "0.28em", " ": "0.25em", "!": "0em"}
-_FUNCTIONS = {"det", "exp", "sin", "cos", "arcsin", "arctan", "cot", "ln", "max", "min", "tanh"}
+_FUNCTIONS = {"det", "exp", "sin", "cos", "arcsin", "arctan", "cot", "ln", "max", "min", "tan", "tanh"}
 
 
 class _Reader:

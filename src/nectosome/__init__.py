@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .io import load_dataset, save_dataset
     from .model import bind, build, read
     from .robots import beetle, beetle_free, describe, flagella, names
-    from .solve import load_stepping, periodic, simulate, steady
+    from .solve import periodic, simulate, static, steady
     from .units import InputError
     from .view import show_run, show_sweep
 
@@ -30,7 +30,7 @@ _ROOMS = {
     "io": ("load_dataset", "save_dataset"),
     "model": ("bind", "build", "read"),
     "robots": ("beetle", "beetle_free", "describe", "flagella", "names"),
-    "solve": ("periodic", "simulate", "load_stepping", "steady"),
+    "solve": ("periodic", "simulate", "static", "steady"),
     "units": ("InputError",),
     "view": ("show_run", "show_sweep"),
 }
@@ -61,7 +61,6 @@ __all__ = [
     "flagella",
     "load_dataset",
     "load_robot",
-    "load_stepping",
     "names",
     "periodic",
     "read",
@@ -70,6 +69,7 @@ __all__ = [
     "show_run",
     "show_sweep",
     "simulate",
+    "static",
     "steady",
     "sweep",
 ]

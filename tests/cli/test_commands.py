@@ -143,7 +143,8 @@ def test_a_disk_that_fills_up_leaves_no_half_a_file(nectosome, ball, monkeypatch
 
 def test_a_disk_that_is_full_while_the_run_is_written_leaves_no_half_a_file(ball_run, tmp_path):
     code = (
-        "import resource, sys; from nectosome.io import load_dataset, save_dataset, InputError\n"
+        "import resource, sys; from nectosome.io import load_dataset, save_dataset\n"
+        "from nectosome.units import InputError\n"
         "run = load_dataset(sys.argv[1])\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))\n"
         "try: save_dataset(run, 'run.nc')\n"

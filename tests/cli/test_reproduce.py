@@ -33,12 +33,12 @@ def studies(monkeypatch) -> dict[str, Callable[..., Study]]:
         missing = row("eel.cost", verdict="not reproducible", printed=None, ours=float("nan"), error=None)
         return Study("eel", "Eel", "", [row("eel.speed", ours=np.float64(0.5)), missing], {}, 1.0)
 
-    papers, view = type(sys)("nectosome.papers"), type(sys)("nectosome.view")
+    papers, report = type(sys)("nectosome.papers"), type(sys)("nectosome.papers.report")
     papers.STUDIES = {"worm": worm, "eel": eel}
-    view.write_report = lambda done, path: Path(path).write_text(", ".join(study.title for study in done))
-    view.write_figures = lambda done, folder: Path(folder, "figure.html").write_text("")
+    report.write_report = lambda done, path: Path(path).write_text(", ".join(study.title for study in done))
+    report.write_figures = lambda done, folder: Path(folder, "figure.html").write_text("")
     monkeypatch.setitem(sys.modules, "nectosome.papers", papers)
-    monkeypatch.setitem(sys.modules, "nectosome.view", view)
+    monkeypatch.setitem(sys.modules, "nectosome.papers.report", report)
     return papers.STUDIES
 
 

@@ -7,11 +7,11 @@ import pkgutil
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import nectosome.control as ct
 import numpy as np
 import pytest
 from simple_loops import DT, UNLIMITED, actuator, around, commands, model, of
 
+import nectosome.controllers as ct
 from nectosome.controllers import ActuatorLimits, Controller
 from nectosome.units import InputError
 
@@ -35,12 +35,12 @@ def learned(u, y, count, within=None):
 
 def scheduled(u, y, count, within=None):
     gains = jnp.array([[0.2, 4.0, 0.002], [0.4, 6.0, 0.005], [0.3, 8.0, 0.001]]) * u / y
-    return ct.Scheduled(*of([0.5, 2.0, 5.0]), gains, *of(0.03), within or reach(u))
+    return ct.GainSchedule(*of([0.5, 2.0, 5.0]), gains, *of(0.03), within or reach(u))
 
 
 EXAMPLES = {
     "PID": lambda u, y, count, within=None: pid(u, y, within),
-    "Scheduled": scheduled,
+    "GainSchedule": scheduled,
     "Feedforward": lambda u, y, count, within=None: ct.Feedforward(pid(u, y, within), model(u, y), 0.08),
     "Learned": learned,
     "Predictive": lambda u, y, count, within=None: ct.Predictive(

@@ -136,7 +136,9 @@ def test_a_sweep_goes_on_where_it_was_stopped(driven, tmp_path, monkeypatch):
     with pytest.raises(InputError, match="holds parts of another sweep"):
         sweep(driven, {"f": FREQUENCY}, folder=tmp_path / "parts")
     monkeypatch.setattr(
-        sys.modules[RobotBatch.__module__.replace("points", "sweep")], "provenance", lambda settings: {"nectosome": "0"}
+        sys.modules[RobotBatch.__module__.replace("batches", "sweep")],
+        "provenance",
+        lambda settings: {"nectosome": "0"},
     )
     with pytest.raises(InputError, match="holds parts of another sweep"):
         sweep(driven, grid, folder=tmp_path / "parts")

@@ -31,7 +31,7 @@ def ball(tmp_path_factory):
 
 
 def test_names_and_rooms_are_offered_and_come():
-    assert {"simulate", "measure", "control", "identify"} <= set(dir(ns))
+    assert {"simulate", "measure", "controllers", "identification"} <= set(dir(ns))
     assert all(getattr(ns, name) is not None for name in dir(ns))
     assert ns.measure is import_module("nectosome.measure")
     with pytest.raises(AttributeError, match=r"nectosome has no simulat$"):

@@ -164,8 +164,8 @@ def test_nothing_is_lost_when_the_process_is_killed(tmp_path):
     code = f"""
 import time
 import numpy as np
-from nectosome.identify import CmaEs, evolve
-from nectosome.io.ranges import Ranges
+from nectosome.search import CmaEs, evolve
+from nectosome.units.ranges import Ranges
 def slow(x):
     time.sleep(0.02)
     return np.sum((x - 0.3) ** 2, axis=1)

@@ -20,8 +20,8 @@ from .test_multistart import same
 STARTS, SEED, WORKERS = 8, 11, 2
 SOLVER = Pattern(evaluations=1000)
 CODE = """
-from nectosome.design import Pattern, multistart
-from design.tasks import Known
+from nectosome.search import Pattern, multistart
+from search.tasks import Known
 multistart(Known("hs43", pause={pause}, log={log!r}), Pattern(evaluations=1000), {starts}, {seed}, folder={folder!r},
            workers={workers}, executor=executor)
 """

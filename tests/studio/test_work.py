@@ -114,7 +114,7 @@ def test_a_double_click_begins_once_and_says_nothing(gui, work, said):
 
 
 def test_the_same_later_is_no_double_click(work, monkeypatch):
-    monkeypatch.setattr("nectosome.view.studio.work._DOUBLE", 0.0)
+    monkeypatch.setattr("nectosome.studio.work._DOUBLE", 0.0)
     end = threading.Event()
     work.begin("searching", lambda _: end.wait(10), lambda _: None)
     with pytest.raises(InputError, match="searching is under way"):

@@ -5,6 +5,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from nectosome.papers.flagellum import figures as flagellum
+from nectosome.papers.flagellum import figures_design
+
 OMEGA, LENGTH, RADIUS, TIP = 14.4, 0.3, 0.0125, 0.002
 
 
@@ -79,6 +82,18 @@ def study():
         **{f"order{k}": made_up_run(0.5 - 0.1 / (k + 1)) for k in range(6)},
         "flagella4": made_up_run(),
     }
+
+    def figures(data, runs):
+        return flagellum.panels(runs) + figures_design.panels(data, runs)
+
     return SimpleNamespace(
-        name="flagellum", title="Flagellum", about="A <soft> one.", rows=rows, runs=runs, seconds=3.2, data={}
+        name="flagellum",
+        title="Flagellum",
+        about="A <soft> one.",
+        rows=rows,
+        runs=runs,
+        seconds=3.2,
+        data={},
+        recorded=False,
+        figures=figures,
     )

@@ -20,34 +20,6 @@ if TYPE_CHECKING:
     from nectosome.identification import Aim
     from nectosome.measure import Campaign
 
-from typing import TYPE_CHECKING
-
-from rich.console import Group
-from rich.table import Table
-from rich.text import Text
-
-from nectosome.cli.page import columns, page
-from nectosome.identification import Observed
-from nectosome.view.corrected_words import WordRows, lines, read_lines, tables
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-
-def correction_page(found: "xr.Dataset", observed: Sequence[Observed], aim: str) -> Group:
-    """Return the page of what `correct_grid` gives."""
-    title = Text(str(found.attrs["title"]), "bold")
-    head = Text("\n").join([title, Text(""), *map(Text, read_lines(observed))])
-    return page(head, [_table(rows) for rows in tables(found, aim)], lines(found, observed))
-
-
-def _table(rows: WordRows) -> Table:
-    table = columns(*rows.names)
-    for row in rows.rows:
-        table.add_row(*row)
-    return table
-
-
 _AIMS = ("error", "highest", "lowest")
 
 
@@ -144,6 +116,8 @@ def correct(
 
     save_dataset(found, save)
     show_correction(found, plot, aim)
+    from nectosome.cli.identify_pages import correction_page
+
     write(correction_page(found, observed, aim), f"written: {save}, {plot}")
     if sim is None:
         forget(folder)

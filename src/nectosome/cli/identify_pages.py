@@ -9,7 +9,9 @@ from rich.table import Table
 from rich.text import Text
 
 from nectosome.cli.page import columns, number, page
+from nectosome.identification import Observed
 from nectosome.units import count
+from nectosome.view.corrected_words import WordRows, lines, read_lines, tables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -128,3 +130,17 @@ def crawl_page(found: "xr.Dataset") -> Group:
     same = f"as good, of a discrepancy of at most {found.attrs['as_good']:.3g}: {good}"
     rank = f"the features tell {found.attrs['rank']} of {found.sizes['parameter']} directions in the ranges"
     return page(title, tables, [same, rank, *json.loads(found.attrs["words"])])
+
+
+def correction_page(found: "xr.Dataset", observed: Sequence[Observed], aim: str) -> Group:
+    """Return the page of what `correct_grid` gives."""
+    title = Text(str(found.attrs["title"]), "bold")
+    head = Text("\n").join([title, Text(""), *map(Text, read_lines(observed))])
+    return page(head, [_correction_table(rows) for rows in tables(found, aim)], lines(found, observed))
+
+
+def _correction_table(rows: WordRows) -> Table:
+    table = columns(*rows.names)
+    for row in rows.rows:
+        table.add_row(*row)
+    return table

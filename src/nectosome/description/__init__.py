@@ -52,13 +52,11 @@ from .signals import (
     TorqueSignal,
 )
 from .urdf import import_urdf
-from .variables import Box, Variable, read_variable
 
 __all__ = [
     "STRAIN_NAMES",
     "AddedMassLoad",
     "AngleSignal",
-    "Box",
     "ConstantAngle",
     "ConstantForce",
     "ConstantLength",
@@ -101,7 +99,6 @@ __all__ = [
     "SphericalStart",
     "SpheroidAddedMassLoad",
     "TorqueSignal",
-    "Variable",
     "WaterDescription",
     "apply_settings",
     "drive_frequencies",
@@ -118,7 +115,6 @@ __all__ = [
     "parse_mission",
     "parse_robot",
     "parse_setting",
-    "read_variable",
     "resolve",
     "save_robot",
     "with_values",

@@ -11,7 +11,7 @@ two hexadecimal digits, as in NMEA 0183. Every question has one answer:
 | `0` | vents: no voltage, speed 0, forgets that the watchdog has vented | `0` |
 
 A question that is not understood is answered `E` and why; `S` is answered `E watchdog` after the watchdog has vented.
-The law of the speed loop is `nectosome.control.motor.VariableGainPI`.
+The law of the speed loop is `nectosome.controllers.motor_speed.VariableGainPI`.
 """
 
 import math

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .track import show_track
 
 _HOME = {
-    "show_correction": "correction",
+    "show_correction": "corrected_grid",
     "show_experiment": "experiment",
     "show_following": "closed_loop",
     "show_gait": "gait",

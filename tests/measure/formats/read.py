@@ -92,7 +92,7 @@ import re, sys
 from pathlib import Path
 from nectosome.measure.formats.source import Options
 from {opener.__module__} import {opener.__name__} as opener
-import h5py, nptdms, nectosome.io.errors
+import h5py, nptdms, nectosome.units.errors
 peak = lambda: int(re.search(r"VmHWM:\\s+(\\d+) kB", Path("/proc/self/status").read_text())[1]) / 1024
 before, rows = peak(), 0
 with opener(Path(sys.argv[1]), Options()) as source:

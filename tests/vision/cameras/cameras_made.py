@@ -1,4 +1,4 @@
-"""Cameras and points that the tests of `nectosome.measure.cameras` share."""
+"""Cameras and points that the tests of `nectosome.vision.cameras` share."""
 
 import numpy as np
 

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from nectosome.description import Box, get_value, read_variable, with_values
+from nectosome.description import get_value, with_values
+from nectosome.description.variables import Box, read_variable
 from nectosome.designs import Limit, MotionDesign
 from nectosome.robots import describe
 from nectosome.search import Gradient, improve

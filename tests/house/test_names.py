@@ -1,0 +1,58 @@
+"""The house keeps its order: names that differ in more than grammar, one class name for one meaning, short files."""
+
+import ast
+import re
+from collections import defaultdict
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2] / "src" / "nectosome"
+FILES = sorted(ROOT.rglob("*.py"))
+LONGEST = 450  # lines of a file
+# longest first: what English puts at the end of a word
+ENDINGS = re.compile(r"(ations?|ements?|ings?|ions?|able|[eo]rs?|ies|ied|ive|ity|ed|es|al|s|e|y)$")
+LEAST = 4  # letters that are left of a word
+UNLIKE = {"plane"}  # no form of the word that it looks like
+
+
+def stem(name: str) -> str:
+    """The word without its ending: `track`, `tracked` and `tracking` have one stem."""
+    found = ENDINGS.search(name, LEAST)
+    return name if found is None or name in UNLIKE else name[: found.start()]
+
+
+def modules() -> set[str]:
+    """Names of all files; the same name in two rooms is the same idea seen by each."""
+    return {path.stem for path in FILES if not path.stem.startswith("__")}
+
+
+def test_words_with_one_root_have_one_stem():
+    assert {stem(name) for name in ("track", "tracked", "tracking", "tracks")} == {"track"}
+    assert {stem(name) for name in ("batch", "batches")} == {"batch"}
+    assert stem("plan") != stem("plane")
+
+
+def test_no_two_modules_differ_by_inflection_only():
+    found = defaultdict(set)
+    for name in modules():
+        found[stem(name)].add(name)
+    assert {key: names for key, names in found.items() if len(names) > 1} == {}
+
+
+def test_a_public_class_name_has_one_meaning():
+    found = defaultdict(list)
+    for path in FILES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                found[node.name].append(f"{path.relative_to(ROOT)}:{node.lineno}")
+    assert {name: places for name, places in found.items() if len(places) > 1} == {}
+
+
+def test_a_file_is_read_in_one_sitting():
+    lengths = {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8").count("\n") for path in FILES}
+    assert {name: lines for name, lines in lengths.items() if lines > LONGEST} == {}
+
+
+def test_every_file_says_what_is_in_it():
+    assert [str(p.relative_to(ROOT)) for p in FILES if not ast.get_docstring(ast.parse(p.read_text("utf-8")))] == []
+    loud = re.compile(r"/work/|/tmp/|\bissue #?\d+", re.IGNORECASE)
+    assert [str(p.relative_to(ROOT)) for p in FILES if loud.search(p.read_text(encoding="utf-8"))] == []
