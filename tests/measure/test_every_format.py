@@ -105,7 +105,7 @@ def test_values_that_are_none_are_counted_and_told(bench, drawn, value):
     assert run["F"].attrs["missing"] == 1
     about = json.loads(run.attrs["provenance"])
     told = about["warnings"] if np.isnan(value) else about["repairs"]
-    what = "missing, the first is row {}" if np.isnan(value) else "saturated or infinite, from row {}: missing now"
+    what = "missing, the first is row {}" if np.isnan(value) else "saturated or infinite, from row {}: now missing"
     assert told == ["F: 1 row " + what.format(first + k)]
 
 
@@ -123,7 +123,7 @@ def test_a_sensor_at_its_end_is_told_and_by_its_range_missing(bench, drawn, leng
     assert np.isnan(run["F"][k : k + length]).all()
     assert run["F"].attrs["missing"] == length
     repairs = json.loads(run.attrs["provenance"])["repairs"]
-    assert repairs == [f"F: {length} rows saturated or infinite, from row {first + k}: missing now"]
+    assert repairs == [f"F: {length} rows saturated or infinite, from row {first + k}: now missing"]
 
 
 @few
@@ -136,7 +136,7 @@ def test_columns_that_are_not_there_and_units_that_differ_are_refused(bench, dra
     named = {"t [s]": drawn[0]["t"], "F [mN]": drawn[0]["F"]}
     if path.suffix in (".csv", ".tsv", ".txt", ".xlsx"):  # names of others say no unit
         path, _ = bench(named)
-        with pytest.raises(InputError, match="F: is in mN by the file and in N by the sheet"):
+        with pytest.raises(InputError, match="F: is in mN in the file and in N in the sheet"):
             read(path, sheet(SHEET))
 
 

@@ -112,7 +112,7 @@ def test_gaps_missing_and_saturated_values_are_told(folder):
     (folder / "range.yaml").write_text("time: {column: t, unit: s}\ncolumns:\n  x: {unit: V, range: [-5 V, 5 V]}\n")
     mended = read("odd.csv", "range.yaml")
     assert np.isnan(mended["x"].values[60:80]).all()
-    assert about(mended)["repairs"] == ["x: 20 rows saturated or infinite, from row 62: missing now"]
+    assert about(mended)["repairs"] == ["x: 20 rows saturated or infinite, from row 62: now missing"]
     assert mended["x"].attrs["missing"] == 22
 
 
@@ -120,12 +120,12 @@ def test_gaps_missing_and_saturated_values_are_told(folder):
     ("text", "said"),
     [
         ("colums: {}", 'sheet.yaml, line 1, colums: is not a field here. Did you mean "columns"?'),
-        ("columns:\n  force: {column: 9}", "column 9 is not there: the file has 3"),
+        ("columns:\n  force: {column: 9}", "there is no column 9: the file has 3"),
         ("columns:\n  force: {column: Force}", 'there is no column called "Force"'),
-        ("columns:\n  force: {column: 2, unit: mm}", "is in V by the file and in mm by the sheet"),
+        ("columns:\n  force: {column: 2, unit: mm}", "is in V in the file and in mm in the sheet"),
         ("columns:\n  force: {column: 2, unit: Vv}", 'line 2, columns.force.unit: "Vv" has no unit called Vv'),
-        ("columns:\n  force: {column: 2, unit: V, zero: 3 mm}", "is not of the kind of the reading"),
-        ("columns:\n  force: {column: 2, unit: V, gain: 0 N/V}", "nothing would be left of the reading"),
+        ("columns:\n  force: {column: 2, unit: V, zero: 3 mm}", "has not the dimension of the reading, V"),
+        ("columns:\n  force: {column: 2, unit: V, gain: 0 N/V}", "is 0; it must differ from 0"),
         ("columns:\n  force: {column: 2, unit: V, sign: 2}", '"2" must be 1 or -1'),
         ("columns:\n  force: {column: 2, unit: V, range: [3 V, 1 V]}", "is empty"),
         ("columns:\n  force: {column: true}", '"true" is not a column'),
@@ -166,7 +166,7 @@ recordings:
     told = [(float(r["f"]), int(r["repeat"]), float(r["density"]), float(r["force"][0])) for r in found]
     assert told == [(1.1, 1, 1000, 1), (1.1, 2, 1000, 2), (1.3, 1, 1000, 3)]
     (folder / "campaign.yaml").write_text(text.replace("b.csv", "../b.csv"))
-    with pytest.raises(InputError, match=r"line 8, recordings\.1\.file: .* leads out of the folder"):
+    with pytest.raises(InputError, match=r"line 8, recordings\.1\.file: .* is outside the folder"):
         load_campaign("campaign.yaml")
     (folder / "campaign.yaml").write_text(text.replace("b.csv", "c.csv"))
     with pytest.raises(InputError, match=r'there is no file "c\.csv"'):

@@ -164,7 +164,7 @@ def test_what_stands_beside_or_below_the_table_is_told(sheet):
 
 
 def test_a_column_keeps_one_format(sheet):
-    with pytest.raises(InputError, match=r"line 3, column A \(time\): 5 is a number below times"):
+    with pytest.raises(InputError, match=r"line 3, column A \(time\): 5 is a number in a column of times"):
         read(open_excel, sheet(["time", "F"], [time(1), 1], [5, 1]))
     with pytest.raises(InputError, match=r"line 3, column B \(F\): 01:00:00 is a time in a column of numbers"):
         read(open_excel, sheet(["t", "F"], [0, 1], [1, time(1)]))
@@ -244,7 +244,7 @@ def test_what_is_no_workbook_is_told(sheet, tmp_path):
     }
     check_refusals(open_excel, tmp_path, files)
     for empty in ([], [["a", "b"]], [["1,5", "2,5"]]):
-        with pytest.raises(InputError, match=r"no rows of numbers in the first 200 rows of Data\. Numbers kept"):
+        with pytest.raises(InputError, match=r"no rows of numbers in the first 200 rows of Data\. Numbers stored"):
             read(open_excel, sheet(*empty))
 
 

@@ -226,7 +226,9 @@ def test_what_labview_left_open_is_read_to_its_end(write):
     path.write_bytes(raw)
     contents = read(open_tdms, path)
     assert_array_equal(contents.values, np.transpose([T, F]))
-    assert contents.repairs == ["the file ends within a segment, as if LabVIEW had been stopped; 40 whole rows are kept."]
+    assert contents.repairs == [
+        "the file ends within a segment, as if LabVIEW had been stopped; 40 whole rows are kept."
+    ]
 
 
 def test_a_stale_index_beside_the_file_does_no_harm(write, tmp_path):

@@ -329,7 +329,9 @@ def test_what_is_told_is_taken_for_granted(tmp_path):
     columns, lines, values, found, _ = read_text(tmp_path, text, **options)
     assert same(values, np.array([[1.5, 2.5, 3.0]]))
     assert list(lines) == [3]
-    assert {"encoding: latin-1, as given", "delimiter: semicolon, as given", "decimal sign: comma, as given"} <= set(found)
+    assert {"encoding: latin-1, as given", "delimiter: semicolon, as given", "decimal sign: comma, as given"} <= set(
+        found
+    )
     columns = read_text(tmp_path, "1,2\n0.5,0.6\n", header=1)[0]
     assert [column.name for column in columns] == ["1", "2"]
     assert read_text(tmp_path, "1,5\n2,5\n", decimal=".")[2].shape == (2, 2)

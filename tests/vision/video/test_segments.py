@@ -113,7 +113,7 @@ def test_noise_that_hides_everything_gives_gaps(tmp_path):
 
 
 def test_the_wrong_size_is_refused(rowing):
-    with pytest.raises(InputError, match="320 x 320 pixels, and the sheet is made for 640 x 480"):
+    with pytest.raises(InputError, match="320 x 320 pixels, and the sheet is for 640 x 480"):
         track_segments(rowing[0], sheet_of().model_copy(update={"size": (640, 480)}))
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from nectosome.measure import read
 from nectosome.vision.video import Clip, Colour, draw_over, proposal_text, propose, track_segments, write_table
-from nectosome.vision.video.segments import Groups
+from nectosome.vision.video.segments import ColourGroups
 from nectosome.vision.video.sheet import load_sheet
 
 from . import scenes
@@ -61,7 +61,7 @@ def test_proposed_colours_find_the_layers(rowing, tmp_path):
     clip = Clip(rowing[0])
     frame = next(clip.frames())
     found = propose(frame.image)
-    bits = Groups([one.colour for one in found]).look(frame.image)
+    bits = ColourGroups([one.colour for one in found]).find(frame.image)
     for ends in scenes.ends(np.array([0.0]))[0]:
         u, v = ends.mean(axis=0) * [500, -500] + 159.5
         assert bits[round(v), round(u)] != 0
