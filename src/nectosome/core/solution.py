@@ -37,11 +37,11 @@ _REASONS = {
     Status.NOT_FINITE: "gave up: the state is no longer finite",
     Status.NO_EQUILIBRIUM: "no equilibrium found",
     Status.CANCELLED: "cancelled",
-    Status.UNSTABLE: "found, but unstable: small disturbances grow, and the robot does not stay there",
-    Status.UNSTEADY_DRIVES: "drives or loads change with time, so that nothing stays as it is",
-    Status.NO_PERIOD: "no motion found that repeats itself",
-    Status.OTHER_PERIOD: "drives or loads do not repeat themselves with this period",
-    Status.SETTLED: "a motion that repeats itself, found by waiting for it: Newton's method did not get there",
+    Status.UNSTABLE: "found, but unstable: small disturbances grow",
+    Status.UNSTEADY_DRIVES: "drives or loads change with time: there is no steady motion",
+    Status.NO_PERIOD: "no periodic motion found",
+    Status.OTHER_PERIOD: "drives or loads do not have this period",
+    Status.SETTLED: "periodic motion, found by free motion: Newton's method did not converge",
 }
 
 

@@ -1,4 +1,4 @@
-"""Solvers: simulate through time, static equilibrium, steady and periodic motion."""
+"""Solvers: time integration, static equilibrium, steady and periodic motion."""
 
 from .cycle_means import CycleMeans, cycle_means, mean_data, means_of, prepare_means
 from .equilibrium import Equilibrium, equilibrium

@@ -1,4 +1,4 @@
-"""Simulation of a robot through time: the public face, with progress and cancelling."""
+"""Simulation of a robot: the public function, with progress and cancelling."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -17,11 +17,11 @@ from nectosome.mechanism import reduced
 from .integrate import Guard, Integration, Method, Settings, begin, integrate, interpolate
 from .results import Run, Trajectory
 
-_CHUNKS, _WIDEST = 20, 20  # parts of a run, and how many samples one has at most: between them it can be cancelled
+_CHUNKS, _WIDEST = 20, 20  # number of chunks of a run, most samples of a chunk; it can be cancelled between chunks
 
 
 @eqx.filter_jit
-def _march_until(
+def _integrate_until(
     system: Mechanical, m: Integration, times: Array, settings: Settings, guard: Guard
 ) -> tuple[Integration, State]:
     return integrate(system, m, times, settings, guard)
@@ -42,15 +42,15 @@ def simulate(
 ) -> Run:
     """Integrate from t = 0 to `time` [s] and keep the states at `samples`.
 
-    - samples: how many evenly spaced times, or the times themselves, increasing from 0 to `time`; the state at a time
-      within a step is that of the step's cubic, as accurate as the steps.
-    - method: "implicit" for soft bodies, "explicit" for systems without stiff springs; "auto" takes the implicit one.
-    - until(t, x): the run stops where it changes sign; status EVENT, and the moment is the last time kept.
-    - progress(share): called about twenty times with the share done, of many samples after every twentieth; the run is
-      cancelled where it returns False.
+    - samples: number of equally spaced times, or the times themselves, increasing from 0 to `time`; the state at a time
+      within a step comes from the step's cubic, as accurate as the steps.
+    - method: "implicit" for soft bodies, "explicit" for systems without stiff springs; "auto" is implicit.
+    - until(t, x): the run stops at its sign change, with status EVENT; the time of the event is the last one saved.
+    - progress(fraction): called about twenty times, for many samples after every twentieth one; the run is cancelled if
+      it returns False.
 
-    Returns a Run, a Solution whose value is a Trajectory up to where the run came; its status says why it ended there.
-    Raises ValueError for a time, sample count or tolerance that makes no sense.
+    Returns a Run, a Solution whose value is a Trajectory up to the end of the run; the status says why it ended.
+    Raises ValueError for an invalid time, sample count or tolerance.
     """
     times = np.linspace(0.0, time, samples) if isinstance(samples, int) else np.asarray(samples, dtype=float)
     _check(time, times, rtol, atol)
@@ -65,7 +65,7 @@ def simulate(
         if until is None:
             m, xs = remembered(integrate, equations, m, chunk, settings)
         else:
-            m, xs = _march_until(equations, m, jnp.asarray(chunk), settings, until)
+            m, xs = _integrate_until(equations, m, jnp.asarray(chunk), settings, until)
         states.append(xs)
         status = Status(int(m.status))
         if status != Status.SOLVED:
@@ -92,7 +92,7 @@ def _solution(system: Mechanical, m: Integration, times: np.ndarray, states: lis
 
 
 def _chunks(times: np.ndarray) -> np.ndarray:
-    """Times in equal rows; the last one is filled up with the last time, where a march stands still."""
+    """Times in rows of equal length; the last row is padded with the last time."""
     width = min(-(-times.size // _CHUNKS), _WIDEST)
     rows = -(-times.size // width)
     return np.append(times, np.full(rows * width - times.size, times[-1])).reshape(rows, width)
@@ -102,9 +102,7 @@ def _check(time: float, times: np.ndarray, rtol: float, atol: float) -> None:
     if not (math.isfinite(time) and time > 0):
         raise ValueError(f"simulate: time is {time} s; it must be a positive number of seconds.")
     if times.ndim != 1 or times.size < 2:
-        raise ValueError(
-            f"simulate: samples asks for {times.size} times; at least 2 are needed, the start and the end."
-        )
+        raise ValueError(f"simulate: samples has {times.size} times; at least 2 are needed, the start and the end.")
     if times[0] != 0 or times[-1] != time or not np.all(np.diff(times) > 0):
         raise ValueError(f"simulate: the times in samples must increase from 0 to {time} s.")
     if not (0 < rtol < 1 and 0 < atol < 1):

@@ -1,7 +1,7 @@
-r"""Small motions about a steady one: the eigenvalues that say whether it lasts.
+r"""Stability of a steady motion: eigenvalues of the equations linearised about it.
 
-With displacements $\delta$ along the velocities, $\dot\delta = \delta v - [v, \delta]$ where a joint turns freely, and
-$M \dot{\delta v} = -R_\delta \delta - R_v \delta v$: what the equations do not depend on is left out.
+With displacements $\delta$ along the velocities, $\dot\delta = \delta v - [v, \delta]$ for a joint that rotates freely,
+and $M \dot{\delta v} = -R_\delta \delta - R_v \delta v$; directions of symmetry are left out.
 """
 
 import jax
@@ -21,12 +21,12 @@ from .symmetry import Symmetry
 
 
 def modes(robot: Robot, symmetry: Symmetry, x: State) -> Complex[np.ndarray, "k"]:
-    """Eigenvalues [1/s] of the motion linearised about the steady state x, those that grow fastest first."""
+    """Eigenvalues [1/s] of the motion linearised about the steady state x, the largest real part first."""
     A = np.asarray(remembered(_linearised, robot, symmetry, x))
     n = x.v.size
     keep = np.setdiff1d(np.arange(A.shape[0]), [i for i in symmetry.drift if i < n])
     values = np.linalg.eigvals(A[np.ix_(keep, keep)]).astype(complex)
-    if symmetry.spin:  # the heading is free too, but no coordinate of its own
+    if symmetry.spin:  # the heading is a symmetry, too, but not a coordinate
         values = np.delete(values, np.argmin(np.abs(values)))
     return values[np.argsort(-np.real(values), kind="stable")]
 
@@ -41,7 +41,7 @@ def _linearised(robot: Robot, symmetry: Symmetry, x: State) -> Float[Array, "m m
 
     def kinematics(change: Array) -> Array:
         displaced, v = change[:n], change[n : 2 * n]
-        for start, joint in _turning_joints(robot):
+        for start, joint in _rotating_joints(robot):
             here = slice(start, start + joint.nv)
             turn = cross if joint.nv == 3 else bracket
             v = v.at[here].add(-turn(x.v[here], displaced[here]))
@@ -59,8 +59,8 @@ def _linearised(robot: Robot, symmetry: Symmetry, x: State) -> Float[Array, "m m
     return jnp.concatenate(rows)
 
 
-def _turning_joints(robot: Robot) -> list[tuple[int, Free | Spherical]]:
-    """Free joints whose velocities belong to a turning frame, and where these start among the unknowns."""
+def _rotating_joints(robot: Robot) -> list[tuple[int, Free | Spherical]]:
+    """Unknown joints with velocities in a rotating frame, and the index of their first velocity."""
     out, start = [], 0
     for part in robot.tree.parts:
         free = part.joint.nv if part.prescribed is None else 0

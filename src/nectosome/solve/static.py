@@ -1,4 +1,4 @@
-"""A robot at rest: its shape under steady loads, with what drives it held."""
+"""Static equilibrium of a robot: its shape under steady loads, with frozen drives."""
 
 from typing import ClassVar
 
@@ -15,22 +15,22 @@ from nectosome.mechanism import Robot
 from .load_stepping import load_stepping
 from .results import Run, Trajectory
 
-_NEUTRAL = 1e-9  # of the largest stiffness: what is as small is rounding
+_NEUTRAL = 1e-9  # [largest stiffness] below, stiffness is rounding
 
 
 class Static(Run):
-    """A robot at rest: a Run of one moment. `stats["load"]` is the share of the loads it was followed to."""
+    """Static equilibrium: a Run with one sample. `stats["load"]` is the fraction of the loads that was reached."""
 
-    loose: tuple[str, ...] = eqx.field(static=True, kw_only=True)  # coordinates that nothing holds, where unsolved
+    loose: tuple[str, ...] = eqx.field(static=True, kw_only=True)  # coordinates without stiffness, if unsolved
     title: ClassVar[str] = "at rest"
 
 
 def static(robot: Robot) -> Static:
-    """Shape at rest under weight, buoyancy, a current and other steady loads: see `static`.
+    """Static equilibrium under weight, buoyancy, a current and other steady loads.
 
-    Prescribed joints are held where they are at t = 0; drives push as they do then. Status SOLVED; UNSTABLE where
-    small disturbances grow (the shape is handed over all the same); NO_EQUILIBRIUM where there is none, with the
-    coordinates in `loose` that no load, spring or rod holds. Raises ValueError where nothing is free to move.
+    Prescribed joints and drives are frozen at t = 0. Status SOLVED; UNSTABLE if small disturbances grow (the shape is
+    returned); NO_EQUILIBRIUM if there is none, with the coordinates without stiffness in `loose`. Raises ValueError for
+    a robot without free coordinates.
     """
     if not robot.tree.free_v.size:
         raise ValueError("nothing of this robot is free to move: there is no shape to be found.")
@@ -48,7 +48,7 @@ def static(robot: Robot) -> Static:
 
 
 def frozen_drives(robot: Robot) -> Robot:
-    """Robot whose prescribed joints stay where they are at t = 0."""
+    """Robot with its prescribed joints fixed at their positions at t = 0."""
     parts = tuple(
         part
         if part.prescribed is None
@@ -63,11 +63,11 @@ def _static_of(robot: Robot) -> Solution:
 
 
 def _stiffness(robot: Robot, x: State) -> Float[Array, "n n"]:
-    """Change of the residual with the coordinates, under all loads."""
+    """Derivative of the residual by the coordinates, under all loads."""
     zero = jnp.zeros_like(x.v)
 
-    def left(w: Array) -> Array:
+    def residual(w: Array) -> Array:
         moved = State(robot.advance(x.q, w, jnp.ones(())), zero, x.z)
         return robot.residual(jnp.zeros(()), moved, zero)
 
-    return jax.jacfwd(left)(zero)
+    return jax.jacfwd(residual)(zero)

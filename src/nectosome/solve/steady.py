@@ -1,4 +1,4 @@
-"""Steady motion as a root: the shape and the speeds that a robot with steady drives keeps for ever."""
+"""Steady motion (relative equilibrium) of a robot with steady drives, found as a root, and its stability."""
 
 from typing import Any, ClassVar
 
@@ -18,11 +18,11 @@ from .simulate import simulate
 from .stability import modes
 from .symmetry import Symmetry, find_symmetry
 
-_NEUTRAL = 1e-7  # of the largest eigenvalue: a growth as small is rounding
+_NEUTRAL = 1e-7  # [largest eigenvalue] below, growth is rounding
 
 
 class Steady(Run):
-    """Steady motion: a Run of one moment. `stats["growth"]` [1/s] is the largest real part of its eigenvalues."""
+    """Steady motion: a Run with one sample. `stats["growth"]` [1/s] is the largest real part of its eigenvalues."""
 
     eigenvalues: np.ndarray = eqx.field(kw_only=True)  # complex [1/s], the fastest growing first; empty if unsolved
     title: ClassVar[str] = "steady motion"
@@ -33,17 +33,17 @@ class Steady(Run):
         return jax.tree.map(lambda x: x[0], self.value.state)
 
     def instead(self, time: float = 10.0) -> Regime:
-        """What the robot comes to from rest, by simulating so many seconds: where there is no steady motion to keep."""
+        """Regime that the robot reaches from rest in a simulation of `time` [s], for a robot without steady motion."""
         return regime_of(simulate(self.value.system, time, samples=int(100 * time) + 1))
 
 
 def steady(robot: Robot, *, guess: State | None = None) -> Steady:
-    """Relative equilibrium of a robot: all that its equations depend on stays as it is, the rest goes on evenly.
+    """Relative equilibrium of a robot: a constant shape, and constant rates along the symmetry.
 
-    It is looked for from `guess` (a state nearby, such as that of a similar robot), else from rest. Status SOLVED;
-    UNSTABLE where small disturbances grow (the equilibrium is handed over all the same); NO_EQUILIBRIUM where none was
-    found; UNSTEADY_DRIVES where drives or loads change with time. Scaled residual at most 1e-10, else it is not solved.
-    Raises ValueError where nothing is free to move. For derivatives, and under jit and vmap, see `equilibrium`.
+    The search starts from `guess` (such as the state of a similar robot), else from rest. Status SOLVED; UNSTABLE if
+    small disturbances grow (the equilibrium is returned); NO_EQUILIBRIUM if none was found; UNSTEADY_DRIVES if drives
+    or loads change with time. The scaled residual of a solution is at most 1e-10. Raises ValueError for a robot without
+    free coordinates. For derivatives, jit and vmap see `equilibrium`.
     """
     if not robot.tree.free_v.size:
         raise ValueError("nothing of this robot is free to move: it has no steady state to be found.")
@@ -64,11 +64,11 @@ def steady(robot: Robot, *, guess: State | None = None) -> Steady:
 
 
 def equilibrium_of(robot: Robot, symmetry: Symmetry, guess: State, warm: Any) -> Solution:
-    """Return `equilibrium`, as a plain function of a module."""
+    """Call `equilibrium`, as a module function that `remembered` can name."""
     return equilibrium(robot, symmetry, guess, warm)
 
 
-def _result(robot: Robot, x: State, status: Status, stats: dict[str, Any], eigenvalues: np.ndarray, left) -> Steady:
+def _result(robot: Robot, x: State, status: Status, stats: dict[str, Any], eigenvalues: np.ndarray, residual) -> Steady:
     trajectory = Trajectory(robot, jnp.zeros(1), jax.tree.map(lambda x: jnp.asarray(x)[None], x))
     stats = {key: jnp.asarray(value) for key, value in stats.items()}
-    return Steady(trajectory, jnp.asarray(int(status)), stats, left, eigenvalues=eigenvalues)
+    return Steady(trajectory, jnp.asarray(int(status)), stats, residual, eigenvalues=eigenvalues)

@@ -62,7 +62,7 @@ def test_a_camera_that_is_late_is_put_on_the_clock_of_the_first(tmp_path):
     late = tank.tracked(tmp_path, path, how, 0.6, lambda share: None)
     off = tank.marker_errors(late)
     assert np.sqrt(np.nanmean(off**2)) < 1.5e-3
-    assert "cameras see moments up to" in late.attrs["provenance"]
+    assert "frames of the cameras are up to" in late.attrs["provenance"]
 
 
 def test_a_rod_before_one_camera_makes_gaps_which_are_filled_only_on_request(tmp_path):
