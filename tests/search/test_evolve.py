@@ -265,7 +265,7 @@ def test_mistakes_are_told():
         (lambda: evolve(circles, BOX, ParetoFront(), target=1.0), "target: is of one objective"),
         (lambda: Ranges("ab", 0, 1, log="c"), "c: there is no such parameter"),
         (lambda: Ranges("aa", 0, 1), "a: is named twice"),
-        (lambda: Ranges("ab", [0, 2], 1), "b: 2 to 1 is no range"),
+        (lambda: Ranges("ab", [0, 2], 1), "b: 2 to 1 is not a range"),
         (lambda: Ranges("ab", 0, 1, log="b"), "b: 0 has no logarithm"),
     ):
         with pytest.raises(InputError, match=told):

@@ -29,7 +29,7 @@ def afloat(robot: "Robot") -> Afloat:
     import numpy as np
 
     from nectosome.core.remember import remembered
-    from nectosome.mechanism.start import start_poses
+    from nectosome.mechanism.start_poses import start_poses
 
     rotation, position = map(np.asarray, remembered(start_poses, robot))
     inertia = np.asarray(robot.inertia)

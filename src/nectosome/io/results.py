@@ -13,13 +13,13 @@ _HDF5 = b"\x89HDF"
 
 
 def save_dataset(dataset: "xarray.Dataset", path: str | Path) -> None:
-    """Write a dataset as netCDF, whole or not at all. Raises InputError where it cannot be written."""
-    # made in memory: HDF5 does not survive a disk that fills up under it
+    """Write a dataset as netCDF, atomically. Raises InputError if it cannot be written."""
+    # in memory first: HDF5 crashes on a full disk
     write_atomic(path, bytes(dataset.to_netcdf(engine="h5netcdf")))
 
 
 def is_results(path: str) -> bool:
-    """Return whether that is a results file, by its name or by how it begins."""
+    """Return whether a file is a results file, by its name or its first bytes."""
     if path.endswith(".nc"):
         return True
     try:
@@ -30,9 +30,9 @@ def is_results(path: str) -> bool:
 
 
 def load_dataset(path: str | Path) -> "xarray.Dataset":
-    """Return the dataset that `save_dataset` wrote: same values, types, coordinates and attributes.
+    """Return a dataset of `save_dataset`, with the same values, types, coordinates and attributes.
 
-    Raises InputError for a file that is missing, foreign or cut off.
+    Raises InputError for a missing, foreign or incomplete file.
     """
     import xarray
 
@@ -41,11 +41,11 @@ def load_dataset(path: str | Path) -> "xarray.Dataset":
             file.read(1)
         dataset = xarray.load_dataset(path, engine="h5netcdf", decode_timedelta=False)
     except OSError as error:
-        why = reason(error) if error.errno else "this is not a results file, or it is cut off"
+        why = reason(error) if error.errno else "this is not a results file, or it is incomplete"
         raise InputError(f"cannot be read: {why}.", file=str(path)) from None
     except ImportError:
         raise
-    except Exception:  # the HDF5 reader answers damage with whatever breaks first
+    except Exception:  # the HDF5 reader raises arbitrary exceptions for damaged files
         raise InputError("cannot be read: this is not a results file, or it is damaged.", file=str(path)) from None
     for name, variable in dataset.variables.items():
         if variable.dtype.kind in "OT":

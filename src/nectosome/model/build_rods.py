@@ -65,7 +65,7 @@ def shape_of(limb: dp.Rigid | dp.Rod, body: Link | SoftRod) -> dict[str, Any]:
         _wave(wave, body.length, body.length * (2 * np.arange(len(own)) + 1))
         for wave, own in zip(waves.values(), rows, strict=True)
     ]
-    return {"made": sum(rows, ()), "shaped": tuple(signals)}
+    return {"prescribed_strains": sum(rows, ()), "strain_signals": tuple(signals)}
 
 
 def inside_of(load: di.TendonLoad | di.ChamberLoad | di.MuscleLoad, rod: SoftRod, limb: dp.Rod) -> RodLoad:

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from nectosome.core import State
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot
-from nectosome.mechanism import Robot, diagnose, held_force
+from nectosome.mechanism import Robot, diagnose, support_force
 from nectosome.solve import Run
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, shorten
 
@@ -57,7 +57,7 @@ class Reading(eqx.Module):
     def value(self, robot: Robot, t: Float[Array, ""], x: State) -> Float[Array, ""]:
         """What it is at a time and a state."""
         if self.kind == _FORCE:
-            return held_force(robot, t, x)[self.index]
+            return support_force(robot, t, x)[self.index]
         if self.kind == _REACTION:
             return diagnose(robot, t, x).reaction[self.index]
         tree = robot.tree

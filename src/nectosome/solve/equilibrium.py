@@ -17,7 +17,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float
 
 from nectosome.core import Solution, State, Status
-from nectosome.core.linear import generalised_inverse
+from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.mechanism import Robot
 
 from .equations import Equations, Point

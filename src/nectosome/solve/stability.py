@@ -11,7 +11,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Complex, Float
 
 from nectosome.core import State
-from nectosome.core.linear import inverse
+from nectosome.core.linear_algebra import inverse
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import bracket, cross
 from nectosome.mechanism import Free, Robot, Spherical
@@ -66,5 +66,5 @@ def _rotating_joints(robot: Robot) -> list[tuple[int, Free | Spherical]]:
         free = part.joint.nv if part.prescribed is None else 0
         if free and isinstance(part.joint, Free | Spherical):
             out.append((start, part.joint))
-        start += free + part.left.size
+        start += free + part.free_strains.size
     return out

@@ -18,7 +18,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Mechanical, State
-from nectosome.core.linear import inverse
+from nectosome.core.linear_algebra import inverse
 
 from .tableaus import ESDIRK4, GAMMA, TSIT5
 

@@ -79,7 +79,9 @@ def test_a_curve_that_goes_through_the_camera_determines_none():
     s = np.array([-1, -0.7, -0.3, 0.1, 0.4, 0.8, 1.1, 1.5])
     curve = 0.1 * np.stack([s, s**2, s**3], axis=1)
     on = camera(0.1 * np.array([3.0, 9.0, 27.0]), 3000, at=(0, 0.1, 0))
-    assert "do not determine a camera: its equations have a condition number of" in str(refused(curve, on.project(curve)))
+    assert "do not determine a camera: its equations have a condition number of" in str(
+        refused(curve, on.project(curve))
+    )
     off = camera([0.5, 0.9, 2.7], 3000, at=(0, 0.1, 0))
     assert calibrate(curve, off.project(curve)).report.rms < 1e-6
 
@@ -127,7 +129,10 @@ def test_what_few_points_cannot_tell_is_said():
     """Of 16 equations for 11 unknowns 5 are over; of 12 for 11, one, which tells nothing of single points."""
     known = replaced(noisy(), 4, noisy()[4] + [3.0, 2.0])
     found = calibrate(UNEVEN, known, sd_px=0.3)
-    assert any("is read" in note and "it may be misread, or this is the effect of refraction" in note for note in found.report.notes)
+    assert any(
+        "is read" in note and "it may be misread, or this is the effect of refraction" in note
+        for note in found.report.notes
+    )
     assert "5 more equations than unknowns: a misreading of less than" in found.report.notes[-1]
     few = calibrate(UNEVEN[:6], known[:6])
     assert few.report.notes[-1] == "1 more equation than unknowns: a misreading of any size may be undetected"
