@@ -99,7 +99,7 @@ def test_a_run_that_gives_up_says_why(nectosome, ball, monkeypatch):
     monkeypatch.setattr(solve, "simulate", functools.partial(solve.simulate, max_steps=2))
     answer = nectosome("simulate", str(ball), "--time", "2s", "--samples", "21", "--save", "run.nc")
     assert answer.code == 1
-    assert answer.err.startswith("ball: gave up: more time steps than allowed, at ")
+    assert answer.err.startswith("ball: failed: more time steps than allowed, at ")
     assert "STEP_LIMIT" in answer.out
     assert load_dataset("run.nc").attrs["status"] == "STEP_LIMIT"
 

@@ -48,7 +48,7 @@ def test_a_simulation_that_gives_up_is_not_shown(nectosome, ball, monkeypatch):
     monkeypatch.setattr(solve, "simulate", functools.partial(solve.simulate, max_steps=2))
     answer = nectosome("render", str(ball), "--time", "2s", "--save", "a.mp4", *QUICK)
     assert answer.code == 1
-    assert answer.err.startswith("ball: gave up: more time steps than allowed, at ")
+    assert answer.err.startswith("ball: failed: more time steps than allowed, at ")
     assert "nothing is written" in answer.err
     assert not Path("a.mp4").exists()
 

@@ -107,7 +107,7 @@ def test_drives_of_another_period_are_told(boat):
     assert int(found.status) == Status.OTHER_PERIOD
     ramp = ROWING.replace("frequency: 0.8 Hz}", "frequency: 0.8 Hz, ramp: 50 ms}")
     assert int(periodic(build(parse_robot(ramp)), 1 / 0.8).status) == Status.OTHER_PERIOD
-    assert "do not repeat themselves with this period" in Status.OTHER_PERIOD.reason
+    assert "do not have this period" in Status.OTHER_PERIOD.reason
 
 
 def test_what_never_repeats_itself_is_not_solved(falling):

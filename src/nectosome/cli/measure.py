@@ -67,7 +67,7 @@ def _page(recording: "xr.Dataset") -> Group:
         for name, value in recording.coords.items()
         if value.ndim == 0
     ]
-    for what in ("found", "conversions", "repairs", "odd"):
+    for what in ("found", "conversions", "repairs", "warnings"):
         lines += [f"  {what}: {said}" for said in about[what]]
     table = Table(box=None, header_style="bold")
     for name in ("quantity", "unit", "column", "min", "mean", "max", "missing"):

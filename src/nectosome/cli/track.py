@@ -92,7 +92,7 @@ def _page(tracked: "xr.Dataset") -> Group:
     about = json.loads(tracked.attrs["provenance"])
     time = tracked["time"].values
     lines = [f"{about['file']}: {about['reader']}", f"  {time.size} frames, {time[0]:.6g} to {time[-1]:.6g} s"]
-    for what in ("found", "odd"):
+    for what in ("found", "warnings"):
         lines += [f"  {what}: {said}" for said in about[what]]
     table = Table(box=None, header_style="bold")
     markers = "marker" in tracked

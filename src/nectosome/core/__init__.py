@@ -1,4 +1,4 @@
-"""Contracts of the house, signals, water, and SE(3) maths; switches JAX to float64."""
+"""Contracts, signals, water, and SE(3) mathematics; switches JAX to float64."""
 
 from . import runtime as _runtime  # noqa: F401  first: sets up JAX
 from .block import Block, Line, Memoryless, RateIndependent, Stepper

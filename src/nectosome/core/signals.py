@@ -1,4 +1,4 @@
-"""Signals: functions of time that come with their first two derivatives, as a prescribed joint needs."""
+"""Signals: functions of time with their first two derivatives, which a prescribed joint needs."""
 
 from abc import abstractmethod
 from typing import Any, ClassVar
@@ -17,7 +17,7 @@ Triple = tuple[Array, Array, Array]
 
 
 class Signal(eqx.Module):
-    """A function of time t [s]; called, it gives (u, du/dt, d2u/dt2) in the unit of what it drives."""
+    """A function of time t [s] that returns (u, du/dt, d2u/dt2), in the unit of the driven quantity."""
 
     described_by: ClassVar[type]
 
@@ -72,12 +72,11 @@ class Sine(Signal):
 
 
 class Stroke(Signal):
-    r"""A stroke to and fro: u = offset - g amplitude cos(a), the angle a going on by pi in each half of it.
+    r"""A reciprocating stroke: u = offset - g amplitude cos(a), with an angle a that increases by pi in each half.
 
-    With the cycle $s = f t + \phi/2\pi + p/2$ modulo 1 and the share p of the forward half, $a = \pi s/p$ while s < p
-    and $a = \pi (1 + (s - p)/(1 - p))$ after. g grows from 0 to 1 in the time of the ramp, as
-    $6 x^5 - 15 x^4 + 10 x^3$; with p = 1/2 and no ramp this is a sine. The second derivative jumps where the halves
-    meet, unless p = 1/2.
+    With the cycle $s = f t + \phi/2\pi + p/2$ modulo 1 and the fraction p of the forward half, $a = \pi s/p$ for s < p
+    and $a = \pi (1 + (s - p)/(1 - p))$ after. g grows from 0 to 1 over the ramp as $6 x^5 - 15 x^4 + 10 x^3$; p = 1/2
+    without ramp is a sine. The second derivative jumps between the halves, unless p = 1/2.
     """
 
     amplitude: Float[Array, ""]
@@ -105,12 +104,12 @@ class Stroke(Signal):
         w = jnp.pi * self.frequency / share
         u, du, ddu = -jnp.cos(a), w * jnp.sin(a), w**2 * jnp.cos(a)
         if self.ramp is not None:
-            u, du, ddu = _grown((u, du, ddu), t / self.ramp, self.ramp)
+            u, du, ddu = _ramped((u, du, ddu), t / self.ramp, self.ramp)
         return self.offset + self.amplitude * u, self.amplitude * du, self.amplitude * ddu
 
 
-def _grown(u: Triple, x: Array, ramp: Array) -> Triple:
-    """A signal that grows from nothing to its full size as x = t/ramp goes from 0 to 1."""
+def _ramped(u: Triple, x: Array, ramp: Array) -> Triple:
+    """A signal times a ramp that grows from 0 to 1 over x = t/ramp from 0 to 1."""
     x = jnp.clip(x, 0.0, 1.0)
     g = x**3 * (10 - 15 * x + 6 * x**2)
     dg = 30 * x**2 * (1 - x) ** 2 / ramp
@@ -119,11 +118,11 @@ def _grown(u: Triple, x: Array, ramp: Array) -> Triple:
 
 
 class Wave(Signal):
-    r"""What goes along a body, by n numbers of its shape: u = g (offset o + amplitude (c sin a - s cos a)).
+    r"""A travelling wave along a body, by n shape coefficients: u = g (offset o + amplitude (c sin a - s cos a)).
 
-    With $a = 2\pi f t + \phi$ and o, c and s the numbers of $e(x)$, $e(x) \cos(2\pi x/\lambda)$ and
-    $e(x) \sin(2\pi x/\lambda)$, that is $e(x)$ times offset + amplitude sin(a - 2 pi x/lambda): it goes towards
-    larger x. g grows as that of a `Stroke`.
+    With $a = 2\pi f t + \phi$ and o, c and s the coefficients of $e(x)$, $e(x) \cos(2\pi x/\lambda)$ and $e(x)
+    \sin(2\pi x/\lambda)$, this is $e(x)$ times offset + amplitude sin(a - 2 pi x/lambda): a wave towards larger x. g is
+    the ramp of a `Stroke`.
     """
 
     amplitude: Float[Array, ""]
@@ -144,13 +143,13 @@ class Wave(Signal):
             self.amplitude * (self.cosine * c + self.sine * s),
         )
         u = self.offset * self.envelope + here, w * ahead, -(w**2) * here
-        return u if self.ramp is None else _grown(u, t / self.ramp, self.ramp)
+        return u if self.ramp is None else _ramped(u, t / self.ramp, self.ramp)
 
 
 class Cycle(Signal):
-    """Values that are gone through in each period, evenly spread over it: a periodic cubic spline.
+    """Values evenly spread over each period, joined by a periodic cubic spline.
 
-    The first is at time 0, earlier by `phase` [rad].
+    The first value is at time 0, advanced by `phase` [rad].
     """
 
     values: Float[Array, "n"]
@@ -159,7 +158,7 @@ class Cycle(Signal):
     described_by = ds.CycleSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
-        """Value and derivatives; the second one is continuous too."""
+        """Value and derivatives; the second one is continuous."""
         n = self.values.shape[0]
         # second derivatives m at the knots, a sample being 1: m[k-1] + 4 m[k] + m[k+1] = 6 (u[k-1] - 2 u[k] + u[k+1])
         beside = np.roll(np.eye(n), 1, axis=0) + np.roll(np.eye(n), -1, axis=0)
@@ -176,9 +175,9 @@ class Cycle(Signal):
 
 
 class Recording(Signal):
-    """Samples at increasing times joined by straight lines (first-order hold); held constant outside.
+    """Samples at increasing times with linear interpolation (first-order hold); constant outside.
 
-    The first derivative is that of the line; the second is zero between the samples: what a recording does not tell.
+    The first derivative is that of the segment, the second one is zero.
     """
 
     times: Float[Array, "samples"]
@@ -186,7 +185,7 @@ class Recording(Signal):
     described_by = ds.RecordingSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
-        """Interpolated value, slope of the segment, zero."""
+        """Interpolated value, derivative of the segment, zero."""
         k = jnp.clip(jnp.searchsorted(self.times, t, side="right") - 1, 0, self.times.size - 2)
         t0, t1, u0, u1 = self.times[k], self.times[k + 1], self.values[k], self.values[k + 1]
         slope = (u1 - u0) / (t1 - t0)
@@ -266,7 +265,7 @@ def _solve_tridiagonal(below: Array, centre: Array, above: Array, right: Array) 
 
 
 class Steps(Signal):
-    """Samples at increasing times, each held until the next one (zero-order hold): what a controller commands."""
+    """Samples at increasing times with a zero-order hold: commands of a controller."""
 
     times: Float[Array, "samples"]
     values: Float[Array, "samples"]
@@ -279,10 +278,9 @@ class Steps(Signal):
 
 
 class Handover(Signal):
-    """A signal that goes over into another: from `before` to `after` in some seconds from `since` on.
+    """A smooth transition from the signal `before` to the signal `after`, over `seconds` from `since` on.
 
-    u = before + g (after - before), g growing as that of a `Stroke`, so that value and both derivatives go on without a
-    jump.
+    u = before + g (after - before), with the ramp g of a `Stroke`; value and both derivatives are continuous.
     """
 
     before: Signal
@@ -293,9 +291,9 @@ class Handover(Signal):
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Value and derivatives."""
         old, new = self.before(t), self.after(t)
-        way = new[0] - old[0], new[1] - old[1], new[2] - old[2]
-        gone = _grown(way, (t - self.since) / self.seconds, self.seconds)
-        return old[0] + gone[0], old[1] + gone[1], old[2] + gone[2]
+        difference = new[0] - old[0], new[1] - old[1], new[2] - old[2]
+        ramped = _ramped(difference, (t - self.since) / self.seconds, self.seconds)
+        return old[0] + ramped[0], old[1] + ramped[1], old[2] + ramped[2]
 
 
 class Shaped(Signal):
@@ -316,7 +314,7 @@ class Stack(Signal):
     signals: tuple[Signal, ...]
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
-        """Values and derivatives, one number a signal."""
+        """Values and derivatives, one component per signal."""
         value, rate, second = zip(*(signal(t) for signal in self.signals), strict=True)
         return jnp.stack(value), jnp.stack(rate), jnp.stack(second)
 

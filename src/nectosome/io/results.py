@@ -89,7 +89,7 @@ def _with_unit(name: str, variable: "xr.DataArray") -> str:
 
 
 def is_results(path: str) -> bool:
-    """Return whether that is a results file, by its name or by how it begins."""
+    """Return whether a file is a results file, by its name or its first bytes."""
     if path.endswith(".nc"):
         return True
     try:
@@ -102,7 +102,7 @@ def is_results(path: str) -> bool:
 def load_dataset(path: str | Path) -> "xr.Dataset":
     """Return the dataset that `save_dataset` wrote as netCDF: same values, types, coordinates and attributes.
 
-    Raises InputError for a file that is missing, foreign or cut off.
+    Raises InputError for a missing, foreign or incomplete file.
     """
     import xarray
 
@@ -111,11 +111,11 @@ def load_dataset(path: str | Path) -> "xr.Dataset":
             file.read(1)
         dataset = xarray.load_dataset(path, engine="h5netcdf", decode_timedelta=False)
     except OSError as error:
-        why = reason(error) if error.errno else "this is not a results file, or it is cut off"
+        why = reason(error) if error.errno else "this is not a results file, or it is incomplete"
         raise InputError(f"cannot be read: {why}.", file=str(path)) from None
     except ImportError:
         raise
-    except Exception:  # the HDF5 reader answers damage with whatever breaks first
+    except Exception:  # the HDF5 reader raises arbitrary exceptions for damaged files
         raise InputError("cannot be read: this is not a results file, or it is damaged.", file=str(path)) from None
     for name, variable in dataset.variables.items():
         if variable.dtype.kind in "OT":

@@ -1,4 +1,4 @@
-"""A stiff bushing that joins a place of one part to a place of another: closes loops of bodies."""
+"""A stiff bushing between points of two parts: closes kinematic loops."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -30,15 +30,16 @@ class BushingEnd(eqx.Module):
 
 
 class Bushing(PairLoad):
-    r"""A linear spring and damper against a distance, and against a turn, of two frames.
+    r"""A linear spring and damper against the distance, and against the relative rotation, of two frames.
 
-    With d from the first place to the second, and the velocity w of the second part against the first at the middle m
-    between them, the first is pulled, and the second pulled back, by
+    With d from the first point to the second, and the velocity w of the second part relative to the first at the middle
+    m between them, the force on the first part is
 
     $$ F = k\, d + c\, w $$
 
-    at m, so that forces and moments cancel also where d is not 0. With the rotation R of the second frame against the
-    first, $[e]_\times = (R - R^\top)/2$, which is $\sin\theta$ along the axis of the turn $\theta$, it is turned by
+    at m, and -F on the second, so that forces and moments cancel for any d. With the rotation R of the second frame
+    relative to the first, $[e]_\times = (R - R^\top)/2$, which is $\sin\theta$ along the axis of the rotation $\theta$,
+    the moment on the first part is
 
     $$ M = k_t\, e + c_t\, (\omega_2 - \omega_1) $$
 
@@ -63,13 +64,13 @@ class Bushing(PairLoad):
         return cls(BushingEnd(one.at, turned), other, **stiff)
 
     def _turn(self, first: Strips, second: Strips) -> tuple[Array, Array]:
-        """Axes of the first end, and the turn of the second's against them; [3, 3] each."""
+        """Axes of the first end, and the rotation of the second end relative to them; [3, 3] each."""
         ends = (self.first, first), (self.second, second)
         A, B = (matmul3(strips.rotation[end.at.station[0]], end.rotation) for end, strips in ends)
         return A, matmul3(A.T, B)
 
     def force(self, first: Strips, second: Strips) -> tuple[Float[Array, "n 6"], Float[Array, "m 6"]]:
-        """Pull and turn towards each other."""
+        """Wrenches that reduce distance and relative rotation."""
         a, b = self.first.at.points(first), self.second.at.points(second)
         d = b.position - a.position
         spin = b.angular_velocity - a.angular_velocity
@@ -82,7 +83,7 @@ class Bushing(PairLoad):
         return self.first.at.wrenches(first, pull, arm + turn), self.second.at.wrenches(second, -pull, arm - turn)
 
     def energy(self, first: Strips, second: Strips) -> Float[Array, ""]:
-        """Of both springs."""
+        """Energy of both springs [J]."""
         d = self.second.at.points(second).position - self.first.at.points(first).position
         _, R = self._turn(first, second)
         turned = 0.5 * (3.0 - jnp.trace(R))

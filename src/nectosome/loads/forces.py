@@ -1,4 +1,4 @@
-"""Given forces: at a point or along a rod, dead (fixed in the world) or following the body."""
+"""Given forces at a point or along a rod, fixed in the world (dead) or in the body (follower)."""
 
 from typing import Any
 
@@ -16,11 +16,11 @@ from .places import Carrier
 
 
 class PointForce(Load):
-    """A force [N] and a moment [N m] on one station, in the world's axes or, follower, in the station's."""
+    """A force [N] and a moment [N m] on one station, in world axes or, as a follower, in the station's axes."""
 
     moment: Float[Array, "3"]
     vector: Float[Array, "3"]
-    arm: Float[Array, "3"]  # from the station to where the force acts, station frame [m]
+    arm: Float[Array, "3"]  # from the station to the point of the force, station frame [m]
     station: int = eqx.field(static=True)
     follower: bool = eqx.field(static=True)
     described_by = ForceLoad
@@ -46,7 +46,7 @@ class PointForce(Load):
 
 
 class LineForce(Load):
-    """A force per length [N/m] along a body, in the world's axes or, follower, in the sections'."""
+    """A force per length [N/m] along a body, in world axes or, as a follower, in the sections' axes."""
 
     vector: Float[Array, "3"]
     follower: bool = eqx.field(static=True)

@@ -48,7 +48,7 @@ class Points(NamedTuple):
     """Points in the world and their motion, world axes."""
 
     position: Float[Array, "m 3"]  # [m]
-    angular_velocity: Float[Array, "m 3"]  # of what they are fixed to [rad/s]
+    angular_velocity: Float[Array, "m 3"]  # of their stations [rad/s]
     velocity: Float[Array, "m 3"]  # [m/s]
 
 
@@ -66,7 +66,7 @@ class AttachedPlaces(eqx.Module):
         return Points(strips.position[here] + dot(R, self.place), dot(R, w), dot(R, velocity))
 
     def wrenches(self, strips: Strips, force: Float[Array, "m 3"], moment: Float[Array, "m 3"]) -> Float[Array, "n 6"]:
-        """Wrenches on all stations, own frames, of forces at the points and moments about them in the world's axes."""
+        """Wrenches on all stations (station frames) of forces at the points and moments about them (world axes)."""
         here = np.asarray(self.station)
         R = strips.rotation[here]
         f = dot_t(R, force)

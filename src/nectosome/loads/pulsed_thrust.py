@@ -1,4 +1,4 @@
-"""Thrust that a turning crank makes, as it was measured over a turn."""
+"""Measured thrust over a turn of a crank."""
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -12,16 +12,16 @@ from .places import Carrier
 
 
 class PulsedThrust(Load):
-    r"""A force along a direction d that goes through given values in each turn of a crank, whose angle is its state.
+    r"""A periodic force along a direction d, as a function of a crank angle, its state.
 
     $$ F = (\omega/\omega_0)^2\, F_0(\phi)\, d, \quad \dot\phi = \omega $$
 
-    $F_0$, a periodic cubic spline, was measured at the speed $\omega_0$, on a robot that was held; the forces of a jet,
-    $\rho Q^2/A$, go with the square of the speed. What shape and speed of the robot do to the thrust is not in it: a
-    `Jet` has that.
+    $F_0$, a periodic cubic spline, is the thrust of a fixed robot at the speed $\omega_0$; the force of a jet,
+    $\rho Q^2/A$, scales with the square of the speed. The effect of the robot's shape and speed is not included; see
+    `Jet`.
     """
 
-    values: Float[Array, "n"]  # F_0 evenly spread over a turn, the first at angle 0 [N]
+    values: Float[Array, "n"]  # F_0 at equal steps over a turn, the first at angle 0 [N]
     rated: Float[Array, ""]  # omega_0 [rad/s]
     speed: Float[Array, ""]  # omega [rad/s]
     start: Float[Array, ""]  # phi at the start [rad]
@@ -39,7 +39,7 @@ class PulsedThrust(Load):
         )
 
     def initial(self) -> Float[Array, ""]:
-        """The crank where it starts."""
+        """Start angle of the crank."""
         return self.start
 
     def force(

@@ -1,9 +1,8 @@
-"""Joints, rigid links, soft rods, and the tree they form: kinematics and equations of motion."""
+"""Joints, rigid links, soft rods, and their kinematic tree: kinematics and equations of motion."""
 
 from .diagnose import Diagnosis, diagnose, load_names
 from .joints import Fixed, Free, Joint, Planar, Prismatic, Revolute, Spherical
 from .links import Link
-from .load_cell import held_force
 from .plane import InPlane
 from .reduce import in_plane, moves_in_plane, reduced
 from .robot import Attached, Forces, Paired, Robot, make_robot
@@ -31,7 +30,6 @@ __all__ = [
     "Tree",
     "TreePart",
     "diagnose",
-    "held_force",
     "in_plane",
     "load_names",
     "make_robot",
@@ -39,4 +37,5 @@ __all__ = [
     "moves_in_plane",
     "node_at",
     "reduced",
+    "support_force",
 ]

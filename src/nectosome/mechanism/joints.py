@@ -1,8 +1,8 @@
-r"""Joints: how a body moves relative to the one that carries it.
+r"""Joints: the motion of a body relative to its parent.
 
-Each gives the pose of the child in the parent's joint frame and the motion subspace S in the child's frame, where it
-does not change, so that the relative body twist is S v and its rate S dv/dt. Coordinates q and velocities v differ
-only where a rotation in space is a quaternion (scalar first, any length but zero).
+A joint gives the pose of the child in the parent's joint frame and the motion subspace S in the child's frame. S is
+constant there, so that the relative body twist is S v and its rate S dv/dt. Coordinates q and velocities v differ only
+for a rotation in space, a quaternion (scalar first, any non-zero length).
 """
 
 from abc import abstractmethod
@@ -59,7 +59,7 @@ class Joint(eqx.Module):
         return q + step * v
 
     def displacement(self, q: Float[Array, "nq"]) -> Float[Array, "nv"]:
-        """What a spring feels: the coordinates, or the rotation vector [rad]."""
+        """Displacement for springs: the coordinates, or the rotation vector [rad]."""
         return q
 
     def coordinates(self, displacement: Float[Array, "nv"]) -> Float[Array, "nq"]:
@@ -67,12 +67,12 @@ class Joint(eqx.Module):
         return displacement
 
     def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
-        """Coordinates, velocities and accelerations of a joint that is made to follow u [nv], by default itself."""
+        """Coordinates, velocities and accelerations of a joint with the prescribed motion u [nv]."""
         return u, du, ddu
 
     @abstractmethod
     def start(self) -> tuple[Float[Array, "nq"], Float[Array, "nv"]]:
-        """Coordinates and velocities to start from."""
+        """Initial coordinates and velocities."""
 
 
 class Fixed(Joint):
@@ -92,7 +92,7 @@ class Fixed(Joint):
         return JointMotion(jnp.eye(3), jnp.zeros(3), jnp.zeros((0, 6)))
 
     def start(self) -> tuple[Float[Array, "0"], Float[Array, "0"]]:
-        """Nothing to start."""
+        """Empty."""
         return jnp.zeros(0), jnp.zeros(0)
 
 
@@ -167,7 +167,7 @@ class Planar(Joint):
         return JointMotion(exp_so3(n * q[2]), e1 * q[0] + e2 * q[1], S)
 
     def advance(self, q: Float[Array, "3"], v: Float[Array, "3"], step: Float[Array, ""]) -> Float[Array, "3"]:
-        """Implicit step of d(angle)/dt = v3, d(e1, e2)/dt = turned by the angle (v1, v2)."""
+        """Implicit step of d(angle)/dt = v3, d(e1, e2)/dt = R(angle) (v1, v2)."""
         angle = q[2] + step * v[2]
         return jnp.append(q[:2] + step * dot(_turn(angle), v[:2]), angle)
 
@@ -254,7 +254,7 @@ class Spherical(Joint):
 
     def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
         """From roll, pitch, yaw [rad]."""
-        return quaternion_from_rpy(u), *_turning(u, du, ddu)
+        return quaternion_from_rpy(u), *_angular_rates(u, du, ddu)
 
     def start(self) -> tuple[Float[Array, "4"], Float[Array, "3"]]:
         """Start orientation and angular velocity."""
@@ -297,7 +297,7 @@ class Free(Joint):
 
     def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
         """From x, y, z [m] and roll, pitch, yaw [rad] in the parent's frame."""
-        w, dw = _turning(u[3:], du[3:], ddu[3:])
+        w, dw = _angular_rates(u[3:], du[3:], ddu[3:])
         R = rotation_from_rpy(u[3:])
         v = dot_t(R, du[:3])
         q = jnp.concatenate([u[:3], quaternion_from_rpy(u[3:])])

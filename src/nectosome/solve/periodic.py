@@ -1,4 +1,4 @@
-"""Periodic motion as a root: the cycle that a robot with periodic drives keeps for ever."""
+"""Periodic motion (limit cycle) of a robot with periodic drives, found as a root, and its stability."""
 
 from collections.abc import Iterable
 from typing import Any, ClassVar, NamedTuple
@@ -23,24 +23,24 @@ from .screw import screw_of
 from .simulate import check_tolerances
 from .symmetry import Symmetry, find_symmetry
 
-_SAME = 1e-9  # relative difference of residuals that counts as none
-_STABLE = 1 + 1e-6  # the largest multiplier of a motion that lasts
-_TURNS = 1e-6  # rad in a cycle: less is what its ends are apart
+_SAME = 1e-9  # relative difference of residuals that counts as equal
+_STABLE = 1 + 1e-6  # largest multiplier of a stable motion
+_TURNS = 1e-6  # [rad per cycle] below, rotation is within the gap of the cycle
 
 
 class CyclePath(NamedTuple):
-    """Where cycles take a body: round an axis, and along it."""
+    """Circle or helix along which successive cycles move a body."""
 
     radius: float  # [m]
-    rate: float  # at which it turns [rad/s], less than half a turn a cycle
-    axis: Float[np.ndarray, "3"]  # about which it turns; where it does not, along which it goes
-    pitch: float  # way along the axis in a turn [m]
+    rate: float  # mean angular speed [rad/s], less than half a turn per cycle
+    axis: Float[np.ndarray, "3"]  # of rotation; without rotation, the direction of travel
+    pitch: float  # displacement along the axis per turn [m]
 
 
 class Periodic(Run):
     """A cycle: a Run from t = 0 to the period. `stats["multiplier"]` is the largest magnitude among `multipliers`.
 
-    A disturbance of the state is multiplied by them in each cycle; along the symmetry there is none.
+    A disturbance of the state is multiplied by them in each cycle; directions along the symmetry are excluded.
     """
 
     multipliers: np.ndarray = eqx.field(kw_only=True)  # complex Floquet multipliers, the largest first
@@ -57,7 +57,7 @@ class Periodic(Run):
         return remembered(cycle_means, trajectory.system, trajectory.time, trajectory.state)
 
     def course(self) -> CyclePath:
-        """The circle or helix on which cycle after cycle takes the root body; of radius inf where it does not turn."""
+        """Circle or helix of the root body over the cycles; radius inf without rotation."""
         robot, time, states = self.value.system, self.value.time, self.value.state
         ends = [remembered(_pose, robot, time[k], jax.tree.map(lambda x, k=k: x[k], states)) for k in (0, -1)]
         start, end = ((np.asarray(R), np.asarray(p)) for R, p in ends)
@@ -75,7 +75,7 @@ class Periodic(Run):
 
 
 def _pose(robot: Robot, t: Array, x: State) -> tuple[Float[Array, "3 3"], Float[Array, "3"]]:
-    """Rotation and place of the root body's first station."""
+    """Rotation and position of the root body's first station."""
     shape = robot.tree.shape(robot.tree.complete(t, x.q, x.v)[0])
     return shape.rotation[0], shape.position[0]
 
@@ -128,9 +128,9 @@ def periodic(
 
 
 def _change_over(robot: Robot, period) -> jax.Array:
-    """How much the residual at a few states drawn at random changes over a period, relative to itself.
+    """Relative change of the residual over a period, at a few random states.
 
-    The first is just after the start, where a ramp has hardly begun.
+    The first time is just after the start, at the beginning of a ramp.
     """
     rest, shares = robot.initial(), jnp.array([1e-3, 0.29, 0.58, 0.87])
     draws = 0.3 * jax.random.normal(jax.random.key(2), (shares.size, 3, rest.v.shape[0]))
@@ -149,13 +149,13 @@ def _change_over(robot: Robot, period) -> jax.Array:
 
 
 def _multipliers(symmetry: Symmetry, n: int, monodromy: np.ndarray) -> np.ndarray:
-    """Eigenvalues of what a cycle does to disturbances, without those along the symmetry; n velocities."""
+    """Floquet multipliers, without those along the symmetry; n velocities."""
     keep = np.setdiff1d(np.arange(monodromy.shape[0]), np.flatnonzero(symmetry.rates(n)))
     values = np.linalg.eigvals(monodromy[np.ix_(keep, keep)]).astype(complex)
     return values[np.argsort(-np.abs(values), kind="stable")]
 
 
-def _result(robot: Robot, period, times, state: State, status: Status, stats, multipliers, left) -> Periodic:
+def _result(robot: Robot, period, times, state: State, status: Status, stats, multipliers, residual) -> Periodic:
     stats = {key: jnp.asarray(value) for key, value in {"period": period, **stats}.items()}
     trajectory = Trajectory(robot, jnp.asarray(times), state)
-    return Periodic(trajectory, jnp.asarray(int(status)), stats, left, multipliers=multipliers)
+    return Periodic(trajectory, jnp.asarray(int(status)), stats, residual, multipliers=multipliers)

@@ -73,7 +73,7 @@ class Reading(eqx.Module):
     def value(self, robot: Robot, t: Float[Array, ""], x: State) -> Float[Array, ""]:
         """What it is at a time and a state."""
         if self.kind == _FORCE:
-            return held_force(robot, t, x)[self.index]
+            return support_force(robot, t, x)[self.index]
         if self.kind == _REACTION:
             return diagnose(robot, t, x).reaction[self.index]
         tree = robot.tree

@@ -37,7 +37,7 @@ class Run(Solution):
     title: ClassVar[str] = "simulation"
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__}: {_told(self.status)}, {_span(self.value.time)}>"
+        return f"<{type(self).__name__}: {_describe(self.status)}, {_span(self.value.time)}>"
 
     def results(self, settings: dict[str, Any] | None = None) -> "Results":
         """Results of the run (see `results_of`); `settings` go into their provenance."""
@@ -51,8 +51,8 @@ class Run(Solution):
         return self.results(settings).to_dataset()
 
 
-def _told(status: Any) -> str:
-    """A status in words; of several, or of one that is traced, there are none."""
+def _describe(status: Any) -> str:
+    """A status in words; its shape for several ones or a traced one."""
     if isinstance(status, Tracer) or np.ndim(status):
         return f"status of shape {np.shape(status)}"
     return f"{Status(int(status)).name}, {Status(int(status)).reason}"
@@ -67,9 +67,9 @@ def _span(time: Any) -> str:
 
 
 Data = dict[str, tuple[tuple[str, ...], np.ndarray, str]]  # dimensions, values, unit
-Names = dict[str, tuple[str, np.ndarray, str]]  # of and along dimensions: dimension, values, unit
+Names = dict[str, tuple[str, np.ndarray, str]]  # labels along dimensions: dimension, values, unit
 
-# what a run has at each moment, and a cycle on the mean
+# quantities of a run at each time, and of a cycle as means
 VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
     "velocity": (("part", "axis"), "m/s"),
     "load_force": (("load", "part", "axis"), "N"),
@@ -85,7 +85,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
 
 
 class Results(NamedTuple):
-    """A run in numbers. Quick answers are made of it as it is: importing xarray takes longer than some of them."""
+    """A run as arrays, for quick answers without the import of xarray, which takes longer than some of them."""
 
     data: Data
     names: Names
@@ -97,7 +97,7 @@ class Results(NamedTuple):
         return {name: values for name, (_, values, _) in (*self.data.items(), *self.names.items())}
 
     def to_dataset(self) -> "xr.Dataset":
-        """The same with labels."""
+        """Convert to a labelled dataset."""
         import xarray as xr
 
         coords = {name: (dim, values, {"units": u} if u else {}) for name, (dim, values, u) in self.names.items()}
@@ -122,17 +122,17 @@ def coordinate_unit(name: str) -> str:
 
 
 def diagnose_all(robot: Robot, time: Float[Array, "n"], state: State) -> Diagnosis:
-    """Diagnosis at each of n moments, leaves [n, ...]."""
+    """Diagnosis at each of n times, leaves [n, ...]."""
     return jax.lax.map(lambda tx: diagnose(robot, *tx), (time, state))
 
 
 def prepare_results(robot: Robot, samples: int) -> None:
-    """Get `results` ready for runs of that many samples, beside what goes on."""
+    """Compile `results` for runs of that many samples in the background."""
     prepare(diagnose_all, robot, *blank(robot, samples))
 
 
 def blank(robot: Robot, samples: int) -> tuple[np.ndarray, State]:
-    """Times and states of a run that has not been made yet."""
+    """Times and states with the shapes of a run."""
     return np.zeros(samples), jax.tree.map(lambda x: np.broadcast_to(x, (samples, *x.shape)), robot.initial())
 
 
@@ -168,18 +168,18 @@ def drive_limits(robot: Robot) -> Data:
 
 
 def overloaded(arrays: Mapping[str, np.ndarray], torque: np.ndarray, speed: np.ndarray) -> list[str]:
-    """A sentence for each servo of which more is asked than it has: the largest torque [N m] or speed [rad/s].
+    """A sentence for each servo beyond its limit of torque [N m] or speed [rad/s].
 
-    `arrays` are those of results with `drive_limits`, where any are known; values are those of their prescribed joints.
+    `arrays` are those of results with `drive_limits`; `torque` and `speed` are the largest ones of prescribed joints.
     """
     if "reaction_limit" not in arrays:
         return []
-    told: list[str] = []
+    sentences: list[str] = []
     limits = arrays["prescribed"], arrays["reaction_limit"], arrays["drive_velocity_limit"]
     for name, most, fastest, given, rate in zip(*limits, torque, speed, strict=True):
         beyond = " and ".join(what for what, over in (("torque", given > most), ("speed", rate > fastest)) if over)
-        told += [f"the servo of {name} cannot do this: more {beyond} than it has"] if beyond else []
-    return told
+        sentences += [f"the servo of {name} would exceed its limit of {beyond}"] if beyond else []
+    return sentences
 
 
 def attributes_of(run: Run, settings: dict[str, Any] | None = None) -> dict[str, Any]:
@@ -198,8 +198,8 @@ def attributes_of(run: Run, settings: dict[str, Any] | None = None) -> dict[str,
 def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -> Results:
     """Motion, forces by load and part, powers, energies and reactions of a run diagnosed as d, leaves [n, ...]; SI.
 
-    `power_balance` is |dE/dt - sum of powers| relative to the largest sum of |powers| of the run: what rounding
-    leaves, since accelerations, forces and energies are all taken at the saved states.
+    `power_balance` is |dE/dt - sum of powers| relative to the largest sum of |powers| of the run. It is at rounding
+    level, since accelerations, forces and energies are all evaluated at the saved states.
     """
     robot, trajectory = run.value.system, run.value
     d = jax.tree.map(np.asarray, d)

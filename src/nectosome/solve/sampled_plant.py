@@ -196,8 +196,8 @@ def _handed_over(before: Robot, after: Robot, t: Array, dt: Array) -> Robot:
     for old, new in zip(before.tree.parts, after.tree.parts, strict=True):
         if new.prescribed is not None:
             new = eqx.tree_at(lambda p: p.prescribed, new, Handover(old.prescribed, new.prescribed, t, dt))  # type: ignore[arg-type]
-        shaped = tuple(Handover(a, b, t, dt) for a, b in zip(old.shaped, new.shaped, strict=True))
-        parts.append(eqx.tree_at(lambda p: p.shaped, new, shaped) if shaped else new)
+        shaped = tuple(Handover(a, b, t, dt) for a, b in zip(old.strain_signals, new.strain_signals, strict=True))
+        parts.append(eqx.tree_at(lambda p: p.strain_signals, new, shaped) if shaped else new)
     return eqx.tree_at(lambda r: r.tree.parts, after, tuple(parts))
 
 

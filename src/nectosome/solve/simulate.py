@@ -1,4 +1,4 @@
-"""Simulation of a robot through time: the public face, with progress and cancelling."""
+"""Simulation of a robot: the public function, with progress and cancelling."""
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import Literal
@@ -18,11 +18,11 @@ from nectosome.units import InputError, read_positive
 from .integrate import Guard, Integration, Method, Settings, begin, integrate, interpolate
 from .results import Run, Trajectory
 
-_CHUNKS, _WIDEST = 20, 20  # parts of a run, and how many samples one has at most: between them it can be cancelled
+_CHUNKS, _WIDEST = 20, 20  # number of chunks of a run, most samples of a chunk; it can be cancelled between chunks
 
 
 @eqx.filter_jit
-def _march_until(
+def _integrate_until(
     system: Mechanical, m: Integration, times: Array, settings: Settings, guard: Guard
 ) -> tuple[Integration, State]:
     return integrate(system, m, times, settings, guard)
@@ -98,7 +98,7 @@ def _solution(system: Mechanical, m: Integration, times: np.ndarray, states: lis
 
 
 def _chunks(times: np.ndarray) -> np.ndarray:
-    """Times in equal rows; the last one is filled up with the last time, where a march stands still."""
+    """Times in rows of equal length; the last row is padded with the last time."""
     width = min(-(-times.size // _CHUNKS), _WIDEST)
     rows = -(-times.size // width)
     return np.append(times, np.full(rows * width - times.size, times[-1])).reshape(rows, width)

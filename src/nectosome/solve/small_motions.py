@@ -1,7 +1,7 @@
-r"""Small motions about a steady one: the eigenvalues that say whether it lasts.
+r"""Stability of a steady motion: eigenvalues of the equations linearised about it.
 
-With displacements $\delta$ along the velocities, $\dot\delta = \delta v - [v, \delta]$ where a joint turns freely, and
-$M \dot{\delta v} = -R_\delta \delta - R_v \delta v$: what the equations do not depend on is left out.
+With displacements $\delta$ along the velocities, $\dot\delta = \delta v - [v, \delta]$ for a joint that rotates freely,
+and $M \dot{\delta v} = -R_\delta \delta - R_v \delta v$; directions of symmetry are left out.
 """
 
 import jax
@@ -11,7 +11,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Complex, Float, Int
 
 from nectosome.core import State
-from nectosome.core.linear import inverse
+from nectosome.core.linear_algebra import inverse
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import bracket, cross
 from nectosome.mechanism import Free, Robot, Spherical
@@ -60,7 +60,7 @@ def linearised(robot: Robot, symmetry: Symmetry, x: State) -> Float[Array, "m m"
 
     def kinematics(change: Array) -> Array:
         displaced, v = change[:n], change[n : 2 * n]
-        for start, joint in _turning_joints(robot):
+        for start, joint in _rotating_joints(robot):
             here = slice(start, start + joint.nv)
             turn = cross if joint.nv == 3 else bracket
             v = v.at[here].add(-turn(x.v[here], displaced[here]))
@@ -78,12 +78,12 @@ def linearised(robot: Robot, symmetry: Symmetry, x: State) -> Float[Array, "m m"
     return jnp.concatenate(rows)
 
 
-def _turning_joints(robot: Robot) -> list[tuple[int, Free | Spherical]]:
-    """Free joints whose velocities belong to a turning frame, and where these start among the unknowns."""
+def _rotating_joints(robot: Robot) -> list[tuple[int, Free | Spherical]]:
+    """Unknown joints with velocities in a rotating frame, and the index of their first velocity."""
     out, start = [], 0
     for part in robot.tree.parts:
         free = part.joint.nv if part.prescribed is None else 0
         if free and isinstance(part.joint, Free | Spherical):
             out.append((start, part.joint))
-        start += free + part.left.size
+        start += free + part.free_strains.size
     return out

@@ -1,4 +1,4 @@
-"""A robot at rest: its shape under steady loads, with what drives it held."""
+"""Static equilibrium of a robot: its shape under steady loads, with frozen drives."""
 
 from collections.abc import Iterable
 from typing import ClassVar
@@ -18,13 +18,13 @@ from nectosome.units import InputError
 from .load_stepping import load_stepping
 from .results import Run, Trajectory
 
-_NEUTRAL = 1e-9  # of the largest stiffness: what is as small is rounding
+_NEUTRAL = 1e-9  # [largest stiffness] below, stiffness is rounding
 
 
 class Static(Run):
     """Static equilibrium: a Run of one instant. `stats["load"]` is the share of the loads it was followed to."""
 
-    loose: tuple[str, ...] = eqx.field(static=True, kw_only=True)  # coordinates that nothing holds, where unsolved
+    loose: tuple[str, ...] = eqx.field(static=True, kw_only=True)  # coordinates without stiffness, if unsolved
     title: ClassVar[str] = "at rest"
 
     @property
@@ -73,11 +73,11 @@ def _static_of(robot: Robot) -> Solution:
 
 
 def _stiffness(robot: Robot, x: State) -> Float[Array, "n n"]:
-    """Change of the residual with the coordinates, under all loads."""
+    """Derivative of the residual by the coordinates, under all loads."""
     zero = jnp.zeros_like(x.v)
 
-    def left(w: Array) -> Array:
+    def residual(w: Array) -> Array:
         moved = State(robot.advance(x.q, w, jnp.ones(())), zero, x.z)
         return robot.residual(jnp.zeros(()), moved, zero)
 
-    return jax.jacfwd(left)(zero)
+    return jax.jacfwd(residual)(zero)

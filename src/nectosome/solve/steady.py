@@ -1,4 +1,4 @@
-"""Steady motion as a root: the shape and the speeds that a robot with steady drives keeps for ever."""
+"""Steady motion (relative equilibrium) of a robot with steady drives, found as a root, and its stability."""
 
 from collections.abc import Iterable
 from typing import Any, ClassVar
@@ -23,7 +23,7 @@ from .symmetry import Symmetry, find_symmetry
 
 
 class Steady(Run):
-    """Steady motion: a Run of one moment. `stats["growth"]` [1/s] is the largest real part of its eigenvalues."""
+    """Steady motion: a Run with one sample. `stats["growth"]` [1/s] is the largest real part of its eigenvalues."""
 
     eigenvalues: np.ndarray = eqx.field(kw_only=True)  # complex [1/s], the fastest growing first; empty if unsolved
     title: ClassVar[str] = "steady motion"
@@ -34,7 +34,7 @@ class Steady(Run):
         return jax.tree.map(lambda x: x[0], self.value.state)
 
     def instead(self, time: float = 10.0) -> Regime:
-        """What the robot comes to from rest, by simulating so many seconds: where there is no steady motion to keep."""
+        """Regime that the robot reaches from rest in a simulation of `time` [s], for a robot without steady motion."""
         return regime_of(simulate(self.value.system, time, samples=int(100 * time) + 1))
 
 
@@ -68,7 +68,7 @@ def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | Non
 
 
 def equilibrium_of(robot: Robot, symmetry: Symmetry, guess: State, warm: Any) -> Solution:
-    """Return `equilibrium`, as a plain function of a module."""
+    """Call `equilibrium`, as a module function that `remembered` can name."""
     return equilibrium(robot, symmetry, guess, warm)
 
 

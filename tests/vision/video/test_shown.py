@@ -62,7 +62,7 @@ def test_proposed_colours_find_the_layers(rowing, tmp_path):
     clip = Clip(rowing[0])
     frame = next(clip.frames())
     found = propose(frame.image)
-    bits = Groups([one.colour for one in found]).look(frame.image)
+    bits = ColourGroups([one.colour for one in found]).find(frame.image)
     for ends in scenes.ends(np.array([0.0]))[0]:
         u, v = ends.mean(axis=0) * [500, -500] + 159.5
         assert bits[round(v), round(u)] != 0

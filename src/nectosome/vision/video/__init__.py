@@ -1,4 +1,4 @@
-"""Videos: segments by their colours to angles and places, markers of several cameras to the pose of a body."""
+"""Videos: positions and angles of coloured segments, and the pose of a body from markers of several cameras."""
 
 from .angles import track_segments
 from .clip import Clip, Frame

@@ -1,4 +1,4 @@
-"""Why there is no number: the reasons of gaps in what was tracked."""
+"""Reasons of missing values in tracked data, and the table (.csv) of tracked data."""
 
 from collections.abc import Iterator, Sequence
 from enum import IntEnum
@@ -8,7 +8,7 @@ from jaxtyping import Int
 
 
 class Reason(IntEnum):
-    """Why a frame has no value; 0: it has one."""
+    """Reason of a missing value in a frame; 0: not missing."""
 
     SEEN = 0
     LOST = 1
@@ -22,25 +22,25 @@ class Reason(IntEnum):
 
     @property
     def words(self) -> str:
-        """What is told to people."""
+        """Description for messages."""
         return _WORDS[self]
 
 
 _WORDS = {
     Reason.SEEN: "seen",
     Reason.LOST: "not seen",
-    Reason.PIECES: "seen in more pieces than there are",
+    Reason.PIECES: "seen in too many pieces",
     Reason.MERGED: "larger than usual: merged with something else",
-    Reason.COVERED: "smaller than usual: covered in part",
+    Reason.COVERED: "smaller than usual: partly covered",
     Reason.EDGE: "cut off by the edge of the picture",
     Reason.ROUND: "as wide as long: it has no direction",
-    Reason.DIRECTION: "no neighbour tells which of its ends is which",
-    Reason.DOUBT: "two ways to tell it apart are as likely",
+    Reason.DIRECTION: "no visible neighbour gives its direction",
+    Reason.DOUBT: "two assignments are equally likely",
 }
 
 
-def lost(names: Sequence[str], why: Int[np.ndarray, "t n"]) -> Iterator[str]:
-    """What was not tracked, in words."""
+def loss_notes(names: Sequence[str], why: Int[np.ndarray, "t n"]) -> Iterator[str]:
+    """Notes on frames without a value."""
     for k, name in enumerate(names):
         for reason in Reason:
             count = int(np.sum(why[:, k] == reason))

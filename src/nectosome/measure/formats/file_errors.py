@@ -1,4 +1,4 @@
-"""What a file of numbers can suffer from before any number is read: it is missing, empty, another format, damaged."""
+"""Errors of files before any number is read: missing, empty, of another format, damaged."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,8 +20,8 @@ _KINDS = {
 _TEXT = {*b"\t\n\r\f", *range(32, 127), *range(128, 256)}
 
 
-def head(path: Path, size: int = 512) -> bytes:
-    """Return the first bytes of a file. Raises InputError where it is missing, a folder, locked away or empty."""
+def first_bytes(path: Path, size: int = 512) -> bytes:
+    """Return the first bytes of a file. Raises InputError if it is missing, a folder, not readable or empty."""
     try:
         with path.open("rb") as file:
             start = file.read(size)
@@ -33,17 +33,17 @@ def head(path: Path, size: int = 512) -> bytes:
 
 
 def is_binary(start: bytes) -> bool:
-    """Whether a file that begins like this is one of those that are known here and not text."""
+    """Whether a file that begins with `start` has a known binary format."""
     return b"\0" in start and start.startswith(tuple(_KINDS))
 
 
 def is_text(start: bytes) -> bool:
-    """Whether these bytes can be the beginning of a text of any encoding with 8-bit letters."""
+    """Whether these bytes can be the beginning of a text in an 8-bit encoding."""
     return _TEXT.issuperset(start)
 
 
-def foreign(path: Path, expected: str, start: bytes) -> InputError:
-    """Return the error for a file that is not what is `expected`, such as "a LabVIEW file", but begins with `start`."""
+def wrong_format(path: Path, expected: str, start: bytes) -> InputError:
+    """Return the error for a file that begins with `start` and is not `expected`, such as "a LabVIEW file"."""
     kind = next((kind for mark, kind in _KINDS.items() if start.startswith(mark)), "")
     if not kind and is_text(start):
         kind = "a text file. If it holds a table, name it .csv or .txt"
@@ -53,8 +53,8 @@ def foreign(path: Path, expected: str, start: bytes) -> InputError:
 
 
 @contextmanager
-def damage_told(path: Path, where: str = "") -> Iterator[None]:
-    """Turn whatever breaks inside into an InputError: libraries answer a damaged file with any exception."""
+def damage_as_input_error(path: Path, where: str = "") -> Iterator[None]:
+    """Turn any exception inside into an InputError: libraries raise arbitrary ones for a damaged file."""
     try:
         yield
     except InputError as error:

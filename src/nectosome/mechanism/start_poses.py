@@ -1,4 +1,4 @@
-"""Where a robot's stations are as it starts."""
+"""Poses of a robot's stations at the start."""
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float

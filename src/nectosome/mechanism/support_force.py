@@ -1,4 +1,4 @@
-"""What a robot gives to what holds it, as a load cell measures."""
+"""Force of a robot on its support, as a load cell measures it."""
 
 import jax
 import jax.numpy as jnp
@@ -11,8 +11,8 @@ from .diagnose import diagnose
 from .robot import Robot, times
 
 
-def held_force(robot: Robot, t: Float[Array, ""], x: State) -> Float[Array, "3"]:
-    """Force on what holds the robot, in the world [N]: that of all loads, less the rate of its momentum."""
+def support_force(robot: Robot, t: Float[Array, ""], x: State) -> Float[Array, "3"]:
+    """Force on the support of the robot, world frame [N]: the sum of all loads minus the rate of its momentum."""
 
     def momentum(t: Array, x: State) -> Array:
         q, v, _ = robot.tree.complete(t, x.q, x.v)

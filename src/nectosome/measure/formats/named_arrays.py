@@ -1,4 +1,4 @@
-"""What a file of named arrays holds, each thing as a vector, a matrix, or why it is neither."""
+"""Entries of a file of named arrays: vectors and matrices of numbers, and entries to skip with the reason."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from nectosome.units import shorten
 
 
 @dataclass(frozen=True)
-class Item:
+class NamedArray:
     """A vector or matrix of numbers with a name, samples first."""
 
     name: str
@@ -19,13 +19,13 @@ class Item:
     unit: str = ""
     labels: Sequence[str] = ()  # of the columns of a matrix
     group: str = ""  # "" at the top
-    along: str = ""  # what the samples are along, where the file says so: a dimension, a sampling interval
+    along: str = ""  # dimension or sampling interval of the samples, if the file names one
     first: bool = False  # a coordinate
-    notes: Sequence[str] = ()  # what is to be said about it
+    notes: Sequence[str] = ()
 
     @property
     def path(self) -> str:
-        """Its name with that of its group."""
+        """Group and name."""
         return join(self.group, self.name)
 
     @property
@@ -35,13 +35,13 @@ class Item:
 
 
 @dataclass(frozen=True)
-class Other:
-    """Something with a name that is no column of numbers."""
+class SkippedEntry:
+    """An entry that is not a column of numbers."""
 
     name: str
     what: str  # "text", "complex numbers", "scalar"
     group: str = ""
-    value: str = ""  # as a person would write it, where it is short
+    value: str = ""  # as text, if it is short
 
     def __str__(self) -> str:
         value = f" = {self.value}" if self.value else ""
@@ -49,48 +49,50 @@ class Other:
 
 
 def join(group: str, name: str) -> str:
-    """Return the path of a name in a group, as it is told."""
+    """Return the path of a name in a group."""
     return f"{group}/{name}" if group else name or "the array"
 
 
-def item_of(name: str, array: Any, group: str = "", **more: Any) -> Item | Other:
-    """Return an array as it stands in a file as a vector or matrix, `more` as of an Item; Other where it is neither."""
+def classify(name: str, array: Any, group: str = "", **more: Any) -> NamedArray | SkippedEntry:
+    """Return an array of a file as a vector or matrix with `more` fields, or as a skipped entry with the reason."""
     shape = tuple(array.shape)
     what = refusal(array.dtype)
     if array.dtype.names is None and what in ("", "text") and int(np.prod(shape)) == 1:
-        return Other(name, what or "scalar", group, shown(array[0:1] if len(shape) == 1 else array[(0,) * len(shape)]))
+        return SkippedEntry(
+            name, what or "scalar", group, shown(array[0:1] if len(shape) == 1 else array[(0,) * len(shape)])
+        )
     if what:
-        return Other(name, what, group)
+        return SkippedEntry(name, what, group)
     if 0 in shape:
-        return Other(name, "empty", group)
+        return SkippedEntry(name, "empty", group)
     if len(shape) == 0:
-        return Other(name, "one record", group)
+        return SkippedEntry(name, "one record", group)
     if len(shape) > 2:
-        return Other(name, f"{len(shape)} dimensions", group)
-    return Item(name, Lane(array) if len(shape) == 2 and 1 in shape else array, group=group, **more)
+        return SkippedEntry(name, f"{len(shape)} dimensions", group)
+    return NamedArray(name, SingleVector(array) if len(shape) == 2 and 1 in shape else array, group=group, **more)
 
 
 def shown(value: Any) -> str:
-    """Return a single value as a person would write it."""
+    """Return a single value as text."""
     plain = np.asarray(value).item()
     if isinstance(plain, bytes):
         plain = plain.decode("utf-8", "replace")
     return f'"{shorten(plain)}"' if isinstance(plain, str) else shorten(plain).removesuffix(".0")
 
 
-class Lane:
-    """A matrix of one row or one column as a vector."""
+class SingleVector:
+    """A matrix of one row or one column, as a vector."""
 
     def __init__(self, array: Any):
         self.shape, self.dtype, self._array = (max(array.shape),), array.dtype, array
-        self._lying = array.shape[0] == 1
+        self._is_row = array.shape[0] == 1
 
     def __getitem__(self, rows: slice) -> np.ndarray:
-        return self._array[0, rows] if self._lying else self._array[rows, 0]
+        return self._array[0, rows] if self._is_row else self._array[rows, 0]
 
 
-class Turned:
-    """A matrix whose samples run along its rows, turned upright."""
+class Transposed:
+    """A matrix whose samples run along its rows, transposed."""
 
     def __init__(self, array: Any):
         self.shape, self.dtype, self._array = array.shape[::-1], array.dtype, array

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.core.linear import generalised_inverse, inverse
+from nectosome.core.linear_algebra import generalised_inverse, inverse
 
 
 @pytest.mark.parametrize("n", [1, 2, 13, 54])

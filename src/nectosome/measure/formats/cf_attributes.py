@@ -1,4 +1,4 @@
-"""What attributes of HDF5 and netCDF data say of unit, time, packing and missing values (CF conventions)."""
+"""Attributes of HDF5 and netCDF data (CF conventions): unit, time, packing and missing values."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from nectosome.measure.formats.headings import is_time
-from nectosome.measure.formats.items import Item, Other, Turned, item_of
+from nectosome.measure.formats.named_arrays import NamedArray, SkippedEntry, Transposed, classify
 
 
 class Packed:
-    """Numbers that were packed: v = scale * raw + offset, and nan where raw says that it is missing."""
+    """Packed numbers: scale * raw + offset, NaN for the raw values that mean missing."""
 
     def __init__(self, array: Any, missing: Sequence[float], scale: float, offset: float):
         self.shape, self.dtype, self._array = array.shape, np.dtype(float), array
@@ -32,29 +32,29 @@ def described(
     attributes: Mapping[str, Any],
     dimensions: Sequence[str] = (),
     labels: Mapping[str, Sequence[str]] | None = None,
-) -> Item | Other:
-    """Return an array with what is said about it; `labels` of those dimensions that have any, by name."""
-    said = {key.lower(): value for key, value in attributes.items()}
-    unit, notes = text(said.get("units", said.get("unit", ""))), []
+) -> NamedArray | SkippedEntry:
+    """Return an array with unit, dimension and notes of its attributes; `labels` of the dimensions, by name."""
+    lower = {key.lower(): value for key, value in attributes.items()}
+    unit, notes = text(lower.get("units", lower.get("unit", ""))), []
     if " since " in unit:
         notes.append(f"{name}: {unit}")
         unit = unit.partition(" since ")[0]
-    if array.dtype.kind in "iuf" and (unpacked := _unpacked(array, said)) is not None:
+    if array.dtype.kind in "iuf" and (unpacked := _unpacked(array, lower)) is not None:
         array = unpacked
-        if {"scale_factor", "add_offset"} & said.keys():
+        if {"scale_factor", "add_offset"} & lower.keys():
             notes.append(f"{name}: unpacked with its scale_factor and add_offset")
-    thing = item_of(name, array, group, unit=unit, notes=notes)
-    if isinstance(thing, Other) or not dimensions:
-        return thing
+    entry = classify(name, array, group, unit=unit, notes=notes)
+    if isinstance(entry, SkippedEntry) or not dimensions:
+        return entry
     along, *across = dimensions
-    if len(dimensions) == 2 and not thing.is_vector and is_time(_last(across[0])) and not is_time(_last(along)):
-        along, across, thing = across[0], [along], replace(thing, array=Turned(array))
-    named = (labels or {}).get(across[0], ()) if across and not thing.is_vector else ()
-    return replace(thing, along=along, labels=named, first=_last(along) == name)
+    if len(dimensions) == 2 and not entry.is_vector and is_time(_last(across[0])) and not is_time(_last(along)):
+        along, across, entry = across[0], [along], replace(entry, array=Transposed(array))
+    named = (labels or {}).get(across[0], ()) if across and not entry.is_vector else ()
+    return replace(entry, along=along, labels=named, first=_last(along) == name)
 
 
 def text(value: Any) -> str:
-    """Return an attribute as text; "" for one that is none."""
+    """Return an attribute as text; "" if it is not text."""
     values = np.asarray(value).ravel()
     first = values[0] if len(values) == 1 else None
     if isinstance(first, bytes):
@@ -62,9 +62,9 @@ def text(value: Any) -> str:
     return first.strip() if isinstance(first, str) else ""
 
 
-def _unpacked(array: Any, said: Mapping[str, Any]) -> Packed | None:
-    missing = [value for key in ("_fillvalue", "missing_value") for value in _numbers(said.get(key)) if value == value]
-    (scale, *_), (offset, *_) = _numbers(said.get("scale_factor")) or [1.0], _numbers(said.get("add_offset")) or [0.0]
+def _unpacked(array: Any, lower: Mapping[str, Any]) -> Packed | None:
+    missing = [value for key in ("_fillvalue", "missing_value") for value in _numbers(lower.get(key)) if value == value]
+    (scale, *_), (offset, *_) = _numbers(lower.get("scale_factor")) or [1.0], _numbers(lower.get("add_offset")) or [0.0]
     return Packed(array, missing, scale, offset) if missing or (scale, offset) != (1, 0) else None
 
 

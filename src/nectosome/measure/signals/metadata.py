@@ -1,13 +1,13 @@
-"""What a recording is, in one place: its time, its units, its standard errors, and what was done to it.
+"""Metadata of a recording: its time, its units, its standard errors, and its processing steps.
 
-- A recording is an `xarray.Dataset` with dimension and coordinate `time` [s], increasing, and a variable a quantity,
-  in SI units, `attrs["units"]`. Repeats are a dimension `repeat`.
+- A recording is an `xarray.Dataset` with dimension and coordinate `time` [s], increasing, and one variable per
+  quantity, in SI units, `attrs["units"]`. Repeats are a dimension `repeat`.
 - The standard error of the variable `force` is the variable `force_se`, in the same unit.
-- `attrs["processing"]` is a JSON list with an entry a step: its `function`, its settings, and `"errors":
-  "correlated"` where the errors of neighbouring samples are no longer independent after it.
+- `attrs["processing"]` is a JSON list with one entry per step: its `function`, its settings, and `"errors":
+  "correlated"` if the errors of neighbouring samples are no longer independent after it.
 
-Functions of signals take a Dataset, or a DataArray where there are no standard errors to carry, and return a new one. A
-variable taken out of a Dataset leaves the list of steps behind.
+Functions of signals take a Dataset, or a DataArray without standard errors, and return a new one. A variable taken out
+of a Dataset loses the list of steps.
 """
 
 import json
@@ -28,40 +28,40 @@ class RecordedSignal(NamedTuple):
     """One quantity of a recording, time last."""
 
     values: Float[np.ndarray, "*batch n"]
-    se: Float[np.ndarray, "*batch n"] | None  # None: nothing is known
-    units: str | None  # None: nothing is known
+    se: Float[np.ndarray, "*batch n"] | None  # None: unknown
+    units: str | None  # None: unknown
 
 
 def quantities(recording: xr.Dataset, dim: str = "time") -> list[str]:
-    """Names of the variables along `dim`, without those that are the standard error of another."""
+    """Names of the variables along `dim`, without the standard errors."""
     names = [str(name) for name, variable in recording.data_vars.items() if dim in variable.dims]
     return [name for name in names if not (name.endswith(SE) and name.removesuffix(SE) in recording.data_vars)]
 
 
 def units(quantity: xr.DataArray) -> str | None:
-    """Unit of a quantity, None where it says none."""
+    """Unit of a quantity, None if unknown."""
     return quantity.attrs.get("units")
 
 
 def processing(recording: xr.Dataset | xr.DataArray) -> list[dict[str, Any]]:
-    """Steps that were done so far, the oldest first."""
+    """Processing steps, the oldest first."""
     return json.loads(recording.attrs.get("processing", "[]"))
 
 
 def with_step(recording: R, function: str, **settings: Any) -> R:
-    """Return the recording with one more step in its list."""
+    """Return the recording with one more processing step."""
     steps = [*processing(recording), {"function": function, **settings}]
-    text = json.dumps(steps, allow_nan=False, default=lambda number: number.item())  # numpy's own numbers
+    text = json.dumps(steps, allow_nan=False, default=lambda number: number.item())  # NumPy scalars
     return recording.assign_attrs(processing=text)
 
 
 def history(recording: xr.Dataset | xr.DataArray) -> dict[str, str]:
-    """The list of steps, as the attributes of something that is made of the recording."""
+    """The processing steps, as attributes of a dataset derived from the recording."""
     return {k: v for k, v in recording.attrs.items() if k == "processing"}
 
 
 def errors_independent(recording: xr.Dataset | xr.DataArray) -> bool:
-    """Whether the errors of neighbouring samples may still be taken as independent: no step has mixed them."""
+    """Whether the errors of neighbouring samples are still independent: no step has correlated them."""
     return not any(step.get("errors") == "correlated" for step in processing(recording))
 
 
@@ -70,10 +70,10 @@ def each(
     change: Callable[[str, RecordedSignal], RecordedSignal],
     along: Sequence[xr.DataArray] | None = None,
 ) -> R:
-    """Return the recording with every quantity changed; `along` are the coordinates that take the place of time.
+    """Return the recording with `change` applied to every quantity; coordinates `along` replace time.
 
-    Variables without time are kept; with `along`, coordinates over the old time other than `time` itself are left out.
-    Raises ValueError for a quantity that is no number.
+    Variables without time are kept; with `along`, other coordinates over the old time are dropped. Raises ValueError
+    for a quantity that is not numeric.
     """
     if isinstance(recording, xr.DataArray):
         return each(recording.to_dataset(name=_ALONE), change, along)[_ALONE].rename(recording.name)

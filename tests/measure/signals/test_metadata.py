@@ -4,7 +4,7 @@ import pytest
 from nectosome.io import load_dataset, save_dataset
 from nectosome.measure.signals.events import crossings
 from nectosome.measure.signals.filters import detrend, lowpass, smooth
-from nectosome.measure.signals.labels import errors_independent, processing, quantities
+from nectosome.measure.signals.metadata import errors_independent, processing, quantities
 from nectosome.measure.signals.peaks import peaks
 from nectosome.measure.signals.resample import resample
 from nectosome.measure.signals.spectra import spectrum

@@ -1,4 +1,4 @@
-"""Small dense linear systems without LAPACK: at a dozen unknowns faster than it, under vmap and at start-up too."""
+"""Linear algebra of small dense matrices without LAPACK: faster for a dozen unknowns, also under vmap."""
 
 import jax.numpy as jnp
 from jax import lax
@@ -6,9 +6,9 @@ from jaxtyping import Array, Float
 
 
 def inverse(A: Float[Array, "n n"]) -> Float[Array, "n n"]:
-    """Inverse by Gauss-Jordan elimination with row pivoting, rows and columns scaled by the diagonal first.
+    """Inverse by Gauss-Jordan elimination with row pivoting, after scaling of rows and columns by the diagonal.
 
-    A singular matrix gives numbers that are not finite.
+    A singular matrix gives NaN or inf.
     """
     n = A.shape[0]
     if n == 0:
@@ -30,10 +30,10 @@ def inverse(A: Float[Array, "n n"]) -> Float[Array, "n n"]:
 
 
 def generalised_inverse(A: Float[Array, "n n"]) -> Float[Array, "n n"]:
-    """G with A G A = A, also where A has no inverse: unknowns that A does not determine are left at 0.
+    """Generalised inverse G with A G A = A: unknowns that a singular A does not determine are 0.
 
-    Gauss-Jordan elimination with complete pivoting, rows and columns scaled by their largest entries first; pivots
-    below 1e-11 count as none.
+    Gauss-Jordan elimination with complete pivoting, after scaling of rows and columns by their largest elements; pivots
+    below 1e-11 count as zero.
     """
     n = A.shape[0]
     if n == 0:
@@ -61,9 +61,9 @@ def _or_one(x: Array) -> Array:
     return jnp.where(x > 0, x, 1.0)
 
 
-def kept(x: Float[Array, "k *more"]) -> Float[Array, "k *more"]:
-    """The same numbers, worked out once: its product with the unit matrix.
+def computed_once(x: Float[Array, "k *more"]) -> Float[Array, "k *more"]:
+    """Return x times the unit matrix, so that XLA computes x only once.
 
-    XLA repeats what numbers are made of, sines included, in each kernel that uses them; products it does not repeat.
+    XLA recomputes elementwise expressions, sines included, in each kernel that uses them, but not matrix products.
     """
     return jnp.tensordot(jnp.eye(x.shape[0]), x, axes=1)
