@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water
 from nectosome.core.described import numbers, vector
-from nectosome.core.linear import kept
+from nectosome.core.linear_algebra import computed_once
 from nectosome.description.loads import LegLoad
 
 from .ground_contact import GroundContact, Pair

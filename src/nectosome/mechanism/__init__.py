@@ -7,6 +7,7 @@ from .plane import InPlane
 from .reduce import in_plane, moves_in_plane, reduced
 from .robot import Attached, Forces, Paired, Robot, make_robot
 from .rods import STRAINS, SoftRod, make_rod
+from .support_force import support_force
 from .tree import PartShape, Tree, TreePart, node_at
 
 __all__ = [

@@ -211,7 +211,7 @@ def _quaternion(vector: Array) -> Array:
     return jnp.concatenate([jnp.cos(half)[None], 0.5 * vector * jnp.sinc(half / jnp.pi)])
 
 
-def _turning(angles: Array, rates: Array, seconds: Array) -> tuple[Array, Array]:
+def _angular_rates(angles: Array, rates: Array, seconds: Array) -> tuple[Array, Array]:
     """Body angular velocity and its rate from roll, pitch, yaw and their derivatives."""
 
     def velocity(angles: Array, rates: Array) -> Array:

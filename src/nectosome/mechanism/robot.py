@@ -130,8 +130,8 @@ class Robot(Mechanical):
             if part.prescribed is None and part.joint.nv:
                 out.append(part.joint.coordinates(displacements[i : i + part.joint.nv]))
                 i += part.joint.nv
-            out.append(displacements[i : i + part.left.size])
-            i += part.left.size
+            out.append(displacements[i : i + part.free_strains.size])
+            i += part.free_strains.size
         return jnp.concatenate(out)
 
     def strips(self, part: int, t: Array, shape: PartShape, twist: Array) -> Strips:

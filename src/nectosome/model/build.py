@@ -133,11 +133,11 @@ def _assemble(d: RobotDescription) -> Robot:
     carriers: dict[str, Carrier] = {}
     for i, (name, limb) in enumerate(d.parts.items()):
         parent = -1 if name == "body" or limb.on == "world" else order.index(limb.on)
-        made: tuple[int, ...] = ()
-        shaped: tuple[Signal, ...] = ()
+        strain_indices: tuple[int, ...] = ()
+        strain_signals: tuple[Signal, ...] = ()
         if isinstance(limb, dp.Rod):
             body = rod_of(limb)
-            made, shaped = prescribed_strains(limb, body)
+            strain_indices, strain_signals = prescribed_strains(limb, body)
         else:
             body = _link(limb, _needs_strips(limb, weighs, surface))
         carriers[name] = Carrier(limb, body)
@@ -152,8 +152,8 @@ def _assemble(d: RobotDescription) -> Robot:
                 body=body,
                 prescribed=_signal(getattr(limb.joint, "motion", None)),
                 drive=_signal(getattr(limb.joint, limb.joint.drive_field, None)),
-                made=made,
-                shaped=shaped,
+                prescribed_strains=strain_indices,
+                strain_signals=strain_signals,
             )
         )
         attached += [Attached(key, i, load_of(load, carriers[name])) for key, load in limb.loads.items()]

@@ -13,7 +13,7 @@ from nectosome.core import State
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot
 from nectosome.description import parse_robot
-from nectosome.mechanism import Robot, diagnose, held_force
+from nectosome.mechanism import Robot, diagnose, support_force
 from nectosome.model import build
 from nectosome.model.inputs import kind_of
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, shorten

@@ -71,7 +71,7 @@ def simulate(
         if until is None:
             m, xs = remembered(integrate, equations, m, chunk, stepping)
         else:
-            m, xs = _march_until(equations, m, jnp.asarray(chunk), stepping, until)
+            m, xs = _integrate_until(equations, m, jnp.asarray(chunk), stepping, until)
         states.append(xs)
         status = Status(int(m.status))
         if status != Status.SOLVED:
