@@ -6,7 +6,7 @@
 import sys
 
 from nectosome.papers.poseidrone.crawl import fit
-from nectosome.search import Genetic, evolve
+from nectosome.search import Genetic, minimise
 
 from .paddle import timed
 
@@ -17,10 +17,10 @@ def main(generations: int) -> None:
     of = fit()
     print(f"\ngenetic search of {generations} generations of {_POPULATION} walks of {of.seconds:.0f} s, two threads")
     compiled, *_ = timed(lambda: of.summed(of.ranges.bounds.mean(axis=1)[None]))
-    count = generations * _POPULATION
-    wall, spent, found = timed(lambda: evolve(of.summed, of.ranges, Genetic(_POPULATION), evaluations=count))
+    optimiser = Genetic(_POPULATION, evaluations=generations * _POPULATION)
+    wall, spent, found = timed(lambda: minimise(of.task(), optimiser, seed=0))
     told = f"{wall:.0f} s, processor {spent:.0f} s, after {compiled:.1f} s of compilation"
-    print(f"  {found.values.size} walks: {told}; discrepancy {found.value:.2g}", flush=True)
+    print(f"  {len(found.evaluations)} walks: {told}; discrepancy {found.value:.2g}", flush=True)
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ def main() -> None:
     print(f"  best speed                        {-best.objective:.4f} m/s at {told}; {torque}")
     print(f"  starts within 1 % of it           {100 * result.share(0.01):.0f} %")
     print(
-        f"  evaluations a start               {np.mean(solving):.0f} with slopes (most {max(solving)}), "
+        f"  evaluations a start               {np.mean(solving):.0f} with derivatives (most {max(solving)}), "
         f"and {drawn / _STARTS:.1f} drawn; {iterations / _STARTS:.0f} iterations"
     )
     mean = 1e3 * busy / result.evaluations

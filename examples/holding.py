@@ -11,7 +11,7 @@ import nectosome as ns
 from nectosome.core import Status
 from nectosome.description import read_variable
 from nectosome.designs import Limit, MotionDesign
-from nectosome.search import Evaluation, Front, Gradient, front, multistart
+from nectosome.search import Evaluation, Gradient, Nsga2, Task, front, minimise, multistart
 
 WINCH, STRAIN = 30.0, 0.3  # what the winch gives [N] and the material takes [1]: both assumed
 RATES = np.linspace(4.0, 22.0, 10)  # of the motor [rad/s]
@@ -79,38 +79,36 @@ def finely(u, rate):
     return speed, Status(int(found.status)).name, held(u, FINE)[1]
 
 
-class Designs:
-    """What the search asks for: speed and pull of a design, negative, since a search makes things low."""
+class SwimAndHold(Task):
+    """Speed and pull of a design as two objectives, negative, since a search makes things low."""
 
-    lower, upper, constraints = np.zeros(3), np.ones(3), 1
+    names, objectives = ("length", "tip_radius", "young"), 2
 
-    def __init__(self):
-        self.evaluations = []
+    def key(self):
+        """Name of the task."""
+        return "swim and hold"
 
-    def __call__(self, u, slopes=False):
-        """Evaluation of a design."""
-        (data, pull), best = held(u), fastest(u)
-        if data.attrs["status"] != "SOLVED":
-            made = Evaluation.unsolved(u, 1, data.attrs["status_reason"])
-        elif best is None:
-            made = Evaluation.unsolved(u, 1, "no steady swim within the motor's torque")
-        else:
-            made = Evaluation(u, -best[0], np.array([-pull]), outputs={"rate": best[1]})
-        self.evaluations.append(made)
-        return made
+    def prepare(self):
+        """Return what evaluates a design."""
 
-    def close_iteration(self):
-        """Say how far it is."""
-        print(f"{len(self.evaluations)} designs, {len(front(self.evaluations, 0))} on the front", flush=True)
+        def evaluate(u, derivatives, memory):
+            (data, pull), best = held(u), fastest(u)
+            if data.attrs["status"] != "SOLVED":
+                return Evaluation.unsolved(u, 0, data.attrs["status_reason"])
+            if best is None:
+                return Evaluation.unsolved(u, 0, "no steady swim within the motor's torque")
+            return Evaluation(u, -best[0], np.zeros(0), others=np.array([-pull]), outputs={"rate": best[1]})
+
+        return evaluate
 
 
-# run: the fastest swimmer, by slopes, and from there a search for the front
+# run: the fastest swimmer, by derivatives, and from there a search for the front
 with ThreadPoolExecutor(1) as one:
     best = multistart(motion, Gradient(), 6, seed=1, executor=one).best()[0].best
-designs = Designs()
-Front(versus=0, population=16, generations=20, polish=0).solve(designs, best.u[:3], seed=1)
-members = front(designs.evaluations, 0)
-goals = np.array([(-e.objective, -e.constraints[0]) for e in members])
+optimiser = Nsga2(population=16, evaluations=320)
+designs = minimise(SwimAndHold(), optimiser, best.u[:3], seed=1, progress=lambda made, _: print(f"{made} designs"))
+members = front(designs.evaluations)
+goals = np.array([-e.objectives for e in members])
 halfway = int(np.argmin(np.abs(goals[:, 1] - goals[[0, -1], 1].mean())))
 chosen = {"fastest": 0, "between": halfway, "firmest": len(members) - 1}
 
@@ -130,7 +128,7 @@ for name, k in chosen.items():
 solved = [e for e in designs.evaluations if e.solved]
 table = {
     "design": (("number", "variable"), [design(e.u) for e in solved]),
-    "goals": (("number", "goal"), [(-e.objective, -e.constraints[0]) for e in solved]),
+    "goals": (("number", "goal"), [-e.objectives for e in solved]),
     "front": ("member", [solved.index(e) for e in members]),
     "chosen": ("name", [solved.index(members[k]) for k in chosen.values()]),
     "fine": (("name", "goal"), fine),

@@ -331,14 +331,14 @@ def fill_design_folders(folder: Path) -> None:
         (folder / f"problem_{name}.yaml").write_bytes(content)
     (folder / "sinks.yaml").write_text(BALL)
     (folder / "sinks.design.yaml").write_text("variables: {body.densty: 1100 kg/m3 .. 1300 kg/m3}\n")
-    known = ("task", "names", "constraint_names", "lower", "upper", "tolerance", "seed", "draws", "starts")
-    other = dict.fromkeys(known, 1) | {"format": 1, "about": {}, "solver": {"name": "gradient"}}
+    known = ("task", "names", "constraint_names", "tolerance", "seed", "draws", "starts")
+    other = dict.fromkeys(known, 1) | {"format": 2, "about": {}, "optimiser": {"name": "gradient"}}
     text = json.dumps(other)
     designs = {"cut": text[:30], "foreign": "{}", "other": text, "deep": "[" * 100_000}
-    designs["wrong"] = json.dumps(other | {"starts": "many", "solver": []})
+    designs["wrong"] = json.dumps(other | {"starts": "many", "optimiser": []})
     for name, content in designs.items():
         (folder / name).mkdir()
-        (folder / name / "design.json").write_text(content)
+        (folder / name / "search.json").write_text(content)
     for name in ("other", "held", "starts"):
         (folder / name).mkdir(exist_ok=True)
         (folder / name / "lock").write_text("1")

@@ -139,7 +139,7 @@ def test_a_design_that_is_stopped_goes_on_to_the_same_best(nectosome, whole, tmp
     if by == signal.SIGINT:
         assert err == "cancelled. To go on: nectosome design --resume stopped\n"
     assert not (journals / "best.yaml").exists()
-    assert json.loads((journals / "design.json").read_text())["starts"] == 2
+    assert json.loads((journals / "search.json").read_text())["starts"] == 2
     done = nectosome("design", "--resume", "stopped")
     assert (done.code, done.err) == (0, "")
     assert best_of("stopped") == best_of("run")

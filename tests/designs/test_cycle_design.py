@@ -42,15 +42,15 @@ def test_power_and_its_slopes_are_those_of_the_transfer_function(oscillator):
         e = evaluate(u, True, None)
         assert e.objective == pytest.approx(power(task.box.values(u)), rel=2e-5)
         expected = [(power(task.box.values(u + h)) - power(task.box.values(u - h))) / 2e-5 for h in 1e-5 * np.eye(3)]
-        np.testing.assert_allclose(e.slope, expected, rtol=1e-4, atol=1e-4 * np.abs(expected).max())
+        np.testing.assert_allclose(e.gradient, expected, rtol=1e-4, atol=1e-4 * np.abs(expected).max())
         assert e.outputs["speed"] == 0
         assert task.accepts(e) in ("", "power >= 0.004 W is not kept")
 
 
 def test_the_limit_is_reached_between_grid_points(oscillator):
     task, evaluate = oscillator
-    recorder = Recorder(task, evaluate, None, lambda: False)
-    assert Gradient().solve(recorder, np.array([0.5, 0.6, 0.4]), 1).converged
+    recorder = Recorder(task, evaluate)
+    assert recorder.drive(Gradient().search(task.space, np.array([0.5, 0.6, 0.4]), 1)).converged
     best = recorder.evaluations[-1]
     assert power(task.box.values(best.u)) == pytest.approx(4e-3, rel=5e-5)
 
@@ -88,7 +88,7 @@ def test_no_slopes_are_made_up_where_jumps_of_a_stroke_move(settings, name, text
         raise LookupError("asked for a program")
 
     monkeypatch.setattr("nectosome.designs.motion.remembered", asked)
-    refused = pytest.raises(InputError, match="slopes are not exact")
+    refused = pytest.raises(InputError, match="derivatives are not exact")
     with refused if jumps else pytest.raises(LookupError, match="asked for a program"):
         evaluate(np.array([0.5]), True, None)
 
@@ -116,7 +116,7 @@ def test_quantities_of_the_paddle_are_those_of_its_cycle():
 
 
 @pytest.mark.slow
-def test_a_swimmer_that_is_free_in_the_plane_has_slopes():
+def test_a_swimmer_that_is_free_in_the_plane_has_derivatives():
     """Its place changes nothing, but for rounding: slopes by it need no small steps. Power by central differences."""
     robot = load_robot(starter_of("tail"))
     ranges = {"E": "0.5 MPa .. 2 MPa log", "L": "150 mm .. 250 mm"}
@@ -124,7 +124,7 @@ def test_a_swimmer_that_is_free_in_the_plane_has_slopes():
     evaluate, u, h = task.prepare(), np.array([0.4, 0.6]), 0.02
     found = evaluate(u, True, None)
     steps = [[evaluate(u + s * d, False, found.memory).objective for s in (h, -h)] for d in np.eye(2)]
-    np.testing.assert_allclose(found.slope, [(a - b) / (2 * h) for a, b in steps], rtol=5e-3)
+    np.testing.assert_allclose(found.gradient, [(a - b) / (2 * h) for a, b in steps], rtol=5e-3)
     # it goes where its body points on the mean, whatever its heading
     cycle = periodic(build(task.robot_at(u)), 1 / 1.5)
     assert found.outputs["speed"] == pytest.approx(float(cycle.means().speed), rel=1e-4)

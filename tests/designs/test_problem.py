@@ -68,8 +68,8 @@ def test_slopes_are_those_of_central_differences_and_warm_starts_change_nothing(
     differences = [
         (evaluate(u + d, False, None).objective - evaluate(u - d, False, None).objective) for d in h * np.eye(2)
     ]
-    np.testing.assert_allclose(got.slope, np.array(differences) / (2 * h), rtol=1e-7)
-    np.testing.assert_allclose(got.constraint_slopes, -got.slope[None] / 1.1, rtol=1e-12)
+    np.testing.assert_allclose(got.gradient, np.array(differences) / (2 * h), rtol=1e-7)
+    np.testing.assert_allclose(got.jacobian, -got.gradient[None] / 1.1, rtol=1e-12)
 
 
 def test_the_search_ends_at_the_limit_that_binds(task):

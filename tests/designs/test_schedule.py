@@ -11,7 +11,7 @@ from tests.small_robots import SUB
 from nectosome.description.mission import parse_mission
 from nectosome.description.schedule import dump_mission, get_schedule, read_schedule_variable, with_schedule
 from nectosome.designs import Problem, ScheduleDesign, change, dump_design, restore_design
-from nectosome.search import Evolution, multistart
+from nectosome.search import CmaEs, multistart
 from nectosome.units import InputError
 
 # 2 kg pushed by the square of the speed, then carried on without drag
@@ -39,7 +39,7 @@ def test_a_mission_takes_as_long_as_the_closed_form_says(task):
 
 
 def test_the_shortest_mission_pushes_hardest_for_longest(task):
-    result = multistart(task, Evolution(tolerance=1e-3, evaluations=60), 1, 1, executor=ThreadPoolExecutor(1))
+    result = multistart(task, CmaEs(tolerance=1e-3, evaluations=60), 1, 1, executor=ThreadPoolExecutor(1))
     (start,) = result.best()
     assert start.best is not None
     np.testing.assert_allclose(start.best.u, [1, 1], atol=0.02)
@@ -97,5 +97,5 @@ def test_a_mistake_is_told_in_a_sentence(problem, message):
 
 
 def test_slopes_are_refused(task):
-    with pytest.raises(InputError, match="no slopes"):
+    with pytest.raises(InputError, match="no derivatives"):
         task.prepare()(np.zeros(2), True, None)

@@ -16,7 +16,7 @@ class Problem:
     lower: tuple[float, ...]
     upper: tuple[float, ...]
     constraints: int
-    function: Callable  # x -> objective, constraints; analytic, so that complex steps give exact slopes
+    function: Callable  # x -> objective, constraints; analytic, so that complex steps give exact derivatives
     best: float
     where: tuple[float, ...]
 
@@ -118,7 +118,7 @@ class Known(Task):
         function, m = PROBLEMS[self.problem].function, len(self.constraint_names)
         centers = [(np.array(hole[:-1]), hole[-1]) for hole in self.holes]
 
-        def evaluate(u, slopes, memory):
+        def evaluate(u, derivatives, memory):
             if self.log:
                 with (Path(self.log) / str(os.getpid())).open("ab") as file:
                     file.write(b".")
@@ -129,11 +129,11 @@ class Known(Task):
                 return Evaluation.unsolved(u, m, "in a hole")
             f, g = function(x)
             e = Evaluation(u, float(f), np.array(g, dtype=float), outputs={"x0": float(x[0])})
-            if not slopes:
+            if not derivatives:
                 return e
             columns = [function(self.own(u + 1e-30j * row)) for row in np.eye(u.size)]
             df = np.array([np.imag(f) for f, _ in columns]) / 1e-30
             dg = np.array([np.imag(g) for _, g in columns]).T.reshape(m, u.size) / 1e-30
-            return replace(e, slope=df, constraint_slopes=dg)
+            return replace(e, gradient=df, jacobian=dg)
 
         return evaluate

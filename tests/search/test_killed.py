@@ -18,7 +18,7 @@ from .tasks import Known
 from .test_multistart import same
 
 STARTS, SEED, WORKERS = 8, 11, 2
-SOLVER = Pattern(evaluations=1000)
+OPTIMISER = Pattern(evaluations=1000)
 CODE = """
 from nectosome.search import Pattern, multistart
 from search.tasks import Known
@@ -37,7 +37,7 @@ def begin(folder: Path, log: Path, pause: float, ready: str = "executor = None")
 
 @pytest.fixture(scope="module")
 def whole():
-    return multistart(Known("hs43"), SOLVER, STARTS, SEED, executor=ThreadPoolExecutor(1))
+    return multistart(Known("hs43"), OPTIMISER, STARTS, SEED, executor=ThreadPoolExecutor(1))
 
 
 def computed(log: Path) -> int:
@@ -77,7 +77,7 @@ def test_nothing_is_lost_when_the_process_is_killed(tmp_path, whole, kills):
     last = begin(folder, log, pause=0.0)
     assert last.wait(300) == 0
     assert nobody_left(last.pid, 5.0)
-    again = multistart(Known("hs43"), SOLVER, STARTS, SEED, folder=folder, executor=ThreadPoolExecutor(1))
+    again = multistart(Known("hs43"), OPTIMISER, STARTS, SEED, folder=folder, executor=ThreadPoolExecutor(1))
     assert same(whole, again)
     print(f"{whole.evaluations} evaluations, {computed(log) - whole.evaluations} of them twice, {kills} kills")
     assert whole.evaluations <= computed(log) <= whole.evaluations + WORKERS * kills
@@ -97,5 +97,5 @@ def test_ctrl_c_ends_the_run_and_keeps_all(tmp_path, whole, executor):
     os.killpg(process.pid, signal.SIGINT)
     assert process.wait(10) != 0
     assert nobody_left(process.pid, 5.0)
-    again = multistart(Known("hs43"), SOLVER, STARTS, SEED, folder=folder, executor=ThreadPoolExecutor(1))
+    again = multistart(Known("hs43"), OPTIMISER, STARTS, SEED, folder=folder, executor=ThreadPoolExecutor(1))
     assert same(whole, again)

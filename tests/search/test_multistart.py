@@ -10,14 +10,13 @@ import pytest
 
 from nectosome.io import load_dataset, save_dataset
 from nectosome.search import (
+    CmaEs,
     Evaluation,
-    Evolution,
     Gradient,
     Pattern,
-    describe_solver,
-    make_solver,
+    make_optimiser,
     multistart,
-    read_design,
+    read_search,
     read_starts,
 )
 from nectosome.units import InputError
@@ -37,7 +36,7 @@ def content(result):
 
 
 def numbers(e: Evaluation):
-    arrays = (e.u, e.constraints, e.slope, e.constraint_slopes)
+    arrays = (e.u, e.constraints, e.gradient, e.jacobian)
     return [a if a is None else a.tolist() for a in arrays], e.objective, e.reason, dict(e.outputs)
 
 
@@ -61,8 +60,8 @@ def test_the_first_start_begins_where_it_is_told_unless_that_is_refused(tmp_path
     told = multistart(TASK, Gradient(), 2, draws=3000, first=first, executor=HERE)
     assert told.starts[0].start.tolist() == first.tolist()
     assert repr(content(told)[1]) == repr(content(own)[1])
-    refused = multistart(TASK, Gradient(), 1, draws=3000, first=TASK.upper, executor=HERE).starts[0]
-    assert refused.evaluations[0].u.tolist() == TASK.upper.tolist()
+    refused = multistart(TASK, Gradient(), 1, draws=3000, first=np.ones(2), executor=HERE).starts[0]
+    assert refused.evaluations[0].u.tolist() == [1.0, 1.0]
     assert (refused.draws, refused.begun) == (own.starts[0].draws, True)  # the first draw of that start was refused too
 
 
@@ -79,9 +78,8 @@ def test_the_evaluations_of_a_run_are_read_while_it_is_under_way(tmp_path):
     for done, counts in seen:
         assert counts[:done] == [len(start.evaluations) for start in result.starts[:done]]
     read = read_starts(tmp_path)
-    assert [[numbers(e) for e in start] for start in read] == [
-        [numbers(e) for e in start.evaluations] for start in result.starts
-    ]
+    made = [[numbers(e) for e in start.evaluations] for start in result.starts]
+    assert repr([[numbers(e) for e in start] for start in read]) == repr(made)  # text, since nan is not itself
 
 
 def test_refused_designs_are_counted():
@@ -120,18 +118,18 @@ def test_a_finished_folder_computes_nothing(tmp_path):
     assert counted() == more.evaluations
 
 
-@pytest.mark.parametrize("solver", [Gradient(), Pattern(evaluations=60), Evolution(evaluations=60)])
-def test_a_record_cut_anywhere_is_taken_up(tmp_path, solver):
+@pytest.mark.parametrize("optimiser", [Gradient(), Pattern(evaluations=60), CmaEs(evaluations=60)])
+def test_a_record_cut_anywhere_is_taken_up(tmp_path, optimiser):
     task = Known("disc", holes=((0.3, 0.3, 0.2),))
-    whole = multistart(task, solver, 1, seed=5, folder=tmp_path, executor=HERE)
+    whole = multistart(task, optimiser, 1, seed=5, folder=tmp_path, executor=HERE)
     (file,) = tmp_path.glob("start_*.jsonl")
     raw = file.read_bytes()
     for n in np.linspace(0, len(raw), 25).astype(int):
         file.write_bytes(raw[:n])
-        again = multistart(task, solver, 1, seed=5, folder=tmp_path, executor=HERE)
+        again = multistart(task, optimiser, 1, seed=5, folder=tmp_path, executor=HERE)
         assert same(whole, again)
         assert bool(again.starts[0].note) == (n > 100 and raw[n - 1 : n] != b"\n")
-    assert multistart(task, solver, 1, seed=5, folder=tmp_path, executor=HERE).starts[0].note == ""
+    assert multistart(task, optimiser, 1, seed=5, folder=tmp_path, executor=HERE).starts[0].note == ""
 
 
 def test_times_survive(tmp_path):
@@ -190,30 +188,30 @@ def test_an_interrupted_run_keeps_what_is_done(tmp_path):
 
 
 def test_a_folder_is_for_one_piece_of_work(tmp_path):
-    run = {"task": Known("disc"), "solver": Pattern(mesh=(0.1, 0.2), evaluations=20), "starts": 2, "seed": 1}
+    run = {"task": Known("disc"), "optimiser": Pattern(mesh=(0.1, 0.2), evaluations=20), "starts": 2, "seed": 1}
     multistart(**run, folder=tmp_path, executor=HERE, about={"robot": "name: x"})
     for change, message in (
         ({"task": Known("circles")}, r"holds another task .* Take another folder"),
-        ({"solver": Pattern(evaluations=21)}, "holds another solver, or other options of it"),
-        ({"solver": Gradient()}, "holds another solver"),
+        ({"optimiser": Pattern(evaluations=21)}, "holds another optimiser, or other options of it"),
+        ({"optimiser": Gradient()}, "holds another optimiser"),
         ({"seed": 2}, r"holds another seed \(1, now 2\)"),
         ({"draws": 7}, r"holds another number of draws \(200, now 7\)"),
         ({"starts": 1}, "holds 2 starts, 1 are asked for"),
     ):
         with pytest.raises(InputError, match=message):
             multistart(**{**run, **change}, folder=tmp_path, executor=HERE)
-    held = read_design(tmp_path)
+    held = read_search(tmp_path)
     assert held["about"] == {"robot": "name: x"}
-    assert make_solver(**held["solver"]) == run["solver"]
+    assert make_optimiser(**held["optimiser"]) == run["optimiser"]
     assert not multistart(**run, folder=tmp_path, executor=HERE).cancelled
     (tmp_path / "start_0000.jsonl").write_text("dear diary\n")
     with pytest.raises(InputError, match=r"start_0000.jsonl: this is not a journal"):
         multistart(**run, folder=tmp_path, executor=HERE)
-    (tmp_path / "design.json").write_text("{}")
+    (tmp_path / "search.json").write_text("{}")
     with pytest.raises(InputError, match="another version"):
-        read_design(tmp_path)
-    (tmp_path / "design.json").unlink()
-    with pytest.raises(InputError, match="holds starts, but no design"):
+        read_search(tmp_path)
+    (tmp_path / "search.json").unlink()
+    with pytest.raises(InputError, match="holds starts, but no search"):
         multistart(**run, folder=tmp_path, executor=HERE)
 
 
@@ -230,12 +228,12 @@ def test_a_folder_is_for_one_process_at_a_time(tmp_path):
     assert refused
 
 
-def test_a_record_of_another_solver_version_is_told(tmp_path):
+def test_a_record_of_another_optimiser_version_is_told(tmp_path):
     multistart(Known("disc"), Gradient(), 1, folder=tmp_path, executor=HERE)
     (file,) = tmp_path.glob("start_*.jsonl")
     lines = file.read_bytes().splitlines(keepends=True)
     file.write_bytes(b"".join([*lines[:5], lines[6]]))  # sound lines, but one is missing
-    with pytest.raises(InputError, match="evaluation 5 is not the one that the solver asks for now"):
+    with pytest.raises(InputError, match="evaluation 5 is not the one that the optimiser asks for now"):
         multistart(Known("disc"), Gradient(), 1, folder=tmp_path, executor=HERE)
 
 
@@ -278,14 +276,14 @@ def test_numbers_that_make_no_sense_are_told():
             multistart(Known("disc"), Gradient(), **{"starts": 1, **change})
 
 
-def test_solvers_are_made_by_name():
-    for solver in (Pattern(), Gradient(tolerance=1e-5), Evolution(population=9), Pattern(mesh=(0.1, 0.2))):
-        assert make_solver(**json.loads(json.dumps(describe_solver(solver)))) == solver
-    with pytest.raises(InputError, match=r'no solver "gradiant". Did you mean "gradient"'):
-        make_solver("gradiant")
+def test_optimisers_are_made_by_name():
+    for optimiser in (Pattern(), Gradient(tolerance=1e-5), CmaEs(population=9), Pattern(mesh=(0.1, 0.2))):
+        assert make_optimiser(**json.loads(json.dumps(optimiser.describe()))) == optimiser
+    with pytest.raises(InputError, match=r'no optimiser "gradiant". Did you mean "gradient"'):
+        make_optimiser("gradiant")
     with pytest.raises(InputError, match=r'pattern has no option "mash". Did you mean "mesh"'):
-        make_solver("pattern", mash=1)
-    with pytest.raises(InputError, match="evaluations is 0"):
-        make_solver("pattern", evaluations=0)
+        make_optimiser("pattern", mash=1)
+    with pytest.raises(InputError, match="evaluations: is 0"):
+        make_optimiser("pattern", evaluations=0)
     with pytest.raises(InputError):
-        make_solver("pattern", directions="3n")
+        make_optimiser("pattern", directions="3n")

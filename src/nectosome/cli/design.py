@@ -24,8 +24,8 @@ def design(
     /,
     *,
     solver: Annotated[
-        Literal["gradient", "pattern", "evolution"] | None,
-        Parameter(help="How each start is improved; gradient by default, evolution for a mission."),
+        Literal["gradient", "pattern", "cmaes"] | None,
+        Parameter(help="How each start is improved; gradient by default, cmaes for a mission."),
     ] = None,
     starts: Annotated[
         str | None,
@@ -69,10 +69,10 @@ def design(
     from nectosome import designs, model, robots, search
 
     if resume is not None:
-        held = search.read_design(resume)
+        held = search.read_search(resume)
         description, wanted = designs.restore_design(held["about"], str(resume))
-        options = dict(held["solver"])
-        chosen = search.make_solver(options.pop("name"), **options)
+        options = dict(held["optimiser"])
+        chosen = search.make_optimiser(options.pop("name"), **options)
         number, seeded, folder = number or held["starts"], held["seed"], resume
     else:
         assert robot is not None
@@ -87,10 +87,10 @@ def design(
             forward,
             None if mission is None else read_text(robots.mission_of(str(mission)) or mission),
         )
-        solver = solver or ("evolution" if wanted.mission else "gradient")
+        solver = solver or ("cmaes" if wanted.mission else "gradient")
         if wanted.mission and solver == "gradient":
-            raise InputError("a mission has no slopes. Take evolution or pattern.", field="--solver")
-        chosen, number = search.make_solver(solver), number or (2 if wanted.mission else 12)
+            raise InputError("a mission has no derivatives. Take cmaes or pattern.", field="--solver")
+        chosen, number = search.make_optimiser(solver), number or (2 if wanted.mission else 12)
         folder = out or Path("out") / f"design-{description.name}-{solver}-{seeded}"
     task = wanted.task(description)
     weigh(model.build(description), robot or str(resume))

@@ -1,7 +1,6 @@
 """`nectosome identify`: parameters of a model, from recordings and from features of gaits."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -14,7 +13,7 @@ from nectosome.cli.progress import progress_bar
 from nectosome.io import provenance, save_dataset
 from nectosome.units import InputError, did_you_mean, read_positive, read_quantity
 
-_SOLVERS = ("cmaes", "genetic", "differential", "front")
+_SOLVERS = ("cmaes", "genetic", "differential", "nsga2")
 
 identify = App(name="identify", help="Find parameters of a model from recordings and gaits.")
 identify.default(identify_robot)
@@ -133,8 +132,8 @@ def _check_targets(save: Path | None, plot: Path | None) -> None:
 def crawl(
     *,
     target: Annotated[Path, Parameter(help="Gaits (.yaml): the robot, what is unknown, features to come to.")],
-    solver: Annotated[str, Parameter(help="cmaes, genetic, differential, or front, one objective a trial.")] = "cmaes",
-    seed: Annotated[str, Parameter(help="Other seeds search elsewhere.", allow_leading_hyphen=True)] = "0",
+    solver: Annotated[str, Parameter(help="cmaes, genetic, differential, or nsga2, one objective a trial.")] = "cmaes",
+    seed: Annotated[str, Parameter(help="Other seeds search elsewhere.", allow_leading_hyphen=True)] = "1",
     evaluations: Annotated[
         str, Parameter(help="At most so many walks of each trial.", allow_leading_hyphen=True)
     ] = "3000",
@@ -157,39 +156,29 @@ def crawl(
 
     from nectosome.identification import identifiability
     from nectosome.identification.gait.files import load_gait_fit
-    from nectosome.search import CmaEs, DifferentialEvolution, Genetic, ParetoFront, evolve
+    from nectosome.identification.gait.fit import gait_data, gait_optimiser
+    from nectosome.search import minimise
 
     fit = load_gait_fit(target)
-    ways = {
-        "cmaes": CmaEs,
-        "genetic": Genetic,
-        "differential": DifferentialEvolution,
-        "front": lambda: ParetoFront(objectives=len(fit.trials)),
-    }
-    if solver == "front" and len(fit.trials) < 2:
-        raise InputError("front is between several trials, and there is one. Take another solver.", field="--solver")
-    several = solver == "front"
+    several = solver == "nsga2"
+    if several and len(fit.trials) < 2:
+        raise InputError("nsga2 is between several trials, and there is one. Take another solver.", field="--solver")
     with progress_bar("walking") as update:
-        found = evolve(
-            fit.by_trial if several else fit.summed,
-            fit.ranges,
-            ways[solver](),
-            evaluations=most,
-            target=None if several else enough,
+        found = minimise(
+            fit.task(by_trial=several),
+            gait_optimiser(solver, most),
             seed=number,
-            key=fit.key,
+            target=None if several else enough,
             folder=out,
             progress=lambda done, best: update(f"discrepancy {best:.2g}", done / most),
-        )
-        if several:  # of the front, the one with the least sum is told
-            found = replace(found, values=found.values.sum(axis=1, keepdims=True))
+        ).summed()  # of a front, the one with the least sum is told
         if found.best is None:
             raise InputError("no candidate walks: none of them gave features.", file=str(target))
+        best = fit.ranges.values(found.best.u)
         update("what the features tell", 1.0)
-        told = identifiability(fit.misfit, found.best)
-        walked = fit.walked(found.best[None])
+        told = identifiability(fit.misfit, best)
+        walked = fit.walked(best[None])
     from nectosome.cli.identify_pages import crawl_page
-    from nectosome.identification.gait.fit import gait_data
 
     data = gait_data(fit, found, walked, told, max(10 * found.value, enough))
     asked = {"target": target, "solver": solver, "seed": number, "evaluations": most, "goal": enough}

@@ -24,8 +24,7 @@ from nectosome.description import (
 from nectosome.description.variables import Box, Variable
 from nectosome.mechanism import moves_in_plane
 from nectosome.model import build, template_of
-from nectosome.search.evaluations import Compute
-from nectosome.search.task import Evaluation, Task
+from nectosome.search import Evaluate, Evaluation, Task
 from nectosome.solve import Symmetry, find_symmetry
 from nectosome.units import InputError, did_you_mean
 
@@ -196,23 +195,23 @@ class MotionDesign(Varied):
         period, pace = self._period()
         return CyclePlan(*shared, flat=self._flat(), pace=pace), PlanInputs(numbers, ends, jnp.asarray(period))
 
-    def prepare(self) -> Compute:
-        """Return evaluate(u, slopes, memory); the memory is the state of a motion nearby."""
+    def prepare(self) -> Evaluate:
+        """Return evaluate(u, derivatives, memory); the memory is the state of a motion nearby."""
         (plan, numbers), wanted = self.plan(), self._wanted()
         rest = build(self.description).initial()
         _, unravel = ravel_pytree(rest)
         sign = -1.0 if QUANTITIES[self.objective].best == "high" else 1.0
         jumping = self._jumping()
 
-        def evaluate(u: np.ndarray, slopes: bool, memory: np.ndarray | None) -> Evaluation:
-            if slopes and jumping:
+        def evaluate(u: np.ndarray, derivatives: bool, memory: np.ndarray | None) -> Evaluation:
+            if derivatives and jumping:
                 raise InputError(
-                    "moves the moment at which a stroke's acceleration jumps, so that slopes are not exact. Take the "
-                    "solver pattern or evolution.",
+                    "moves the moment at which a stroke's acceleration jumps, so that derivatives are not exact. Take "
+                    "the solver pattern or cmaes.",
                     field=jumping,
                 )
             guess, warm = (rest, False) if memory is None else (unravel(jnp.asarray(memory)), True)
-            program = judge_with_slopes if slopes else judge
+            program = judge_with_slopes if derivatives else judge
             found, steep = remembered(program, plan, numbers, jnp.asarray(u, dtype=float), guess, jnp.asarray(warm))
             status = Status(int(found.status))
             if status not in (Status.SOLVED, Status.SETTLED):
@@ -228,14 +227,14 @@ class MotionDesign(Varied):
                 outputs={name: values[name] for name in dict.fromkeys((*_TOLD, *wanted))},
                 memory=np.asarray(ravel_pytree(found.state)[0]),
             )
-            if not slopes:
+            if not derivatives:
                 return evaluation
             slope = dict(zip(plan.used, np.asarray(steep), strict=True))
             rows = [c.slope(slope) for c in self.constraints]
             return replace(
                 evaluation,
-                slope=sign * slope[self.objective],
-                constraint_slopes=np.array(rows).reshape(len(self.constraints), len(u)),
+                gradient=sign * slope[self.objective],
+                jacobian=np.array(rows).reshape(len(self.constraints), len(u)),
             )
 
         return evaluate

@@ -12,8 +12,7 @@ from nectosome.description.mission import Mission
 from nectosome.description.schedule import dump_mission, with_schedule
 from nectosome.description.variables import Variable
 from nectosome.model import run_mission
-from nectosome.search.evaluations import Compute
-from nectosome.search.task import Evaluation
+from nectosome.search import Evaluate, Evaluation
 from nectosome.units import InputError
 
 from .motion import Varied
@@ -26,7 +25,7 @@ class ScheduleDesign(Varied):
     """Bring a mission to its end in the shortest time, within ranges of its numbers.
 
     A mission that does not come to its end, or on which the robot leans by more than 60 degrees, counts as unsolved.
-    It has no slopes: modes begin and end with events.
+    It has no derivatives: modes begin and end with events.
 
     - variables: named as in `io.schedule`.
     - step: of the motion [s].
@@ -73,12 +72,12 @@ class ScheduleDesign(Varied):
         """File of the mission of a design."""
         return self.mission_at(u).text
 
-    def prepare(self) -> Compute:
-        """Return evaluate(u, slopes, memory), which needs no memory."""
+    def prepare(self) -> Evaluate:
+        """Return evaluate(u, derivatives, memory), which needs no memory."""
 
-        def evaluate(u: np.ndarray, slopes: bool, memory: np.ndarray | None) -> Evaluation:
-            if slopes:
-                raise InputError("a mission has no slopes. Take the solver evolution or pattern.", field="solver")
+        def evaluate(u: np.ndarray, derivatives: bool, memory: np.ndarray | None) -> Evaluation:
+            if derivatives:
+                raise InputError("a mission has no derivatives. Take the solver cmaes or pattern.", field="solver")
             flown = run_mission(self.mission_at(u), step=self.step)
             fallen = np.asarray(flown.measures.lean) > _UPRIGHT
             if fallen.any():

@@ -1,9 +1,5 @@
 """Identification: what measurements say of a model. `linear`, `surge` and `posterior` need JAX: import them by name."""
 
-from nectosome.search.found import Evolved
-from nectosome.search.generations import evolve
-from nectosome.search.populations import CmaEs, DifferentialEvolution, Evolver, Genetic, ParetoFront
-
 from .fits.errors import Errors, errors_of
 from .fits.identifiability import Helpful, Identifiability, Interval, identifiability, most_helpful
 from .fits.intervals import Bootstrap, Profile, bootstrap, profile
@@ -22,16 +18,11 @@ __all__ = [
     "METHODS",
     "Aim",
     "Bootstrap",
-    "CmaEs",
     "Corrected",
     "CorrectedGrid",
-    "DifferentialEvolution",
     "Errors",
-    "Evolved",
-    "Evolver",
     "Experiments",
     "Fit",
-    "Genetic",
     "GridTable",
     "Helpful",
     "Identifiability",
@@ -40,7 +31,6 @@ __all__ = [
     "Next",
     "Observed",
     "ParameterEstimate",
-    "ParetoFront",
     "Profile",
     "RigidMap",
     "SimToReal",
@@ -52,7 +42,6 @@ __all__ = [
     "correct_grid",
     "corrected_data",
     "errors_of",
-    "evolve",
     "experiments_of",
     "gaussian_process",
     "identifiability",

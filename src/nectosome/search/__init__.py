@@ -1,46 +1,38 @@
 """Searches for the best: tasks, optimisers, journals, many starts; nothing is lost when one is killed."""
 
-from .evolution import Evolution
-from .folder import read_design, read_starts
-from .found import Evolved
-from .generations import evolve
-from .gradient import Gradient
-from .improve import improve
+from . import optimisers
+from .contract import Ask, Optimiser, Outcome, Search
+from .dominance import front, undominated
+from .folder import read_search, read_starts
+from .history import Result, Start
+from .minimise import minimise
 from .multistart import multistart
-from .outcome import Result, Start
-from .pareto import Front, front
-from .pattern import Pattern
-from .populations import CmaEs, DifferentialEvolution, Evolver, Genetic, ParetoFront
+from .objective import BatchTask
+from .optimisers import *  # noqa: F403  their names stand in one place
+from .optimisers import OPTIMISERS, make_optimiser
 from .processes import Workers
-from .solvers import SOLVERS, describe_solver, make_solver
-from .task import Evaluate, Evaluation, Outcome, Solver, Task
+from .task import Evaluate, Evaluation, Space, Task
 
 __all__ = [
-    "SOLVERS",
-    "CmaEs",
-    "DifferentialEvolution",
+    "OPTIMISERS",
+    "Ask",
+    "BatchTask",
     "Evaluate",
     "Evaluation",
-    "Evolution",
-    "Evolved",
-    "Evolver",
-    "Front",
-    "Genetic",
-    "Gradient",
+    "Optimiser",
     "Outcome",
-    "ParetoFront",
-    "Pattern",
     "Result",
-    "Solver",
+    "Search",
+    "Space",
     "Start",
     "Task",
     "Workers",
-    "describe_solver",
-    "evolve",
     "front",
-    "improve",
-    "make_solver",
+    "make_optimiser",
+    "minimise",
     "multistart",
-    "read_design",
+    "read_search",
     "read_starts",
+    "undominated",
 ]
+__all__ += optimisers.__all__

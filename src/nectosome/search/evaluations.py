@@ -1,8 +1,9 @@
-"""Evaluations as they are made: recorded at once, and handed back instead of computed when a run is repeated."""
+"""Evaluations as they are made: recorded at once, and handed back instead of computed when a search is repeated."""
 
 import math
 import time
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import replace
 from typing import Any
 
@@ -12,127 +13,182 @@ from jaxtyping import Float
 from nectosome.io.journal import Journal
 from nectosome.units import InputError
 
-from .processes import count_one
-from .task import Evaluation, Task
-
-Compute = Callable[[Float[np.ndarray, "n"], bool, Float[np.ndarray, "k"] | None], Evaluation]
+from .contract import Outcome, Search
+from .processes import count
+from .task import Evaluate, Evaluation, Space, Task
 
 
 class StoppedError(Exception):
-    """The run was cancelled."""
+    """The search was ended from outside of the optimiser; `outcome` says how."""
+
+    def __init__(self, outcome: Outcome | None = None):
+        super().__init__()
+        self.outcome = outcome or Outcome(False, "cancelled")
 
 
 class Recorder:
-    """The `Evaluate` of one start: all its evaluations in order, each in the journal before the solver sees it.
+    """Evaluates for one start: all its evaluations in order, each in the journal before the optimiser sees it.
 
-    A design that was evaluated before, with all that is asked for, is not evaluated again. `stop` is asked before each
-    new evaluation; StoppedError is raised where it says yes.
+    Designs are evaluated one by one, and none twice; or a batch at once, where the task can do that. What is computed
+    together is one record of the journal.
+
+    - before(): called before anything new is computed; it may raise StoppedError.
+    - after(new): called when evaluations are recorded or repeated; it may raise too.
     """
 
     def __init__(
         self,
         task: Task,
-        compute: Compute,
-        journal: Journal | None,
-        stop: Callable[[], bool],
+        evaluate: Evaluate | None = None,
+        journal: Journal | None = None,
+        before: Callable[[], None] = lambda: None,
+        after: Callable[[bool], None] = lambda new: None,
     ):
-        self.lower, self.upper, self.constraints = task.lower, task.upper, len(task.constraint_names)
         self.evaluations: list[Evaluation] = []
-        self.marks: list[int] = []
-        self._compute, self._journal, self._stop = compute, journal, stop
+        self.marks: list[int] = []  # how many evaluations were made at the end of each iteration
+        self.lowest = np.inf  # objective of a feasible design
+        self._space, self._tolerance, self._journal = task.space, task.tolerance, journal
+        self._batch = task.prepare_batch()
+        self._evaluate = None if self._batch else evaluate or task.prepare()
+        self._before, self._after = before, after
         self._recorded = list(journal.records) if journal else []
+        self._made = 0  # records
         self._known: dict[bytes, Evaluation] = {}
 
-    def __call__(self, u: Float[np.ndarray, "n"], slopes: bool = False) -> Evaluation:
-        """Return the evaluation at `u`. Raises InputError where the record holds another design in its place."""
-        u = np.array(u, dtype=float)
-        u.setflags(write=False)
+    def __call__(self, points: Float[np.ndarray, "m n"], derivatives: bool = False) -> list[Evaluation]:
+        """Return the evaluations of designs. Raises InputError where the record holds another design in its place."""
+        points = np.array(points, dtype=float)
+        points.setflags(write=False)
+        return self._record(points, derivatives) if self._batch else [self._one(u, derivatives) for u in points]
+
+    def drive(self, search: Search) -> Outcome:
+        """Answer an optimiser until it ends."""
+        with closing(search):
+            answer: Any = None
+            while True:
+                try:
+                    ask = search.send(answer)
+                except StopIteration as end:
+                    self._close_iterations(end.value.iterations)
+                    return end.value
+                self._close_iterations(ask.iterations)
+                answer = self(ask.points, ask.derivatives)
+
+    def _close_iterations(self, number: int) -> None:
+        self.marks += [len(self.evaluations)] * (number - len(self.marks))
+
+    def _one(self, u: np.ndarray, derivatives: bool) -> Evaluation:
         known = self._known.get(u.tobytes())
-        if known is not None and (known.slope is not None or not slopes or not known.solved):
+        if known is not None and (known.gradient is not None or not derivatives or not known.solved):
             return known
-        n = len(self.evaluations)
-        evaluation = self._repeat(u, slopes, self._recorded[n]) if n < len(self._recorded) else self._new(u, slopes)
-        self.evaluations.append(evaluation)
+        (evaluation,) = self._record(u[None], derivatives)
         self._known[u.tobytes()] = evaluation
         return evaluation
 
-    def close_iteration(self) -> None:
-        """Note that the evaluations so far make a whole number of iterations."""
-        self.marks.append(len(self.evaluations))
+    def _record(self, points: np.ndarray, derivatives: bool) -> list[Evaluation]:
+        new = self._made >= len(self._recorded)
+        found = self._new(points, derivatives) if new else self._repeat(points, derivatives)
+        self._made += 1
+        self.evaluations += found
+        self.lowest = min([self.lowest, *(e.objective for e in found if e.feasible(self._tolerance))])
+        self._after(new)
+        return found
 
-    def _repeat(self, u: np.ndarray, slopes: bool, record: dict[str, Any]) -> Evaluation:
-        evaluation = decode(record)
-        if evaluation.u.tobytes() != u.tobytes() or record["slopes"] != slopes:
+    def _repeat(self, points: np.ndarray, derivatives: bool) -> list[Evaluation]:
+        record = self._recorded[self._made]
+        found = decode(record) if "evaluations" in record else []
+        if [e.u.tobytes() for e in found] != [u.tobytes() for u in points] or record["derivatives"] != derivatives:
             raise InputError(
-                f"evaluation {len(self.evaluations) + 1} is not the one that the solver asks for now: it was recorded "
-                "with other versions of nectosome or its solvers. Start anew, in another folder.",
+                f"evaluation {len(self.evaluations) + 1} is not the one that the optimiser asks for now: it was "
+                "recorded with other versions of nectosome or its optimisers. Start anew, in another folder.",
                 file=str(self._journal.path) if self._journal else None,
             )
-        return evaluation
+        return found
 
-    def _new(self, u: np.ndarray, slopes: bool) -> Evaluation:
-        if self._stop():
-            raise StoppedError
-        count_one()
+    def _new(self, points: np.ndarray, derivatives: bool) -> list[Evaluation]:
+        self._before()
+        count(len(points))
         begin = time.perf_counter()
-        known = [e for e in self.evaluations if e.memory is not None]
-        near = min(known, key=lambda e: float(np.abs((e.u - u) / (self.upper - self.lower)).max()), default=None)
-        found = self._compute(u, slopes, None if near is None else near.memory)
-        evaluation = replace(_sound(found, u, slopes, self.constraints), seconds=time.perf_counter() - begin)
+        if self._batch is None:
+            assert self._evaluate is not None
+            found = [self._evaluate(u, derivatives, self._memory_near(u)) for u in points]
+        elif derivatives:
+            raise InputError("this objective has no derivatives. Take an optimiser that needs none.", field="optimiser")
+        else:
+            found = self._batch(points)
+        seconds = (time.perf_counter() - begin) / len(points)
+        pairs = zip(found, points, strict=True)
+        sound = [replace(_sound(e, u, derivatives, self._space), seconds=seconds) for e, u in pairs]
         if self._journal:
-            self._journal.append(encode(evaluation) | {"slopes": slopes})
-        return evaluation
+            self._journal.append(encode(sound, derivatives))
+        return sound
+
+    def _memory_near(self, u: np.ndarray) -> Float[np.ndarray, "k"] | None:
+        known = [e for e in self.evaluations if e.memory is not None]
+        near = min(known, key=lambda e: float(np.abs(e.u - u).max()), default=None)
+        return None if near is None else near.memory
 
 
-def _sound(e: Evaluation, u: np.ndarray, slopes: bool, constraints: int) -> Evaluation:
+def _sound(e: Evaluation, u: np.ndarray, derivatives: bool, space: Space) -> Evaluation:
     """The evaluation at `u`, unsolved where a number is not finite. Raises ValueError where the contract is broken."""
-    if e.constraints.shape != (constraints,):
-        raise ValueError(f"evaluate gives {e.constraints.size} constraints; the task names {constraints}.")
-    if e.solved and slopes and (e.slope is None or e.constraint_slopes is None):
-        raise ValueError("evaluate gives no slopes where they were asked for.")
+    others = space.objectives - 1
+    if e.constraints.shape != (space.constraints,):
+        raise ValueError(f"evaluate gives {e.constraints.size} constraints; the task names {space.constraints}.")
+    if e.solved and e.others.shape != (others,):
+        raise ValueError(f"evaluate gives {1 + e.others.size} objectives; the task has {space.objectives}.")
+    if e.solved and derivatives and (e.gradient is None or e.jacobian is None):
+        raise ValueError("evaluate gives no derivatives where they were asked for.")
     if not e.solved:
-        return replace(Evaluation.unsolved(u, constraints, e.reason), outputs=e.outputs)
-    numbers = {"objective": e.objective, "constraints": e.constraints}
-    if slopes:
-        numbers |= {"slopes": e.slope, "constraint slopes": e.constraint_slopes}
+        return replace(Evaluation.unsolved(u, space.constraints, e.reason, others), outputs=e.outputs)
+    numbers = {"objective is": e.objectives, "constraints are": e.constraints}
+    if derivatives and e.gradient is not None and e.jacobian is not None:
+        numbers |= {"derivatives are": e.gradient, "derivatives of the constraints are": e.jacobian}
     for name, number in numbers.items():
         if not np.all(np.isfinite(number)):
-            verb = "is" if name == "objective" else "are"
-            return replace(Evaluation.unsolved(u, constraints, f"the {name} {verb} not finite"), outputs=e.outputs)
-    return replace(e, u=u) if slopes else replace(e, u=u, slope=None, constraint_slopes=None)
+            unsolved = Evaluation.unsolved(u, space.constraints, f"the {name} not finite", others)
+            return replace(unsolved, outputs=e.outputs)
+    return replace(e, u=u) if derivatives else replace(e, u=u, gradient=None, jacobian=None)
 
 
-def encode(evaluation: Evaluation) -> dict[str, Any]:
-    """Return an evaluation as JSON data; numbers that are not finite become text."""
-    e = evaluation
+def encode(evaluations: list[Evaluation], derivatives: bool) -> dict[str, Any]:
+    """Return evaluations that were computed together as JSON data; numbers that are not finite become text."""
+    return {"derivatives": derivatives, "evaluations": [_encode(e) for e in evaluations]}
+
+
+def decode(record: dict[str, Any]) -> list[Evaluation]:
+    """Return the evaluations that `encode` made a record of."""
+    return [_decode(one) for one in record["evaluations"]]
+
+
+def _encode(e: Evaluation) -> dict[str, Any]:
+    arrays = {"gradient": e.gradient, "jacobian": e.jacobian, "memory": e.memory}
     return {
         "u": e.u.tolist(),
-        "objective": _plain(e.objective),
+        "objectives": [_plain(f) for f in e.objectives],
         "constraints": [_plain(g) for g in e.constraints],
-        "slope": None if e.slope is None else e.slope.tolist(),
-        "constraint_slopes": None if e.constraint_slopes is None else e.constraint_slopes.tolist(),
         "reason": e.reason,
         "outputs": {name: _plain(value) for name, value in e.outputs.items()},
-        "memory": None if e.memory is None else e.memory.tolist(),
         "seconds": e.seconds,
+        **{name: array.tolist() for name, array in arrays.items() if array is not None},
     }
 
 
-def decode(record: dict[str, Any]) -> Evaluation:
-    """Return the evaluation that `encode` made a record of."""
-    u = np.array(record["u"], dtype=float)
+def _decode(one: dict[str, Any]) -> Evaluation:
+    u = np.array(one["u"], dtype=float)
     u.setflags(write=False)
-    slope, slopes, memory = record["slope"], record["constraint_slopes"], record["memory"]
+    objectives = [float(f) for f in one["objectives"]]
+    arrays = {name: np.array(one[name], dtype=float) for name in ("gradient", "memory") if name in one}
+    if "jacobian" in one:
+        arrays["jacobian"] = np.array(one["jacobian"], dtype=float).reshape(-1, u.size)
     return Evaluation(
         u=u,
-        objective=float(record["objective"]),
-        constraints=np.array([float(g) for g in record["constraints"]]),
-        slope=None if slope is None else np.array(slope, dtype=float),
-        constraint_slopes=None if slopes is None else np.array(slopes, dtype=float).reshape(-1, u.size),
-        reason=record["reason"],
-        outputs={name: float(value) for name, value in record["outputs"].items()},
-        memory=None if memory is None else np.array(memory, dtype=float),
-        seconds=record["seconds"],
+        objective=objectives[0],
+        others=np.array(objectives[1:]),
+        constraints=np.array([float(g) for g in one["constraints"]]),
+        reason=one["reason"],
+        outputs={name: float(value) for name, value in one["outputs"].items()},
+        seconds=one["seconds"],
+        **arrays,
     )
 
 

@@ -1,4 +1,4 @@
-"""The folder of a run: what is asked in `design.json`, one journal a start, and a lock."""
+"""The folder of a search: what was asked in `search.json`, one journal a start, and a lock."""
 
 import hashlib
 import json
@@ -12,20 +12,18 @@ from nectosome.io.journal import read_journal
 from nectosome.io.lock import lock
 from nectosome.units import InputError
 
+from .contract import Optimiser
 from .evaluations import decode
-from .solvers import describe_solver
-from .task import Evaluation, Solver, Task
+from .task import Evaluation, Task
 
-FORMAT = 1
-_FILE = "design.json"
+FORMAT = 2
+FILE = "search.json"
 _SAID = {
     "task": "another task",
     "names": "other variables",
     "constraint_names": "other constraints",
-    "lower": "other lower bounds",
-    "upper": "other upper bounds",
     "tolerance": "another tolerance",
-    "solver": "another solver, or other options of it",
+    "optimiser": "another optimiser, or other options of it",
     "seed": "another seed",
     "draws": "another number of draws",
 }
@@ -34,6 +32,8 @@ _SAID = {
 class SearchFolder:
     """A folder that is this process's own until it is closed.
 
+    - draws: how many designs may be drawn for a start; 0 for a single search, which goes on with more evaluations too.
+
     Raises InputError where it cannot be written, another process has it, or it holds other work or more starts.
     """
 
@@ -41,21 +41,23 @@ class SearchFolder:
         self,
         path: str | Path,
         task: Task,
-        solver: Solver,
-        starts: int,
+        optimiser: Optimiser,
         seed: int,
-        draws: int,
-        about: Mapping[str, Any] | None,
+        *,
+        starts: int = 1,
+        draws: int = 0,
+        about: Mapping[str, Any] | None = None,
     ):
         self.path = Path(path)
+        described = optimiser.describe()
+        if not draws:
+            del described["evaluations"]
         asked = {
             "task": task.key(),
             "names": list(task.names),
             "constraint_names": list(task.constraint_names),
-            "lower": task.lower.tolist(),
-            "upper": task.upper.tolist(),
             "tolerance": task.tolerance,
-            "solver": json.loads(json.dumps(describe_solver(solver))),
+            "optimiser": json.loads(json.dumps(described)),
             "seed": seed,
             "draws": draws,
         }
@@ -89,12 +91,12 @@ class SearchFolder:
 
     def _settle(self, asked: dict[str, Any], starts: int, about: Mapping[str, Any] | None) -> None:
         """Write down what is asked, or see that it is what was asked before."""
-        if not (self.path / _FILE).exists():
+        if not (self.path / FILE).exists():
             if any(self.path.glob("start_*.jsonl")):
-                raise InputError(f"holds starts, but no {_FILE}. Take another folder.", file=str(self.path))
+                raise InputError(f"holds starts, but no {FILE}. Take another folder.", file=str(self.path))
             held: dict[str, Any] = {"format": FORMAT, **asked, "starts": 0, "about": {}}
         else:
-            held = read_design(self.path)
+            held = read_search(self.path)
             for name, said in _SAID.items():
                 if held[name] != asked[name]:
                     old, new = (json.dumps(value) for value in (held[name], asked[name]))
@@ -108,15 +110,15 @@ class SearchFolder:
                 )
         new = held | {"starts": starts, "about": dict(about) if about is not None else held["about"]}
         if new != held:
-            write_atomic(self.path / _FILE, json.dumps(new, indent=2).encode())
+            write_atomic(self.path / FILE, json.dumps(new, indent=2).encode())
 
 
-def read_design(folder: str | Path) -> dict[str, Any]:
-    """Return what a folder was made for: task, solver, seed, draws, starts, and `about`, as the caller gave it.
+def read_search(folder: str | Path) -> dict[str, Any]:
+    """Return what a folder was made for: task, optimiser, seed, draws, starts, and `about`, as the caller gave it.
 
     Raises InputError where there is none, or it is damaged or of another version.
     """
-    file = Path(folder) / _FILE
+    file = Path(folder) / FILE
     try:
         held = json.loads(file.read_bytes())
     except OSError as error:
@@ -125,8 +127,8 @@ def read_design(folder: str | Path) -> dict[str, Any]:
         raise InputError("cannot be read: it is damaged.", file=str(file)) from None
     if not isinstance(held, dict) or held.get("format") != FORMAT or not {*_SAID, "starts", "about"} <= held.keys():
         raise InputError("is of another version of nectosome. Take another folder.", file=str(file))
-    kinds: dict[str, type] = {"solver": dict, "about": dict, "starts": int, "seed": int}
-    if not all(isinstance(held[name], kind) for name, kind in kinds.items()) or "name" not in held["solver"]:
+    kinds: dict[str, type] = {"optimiser": dict, "about": dict, "starts": int, "seed": int}
+    if not all(isinstance(held[name], kind) for name, kind in kinds.items()) or "name" not in held["optimiser"]:
         raise InputError("cannot be read: it is damaged.", file=str(file))
     return held
 
@@ -134,13 +136,13 @@ def read_design(folder: str | Path) -> dict[str, Any]:
 def read_starts(folder: str | Path) -> list[list[Evaluation]]:
     """Return the evaluations of each start that a folder holds so far, drawn designs first; its run may be under way.
 
-    Raises InputError as `read_design` does, and for a start that belongs to other work.
+    Raises InputError as `read_search` does, and for a start that belongs to other work.
     """
-    held = read_design(folder)
+    held = read_search(folder)
     digest = _digest({name: held[name] for name in _SAID})
     journals = (_journal(Path(folder), digest, k) for k in range(held["starts"]))
     found = [read_journal(path, key)[0] if path.exists() else [] for path, key in journals]
-    return [[decode(record) for record in records if "end" not in record] for records in found]
+    return [[e for record in records if "end" not in record for e in decode(record)] for records in found]
 
 
 def _digest(asked: dict[str, Any]) -> str:

@@ -15,11 +15,12 @@ from jaxtyping import Float
 
 from nectosome.io.journal import Journal, read_journal
 
-from .evaluations import Compute, Recorder, StoppedError, decode
+from .contract import Optimiser
+from .evaluations import Recorder, StoppedError, decode
 from .folder import SearchFolder
-from .outcome import Result, Start
+from .history import Result, Start
 from .processes import Workers, processors, stopped
-from .task import Evaluation, Solver, Task
+from .task import Evaluate, Evaluation, Task
 
 Progress = Callable[[int, Evaluation | None, int], bool | None]
 
@@ -28,9 +29,9 @@ _PULSE = 0.5  # seconds between calls of progress
 
 def multistart(
     task: Task,
-    solver: Solver,
+    optimiser: Optimiser,
     starts: int,
-    seed: int = 0,
+    seed: int = 1,
     *,
     first: Float[np.ndarray, "n"] | None = None,
     folder: str | Path | None = None,
@@ -46,21 +47,25 @@ def multistart(
     - first: a design of the box from which start 0 begins, instead of a drawn one, where the task accepts it.
     - folder: every evaluation is written there at once. The same call with the same folder goes on where it ended,
       however it ended; with more starts it adds some.
-    - about: JSON data to keep in the folder's `design.json`, where `read_design` finds it.
+    - about: JSON data to keep in the folder's `search.json`, where `read_search` finds it.
     - draws: a start is given up when so many designs were refused.
     - executor: where starts run; spawned processes unless given, one a processor, or `workers` of them.
     - progress(starts done, best so far, evaluations): called twice a second; the run is cancelled where it returns
       False. Starts in processes of a foreign executor come to their end first.
 
     Cancelled, the result holds the starts that are done; the folder, all evaluations. Raises ValueError for numbers
-    that make no sense, InputError for a folder that cannot be used, RuntimeError where a worker process died.
+    that make no sense, InputError for a folder that cannot be used and an optimiser that cannot search this task,
+    RuntimeError where a worker process died.
     """
     _check(starts, seed, draws, workers)
+    optimiser.check(task.space, True)
     with (
-        SearchFolder(folder, task, solver, starts, seed, draws, about) if folder is not None else nullcontext() as held
-    ):
+        nullcontext()
+        if folder is None
+        else SearchFolder(folder, task, optimiser, seed, starts=starts, draws=draws, about=about)
+    ) as held:
         jobs = [
-            _Job(task, solver, seed, k, draws, None if k else first, held.journal(k) if held else None)
+            _Job(task, optimiser, seed, k, draws, None if k else first, held.journal(k) if held else None)
             for k in range(starts)
         ]
         done = {job.number: start for job in jobs if (start := job.recall()) is not None}
@@ -69,8 +74,7 @@ def multistart(
         if left:
             number = min(workers or processors(), len(left))
             cancelled = _Run(left, done, progress).go(executor, number)
-    width = task.upper - task.lower
-    return Result(tuple(done[k] for k in sorted(done)), task.names, task.constraint_names, width, cancelled)
+    return Result(tuple(done[k] for k in sorted(done)), task.names, task.constraint_names, cancelled)
 
 
 @dataclass(frozen=True)
@@ -78,7 +82,7 @@ class _Job:
     """One start, as it is sent to a worker."""
 
     task: Task
-    solver: Solver
+    optimiser: Optimiser
     seed: int
     number: int
     draws: int
@@ -99,40 +103,45 @@ class _Job:
         with Journal(*self.journal) if self.journal else nullcontext() as journal:
             if journal and _ended(journal.records):
                 return self._start(journal.records, journal.damage)
-            recorder = Recorder(self.task, _prepared(self.task), journal, stop)
+
+            def before() -> None:
+                if stop():
+                    raise StoppedError
+
+            recorder = Recorder(self.task, _prepared(self.task), journal, before)
             try:
-                end = self._solve(recorder)
+                end = self._search(recorder)
             except StoppedError:
                 return None
             if journal:
                 journal.append({"end": end})
             return self._assemble(recorder.evaluations, end, journal.damage if journal else "")
 
-    def _solve(self, evaluate: Recorder) -> dict[str, Any]:
-        """Draw a start and solve from it; what is not in the evaluations, as JSON data."""
+    def _search(self, recorder: Recorder) -> dict[str, Any]:
+        """Draw a start and search from it; what is not in the evaluations, as JSON data."""
         sequence = np.random.SeedSequence(self.seed, spawn_key=(self.number,))
         rng = np.random.default_rng(sequence)
         refused: Counter[str] = Counter()
         accepted = None
         while accepted is None and refused.total() < self.draws:
-            drawn = rng.uniform(self.task.lower, self.task.upper)
+            drawn = rng.uniform(size=len(self.task.names))
             u = drawn if self.first is None or refused else self.first
-            why = self.task.accepts(evaluate(u, self.solver.slopes))
+            why = self.task.accepts(recorder(u[None], self.optimiser.derivatives)[0])
             if why:
                 refused[why] += 1
             else:
                 accepted = u
-        end = {"draws": len(evaluate.evaluations), "begun": accepted is not None, "rejected": dict(refused)}
+        end = {"draws": len(recorder.evaluations), "begun": accepted is not None, "rejected": dict(refused)}
         if accepted is None:
             common = refused.most_common(1)[0][0]
             message = f"none of {self.draws} drawn designs was accepted, mostly because {common}"
             return end | {"marks": [], "converged": False, "message": message}
         seed = 1 + int(sequence.generate_state(1)[0]) % (2**31 - 1)
-        outcome = self.solver.solve(evaluate, accepted, seed)
-        return end | {"marks": evaluate.marks, "converged": outcome.converged, "message": outcome.message}
+        outcome = recorder.drive(self.optimiser.search(self.task.space, accepted, seed))
+        return end | {"marks": recorder.marks, "converged": outcome.converged, "message": outcome.message}
 
     def _start(self, records: list[dict[str, Any]], note: str) -> Start:
-        return self._assemble([decode(record) for record in records[:-1]], records[-1]["end"], note)
+        return self._assemble([e for record in records[:-1] for e in decode(record)], records[-1]["end"], note)
 
     def _assemble(self, evaluations: list[Evaluation], end: dict[str, Any], note: str) -> Start:
         return Start(
@@ -213,7 +222,7 @@ class _Run:
 
 _STOPPED: set[int] = set()  # runs of this process that were stopped
 _prepared_key: tuple[type, str] | None = None
-_prepared_evaluate: Compute | None = None
+_prepared_evaluate: Evaluate | None = None
 _preparing = threading.Lock()
 
 
@@ -221,7 +230,7 @@ def _run_here(job: _Job, run: int) -> Start | None:
     return job.run(lambda: stopped() or run in _STOPPED)
 
 
-def _prepared(task: Task) -> Compute:
+def _prepared(task: Task) -> Evaluate:
     """The task's `evaluate`, made once in a process for as long as it works on the same task."""
     global _prepared_key, _prepared_evaluate
     with _preparing:

@@ -55,11 +55,11 @@ def stopped() -> bool:
     return _stop is not None and _stop.is_set()
 
 
-def count_one() -> None:
-    """Count an evaluation, where this process is a worker."""
+def count(evaluations: int) -> None:
+    """Count evaluations, where this process is a worker."""
     if _count is not None:
         with _count.get_lock():
-            _count.value += 1
+            _count.value += evaluations
 
 
 def processors() -> int:

@@ -1,43 +1,52 @@
-"""What is to be designed: variables in a box, an objective, constraints; and what one evaluation of them tells."""
+"""What is to be designed: variables in the unit box, an objective, constraints; and one evaluation of them."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
+
+_NONE = np.zeros(0)
+_NONE.setflags(write=False)
 
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
     """Objective and constraints at one design, or why there are none.
 
-    An evaluation whose `reason` is not empty found no solution: objective and constraints are nan, and no solver may
+    An evaluation whose `reason` is not empty found no solution: objective and constraints are nan, and no optimiser may
     put a number in their place.
     """
 
-    u: Float[np.ndarray, "n"]  # the design, in the task's variables
+    u: Float[np.ndarray, "n"]  # the design, in the unit box
     objective: float
     constraints: Float[np.ndarray, "m"]  # <= 0 where kept, in units of their limits
-    slope: Float[np.ndarray, "n"] | None = None  # of the objective
-    constraint_slopes: Float[np.ndarray, "m n"] | None = None
+    gradient: Float[np.ndarray, "n"] | None = None  # of the objective
+    jacobian: Float[np.ndarray, "m n"] | None = None  # of the constraints
     reason: str = ""
     outputs: Mapping[str, float] = field(default_factory=dict)  # what else is worth remembering, by name
     memory: Float[np.ndarray, "k"] | None = None  # what helps to evaluate a design nearby
-    seconds: float = 0.0  # it took, filled in by who records it
+    seconds: float = 0.0  # it took, filled in by the recorder
+    others: Float[np.ndarray, "o"] = field(default_factory=lambda: _NONE)  # objectives beyond the first
 
     @classmethod
-    def unsolved(cls, u: Float[np.ndarray, "n"], constraints: int, reason: str) -> "Evaluation":
+    def unsolved(cls, u: Float[np.ndarray, "n"], constraints: int, reason: str, others: int = 0) -> "Evaluation":
         """Return the evaluation of a design that has no solution, for a reason in words."""
         if not reason:
             raise ValueError("Evaluation: an unsolved design needs a reason.")
-        return cls(u, np.nan, np.full(constraints, np.nan), reason=reason)
+        return cls(u, np.nan, np.full(constraints, np.nan), reason=reason, others=np.full(others, np.nan))
 
     @property
     def solved(self) -> bool:
         """Whether there is a solution."""
         return not self.reason
+
+    @property
+    def objectives(self) -> Float[np.ndarray, "k"]:
+        """All objectives, the first one first."""
+        return np.concatenate([[self.objective], self.others])
 
     @property
     def violation(self) -> float:
@@ -49,39 +58,52 @@ class Evaluation:
         return self.violation <= tolerance
 
 
+Evaluate = Callable[[Float[np.ndarray, "n"], bool, Float[np.ndarray, "k"] | None], Evaluation]
+EvaluateBatch = Callable[[Float[np.ndarray, "m n"]], list[Evaluation]]
+
+
+@dataclass(frozen=True)
+class Space:
+    """The numbers of a task's variables, constraints and objectives."""
+
+    variables: int
+    constraints: int = 0
+    objectives: int = 1
+
+
 class Task(ABC):
-    """Minimise an objective over a box, with constraints g(u) <= 0. It is pickled and sent to worker processes.
+    """Minimise an objective over the unit box, with constraints g(u) <= 0. It is pickled and sent to worker processes.
 
     - names: of the variables [n]; constraint_names: of the constraints [m].
-    - lower, upper: the box, the unit box unless told otherwise.
+    - objectives: how many there are; optimisers of one objective take the first.
     - tolerance: the violation up to which a design counts as feasible.
     """
 
     names: tuple[str, ...]
     constraint_names: tuple[str, ...] = ()
+    objectives: int = 1
     tolerance: ClassVar[float] = 1e-6
 
     @property
-    def lower(self) -> Float[np.ndarray, "n"]:
-        """Lower ends of the variables."""
-        return np.zeros(len(self.names))
-
-    @property
-    def upper(self) -> Float[np.ndarray, "n"]:
-        """Upper ends of the variables."""
-        return np.ones(len(self.names))
+    def space(self) -> Space:
+        """The numbers of variables, constraints and objectives."""
+        return Space(len(self.names), len(self.constraint_names), self.objectives)
 
     @abstractmethod
     def key(self) -> str:
         """Return a text that is the same for the same task only, today and tomorrow."""
 
     @abstractmethod
-    def prepare(self) -> Callable[[Float[np.ndarray, "n"], bool, Float[np.ndarray, "k"] | None], Evaluation]:
-        """Return evaluate(u, slopes, memory); called once in each worker, where programs are compiled.
+    def prepare(self) -> Evaluate:
+        """Return evaluate(u, derivatives, memory); called once in each worker, where programs are compiled.
 
         `memory` is that of the nearest design that this start has solved, None at first. For the same arguments
-        `evaluate` always gives the same numbers; with `slopes` a solved evaluation has them.
+        `evaluate` always gives the same numbers; with `derivatives` a solved evaluation has gradient and Jacobian.
         """
+
+    def prepare_batch(self) -> EvaluateBatch | None:
+        """Return what evaluates a whole batch at once; None where designs are evaluated one by one."""
+        return None
 
     def accepts(self, evaluation: Evaluation) -> str:
         """Return why a drawn start is refused, "" where it is fine: it must be solved and feasible."""
@@ -90,48 +112,3 @@ class Task(ABC):
         if not evaluation.feasible(self.tolerance):
             return f"{self.constraint_names[int(np.argmax(evaluation.constraints))]} is not kept"
         return ""
-
-
-@runtime_checkable
-class Evaluate(Protocol):
-    """What a solver calls: it evaluates, or repeats what was recorded, and keeps the account."""
-
-    lower: Float[np.ndarray, "n"]
-    upper: Float[np.ndarray, "n"]
-    constraints: int
-
-    def __call__(self, u: Float[np.ndarray, "n"], slopes: bool = False) -> Evaluation:
-        """Return the evaluation of a design in the box."""
-        ...
-
-    def close_iteration(self) -> None:
-        """Tell that an iteration of the solver ends with the last evaluation."""
-        ...
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How a solver ended; what it found is read off its evaluations."""
-
-    converged: bool
-    message: str
-
-
-class Solver(ABC):
-    """A way to minimise from one start; a frozen dataclass with its options as fields.
-
-    It must ask for the same designs whenever it gets the same start, seed and evaluations: a run that was killed goes
-    on by running the solver again on what was recorded.
-    """
-
-    slopes: ClassVar[bool] = False  # whether it asks for slopes everywhere
-
-    @abstractmethod
-    def solve(self, evaluate: Evaluate, start: Float[np.ndarray, "n"], seed: int) -> Outcome:
-        """Minimise from `start`; `seed` is from 1 to 2^31 - 1."""
-
-
-def require(fits: bool, message: str) -> None:
-    """Raise ValueError with the message unless `fits`; for options of solvers."""
-    if not fits:
-        raise ValueError(message)

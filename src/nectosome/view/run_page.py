@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import series
-from .closed_loop import following_panels
+from .closed_loop import closed_loop_panels
 from .page import write_page
 from .scenes import picture_interval, run_scene
 from .style import Panel
@@ -33,9 +33,9 @@ def show_run(run: "xr.Dataset", path: str | Path) -> None:
     robot = description(run)
     parts: list[str | Panel] = [] if robot is None else [f"<p>{escape(robot.about)}</p>"]
     parts.append(f'<p class="small">{escape(" · ".join(filter(None, [ended(run), origin(source)])))}</p>')
-    following = following_panels(run) if "reference" in run else []
+    loop = closed_loop_panels(run) if "reference" in run else []
     numbers = (series.velocity_panel, series.power_panel, series.energy_panel)
-    write_page(path, title, [*parts, *_scene_panel(run), *following, *(make(run) for make in numbers)])
+    write_page(path, title, [*parts, *_scene_panel(run), *loop, *(make(run) for make in numbers)])
 
 
 def _scene_panel(run: "xr.Dataset") -> list[Panel]:

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.search.covariance import need
+from nectosome.io.extras import package
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
 
@@ -54,7 +54,7 @@ def posterior(
     InputError where numpyro is not installed, for numbers that make no sense, parameters outside of their ranges, and
     residuals that are no numbers at theta.
     """
-    need("numpyro", "posteriors")
+    package("numpyro", "numpyro")
     for name, value, least in (("draws", draws, 4), ("warmup", warmup, 1), ("chains", chains, 1), ("seed", seed, 0)):
         if value < least:
             raise InputError(f"is {value}; it must be at least {least}.", field=name)

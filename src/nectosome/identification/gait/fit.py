@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from nectosome.description import RobotDescription, get_value
 from nectosome.description.variables import Box, Variable
-from nectosome.search.found import Evolved
+from nectosome.search import BatchTask, Optimiser, Start, make_optimiser
 from nectosome.units import DIMENSIONS, InputError
 from nectosome.units.ranges import Ranges
 
@@ -73,6 +73,12 @@ class GaitFit:
         """Discrepancies of all trials together."""
         return self.by_trial(rows).sum(axis=1)
 
+    def task(self, by_trial: bool = False) -> BatchTask:
+        """The least discrepancy of all trials together, or of each as an objective of its own."""
+        if by_trial:
+            return BatchTask(self.by_trial, self.ranges, len(self.trials), self.key)
+        return BatchTask(self.summed, self.ranges, text=self.key)
+
     @property
     def misfit(self) -> Misfit:
         """Features against the targets, in their standard errors."""
@@ -112,7 +118,16 @@ class _Changed:
     values: Sequence[Sequence[float]]
 
 
-def gait_data(fit: GaitFit, found: Evolved, walked: list[Walked], told: Identifiability, as_good: float) -> xr.Dataset:
+def gait_optimiser(name: str = "cmaes", evaluations: int = 3000) -> Optimiser:
+    """An optimiser by its name for `GaitFit.task`: it looks everywhere, since features are rough and have many minima.
+
+    Raises InputError as `make_optimiser` does.
+    """
+    everywhere = {"spread": 0.3, "restarts": 20, "unsolved": "last"} if name == "cmaes" else {}
+    return make_optimiser(name, evaluations=evaluations, **everywhere)
+
+
+def gait_data(fit: GaitFit, found: Start, walked: list[Walked], told: Identifiability, as_good: float) -> xr.Dataset:
     """Parameters, features, motion and history of a fit, in SI units.
 
     - over `parameter`: the best `value`, its range `low` to `high`; `good_low` to `good_high`, between which candidates
@@ -121,13 +136,13 @@ def gait_data(fit: GaitFit, found: Evolved, walked: list[Walked], told: Identifi
       window.
     - over `evaluation`: `discrepancy` (eq. 13), of all trials together.
     """
-    good = found.close(as_good)
-    best = found.rows[int(np.argmin(found.values[:, 0]))]
+    summed = found.summed()
+    good = fit.ranges.values(np.array([e.u for e in summed.close(as_good)]))
     series = np.stack([one.series[0] for one in walked])
     time = np.linspace(0.0, fit.window, series.shape[1])
     return xr.Dataset(
         {
-            "value": ("parameter", best),
+            "value": ("parameter", good[0]),
             "low": ("parameter", fit.ranges.bounds[:, 0]),
             "high": ("parameter", fit.ranges.bounds[:, 1]),
             "good_low": ("parameter", good.min(axis=0)),
@@ -139,7 +154,7 @@ def gait_data(fit: GaitFit, found: Evolved, walked: list[Walked], told: Identifi
             "surge": (("trial", "sample"), series[..., 0], {"units": "m"}),
             "heave": (("trial", "sample"), series[..., 1], {"units": "m"}),
             "lean": (("trial", "sample"), series[..., 2], {"units": "rad"}),
-            "discrepancy": ("evaluation", found.values[:, 0]),
+            "discrepancy": ("evaluation", summed.values),
         },
         {
             "parameter": list(fit.ranges.names),

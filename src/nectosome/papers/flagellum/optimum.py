@@ -10,12 +10,12 @@ import xarray as xr
 
 from nectosome.description import RobotDescription, get_value
 from nectosome.designs import Limit, MotionDesign, MotorLine
-from nectosome.search import Evaluation, Evolution, Gradient, Pattern, Result, Solver, Start, improve, multistart
+from nectosome.search import CmaEs, Evaluation, Gradient, Optimiser, Pattern, Result, Start, minimise, multistart
 
-SOLVERS: dict[str, Solver] = {
+SOLVERS: dict[str, Optimiser] = {
     "gradient": Gradient(),
     "pattern": Pattern(smallest_mesh=1e-4, evaluations=200),
-    "evolution": Evolution(evaluations=150),
+    "evolution": CmaEs(evaluations=150),
 }
 MOTOR = MotorLine(0.89, 22.0)
 Tell = Callable[[str, float], None]
@@ -141,10 +141,10 @@ def sensitivity(task: MotionDesign, best: Evaluation, label: str) -> xr.Dataset:
     x = task.box.values(best.u)
     along = np.where(task.box.log, 1.0, x) / width  # du for a relative change of x
     limit = task.constraints[0]
-    if e.slope is None or e.constraint_slopes is None or not isinstance(limit, Limit):
-        raise RuntimeError(f"{label}: no slopes at the best design: {e.reason}")
-    speed = -e.slope * along / e.outputs["speed"]
-    torque = e.constraint_slopes[0] * limit.value * along / e.outputs["torque"]
+    if e.gradient is None or e.jacobian is None or not isinstance(limit, Limit):
+        raise RuntimeError(f"{label}: no derivatives at the best design: {e.reason}")
+    speed = -e.gradient * along / e.outputs["speed"]
+    torque = e.jacobian[0] * limit.value * along / e.outputs["torque"]
     return xr.Dataset(
         {"percent": (("variable", "output"), np.stack([speed, torque], axis=1))},
         coords={"variable": list(task.names), "output": ["speed", "torque"]},
@@ -162,7 +162,7 @@ def stiffness_trend(task: MotionDesign, best: Evaluation, points: int) -> xr.Dat
             held = replace(task.variables[k], lower=float(x), upper=float(x))
             there = replace(task, variables=(*task.variables[:k], held, *task.variables[k + 1 :]))
             value[i, j] = x
-            found = improve(there, best.u, Gradient(evaluations=60))
+            found = minimise(there, Gradient(evaluations=60), best.u).best
             if found is not None:
                 young[i, j] = there.box.values(found.u)[task.names.index("E")]
                 speed[i, j] = found.outputs["speed"]

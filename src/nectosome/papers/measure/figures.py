@@ -101,8 +101,8 @@ def _fitted(fits: Mapping[str, "xr.Dataset"]) -> Panel:
     caption = (
         "Dahl's friction fitted to runs 1, 3, 5, 7 and 9 of the measured pull, the others held out. Over the distance "
         "alone a straight line stands beside it; with the measured pressure, which is higher on the stroke out, an "
-        f"area does. Residuals of neighbouring samples correlate ({correlation:.2f} and more): intervals (95 %) are those "
-        "of the scatter of the runs, each fitted alone. " + " ".join(words)
+        f"area does. Residuals of neighbouring samples correlate ({correlation:.2f} and more): intervals (95 %) are "
+        "the scatter of the runs, each fitted alone. " + " ".join(words)
     )
     return Panel("Friction identified, runs held out", caption, fig)
 

@@ -10,7 +10,7 @@ from nectosome.description import get_value, with_values
 from nectosome.description.variables import Box, read_variable
 from nectosome.designs import Limit, MotionDesign
 from nectosome.robots import describe
-from nectosome.search import Gradient, improve
+from nectosome.search import Gradient, minimise
 
 from .thrust import servo_speed, with_hinges
 
@@ -60,7 +60,7 @@ def best(start: dict[str, float], free: tuple[str, ...], limits: dict[str, float
     variables = [v if v.name in free else replace(v, lower=at[v.name], upper=at[v.name]) for v in variables]
     upper = tuple(Limit(name, True, value) for name, value in (_LOOSE | limits).items())
     task = MotionDesign(robot, tuple(variables), "thrust", upper, "-y")
-    found = improve(task, u, Gradient(tolerance=1e-5, evaluations=60))
+    found = minimise(task, Gradient(tolerance=1e-5, evaluations=60), u).best
     if found is None:
         raise RuntimeError(f"no paddle keeps {', '.join(task.constraint_names)} from {at} on")
     return dict(zip(RANGES, task.box.values(found.u).tolist(), strict=True)) | dict(found.outputs)

@@ -10,7 +10,7 @@ from nectosome.description import RevoluteJoint, RobotDescription, get_value
 from nectosome.designs.sweep import sweep
 from nectosome.model import build
 from nectosome.robots import describe
-from nectosome.search.covariance import undominated
+from nectosome.search import undominated
 from nectosome.solve import periodic
 
 SAMPLES = 257  # instants of a cycle: more of them move a mean thrust by 1e-4 of itself

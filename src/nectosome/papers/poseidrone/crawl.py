@@ -15,10 +15,10 @@ from nectosome.description import with_values
 from nectosome.description.variables import read_variable
 from nectosome.identification import Identifiability, Misfit, identifiability, most_helpful, profile
 from nectosome.identification.gait.features import FEATURES, discrepancy
-from nectosome.identification.gait.fit import GaitFit, GaitTrial, gait_data
+from nectosome.identification.gait.fit import GaitFit, GaitTrial, gait_data, gait_optimiser
 from nectosome.identification.gait.walks import Walks
 from nectosome.robots import describe
-from nectosome.search import CmaEs, Evolved, evolve
+from nectosome.search import Start, minimise
 
 from ..study import Progress, StudyPart
 
@@ -72,15 +72,15 @@ def part(quick: bool, progress: Progress) -> StudyPart:
     """Fits from several seeds, what they tell, the density held out, and gaits over density and buoyancy."""
     of = fit()
     seeds = 1 if quick else SEEDS
-    searches: list[Evolved] = []
+    searches: list[Start] = []
     for seed in range(seeds):
 
         def tell(done: int, best: float, seed: int = seed) -> None:
             progress(f"crawling, search {seed + 1} of {seeds}: {best:.1e}", 0.8 * (seed + done / WALKS) / seeds)
 
         aim = CLOSE if quick else PRINTED
-        searches.append(evolve(of.summed, of.ranges, CmaEs(), evaluations=WALKS, target=aim, seed=seed, progress=tell))
-    best = np.stack([found.rows[np.argmin(found.values[:, 0])] for found in searches])
+        searches.append(minimise(of.task(), gait_optimiser(evaluations=WALKS), seed=seed, target=aim, progress=tell))
+    best = of.ranges.values(np.stack([found.close(np.inf)[0].u for found in searches]))
     progress("what the gait tells", 0.8)
     measured = _measured(of, best[0])
     told = {name: identifiability(misfit, best[0]) for name, misfit in measured.items()}
@@ -214,14 +214,14 @@ def _told_data(told: dict[str, Identifiability]) -> xr.Dataset:
 
 def _numbers(
     of: GaitFit,
-    searches: list[Evolved],
+    searches: list[Start],
     best: Float[np.ndarray, "s n"],
     told: dict[str, Identifiability],
     gaits_: xr.Dataset,
 ) -> dict[str, float | None]:
     own = gaits_["speed"].sel(density=OWN[0], distance=OWN[1]).isel(angle=ANGLES.index(OWN[2]))
     values = np.array([found.value for found in searches])
-    enough = [int(np.argmax(found.history <= CLOSE)) + 1 for found in searches if found.value <= CLOSE]
+    enough = [int(np.argmax(found.values <= CLOSE)) + 1 for found in searches if found.value <= CLOSE]
     scale = np.where(np.array(of.ranges.names) == "drag_area", WATER, 1.0)
     printed = discrepancy(np.array(FOUND), np.array(TARGET), np.array(np.inf), of.seconds)
     return {

@@ -10,7 +10,7 @@ from nectosome.description.schedule import get_schedule
 from nectosome.designs import ScheduleDesign, shipped_problem
 from nectosome.model import mission_data, run_mission
 from nectosome.robots import describe
-from nectosome.search import Evaluation, Evolution, improve
+from nectosome.search import CmaEs, Evaluation, minimise
 from nectosome.units import show_quantity
 
 from ..study import Progress, StudyPart
@@ -36,10 +36,10 @@ def part(quick: bool, progress: Progress) -> StudyPart:
     if quick or not assumed.solved:
         return StudyPart(numbers)
 
-    def tell(done: int) -> None:
+    def tell(done: int, lowest: float) -> None:
         progress(f"schedule: {done} missions", 0.9 * min(done / _EVALUATIONS, 1.0))
 
-    best = improve(task, own, Evolution(tolerance=1e-3, evaluations=_EVALUATIONS), tell)
+    best = minimise(task, CmaEs(tolerance=1e-3, evaluations=_EVALUATIONS), own, progress=tell).best
     if best is None:
         return StudyPart(numbers)
     progress("schedule: crank speeds", 0.9)

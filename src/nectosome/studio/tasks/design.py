@@ -11,7 +11,7 @@ from nectosome.description import get_value, resolve
 from nectosome.description.variables import read_variable
 from nectosome.designs import QUANTITIES, MotionDesign, Problem
 from nectosome.designs.motion import FORWARD
-from nectosome.search import Evaluation, make_solver, multistart, read_starts
+from nectosome.search import Evaluation, make_optimiser, multistart, read_starts
 from nectosome.studio.sliders import around
 from nectosome.studio.work import Progress, errors_shown, labelled
 from nectosome.units import InputError, show_quantity
@@ -120,7 +120,7 @@ class Design:
     def _begin(self) -> None:
         task, robot = self._asked(), self._robot
         first = np.clip(task.box.design(task.description), 0.0, 1.0) if self._here.value else None
-        solver = make_solver(self._solver.value)
+        solver = make_optimiser(self._solver.value)
         starts, seed = int(self._starts.value), int(self._seed.value)
 
         def compute(progress: Progress) -> SearchProgress:

@@ -1,0 +1,219 @@
+"""Sequential quadratic programming in a trust region, with exact derivatives, around designs without a solution."""
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float
+from scipy.optimize import linprog
+
+from ..contract import Ask, Optimiser, Outcome, Search
+from ..task import Evaluation, Space
+from .quadratic import minimise_quadratic
+
+_FIRST_RADIUS = 0.2  # of the box
+_ENOUGH = 1e-4  # share of the predicted decrease that a step must bring
+
+
+@dataclass(frozen=True)
+class Gradient(Optimiser):
+    r"""Sequential quadratic programming (Nocedal and Wright 2006, chapter 18): BFGS, exact penalty, trust region.
+
+    A step minimises a quadratic model of the Lagrangian with linear constraints in a box around the design, and is kept
+    where the merit \( f + \nu \sum \max(g, 0) \) falls with it. A design without a solution makes the box smaller, and
+    steps keep to the near side of it from then on; no value is put in its place.
+
+    - tolerance: on the Karush-Kuhn-Tucker conditions, and the constraints.
+    - smallest_step: share of the box at which it gives up.
+    - evaluations: no iteration is begun after so many, each with derivatives.
+    """
+
+    tolerance: float = 1e-6
+    smallest_step: float = 1e-7
+    evaluations: int = 200
+    name: ClassVar[str] = "gradient"
+    derivatives: ClassVar[bool] = True
+
+    def __post_init__(self):
+        for name in ("tolerance", "smallest_step"):
+            value = getattr(self, name)
+            fits = math.isfinite(value) and 0 < value < 0.1
+            self._require(name, fits, f"is {value}; it must lie between 0 and 0.1.")
+        self._at_least("evaluations", 1)
+
+    def check(self, space: Space, start: bool) -> None:
+        """Raise InputError without a start."""
+        self._require("start", start, "is missing: it searches from a design.")
+
+    def search(self, space: Space, start: Float[np.ndarray, "n"] | None, seed: int) -> Search:
+        """Minimise from `start`, which must be solved; `seed` is not needed."""
+        del seed
+        assert start is not None
+        (first,) = yield Ask(start[None], derivatives=True)
+        if not first.solved:
+            return Outcome(False, f"the start has no solution: {first.reason}")
+        return (yield from _Iterations(self, _Point.of(first)).run())
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """A solved design."""
+
+    z: np.ndarray
+    f: float
+    g: np.ndarray
+    df: np.ndarray
+    dg: np.ndarray
+
+    @classmethod
+    def of(cls, e: Evaluation) -> "_Point":
+        assert e.gradient is not None
+        assert e.jacobian is not None
+        return cls(e.u, e.objective, e.constraints, e.gradient, e.jacobian)
+
+    def merit(self, penalty: float) -> float:
+        return self.f + penalty * _broken(self.g)
+
+
+def _broken(g: np.ndarray) -> float:
+    return float(np.maximum(g, 0.0).sum())
+
+
+@dataclass
+class _Iterations:
+    options: Gradient
+    at: _Point
+    radius: float = _FIRST_RADIUS
+    penalty: float = 0.0
+    asked: int = 1
+    accepted: int = 0
+    curvature: np.ndarray | None = None  # of the Lagrangian
+    unsolved: list[np.ndarray] = field(default_factory=list)  # designs without a solution
+    reason: str = ""  # of the last of them
+
+    def run(self) -> Search:
+        while self.asked < self.options.evaluations:
+            if self.radius < self.options.smallest_step:
+                return self._ended(False, f"no shorter step helps{self._blame()}")
+            d, multipliers = self._step(self.at.g)
+            if self._optimal(multipliers):
+                return self._ended(True, "the optimality conditions are met")
+            predicted = self._predict(d, multipliers)
+            if predicted <= 1e-13 * (1 + abs(self.at.f)):
+                feasible = self.at.g.max(initial=0.0) <= self.options.tolerance
+                what = "no step promises to be better" if feasible else "the constraints cannot be met from here"
+                return self._ended(bool(feasible) and not self._blame(), what + self._blame())
+            yield from self._try(d, multipliers, predicted)
+        return self._ended(False, f"{self.options.evaluations} evaluations made")
+
+    def _ended(self, converged: bool, message: str) -> Outcome:
+        return Outcome(converged, message, self.accepted)
+
+    def _blame(self) -> str:
+        """Say so where designs without a solution are nearby."""
+        near = any(np.abs(z - self.at.z).max() <= 1e-2 for z in self.unsolved)
+        return f"; next to it there is no solution: {self.reason}" if near else ""
+
+    def _try(self, d: np.ndarray, multipliers: np.ndarray, predicted: float) -> Generator[Ask, list[Evaluation]]:
+        """Evaluate a step, go there if it is good, and adapt the radius."""
+        length = float(np.abs(d).max())
+        new = yield from self._at(self.at.z + d)
+        if new is None:
+            self.radius = 0.5 * min(self.radius, length)
+            return
+        gain = self.at.merit(self.penalty) - new.merit(self.penalty)
+        if gain < _ENOUGH * predicted and _broken(new.g) > 0:
+            # second-order correction: curved constraints spoil long steps that are good (Maratos)
+            d = self._step(new.g - self.at.dg @ d)[0]
+            better = yield from self._at(self.at.z + d)
+            if better is not None:
+                new, length = better, float(np.abs(d).max())
+                gain = self.at.merit(self.penalty) - new.merit(self.penalty)
+        if gain < _ENOUGH * predicted:
+            self.radius = 0.5 * min(self.radius, length)
+            return
+        if gain > 0.75 * predicted and length > 0.8 * self.radius:
+            self.radius = min(1.0, 2 * self.radius)
+        elif gain < 0.25 * predicted:
+            self.radius = 0.5 * self.radius
+        self._learn(new, multipliers)
+        self.at = new
+        self.accepted += 1
+
+    def _at(self, z: np.ndarray) -> Generator[Ask, list[Evaluation], _Point | None]:
+        """The point at z; None, and a note of it, where there is no solution."""
+        self.asked += 1
+        (e,) = yield Ask(np.clip(z, 0, 1)[None], derivatives=True, iterations=self.accepted)
+        if not e.solved:
+            self.unsolved.append(z)
+            self.reason = e.reason
+            return None
+        return _Point.of(e)
+
+    def _step(self, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The step that minimises the model with g + dg d <= 0, or comes nearest to it, and its multipliers [m]."""
+        at, n, m = self.at, self.at.z.size, g.size
+        B = np.eye(n) * max(1.0, float(np.abs(at.df).max())) if self.curvature is None else self.curvature
+        low, high = np.maximum(-self.radius, -at.z), np.minimum(self.radius, 1 - at.z)
+        ways = [z - at.z for z in self.unsolved if np.abs(z - at.z).max() <= 2 * self.radius]
+        walls = np.array([way / np.linalg.norm(way) for way in ways]).reshape(-1, n)
+        halfway = np.array([0.5 * np.linalg.norm(way) for way in ways])
+        A = np.vstack([at.dg, walls, np.eye(n), -np.eye(n)])
+        b = np.concatenate([-g, halfway, high, -low])
+        found = minimise_quadratic(B, at.df, A, b, self.radius)
+        if found is None:
+            nearest = linprog(
+                np.concatenate([np.zeros(n), np.ones(m)]),
+                np.block([[at.dg, -np.eye(m)], [walls, np.zeros((len(ways), m))]]),
+                np.concatenate([-g, halfway]),
+                bounds=[*zip(low, high, strict=True), *[(0, None)] * m],
+            )
+            if nearest.x is None:  # cannot be: d = 0 is one
+                return np.zeros(n), np.zeros(m)
+            d = np.clip(nearest.x[:n], low, high)
+            found = minimise_quadratic(B, at.df, A, np.maximum(b, A @ d + 1e-9), self.radius) or (d, np.zeros(b.size))
+        return np.clip(found[0], low, high), found[1][:m]
+
+    def _optimal(self, multipliers: np.ndarray) -> bool:
+        """Karush-Kuhn-Tucker: a projected step down the Lagrangian leads nowhere, constraints kept, active or free."""
+        at, tolerance = self.at, self.options.tolerance
+        scale = 1 + float(np.abs(at.df).max())
+        down = np.clip(at.z - (at.df + at.dg.T @ multipliers) / scale, 0, 1) - at.z
+        return bool(
+            np.abs(down).max() <= tolerance
+            and at.g.max(initial=0.0) <= tolerance
+            and np.abs(multipliers * at.g).max(initial=0.0) <= tolerance * scale
+        )
+
+    def _predict(self, d: np.ndarray, multipliers: np.ndarray) -> float:
+        """Decrease of the merit by the model; the penalty grows until it is worth the constraints it mends."""
+        at = self.at
+        up = float(at.df @ d)
+        bend = 0.0 if self.curvature is None else 0.5 * float(d @ self.curvature @ d)
+        mended = _broken(at.g) - _broken(at.g + at.dg @ d)
+        needed = 1.1 * float(multipliers.max(initial=0.0))
+        if mended > 1e-12:
+            needed = max(needed, (up + bend) / (0.7 * mended))
+        self.penalty = max(needed, 0.5 * (self.penalty + needed))
+        return self.penalty * mended - up - bend
+
+    def _learn(self, new: _Point, multipliers: np.ndarray) -> None:
+        """Damped BFGS update of the Lagrangian's curvature (Powell 1978)."""
+        s = new.z - self.at.z
+        y = new.df - self.at.df + (new.dg - self.at.dg).T @ multipliers
+        if self.curvature is None:
+            self.curvature = np.eye(s.size) * max(abs(float(y @ y / (s @ y))) if s @ y != 0 else 1.0, 1e-6)
+        B = self.curvature
+        Bs = B @ s
+        sBs, sy = float(s @ Bs), float(s @ y)
+        if sBs <= 0:
+            return
+        mix = 1.0 if sy >= 0.2 * sBs else 0.8 * sBs / (sBs - sy)
+        r = mix * y + (1 - mix) * Bs
+        B = B - np.outer(Bs, Bs) / sBs + np.outer(r, r) / float(s @ r)
+        B = 0.5 * (B + B.T)
+        values, vectors = np.linalg.eigh(B)
+        values = np.clip(values, 1e-8 * max(values.max(), 1e-8), None)
+        self.curvature = (vectors * values) @ vectors.T
