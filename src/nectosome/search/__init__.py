@@ -1,17 +1,16 @@
 """Searches for the best: tasks, optimisers, journals, many starts; nothing is lost when one is killed."""
 
 from . import optimisers
-from .by_name import make_optimiser
 from .contract import Ask, Optimiser, Outcome, Search
 from .dominance import front, undominated
 from .folder import read_search, read_starts
+from .history import Result, Start
 from .minimise import minimise
 from .multistart import multistart
 from .objective import BatchTask
 from .optimisers import *  # noqa: F403  their names stand in one place
-from .optimisers import OPTIMISERS
+from .optimisers import OPTIMISERS, make_optimiser
 from .processes import Workers
-from .starts import Result, Start
 from .task import Evaluate, Evaluation, Space, Task
 
 __all__ = [

@@ -19,7 +19,11 @@ from .task import Evaluate, Evaluation, Space, Task
 
 
 class StoppedError(Exception):
-    """The search was cancelled."""
+    """The search was ended from outside of the optimiser; `outcome` says how."""
+
+    def __init__(self, outcome: Outcome | None = None):
+        super().__init__()
+        self.outcome = outcome or Outcome(False, "cancelled")
 
 
 class Recorder:

@@ -13,12 +13,8 @@ from nectosome.units import InputError
 from .contract import Optimiser, Outcome
 from .evaluations import Recorder, StoppedError
 from .folder import SearchFolder
-from .starts import Start
+from .history import Start
 from .task import Task
-
-
-class _ReachedError(Exception):
-    """A design is as good as the target."""
 
 
 def minimise(
@@ -47,7 +43,7 @@ def minimise(
 
     def watch(new: bool) -> None:
         if target is not None and recorder.lowest <= target:
-            raise _ReachedError
+            raise StoppedError(Outcome(True, f"the target of {target:g} is reached"))
         if new and progress is not None and progress(len(recorder.evaluations), recorder.lowest) is False:
             raise StoppedError
 
@@ -55,13 +51,11 @@ def minimise(
         nullcontext() if folder is None else SearchFolder(folder, task, optimiser, seed) as held,
         nullcontext() if held is None else Journal(*held.journal(0)) as journal,
     ):
-        recorder, cancelled = Recorder(task, journal=journal, after=watch), False
+        recorder = Recorder(task, journal=journal, after=watch)
         try:
             outcome = recorder.drive(optimiser.search(task.space, start, seed))
-        except _ReachedError:
-            outcome = Outcome(True, f"the target of {target:g} is reached")
-        except StoppedError:
-            outcome, cancelled = Outcome(False, "cancelled"), True
+        except StoppedError as end:
+            outcome = end.outcome
     return Start(
         number=0,
         evaluations=tuple(recorder.evaluations),
@@ -73,5 +67,5 @@ def minimise(
         message=outcome.message,
         tolerance=task.tolerance,
         note=journal.damage if journal else "",
-        cancelled=cancelled,
+        cancelled=outcome.message == "cancelled",
     )

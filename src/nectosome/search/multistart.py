@@ -18,8 +18,8 @@ from nectosome.io.journal import Journal, read_journal
 from .contract import Optimiser
 from .evaluations import Recorder, StoppedError, decode
 from .folder import SearchFolder
+from .history import Result, Start
 from .processes import Workers, processors, stopped
-from .starts import Result, Start
 from .task import Evaluate, Evaluation, Task
 
 Progress = Callable[[int, Evaluation | None, int], bool | None]

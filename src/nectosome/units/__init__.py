@@ -12,7 +12,7 @@ from .conversion import (
     split_unit,
     unit_to_si,
 )
-from .dimensions import DIMENSIONS, Dimension
+from .dimensions import DIMENSIONS, Dimension, dimension_of
 from .errors import InputError, count, did_you_mean, shorten
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "InputError",
     "count",
     "did_you_mean",
+    "dimension_of",
     "expected",
     "format_quantity",
     "parse_quantity",

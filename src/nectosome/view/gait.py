@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .page import panel_html, write_page
+from .page import write_page
 from .style import BLACK, BLUE, CYCLE, GREY, VERMILLION, Panel, dress, plain
 
 if TYPE_CHECKING:
@@ -20,11 +20,9 @@ if TYPE_CHECKING:
 
 def show_gait(found: "xr.Dataset", path: str | Path) -> None:
     """Write a page with all figures. Raises InputError where it cannot."""
-    title = str(found.attrs["title"])
     known = "".join(f"<li>{escape(words)}</li>" for words in json.loads(found.attrs["words"]))
-    parts = [f"<h1>{escape(title)}</h1>", f"<p>Identifiability by the features:</p><ul>{known}</ul>"]
     shown = [history_panel([found]), parameters_panel([found]), motion_panel(found)]
-    write_page(path, title, parts + [panel_html(panel, f"gait-{k}") for k, panel in enumerate(shown)])
+    write_page(path, str(found.attrs["title"]), [f"<p>Identifiability by the features:</p><ul>{known}</ul>", *shown])
 
 
 def history_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",), aim: float | None = None) -> Panel:

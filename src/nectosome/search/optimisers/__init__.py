@@ -1,9 +1,13 @@
 """Every optimiser once, by what it is; a new one is a class in a file of its own, and stands here."""
 
+from dataclasses import fields
+from typing import Any
+
+from nectosome.units import InputError, did_you_mean
+
 from ..contract import Optimiser
 from .cmaes import CmaEs
-from .differential import Differential
-from .genetic import Genetic
+from .genetic import Differential, Genetic
 from .gradient import Gradient
 from .nsga2 import Nsga2
 from .pattern import Pattern
@@ -13,3 +17,18 @@ __all__ = ["CmaEs", "Differential", "Genetic", "Gradient", "Nsga2", "Pattern"]
 OPTIMISERS: dict[str, type[Optimiser]] = {
     kind.name: kind for kind in (Gradient, Pattern, CmaEs, Genetic, Differential, Nsga2)
 }
+
+
+def make_optimiser(name: str, **options: Any) -> Optimiser:
+    """Return an optimiser by its name. Raises InputError for an unknown name or option, and a wrong value."""
+    if name not in OPTIMISERS:
+        raise InputError(f'there is no optimiser "{name}".{did_you_mean(name, OPTIMISERS)}')
+    known = [f.name for f in fields(OPTIMISERS[name])]  # pyright: ignore[reportArgumentType]
+    for option in options:
+        if option not in known:
+            raise InputError(f'{name} has no option "{option}".{did_you_mean(option, known)}')
+    try:
+        # JSON has lists for tuples
+        return OPTIMISERS[name](**{k: tuple(v) if isinstance(v, list) else v for k, v in options.items()})
+    except TypeError as error:
+        raise InputError(f"{name}: {error}") from None

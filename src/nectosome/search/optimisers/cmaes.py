@@ -3,7 +3,7 @@
 import math
 import warnings
 from collections.abc import Generator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -88,7 +88,7 @@ class _Run:
     space: Space
     asked: int = 0
     generations: int = 0
-    multipliers: Any = field(default=None)
+    multipliers: Any = None
 
     def go(self, strategy: Any) -> Generator[Ask, list[Evaluation], tuple[bool, str]]:
         """Run a strategy to its end; whether it settled where constraints are kept, and how it ended in words."""
