@@ -94,7 +94,7 @@ class Control:
         readings = common_readings(self._model)
         first = first_measured(description, self._session.problem.forward)
         self._command.options, self._measure.options = commands, tuple(readings)
-        chosen = [name for name in self._session.problem.variables if fixed and name in commands]
+        chosen = [name for name in self._session.problem.vary if fixed and name in commands]
         self._command.value, self._measure.value = (chosen or commands)[0], first
         self._mean.value = (fixed or kind in ("free", "planar", "prismatic")) and has_beat(description)
         self._command_chosen()

@@ -94,7 +94,7 @@ def commands_of(description: RobotDescription) -> tuple[str, ...]:
 def first_range(session: "Desk", command: str) -> str:
     """Initial range of a command: that of its slider, or of an offset half the amplitude of its drive."""
     description = session.description
-    for scale in scales_of(description, session.problem.variables):
+    for scale in scales_of(description, session.problem.vary):
         if scale.name == command:
             return f"{scale.low:g}..{scale.high:g} {scale.unit}".strip()
     path = resolve(description, command)[0]
