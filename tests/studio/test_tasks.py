@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nectosome.designs import Problem
+from nectosome.designs import Problem, read_constraint
 from nectosome.designs.sweep import MEANS, nonzero_means
 from nectosome.robots import describe
 from nectosome.search import Evaluation
