@@ -32,6 +32,7 @@ COMMANDS = (
     "new",
 )
 SOLVERS = ("simulate", "static", "steady", "periodic")
+THERE = (("--save", "run.nc"), ("--save", "there.csv"), ("--plot", "there.html"))  # files that exist
 
 
 def wrong_values() -> list[tuple[str, ...]]:
@@ -65,7 +66,8 @@ def wrong_options() -> list[tuple[str, ...]]:
         cases += [(command, *robot, option) for option in ("--nonsense", "-q", "--tiem=3s", "--nonsense=3", "--no-set")]
         if robot:
             cases += [(command,), (command, *robot, "more"), (command, *robot, "two", "more")]
-    cases += [("schema", "more"), ("show", "flagellum", "--save"), ("show", "flagellum", "--save", "page.txt")]
+    cases += [("schema", "more"), ("show", "flagellum", "--plot"), ("show", "flagellum", "--plot", "page.txt")]
+    cases += [("show", "flagellum", "--save", "page.nc"), ("simulat",), ("show", "flagelum"), ("show", "tunna")]
     times = (
         "",
         " ",
@@ -108,13 +110,20 @@ def wrong_options() -> list[tuple[str, ...]]:
     targets += ("a" * 253 + ".nc", "/dev/full", "/dev/null", "/proc/run.nc", "bad\0name.nc", "pipe.nc")
     cases += [(command, "ball.yaml", "--save", target) for command in SOLVERS for target in targets]
     pages = ("", ".", "folder.html", "nowhere/page.html", "page.nc", "ball.yaml", "page", "/proc/page.html")
-    cases += [("show", "run.nc", "--save", page) for page in pages]
+    cases += [("show", "run.nc", "--plot", page) for page in pages]
+    cases += [(command, "ball.yaml", "--plot", page) for command in SOLVERS for page in pages]
+    cases += [(command, "ball.yaml", option, name) for command in SOLVERS for option, name in THERE]
+    cases += [("show", "run.nc", "--plot", "there.html"), ("render", "run.nc", "--save", "there.png")]
+    cases += [("new", "tail", "ball.yaml"), ("measure", "there.csv", "--save", "there.csv")]
     cases += [("reproduce", name) for name in ("nonsense", "", "--all", "FLAGELLUM", "flagellum,flagellum")]
-    cases += [("reproduce", "flagellum", name) for name in ("nonsense", "--out", "--json", "--quik", "--quick=maybe")]
+    cases += [
+        ("reproduce", "flagellum", name)
+        for name in ("nonsense", "--out", "--json", "--force=", "--quik", "--quick=maybe")
+    ]
     cases += [
         ("reproduce", "--out", folder) for folder in ("ball.yaml", "ball.yaml/out", "/proc/out", "bad\0name", "a" * 300)
     ]
-    cases += [("reproduce", "--json", file) for file in ("folder.json", "nowhere/a.json", "a.txt", "", "/proc/a.json")]
+    cases += [("reproduce", "--out", "made"), ("reproduce", "--json", "a.json")]
     return cases
 
 
@@ -234,6 +243,7 @@ def wrong_steady() -> list[tuple[str, ...]]:
         ("steady", "ball.yaml", "--set", fixed),
         ("steady", "flagellum", "--set"),
         ("steady", "flagellum", "--save"),
+        ("steady", "flagellum", "--plot"),
     ]
 
 
@@ -301,8 +311,10 @@ def bench(tmp_path_factory, ball_run):
     """A folder with a good robot, a good run, and everything damaged."""
     folder = tmp_path_factory.mktemp("bench")
     (folder / "ball.yaml").write_text(BALL)
-    for name in ("folder", "damaged", "folder.nc", "folder.html", "folder.json"):
+    for name in ("folder", "damaged", "folder.nc", "folder.html", "made"):
         (folder / name).mkdir()
+    for name in ("there.html", "there.csv", "there.png", "made/scorecard.json"):
+        (folder / name).write_text("time,x\n0,1\n1,2\n")
     os.mkfifo(folder / "pipe.nc")
     for name, content in damaged_files().items():
         (folder / "damaged" / name).write_bytes(content)

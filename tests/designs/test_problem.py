@@ -183,7 +183,7 @@ def test_quantities_of_the_flagellum_are_those_of_its_steady_motion():
     variable = read_variable("omega", "10 rad/s .. 20 rad/s", robot)
     task = MotionDesign(robot, (variable,), "speed", limits, "-x")
     got = dict(zip(names, task.prepare()(task.box.design(robot), False, None).constraints + 1, strict=True))
-    data = steady(build(robot)).to_dataset(robot).isel(time=0)
+    data = steady(build(robot)).to_dataset().isel(time=0)
     speed = -float(data["velocity"].sel(part="body", axis="x"))
     torque, power = float(data["reaction"].item()), float(data["reaction_power"].item())
     thrust = float(data["load_force"].sel(part="body", axis="x").sum())

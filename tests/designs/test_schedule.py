@@ -16,8 +16,8 @@ from nectosome.units import InputError
 
 # 2 kg pushed by the square of the speed, then carried on without drag
 MISSION = """modes:
-- {name: push, set: {jet: 0.8 rad/s}, until: [1 s, x > 0.9 m]}
-- {name: coast, set: {jet: 0 rad/s, volume: 2 L in 1 s}, until: x > 0.9 m, longest: 9 s}
+- {name: push, set: {jet: 0.8 rad/s}, until: [1 s, position.x > 0.9 m]}
+- {name: coast, set: {jet: 0 rad/s, volume: 2 L in 1 s}, until: position.x > 0.9 m, longest: 9 s}
 """
 RANGES = {"push.jet": "0.5 rad/s .. 1 rad/s", "push.until": "0.2 s .. 1.2 s"}
 
@@ -52,7 +52,7 @@ def test_the_shortest_mission_pushes_hardest_for_longest(task):
 def test_what_does_not_come_to_its_end_has_no_time(task):
     slow = with_schedule(task.mission, {"push.jet": 0.0})
     found = ScheduleDesign(slow, (read_schedule_variable("push.until", "0.1 s .. 0.2 s", slow),)).prepare()
-    assert found(np.zeros(1), False, None).reason == "coast took longer than 9 s without coming to x > 0.9 m"
+    assert found(np.zeros(1), False, None).reason == "coast took longer than 9 s without coming to position.x > 0.9 m"
 
 
 def test_a_mission_as_text_reads_back_as_the_same(task):

@@ -35,7 +35,7 @@ def angle(k, c, time=TIME):
 
 
 def recording(values, name="hinge", unit="rad", column="encoder", time=TIME, **conditions):
-    about = {"file": f"{name}.csv", "repairs": [], "odd": []}
+    about = {"file": f"{name}.csv", "repairs": [], "warnings": []}
     coords = {"time": ("time", time)} | {k: ((), x, {"units": u}) for k, (x, u) in conditions.items()}
     return xr.Dataset({column: ("time", values, {"units": unit})}, coords, {"provenance": json.dumps(about)})
 

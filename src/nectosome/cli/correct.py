@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from nectosome.cli.options import Over, Settings, read_count, read_pairs
-from nectosome.cli.output import Outputs, tell, write, written
+from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import columns, page
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.units import InputError, read_positive
@@ -100,14 +100,13 @@ def correct(
         "title": f"{found.column} of {robot if sim is None else sim.name}, corrected with {campaign.name}",
         "provenance": json.dumps(provenance({key: value and str(value) for key, value in asked.items()})),
     }
-    paths = outputs.write_data(lambda: data)
-    if outputs.plot is not None:
+    write(_page(found, aim))
+    if outputs.given:
         from nectosome.view import show_correction
 
-        paths += outputs.write_page(lambda path: show_correction(data, path, aim))
+        outputs.write(data, lambda grid, path: show_correction(grid, path, aim))
     if folder is not None:
         forget(folder)
-    write(_page(found, aim), *written(paths))
     return 0
 
 

@@ -8,7 +8,7 @@ from cyclopts import Parameter
 from rich.table import Table
 
 from nectosome.cli.options import SEED, STARTS, Robot, Seed, Settings, Starts, Vary, WriteRobot, read_count, read_pairs
-from nectosome.cli.output import Data, check_target, tell, write, written
+from nectosome.cli.output import Data, check_target, tell, write
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import weigh
 from nectosome.io import save_dataset, write_atomic
@@ -95,18 +95,22 @@ def design(
         except RuntimeError as error:
             tell(f"{robot}: {error}")
             return 1
-    paths = data.write_data(result.to_dataset)
-    if out is not None and result.search.starts:
-        save_dataset(result.to_dataset(), out / "evaluations.nc")
-        paths.append(str(out / "evaluations.nc"))
+    code = _show(result, clock.perf_counter() - began)
+    if not result.search.starts:
+        return code
+    evaluations, files = result.to_dataset(), list[Path]()
+    if out is not None:
+        files.append(out / "evaluations.nc")
+        save_dataset(evaluations, files[-1])
     if result.best is not None:
         for file in filter(None, (out and out / "best.yaml", found)):
             write_atomic(file, result.text.encode())
-            paths.append(str(file))
-    return _show(result, clock.perf_counter() - began, paths)
+            files.append(file)
+    data.write(evaluations, None, *files)
+    return code
 
 
-def _show(result: "DesignResult", seconds: float, paths: list[str]) -> int:
+def _show(result: "DesignResult", seconds: float) -> int:
     task, search = result.task, result.search
     chosen = [start for start in search.best(5) if start.best is not None]
     if not chosen:
@@ -129,7 +133,6 @@ def _show(result: "DesignResult", seconds: float, paths: list[str]) -> int:
         f"{seconds:.1f} s; {100 * search.share():.0f} % of the starts within 1 % of the best",
         f"at its limit: {', '.join(active) or 'nothing'}",
         *_at_an_end(task, best),
-        *written(paths),
         wrap=False,
     )
     unfinished = sum(not start.converged for start in search.starts)

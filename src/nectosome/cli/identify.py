@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
+from nectosome import view
 from nectosome.cli.options import (
     SEED,
     STARTS,
@@ -20,7 +21,7 @@ from nectosome.cli.options import (
     read_count,
     read_pairs,
 )
-from nectosome.cli.output import Outputs, check_target, write, written
+from nectosome.cli.output import Outputs, check_target, write
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import weigh
 from nectosome.description import save_robot
@@ -94,11 +95,10 @@ def identify_robot(
     asked = {"robot": robot, "campaign": campaign, "vary": vary, "compare": compare, "drive": drive, "error": error}
     asked |= {"skip": skip, "starts": starts, "set": settings, "test": test}
     data = _described(found.to_dataset(), f"{found.description.name}, fitted to {campaign.name}", asked)
-    paths = _written(data, outputs, "show_robot_fit")
+    write(robot_page(data))
     if tuned is not None:
         save_robot(found.robot, tuned)
-        paths.append(str(tuned))
-    write(robot_page(data), *written(paths))
+    outputs.write(data, lambda data, path: view.show_robot_fit(data, path), tuned)
 
 
 @identify.command
@@ -132,8 +132,8 @@ def surge(
         data = found.to_dataset()
     asked = {"campaign": campaign, "mass": mass, "method": method, "smooth": smooth, "test": ", ".join(test or ())}
     _described(data, f"surge of {campaign.name} by {method}", asked)
-    paths = _written(data, outputs, "show_surge")
-    write(surge_page(data, [*found.recordings, *found.test]), *written(paths))
+    write(surge_page(data, [*found.recordings, *found.test]))
+    outputs.write(data, lambda data, path: view.show_surge(data, path))
 
 
 @identify.command
@@ -157,8 +157,8 @@ def hysteresis(
         data = found.to_dataset()
     asked = {"campaign": campaign, "order": order, "slew": slew, "test": ", ".join(test or ())}
     _described(data, f"hysteresis of {campaign.name}", asked)
-    paths = _written(data, outputs, "show_hysteresis")
-    write(hysteresis_page(data, [*found.recordings, *found.test]), *written(paths))
+    write(hysteresis_page(data, [*found.recordings, *found.test]))
+    outputs.write(data, lambda data, path: view.show_hysteresis(data, path))
 
 
 @identify.command
@@ -203,7 +203,8 @@ def gait(
     title = f"{found.fit.description.name}, fitted to gaits of {target.name} by {optimiser}"
     data = _described(found.to_dataset(), title, asked)
     data.attrs["words"] = json.dumps(found.identifiability.words())
-    write(gait_page(data), *written(_written(data, outputs, "show_gait")))
+    write(gait_page(data))
+    outputs.write(data, lambda data, path: view.show_gait(data, path))
 
 
 def _described(data: "xr.Dataset", title: str, asked: Mapping[str, Any]) -> "xr.Dataset":
@@ -211,16 +212,6 @@ def _described(data: "xr.Dataset", title: str, asked: Mapping[str, Any]) -> "xr.
     given = {key: value if value is None else str(value) for key, value in asked.items()}
     data.attrs |= {"title": title, "provenance": json.dumps(provenance(given))}
     return data
-
-
-def _written(data: "xr.Dataset", outputs: Outputs, show: str) -> list[str]:
-    """Write data and page, each if asked for; `show` names the page of `nectosome.view`."""
-    paths = outputs.write_data(lambda: data)
-    if outputs.plot is not None:
-        from nectosome import view
-
-        paths += outputs.write_page(lambda path: getattr(view, show)(data, path))
-    return paths
 
 
 def _bare(text: str) -> bool:

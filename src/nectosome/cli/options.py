@@ -3,13 +3,38 @@
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from nectosome.units import InputError, shorten
 
-Robot = Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")]
+if TYPE_CHECKING:
+    from cyclopts.completion import CompletionContext
+
+
+_FILES = (".yaml", ".yml", ".nc")  # that may stand where a robot or a run is named
+
+
+def value(about: str) -> Parameter:
+    """Return the help of an option whose value is a number, which may begin with a minus."""
+    return Parameter(help=about, allow_leading_hyphen=True)
+
+
+def _robots(context: "CompletionContext") -> list[str]:
+    """Names of robots that ship, and files and folders that begin as the word does."""
+    from nectosome import robots
+
+    folder, slash, start = context.incomplete.rpartition("/")
+    there = [path for path in Path(folder + slash).iterdir() if path.name.startswith(start)]
+    files = [path.name + "/" * path.is_dir() for path in there if path.is_dir() or path.suffix in _FILES]
+    return [*robots.names(), *(f"{folder}{slash}{name}" for name in files)]
+
+
+Robot = Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.", completer=_robots)]
+RobotOrRun = Annotated[
+    str, Parameter(help="Name of a robot that ships, a robot file, or a saved run (.nc).", completer=_robots)
+]
 Settings = Annotated[
     list[str] | None, Parameter("--set", help="Quantity to set, such as E=7.4MPa or f=1.5Hz; may be repeated.")
 ]

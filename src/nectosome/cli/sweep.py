@@ -9,7 +9,7 @@ from rich.console import Group
 from rich.text import Text
 
 from nectosome.cli.options import Over, Robot, Settings, read_count, read_pairs
-from nectosome.cli.output import Outputs, tell, write, written
+from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import columns, number, page
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.description.paths import shortest
@@ -61,14 +61,13 @@ def sweep(
     if (found["status"] == "CANCELLED").any():
         tell("cancelled." + (f" The parts done are in {folder}; the same command goes on." if folder else ""))
         return 130
-    paths = outputs.write_data(lambda: found)
-    if folder is not None:
-        forget(folder)
-    if outputs.plot is not None:
+    write(_page(found))
+    if outputs.given:
         from nectosome.view import show_sweep
 
-        paths += outputs.write_page(lambda path: show_sweep(found, path))
-    write(_page(found), *written(paths))
+        outputs.write(found, show_sweep)
+    if folder is not None:
+        forget(folder)
     return 0
 
 

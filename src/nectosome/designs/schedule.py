@@ -11,8 +11,8 @@ from nectosome.description import RobotDescription, dump_robot
 from nectosome.description.mission import Mission
 from nectosome.description.schedule import dump_mission, get_schedule, with_schedule
 from nectosome.description.variables import Variable
-from nectosome.model import run_mission
 from nectosome.search import Evaluate, Evaluation
+from nectosome.solve import run_mission
 from nectosome.units import InputError
 
 from .motion import Varied
@@ -82,11 +82,9 @@ class ScheduleDesign(Varied):
 
         def evaluate(u: np.ndarray, derivatives: bool, memory: np.ndarray | None) -> Evaluation:
             if derivatives:
-                raise InputError(
-                    "a mission has no derivatives. Take cmaes or pattern.", field="optimiser"
-                )
+                raise InputError("a mission has no derivatives. Take cmaes or pattern.", field="optimiser")
             flown = run_mission(self.mission_at(u), step=self.step)
-            fallen = np.asarray(flown.measures.lean) > _UPRIGHT
+            fallen = np.asarray(flown.measures.tilt) > _UPRIGHT
             if fallen.any():
                 k = int(np.argmax(fallen))
                 mode = self.mission.modes[flown.mode[k]].name

@@ -1,4 +1,4 @@
-"""Quantities at the boundary: text with a unit to SI and back, ranges, and the errors that a user sees."""
+"""Quantities with units as text to SI and back, ranges, and input errors."""
 
 from .conversion import (
     expected,

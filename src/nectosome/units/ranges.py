@@ -57,8 +57,8 @@ class Ranges:
 
     names: tuple[str, ...]
     bounds: Float[np.ndarray, "n 2"]
-    log: Bool[np.ndarray, "n"]  # whose scale is logarithmic
-    ends: Float[np.ndarray, "n 2"]  # bounds on their scales
+    log: Bool[np.ndarray, "n"]  # mask of logarithmic scales
+    ends: Float[np.ndarray, "n 2"]  # scaled bounds
 
     def __init__(self, names: Sequence[str], lower: ArrayLike, upper: ArrayLike, log: Collection[str] = ()):
         self.names, n = tuple(names), len(names)
@@ -78,14 +78,14 @@ class Ranges:
         self.ends = self._scaled(self.bounds.T).T
 
     def values(self, u: Float[np.ndarray, "*m n"]) -> Float[np.ndarray, "*m n"]:
-        """Values at places; those of places in [0, 1] are never outside of their bounds by rounding."""
+        """Values at coordinates; for coordinates in [0, 1] they are within their bounds despite rounding."""
         u = np.asarray(u)
         x = self.ends[:, 0] + u * (self.ends[:, 1] - self.ends[:, 0])
         x = np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x)
         return np.where((u >= 0) & (u <= 1), np.clip(x, self.bounds[:, 0], self.bounds[:, 1]), x)
 
     def places(self, x: Float[np.ndarray, "*m n"]) -> Float[np.ndarray, "*m n"]:
-        """Places of values; outside of [0, 1] where these are outside of their bounds."""
+        """Coordinates of values; outside [0, 1] for values outside their bounds."""
         width = self.ends[:, 1] - self.ends[:, 0]
         return (self._scaled(np.asarray(x)) - self.ends[:, 0]) / np.where(width > 0, width, 1.0)
 

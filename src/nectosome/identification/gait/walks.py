@@ -66,8 +66,7 @@ class Walks:
         window: float = 5.0,
         step: float = 1e-3,
     ):
-        limbs = (description.body, *description.limbs.values())
-        walks = any(load.kind == "leg" for limb in limbs for load in limb.loads.values())
+        walks = any(load.kind == "leg" for limb in description.parts.values() for load in limb.loads.values())
         if description.water.floor is None or not walks:
             words = f"{description.name} has no legs that step on a floor, so it has no gait."
             raise InputError(words, field="robot")

@@ -95,7 +95,7 @@ def recorded(recording: "xr.Dataset", simulated: "xr.DataArray", column: str, lo
         numbers = _numbers(signal, float(given) if given is not None and cyclic else None, lowpass, file)
     except ValueError as error:
         raise InputError(str(error), file=file, field=column) from None
-    said = [f"{file}: {note}" for note in (*about["repairs"], *about["odd"]) if _concerns(note, recording, column)]
+    said = [f"{file}: {note}" for note in (*about["repairs"], *about["warnings"]) if _concerns(note, recording, column)]
     return Recorded(file, conditions, *numbers[:-1], float(time[-1] - time[0]), (*said, *numbers[-1]))
 
 

@@ -11,7 +11,8 @@ from nectosome.designs.design import STARTS
 from nectosome.identification import RobotFit, identify
 from nectosome.identification.recordings import unit_of
 from nectosome.measure import read
-from nectosome.model import build, common_readings
+from nectosome.model import build
+from nectosome.solve import common_readings
 from nectosome.studio.folder import received
 from nectosome.studio.sliders import around
 from nectosome.studio.work import Progress, errors_shown, labelled
