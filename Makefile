@@ -40,7 +40,7 @@ docs: .venv/dev
 
 # Maintainers: pins what pyproject.toml allows (needs uv).
 lock:
-	uv pip compile -q --universal --generate-hashes --no-header pyproject.toml --python-version 3.11 --extra video --extra studio -o requirements/run.lock
+	uv pip compile -q --universal --generate-hashes --no-header pyproject.toml --python-version 3.11 --extra video -o requirements/run.lock
 	uv pip compile -q --universal --generate-hashes --no-header pyproject.toml --python-version 3.11 --extra dev -c requirements/run.lock -o requirements/dev.lock
 
 clean:

@@ -12,7 +12,7 @@ import numpy as np
 
 from nectosome.controllers import BlockLoop, Controller, sine
 from nectosome.drives import Chain, DeadTime, Sensor
-from nectosome.papers.fishtail.comparison import DT, REACH, actuator, controllers, kept, known_model
+from nectosome.papers.fishtail.comparison import DT, LIMITS, actuator, controllers, kept, known_model
 from nectosome.papers.fishtail.plant import LARGEST, LIMIT
 from nectosome.rigs.sampling_loop import ControlLaw
 
@@ -58,7 +58,7 @@ def looped(reference, kp, ki, kd, filtering, most, high, direct, thresholds, wei
 
 def main() -> None:
     reference = sine(6e-3, 0.2, _TIME, _FINE)
-    pid = kept()["ff-pid"].pid(REACH)
+    pid = kept()["ff-pid"].pid(LIMITS)
     still = Sensor(*(jnp.asarray(x) for x in (0.0, -1.0, 1.0)))
     plant = actuator()
     loop = BlockLoop(Chain((DeadTime(jnp.asarray(_FINE), 1), *plant.blocks[1:])), still, _FINE, 1)
@@ -82,7 +82,7 @@ def main() -> None:
         spent = np.empty(_SAMPLES)
         for k in range(_SAMPLES):
             begun = time.perf_counter()
-            law.wanted(float(reference[k]))
+            law.command(float(reference[k]))
             spent[k] = time.perf_counter() - begun
         median, most = 1e6 * np.median(spent), 1e6 * np.quantile(spent, 0.99)
         print(f"  {name}: median {median:.0f} us, 99 % within {most:.0f} us", flush=True)

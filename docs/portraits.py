@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 import matplotlib as mpl
 import numpy as np
 
-from nectosome.view.robot3d import HARD, actor
-from nectosome.view.tubes import triangles
+from nectosome.view.tubes import colours_of, hard_colour, triangles, tubes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,11 +29,9 @@ def draw(run: "xr.Dataset", seen: tuple[float, float], path: Path, back: float =
     mpl.use("Agg")
     period = float(run.attrs["period"])
     now = float(run["time"][-1]) - back * period
-    place = run["position"].values[:, 0]
-    at = np.array([np.interp(now, run["time"].values, place[:, i]) for i in range(3)])
-    who = actor(run, np.array([now]), at=(at[0], at[1], at[2]))
+    parts = tubes(run, np.array([now]))
     look = _camera(*np.radians(seen))
-    corners = {name: rings[0].reshape(-1, 3) @ look.T for name, rings in who.parts.items()}
+    corners = {name: rings[0].reshape(-1, 3) @ look.T for name, rings in parts.items()}
     box = np.concatenate(list(corners.values()))
     low, high = box.min(axis=0)[:2], box.max(axis=0)[:2]
     trail, dots = _trail(run, now, period, 1.5 * float(np.max(high - low)))
@@ -51,7 +48,7 @@ def draw(run: "xr.Dataset", seen: tuple[float, float], path: Path, back: float =
         height = shown[1][1] - shown[1][0]
         ax.plot(*trail.T[:2], color=TRAIL, lw=1.6, zorder=1, solid_capstyle="round")
         ax.plot(*dots.T[:2], "o", color=TRAIL, ms=4, zorder=1)
-        _skin(ax, corners, {name: rings.shape[1:3] for name, rings in who.parts.items()}, _colours(who.colours))
+        _skin(ax, corners, {name: rings.shape[1:3] for name, rings in parts.items()}, _colours(colours_of(run, parts)))
         _scale(ax, shown, height)
         fig.savefig(path, metadata={"Software": None})
         plt.close(fig)
@@ -60,8 +57,9 @@ def draw(run: "xr.Dataset", seen: tuple[float, float], path: Path, back: float =
 def _colours(each: dict[str, str]) -> dict[str, str]:
     """Colours by part, the same for all parts that differ in their numbers only."""
     kinds = {name: name.rstrip("_0123456789") for name in each}
-    hard = dict.fromkeys(kinds[name] for name in each if each[name] in HARD)
-    turn = {kind: HARD[i % len(HARD)] for i, kind in enumerate(hard)}
+    greys = {hard_colour(k) for k in range(len(each))}
+    hard = dict.fromkeys(kinds[name] for name in each if each[name] in greys)
+    turn = {kind: hard_colour(k) for k, kind in enumerate(hard)}
     return {name: turn.get(kinds[name], each[name]) for name in each}
 
 

@@ -83,7 +83,7 @@ def control(page: Page) -> None:
     tab(page, "Control")
     beside(page, "Command").click()
     page.get_by_role("option", name="bias").click()
-    beside(page, "Range").fill("-8:8 mN m")
+    beside(page, "Range").fill("-8..8 mN m")
     beside(page, "Value").fill("30 deg")
     beside(page, "Gains").fill("-1.0e-2, -4.7e-3, -1.6e-3")
     press(page, "Start")

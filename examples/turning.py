@@ -7,7 +7,7 @@ from plotly.subplots import make_subplots
 
 import nectosome as ns
 from nectosome.solve import periodic, screw_of
-from nectosome.view.page import panel_html, write_page
+from nectosome.view.page import write_page
 from nectosome.view.style import BLUE, VERMILLION, Panel, dress
 
 FULL = 14.4  # rad/s
@@ -94,4 +94,4 @@ caption = (
     "Only the dots are computed."
 )
 panel = Panel("Rolling and turning", caption, dress(figure, 400))
-write_page("out/turning.html", panel.title, ["<h1>Four flagella</h1>", panel_html(panel, "turning")])
+write_page("out/turning.html", panel.title, [panel])

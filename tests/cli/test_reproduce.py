@@ -1,6 +1,5 @@
 """`nectosome reproduce` with studies made up for the test."""
 
-import json
 import sys
 from collections.abc import Callable
 from pathlib import Path

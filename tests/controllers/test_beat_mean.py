@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nectosome.controllers import Beat, BeatMean, beat_of, moments_of
+from nectosome.controllers import Beat, BeatMean, beat_of, instants_per_sample
 from nectosome.robots import describe
 
 F, DRIFT = 2.0, 0.3
@@ -30,14 +30,14 @@ def run_through(mean: BeatMean, beat: Beat, dt: float, pieces, per: int, drift: 
 def test_a_slow_drift_is_measured_exactly_under_an_oscillation(samples):
     """The mean of the last beat of drift t is what it was half a beat ago."""
     beat, dt = Beat(F, 0.0), 1 / (samples * F)
-    found = run_through(BeatMean(beat, swing(0.0)), beat, dt, [0.0] * 12, moments_of(beat, 0.0, dt), DRIFT)
+    found = run_through(BeatMean(beat, swing(0.0)), beat, dt, [0.0] * 12, instants_per_sample(beat, 0.0, dt), DRIFT)
     through = found[0] > 1.001 / F
     np.testing.assert_allclose(found[1][through], (0.2 + DRIFT * (found[0] - 0.5 / F))[through], atol=1e-12)
 
 
 def test_samples_that_are_no_share_of_a_beat_are_as_good_as_the_trapezoidal_rule():
     beat, dt = Beat(F, 0.0), 0.137
-    time, found = run_through(BeatMean(beat, 0.0), beat, dt, [0.0] * 20, moments_of(beat, 0.0, dt), DRIFT)
+    time, found = run_through(BeatMean(beat, 0.0), beat, dt, [0.0] * 20, instants_per_sample(beat, 0.0, dt), DRIFT)
     exact = 0.2 + DRIFT * (time - 0.5 / F)
     np.testing.assert_allclose(found[5:], exact[5:], atol=1e-2)
     assert np.abs(found[5:] - exact[5:]).max() > 1e-6  # else this would have been no such case
@@ -48,7 +48,7 @@ def test_a_beat_that_the_command_makes_quicker_and_slower_is_averaged_stroke_by_
     beat, dt = Beat(F, 1.0), 0.125
     _, found = run_through(BeatMean(beat, 0.2), beat, dt, [1.0, 1.5, 0.5, 0.5, 2.0] * 6, 400, 0.0)
     np.testing.assert_allclose(found[8:], 0.2, atol=1e-5)
-    assert moments_of(beat, 3.0, dt) == 3 * moments_of(beat, 1.0, dt)
+    assert instants_per_sample(beat, 3.0, dt) == 3 * instants_per_sample(beat, 1.0, dt)
 
 
 def test_before_the_first_beat_it_counts_as_it_was():

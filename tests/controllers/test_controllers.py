@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from simple_loops import DT, UNLIMITED, actuator, around, commands, model, of
 
-import nectosome.controllers as ct
+from nectosome import controllers as ct
 from nectosome.controllers import ActuatorLimits, Controller
 from nectosome.units import InputError
 
@@ -118,7 +118,7 @@ def test_the_last_value_of_the_reference_is_held_after_its_end(name):
     """Sample by sample as along a reference that was made longer; it ends while it moves."""
     longer = np.pad(REFERENCE, (0, LONGER - COUNT), mode="edge")
     if name == "Learned":
-        feed = jnp.pad(example(name).feed, (0, LONGER - COUNT), mode="edge")
+        feed = jnp.pad(example(name).feedforward, (0, LONGER - COUNT), mode="edge")
         held = ct.Learned(pid(1.0, 1.0), feed).planned(longer, DT)
     else:
         held = example(name).planned(longer, DT)
@@ -167,7 +167,7 @@ def test_without_limits_it_is_as_with_limits_that_are_not_met(name):
     found = commands(example(name, within=wide).planned(REFERENCE, DT), np.full(LONGER, 0.1))
     assert np.ptp(found) > 0.5
     if name == "Predictive":
-        with pytest.raises(InputError, match="two ends"):
+        with pytest.raises(InputError, match="low and high, are needed"):
             example(name, within=UNLIMITED).planned(REFERENCE, DT)
         free = example(name, within=ActuatorLimits(*of(-50.0, 50.0, np.inf)))
     else:

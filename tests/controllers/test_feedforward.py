@@ -55,7 +55,7 @@ def test_the_dynamics_driven_so_follow_a_cubic(a):
     r = np.polynomial.Polynomial([0.2, -1.0, 0.5, 2.0])
     known = hysteretic(linear(), TransferFunction(*of([1.6], a)), 0.0)
     wanted = sum(one * (r.deriv(k)(t) if k else r(t)) for k, one in enumerate(a[::-1])) / 1.6
-    found = known.driven(jnp.asarray(r(t)), DT, 0.08)
+    found = known.dynamics_input(jnp.asarray(r(t)), DT, 0.08)
     np.testing.assert_allclose(found[4:-4], wanted[4:-4], atol=1e-8)
 
 
@@ -70,7 +70,7 @@ def test_commands_are_sent_ahead_by_the_delay_and_half_a_sample(delay):
 
 def test_the_inverse_undoes_the_hysteresis():
     known, wanted = model(), jnp.asarray(SMOOTH)
-    np.testing.assert_allclose(respond(known.hysteresis, respond(known.undo, wanted, DT), DT), wanted, atol=1e-12)
+    np.testing.assert_allclose(respond(known.hysteresis, respond(known.inverse, wanted, DT), DT), wanted, atol=1e-12)
 
 
 @pytest.fixture(scope="module")
@@ -129,10 +129,10 @@ def test_what_has_no_inverse_is_refused():
 REACH = ActuatorLimits(*of(-1.5, 1.5, 30.0))
 
 
-def test_what_is_out_of_reach_is_told_with_what_is_not():
+def test_what_is_out_of_reach_is_named_with_what_is_not():
     """The share that it offers is within reach, and a little more is not; nothing is said of what is within."""
     check_reachable(model(), REACH, 0.5 * SMOOTH, DT)
-    with pytest.raises(InputError, match=r"-1\.5 Pa to 1\.5 Pa are there") as told:
+    with pytest.raises(InputError, match=r"beyond the limits of -1\.5 Pa to 1\.5 Pa") as told:
         check_reachable(model(), REACH, 3 * SMOOTH, DT)
     offered = 1e-3 * float(str(told.value).rsplit("amplitude of ", 1)[1].removesuffix(" mm."))
     check_reachable(model(), REACH, 0.999 * offered * SMOOTH / (np.ptp(SMOOTH) / 2), DT)
@@ -142,9 +142,9 @@ def test_what_is_out_of_reach_is_told_with_what_is_not():
 
 def test_rates_out_of_reach_are_told_but_corners_are_not():
     slow = eqx.tree_at(lambda one: one.slew, REACH, jnp.asarray(2.0))
-    with pytest.raises(InputError, match="a second are there"):
+    with pytest.raises(InputError, match="beyond the slew limit of 2 Pa a second"):
         check_reachable(model(), slow, 0.5 * SMOOTH, DT)
     corners = triangle(0.6, 0.25, 8.0, DT)
     check_reachable(model(), slow, corners, DT)
-    command = np.asarray(model().command(model().driven(jnp.asarray(corners), DT, 0.08), DT))
+    command = np.asarray(model().command(model().dynamics_input(jnp.asarray(corners), DT, 0.08), DT))
     assert np.abs(np.diff(command)).max() / DT > 2.0

@@ -10,7 +10,7 @@ from scipy.signal import cont2discrete, tf2ss
 from simple_loops import DT, dynamics, lag, of
 
 from nectosome.controllers import kalman
-from nectosome.controllers.kalman import sampled
+from nectosome.controllers.kalman import discrete
 from nectosome.drives import TransferFunction, respond, second_order
 from nectosome.units import InputError
 
@@ -19,7 +19,7 @@ WANDER, NOISE = 0.05, 0.02
 
 def test_the_model_is_that_of_held_inputs():
     """Poles, gain and the answer to a step are those of a zero-order hold."""
-    found = sampled(dynamics(), DT)
+    found = discrete(dynamics(), DT)
     A, B, C, D, _ = cont2discrete(tf2ss([400.0], [1.0, 36.0, 400.0]), DT)
     np.testing.assert_allclose(np.sort(np.linalg.eigvals(found.A)), np.sort(np.linalg.eigvals(A)), rtol=1e-9)
     x, answers = np.zeros(2), []
@@ -32,16 +32,16 @@ def test_the_model_is_that_of_held_inputs():
     assert np.all(D == 0)
 
 
-def test_what_answers_a_jump_with_a_jump_is_refused():
-    with pytest.raises(ValueError, match="lower degree"):
-        sampled(TransferFunction(*of([1.0, 2.0], [1.0, 3.0])), DT)
+def test_dynamics_with_feedthrough_are_refused():
+    with pytest.raises(ValueError, match="degree of the numerator must be lower"):
+        discrete(TransferFunction(*of([1.0, 2.0], [1.0, 3.0])), DT)
 
 
 @settings(max_examples=15)
 @given(st.sampled_from([dynamics(), lag(3.0, 0.4)]), st.floats(1e-3, 1.0), st.floats(1e-3, 1.0))
 def test_the_gain_is_the_end_of_the_recursion(block, wander, noise):
     """Covariances, by a measurement and a sample after the other, from far above."""
-    found = kalman(sampled(block, DT), wander, noise)
+    found = kalman(discrete(block, DT), wander, noise)
     A, C = np.asarray(found.A), np.asarray(found.C)[None]
     n = len(A)
     Q = np.zeros((n, n))
@@ -59,7 +59,7 @@ def test_the_gain_is_the_end_of_the_recursion(block, wander, noise):
 @pytest.fixture(scope="module")
 def watched():
     """A long record of a disturbed input and a noisy output, and what the filter expects before each measurement."""
-    model = sampled(dynamics(), DT)
+    model = discrete(dynamics(), DT)
     rng, count = np.random.default_rng(1), 20_000
     wander, noise = rng.normal(scale=WANDER, size=count), rng.normal(scale=NOISE, size=count)
     u, w = np.sin(0.03 * np.arange(count)), np.cumsum(wander)
@@ -93,7 +93,7 @@ def test_a_filter_that_believes_too_little_has_coloured_innovations(watched):
     """What makes them white is the gain: with another one they are not."""
     y = watched[1]
     u = np.sin(0.03 * np.arange(len(y)))
-    stiff = kalman(sampled(dynamics(), DT), WANDER / 10, NOISE)
+    stiff = kalman(discrete(dynamics(), DT), WANDER / 10, NOISE)
 
     def one(z, sample):
         return stiff.predicted(stiff.corrected(z, sample[0]), sample[1]), sample[0] - jnp.sum(stiff.C * z)
@@ -113,7 +113,7 @@ def test_a_measurement_makes_the_errors_smaller(watched):
 
 def test_a_constant_disturbance_is_found():
     """To 1e-9, without noise, from a wrong state."""
-    model = sampled(dynamics(), DT)
+    model = discrete(dynamics(), DT)
     filter_ = kalman(model, WANDER, NOISE)
     x, z = np.array([0.1, -0.2]), jnp.zeros(3)
 
@@ -130,6 +130,6 @@ def test_a_constant_disturbance_is_found():
 
 @pytest.mark.parametrize(("wander", "noise"), [(0.0, 1.0), (1.0, 0.0), (float("nan"), 1.0)])
 def test_noise_and_wander_are_above_0(wander, noise):
-    model = sampled(second_order(jnp.asarray(1.0), jnp.asarray(5.0), jnp.asarray(0.7)), 0.01)
+    model = discrete(second_order(jnp.asarray(1.0), jnp.asarray(5.0), jnp.asarray(0.7)), 0.01)
     with pytest.raises(InputError, match="more than 0"):
         kalman(model, wander, noise)

@@ -5,7 +5,17 @@ import numpy as np
 import pytest
 from simple_loops import DT, UNLIMITED, around, dynamics, late, linear, model, of, plays
 
-from nectosome.controllers import Feedforward, Learned, Track, eased, hysteretic, learned, open_loop, pid_of, sine
+from nectosome.controllers import (
+    BlockLoopRecord,
+    Feedforward,
+    Learned,
+    eased,
+    hysteretic,
+    learned,
+    open_loop,
+    pid_of,
+    sine,
+)
 from nectosome.controllers.feedforward import convolved, smoothing
 from nectosome.drives import Chain, TransferFunction, respond
 from nectosome.units import InputError
@@ -67,12 +77,12 @@ def test_a_run_without_errors_teaches_the_smoothed_command():
     """What was sent is sent again, feedback included; what is smoothed is what it drives the dynamics with."""
     command = jnp.sin(0.05 * jnp.arange(200))
     y = jnp.asarray(REFERENCE[:200])
-    found = learned(pi(1.0, 1.0), model(), Track(y, y, y, command), DT, WIDTH)
-    drives = [respond(plays(), u, DT) for u in (found.feed, command)]
+    found = learned(pi(1.0, 1.0), model(), BlockLoopRecord(y, y, y, command), DT, WIDTH)
+    drives = [respond(plays(), u, DT) for u in (found.feedforward, command)]
     np.testing.assert_allclose(drives[0], convolved(smoothing(WIDTH, DT, 0)[0], drives[1]), atol=1e-12)
-    assert np.abs(found.feed - command).max() < 0.02
+    assert np.abs(found.feedforward - command).max() < 0.02
 
 
 def test_what_was_learned_is_for_references_of_its_length():
-    with pytest.raises(InputError, match="40 samples; what was learned has 50"):
+    with pytest.raises(InputError, match="has 40 samples; the feedforward was learned for 50"):
         Learned(pi(1.0, 1.0), jnp.zeros(50)).planned(np.zeros(40), DT)

@@ -145,7 +145,7 @@ def test_what_stands_still_has_the_gains_of_the_lowest_frequency():
 
 
 def test_slower_than_its_rate_nothing_is_limited():
-    """`within` is the nearest command: the rate counts first, the range always."""
+    """`limit` gives the nearest command: the rate counts first, the range always."""
     reach = ActuatorLimits(*of(-1.0, 2.0, 10.0))
     cases = [
         (0.05, 0.0, 0.05),
@@ -156,4 +156,4 @@ def test_slower_than_its_rate_nothing_is_limited():
         (0.0, 4.0, 2.0),
     ]
     for wanted, before, nearest in cases:
-        assert float(reach.within(*of(wanted, before), DT)) == pytest.approx(nearest, rel=1e-12)
+        assert float(reach.limit(*of(wanted, before), DT)) == pytest.approx(nearest, rel=1e-12)

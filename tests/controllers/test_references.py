@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nectosome.controllers import chirp, eased, local_frequency, sine, times, triangle, varying
+from nectosome.controllers import Reference, chirp, eased, local_frequency, sine, times, triangle, varying
 from nectosome.units import InputError
 
 DT = 5e-3
@@ -124,3 +124,81 @@ def test_rests_do_not_turn_a_reference():
     frequency = local_frequency(found, DT)
     turns = 0.5 / ((100 + 40) * DT)  # the rest below belongs to what came before it
     np.testing.assert_allclose(frequency, turns, rtol=0.03)
+
+
+def test_a_constant_is_read_with_its_unit_and_shown_in_it():
+    found = Reference.parse(" 30deg ", "angle")
+    assert (found.kind, found.unit, found.size) == ("constant", "deg", pytest.approx(np.pi / 6))
+    np.testing.assert_allclose(found.samples(1.0, 0.5, start=9.0), np.pi / 6)
+    assert found.show(np.pi / 2) == "90 deg"
+    assert found.duration(0.1) == 10.0
+
+
+def test_shapes_oscillate_about_the_start():
+    """Two periods where no time is given; a chirp needs one."""
+    options = {"amplitude": "6 mm", "frequency": "0.5 Hz"}
+    for kind, shape in (("sine", sine), ("triangle", triangle)):
+        found = Reference.parse(kind, "length", **options)
+        assert found.duration(DT) == 4.0
+        np.testing.assert_array_equal(found.samples(4.0, DT, start=0.1), 0.1 + shape(6e-3, 0.5, 4.0, DT))
+    found = Reference.parse("chirp", "length", **options, to="2Hz")
+    np.testing.assert_array_equal(found.samples(3.0, DT), chirp(6e-3, 0.5, 2.0, 3.0, DT))
+    with pytest.raises(InputError, match="time: a chirp needs it"):
+        found.duration(DT)
+    found = Reference.parse("varying", "length", amplitude="4mm, 6 mm", frequency="0.5Hz,1Hz")
+    np.testing.assert_array_equal(found.samples(0.0, DT), varying((4e-3, 6e-3), (0.5, 1.0), DT))
+    assert found.duration(DT) == 3.0 and found.size == 6e-3
+
+
+def test_numbers_and_arrays_are_in_si():
+    assert Reference.parse(0.5, "angle").show(0.5) == "0.5 rad"
+    found = Reference.parse(np.array([1.0, 2.0, 4.0]), "length")
+    assert found.duration(0.1) == pytest.approx(0.2)
+    np.testing.assert_array_equal(found.samples(0.4, 0.1), [1, 2, 4, 4, 4])
+    assert Reference.parse(found, "length") is found
+    with pytest.raises(InputError, match="no finite number"):
+        Reference.parse([1.0, np.nan], "length")  # type: ignore[arg-type]
+
+
+def test_a_recording_is_put_on_samples(tmp_path):
+    file = tmp_path / "wanted.csv"
+    file.write_text("time (s),displacement (mm)\n2,0\n3,5\n5,0\n")
+    found = Reference.parse(file, "length")
+    np.testing.assert_allclose(
+        found.samples(found.duration(0.5), 0.5), np.array([0, 2.5, 5, 3.75, 2.5, 1.25, 0]) * 1e-3
+    )
+    file.write_text("time (s),a (mm),b (m),p (bar)\n0,0,1,1\n1,5,2,1\n")
+    with pytest.raises(InputError, match=r"column: .* has several of this dimension: a, b"):
+        Reference.parse(file, "length")
+    np.testing.assert_allclose(Reference.parse(file, "length", column="b").samples(1.0, 0.5), [1.0, 1.5, 2.0])
+    np.testing.assert_allclose(Reference.parse(file, "pressure").samples(1.0, 1.0), [1e5, 1e5])
+
+
+@pytest.mark.parametrize(("text", "options", "why"), [
+    ("time (s),displacement (mm)\n0,0\n1,\n3,0\n", {}, "no value at 1 s"),
+    ("time (s),pressure (bar)\n0,0\n1,1\n", {}, "no column of it is a length; it has pressure"),
+    ("time (s),pressure (bar)\n0,0\n1,1\n", {"column": "pressure"}, "its pressure is no length"),
+    ("time (s),pressure (bar)\n0,0\n1,1\n", {"column": "presure"}, "pressure"),
+])  # fmt: skip
+def test_a_recording_without_the_quantity_is_refused(tmp_path, text, options, why):
+    (tmp_path / "wanted.csv").write_text(text)
+    with pytest.raises(InputError, match=why):
+        Reference.parse(str(tmp_path / "wanted.csv"), "length", **options)
+
+
+@pytest.mark.parametrize(("reference", "options", "field"), [
+    ("sine", {"amplitude": "6mm"}, "frequency"),
+    ("sine", {"amplitude": "6mm", "frequency": "1Hz", "to": "2Hz"}, "to"),
+    ("sine", {"amplitude": "0mm", "frequency": "1Hz"}, "amplitude"),
+    ("varying", {"amplitude": "6mm,4mm", "frequency": "1Hz"}, "frequency"),
+    ("1mm", {"amplitude": "6mm"}, "amplitude"),
+    ("1mm", {"column": "a"}, "column"),
+    ("1", {}, "reference"),
+    ("1deg", {}, "reference"),
+    ("sinus", {}, "reference"),
+    (1.0, {"frequency": "1Hz"}, "frequency"),
+])  # fmt: skip
+def test_options_that_are_missing_or_do_not_belong_there_are_named(reference, options, field):
+    with pytest.raises(InputError) as told:
+        Reference.parse(reference, "length", **options)
+    assert told.value.field == field

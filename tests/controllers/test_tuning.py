@@ -64,8 +64,8 @@ def test_it_finds_the_best_of_a_grid(name, start):
     found = tune(integral, RANGE, np.array([start]), lanes, references)
     gain, least = best(lanes, references, 0.5, 10.0)
     assert found.values[0] == pytest.approx(gain, rel=0.05)
-    assert least * (1 - 1e-4) <= found.ended <= least * (1 + 1e-3)
-    assert found.begun == pytest.approx(float(cost(lanes, jnp.array([start]), references)), rel=1e-9)
+    assert least * (1 - 1e-4) <= found.error_after <= least * (1 + 1e-3)
+    assert found.error_before == pytest.approx(float(cost(lanes, jnp.array([start]), references)), rel=1e-9)
 
 
 def test_what_suits_two_lies_between_what_suits_each():
@@ -120,11 +120,11 @@ def test_a_loop_without_a_finite_error_is_refused():
 
 
 def test_a_reference_that_stands_still_is_refused():
-    """Errors are counted by its range, which is none."""
+    """Errors are relative to its range, which is none."""
     with pytest.raises(InputError):
         tune(integral, RANGE, np.array([2.0]), LOOPS["a pure delay"], [np.ones(50)])
 
 
 def test_a_reference_that_stays_where_it_is_is_refused():
-    with pytest.raises(InputError, match="counted by its range"):
+    with pytest.raises(InputError, match="relative to its range"):
         tune(lambda x: None, Ranges(("k",), 0.1, 1.0), np.array([0.5]), None, [np.full(5, 2.0)])  # type: ignore[arg-type]

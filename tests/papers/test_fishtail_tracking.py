@@ -1,24 +1,16 @@
-"""Control of the fishtail: the paper's references, what each controller is worth, and the bench of the command line."""
+"""Control of the fishtail: the paper's references, and the errors of each controller."""
 
-from dataclasses import replace
-
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from nectosome.controllers import Controller, eased, sine
-from nectosome.identification.hysteresis.files import hysteresis_data, saved_model
-from nectosome.identification.hysteresis.fit import PressureTrial, identify_hysteresis
 from nectosome.papers.fishtail import comparison as ways
 from nectosome.papers.fishtail import control_study as tracking
 from nectosome.papers.fishtail import plant
-from nectosome.papers.fishtail.bench import Bench, recorded_reference
 from nectosome.papers.fishtail.figures_control import panels
-from nectosome.papers.fishtail.recordings import recorded
 from nectosome.papers.study import printed
-from nectosome.units import InputError
 
 MM = 1e-3
 SHORT = eased(sine(8 * MM, 0.4, 7.5, ways.DT), 2.5, ways.DT)
@@ -29,7 +21,7 @@ def made():
     """The study on one short reference and few plants, with errors at two frequencies."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(tracking, "REFERENCES", {"sine": SHORT})
-        patch.setattr(tracking, "LANES", 2)
+        patch.setattr(tracking, "PLANTS", 2)
         patch.setattr(tracking, "BANDS", (0.4, 1.0))
         patch.setattr(tracking, "tuned", ways.kept)
         return tracking.part(False, lambda what, share: None)
@@ -63,11 +55,11 @@ def test_the_paper_s_references_are_those_of_its_figures():
 
 def test_the_printed_pid_comes_near_the_printed_errors_of_the_sine_and_of_the_varying_one():
     """Within a quarter, on the model itself; the triangle's printed error does not follow from it."""
-    lanes = jax.tree.map(lambda x: x[None], tracking.model_loop())
-    pid = ways.kept()["printed"].pid(ways.REACH)
+    loops = jax.tree.map(lambda x: x[None], tracking.model_loop())
+    pid = ways.kept()["printed"].pid(ways.LIMITS)
     for name in ("sine", "variable"):
         reference = tracking.REFERENCES[name]
-        rms, _ = tracking.errors(tracking.followed(lanes, pid, reference), reference)
+        rms, _ = tracking.errors(tracking.simulated(loops, pid, reference), reference)
         assert rms == pytest.approx(printed("fishtail")[f"fishtail/tracking/{name}/pid/e_rmsp"]["printed"], rel=0.25)
 
 
@@ -86,105 +78,38 @@ def test_as_printed_warns_and_cannot_be_controlled():
         slow = plant.dynamics(as_printed=True)
     loop = tracking.model_loop()
     loop = tracking.BlockLoop(ways.actuator(None, slow), loop.sensor, loop.dt)
-    track = loop.run(ways.kept()["printed"].pid(ways.REACH), SHORT)
+    track = loop.run(ways.kept()["printed"].pid(ways.LIMITS), SHORT)
     assert np.max(np.abs(track.output - SHORT)) > 7 * MM
-
-
-@pytest.fixture(scope="module")
-def bench():
-    return Bench.of()
-
-
-def test_a_bench_runs_and_scores_an_experiment(bench, tmp_path):
-    bench.check("ff-pid", SHORT)
-    (outcome,) = bench.runs("ff-pid", SHORT, "sine", [tmp_path / "run.nc"])
-    assert outcome.run.status == "finished"
-    assert outcome.true is not None and outcome.measured is not None
-    assert outcome.true[0] < 0.2 < outcome.measured[0] < 0.5
-    assert outcome.run.data.sizes["time"] == len(SHORT)
-
-
-def test_learning_goes_on_from_run_to_run(bench, tmp_path):
-    """On a tail that answers by a fifth more than the model says."""
-    more = plant.dynamics()
-    more = eqx.tree_at(lambda one: one.numerator, more, 1.2 * more.numerator)
-    other = replace(bench, loop=tracking.BlockLoop(ways.actuator(None, more), bench.loop.sensor, ways.DT))
-    runs = [*other.runs("ilc", SHORT, "sine", [tmp_path / f"{k}.nc" for k in range(4)])]
-    first, *_, last = (one.true[0] for one in runs)
-    assert last < 0.3 * first
-
-
-def test_a_bench_of_an_identified_actuator_knows_it(tmp_path):
-    """Another actuator, half as stiff: identified, saved, and controlled by its own inverse."""
-    trials = []
-    for f in (0.5, 1.0):
-        one = recorded(f, limit=False)
-        trials.append(PressureTrial(one.name, one.dt, one.pressure, 2 * one.displacement))
-    found = identify_hysteresis(trials)
-    read = saved_model(hysteresis_data(found, trials))
-    np.testing.assert_array_equal(read.slopes, found.slopes)
-    own = Bench.of(hysteresis_data(found, trials))
-    (outcome,) = own.runs("mpc", SHORT, "sine", [tmp_path / "run.nc"])
-    assert outcome.true is not None and outcome.true[0] < 0.5
-    with pytest.raises(InputError, match="holds no hysteresis"):
-        saved_model(outcome.run.data)
-
-
-@pytest.mark.parametrize(
-    ("controller", "gains", "reference", "why"),
-    [
-        ("pid", (0.05, 5.0, 0.001), SHORT, "swings by itself"),
-        ("ff-pid", None, 5 * SHORT, "can have an amplitude of"),
-        ("mpc", None, sine(10 * MM, 3.0, 2.0, ways.DT), "it needs"),
-        ("pid", (0.0, 0.01, 0.0), SHORT, "on the model it would end"),
-    ],
-)
-def test_what_cannot_work_does_not_begin(controller, gains, reference, why):
-    with pytest.raises(InputError, match=why):
-        Bench.of(gains=gains).check(controller, reference)
 
 
 def test_gains_below_the_kept_ones_err_more():
     """A tenth of the feedforward's PID and ten times of it: the kept gains are between."""
-    lanes, gains = ways.plants(2, 7), ways.kept()
+    loops, gains = ways.plants(2, 7), ways.kept()
     found = []
     for share in (0.1, 1.0, 4.0):
         own = gains["ff-pid"]._replace(rows=share * gains["ff-pid"].rows)
         law = ways.controllers(gains | {"ff-pid": own}, ways.known_model())["ff-pid"]
         assert isinstance(law, Controller)
-        found.append(tracking.errors(tracking.followed(lanes, law, ways.VARIABLE), ways.VARIABLE)[0])
+        found.append(tracking.errors(tracking.simulated(loops, law, ways.VARIABLE), ways.VARIABLE)[0])
     assert found[1] < 0.6 * found[0] and found[1] < found[2]
 
 
 @pytest.mark.slow
 def test_kept_gains_are_those_that_tuning_finds():
     """Their loops err as little, within 2 %."""
-    lanes = ways.plants(4, 100)
+    loops = ways.plants(4, 100)
     for name, law in ways.controllers(ways.tuned(), ways.known_model()).items():
         other = ways.controllers(ways.kept(), ways.known_model())[name]
         if name in ("scheduled", "ff-pid"):
             ours, theirs = (
-                tracking.errors(tracking.followed(lanes, one, ways.VARIABLE), ways.VARIABLE)[0] for one in (law, other)
+                tracking.errors(tracking.simulated(loops, one, ways.VARIABLE), ways.VARIABLE)[0] for one in (law, other)
             )
             assert ours == pytest.approx(theirs, rel=0.02)
 
 
-def test_a_recorded_reference_is_put_on_samples(tmp_path):
-    file = tmp_path / "wanted.csv"
-    file.write_text("time (s),displacement (mm)\n0,0\n1,5\n3,0\n")
-    wanted = recorded_reference(file, 0.5)
-    np.testing.assert_allclose(wanted, np.array([0, 2.5, 5, 3.75, 2.5, 1.25, 0]) * MM, atol=1e-15)
-    file.write_text("time (s),displacement (mm)\n0,0\n1,\n3,0\n")
-    with pytest.raises(InputError, match="1 s"):
-        recorded_reference(file, 0.5)
-    file.write_text("time (s),pressure (bar)\n0,0\n1,1\n")
-    with pytest.raises(InputError, match="no displacement"):
-        recorded_reference(file, 0.5)
-
-
-def test_harder_lanes_are_later_and_stronger():
-    lanes = ways._harder(ways.plants(4))
-    np.testing.assert_allclose(lanes.plant.blocks[0].delay / ways.DT, [1, 2, 1, 2])
+def test_harder_loops_have_longer_delays_and_higher_gains():
+    loops = ways._harder(ways.plants(4))
+    np.testing.assert_allclose(loops.plant.blocks[0].delay / ways.DT, [1, 2, 1, 2])
     base = ways.plants(4).plant.blocks[-1].numerator
-    np.testing.assert_allclose(lanes.plant.blocks[-1].numerator / base, np.array([[1], [1.6], [1], [1.6]]))
-    assert jnp.all(lanes.plant.blocks[1].high == plant.LARGEST)
+    np.testing.assert_allclose(loops.plant.blocks[-1].numerator / base, np.array([[1], [1.6], [1], [1.6]]))
+    assert jnp.all(loops.plant.blocks[1].high == plant.LARGEST)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nectosome.papers.poseidrone import mission
-from nectosome.view.mission import panels
+from nectosome.papers.poseidrone.figures_mission import panels
 
 
 @pytest.mark.slow

@@ -75,7 +75,7 @@ def test_the_printed_estimator_is_biased_and_the_recommended_is_not(quick):
 
 @pytest.mark.slow
 def test_200_draws_of_the_recommended_way_are_unbiased_with_honest_intervals():
-    made = swim.draws(200, lambda what, share: None).sel(way="output error")
+    made = swim.draws(200, lambda what, share: None).sel(estimator="output error")
     assert np.all(np.abs(made["bias"]) < 2)
     assert np.all((made["coverage"] >= 90) & (made["coverage"] <= 98))
 

@@ -36,7 +36,7 @@ def test_light_is_averaged_before_it_is_clipped():
 
 
 def test_open_time_has_the_frames_time_in_its_middle():
-    film = Film(rate=50.0, shutter=0.5, moments=5)
+    film = Film(rate=50.0, shutter=0.5, instants=5)
     np.testing.assert_allclose(film.open(2.0), 2.0 + np.array([-4, -2, 0, 2, 4]) * 1e-3)
     np.testing.assert_array_equal(Film().open(2.0), [2.0])
 

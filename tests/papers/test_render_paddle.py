@@ -69,7 +69,7 @@ def test_a_layer_that_moves_is_smeared_over_its_way():
         start, end = (np.stack([x, np.full_like(x, y)], -1) for y in (-0.03, 0.05))
         return np.stack([start, end], axis=1)[:, None]
 
-    film = Film(60.0, shutter=0.5, moments=k)
+    film = Film(60.0, shutter=0.5, instants=k)
     frame = PaddleScene(camera(), film, ends, Paddle([WHITE], width / 500), DARK).frame(0.0).astype(float)[..., 0]
     profile, u = frame.sum(axis=0), np.arange(SIZE[0])
     mean = np.sum(u * profile) / profile.sum()

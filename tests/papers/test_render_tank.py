@@ -112,7 +112,7 @@ def test_a_moving_marker_is_smeared_over_its_way():
         mean = np.sum(u * profile) / profile.sum()
         return np.sum((u - mean) ** 2 * profile) / profile.sum()
 
-    grown = variance(Film(100.0, shutter=1.0, moments=10)) - variance(Film(100.0))
+    grown = variance(Film(100.0, shutter=1.0, instants=10)) - variance(Film(100.0))
     assert grown == pytest.approx(8**2 * (1 - 1 / 100) / 12, rel=0.02)
 
 

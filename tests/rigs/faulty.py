@@ -70,8 +70,8 @@ class Faulty(Rig):
     def open(self) -> None:
         self._through("open")
 
-    def read(self) -> float:
-        return self._through("read")
+    def measure(self) -> float:
+        return self._through("measure")
 
     def write(self, command: float) -> None:
         self._through("write", command)

@@ -110,8 +110,8 @@ class CountedRows(Counted):
 
 def patch(monkeypatch, hooks: dict[str, Hook]) -> None:
     if "step" in hooks:
-        wanted = Counted(hooks["step"], course.ControlLaw.wanted)
-        monkeypatch.setattr(course.ControlLaw, "wanted", lambda self, measured: wanted(self, measured))
+        wanted = Counted(hooks["step"], course.ControlLaw.command)
+        monkeypatch.setattr(course.ControlLaw, "command", lambda self, measured: wanted(self, measured))
     if "append" in hooks:
         append = Counted(hooks["append"], log.RunLog.append)
         monkeypatch.setattr(log.RunLog, "append", lambda self, *row: append(self, *row))

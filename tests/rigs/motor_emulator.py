@@ -7,7 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from nectosome.controllers.motor_speed import VariableGainPI
+from nectosome.controllers import VariableGainPI
 from nectosome.controllers.pid import ActuatorLimits
 
 from .on_a_pty import OnAPty
@@ -20,7 +20,7 @@ LAW = VariableGainPI(
     integral=jnp.asarray(1.0),
     boost=jnp.asarray(3.0),
     low=jnp.asarray(1.0),
-    reach=ActuatorLimits(low=-_MOST, high=_MOST, slew=jnp.asarray(np.inf)),
+    limits=ActuatorLimits(low=-_MOST, high=_MOST, slew=jnp.asarray(np.inf)),
 )
 
 

@@ -29,7 +29,7 @@ def reaches(rig: Rig, value: float, within: float, seconds: float = 1.0) -> bool
     """Measures a value within some time."""
     limit = rig.now() + seconds
     while rig.now() < limit:
-        if abs(rig.read() - value) < within:
+        if abs(rig.measure() - value) < within:
             return True
         rig.wait(rig.now() + 0.005)
     return False
@@ -69,7 +69,7 @@ def test_a_vented_rig_takes_no_more_power(bench):
 def test_it_may_be_closed_twice_and_opened_again(bench):
     for _ in range(2):
         bench.rig.open()
-        assert math.isfinite(bench.rig.read())
+        assert math.isfinite(bench.rig.measure())
         bench.rig.vent()
         bench.rig.close()
         bench.rig.close()
@@ -81,7 +81,7 @@ def test_vent_and_close_do_nothing_before_it_was_opened(bench):
 
 
 def test_it_says_what_was_forgotten_when_it_was_not_opened(bench):
-    for what in (bench.rig.read, lambda: bench.rig.write(0.0)):
+    for what in (bench.rig.measure, lambda: bench.rig.write(0.0)):
         message = told(what)
         assert "before it was opened" in message
         assert bench.where in message
@@ -94,7 +94,7 @@ def test_a_command_that_is_no_number_goes_nowhere(bench, command):
     assert reaches(bench.rig, bench.measured, bench.within)
     assert f"{command:g}" in told(lambda: bench.rig.write(command))
     bench.rig.wait(bench.rig.now() + 0.1)
-    assert bench.rig.read() == pytest.approx(bench.measured, abs=bench.within)
+    assert bench.rig.measure() == pytest.approx(bench.measured, abs=bench.within)
 
 
 def test_its_clock_never_goes_back_and_waits_as_long_as_it_is_told(bench):
@@ -134,7 +134,7 @@ def test_a_faulty_device_is_told_with_its_place_and_what_to_look_at(name, fault)
     with RIGS[name].bench() as bench:
         bench.rig.open()
         RIGS[name].faults[fault](bench.device)
-        for what in (bench.rig.read, lambda: bench.rig.write(bench.command)):
+        for what in (bench.rig.measure, lambda: bench.rig.write(bench.command)):
             message = told(what)
             assert bench.where in message
             assert "Look" in message or "Remove" in message

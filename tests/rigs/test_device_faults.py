@@ -153,7 +153,7 @@ def test_a_fault_of_a_device_ends_safely(tmp_path, monkeypatch, kind, name):
     with KINDS[kind].device() as device:
         setup = KINDS[kind].setup(device, case.watchdog)
         reads = at(20, device, case)
-        ended, _, told = Courses(tmp_path, monkeypatch)(setup, {"read": reads})
+        ended, _, told = Courses(tmp_path, monkeypatch)(setup, {"measure": reads})
         assert ended.status == case.status, told
         assert case.words in told
         assert powered(device) != case.off

@@ -175,7 +175,7 @@ def test_hardware_errors_are_told_in_words(rig, servo):
     rig.open()
     servo.alert(0x20 | 0x04)
     with pytest.raises(RigError, match="hardware error: overheating, overload"):
-        rig.read()
+        rig.measure()
     rig.vent()
     rig.close()
     with pytest.raises(RigError, match="overheating, overload"):
@@ -214,16 +214,16 @@ def test_a_frozen_servo_measures_the_same_angle(servo, rig):
     servo.frozen = True
     rig.write(0.5)
     time.sleep(0.02)
-    assert rig.read() == 0.0
+    assert rig.measure() == 0.0
 
 
 def test_communication_works_again_after_a_lost_answer(servo, rig):
     rig.open()
     servo.silent_from = 0.0
     with pytest.raises(RigError, match=r"There is no status packet.*baud rate"):
-        rig.read()
+        rig.measure()
     servo.silent_from = math.inf
-    assert rig.read() == 0.0
+    assert rig.measure() == 0.0
 
 
 def test_an_answer_that_belongs_to_another_question_is_no_angle(servo, rig, monkeypatch):
@@ -231,7 +231,7 @@ def test_an_answer_that_belongs_to_another_question_is_no_angle(servo, rig, monk
     rig.open()
     monkeypatch.setattr(servo, "heard", lambda data: packet(1, STATUS, b"\x00"))
     with pytest.raises(RigError, match="an answer of 2 bytes where 4 were asked for"):
-        rig.read()
+        rig.measure()
 
 
 def test_a_broken_line_is_told_as_such_each_time(servo, rig):
@@ -239,7 +239,7 @@ def test_a_broken_line_is_told_as_such_each_time(servo, rig):
     servo.pull()
     for _ in range(2):
         with pytest.raises(RigError, match="the line does not work"):
-            rig.read()
+            rig.measure()
 
 
 def test_venting_is_tried_again(servo, rig, monkeypatch):

@@ -27,7 +27,7 @@ def test_a_run_on_a_simulated_rig_is_the_simulated_loop(tmp_path):
     for name in ("reference", "measured"):
         assert np.allclose(run.data[name], getattr(track, name), rtol=0, atol=1e-12)
     assert np.allclose(run.data["command"], track.command, rtol=1e-9, atol=1e-5)
-    assert np.allclose(rig.truths, track.output, rtol=0, atol=1e-12)
+    assert np.allclose(rig.outputs, track.output, rtol=0, atol=1e-12)
     assert run.data.attrs["clamped"] == run.data.attrs["slowed"] == 0
 
 

@@ -27,11 +27,11 @@ class Stuck:
 
 
 SAMPLES = {
-    "sensor frozen": Fault("read", None, "aborted", "to the last bit", lasting=True, at_last="finished"),
-    "sensor NaN": Fault("read", gives(float("nan")), "aborted", "nan m"),
-    "sensor inf": Fault("read", gives(float("-inf")), "aborted", "-inf m"),
-    "out of range": Fault("read", gives(0.0151), "aborted", "0.0151 m"),
-    "cable pulled": Fault("read", throws(RigError("laser: no answer.")), "failed", "no answer", lasting=True),
+    "sensor frozen": Fault("measure", None, "aborted", "to the last bit", lasting=True, at_last="finished"),
+    "sensor NaN": Fault("measure", gives(float("nan")), "aborted", "nan m"),
+    "sensor inf": Fault("measure", gives(float("-inf")), "aborted", "-inf m"),
+    "out of range": Fault("measure", gives(0.0151), "aborted", "0.0151 m"),
+    "cable pulled": Fault("measure", throws(RigError("laser: no answer.")), "failed", "no answer", lasting=True),
     "write fails": Fault("write", throws(RigError("valve: no answer.")), "failed", "no answer", lasting=True),
     "one write fails": Fault("write", throws(RigError("valve: no answer.")), "failed", "no answer"),
     "wait fails": Fault("wait", throws(RigError("clock: no answer.")), "failed", "no answer", lasting=True),
@@ -44,19 +44,19 @@ SAMPLES = {
     "controller raises": Fault("step", throws(ValueError("singular")), ValueError, "ValueError: singular"),
     "controller NaN": Fault("step", gives(float("nan")), "aborted", "asks for nan Pa"),
     "controller inf": Fault("step", gives(float("inf")), "aborted", "asks for inf Pa"),
-    "Ctrl-C in read": Fault("read", throws(KeyboardInterrupt), "interrupted"),
+    "Ctrl-C in measure": Fault("measure", throws(KeyboardInterrupt), "interrupted"),
     "Ctrl-C in write": Fault("write", throws(KeyboardInterrupt), "interrupted"),
     "Ctrl-C after write": Fault("write", lambda call, c: (call(c), throws(KeyboardInterrupt)()), "interrupted"),
     "Ctrl-C in wait": Fault("wait", throws(KeyboardInterrupt), "interrupted"),
     "Ctrl-C in step": Fault("step", throws(KeyboardInterrupt), "interrupted"),
     "Ctrl-C in log": Fault("append", throws(KeyboardInterrupt), "interrupted"),
-    "SIGINT": Fault("read", sends(signal.SIGINT), "interrupted", "SIGINT"),
+    "SIGINT": Fault("measure", sends(signal.SIGINT), "interrupted", "SIGINT"),
     "SIGTERM": Fault("write", sends(signal.SIGTERM), "interrupted", "SIGTERM"),
     "Ctrl-Z": Fault("wait", sends(signal.SIGTSTP), "interrupted", "SIGTSTP"),
     "terminal closed": Fault("step", sends(signal.SIGHUP), "interrupted", "SIGHUP"),
-    "SystemExit in read": Fault("read", throws(SystemExit(3)), SystemExit, "SystemExit: 3"),
+    "SystemExit in measure": Fault("measure", throws(SystemExit(3)), SystemExit, "SystemExit: 3"),
     "SystemExit in step": Fault("step", throws(SystemExit(3)), SystemExit, "SystemExit: 3"),
-    "no memory": Fault("read", throws(MemoryError), MemoryError, "MemoryError"),
+    "no memory": Fault("measure", throws(MemoryError), MemoryError, "MemoryError"),
     "progress raises": Fault("progress", throws(BrokenPipeError("stderr")), BrokenPipeError, "stderr"),
     "cancelled": Fault("progress", gives(False), "interrupted", "cancelled"),
     "clock ahead": Fault("now", lambda call: call() + 10.0, "aborted", "late", lasting=True, at_last="finished"),
@@ -80,7 +80,7 @@ def course_of(tmp_path, monkeypatch):
 def test_a_fault_during_the_samples(course_of, kind, name, where):
     fault = SAMPLES[name]
     if name == "sensor frozen":
-        fault = Fault("read", Stuck(), fault.ends, fault.words, True, fault.at_last)
+        fault = Fault("measure", Stuck(), fault.ends, fault.words, True, fault.at_last)
     position = POSITIONS[where]
     if fault.method == "now":
         position = max(2 * position, 1)  # asked for the start, then twice a sample
@@ -96,6 +96,6 @@ def test_a_fault_during_the_samples(course_of, kind, name, where):
     if expected != "finished":
         assert fault.words in told
         if where != "last" and not fault.lasting:
-            assert rig.calls.get("read", 0) <= position + 1  # it ends there
+            assert rig.calls.get("measure", 0) <= position + 1  # it ends there
     elif fault.method in ("wait", "now"):
         assert ended.data.attrs["overruns"] >= 1

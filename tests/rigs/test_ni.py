@@ -47,13 +47,13 @@ def test_chambers_that_work_against_each_other_get_opposite_pressures(card, rig)
 def test_the_laser_measures_within_its_range_only(card, rig, volts, measured):
     rig.open()
     card.volts_seen = volts
-    assert rig.read() == pytest.approx(measured, nan_ok=True)
+    assert rig.measure() == pytest.approx(measured, nan_ok=True)
 
 
 def test_a_sensor_that_gives_no_number_has_no_measurement(card, rig):
     rig.open()
     card.volts_seen = math.nan
-    assert math.isnan(rig.read())
+    assert math.isnan(rig.measure())
 
 
 def test_a_command_beyond_the_volts_moves_no_valve_and_says_how_far_one_may_go(card, rig):

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from nectosome.rigs.dynamixel import Dynamixel, Servo
@@ -9,16 +10,49 @@ from nectosome.rigs.files import load_rig
 from nectosome.rigs.limits import Limits
 from nectosome.rigs.ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
 from nectosome.rigs.serial_motor import MotorLink, SerialMotor
+from nectosome.rigs.simulated_rig import SimulatedRig
 from nectosome.units import InputError
+
+from .tail import save_tail
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "rigs"
 NI = (EXAMPLES / "fishtail_ni.yaml").read_text(encoding="utf-8")
 SERVO = (EXAMPLES / "servo_dynamixel.yaml").read_text(encoding="utf-8")
+SIMULATED = (EXAMPLES / "fishtail_simulated.yaml").read_text(encoding="utf-8")
+LINEAR = "gain: 46 mm/bar\nfrequency: 18.6 rad/s\ndamping: 1.0\nnoise: 0.05 mm\n"
+SAVED = SIMULATED.replace(LINEAR, "model: tail.nc\nreal_time: true\n")
 MOTOR = (EXAMPLES / "motor_serial.yaml").read_text(encoding="utf-8")
 
 
 def test_every_example_is_a_rig():
-    assert len([load_rig(path) for path in EXAMPLES.glob("*.yaml")]) == 3
+    assert len([load_rig(path) for path in EXAMPLES.glob("*.yaml")]) == 4
+
+
+def test_a_simulated_rig_is_a_linear_model(tmp_path):
+    """1 kPa leads to 46e-2 mm; its noise and its time are those of the file."""
+    file = load_rig(EXAMPLES / "fishtail_simulated.yaml")
+    assert isinstance(file.rig, SimulatedRig)
+    assert (file.rig.pace, file.rig.dt, file.dt) == ("virtual", 1e-3, 5e-3)
+    assert file.command_unit == ("bar", 1e5)
+    file.rig.open()
+    file.rig.write(1e3)
+    file.rig.wait(3.0)
+    assert file.rig.true == pytest.approx(0.46e-3, rel=1e-9)
+    assert np.std([file.rig.measure() for _ in range(300)]) == pytest.approx(5e-5, rel=0.2)
+
+
+def test_a_simulated_rig_may_be_a_saved_model_beside_its_file(tmp_path):
+    save_tail(tmp_path / "tail.nc")
+    path = tmp_path / "rig.yaml"
+    path.write_text(SAVED)
+    file = load_rig(path)
+    assert isinstance(file.rig, SimulatedRig)
+    assert file.rig.pace == "real"
+    assert file.model is not None and file.model.noise == 5e-5
+    path.write_text(SAVED.replace("tail.nc", "gone.nc"))
+    with pytest.raises(InputError, match=r"gone\.nc") as told:
+        load_rig(path)
+    assert (told.value.field, told.value.line) == ("model", 5)
 
 
 def test_the_fishtail_has_round_values():
@@ -90,6 +124,9 @@ WRONG = {  # what stands there, what instead, the field, and words of the messag
     "no acceleration": (MOTOR, "50 rad/s2", "50 rad/s", "limits.slew", "Angular acceleration expected"),
     "a motor's timeout": (MOTOR, "timeout: 20 ms", "timeout: 0 ms", "timeout", "more than 0 s"),
     "a motor's watchdog": (MOTOR, "watchdog: 0.2 s", "watchdog: 20 ms", "watchdog", "between two samples"),
+    "no frequency of a model": (SIMULATED, "frequency: 18.6 rad/s\n", "", "frequency", "missing: give model, or gain"),
+    "two models": (SIMULATED, "damping: 1.0", "model: tail.nc", "gain", "belongs to a linear model"),
+    "no gain at all": (SIMULATED, "gain: 46 mm/bar", "gain: 0 mm/bar", "gain", "more than 0"),
     "a group that is none": (MOTOR, MOTOR[MOTOR.index("limits:") :], "limits: 3", "limits", "group of fields"),
 }
 

@@ -56,7 +56,7 @@ def test_noise_is_no_line_and_no_error(noise):
 def test_it_asks_as_the_protocol_says(motor, rig):
     rig.open()
     rig.write(12.5)
-    rig.read()
+    rig.measure()
     rig.vent()
     assert motor.asked == ["0", "W 5", "S 0.0000", "S 12.5000", "R", "0"]
 
@@ -66,13 +66,13 @@ def test_the_controller_holds_the_speed_against_friction(motor, rig, speed):
     rig.open()
     rig.write(speed)
     time.sleep(0.6)
-    assert np.mean([rig.read() for _ in range(20)]) == pytest.approx(speed, rel=0.02)
+    assert np.mean([rig.measure() for _ in range(20)]) == pytest.approx(speed, rel=0.02)
 
 
 def test_a_controller_that_does_not_know_its_speed_gives_nan(motor, rig):
     rig.open()
     motor.blind = True
-    assert math.isnan(rig.read())
+    assert math.isnan(rig.measure())
     rig.write(1.0)
 
 
@@ -81,7 +81,7 @@ def test_a_frozen_motor_measures_the_same_speed(motor, rig):
     motor.frozen = True
     rig.write(5.0)
     time.sleep(0.05)
-    assert rig.read() == 0.0
+    assert rig.measure() == 0.0
 
 
 def test_without_questions_the_controller_vents_and_says_so(motor):
@@ -105,14 +105,14 @@ def test_it_waits_for_a_controller_that_opening_the_port_has_reset(motor, rig, m
         motor, "heard", lambda data: heard(data) if time.monotonic() - began > 0.25 else b"\x06\x85!\r\n"
     )
     rig.open()
-    assert rig.read() == 0.0
+    assert rig.measure() == 0.0
 
 
 def test_lines_that_come_too_late_are_not_taken_for_answers(motor, rig):
     rig.open()
     motor.late = 0.25
     with pytest.raises(RigError, match=r"no answer to 'R' in 0\.2 s"):
-        rig.read()
+        rig.measure()
     motor.late = 0.0
     rig.vent()  # whose answer comes after that of the reading
     assert not motor.driven
@@ -122,10 +122,10 @@ def test_an_answer_that_came_after_all_is_not_that_of_the_next_question(motor, r
     rig.open()
     motor.late = 0.25
     with pytest.raises(RigError, match="no answer"):
-        rig.read()
+        rig.measure()
     time.sleep(0.15)
     motor.late, motor.frozen, motor.speed = 0.0, True, 3.0
-    assert rig.read() == 3.0
+    assert rig.measure() == 3.0
 
 
 def test_a_line_that_breaks_while_the_controller_starts_is_not_waited_for(motor):
@@ -143,7 +143,7 @@ def test_a_garbled_answer_is_shown(motor, rig):
     rig.open()
     motor.garbled = True
     with pytest.raises(RigError, match=r"no answer to 'R' in 0\.2 s, but b'V .*baud rate \(115200 expected\)"):
-        rig.read()
+        rig.measure()
 
 
 def test_a_question_that_was_garbled_on_its_way_is_told(motor, rig, monkeypatch):
@@ -151,14 +151,14 @@ def test_a_question_that_was_garbled_on_its_way_is_told(motor, rig, monkeypatch)
     heard = motor.heard
     monkeypatch.setattr(motor, "heard", lambda data: heard(data.replace(b"R", b"Q")))
     with pytest.raises(RigError, match="'R' was refused: checksum"):
-        rig.read()
+        rig.measure()
 
 
 def test_an_answer_that_is_no_speed_is_told(motor, rig, monkeypatch):
     rig.open()
     monkeypatch.setattr(motor, "heard", lambda data: framed("V fast"))
     with pytest.raises(RigError, match="'fast' is no speed"):
-        rig.read()
+        rig.measure()
 
 
 def test_venting_is_tried_again(motor, rig, monkeypatch):

@@ -29,7 +29,7 @@ def test_a_held_command_is_answered_after_the_delay_by_the_step_response(delay):
     for k in range(1, 40):
         rig.wait(k * 0.01)
         assert rig.now() == pytest.approx(k * 0.01, rel=1e-12)
-        assert rig.read() == pytest.approx(2e4 * GAIN * critically_damped(rig.now() - delay), abs=1e-12)
+        assert rig.measure() == pytest.approx(2e4 * GAIN * critically_damped(rig.now() - delay), abs=1e-12)
 
 
 def test_it_answers_any_commands_as_the_block_does():
@@ -39,13 +39,13 @@ def test_it_answers_any_commands_as_the_block_does():
     rig.open()
     for k, command in enumerate(commands):
         rig.wait(k * 0.01)
-        rig.read()
+        rig.measure()
         rig.write(command)
     late = np.concatenate([[0.0], commands])[:50]
     expected = respond(plant(), np.repeat(late, 5), 2e-3, hold="zero")[::5]
-    assert np.allclose(rig.truths, expected, rtol=0, atol=1e-12)
+    assert np.allclose(rig.outputs, expected, rtol=0, atol=1e-12)
     behind = Chain((DeadTime(jnp.asarray(0.01)), plant()))
-    assert np.allclose(rig.truths, respond(behind, np.repeat(commands, 5), 2e-3, hold="zero")[::5], rtol=0, atol=1e-12)
+    assert np.allclose(rig.outputs, respond(behind, np.repeat(commands, 5), 2e-3, hold="zero")[::5], rtol=0, atol=1e-12)
 
 
 def test_waiting_at_once_or_in_pieces_is_the_same():
@@ -65,10 +65,10 @@ def test_noise_is_the_sensor_s_and_the_truth_is_kept_beside_it():
     """0.02 mm of noise at rest; the truth is what was there at each reading."""
     rig = simulated()
     rig.open()
-    readings = np.array([rig.read() for _ in range(1000)])
+    readings = np.array([rig.measure() for _ in range(1000)])
     assert readings.std() == pytest.approx(2e-5, rel=0.08)
     assert abs(readings.mean()) < 3e-6
-    assert rig.truths == [0.0] * 1000
+    assert rig.outputs == [0.0] * 1000
 
 
 def test_a_sensor_ends_at_its_range_and_the_truth_does_not():
@@ -77,7 +77,7 @@ def test_a_sensor_ends_at_its_range_and_the_truth_does_not():
     rig.open()
     rig.write(5e4)
     rig.wait(1.0)
-    assert rig.read() == 1e-3
+    assert rig.measure() == 1e-3
     assert rig.true == pytest.approx(0.01, rel=1e-6)
 
 
@@ -87,7 +87,7 @@ def test_a_vent_acts_at_once_whatever_is_on_its_way():
     rig.write(6e4)
     rig.vent()
     rig.wait(1.0)
-    assert rig.read() == 0.0
+    assert rig.measure() == 0.0
 
 
 def test_opened_again_it_is_at_rest_and_its_clock_goes_on():
@@ -102,7 +102,7 @@ def test_opened_again_it_is_at_rest_and_its_clock_goes_on():
         assert rig.now() > before
         rig.close()
     with pytest.raises(RigError, match="before it was opened"):
-        rig.read()
+        rig.measure()
 
 
 @pytest.mark.parametrize("command", [math.nan, math.inf])
@@ -125,7 +125,7 @@ def test_in_real_time_it_answers_as_in_virtual_time_and_takes_that_time():
     rig.write(2e4)
     for k in range(1, 21):
         rig.wait(start + k * 0.01)
-        before, y, after = rig.now() - start, rig.read(), rig.now() - start
+        before, y, after = rig.now() - start, rig.measure(), rig.now() - start
         assert k * 0.01 <= before
         low, high = (2e4 * GAIN * critically_damped(t) for t in (before - 2e-3, after + 2e-3))
         assert low <= y <= high
@@ -153,5 +153,5 @@ def test_one_program_serves_all_rigs_of_a_structure_and_all_waits():
         rig.write(1e4)
         for k in (1, 5, 6, 50):
             rig.wait(k * 1e-3)
-        assert rig.read() == pytest.approx((n + 1) * 1e-3)
+        assert rig.measure() == pytest.approx((n + 1) * 1e-3)
     assert Traced.count == before

@@ -24,8 +24,8 @@ def course_of(tmp_path, monkeypatch):
 
 def on_the_way(step: int, error: BaseException) -> dict[str, Hook]:
     """Ctrl-C at a sample, and another fault in a write of the ramp."""
-    interrupt = Fault("read", throws(KeyboardInterrupt), "").hook(30)
-    return {"read": interrupt, "write": Fault("write", throws(error), "").hook(30 + step)}
+    interrupt = Fault("measure", throws(KeyboardInterrupt), "").hook(30)
+    return {"measure": interrupt, "write": Fault("write", throws(error), "").hook(30 + step)}
 
 
 @pytest.mark.parametrize("step", [0, 1, 3])
@@ -41,7 +41,7 @@ def test_a_fault_on_the_way_to_0_leads_to_the_vent_at_once(course_of, step, erro
 
 
 def test_without_a_fault_the_ramp_ends_at_0(course_of):
-    _, rig, _ = course_of("simulated", {"read": Fault("read", throws(KeyboardInterrupt), "").hook(30)})
+    _, rig, _ = course_of("simulated", {"measure": Fault("measure", throws(KeyboardInterrupt), "").hook(30)})
     writes = [event.value for event in rig.seen if event.what == "write"]
     assert writes[-1] == 0.0
     assert abs(writes[29]) > 2e4
@@ -93,7 +93,7 @@ def test_a_fault_before_the_first_sample_or_after_the_last(course_of, kind, name
 @pytest.mark.parametrize("method", ["vent", "close"])
 def test_the_first_reason_stays_the_first(course_of, method):
     hooks = {
-        "read": Fault("read", gives(float("nan")), "").hook(30),
+        "measure": Fault("measure", gives(float("nan")), "").hook(30),
         method: Fault(method, throws(RigError("no answer.")), "", "", True).hook(0),
     }
     ended, _, told = course_of("simulated", hooks)
@@ -108,13 +108,13 @@ def test_a_loop_that_swings_or_runs_away_is_stopped(course_of, gains):
     ended, rig, told = course_of("simulated", {}, controller=pi(*gains))
     assert ended.status == "aborted"
     assert "gains" in told
-    assert rig.calls["read"] < LAST
+    assert rig.calls["measure"] < LAST
 
 
 def test_what_goes_wrong_in_another_thread_is_made_safe_too(course_of):
     """Where there are no signals."""
     found = []
-    hooks = {"read": Fault("read", throws(RigError("laser: no answer.")), "").hook(5)}
+    hooks = {"measure": Fault("measure", throws(RigError("laser: no answer.")), "").hook(5)}
     thread = threading.Thread(target=lambda: found.append(course_of("simulated", hooks)))
     thread.start()
     thread.join()
@@ -157,7 +157,7 @@ def test_a_signal_that_python_drops_is_told_with_the_next_sample(course_of):
         Deaf()
         return call()
 
-    ended, rig, _ = course_of("simulated", {"read": Fault("read", then, "").hook(30)})
+    ended, rig, _ = course_of("simulated", {"measure": Fault("measure", then, "").hook(30)})
     assert ended.status == "interrupted"
-    assert rig.calls["read"] == 31
+    assert rig.calls["measure"] == 31
     assert [event.value for event in rig.seen if event.what == "write"][-1] == 0.0

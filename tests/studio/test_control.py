@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, beside, chromium, nothing_left, said
 
-from nectosome.controllers import ActuatorLimits, SensorModel, pid_of, read_range, run_closed_loop
+from nectosome.controllers import ActuatorLimits, SensorModel, pid_of, run_closed_loop
 from nectosome.core import Status
 from nectosome.description import parse_robot
 from nectosome.designs import shipped_problem
@@ -17,7 +17,7 @@ from nectosome.model import SampledPlant, build, reading_of
 from nectosome.robots import describe
 from nectosome.studio.answers import AnswerSolver
 from nectosome.studio.server import Studio
-from nectosome.studio.tasks.control_request import Asked, first_measured, loop_of, most_of
+from nectosome.studio.tasks.control_request import ControlRequest, first_measured, most_of, prepare_loop
 from nectosome.studio.tasks.live_rig import LiveRig
 from nectosome.view.saved import check_drawable, check_run
 
@@ -58,13 +58,15 @@ def test_it_goes_on_as_the_clock_does_and_as_the_loop_alone_would(slide, pid):
     LiveRig(slide, pid, WANTED, SensorModel()).step(WANTED)  # compiled
     rig, shown = LiveRig(slide, pid, WANTED, SensorModel()), []
     began = time.perf_counter()
-    assert rig.run(lambda k: WANTED, lambda moment, way: shown.append(way[-1, 0]), until(1.5)) == Status.SOLVED
+    assert (
+        rig.run_by_clock(lambda k: WANTED, lambda frame, path: shown.append(path[-1, 0]), until(1.5)) == Status.SOLVED
+    )
     taken = time.perf_counter() - began
     n = len(rig.reference)
     assert (n - 1) * DT <= taken  # never ahead of the clock
     alone = run_closed_loop(slide, pid, np.full(n, WANTED))
-    np.testing.assert_allclose(rig.followed.output, alone.output, atol=1e-12)
-    np.testing.assert_allclose(rig.followed.command, alone.command, atol=1e-12)
+    np.testing.assert_allclose(rig.record.output, alone.output, atol=1e-12)
+    np.testing.assert_allclose(rig.record.command, alone.command, atol=1e-12)
     assert shown == sorted(shown) and len(shown) > 5  # it moves towards the reference, and is seen
 
 
@@ -72,7 +74,7 @@ def test_what_it_did_is_a_run_like_any(slide, pid):
     rig = LiveRig(slide, pid, WANTED, SensorModel())
     for k in range(80):
         assert rig.step(WANTED if k < 40 else -WANTED) == Status.SOLVED
-    run = rig.kept(Status.SOLVED)
+    run = rig.to_dataset(Status.SOLVED)
     check_run(run, "kept")
     check_drawable(run, "kept")
     assert run.sizes["time"] == run.sizes["sample"] == 80
@@ -84,9 +86,9 @@ def test_what_it_did_is_a_run_like_any(slide, pid):
 
 def test_a_slow_machine_is_told_and_the_clock_is_put_back(slide, pid):
     rig = LiveRig(slide, pid, WANTED, SensorModel())
-    rig.run(lambda k: WANTED, lambda moment, way: time.sleep(0.4), until(2.0))
-    assert rig.pace.time < 0.5 * rig.pace.taken
-    assert "this machine is too slow" in str(rig.pace)
+    rig.run_by_clock(lambda k: WANTED, lambda frame, path: time.sleep(0.4), until(2.0))
+    assert rig.clock.time < 0.5 * rig.clock.taken
+    assert "this machine is too slow" in str(rig.clock)
 
 
 @NEEDS_CHROMIUM
@@ -108,7 +110,7 @@ def test_a_robot_reaches_its_reference_on_the_page(tmp_path, capfd):
             page.get_by_role("tab", name="Control").click()
             page.get_by_role("button", name="Start", exact=True).click()
             said(page, "has no two ends")
-            beside(page, "Range").fill("-2:2 N")
+            beside(page, "Range").fill("-2..2 N")
             beside(page, "Gains").fill("20, 30, 10")
             page.get_by_role("button", name="Start", exact=True).click()
             page.wait_for_function("document.querySelector('#studio-work')?.innerText.includes('pictures')")
@@ -157,15 +159,15 @@ def test_of_what_sits_on_a_spring_its_place_is_measured_at_first():
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("robot", "command"),
-    [("flagellum", "omega=3:22 rad/s"), ("paddle", "A=30:75 deg"), ("poseidrone_jet", "omega=6:20 rad/s")],
+    [("flagellum", "omega=3..22 rad/s"), ("paddle", "A=30..75 deg"), ("poseidrone_jet", "omega=6..20 rad/s")],
 )
 def test_what_is_suggested_can_be_reached(robot, command):
     """With what stands on the page at first, gains are found on the model."""
     description, problem = describe(robot), shipped_problem(robot)
     model, measured = build(description), first_measured(description, problem.forward if problem else "")
     wanted = most_of(AnswerSolver()(description).run, reading_of(model, measured))
-    asked = Asked(description, command, measured, True, "constant", wanted, "0.1 Hz", "")
-    loop = loop_of(asked, read_range(command, description), model, lambda share, words: True)
+    request = ControlRequest(description, command, measured, True, "constant", wanted, "0.1 Hz", "")
+    loop = prepare_loop(request, reading_of(model, measured).dimension, lambda share, words: True)
     assert loop is not None
     gains = [float(x) for x in loop.gains_text.split(",")]
     assert min(gains) * max(gains) >= 0 and any(gains)

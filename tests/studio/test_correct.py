@@ -6,10 +6,10 @@ from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, beside, chromium, said
 from tests.synthetic_campaign import PLAN, mean, write_campaign, write_grid
 
 from nectosome.io import load_dataset
+from nectosome.studio.folder import WorkFolder
 from nectosome.studio.server import Studio
-from nectosome.studio.tasks.narrow_panel import spelled
+from nectosome.studio.tasks.left_panel import spelled
 from nectosome.units import InputError
-from nectosome.view.stage.folder import WorkFolder
 
 ROCK = "{name: rock, water: {gravity: 0 m/s2}, body: {kind: rigid, shape: point, mass: 1 kg}}"
 

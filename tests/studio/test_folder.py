@@ -7,9 +7,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from nectosome.description import load_robot
+from nectosome.studio import folder as doors
+from nectosome.studio.folder import WorkFolder, harmless, received
 from nectosome.units import InputError
-from nectosome.view.stage import folder as doors
-from nectosome.view.stage.folder import WorkFolder, harmless, received
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links and pipes need rights there")
 

@@ -16,9 +16,9 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from nectosome.studio import uploads
+from nectosome.studio.gate import Gate, _serving, guarded_server
 from nectosome.units import InputError
-from nectosome.view.stage import uploads
-from nectosome.view.stage.gate import Gate, _serving, guarded_server
 
 LOCAL, REMOTE = Gate(), Gate("0.0.0.0", "right-token")
 COOKIE = "nectosome-8080=right-token"

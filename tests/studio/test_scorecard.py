@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from nectosome.studio.folder import WorkFolder
 from nectosome.studio.tasks.scorecard import Scorecard, read_rows, rows_html
 from nectosome.units import InputError
-from nectosome.view.stage.folder import WorkFolder
 
 ROW = {
     "id": "eel/speed",

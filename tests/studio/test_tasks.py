@@ -76,7 +76,7 @@ def test_what_was_drawn_and_refused_is_no_best_design():
     search = SearchProgress(task, [start, [evaluated(-0.1, 0.5, 0.1)]])
     assert [(k, e.objective) for k, e in search.best] == [(0, 4.5)]
     assert search.fits(start) == [False, True, False, True]
-    assert search.told(search.best[0][1]) == "4.5 W"
+    assert search.objective_text(search.best[0][1]) == "4.5 W"
 
 
 @pytest.mark.parametrize(("u", "told"), [(0.9995, True), (1e-4, True), (0.99, False)])

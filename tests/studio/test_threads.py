@@ -3,8 +3,8 @@
 import threading
 import time
 
-from nectosome.studio.latest_request import Latest
 from nectosome.studio.player import Player
+from nectosome.studio.solver_thread import SolverThread
 
 
 def test_only_the_last_of_what_waits_is_worked_on():
@@ -15,17 +15,17 @@ def test_only_the_last_of_what_waits_is_worked_on():
         began.set()
         go_on.wait(10)
 
-    latest = Latest(work)
-    latest.ask(1)
+    solver = SolverThread(work)
+    solver.submit(1)
     assert began.wait(10)
     for k in range(2, 50):
-        latest.ask(k)
+        solver.submit(k)
     go_on.set()
     for _ in range(200):
         if len(seen) == 2:
             break
         time.sleep(0.01)
-    latest.close()
+    solver.close()
     assert seen == [1, 49]
 
 

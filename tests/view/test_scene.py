@@ -6,13 +6,12 @@ from xml.etree import ElementTree
 import av
 import numpy as np
 import pytest
+from tests.made_up_runs import made_up_run
 
 from nectosome.units import InputError
 from nectosome.view.drawing import CAMERAS, Scene
 from nectosome.view.film import write_film, write_still
 from nectosome.view.tubes import tubes
-
-from .conftest import made_up_run
 
 SIZE = (320, 180)
 

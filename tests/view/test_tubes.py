@@ -1,13 +1,11 @@
 import numpy as np
 import pytest
+from tests.made_up_runs import LENGTH, RADIUS, TIP
 
 from nectosome.description import parse_robot
 from nectosome.model import build
-from nectosome.view.robot3d import actor, stage
 from nectosome.view.start import standing
 from nectosome.view.tubes import AROUND, hermite, part_rings, triangles, tubes
-
-from .conftest import LENGTH, RADIUS, TIP
 
 
 def radii(rings):
@@ -68,16 +66,6 @@ def test_cubics_are_exact_for_cubics():
 def test_between_saved_times_the_rings_keep_their_size(run):
     rings = tubes(run, np.array([0.333, 0.512]))["filament"]
     np.testing.assert_allclose(radii(rings)[:, 0], RADIUS, rtol=2e-3)
-
-
-def test_the_stage_has_equal_scales_and_a_frame_per_moment(run):
-    times = np.linspace(0, 1, 4)
-    fig = stage([actor(run, times, "a"), actor(run, times, "b", at=(0, 1, 0))], ["1", "2", "3", "4"], True, "")
-    scene = fig["layout"]["scene"]
-    per_metre = [scene["aspectratio"][n] / np.ptp(scene[f"{n}axis"]["range"]) for n in "xyz"]
-    np.testing.assert_allclose(per_metre, per_metre[0])
-    assert len(fig.frames) == 4
-    assert all(len(frame.data) == len(frame.traces) == 4 for frame in fig.frames)
 
 
 @pytest.mark.parametrize(("given", "volume"), [("volume: 0.1 L", 1e-4), ("volume: 0 m3", 2e-4)])

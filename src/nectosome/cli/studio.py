@@ -34,9 +34,7 @@ def studio(
         raise InputError("is no folder.", field="--folder")
 
     from nectosome import robots
-    from nectosome.io.extras import package
 
-    package("viser", "studio")
     robots.describe(robot)
 
     from nectosome.studio.server import Studio

@@ -1,32 +1,29 @@
-"""What makes a rig or a robot follow a reference: references, controllers, loops, tuning and margins."""
+"""What makes a rig or a robot track a reference: references, controllers, closed loops, tuning and margins."""
 
-from .autotune import Relay, Ultimate, detune, relay_gains, smooth_pid, time_scaled, ultimate
-from .beat import Beat, BeatMean, beat_of, moments_of
-from .block_loop import BlockLoop, Track, perturbed, run_batch
-from .closed_loop import ClosedLoopRecord, ClosedLoopRun, SensorModel, run_closed_loop
-from .contract import Controller, Regulator
-from .feedforward import Feedforward, HystereticModel, hysteretic
-from .kalman import KalmanFilter, kalman
-from .learning import Learned, learned
-from .margins import Margins, margins, open_loop
-from .motor_speed import VariableGainPI
-from .pid import PID, ActuatorLimits, GainSchedule, PIDRegulator, pid_of
-from .predictive import Predictive
-from .reachable import check_reachable
-from .references import (
-    SHAPES,
-    CommandRange,
-    Reference,
-    chirp,
-    eased,
-    local_frequency,
-    read_beat,
-    read_range,
-    sine,
-    times,
-    triangle,
-    varying,
+from .autotune import (
+    Relay,
+    RelayGains,
+    Ultimate,
+    block_relay_gains,
+    detune,
+    relay_gains,
+    smooth_pid,
+    time_scaled,
+    ultimate,
 )
+from .beat import Beat, BeatMean, beat_of, instants_per_sample
+from .block_loop import BlockLoop, BlockLoopRecord, perturbed, run_batch
+from .closed_loop import ClosedLoopRecord, ClosedLoopRun, SensorModel, run_closed_loop
+from .commands import CommandRange, parse_gains
+from .contract import Controller, Regulator
+from .feedforward import Feedforward, HystereticModel, check_reachable, hysteretic
+from .kalman import KalmanFilter, kalman
+from .learning import Learned, Learner, learned
+from .margins import Margins, margins, open_loop
+from .pid import PID, ActuatorLimits, GainSchedule, PIDRegulator, VariableGainPI, pid_of
+from .predictive import Predictive
+from .references import SHAPES, Reference, chirp, eased, local_frequency, sine, times, triangle, varying
+from .robot_control import ControlResult, ControlTask, LoopGains, control
 from .tracking_errors import StepResponse, rms_error, step_response
 from .tuning import Tuned, tune
 
@@ -37,43 +34,49 @@ __all__ = [
     "Beat",
     "BeatMean",
     "BlockLoop",
+    "BlockLoopRecord",
     "ClosedLoopRecord",
     "ClosedLoopRun",
     "CommandRange",
+    "ControlResult",
+    "ControlTask",
     "Controller",
     "Feedforward",
     "GainSchedule",
     "HystereticModel",
     "KalmanFilter",
     "Learned",
+    "Learner",
+    "LoopGains",
     "Margins",
     "PIDRegulator",
     "Predictive",
     "Reference",
     "Regulator",
     "Relay",
+    "RelayGains",
     "SensorModel",
     "StepResponse",
-    "Track",
     "Tuned",
     "Ultimate",
     "VariableGainPI",
     "beat_of",
+    "block_relay_gains",
     "check_reachable",
     "chirp",
+    "control",
     "detune",
     "eased",
     "hysteretic",
+    "instants_per_sample",
     "kalman",
     "learned",
     "local_frequency",
     "margins",
-    "moments_of",
     "open_loop",
+    "parse_gains",
     "perturbed",
     "pid_of",
-    "read_beat",
-    "read_range",
     "relay_gains",
     "rms_error",
     "run_batch",

@@ -1,56 +1,60 @@
-"""Gains for a robot, from a relay experiment on its model."""
+"""PID gains from a relay experiment on a model, and their detuning."""
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, ArrayLike, Float, Int
 
 from nectosome.core import Status
 from nectosome.model import SampledPlant
 from nectosome.units import InputError
 
-from .closed_loop import PLAIN, SensorModel, run_closed_loop
+from .block_loop import BlockLoop
+from .closed_loop import EXACT, SensorModel, run_closed_loop
 from .contract import Controller, Regulator
 from .pid import PID, ActuatorLimits, pid_of
+from .tracking_errors import still_approaching
 
-_STEADY = 0.15  # by how much the last swings may differ
-_SWINGS = 4  # that are looked at
-_ALIKE = 0.05  # by how much the means of these and of as many before may differ, where samples are too few for more
+Progress = Callable[[float], bool | None]
+
+_VARIATION = 0.15  # relative difference among the last oscillations that counts as even
+_OSCILLATIONS = 4  # that are evaluated
+_DRIFT = 0.05  # relative difference of their means from those before, for oscillations of few samples
 
 
 class Relay(Controller):
-    """One command or its opposite, by the sign of the error; it turns when the error is beyond a band."""
+    """Relay: one command or its opposite, by the sign of the error; it switches where the error leaves a band."""
 
     amplitude: Float[Array, ""]  # of the command
-    band: Float[Array, ""]  # half of it, of the output: more than the noise
+    band: Float[Array, ""]  # half width, of the output: more than the noise
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
-        """Along a reference, which is best left at 0."""
-        return _Turns(jnp.asarray(reference, dtype=float), self.amplitude, self.band)
+        """Along a reference, best 0."""
+        return _RelayRegulator(jnp.asarray(reference, dtype=float), self.amplitude, self.band)
 
 
-class _Turns(Regulator):
+class _RelayRegulator(Regulator):
     reference: Float[Array, "n"]
     amplitude: Float[Array, ""]
     band: Float[Array, ""]
 
     def initial(self, command: Float[ArrayLike, ""] = 0.0, measured: Float[ArrayLike, ""] = 0.0) -> tuple[Array, Array]:
-        """Upwards, unless the command was below 0."""
+        """The positive command, unless the held one is negative."""
         return jnp.zeros((), dtype=int), jnp.where(jnp.asarray(command) < 0, -self.amplitude, self.amplitude)
 
     def step(self, state: tuple[Array, Array], measured: Float[Array, ""]) -> tuple[tuple[Array, Array], Array]:
-        """The command, turned where the error is beyond the band on the other side."""
+        """The command, switched where the error is beyond the band."""
         k, command = state
         error = self.reference[jnp.minimum(k, len(self.reference) - 1)] - measured
-        turned = jnp.where(error > self.band, self.amplitude, jnp.where(error < -self.band, -self.amplitude, command))
-        return (k + 1, turned), turned
+        command = jnp.where(error > self.band, self.amplitude, jnp.where(error < -self.band, -self.amplitude, command))
+        return (k + 1, command), command
 
 
 class Ultimate(NamedTuple):
-    """Where a loop begins to swing under a gain alone."""
+    """Limit of stability of a loop under proportional gain alone."""
 
     gain: float  # K_u, command per output
     period: float  # T_u [s]
@@ -61,155 +65,193 @@ class Ultimate(NamedTuple):
         return np.array([kp, kp / (2.2 * self.period), kp * self.period / 6.3])
 
     def pi(self) -> Float[np.ndarray, "3"]:
-        """The same without a derivative: K_u/3.2, T_i = 2.2 T_u."""
+        """The same without derivative: K_u/3.2, T_i = 2.2 T_u."""
         kp = self.gain / 3.2
         return np.array([kp, kp / (2.2 * self.period), 0.0])
 
 
 def ultimate(measured: Float[np.ndarray, "n"], command: Float[np.ndarray, "n"], dt: float, band: float) -> Ultimate:
-    r"""From the swing under a relay: $K_u = 4 d/(\pi \sqrt{a^2 - \epsilon^2})$ of the amplitudes d of the command and a
-    of the output, and the band epsilon.
+    r"""Ultimate gain and period from the oscillation under a relay: $K_u = 4 d/(\pi \sqrt{a^2 - \epsilon^2})$.
 
-    Raises InputError where it does not swing evenly within the recording.
+    d is the amplitude of the command, a that of the output, epsilon the band. Both signals are about 0.
+
+    Raises InputError where the recording has no even oscillation.
     """
     ups = np.flatnonzero((command[1:] > 0) & (command[:-1] < 0)) + 1
-    if len(ups) < _SWINGS + 1:
-        raise InputError(f"the relay turned up {len(ups)} times; {_SWINGS + 1} are needed. Give it more time.")
-    swings = np.array([0.5 * np.ptp(measured[a:b]) for a, b in pairwise(ups[-2 * _SWINGS - 1 :])])
-    periods = np.diff(ups[-2 * _SWINGS - 1 :]) * dt
-    alike = all(len(x) == 2 * _SWINGS and _alike(x[:_SWINGS], x[_SWINGS:]) for x in (swings, periods))
-    last, swings, periods = ups[-_SWINGS - 1 :], swings[-_SWINGS:], periods[-_SWINGS:]
-    for what, values in (("amplitudes", swings), ("periods", periods)):
-        if not alike and np.ptp(values) > _STEADY * values.mean() + (2 * dt if what == "periods" else 0.0):
-            told = ", ".join(f"{x:.3g}" for x in values)
+    if len(ups) < _OSCILLATIONS + 1:
+        raise InputError(f"the relay switched up {len(ups)} times; {_OSCILLATIONS + 1} are needed. Give it more time.")
+    amplitudes = np.array([0.5 * np.ptp(measured[a:b]) for a, b in pairwise(ups[-2 * _OSCILLATIONS - 1 :])])
+    periods = np.diff(ups[-2 * _OSCILLATIONS - 1 :]) * dt
+    n = _OSCILLATIONS
+    settled = all(len(x) == 2 * n and _same_mean(x[:n], x[n:]) for x in (amplitudes, periods))
+    last, amplitudes, periods = ups[-n - 1 :], amplitudes[-n:], periods[-n:]
+    for what, values in (("amplitudes", amplitudes), ("periods", periods)):
+        if not settled and np.ptp(values) > _VARIATION * values.mean() + (2 * dt if what == "periods" else 0.0):
+            listed = ", ".join(f"{x:.3g}" for x in values)
             raise InputError(
-                f"the swing is not steady: the last {what} are {told}. Give it more time, or a wider band."
+                f"the oscillation is not steady: the last {what} are {listed}. Give it more time, or a wider band."
             )
-    a, d = float(swings.mean()), float(np.abs(command[last[0] : last[-1]]).max())
+    a, d = float(amplitudes.mean()), float(np.abs(command[last[0] : last[-1]]).max())
     if a <= band:
-        raise InputError(f"the output swings by {a:.3g}, within the band of {band:.3g}: the loop does not answer.")
+        raise InputError(
+            f"the output oscillates by {a:.3g}, within the band of {band:.3g}: it does not respond to the command."
+        )
     return Ultimate(4 * d / (np.pi * np.sqrt(a**2 - band**2)), float(periods.mean()))
 
 
-def _alike(before: Float[np.ndarray, "n"], after: Float[np.ndarray, "n"]) -> bool:
-    return bool(abs(after.mean() - before.mean()) <= _ALIKE * after.mean())
+def _same_mean(before: Float[np.ndarray, "n"], after: Float[np.ndarray, "n"]) -> bool:
+    return bool(abs(after.mean() - before.mean()) <= _DRIFT * after.mean())
 
 
-_PATIENCE = 8  # samples without a turn, before the other sign is tried
-_STAYS = 0.9  # of an error half that time ago: less is a way towards the reference
+_PATIENCE = 8  # samples without a switch, after which the opposite sign is tried
+_UNCHANGED = 0.9  # of the error half that time before: less is an approach to the reference
 _MOST = 1500  # samples
-_SLOW = 3  # samples that a swing must take for a derivative by samples to tell of its phase
+_SHORT = 3  # samples of an oscillation, below which its derivative has no information on the phase
 
 
 class RelayGains(NamedTuple):
-    """Gains, and the experiment that they come from."""
+    """PID gains, and the relay experiment that they come from."""
 
-    gains: Float[np.ndarray, "3"]  # K_p, K_i, K_d, with the sign in which the robot answers
+    gains: Float[np.ndarray, "3"]  # K_p, K_i, K_d, negative for a plant with negative response
     ultimate: Ultimate
-    time: float  # that the experiment took [s]
+    time: float  # length of the experiment [s]
 
 
 def relay_gains(
     robot: SampledPlant,
     low: float,
     high: float,
-    about: float,
-    measuring: SensorModel = PLAIN,
+    setpoint: float,
+    sensor: SensorModel = EXACT,
     *,
-    progress: Callable[[float], bool | None] | None = None,
+    progress: Progress | None = None,
 ) -> RelayGains | None:
-    """Gains by Tyreus and Luyben's rules, from the swing of the model under a relay about a reference.
+    """Gains by the rules of Tyreus and Luyben, from a relay experiment on the model of a robot about a setpoint.
 
-    Without a derivative where the swing takes few samples, which tell too little of its phase. The relay goes from one
-    end of the range to the other. The sign in which the robot answers is found on the way. None where `progress`
-    returns False. Raises InputError where the robot does not come to the reference, and where it does not come to swing
-    evenly.
+    The relay switches between the ends of the command's range, without noise. It finds the sign of the response.
+    Gains have no derivative where a period takes three samples or fewer. None where `progress` returns False.
+
+    Raises InputError where the robot does not cross the setpoint, and where it has no even oscillation.
     """
-    middle, size, quiet = 0.5 * (low + high), 0.5 * (high - low), measuring._replace(noise=0.0)
+    middle, size = 0.5 * (low + high), 0.5 * (high - low)
 
-    def swing(measured: np.ndarray, command: np.ndarray) -> Ultimate:
-        return ultimate(measured - about, command - middle, robot.dt, band=0.0)
-
-    def enough(measured: np.ndarray, command: np.ndarray) -> bool:
+    def stop(measured: np.ndarray, command: np.ndarray) -> bool:
         if len(command) < 2 or command[-1] == command[-2]:
             return False
         try:
-            swing(measured, command)
+            ultimate(measured - setpoint, command - middle, robot.dt, band=0.0)
         except InputError:
             return False
         return True
 
-    relay = Relay(jnp.asarray(size), jnp.zeros(()))
-    controller = _BothWays(relay, jnp.asarray(middle))
-    run = run_closed_loop(robot, controller, np.full(_MOST, about), quiet, progress=progress, enough=enough)
+    relay = _SignSeekingRelay(Relay(jnp.asarray(size), jnp.zeros(())), jnp.asarray(middle))
+    reference = np.full(_MOST, setpoint)
+    run = run_closed_loop(robot, relay, reference, sensor._replace(noise=0.0), progress=progress, stop=stop)
     if run.status == Status.CANCELLED:
         return None
     if run.status != Status.SOLVED:
         raise InputError(f"no gains were found: under a relay, at {run.time[-1]:.3g} s, it {run.status.reason}.")
-    sides = np.sign(run.measured - about)
-    if np.all(sides[1:] == sides[1]):
-        first, last = run.measured[0], run.measured[-1]
-        told = f"went from {first:.4g} to {last:.4g} (SI) in {run.time[-1]:.3g} s and did not come to the reference"
-        raise InputError(f"no gains were found: driven by a relay it {told}. Is that out of reach?")
+    return _relay_gains(run.measured - setpoint, run.command - middle, robot.dt, setpoint)
+
+
+def block_relay_gains(loop: BlockLoop, amplitude: float) -> RelayGains:
+    """Gains by the rules of Tyreus and Luyben, from a relay experiment on a block, about 0 and without noise.
+
+    Raises InputError where the block does not cross 0, and where it has no even oscillation.
+    """
+    quiet = loop.sensor.__class__(jnp.zeros(()), loop.sensor.low, loop.sensor.high, loop.sensor.seed)
+    relay = _SignSeekingRelay(Relay(jnp.asarray(amplitude), jnp.zeros(())), jnp.zeros(()))
+    record = BlockLoop(loop.plant, quiet, loop.dt, loop.substeps).run(relay, np.zeros(_MOST))
+    return _relay_gains(np.asarray(record.measured), np.asarray(record.command), loop.dt, 0.0)
+
+
+def _relay_gains(
+    error: Float[np.ndarray, "n"], command: Float[np.ndarray, "n"], dt: float, setpoint: float
+) -> RelayGains:
+    """Gains from a relay experiment: measurement less setpoint, and command less the middle of its range."""
+    time = dt * (len(error) - 1)
+    signs = np.sign(error)
+    if np.all(signs[1:] == signs[1]):
+        first, last = error[0] + setpoint, error[-1] + setpoint
+        moved = f"driven by a relay it went from {first:.4g} to {last:.4g} (SI) in {time:.3g} s"
+        if still_approaching(error):
+            way_out = "is still moving towards the reference. Take a nearer one, or give gains of your own"
+        else:
+            way_out = "did not come to the reference. Take a nearer one, or a wider range of the command"
+        raise InputError(f"no gains were found: {moved} and {way_out}.")
     try:
-        found = swing(run.measured, run.command)
+        found = ultimate(error, command, dt, band=0.0)
     except InputError:
-        told = f"no gains were found: under a relay it does not swing evenly within {run.time[-1]:.3g} s"
-        raise InputError(f"{told}. Give gains of your own, or choose another command or measurement.") from None
-    last = -int(np.ceil(4 * found.period / robot.dt))
-    sign = -np.sign(np.sum((run.command[last:] - middle) * (run.measured[last:] - about)))
-    gains = found.pid() if found.period > _SLOW * robot.dt else found.pi()
-    return RelayGains(float(sign) * gains, found, float(run.time[-1]))
+        raise InputError(
+            f"no gains were found: under a relay it has no even oscillation within {time:.3g} s. "
+            "Give gains of your own, or choose another command or measurement."
+        ) from None
+    last = -int(np.ceil(4 * found.period / dt))
+    sign = -np.sign(np.sum(command[last:] * error[last:]))
+    gains = found.pid() if found.period > _SHORT * dt else found.pi()
+    return RelayGains(float(sign) * gains, found, float(time))
 
 
-class _BothWays(Controller):
-    """A relay about a command, for what answers upwards or downwards."""
+class _SignSeekingRelay(Controller):
+    """A relay about a command, for plants with positive or negative response."""
 
     relay: Relay
     middle: Float[Array, ""]
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
-        """About a reference that stays what it is."""
-        first = jnp.asarray(reference[0], dtype=float)
-        return _Swings(self.relay.planned(np.zeros(len(reference)), dt), self.middle, first)
+        """About a constant reference."""
+        setpoint = jnp.asarray(reference[0], dtype=float)
+        return _SignSeekingRegulator(self.relay.planned(np.zeros(len(reference)), dt), self.middle, setpoint)
 
 
-class _Swings(Regulator):
+class _RelayState(NamedTuple):
+    """State of a relay experiment between two samples."""
+
+    relay: tuple[Array, Array]
+    sign: Float[Array, ""]  # of the response, 1 or -1
+    command: Float[Array, ""]  # the last one, about the middle of its range
+    since: Int[Array, ""]  # samples since the last switch
+    patience: Int[Array, ""]  # samples without a switch, after which the opposite sign is tried
+    halfway: Float[Array, ""]  # magnitude of the error half of these samples ago
+    switches: Int[Array, ""]  # since the sign was last changed
+
+
+class _SignSeekingRegulator(Regulator):
     relay: Regulator
     middle: Float[Array, ""]
-    about: Float[Array, ""]
+    setpoint: Float[Array, ""]
 
-    def initial(self, command: Float[ArrayLike, ""] = 0.0, measured: Float[ArrayLike, ""] = 0.0) -> Any:
-        """Upwards, for what answers so; after so many samples without a turn it may be the other way."""
+    def initial(self, command: Float[ArrayLike, ""] = 0.0, measured: Float[ArrayLike, ""] = 0.0) -> _RelayState:
+        """The positive command, for a positive response."""
         relay = self.relay.initial()
-        return relay, jnp.ones(()), relay[1], *map(jnp.asarray, (0, _PATIENCE, 0.0, 0))
+        return _RelayState(relay, jnp.ones(()), relay[1], *map(jnp.asarray, (0, _PATIENCE, 0.0, 0)))
 
-    def step(self, state: Any, measured: Float[Array, ""]) -> tuple[Any, Float[Array, ""]]:
-        """The other sign is tried where no turn has come for long, and the error grows or stays.
+    def step(self, state: _RelayState, measured: Float[Array, ""]) -> tuple[_RelayState, Float[Array, ""]]:
+        """The opposite sign is tried after many samples without a switch in which the error did not decrease.
 
-        Not once it has turned there and back: then it swings, and an error that grows will come back.
+        Not after two switches: then the plant oscillates, and an error that grows will decrease again.
         """
-        relay, sign, before, since, patience, halfway, turns = state
-        off = measured - self.about
-        stays = (since > 0) & (since % patience == 0) & (jnp.abs(off) > _STAYS * halfway)
-        wrong = stays & (turns < 2)
-        sign = jnp.where(wrong, -sign, sign)
-        patience = jnp.where(wrong, 4 * patience, patience)  # what was pushed away needs time to come back
-        relay, command = self.relay.step(relay, sign * off)
-        turns = jnp.where(wrong, 0, jnp.where(command == before, turns, turns + 1))
-        since = jnp.where(command == before, since + 1, 0)
-        halfway = jnp.where(since % patience == patience // 2, jnp.abs(off), halfway)
-        return (relay, sign, command, since, patience, halfway, turns), self.middle + command
+        error = measured - self.setpoint
+        waited = (state.since > 0) & (state.since % state.patience == 0)
+        wrong = waited & (jnp.abs(error) > _UNCHANGED * state.halfway) & (state.switches < 2)
+        sign = jnp.where(wrong, -state.sign, state.sign)
+        patience = jnp.where(wrong, 4 * state.patience, state.patience)  # the way back takes longer
+        relay, command = self.relay.step(state.relay, sign * error)
+        same = command == state.command
+        switches = jnp.where(wrong, 0, jnp.where(same, state.switches, state.switches + 1))
+        since = jnp.where(same, state.since + 1, 0)
+        halfway = jnp.where(since % patience == patience // 2, jnp.abs(error), state.halfway)
+        return _RelayState(relay, sign, command, since, patience, halfway, switches), self.middle + command
 
 
-_PACES = (1.0, 0.8, 0.65, 0.5, 0.4, 0.3)
-_SMOOTH = 10  # the derivative of the error is cut off at K_d/(10 K_p)
+SPEEDS = (1.0, 0.8, 0.65, 0.5, 0.4, 0.3)  # of a detuned loop, relative to that of its gains
+_FILTER = 10  # the derivative is filtered over K_d/(10 K_p)
 
 
-def smooth_pid(gains: Float[np.ndarray, "3"], low: float, high: float, dt: float) -> PID:
-    """PID of these gains whose command stays in a range, its derivative cut off at a tenth of K_d/K_p."""
+def smooth_pid(gains: Float[np.ndarray, "3"], low: float, high: float, dt: float, slew: float = np.inf) -> PID:
+    """PID of these gains with a range, and slew limit, of the command; its derivative filter is K_d/(10 K_p)."""
     kp, _, kd = gains
-    return pid_of(gains, kd / (_SMOOTH * kp) if kp else dt, ActuatorLimits(*map(jnp.asarray, (low, high, np.inf))))
+    return pid_of(gains, kd / (_FILTER * kp) if kp else dt, ActuatorLimits(*map(jnp.asarray, (low, high, slew))))
 
 
 def detune(
@@ -218,32 +260,32 @@ def detune(
     low: float,
     high: float,
     reference: Float[np.ndarray, "n"],
-    measuring: SensorModel = PLAIN,
+    sensor: SensorModel = EXACT,
     *,
-    progress: Callable[[float], bool | None] | None = None,
+    progress: Progress | None = None,
 ) -> float | None:
-    r"""Pace p at which a reference is followed best: with K_p p^2, K_i p^3 and K_d p, see `paced`.
+    r"""Relative speed p with the least tracking error, for the gains K_p p^2, K_i p^3, K_d p (see `time_scaled`).
 
-    Gains from a relay are those of large motions. In small ones a quadratic drag vanishes, and what was well damped
-    overshoots or swings for ever. So the reference is rehearsed, without noise, at slower and slower paces, until the
-    integral of time times magnitude of error grows (Graham and Lathrop 1953): $\int t |e| dt$. None where `progress`
-    returns False.
+    Gains of a relay experiment belong to large motions. In small motions quadratic drag vanishes, and a loop that was
+    well damped overshoots or has a limit cycle. So the reference is simulated, without noise, at slower and slower
+    speeds until the integral of time times error grows, $\int t |e| dt$ (Graham and Lathrop 1953). None where
+    `progress` returns False.
     """
     best, least = 1.0, np.inf
-    for k, pace in enumerate(_PACES):
-        told = None if progress is None else lambda share, k=k: progress((k + share) / len(_PACES))
-        controller = smooth_pid(time_scaled(gains, pace), low, high, robot.dt)
-        run = run_closed_loop(robot, controller, reference, measuring._replace(noise=0.0), progress=told)
+    for k, speed in enumerate(SPEEDS):
+        report = None if progress is None else lambda share, k=k: progress((k + share) / len(SPEEDS))
+        controller = smooth_pid(time_scaled(gains, speed), low, high, robot.dt)
+        run = run_closed_loop(robot, controller, reference, sensor._replace(noise=0.0), progress=report)
         if run.status == Status.CANCELLED:
             return None
         error = float(np.sum(run.time * np.abs(run.output - run.reference)))
         if run.status == Status.SOLVED and error >= least:
             break
         if run.status == Status.SOLVED:
-            best, least = pace, error
+            best, least = speed, error
     return best
 
 
-def time_scaled(gains: Float[np.ndarray, "3"], pace: float) -> Float[np.ndarray, "3"]:
-    """Gains that make the same motion slower in a plant that integrates twice: all times are longer by 1/p."""
-    return gains * np.array([pace**2, pace**3, pace])
+def time_scaled(gains: Float[np.ndarray, "3"], speed: float) -> Float[np.ndarray, "3"]:
+    """Gains K_p p^2, K_i p^3, K_d p: the same motion of a double integrator, with all times longer by 1/p."""
+    return gains * np.array([speed**2, speed**3, speed])

@@ -1,4 +1,4 @@
-"""A controller and a block in a loop, as they would run on a rig: sampled, with noise."""
+"""A controller and a block in a closed loop, as they would run on a rig: sampled, with noise."""
 
 from typing import Any, NamedTuple
 
@@ -14,21 +14,21 @@ from nectosome.drives import Sensor
 from .contract import Controller, Regulator
 
 
-class Track(NamedTuple):
-    """What a loop did, at the times of the samples."""
+class BlockLoopRecord(NamedTuple):
+    """Signals of a closed loop at the sampling times, in SI units of the block."""
 
-    reference: Float[Array, "*lanes n"]
-    output: Float[Array, "*lanes n"]  # what was, without noise
-    measured: Float[Array, "*lanes n"]
-    command: Float[Array, "*lanes n"]
+    reference: Float[Array, "*batch n"]
+    output: Float[Array, "*batch n"]  # true, without noise
+    measured: Float[Array, "*batch n"]
+    command: Float[Array, "*batch n"]
 
 
 class BlockLoop(eqx.Module):
-    """A block under a controller, from rest; `sensor` reads its output.
+    """A block under a controller, from rest; `sensor` measures its output.
 
-    Commands are held from sample to sample, over `substeps` steps of the block: what limits rates sees them so. A
-    command acts in the sample after its measurement if the block begins with a `DeadTime` of a sample. Lanes of a
-    block, or of a sensor, run side by side.
+    A command is held from sample to sample, over `substeps` steps of the block, so that a rate limit of the block acts
+    within a sample. A command acts in the sample after its measurement if the block begins with a `DeadTime` of one
+    sample. A block or a sensor with a leading axis is a batch of loops (see `run_batch`).
     """
 
     plant: Block
@@ -36,14 +36,14 @@ class BlockLoop(eqx.Module):
     dt: float = eqx.field(static=True)  # between samples [s]
     substeps: int = eqx.field(static=True, default=5)
 
-    def run(self, controller: Controller, reference: Float[np.ndarray, "n"]) -> Track:
-        """The controller along a reference."""
-        return self.follow(controller.planned(reference, self.dt), reference)
+    def run(self, controller: Controller, reference: Float[np.ndarray, "n"]) -> BlockLoopRecord:
+        """Closed-loop run along a reference."""
+        return self.run_regulator(controller.planned(reference, self.dt), reference)
 
-    def follow(self, regulator: Regulator, reference: Float[ArrayLike, "n"]) -> Track:
-        """The same with what the controller has planned."""
+    def run_regulator(self, regulator: Regulator, reference: Float[ArrayLike, "n"]) -> BlockLoopRecord:
+        """Closed-loop run of a regulator that was planned for this reference."""
         output, measured, command = _run(self, regulator, jnp.shape(reference)[0])
-        return Track(jnp.broadcast_to(jnp.asarray(reference), output.shape), output, measured, command)
+        return BlockLoopRecord(jnp.broadcast_to(jnp.asarray(reference), output.shape), output, measured, command)
 
 
 @eqx.filter_jit
@@ -51,34 +51,36 @@ def _run(loop: BlockLoop, regulator: Regulator, count: int) -> tuple[Array, Arra
     plant = loop.plant.sampled(loop.dt / loop.substeps)
 
     def sample(carry, _):
-        own, state, reading, output = carry
-        reading, line = loop.sensor.step(reading, Line(output, output))
-        own, command = regulator.step(own, line.end)
-        state, after = held(plant, state, command, loop.substeps)
-        return (own, state, reading, after), (output, line.end, command)
+        regulator_state, state, sensor_state, output = carry
+        sensor_state, line = loop.sensor.step(sensor_state, Line(output, output))
+        regulator_state, command = regulator.step(regulator_state, line.end)
+        state, after = hold(plant, state, command, loop.substeps)
+        return (regulator_state, state, sensor_state, after), (output, line.end, command)
 
-    begin = (regulator.initial(), plant.initial(), loop.sensor.initial(), jnp.zeros(()))
-    return jax.lax.scan(sample, begin, None, count)[1]
+    start = (regulator.initial(), plant.initial(), loop.sensor.initial(), jnp.zeros(()))
+    return jax.lax.scan(sample, start, None, count)[1]
 
 
 @eqx.filter_jit
-def run_batch(lanes: BlockLoop, regulator: Regulator, reference: Float[ArrayLike, "n"], own: bool = False) -> Track:
-    """Loops with a leading axis, each under the same regulator, or under its `own` lane of it.
+def run_batch(
+    loops: BlockLoop, regulator: Regulator, reference: Float[ArrayLike, "n"], own: bool = False
+) -> BlockLoopRecord:
+    """Closed-loop runs of a batch of loops, each under the same regulator, or each under its `own` of a batch of them.
 
-    One after the other: a controller that has more to do now and then does not make all of them do it.
+    They run one after the other: in a vectorised batch each sample would take as long as that of the slowest loop.
     """
-    moving, still = eqx.partition((lanes, regulator) if own else lanes, eqx.is_array)
+    batched, shared = eqx.partition((loops, regulator) if own else loops, eqx.is_array)
 
-    def one(part: Any) -> Track:
-        whole = eqx.combine(part, still)
+    def one(part: Any) -> BlockLoopRecord:
+        whole = eqx.combine(part, shared)
         loop, law = whole if own else (whole, regulator)
-        return loop.follow(law, reference)
+        return loop.run_regulator(law, reference)
 
-    return jax.lax.map(one, moving)
+    return jax.lax.map(one, batched)
 
 
-def held(plant: Stepper, state: Any, command: Float[Array, ""], count: int) -> tuple[Any, Float[Array, ""]]:
-    """State and output after some steps under one command."""
+def hold(plant: Stepper, state: Any, command: Float[Array, ""], count: int) -> tuple[Any, Float[Array, ""]]:
+    """State and output of a block after `count` steps under one command."""
     output = jnp.zeros(())
     for _ in range(count):
         state, line = plant.step(state, Line(command, command))
@@ -87,9 +89,9 @@ def held(plant: Stepper, state: Any, command: Float[Array, ""], count: int) -> t
 
 
 def perturbed(block: Block, share: float, count: int, seed: int = 0) -> Block:
-    """Lanes of a block whose every number differs from its own by up to a share of it, evenly drawn.
+    """A batch of `count` perturbed plants (Monte Carlo): each number differs by up to `share` of it, drawn uniformly.
 
-    Whole numbers, as seeds are, stay the same in all lanes.
+    Integers, such as seeds, are the same in the whole batch.
     """
     rng = np.random.default_rng(seed)
 

@@ -1,4 +1,4 @@
-"""A robot under a controller: measured and commanded once a sample, its state carried on in between."""
+"""A robot under a controller: measured and commanded once a sample; its command is held in between."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -20,7 +20,7 @@ from nectosome.mechanism import Diagnosis
 from nectosome.model import SampledPlant, build
 from nectosome.model.sampled_plant import HoldInterval, PlantState
 from nectosome.solve import Run, Trajectory, results_of
-from nectosome.units import DIMENSIONS
+from nectosome.units import DIMENSIONS, InputError
 
 from .beat import Beat, BeatMean
 from .contract import Controller, Regulator
@@ -29,63 +29,63 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_MOST = 4000  # moments of a run that are kept, or one a sample
+_MOST = 4000  # instants of a run that is saved, or one a sample
 
 
 @dataclass(frozen=True)
 class ClosedLoopRecord:
-    """What a robot did under a controller. Samples have the index k, moments within them m.
+    """Record of a robot under a controller, in SI units: samples k, and instants m between them.
 
-    `standings` and `pieces` are where the robot stood and what it did, at first and after each sample that was held.
+    `states` and `intervals` are the state of the robot and its motion, at the start and after each hold interval.
     """
 
     robot: SampledPlant
     time: Float[np.ndarray, "k"]  # [s]
     reference: Float[np.ndarray, "k"]
-    output: Float[np.ndarray, "k"]  # what was, without delay and noise; its mean over a beat where that is measured
-    measured: Float[np.ndarray, "k"]  # what the controller was told
+    output: Float[np.ndarray, "k"]  # true, without delay and noise; averaged over a beat where the sensor model does so
+    measured: Float[np.ndarray, "k"]  # input of the controller
     command: Float[np.ndarray, "k"]  # held from this sample to the next
-    standings: Sequence[PlantState]
-    pieces: Sequence[HoldInterval]
+    states: Sequence[PlantState]
+    intervals: Sequence[HoldInterval]
     status: Status
 
     @cached_property
-    def moment(self) -> Float[np.ndarray, "m"]:
-        """Times between the samples [s]."""
-        return np.concatenate([piece.time for piece in self.pieces])
+    def instants(self) -> Float[np.ndarray, "m"]:
+        """Times within the hold intervals [s]."""
+        return np.concatenate([interval.time for interval in self.intervals])
 
     @cached_property
     def reading(self) -> Float[np.ndarray, "m"]:
-        """What is measured, at each moment."""
-        return np.concatenate([piece.reading for piece in self.pieces])
+        """The measured quantity at each instant, without averaging, delay and noise."""
+        return np.concatenate([interval.reading for interval in self.intervals])
 
     @property
     def title(self) -> str:
-        """Robot, what is measured and what is commanded."""
+        """Robot, measured quantity and command."""
         return f"{self.robot.description.name}: {self.robot.reading.name} by {self.robot.command}"
 
     def last(self, seconds: float) -> "ClosedLoopRecord":
-        """The last so many seconds of it."""
+        """The last seconds of the record."""
         k = max(len(self.time) - int(min(seconds / self.robot.dt, len(self.time))), 0)
         rows = {name: getattr(self, name)[k:] for name in ("time", "reference", "output", "measured", "command")}
-        return replace(self, **rows, standings=self.standings[k:], pieces=self.pieces[k:])
+        return replace(self, **rows, states=self.states[k:], intervals=self.intervals[k:])
 
-    def track(self) -> "xr.Dataset":
+    def signals(self) -> "xr.Dataset":
         """`reference`, `output`, `measured`, `command` over `sample` [s], `reading` and `position` over `time` [s].
 
-        `position` [m] is that of each part's first station. Computes nothing.
+        `position` [m] is that of each part's first station. Nothing is simulated for it, unlike `to_dataset`.
         """
         import xarray as xr
 
-        position = np.concatenate([piece.position for piece in self.pieces])
-        return self._samples().merge(
+        position = np.concatenate([interval.position for interval in self.intervals])
+        return self.samples().merge(
             xr.Dataset(
                 {
-                    "reading": ("time", self.reading, {"units": self._of}),
+                    "reading": ("time", self.reading, {"units": self._unit}),
                     "position": (("time", "station", "axis"), position, {"units": "m"}),
                 },
                 coords={
-                    "time": ("time", self.moment, {"units": "s"}),
+                    "time": ("time", self.instants, {"units": "s"}),
                     "station_part": ("station", [*self.robot.parts]),
                 },
             )
@@ -94,37 +94,41 @@ class ClosedLoopRecord:
     def to_dataset(
         self, settings: dict[str, Any] | None = None, diagnoses: Sequence[Diagnosis] | None = None
     ) -> "xr.Dataset":
-        """A run like any, in SI units, from the first sample on, with what `track` has over `sample`, and `reading`.
+        """The record as a run like that of `simulate`, in SI units, with `reading`, and the signals over `sample`.
 
-        `settings` go into its provenance; `diagnoses` of all pieces but the first, where they are known, are not
-        computed again. Of very many moments as many are kept as are seen.
+        It begins after the first sample; raises InputError where nothing follows it. `settings` go into its provenance;
+        `diagnoses` of all hold intervals but the first, where known, save their computation. A record of more than
+        4000 instants is thinned.
         """
-        pieces = self.pieces[1:]
+        intervals = self.intervals[1:]
+        if not intervals:
+            raise InputError("the run ended before its first hold interval: there is nothing to save.")
         if diagnoses is None:
-            held = zip(self.standings[:-1], self.standings[1:], pieces, strict=True)
-            diagnoses = [self.robot.diagnosis(*what) for what in held]
-        moments = len(pieces[0].time)
-        every = min(-(-moments * len(pieces) // _MOST), moments)
-        some = slice(every - 1 + (moments - every) % every, None, every)  # the end of a sample is one of them
-        time, reading = (np.concatenate([getattr(p, name)[some] for p in pieces]) for name in ("time", "reading"))
-        states = jax.tree.map(lambda *x: jnp.concatenate([a[some] for a in x]), *(p.state for p in pieces))
-        told = jax.tree.map(lambda *x: np.concatenate([a[some] for a in x]), *diagnoses)
+            pairs = zip(self.states[:-1], self.states[1:], intervals, strict=True)
+            diagnoses = [self.robot.diagnosis(*pair) for pair in pairs]
+        instants = len(intervals[0].time)
+        every = min(-(-instants * len(intervals) // _MOST), instants)
+        some = slice(every - 1 + (instants - every) % every, None, every)  # with the end of each sample
+        time, reading = (np.concatenate([getattr(x, name)[some] for x in intervals]) for name in ("time", "reading"))
+        states = jax.tree.map(lambda *x: jnp.concatenate([a[some] for a in x]), *(x.state for x in intervals))
+        forces = jax.tree.map(lambda *x: np.concatenate([a[some] for a in x]), *diagnoses)
         description = self.robot.description
         trajectory = Trajectory(build(description), jnp.asarray(time), states)
         run = Run(trajectory, jnp.asarray(int(self.status)), {}, jnp.zeros(()))
-        whole = results_of(run, told, None, settings or {}).to_dataset().merge(self._samples())
-        return whole.assign(reading=("time", reading, {"units": self._of})).assign_attrs(
-            self._samples().attrs, robot=dump_robot(description), provenance=json.dumps(provenance(settings or {}))
+        whole = results_of(run, forces, None, settings or {}).to_dataset().merge(self.samples())
+        return whole.assign(reading=("time", reading, {"units": self._unit})).assign_attrs(
+            self.samples().attrs, robot=dump_robot(description), provenance=json.dumps(provenance(settings or {}))
         )
 
     @property
-    def _of(self) -> str:
+    def _unit(self) -> str:
         return DIMENSIONS[self.robot.reading.dimension].unit or "1"
 
-    def _samples(self) -> "xr.Dataset":
+    def samples(self) -> "xr.Dataset":
+        """`reference`, `output`, `measured` and `command` over `sample` [s]."""
         import xarray as xr
 
-        of, command = self._of, self.robot.quantity.unit or "1"
+        of, command = self._unit, self.robot.quantity.unit or "1"
         units = {"reference": of, "output": of, "measured": of, "command": command}
         return xr.Dataset(
             {name: ("sample", getattr(self, name), {"units": unit}) for name, unit in units.items()},
@@ -139,124 +143,125 @@ class ClosedLoopRecord:
         )
 
 
-_PROGRESS = 100  # times a run tells how far it is
+_PROGRESS = 100  # calls of `progress` in a run
 
 
 class SensorModel(NamedTuple):
-    """How what is measured comes to the controller: as it is, or as its mean over a beat; late, and with noise."""
+    """How a reading becomes a measurement: averaged over a beat or not, delayed, and with noise."""
 
-    beat: Beat | None = None  # whose mean it is
+    beat: Beat | None = None  # over which it is averaged
     delay: float = 0.0  # [s]
     noise: float = 0.0  # standard deviation of a sample, in SI
     seed: int = 0
 
 
-PLAIN = SensorModel()
+EXACT = SensorModel()
 
 
 def run_closed_loop(
     robot: SampledPlant,
     controller: Controller,
     reference: Float[np.ndarray, "k"],
-    measuring: SensorModel = PLAIN,
+    sensor: SensorModel = EXACT,
     *,
     progress: Callable[[float], bool | None] | None = None,
-    enough: Callable[[Float[np.ndarray, "k"], Float[np.ndarray, "k"]], bool] | None = None,
+    stop: Callable[[Float[np.ndarray, "k"], Float[np.ndarray, "k"]], bool] | None = None,
 ) -> ClosedLoopRecord:
-    """Let a robot follow a reference, given at its samples, from where its description starts.
+    """Simulate a robot under a controller along a reference, given at its samples, from the start of its description.
 
-    At each sample the measurement is taken first, and the command that follows from it is held until the next. The
-    controller takes over from the command of the description. `progress(share)` is called now and then, and the run is
-    cancelled where it returns False; it ends after a sample of which `enough(measured, commands)` is true. What was
-    done until then is kept.
+    At each sample the measurement is taken first; the command computed from it is held until the next sample. The
+    controller takes over the command of the description without a bump. `progress(share)` is called about a hundred
+    times; the run is cancelled where it returns False. It ends after the first sample at which
+    `stop(measured, commands)` is true. The record has all samples until then.
     """
     regulator = controller.planned(reference, robot.dt)
-    going = ClosedLoopRun(robot, regulator, float(reference[0]), measuring)
+    run = ClosedLoopRun(robot, regulator, float(reference[0]), sensor)
     status = Status.SOLVED
     every = max(len(reference) // _PROGRESS, 1)
     for k in range(len(reference)):
-        going.sample(regulator)
-        if k == len(reference) - 1 or (enough is not None and enough(*np.array(going.rows).T[1:])):
+        run.sample(regulator)
+        if k == len(reference) - 1 or (stop is not None and stop(*np.array(run.rows).T[1:])):
             break
         if progress is not None and k % every == 0 and progress(k / len(reference)) is False:
             status = Status.CANCELLED
             break
-        status = going.hold()
+        status = run.hold()
         if status != Status.SOLVED:
             break
-    return going.followed(np.asarray(reference, dtype=float), status)
+    return run.record(np.asarray(reference, dtype=float), status)
 
 
 class ClosedLoopRun:
-    """A robot under a controller that goes on sample by sample: `sample`, `hold`, `sample`, ...
+    """A robot under a controller, sample by sample: `sample`, `hold`, `sample`, ...
 
-    The regulator is handed over at each sample, and may have other numbers then. It takes over from the command of the
-    description, and from `first`, what is wanted at first.
+    The regulator is given at each sample, and may have other numbers then. It takes over the command of the
+    description, at the error from `reference`, that of the first sample.
 
-    - standings, pieces: where the robot was and what it did, one for the start and one for each sample that was held.
-    - rows: for each sample what was, what the controller was told, and the command.
+    - states, intervals: state of the robot and its motion, at the start and after each hold interval.
+    - rows: true output, measurement and command of each sample.
     """
 
-    def __init__(self, robot: SampledPlant, regulator: Regulator, first: float, measuring: SensorModel = PLAIN):
+    def __init__(self, robot: SampledPlant, regulator: Regulator, reference: float, sensor: SensorModel = EXACT):
         self.robot, self.rows = robot, list[tuple[float, float, float]]()
-        self._state = regulator.initial(robot.resting, first)  # a reference that begins apart is a step
-        start, begin = robot.start()
-        self.standings, self.pieces = [start], [begin]
-        self._sensor = _Sensor(measuring, robot.dt, start.reading)
-        self._mean = None if measuring.beat is None else BeatMean(measuring.beat, start.reading)
+        self._regulator_state = regulator.initial(robot.resting, reference)  # another first reference is a step
+        start, first = robot.start()
+        self.states, self.intervals = [start], [first]
+        self._sensor = _SampledSensor(sensor, robot.dt, start.reading)
+        self._mean = None if sensor.beat is None else BeatMean(sensor.beat, start.reading)
 
     @property
-    def standing(self) -> PlantState:
-        """Where the robot is."""
-        return self.standings[-1]
+    def state(self) -> PlantState:
+        """Present state of the robot."""
+        return self.states[-1]
 
     def sample(self, regulator: Regulator) -> None:
-        """Take the measurement, and the command that follows from it: one row more."""
-        output = self.standing.reading if self._mean is None else self._mean.mean()
-        measured = self._sensor.read(output)
-        self._state, command = _step(regulator, self._state, jnp.asarray(measured))  # a float would compile anew
+        """Take a measurement and compute the command: one more row."""
+        output = self.state.reading if self._mean is None else self._mean.mean()
+        measured = self._sensor.measure(output)
+        # a float would compile anew
+        self._regulator_state, command = _step(regulator, self._regulator_state, jnp.asarray(measured))
         self.rows.append((output, measured, float(command)))
 
     def hold(self) -> Status:
-        """Hold the command until the next sample: one piece more, where the robot gets through it."""
+        """Hold the command until the next sample: one more interval, where the simulation succeeds."""
         command = self.rows[-1][2]
-        standing, held, status = self.robot.hold(self.standing, command)
-        if held is not None:
-            self.standings.append(standing)
-            self.pieces.append(held)
+        state, interval, status = self.robot.hold(self.state, command)
+        if interval is not None:
+            self.states.append(state)
+            self.intervals.append(interval)
             if self._mean is not None:
-                self._mean.add(held.time, held.reading, command)
+                self._mean.add(interval.time, interval.reading, command)
         return status
 
-    def followed(self, reference: Float[np.ndarray, "k"], status: Status) -> ClosedLoopRecord:
-        """All of it, with what was wanted at its samples, and how it ended."""
+    def record(self, reference: Float[np.ndarray, "k"], status: Status) -> ClosedLoopRecord:
+        """The record so far, with the reference at its samples and the status."""
         samples = self.robot.dt * np.arange(len(self.rows))
         output, measured, command = np.array(self.rows).T
-        of_samples = samples, reference[: len(self.rows)], output, measured, command
-        return ClosedLoopRecord(self.robot, *of_samples, tuple(self.standings), tuple(self.pieces), status)
+        signals = samples, reference[: len(self.rows)], output, measured, command
+        return ClosedLoopRecord(self.robot, *signals, tuple(self.states), tuple(self.intervals), status)
 
 
-class _Sensor:
-    """What is told of what is, sample by sample; before the first one all was as it was then."""
+class _SampledSensor:
+    """A sensor model, sample by sample; before the first sample the reading was constant."""
 
-    def __init__(self, measuring: SensorModel, dt: float, first: float):
-        sensor = Sensor(*map(jnp.asarray, (measuring.noise, -jnp.inf, jnp.inf, measuring.seed)))
-        late = DeadTime(jnp.asarray(measuring.delay), int(measuring.delay / dt) + 2)
-        self._stepper: Any = Chain((late, sensor)).sampled(dt) if measuring.delay else sensor
-        self._exact = not (measuring.delay or measuring.noise)
-        self._state, self._first, self._before = self._stepper.initial(), first, first
+    def __init__(self, model: SensorModel, dt: float, first: float):
+        sensor = Sensor(*map(jnp.asarray, (model.noise, -jnp.inf, jnp.inf, model.seed)))
+        delay = DeadTime(jnp.asarray(model.delay), int(model.delay / dt) + 2)
+        self._stepper: Any = Chain((delay, sensor)).sampled(dt) if model.delay else sensor
+        self._exact = not (model.delay or model.noise)
+        self._state, self._first, self._previous = self._stepper.initial(), first, first
 
-    def read(self, value: float) -> float:
+    def measure(self, value: float) -> float:
         if self._exact:
             return value
-        line = Line(jnp.asarray(self._before - self._first), jnp.asarray(value - self._first))
-        self._state, told = _told(self._stepper, self._state, line)
-        self._before = value
-        return float(told) + self._first
+        line = Line(jnp.asarray(self._previous - self._first), jnp.asarray(value - self._first))
+        self._state, measured = _step_sensor(self._stepper, self._state, line)
+        self._previous = value
+        return float(measured) + self._first
 
 
 @eqx.filter_jit
-def _told(stepper: Any, state: Any, line: Line) -> tuple[Any, Any]:
+def _step_sensor(stepper: Any, state: Any, line: Line) -> tuple[Any, Any]:
     state, line = stepper.step(state, line)
     return state, line.end
 

@@ -13,19 +13,19 @@ class Regulator(eqx.Module):
 
     @abstractmethod
     def initial(self, command: Float[ArrayLike, ""] = 0.0, measured: Float[ArrayLike, ""] = 0.0) -> Any:
-        """State before the first sample; it takes over from a held command, and a measurement, without a bump."""
+        """State before the first sample: bumpless transfer from a held command and a measurement."""
 
     @abstractmethod
     def step(self, state: Any, measured: Float[Array, ""]) -> tuple[Any, Float[Array, ""]]:
-        """State after a sample, and the command that follows from its measurement."""
+        """State after a sample, and the command computed from its measurement."""
 
 
 class Controller(eqx.Module):
-    """What makes commands of measurements; `tests/controllers/test_controllers.py` holds every controller to it.
+    """Computes commands from measurements; `tests/controllers/test_controllers.py` holds every controller to it.
 
     A command depends on no later measurement. Structure is static, numbers are traced.
     """
 
     @abstractmethod
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
-        """Ready for a reference, known beforehand in samples dt [s] apart; its last value is held after its end."""
+        """Regulator for a reference known in advance, in samples dt [s] apart; its last value holds after its end."""

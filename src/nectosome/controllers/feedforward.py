@@ -1,4 +1,4 @@
-"""Feedforward by the inverse of a model: dynamics backwards by derivatives of the reference, then the hysteresis."""
+"""Feedforward by the inverse of a model: inverse dynamics by derivatives of the reference, then inverse hysteresis."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -8,18 +8,23 @@ from scipy.signal import savgol_coeffs
 
 from nectosome.core import RateIndependent
 from nectosome.drives import PrandtlIshlinskii, TransferFunction, inverse, respond
+from nectosome.units import InputError, show_quantity
 
 from .contract import Controller, Regulator
-from .pid import PID
+from .pid import PID, ActuatorLimits
+
+SMOOTHING = 0.08  # s, over which references are smoothed: no actuator tracks a corner exactly
+_FAST_SHARE = 0.05  # of the time in which the rate may exceed the slew limit: corners, and starts from rest
+_HALVINGS = 12
 
 
 class HystereticModel(eqx.Module):
-    """What a feedforward takes an actuator for: hysteresis, dynamics without zeros, and the loop's delay."""
+    """Model of an actuator, for its inverse: hysteresis, dynamics without zeros, and the delay of the loop."""
 
     hysteresis: RateIndependent
-    undo: RateIndependent  # its inverse
+    inverse: RateIndependent  # of the hysteresis
     dynamics: TransferFunction
-    delay: Float[Array, ""]  # from a command to what it does [s]
+    delay: Float[Array, ""]  # from a command to its effect [s]
 
     def __check_init__(self):
         if self.dynamics.numerator.shape[0] != 1:
@@ -27,21 +32,21 @@ class HystereticModel(eqx.Module):
         if self.dynamics.denominator.shape[0] > 4:
             raise ValueError("dynamics of an order above 3 need derivatives that cubics do not have.")
 
-    def driven(self, wanted: Float[Array, "n"], dt: float, width: float) -> Float[Array, "n"]:
-        r"""What the dynamics must be driven with: $v = (a_n r^{(n)} + \dots + a_1 r' + a_0 r)/b_0$.
+    def dynamics_input(self, reference: Float[Array, "n"], dt: float, width: float) -> Float[Array, "n"]:
+        r"""Input of the dynamics for an output that equals the reference: $v = (a_n r^{(n)} + \dots + a_0 r)/b_0$.
 
         Derivatives are those of cubics fitted to `width` [s] around each sample.
         """
         a = self.dynamics.denominator[::-1] / self.dynamics.numerator[0]
         kernels = smoothing(width, dt, a.shape[0] - 1)
-        return convolved(jnp.sum(a[:, None] * kernels, axis=0), wanted)
+        return convolved(jnp.sum(a[:, None] * kernels, axis=0), reference)
 
-    def command(self, driven: Float[Array, "n"], dt: float) -> Float[Array, "n"]:
-        """The input that drives the dynamics so, sent ahead by the delay and half a sample, for which it is held."""
-        return respond(self.undo, self.ahead(driven, dt), dt)
+    def command(self, dynamics_input: Float[Array, "n"], dt: float) -> Float[Array, "n"]:
+        """The command that gives this input of the dynamics, sent earlier by the delay and half a hold interval."""
+        return respond(self.inverse, self.advanced(dynamics_input, dt), dt)
 
-    def ahead(self, x: Float[Array, "n"], dt: float) -> Float[Array, "n"]:
-        """Samples of x from later times, by the delay and half a sample."""
+    def advanced(self, x: Float[Array, "n"], dt: float) -> Float[Array, "n"]:
+        """Samples of x from later times, by the delay and half a hold interval."""
         k = jnp.arange(x.shape[0])
         return jnp.interp(k + self.delay / dt + 0.5, k, x)
 
@@ -54,31 +59,76 @@ def hysteretic(
 
 
 class Feedforward(Controller):
-    """PID beside the inverse of a model; what the model leaves is the PID's."""
+    """PID beside the inverse of a model; the PID corrects the errors of the model."""
 
     pid: PID
     model: HystereticModel
     width: float = eqx.field(static=True)  # over which the reference is smoothed [s]
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
-        """The model's inverse, along the reference and until it has come to rest where that ends."""
+        """Inverse of the model along the reference, and after its end until the smoothed reference is constant."""
         longer = np.pad(np.asarray(reference, dtype=float), (0, half_window(self.width, dt)), mode="edge")
-        driven = self.model.driven(jnp.asarray(longer), dt, self.width)
-        return self.pid.fed(longer, self.model.command(driven, dt), dt)
+        needed = self.model.dynamics_input(jnp.asarray(longer), dt, self.width)
+        return self.pid.with_feedforward(longer, self.model.command(needed, dt), dt)
+
+
+def check_reachable(
+    model: HystereticModel,
+    limits: ActuatorLimits,
+    reference: Float[np.ndarray, "n"],
+    dt: float,
+    dimensions: tuple[str, str] = ("pressure", "length"),
+) -> None:
+    """Raise InputError where a reference needs commands beyond the limits, or beyond the slew rate for 5 % of the time.
+
+    The message has the command that is needed, and the largest amplitude of this reference that is possible.
+    `dimensions` are those of command and output.
+    """
+    problem = _beyond_limits(model, limits, reference, dt, dimensions[0])
+    if not problem:
+        return
+    low, high = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        beyond = _beyond_limits(model, limits, middle * reference, dt, dimensions[0])
+        low, high = (low, middle) if beyond else (middle, high)
+    size = show_quantity(low * float(np.ptp(reference)) / 2, dimensions[1])
+    raise InputError(f"{problem}. This reference is possible up to an amplitude of {size}.", field="reference")
+
+
+def _beyond_limits(
+    model: HystereticModel, limits: ActuatorLimits, reference: Float[np.ndarray, "n"], dt: float, dimension: str
+) -> str:
+    """The command that is needed and not possible, in words, or ""."""
+    needed = model.dynamics_input(jnp.asarray(reference, dtype=float), dt, SMOOTHING)
+    command = np.asarray(model.command(needed, dt))
+    low, high, slew = (float(x) for x in (limits.low, limits.high, limits.slew))
+    beyond = np.maximum(command - high, low - command)
+    # the first of periods that are equal but for rounding
+    k = int(np.argmax(beyond >= beyond.max() - 1e-9 * (high - low)))
+    if not low <= command[k] <= high:
+        ends = f"{show_quantity(low, dimension)} to {show_quantity(high, dimension)}"
+        return f"it needs {show_quantity(command[k], dimension)} at {k * dt:.3g} s, beyond the limits of {ends}"
+    rates = np.abs(np.diff(command)) / dt
+    if np.mean(rates > slew) > _FAST_SHARE:
+        fast = show_quantity(float(np.quantile(rates, 1 - _FAST_SHARE)), dimension)
+        most = show_quantity(slew, dimension)
+        return f"it needs more than {fast} a second for 5 % of the time, beyond the slew limit of {most} a second"
+    return ""
 
 
 def half_window(width: float, dt: float) -> int:
-    """Samples to either side that a smoothed one depends on."""
+    """Samples to either side in the window of a smoothed sample."""
     return max(round(0.5 * width / dt), 2)
 
 
 def smoothing(width: float, dt: float, order: int) -> Float[np.ndarray, "order+1 window"]:
-    """Kernels that give values and derivatives up to an order, by cubics over a window (Savitzky and Golay 1964)."""
+    """Kernels of values and derivatives up to an order, by cubics over a window (Savitzky and Golay 1964)."""
     window = 2 * half_window(width, dt) + 1
     return np.stack([savgol_coeffs(window, 3, deriv=k, delta=dt) for k in range(order + 1)])
 
 
 def convolved(kernel: Float[ArrayLike, "window"], x: Float[Array, "n"]) -> Float[Array, "n"]:
-    """The kernel along x, whose ends go on as they are."""
+    """Convolution of x with a kernel; beyond its ends x is constant."""
     half = jnp.asarray(kernel).shape[0] // 2
     return jnp.convolve(jnp.pad(x, half, mode="edge"), jnp.asarray(kernel), mode="valid")

@@ -1,4 +1,4 @@
-"""A Kalman filter for samples: states of a linear model, and what disturbs its input, from noisy outputs."""
+"""A discrete Kalman filter: states of a linear model and a disturbance of its input, from noisy outputs."""
 
 from typing import Any, NamedTuple
 
@@ -12,26 +12,26 @@ from nectosome.drives import TransferFunction
 from nectosome.units import InputError
 
 
-class Sampled(NamedTuple):
-    """x' = A x + B u for inputs held over a sample, y = C x."""
+class DiscreteModel(NamedTuple):
+    """x' = A x + B u with zero-order hold of the input, y = C x."""
 
     A: Float[np.ndarray, "n n"]
     B: Float[np.ndarray, "n"]
     C: Float[np.ndarray, "n"]
 
 
-def sampled(dynamics: TransferFunction, dt: float) -> Sampled:
-    """Matrices of a transfer function. Raises ValueError for one that answers a jump with a jump."""
-    held: Any = dynamics.sampled(dt)
-    if float(held.E) != 0.0:
-        raise ValueError("the numerator is to be of a lower degree than the denominator.")
-    return Sampled(np.asarray(held.A), np.asarray(held.B), np.asarray(held.D))
+def discrete(dynamics: TransferFunction, dt: float) -> DiscreteModel:
+    """Matrices of a transfer function. Raises ValueError for one with feedthrough."""
+    linear: Any = dynamics.sampled(dt)
+    if float(linear.E) != 0.0:
+        raise ValueError("the degree of the numerator must be lower than that of the denominator.")
+    return DiscreteModel(np.asarray(linear.A), np.asarray(linear.B), np.asarray(linear.D))
 
 
 class KalmanFilter(eqx.Module):
-    r"""States and a disturbance w of the input, which wanders: $x' = A x + B (u + w)$, $y = C x + $ noise.
+    r"""States and a random-walk disturbance w of the input: $x' = A x + B (u + w)$, $y = C x + $ noise.
 
-    The gain is the steady one, of the discrete Riccati equation.
+    The gain is the stationary one, of the discrete Riccati equation.
     """
 
     A: Float[Array, "n+1 n+1"]
@@ -40,16 +40,16 @@ class KalmanFilter(eqx.Module):
     gain: Float[Array, "n+1"]
 
     def corrected(self, z: Float[Array, "n+1"], measured: Float[Array, ""]) -> Float[Array, "n+1"]:
-        """After a measurement."""
+        """Estimate after a measurement."""
         return z + self.gain * (measured - jnp.sum(self.C * z))
 
     def predicted(self, z: Float[Array, "n+1"], u: Float[Array, ""]) -> Float[Array, "n+1"]:
-        """A sample later."""
+        """Estimate one sample later."""
         return jnp.sum(self.A * z, axis=1) + self.B * u
 
 
-def kalman(model: Sampled, wander: float, noise: float) -> KalmanFilter:
-    """`wander` is the standard deviation by which the disturbance changes in a sample [input], `noise` that of y.
+def kalman(model: DiscreteModel, wander: float, noise: float) -> KalmanFilter:
+    """Filter for a disturbance with steps of standard deviation `wander` [input] a sample, and `noise` of y.
 
     Raises InputError where one is not above 0.
     """

@@ -1,6 +1,6 @@
-"""Iterative learning: the same reference again, with a feedforward that the errors of the last time have mended."""
+"""Iterative learning control: the same reference again, with a feedforward corrected by the errors of the last run."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -10,7 +10,7 @@ from nectosome.drives import respond
 from nectosome.units import InputError
 
 from .contract import Controller, Regulator
-from .feedforward import HystereticModel, convolved, smoothing
+from .feedforward import Feedforward, HystereticModel, convolved, smoothing
 from .pid import PID
 
 
@@ -18,32 +18,46 @@ class Learned(Controller):
     """PID beside a feedforward that was learned for one reference."""
 
     pid: PID
-    feed: Float[Array, "n"]
+    feedforward: Float[Array, "n"]
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
         """Raises InputError for a reference of another length than the one it was learned for."""
-        if len(reference) != self.feed.shape[0]:
-            raise InputError(f"{len(reference)} samples; what was learned has {self.feed.shape[0]}.", field="reference")
-        return self.pid.fed(reference, self.feed, dt)
+        if len(reference) != self.feedforward.shape[0]:
+            learned_for = f"the feedforward was learned for {self.feedforward.shape[0]}"
+            raise InputError(f"has {len(reference)} samples; {learned_for}.", field="reference")
+        return self.pid.with_feedforward(reference, self.feedforward, dt)
+
+
+class Learner(NamedTuple):
+    """A controller for the first run along a reference, and how its feedforward is corrected after each run."""
+
+    first: Feedforward
+    dt: float  # between samples [s]
+    width: float  # over which errors are smoothed [s]
+    share: float  # gamma, by which errors are corrected
+
+    def after(self, record: Any) -> Learned:
+        """Controller of the next run; `record` has reference, measured and command of the last one (see `learned`)."""
+        return learned(self.first.pid, self.first.model, record, self.dt, self.width, self.share)
 
 
 def learned(
     pid: PID,
     model: HystereticModel,
-    track: Any,
+    record: Any,
     dt: float,
     width: float,
     share: float = 1.0,
 ) -> Learned:
-    r"""What follows better than the last time: $H(u_{j+1}) = Q\,[H(u_j)] + \gamma\, G^{-1} Q\, e_j$.
+    r"""Controller of the next run: $H(u_{j+1}) = Q\,[H(u_j)] + \gamma\, G^{-1} Q\, e_j$.
 
-    H and G are the model's hysteresis and dynamics, Q smooths over `width` [s], with no lag, $u_j$ is the whole command
-    of the last time, feedback included, $e_j = r - y$ what was measured then, and gamma the `share` of it that is
-    believed. Each time errors become $Q\,S\,(1 - \gamma\,G_0/G)$ of what they were, with the loop's answer S to
-    disturbances and the actuator's own dynamics G_0: by a share of a half, a loop that more than doubles some
-    disturbance drives it up. `track` has reference, measured and command, of a simulation or of a rig.
+    H and G are hysteresis and dynamics of the model, Q smooths over `width` [s] without lag, $u_j$ is the whole command
+    of run j, feedback included, $e_j = r - y$ its measured error, and gamma the `share`. From run to run errors are
+    multiplied by $Q\,S\,(1 - \gamma\,G_0/G)$, with the sensitivity S of the loop and the dynamics G_0 of the actuator:
+    with a share of a half, a loop that more than doubles some disturbance makes it grow. `record` has reference,
+    measured and command, of a simulation or of a rig.
     """
-    error = jnp.asarray(track.reference) - jnp.asarray(track.measured)
-    more = model.ahead(model.driven(error, dt, width), dt)
-    drive = convolved(smoothing(width, dt, 0)[0], respond(model.hysteresis, jnp.asarray(track.command), dt))
-    return Learned(pid, respond(model.undo, drive + share * more, dt))
+    error = jnp.asarray(record.reference) - jnp.asarray(record.measured)
+    correction = model.advanced(model.dynamics_input(error, dt, width), dt)
+    smooth = convolved(smoothing(width, dt, 0)[0], respond(model.hysteresis, jnp.asarray(record.command), dt))
+    return Learned(pid, respond(model.inverse, smooth + share * correction, dt))

@@ -1,4 +1,4 @@
-"""How far a loop is from swinging: margins of gain, phase and delay, from its response to sines."""
+"""Stability margins of a loop: of gain, phase and delay, from its response to sines."""
 
 from typing import Any, NamedTuple
 
@@ -8,48 +8,48 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float, Int
 
-from .block_loop import BlockLoop, held
+from .block_loop import BlockLoop, hold
 from .contract import Controller, Regulator
 
 _PERIODS = np.unique(np.geomspace(3, 2000, 72).round().astype(int))  # samples
-_SETTLED = 1000  # samples, and two periods, before the period that is looked at
-_SMALL = 1e-3  # errors that a controller is asked with, by the output's amplitude
+_TRANSIENT = 1000  # samples, and two periods, before the period that is evaluated
+_SMALL = 1e-3  # error given to a controller, relative to the amplitude of the output
 
 
 class Margins(NamedTuple):
-    """inf where nothing of the kind makes the loop swing.
+    """Stability margins; inf where no change of that kind makes the loop unstable.
 
-    Of a loop that swings as it is, what would just steady it: a gain below 1, phase and delay below 0; 0 and -inf where
-    nothing of the kind does.
+    Of an unstable loop, the change that would just stabilise it: a gain below 1, phase and delay below 0; 0 and -inf
+    where no change of that kind does.
     """
 
-    gain: float  # by which the loop's gain may grow
-    phase: float  # by which it may lag more [rad]
-    delay: float  # by which it may be late [s]
-    frequency: float  # at which the delay would make it swing [Hz]; NaN without one
+    gain: float  # factor of the loop gain
+    phase: float  # additional lag [rad]
+    delay: float  # additional delay [s]
+    frequency: float  # of the oscillation at the delay margin [Hz]; NaN without one
 
 
 def margins(frequency: Float[np.ndarray, "m"], response: Complex[np.ndarray, "m"]) -> Margins:
-    r"""From the open loop's response L to errors: it swings where L = -1.
+    r"""Margins from the open loop's response L to errors; the limit of stability is L = -1.
 
-    The gain is the smallest 1/|L| above 1 where the phase is -180 degrees, the phase what it is above that where
-    |L| = 1, the delay that phase over $2\pi f$. Between the frequencies log |L| and the phase are straight over log f.
+    The gain margin is the smallest 1/|L| above 1 where the phase is -180 degrees, the phase margin the phase above that
+    where |L| = 1, the delay margin that phase over $2\pi f$. Log |L| and the phase are interpolated over log f.
 
-    A loop swings as it is where L goes round -1 (Nyquist; L alone must not swing); so is one taken whose |L| is still
-    above 1 at the highest frequency.
+    A loop is unstable where L encircles -1 (Nyquist; L itself must be stable). A loop whose |L| is still above 1 at the
+    highest frequency counts as unstable.
     """
     x, size, phase = np.log(frequency), np.log(np.abs(response)), np.unwrap(np.angle(response))
     phase -= 2 * np.pi * (phase[0] > 0.5 * np.pi)  # it begins at +90 to -270 degrees
     turns = (phase + np.pi) / (2 * np.pi)
     wholes = range(int(np.floor(turns.min())), int(np.ceil(turns.max())) + 1)
-    opposed = [(np.interp(at, x, size), way) for whole in wholes for at, way in _crossings(x, turns - whole)]
-    around = (turns[0] < 0 < size[0]) - sum(way for s, way in opposed if s > 0)
-    swings = bool(around > 0 or size[-1] > 0)
+    opposed = [(np.interp(at, x, size), sign) for whole in wholes for at, sign in _crossings(x, turns - whole)]
+    around = (turns[0] < 0 < size[0]) - sum(sign for s, sign in opposed if s > 0)
+    unstable = bool(around > 0 or size[-1] > 0)
     ends = [((np.interp(at, x, phase) + np.pi) % (2 * np.pi), np.exp(at)) for at, _ in _crossings(x, size)]
-    lags = [(lag - 2 * np.pi * swings, f) for lag, f in ends]
-    none = -np.inf if swings else np.inf
+    lags = [(lag - 2 * np.pi * unstable, f) for lag, f in ends]
+    none = -np.inf if unstable else np.inf
     delay, at = min(((lag / (2 * np.pi * f), f) for lag, f in lags), key=_size, default=(none, np.nan))
-    gains = [-s for s, _ in opposed if (s > 0) == swings]
+    gains = [-s for s, _ in opposed if (s > 0) == unstable]
     gain = np.exp(min(gains, key=abs, default=none))
     return Margins(float(gain), float(min((lag for lag, _ in lags), key=abs, default=none)), float(delay), float(at))
 
@@ -59,20 +59,20 @@ def open_loop(
 ) -> tuple[Float[np.ndarray, "m"], Complex[np.ndarray, "m"]]:
     """Frequencies [Hz] and the response of controller and block one after the other, as they are sampled.
 
-    The block is asked with sines of an amplitude of the command, since hysteresis answers large ones otherwise than
-    small ones, the controller about a reference of 0 with errors too small for its limits. First harmonics are taken.
+    The block gets sines of a given amplitude of the command, since the response of hysteresis depends on it; the
+    controller gets errors too small for its limits, about a reference of 0. Only first harmonics count.
     """
     regulator = controller.planned(np.zeros(2), loop.dt)
     block, law = _responses(loop, regulator, jnp.asarray(amplitude, dtype=float), jnp.asarray(_PERIODS))
     return (1 / (_PERIODS * loop.dt))[::-1], np.asarray(block * law)[::-1]
 
 
-def _size(late: tuple[float, float]) -> float:
-    return abs(late[0])
+def _size(delay: tuple[float, float]) -> float:
+    return abs(delay[0])
 
 
 def _crossings(x: Float[np.ndarray, "m"], y: Float[np.ndarray, "m"]) -> list[tuple[float, int]]:
-    """Where y, straight between its samples, goes through 0, and whether it rises (1) or falls (-1)."""
+    """Zeros of y, linear between its samples, and whether it rises (1) or falls (-1)."""
     k = np.flatnonzero((y[:-1] < 0) != (y[1:] < 0))
     return [(float(x[i] - y[i] * (x[i + 1] - x[i]) / (y[i + 1] - y[i])), 1 if y[i] < 0 else -1) for i in k]
 
@@ -83,12 +83,12 @@ def _responses(
 ) -> tuple[Complex[Array, "m"], Complex[Array, "m"]]:
     plant = loop.plant.sampled(loop.dt / loop.substeps)
 
-    def answered(state: tuple[Any, Array], u: Array) -> tuple[tuple[Any, Array], Array]:
-        inner, output = held(plant, state[0], u, loop.substeps)
+    def response(state: tuple[Any, Array], u: Array) -> tuple[tuple[Any, Array], Array]:
+        inner, output = hold(plant, state[0], u, loop.substeps)
         return (inner, output), state[1]  # the output at the time of the command
 
     def one(period: Array) -> tuple[Array, Array]:
-        block = _harmonic(answered, (plant.initial(), jnp.zeros(())), amplitude, period)
+        block = _harmonic(response, (plant.initial(), jnp.zeros(())), amplitude, period)
         error = _SMALL * amplitude * jnp.abs(block)
         law = _harmonic(lambda state, e: regulator.step(state, -e), regulator.initial(), error, period)
         return block, law
@@ -97,8 +97,8 @@ def _responses(
 
 
 def _harmonic(step: Any, state: Any, amplitude: Array, period: Array) -> Array:
-    """Response at a frequency: the first harmonic of a period, after it has settled."""
-    begin = period * -(-_SETTLED // period) + 2 * period
+    """Response at a frequency: the first harmonic of a period after the transient."""
+    begin = period * -(-_TRANSIENT // period) + 2 * period
 
     def sample(k: Array, carry: tuple[Any, Array]) -> tuple[Any, Array]:
         state, total = carry

@@ -1,4 +1,4 @@
-"""PID control by samples: of fixed gains, and of gains by the frequency of the reference."""
+"""Sampled PID control: fixed gains, gains scheduled by the frequency of the reference, or by the speed of a motor."""
 
 from typing import Any, NamedTuple
 
@@ -12,68 +12,96 @@ from .references import local_frequency
 
 
 class ActuatorLimits(eqx.Module):
-    """What commands may be, as the controller knows it."""
+    """Saturation and slew rate of the command, as the controller knows them."""
 
     low: Float[Array, ""]
     high: Float[Array, ""]
-    slew: Float[Array, ""]  # rate at most [1/s of its unit]
+    slew: Float[Array, ""]  # largest rate [1/s of its unit]
 
-    def within(self, wanted: Array, before: Array, dt: float) -> Array:
-        """The command nearest to the wanted one that may follow the one before."""
+    def limit(self, command: Array, previous: Array, dt: float) -> Array:
+        """The nearest admissible command, dt [s] after the previous one."""
         most = self.slew * dt
-        return jnp.clip(jnp.clip(wanted, before - most, before + most), self.low, self.high)
+        return jnp.clip(jnp.clip(command, previous - most, previous + most), self.low, self.high)
 
 
 class PID(Controller):
     r"""$$ u = u_f + K_p\, e + K_i \int e\, dt + K_d \frac{s}{1 + T_f s}\, e, \quad e = r - y $$
 
-    sampled by backward differences; the derivative's noise is cut off by $T_f$. The integral stands still while the
-    command is at the end of its reach and the error would drive it further. It begins without a bump, from the command
-    that stands, whatever the error is then: only the integral takes away an error that there is from the beginning.
+    sampled by backward differences; $T_f$ filters the noise of the derivative. Anti-windup: the integral stops while
+    the command is saturated, in range or rate, and the error would drive it further. Bumpless start: the first command
+    equals the held one, whatever the error; only the integral removes an error that exists at the start.
     """
 
     proportional: Float[Array, ""]  # K_p, command per output
     integral: Float[Array, ""]  # K_i
     derivative: Float[Array, ""]  # K_d
     filtering: Float[Array, ""]  # T_f [s]
-    reach: ActuatorLimits
+    limits: ActuatorLimits
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
         """Without feedforward: u_f = 0."""
-        return self.fed(reference, jnp.zeros(len(reference)), dt)
+        return self.with_feedforward(reference, jnp.zeros(len(reference)), dt)
 
-    def fed(self, reference: Float[np.ndarray, "n"], feed: Float[Array, "n"], dt: float) -> "PIDRegulator":
-        """With a feedforward."""
+    def with_feedforward(
+        self, reference: Float[np.ndarray, "n"], feedforward: Float[Array, "n"], dt: float
+    ) -> "PIDRegulator":
+        """With a feedforward u_f at each sample."""
         gains = jnp.stack([self.proportional, self.integral, self.derivative])
         every = jnp.broadcast_to(gains, (len(reference), 3))
-        return PIDRegulator(jnp.asarray(reference, dtype=float), feed, every, self.filtering, self.reach, dt)
+        r = jnp.asarray(reference, dtype=float)
+        return PIDRegulator(r, feedforward, every, self.filtering, self.limits, dt)
 
 
 class GainSchedule(Controller):
-    """PID with gains by the local frequency of the reference, between those of a table on a logarithmic scale."""
+    """PID with gains by the local frequency of the reference: a table, interpolated over the logarithm of frequency."""
 
     frequencies: Float[Array, "m"]  # [Hz], growing
     gains: Float[Array, "m 3"]  # K_p, K_i, K_d
     filtering: Float[Array, ""]  # T_f [s]
-    reach: ActuatorLimits
+    limits: ActuatorLimits
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
-        """Gains at each sample; the ends of the table beyond it."""
+        """Gains at each sample; beyond the table those of its ends."""
         f = np.maximum(local_frequency(reference, dt), 1e-9)
-        places = jnp.log(self.frequencies)
-        every = jnp.stack([jnp.interp(jnp.log(f), places, column) for column in self.gains.T], axis=1)
+        logs = jnp.log(self.frequencies)
+        every = jnp.stack([jnp.interp(jnp.log(f), logs, column) for column in self.gains.T], axis=1)
         none = jnp.zeros(len(reference))
-        return PIDRegulator(jnp.asarray(reference, dtype=float), none, every, self.filtering, self.reach, dt)
+        return PIDRegulator(jnp.asarray(reference, dtype=float), none, every, self.filtering, self.limits, dt)
+
+
+class VariableGainPI(Controller):
+    r"""Speed loop of a geared motor, as on its microcontroller: a PI with higher gains at low speed.
+
+    $$ u = k K_p\, e + \int k K_i\, e\, dt, \quad k = 1 + \beta\, e^{-|r|/w_0} $$
+
+    with the reference r and the error e = r - y. Cogging and static friction are as strong at low speed as at high
+    speed. At high speed the inertia overcomes them; at low speed a high gain must. High gains at high speed would
+    amplify the noise of the encoder. Limits, anti-windup and bumpless changes of gain are those of a PID.
+    """
+
+    proportional: Float[Array, ""]  # K_p, command per rad/s
+    integral: Float[Array, ""]  # K_i, command per rad
+    boost: Float[Array, ""]  # beta, relative increase of the gains at rest
+    low: Float[Array, ""]  # w_0, speed over which the increase decays [rad/s]
+    limits: ActuatorLimits
+
+    def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> "PIDRegulator":
+        """Gains at each sample."""
+        r = jnp.asarray(reference, dtype=float)
+        k = 1 + self.boost * jnp.exp(-jnp.abs(r) / self.low)
+        none = jnp.zeros_like(r)
+        gains = jnp.stack([k * self.proportional, k * self.integral, none], axis=1)
+        return PIDRegulator(r, none, gains, jnp.zeros(()), self.limits, dt)
 
 
 class PIDState(NamedTuple):
-    """Between samples."""
+    """State of a PID between two samples."""
 
     k: Array
     integral: Array
     derivative: Array
     error: Array
-    gain: Array  # K_p of the sample before
+    gain: Array  # K_p of the previous sample
     command: Array
 
 
@@ -81,34 +109,34 @@ class PIDRegulator(Regulator):
     """PID along a reference, with a feedforward and gains for each sample."""
 
     reference: Float[Array, "n"]
-    feed: Float[Array, "n"]
+    feedforward: Float[Array, "n"]
     gains: Float[Array, "n 3"]
     filtering: Float[Array, ""]
-    reach: ActuatorLimits
+    limits: ActuatorLimits
     dt: float = eqx.field(static=True)
 
     def initial(self, command: Float[ArrayLike, ""] = 0.0, measured: Float[ArrayLike, ""] = 0.0) -> PIDState:
-        """The integral carries what the command is beyond feedforward and proportional part."""
+        """The integral starts at the command less feedforward and proportional part."""
         command, error = jnp.asarray(command, dtype=float), self.reference[0] - measured
         kp = self.gains[0, 0]
-        left = command - self.feed[0] - kp * error
-        return PIDState(jnp.zeros((), dtype=int), left, jnp.zeros(()), error, kp, command)
+        integral = command - self.feedforward[0] - kp * error
+        return PIDState(jnp.zeros((), dtype=int), integral, jnp.zeros(()), error, kp, command)
 
     def step(self, state: PIDState, measured: Float[Array, ""]) -> tuple[PIDState, Float[Array, ""]]:
-        """A sample. When the gain changes the integral takes what the proportional part jumps by."""
+        """One sample. Where K_p changes, the integral takes up the jump of the proportional part."""
         k = jnp.minimum(state.k, len(self.reference) - 1)
         kp, ki, kd = self.gains[k]
         error = self.reference[k] - measured
         derivative = (self.filtering * state.derivative + kd * (error - state.error)) / (self.filtering + self.dt)
-        held = state.integral - (kp - state.gain) * state.error
+        integral = state.integral - (kp - state.gain) * state.error
         more = ki * self.dt * error
-        wanted = self.feed[k] + kp * error + held + more + derivative
-        command = self.reach.within(wanted, state.command, self.dt)
-        integral = jnp.where((wanted - command) * more > 0, held, held + more)
+        unlimited = self.feedforward[k] + kp * error + integral + more + derivative
+        command = self.limits.limit(unlimited, state.command, self.dt)
+        integral = jnp.where((unlimited - command) * more > 0, integral, integral + more)
         return PIDState(state.k + 1, integral, derivative, error, kp, command), command
 
 
-def pid_of(gains: Any, filtering: Float[ArrayLike, ""], reach: ActuatorLimits) -> PID:
-    """PID of three gains in a row."""
+def pid_of(gains: Any, filtering: Float[ArrayLike, ""], limits: ActuatorLimits) -> PID:
+    """PID of the gains K_p, K_i, K_d in a row, and the filter time T_f [s] of the derivative."""
     kp, ki, kd = jnp.asarray(gains, dtype=float)
-    return PID(kp, ki, kd, jnp.asarray(filtering, dtype=float), reach)
+    return PID(kp, ki, kd, jnp.asarray(filtering, dtype=float), limits)

@@ -1,16 +1,16 @@
-"""Where the output should be: references as samples, from t = 0 on."""
+"""References of the output: shapes, recordings and constants, as samples from t = 0 on."""
 
 import re
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.description import RobotDescription, get_value, numeric_paths, resolve
-from nectosome.units import DIMENSIONS, InputError, did_you_mean, read_quantity, shorten, unit_to_si
+from nectosome.units import DIMENSIONS, InputError, did_you_mean, read_positive, read_quantity, shorten, unit_to_si
 
-from .beat import Beat, beat_of
+from .commands import unit_text
 
 
 def sine(amplitude: float, frequency: float, time: float, dt: float) -> Float[np.ndarray, "n"]:
@@ -19,12 +19,12 @@ def sine(amplitude: float, frequency: float, time: float, dt: float) -> Float[np
 
 
 def triangle(amplitude: float, frequency: float, time: float, dt: float) -> Float[np.ndarray, "n"]:
-    """Straight to amplitude, to -amplitude and back to 0, over and over."""
+    """Triangle wave from 0 to amplitude, to -amplitude and back, `time` [s] long."""
     return amplitude * (2 / np.pi) * np.arcsin(np.sin(2 * np.pi * frequency * times(time, dt)))
 
 
 def varying(amplitudes: Sequence[float], frequencies: Sequence[float], dt: float) -> Float[np.ndarray, "n"]:
-    """One period of each sine after the other: its rate jumps between them.
+    """One period of each sine after the other; the rate jumps between them.
 
     Raises InputError where there are not as many amplitudes as frequencies.
     """
@@ -44,12 +44,12 @@ def chirp(amplitude: float, first: float, last: float, time: float, dt: float) -
 
 
 def eased(reference: Float[np.ndarray, "n"], time: float, dt: float) -> Float[np.ndarray, "n"]:
-    """A reference that grows from 0 within `time` [s], by s^2 (3 - 2 s), so that its rate does not jump at first.
+    """A reference that grows from 0 within `time` [s] by the factor s^2 (3 - 2 s), without an initial jump of its rate.
 
-    Raises InputError for no time.
+    Raises InputError for a time that is not above 0.
     """
     if not time > 0:
-        raise InputError(f"{time:g} s are no time to grow in.", field="time")
+        raise InputError(f"is {time:g} s; it must be more than 0 s.", field="time")
     s = np.minimum(np.arange(len(reference)) * dt / time, 1.0)
     return reference * s**2 * (3 - 2 * s)
 
@@ -60,126 +60,193 @@ def times(time: float, dt: float) -> Float[np.ndarray, "n"]:
 
 
 def local_frequency(reference: Float[np.ndarray, "n"], dt: float) -> Float[np.ndarray, "n"]:
-    """Frequency [Hz] at each sample: half a wave lies between turns; before the first and after the last as beside it.
+    """Local frequency [Hz] at each sample, from the time between extrema; beyond the first and the last it is constant.
 
-    0 throughout where the reference does not turn twice.
+    0 throughout for a reference with fewer than two extrema.
     """
-    ways = np.sign(np.diff(reference))
-    moving = np.flatnonzero(ways)
-    turns = moving[1:][np.diff(ways[moving]) != 0] * dt
-    if len(turns) < 2:
+    signs = np.sign(np.diff(reference))
+    moving = np.flatnonzero(signs)
+    extrema = moving[1:][np.diff(signs[moving]) != 0] * dt
+    if len(extrema) < 2:
         return np.zeros(len(reference))
-    each = 0.5 / np.diff(turns)
-    k = np.searchsorted(turns, np.arange(len(reference)) * dt, side="right") - 1
+    each = 0.5 / np.diff(extrema)
+    k = np.searchsorted(extrema, np.arange(len(reference)) * dt, side="right") - 1
     return each[np.clip(k, 0, len(each) - 1)]
 
 
-SHAPES = ("sine", "triangle")
+SHAPES = ("sine", "triangle", "chirp", "varying")
+_NEEDS = {  # options of each kind, without `time`
+    "sine": ("amplitude", "frequency"),
+    "triangle": ("amplitude", "frequency"),
+    "chirp": ("amplitude", "frequency", "to"),
+    "varying": ("amplitude", "frequency"),
+}
+_KINDS = "a quantity, sine, triangle, chirp, varying, or a file with a recording"
+_CONSTANT_TIME = 10.0  # s, where none is given
 
 
-class CommandRange(NamedTuple):
-    """What the command may be, SI, and the unit in which that was written."""
+@dataclass(frozen=True)
+class Reference:
+    """A reference, SI, and the unit in which it was written.
 
-    name: str
-    paths: tuple[str, ...]
-    low: float
-    high: float
-    resting: float
-    dimension: str
-    unit: str
-    unit_size: float
-
-    @property
-    def largest(self) -> float:
-        """Largest magnitude."""
-        return max(abs(self.low), abs(self.high))
-
-    def show(self, value: float) -> str:
-        """A value in the unit in which it was written."""
-        return f"{value / self.unit_size:.4g} {self.unit}".strip()
-
-
-def read_range(text: str, description: RobotDescription) -> CommandRange:
-    """Read `bias=-8:8mN m`; the unit of the last number counts for both. Raises InputError."""
-    name, equals, rest = (part.strip() for part in text.partition("="))
-    low, colon, high = (part.strip() for part in rest.partition(":"))
-    if not (name and equals and low and colon and high):
-        message = f'"{shorten(text)}" has no range. Write PATH=LOW:HIGH, as in "bias=-8:8mN m".'
-        raise InputError(message, field="command")
-    try:
-        paths = tuple(resolve(description, name))
-    except InputError as error:
-        aliases = f" Aliases: {', '.join(description.aliases)}." if description.aliases else ""
-        raise InputError(error.message + aliases, field="command") from None
-    unit = _unit_of(high)
-    quantity = numeric_paths(description)[paths[0]]
-    texts = [low if _unit_of(low) else f"{low} {unit}".strip(), high]
-    try:
-        ends = [quantity.read(end, units_required=True) for end in texts]
-    except ValueError as error:
-        raise InputError(str(error), field=f"command {name}") from None
-    resting = float(get_value(description, name))
-    size = unit_to_si(unit)[0] if unit else 1.0
-    found = CommandRange(name, paths, ends[0], ends[1], resting, quantity.dimension, unit or quantity.unit, size)
-    if not found.low < found.high:
-        message = f"{low}:{high} is empty. Write the smaller end first."
-        raise InputError(message, field=f"command {name}")
-    if not found.low <= resting <= found.high:
-        message = f"it starts at {found.show(resting)}, outside of {found.show(found.low)} to {found.show(found.high)}."
-        raise InputError(f"{message} Put it inside first, or widen the range.", field=f"command {name}")
-    return found
-
-
-def read_beat(description: RobotDescription, reach: CommandRange, mean: bool) -> Beat | None:
-    """The beat of the robot; None without one, where its mean is not asked for. Raises InputError."""
-    try:
-        beat = beat_of(description, reach.paths, reach.resting)
-    except InputError as error:
-        if mean:
-            told = f"{error.field}: " if error.field and "." in error.field else ""
-            raise InputError(f"there is no beat to take it of: {told}{error.message}", field="mean") from None
-        return None
-    if mean and beat.follows and reach.low <= 0:
-        message = f"a beat never ends at {reach.show(0.0)}. Let the range begin above that."
-        raise InputError(message, field=f"command {reach.name}")
-    return beat
-
-
-class Reference(NamedTuple):
-    """A reference as it was asked for, SI, and the unit in which that was written."""
+    - kind: constant, sine, triangle, chirp, varying, file, or samples (an array, one value a sample).
+    - values: the constant, or the amplitude (one for each sine of `varying`).
+    - frequencies: [Hz]; first and last one of a chirp, one for each sine of `varying`.
+    - recorded: times [s] from 0 on, and values, of a file; for `samples` the values alone count.
+    """
 
     kind: str
-    size: float
     dimension: str
     unit: str
     unit_size: float
+    values: tuple[float, ...] = ()
+    frequencies: tuple[float, ...] = ()
+    recorded: tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m"]] | None = None
 
     @classmethod
-    def read(cls, reference: str, amplitude: str | None, dimension: str) -> "Reference":
-        """Raises InputError."""
-        text, option = (reference, "reference") if amplitude is None else (amplitude, "amplitude")
-        if amplitude is None and not re.match(r"\s*[-+.\d]", reference):
-            message = f'"{shorten(reference)}" is no reference: a quantity, sine or triangle.'
-            raise InputError(message + did_you_mean(reference, SHAPES), field=option)
-        size = read_quantity(text, dimension, option)
-        if amplitude is not None and size <= 0:
-            raise InputError(f'"{amplitude}" is out of range: it must be more than 0.', field=option)
-        unit = _unit_of(text)
-        size_of_unit = unit_to_si(unit)[0] if unit else 1.0
-        kind = "constant" if amplitude is None else reference
-        return cls(kind, size, dimension, unit or DIMENSIONS[dimension].unit, size_of_unit)
+    def parse(
+        cls,
+        reference: "str | Path | float | Float[np.ndarray, 'k'] | Reference",
+        dimension: str,
+        *,
+        amplitude: str | None = None,
+        frequency: str | None = None,
+        to: str | None = None,
+        column: str | None = None,
+    ) -> "Reference":
+        """Reference of a dimension: text with units, a file, a number or an array of samples in SI.
 
-    def samples(self, start: float, turns: float, time: float, dt: float) -> Float[np.ndarray, "n"]:
-        """At even times; what goes to and fro does so about where the robot starts."""
+        - reference: `30 deg`; `sine`, `triangle`, `chirp`, `varying`; or the path of a recording.
+        - amplitude, frequency: of a shape, such as `6 mm`, `0.04 Hz`; lists such as `4 mm, 6 mm` of `varying`, which
+          has one period of each sine after the other.
+        - to: last frequency of a chirp.
+        - column: quantity of the file, where several have this dimension.
+
+        Raises InputError, whose field is the argument, for options that are missing or do not belong there.
+        """
+        if isinstance(reference, Reference):
+            return reference
+        options = {"amplitude": amplitude, "frequency": frequency, "to": to, "column": column}
+        si = DIMENSIONS[dimension].unit
+        if not isinstance(reference, str | Path):
+            values = np.asarray(reference, dtype=float)
+            if values.ndim > 1 or not values.size or not np.isfinite(values).all():
+                raise InputError("is no finite number or row of finite numbers.", field="reference")
+            _check_options("a number", options, ())
+            if values.ndim == 0:
+                return cls("constant", dimension, si, 1.0, (float(values),))
+            return cls("samples", dimension, si, 1.0, recorded=(np.arange(values.size), values))
+        text = str(reference).strip()
+        if text in SHAPES:
+            return cls._shape(text, dimension, options)
+        if re.match(r"[-+]?\.?\d", text) and not Path(text).is_file():
+            _check_options("a constant reference", options, ())
+            return cls(
+                "constant", dimension, *_unit_of(text, dimension), (read_quantity(text, dimension, "reference"),)
+            )
+        if not Path(text).suffix:
+            near = did_you_mean(text, SHAPES)
+            raise InputError(f'"{shorten(text)}" is no reference: {_KINDS}.{near}', field="reference")
+        _check_options("a file", options, ("column",), needed=())
+        recorded = recorded_reference(Path(text), dimension, column)
+        return cls("file", dimension, si, 1.0, recorded=recorded)
+
+    @classmethod
+    def _shape(cls, kind: str, dimension: str, options: dict[str, str | None]) -> "Reference":
+        _check_options(f"a {kind}" if kind != "varying" else "a varying reference", options, _NEEDS[kind])
+        amplitude, frequency = options["amplitude"] or "", options["frequency"] or ""
+        sizes, turns = ([part.strip() for part in text.split(",")] for text in (amplitude, frequency))
+        if kind == "varying" and len(sizes) != len(turns):
+            message = f"{len(turns)} frequencies for {len(sizes)} amplitudes; as many are needed."
+            raise InputError(message, field="frequency")
+        if kind != "varying":
+            sizes, turns = [amplitude], [frequency]
+        values = tuple(read_positive(text, dimension, "amplitude") for text in sizes)
+        frequencies = [read_positive(text, "frequency", "frequency") for text in turns]
+        if kind == "chirp":
+            frequencies.append(read_positive(options["to"] or "", "frequency", "to"))
+        return cls(kind, dimension, *_unit_of(sizes[-1], dimension), values, tuple(frequencies))
+
+    @property
+    def size(self) -> float:
+        """The constant, or the largest amplitude."""
+        if self.recorded is not None:
+            return float(np.abs(self.recorded[1]).max())
+        return self.values[0] if self.kind == "constant" else max(self.values)
+
+    def duration(self, dt: float) -> float:
+        """Length [s] where none is given: two periods, that of the file, 10 s of a constant. Raises InputError."""
+        if self.kind == "chirp":
+            raise InputError("a chirp needs it.", field="time")
+        if self.kind == "varying":
+            return float(np.sum(1 / np.array(self.frequencies)))
+        if self.kind == "samples":
+            return dt * (len(self.recorded[1]) - 1) if self.recorded is not None else 0.0
+        if self.recorded is not None:
+            return float(self.recorded[0][-1])
+        return _CONSTANT_TIME if self.kind == "constant" else 2 / self.frequencies[0]
+
+    def samples(self, time: float, dt: float, start: float = 0.0) -> Float[np.ndarray, "k"]:
+        """Values at 0, dt, ... up to `time` [s]; shapes oscillate about `start`, the output at the beginning."""
         if self.kind == "constant":
-            return np.full(times(time, dt).size, self.size)
-        return start + (sine if self.kind == "sine" else triangle)(self.size, turns, time, dt)
+            return np.full(times(time, dt).size, self.values[0])
+        if self.kind == "samples" and self.recorded is not None:
+            values = self.recorded[1]
+            return values[np.minimum(np.arange(times(time, dt).size), values.size - 1)]
+        if self.recorded is not None:
+            return np.interp(times(time, dt), *self.recorded)
+        if self.kind == "varying":
+            return start + varying(self.values, self.frequencies, dt)
+        if self.kind == "chirp":
+            return start + chirp(self.values[0], self.frequencies[0], self.frequencies[1], time, dt)
+        return start + (sine if self.kind == "sine" else triangle)(self.values[0], self.frequencies[0], time, dt)
 
     def show(self, value: float) -> str:
-        """A value in the unit in which it was written."""
+        """A value in the unit in which the reference was written."""
         return f"{value / self.unit_size:.4g} {self.unit}".strip()
 
 
-def _unit_of(text: str) -> str:
-    """What stands behind a number."""
-    return re.sub(r"^\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", "", text).strip()
+def recorded_reference(
+    path: Path, dimension: str, column: str | None = None
+) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m"]]:
+    """Times from 0 on [s] and values [SI] of a recording; between its samples it is linear.
+
+    `column` names the quantity; without it there must be one of this dimension. Raises InputError for a file without
+    time or such a quantity, and for gaps.
+    """
+    from nectosome.measure import read
+
+    recording, kind = read(path), DIMENSIONS[dimension]
+    units = {str(name): str(values.attrs.get("units", "")) for name, values in recording.data_vars.items()}
+    listed = ", ".join(f"{name} [{unit or '?'}]" for name, unit in units.items())
+    if "time" not in recording.dims:
+        raise InputError(f"has no time. Its columns are {listed}.", file=str(path))
+    if column is not None and column not in units:
+        raise InputError(f"{path} has no such quantity.{did_you_mean(column, units)}", field="column")
+    fits = [name for name, unit in units.items() if unit == kind.unit and column in (None, name)]
+    if not fits:
+        what = f"its {column} is no {kind.name}" if column else f"no column of it is {kind.with_article()}"
+        raise InputError(f"{what}; it has {listed}. Write units in the heading: time (s).", file=str(path))
+    if len(fits) > 1:
+        raise InputError(f"{path} has several of this dimension: {', '.join(fits)}. Name one.", field="column")
+    time, values = recording["time"].values.astype(float), recording[fits[0]].values.astype(float)
+    if not np.isfinite(values).all():
+        k = int(np.flatnonzero(~np.isfinite(values))[0])
+        raise InputError(f"has no value at {time[k]:g} s.", file=str(path), field=fits[0])
+    return time - time[0], values
+
+
+def _check_options(
+    what: str, options: dict[str, str | None], known: tuple[str, ...], needed: tuple[str, ...] | None = None
+) -> None:
+    for option, text in options.items():
+        if text is None and option in (known if needed is None else needed):
+            raise InputError(f"{what} needs it.", field=option)
+        if text is not None and option not in known:
+            raise InputError(f"{what} does not take it.", field=option)
+
+
+def _unit_of(text: str, dimension: str) -> tuple[str, float]:
+    """Unit in which text is written, and its size in SI."""
+    unit = unit_text(text)
+    return unit or DIMENSIONS[dimension].unit, unit_to_si(unit)[0] if unit else 1.0

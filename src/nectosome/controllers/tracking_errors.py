@@ -1,4 +1,4 @@
-"""How well a reference was followed, in the field's numbers."""
+"""Tracking errors, and the numbers of a step response."""
 
 from typing import NamedTuple
 
@@ -6,15 +6,16 @@ import numpy as np
 from jaxtyping import Float
 
 _SETTLED = 0.05  # of the step
-_LAST = 0.1  # of the time, in which what is left counts as steady
+_LAST = 0.1  # of the time, over which the steady error is averaged
+_APPROACH = 0.02  # of the whole decrease of an error, in that time, from which it counts as decreasing
 
 
 class StepResponse(NamedTuple):
-    """The answer to a step from where the output begins to a constant reference; NaN for what did not happen."""
+    """Response to a step from the initial output to a constant reference; NaN for an event that did not occur."""
 
     rise: float  # from 10 to 90 % of the step [s]
     overshoot: float  # beyond the reference, as a share of the step
-    settling: float  # from then on it stays within 5 % of the step about the reference [s]
+    settling: float  # time after which it stays within 5 % of the step about the reference [s]
     steady_error: float  # output less reference, mean over the last tenth of the time
 
 
@@ -23,12 +24,18 @@ def rms_error(output: Float[np.ndarray, "k"], reference: Float[np.ndarray, "k"])
     return float(np.sqrt(np.mean((output - reference) ** 2)))
 
 
+def still_approaching(error: Float[np.ndarray, "k"]) -> bool:
+    """Whether the error still decreases at the end: by more than 2 % of its whole decrease over the last tenth."""
+    first, before, last = (abs(float(error[k])) for k in (0, -max(len(error) // 10, 2), -1))
+    return before - last > max(_APPROACH * (first - last), 0.0)
+
+
 def step_response(
     time: Float[np.ndarray, "k"], output: Float[np.ndarray, "k"], reference: Float[np.ndarray, "k"]
 ) -> StepResponse | None:
-    """Of a reference that stays what it is; None for one that changes, or is where the output begins.
+    """Numbers of a step response; None for a reference that changes, or that equals the initial output.
 
-    Between samples the output is taken as straight.
+    The output is interpolated linearly between samples.
     """
     step = float(reference[-1] - output[0])
     if np.ptp(reference) > 0 or step == 0:
@@ -48,7 +55,7 @@ def step_response(
 
 
 def _first(time: np.ndarray, share: np.ndarray, level: float) -> float:
-    """When a level is first reached; NaN where it is not."""
+    """Time at which a level is first reached; NaN where it is not."""
     there = np.flatnonzero(share >= level)
     if not there.size:
         return np.nan
@@ -57,6 +64,6 @@ def _first(time: np.ndarray, share: np.ndarray, level: float) -> float:
 
 
 def _line(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two points, that of the smaller x first."""
+    """Two points in the order of x."""
     order = np.argsort(x)
     return x[order], y[order]

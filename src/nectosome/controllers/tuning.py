@@ -1,4 +1,4 @@
-"""Gains that let many loops err least, by exact slopes through them."""
+"""Gains with the least errors over a batch of loops, by exact derivatives through them."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -15,52 +15,53 @@ from nectosome.units.ranges import Ranges
 from .block_loop import BlockLoop, run_batch
 from .contract import Controller
 
-_ENOUGH = 1e-3  # of the first sum of squares: a step that gains less is the last
+_LEAST_GAIN = 1e-3  # relative decrease of the sum of squares below which the search stops
 
 
 class Tuned(NamedTuple):
-    """Gains, and what they are worth: rms errors of all lanes and references, by the range of each."""
+    """Gains, and the rms error over all loops and references, relative to the range of each reference."""
 
     values: Float[np.ndarray, "p"]
-    begun: float
-    ended: float
+    error_before: float
+    error_after: float
 
 
 def tune(
     make: Callable[[Float[Array, "p"]], Controller],
     ranges: Ranges,
     start: Float[np.ndarray, "p"],
-    lanes: BlockLoop,
+    loops: BlockLoop,
     references: Sequence[Float[np.ndarray, "n"]],
 ) -> Tuned:
-    """Least squares of the errors of the output, in loops side by side (`scattered`): what is found suits all of them.
+    """Least squares of the output errors over a batch of loops (such as `perturbed` plants); a local minimum.
 
-    `make` gives a controller of numbers within `ranges`; it is planned within the derivative. Each reference counts by
-    the same weight. A local minimum.
+    `make` maps numbers within `ranges` to a controller; planning is differentiated too. All references have the same
+    weight.
 
-    Raises InputError for a start outside of the ranges, a constant reference, or where the loop has no finite error at
+    Raises InputError for a start outside of the ranges, a constant reference, and a loop whose error is not finite at
     the start.
     """
 
     for reference in references:
         if np.ptp(reference) == 0:
-            raise InputError(f"stays at {reference[0]:g}: errors are counted by its range.", field="references")
+            message = f"is constant, {reference[0]:g}: errors are relative to its range, so it must vary."
+            raise InputError(message, field="references")
 
     def residuals(theta: Array) -> Array:
         controller = make(theta)
-        return jnp.concatenate([_errors(lanes, controller, reference) for reference in references])
+        return jnp.concatenate([_errors(loops, controller, reference) for reference in references])
 
-    several: Any = jax.jit(jax.vmap(residuals))
-    slopes: Any = jax.jit(jax.jacfwd(residuals))
-    misfit = Misfit(lambda rows: np.asarray(several(rows)), ranges, lambda theta: np.asarray(slopes(theta)))
+    batch: Any = jax.jit(jax.vmap(residuals))
+    jacobian: Any = jax.jit(jax.jacfwd(residuals))
+    misfit = Misfit(lambda rows: np.asarray(batch(rows)), ranges, lambda theta: np.asarray(jacobian(theta)))
     first = misfit.at(misfit.places(start)[None])[0]
-    found = misfit.fit(start, gain=_ENOUGH * float(first @ first))
-    begun, ended = (float(np.sqrt(x / len(references))) for x in (first @ first, found.chi2))
-    return Tuned(found.theta, begun, ended)
+    found = misfit.fit(start, gain=_LEAST_GAIN * float(first @ first))
+    error_before, error_after = (float(np.sqrt(x / len(references))) for x in (first @ first, found.chi2))
+    return Tuned(found.theta, error_before, error_after)
 
 
-def _errors(lanes: BlockLoop, controller: Controller, reference: Float[np.ndarray, "n"]) -> Float[Array, "lanes n"]:
-    """Whose squares sum to the mean square error by the range of the reference."""
-    regulator = controller.planned(reference, lanes.dt)
-    error = (run_batch(lanes, regulator, reference).output - reference).ravel()
+def _errors(loops: BlockLoop, controller: Controller, reference: Float[np.ndarray, "n"]) -> Float[Array, "m"]:
+    """Residuals whose squares sum to the mean square error, relative to the range of the reference."""
+    regulator = controller.planned(reference, loops.dt)
+    error = (run_batch(loops, regulator, reference).output - reference).ravel()
     return error / (np.ptp(reference) * np.sqrt(error.shape[0]))

@@ -9,6 +9,7 @@ and w the wrenches of the loads (Boyer et al. 2021, eq. 44; Armanini et al. 2022
 body, the water's momentum A V changes with its added mass A too, which gives the wrench $-\dot A V$.
 """
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -19,6 +20,8 @@ from jaxtyping import Array, Float
 from nectosome.core import JointLoad, Load, Mechanical, PairLoad, RodLoad, State, Strips, Water
 from nectosome.core.linear import inverse
 from nectosome.core.se3 import coadjoint, cross, dot_t
+from nectosome.core.untraced import Untraced
+from nectosome.description import RobotDescription
 
 from .rods import SoftRod
 from .tree import PartShape, Tree
@@ -70,12 +73,22 @@ class Robot(Mechanical):
     inertia: Float[Array, "n 6 6"]  # of the body's own matter, at each station
     added: Float[Array, "n 6 6"]  # added mass, but for what loads change (see `carried`)
     pairs: tuple[Paired, ...] = ()
+    made_from: Untraced = Untraced()
 
     def __repr__(self) -> str:
         parts = ", ".join(part.name for part in self.tree.parts)
         return (
             f"<Robot: parts {parts}; {len(self.tree.free_v)} degrees of freedom, {len(self.tree.prescribed_v)} driven>"
         )
+
+    @property
+    def description(self) -> RobotDescription | None:
+        """What the robot was built from; None where it is traced, put together otherwise, or changed since."""
+        return self.made_from.value
+
+    def described(self, description: RobotDescription | None) -> "Robot":
+        """The same robot with the description that its results carry."""
+        return replace(self, made_from=Untraced(description))
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:

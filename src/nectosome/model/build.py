@@ -53,12 +53,15 @@ _LONG = 32  # numbers
 def build(description: RobotDescription) -> Robot:
     """Robot of a description; differentiable with respect to every number in it.
 
-    Compiled once for each structure: numbers that are zero are part of it, all others are traced.
+    Compiled once for each structure: numbers that are zero are part of it, all others are traced. The robot carries
+    its description, unless numbers in it are traced.
     """
     values = numeric_values(description)
     if any(isinstance(value, Tracer) for value in values.values()):
         return _assemble(description)
-    return remembered(instantiate, *_blueprint(description, values, ()))
+    robot = remembered(instantiate, *_blueprint(description, values, ()))
+    arrays = {path: float(value) for path, value in values.items() if not isinstance(value, float)}
+    return robot.described(changed(description, arrays) if arrays else description)
 
 
 class Template(eqx.Module):

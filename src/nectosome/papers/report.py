@@ -6,9 +6,9 @@ from pathlib import Path
 
 from nectosome.io import provenance
 from nectosome.view import series
-from nectosome.view.offline_scenes import Scenes
-from nectosome.view.page import panel_html, write_library, write_page, write_panel
+from nectosome.view.page import write_page, write_panels
 from nectosome.view.run_page import ended, origin
+from nectosome.view.scenes import last_periods
 from nectosome.view.scorecard import summary, table
 from nectosome.view.style import Panel
 
@@ -22,18 +22,16 @@ def write_report(studies: Sequence[Study], path: str | Path) -> None:
     """
     rows = [row for study in studies for row in study.rows]
     links = "".join(f'<a href="#{escape(s.name)}">{escape(s.title)}</a>' for s in studies)
-    parts = [
-        "<h1>nectosome: published robots, reproduced</h1>",
+    parts: list[str | Panel] = [
         f'<p class="small">{escape(origin(provenance({})))}</p>',
         f'<nav><a href="#scorecard">Scorecard</a>{links}</nav>',
         f'<h2 id="scorecard">Scorecard</h2>\n<p>{escape(summary(rows))}</p>',
         table(rows),
         f'<p class="small">{escape(_LEGEND)}</p>',
     ]
-    scenes = Scenes()
     for study in studies:
-        parts += _section(study, scenes)
-    write_page(path, "nectosome report", [*parts, scenes.head()])
+        parts += _section(study)
+    write_page(path, "nectosome: published robots, reproduced", parts)
 
 
 _LEGEND = (
@@ -44,26 +42,26 @@ _LEGEND = (
 
 
 def write_figures(studies: Sequence[Study], folder: str | Path) -> None:
-    """Write every figure of the studies as a page of its own into a folder that exists, with one plotting library.
+    """Write every figure of the studies as a page of its own into a folder that exists; they share their programs.
 
     Raises InputError where it cannot be written.
     """
-    write_library(folder)
-    for study in studies:
-        for i, panel in enumerate(_panels(study)):
-            write_panel(Path(folder) / f"{study.name}-{i + 1}.html", panel)
+    each = ((f"{study.name}-{i + 1}", panel) for study in studies for i, panel in enumerate(_panels(study)))
+    write_panels(Path(folder), each)
 
 
-def _section(study: Study, scenes: Scenes) -> Iterator[str]:
+def _section(study: Study) -> Iterator[str | Panel]:
     yield f'<h2 id="{escape(study.name)}">{escape(study.title)}</h2>\n<p>{escape(study.about)}</p>'
     what = "recordings" if study.recorded else "simulations"
     yield f'<p class="small">{len(study.runs)} {what}, {study.seconds:.0f} s.</p>'
     for name, run in study.runs.items():
         if run.attrs.get("status", "SOLVED") != "SOLVED":
             yield f"<p><b>Run {escape(name)} did not succeed</b>: {escape(ended(run))}.</p>"
-    for i, panel in enumerate(_panels(study)):
-        yield panel_html(panel, f"{study.name}-{i + 1}")
-    yield scenes.figure(study.runs, study.name)
+    yield from _panels(study)
+    scenes = last_periods(study.runs)
+    if scenes is not None:
+        caption = "The last periods of each simulation, in their own time. Drag to turn, scroll to come nearer."
+        yield Panel("Scenes of the simulations", caption, scenes)
 
 
 def _panels(study: Study) -> list[Panel]:

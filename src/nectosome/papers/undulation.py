@@ -33,7 +33,7 @@ class Swims(NamedTuple):
     """What several swims do in a beat, in body lengths L."""
 
     speed: Float[np.ndarray, "n"]  # between the ends of the last beat [L/s]
-    head: Float[np.ndarray, "n"]  # excursion across the way, from side to side [L]
+    head: Float[np.ndarray, "n"]  # excursion across the path, from side to side [L]
     tail: Float[np.ndarray, "n"]  # [L]
     change: Float[np.ndarray, "n"]  # of the speed from the last beat but one, relative to it
 
@@ -91,9 +91,9 @@ def _kept(
 
 def _told(places: Float[np.ndarray, "n steps stations 2"], frequency: Float[np.ndarray, "n"]) -> Swims:
     """What places [L] in two beats tell."""
-    way = np.diff(places[:, ::STEPS, 0], axis=1)  # of the head, in each beat
-    before, last = np.linalg.norm(way, axis=-1).T
-    along = way[:, 1] / last[:, None]
+    path = np.diff(places[:, ::STEPS, 0], axis=1)  # of the head, in each beat
+    before, last = np.linalg.norm(path, axis=-1).T
+    along = path[:, 1] / last[:, None]
     across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
     lateral = np.einsum("ntsk,nk->nts", places[:, STEPS:][:, :, [0, -1]], across)
     # a heading that still drifts is no beat: what is between the ends is taken out evenly

@@ -1,4 +1,4 @@
-"""Compiled steps that are taken once a sample: everything is laid out before, so that a call takes little time."""
+"""Compiled steps for the samples of an experiment, with as little time in a call as possible."""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -14,10 +14,10 @@ Step = Callable[..., tuple[Any, Array]]  # step(module, state, *inputs) -> (stat
 
 
 class CompiledStep:
-    """A module and its state, which goes on with each call.
+    """A module and its state, which advances with each call.
 
-    `filter_jit` would take both apart and put them together again at every call, which takes three times as long as the
-    call itself. Modules of one structure share a program.
+    `filter_jit` would flatten and unflatten both at every call, which takes three times as long as the call itself.
+    Modules of one structure share a program.
     """
 
     def __init__(self, step: Step, module: Any, state: Any):
@@ -29,11 +29,11 @@ class CompiledStep:
         self.start(state)
 
     def start(self, state: Any) -> None:
-        """Begin at a state."""
+        """Set the state."""
         self._state = jax.tree.leaves(state)
 
     def __call__(self, *inputs: ArrayLike) -> Array:
-        """One step; what comes out of it."""
+        """Take one step and return its output."""
         self._state, output = self._program(self._arrays, self._state, *inputs)
         return output
 

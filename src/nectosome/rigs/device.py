@@ -1,4 +1,4 @@
-"""What rigs of devices share: packages that come as extras, lines that break, and what is tried again."""
+"""Shared by rigs of devices: packages that are extras, errors of serial lines, and repeated attempts."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -10,7 +10,7 @@ from nectosome.units import InputError
 from .rig import RigError
 
 try:
-    from termios import error as terminal_error  # what pyserial lets through, no OSError
+    from termios import error as terminal_error  # not caught by pyserial, and no OSError
 except ImportError:  # on Windows
     terminal_error = OSError
 
@@ -25,7 +25,7 @@ def package(name: str, extra: str) -> Any:
 
 @contextmanager
 def line(device: str) -> Iterator[None]:
-    """A serial line that breaks, or is not there, is told as RigError."""
+    """Errors of a serial line, or its absence, become RigError."""
     try:
         yield
     except (OSError, terminal_error, ValueError) as error:
@@ -36,7 +36,7 @@ def line(device: str) -> Iterator[None]:
 
 
 def insisted(step: Callable[[], object], otherwise: str) -> None:
-    """Take a step that must not fail, three times if need be; `otherwise` is what a person is told to do then."""
+    """Try a step that must not fail up to three times; `otherwise` tells a person what to do if it fails."""
     for left in (2, 1, 0):
         try:
             step()

@@ -105,16 +105,16 @@ class Dynamixel(Rig):
 
     def _approach(self) -> None:
         """To 0; the questions keep the watchdog quiet."""
-        limit = time.perf_counter() + abs(self.read()) / _APPROACH + 1.0
+        limit = time.perf_counter() + abs(self.measure()) / _APPROACH + 1.0
         self.write(0.0)
-        while abs(angle := self.read()) > _NEAR:
+        while abs(angle := self.measure()) > _NEAR:
             if time.perf_counter() > limit:
                 raise RigError(
                     f"{self._where}: went to 0 and stays at {angle:.2f} rad. Look at what blocks or loads it."
                 )
             time.sleep(0.005)
 
-    def read(self) -> float:
+    def measure(self) -> float:
         """The angle."""
         return (self._get(_PRESENT) - _MIDDLE) * (2 * math.pi / _STEPS)
 

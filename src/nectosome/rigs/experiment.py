@@ -1,13 +1,13 @@
-"""An experiment: a rig made to follow a reference by a controller, within limits, with a log.
+"""An experiment: a rig tracks a reference under a controller, within limits, with a log.
 
-Every way out goes through one place (`Experiment.run`): the command goes to 0 at the rate that is allowed, the rig is
-vented and closed, the log ends. That holds for the last sample, for what the guards stop, for errors of the rig, of the
-controller and of the disk, for Ctrl-C, Ctrl-Z, a closed terminal and SIGTERM.
+Every run ends in one place (`Experiment.run`): the command ramps to 0 at the slew limit, the rig is vented and closed,
+the log ends. That holds after the last sample, for a stop by the guards, for errors of the rig, of the controller and
+of the disk, for Ctrl-C, Ctrl-Z, a closed terminal and SIGTERM.
 
 It cannot hold for a process that is killed with SIGKILL or stopped with SIGSTOP, for a machine that hangs, is suspended
-or loses its power, or for a driver that does not come back from a call: then the last command stands. Only the device
-itself can help there. Use a watchdog that takes the power out when commands stay away, as NI cards and servos have, or
-a valve that closes when its signal is lost; and keep a switch within reach.
+or loses its power, or for a driver whose call does not return: then the last command stays in effect. Only the device
+itself can help there. Use a watchdog that cuts the power when no commands come, as NI cards and servos have, or a valve
+that closes when its signal is lost; and keep a switch within reach.
 """
 
 import json
@@ -40,7 +40,7 @@ Status = Literal["finished", "aborted", "failed", "interrupted"]
 
 @dataclass(frozen=True)
 class RigRun:
-    """How an experiment ended, and what it measured; `path` is the file that holds it."""
+    """Status, reason and measurements of an experiment; `path` is its file."""
 
     status: Status
     reason: str
@@ -50,7 +50,7 @@ class RigRun:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A rig, a controller and a reference, in samples dt [s] apart; `name` says what the reference is."""
+    """A rig, a controller and a reference, in samples dt [s] apart; `name` is that of the reference."""
 
     rig: Rig
     controller: Controller
@@ -77,7 +77,7 @@ class Experiment:
 
         - progress(share): called a hundred times; the run is interrupted where it returns False.
 
-        What a device, the disk or a person does comes back as a status. Anything else that is raised is raised again,
+        Faults of a device or of the disk, and interruptions, are returned as a status. Any other error is raised again
         when the rig is safe and the log has ended. Raises InputError, before anything moves, where the log cannot be
         written.
         """
@@ -85,10 +85,10 @@ class Experiment:
         guards = Guards(self.limits, self.rig, self.dt, len(self.reference))
         with Interrupts() as interrupts:
             log = RunLog(log_path, self._attributes(), self._units())
-            course = SamplingLoop(self.rig, law, self.reference, guards, log, interrupts.check, progress)
+            loop = SamplingLoop(self.rig, law, self.reference, guards, log, interrupts.check, progress)
             errors = {
-                "": interrupts.allowed(course.samples),
-                "On the way to a command of 0": interrupts.allowed(course.ramp),
+                "": interrupts.allowed(loop.samples),
+                "On the way to a command of 0": interrupts.allowed(loop.ramp),
                 "When it was vented": caught(self.rig.vent),
             }
             if errors["When it was vented"]:

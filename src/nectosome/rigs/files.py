@@ -1,24 +1,31 @@
-"""Rig files: which device there is, where it is connected, and the limits of what it may be asked for."""
+"""Rig files: the device, its connections, and the limits of its commands and measurements."""
 
 import inspect
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
+import numpy as np
 from pydantic import Field, create_model
 
+from nectosome.controllers.commands import unit_text
 from nectosome.description import Quantity
 from nectosome.description.base import Described
 from nectosome.description.validate import line_of, validate_as
 from nectosome.io.yaml_text import Key, read_text, read_yaml
-from nectosome.units import InputError, did_you_mean, shorten
+from nectosome.units import InputError, did_you_mean, shorten, unit_to_si
 
+from .bench import actuator_loop
 from .dynamixel import Dynamixel, Servo
 from .limits import Limits
 from .ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
 from .rig import Rig, RigError
 from .serial_motor import MotorLink, SerialMotor
+from .simulated_rig import SimulatedRig
+
+if TYPE_CHECKING:
+    from nectosome.identification.hysteresis.fit import Identified
 
 _Made = TypeVar("_Made")
 _Pressure = Annotated[float, Quantity("pressure")]
@@ -39,38 +46,51 @@ _Baud = Annotated[int, Field(ge=300, le=10_000_000)]
 
 @dataclass(frozen=True)
 class RigFile:
-    """What a file says of a rig; `dt` [s] is the time between samples."""
+    """A rig as its file describes it; `dt` [s] is the time between samples.
+
+    - command_unit: unit in which the limits of commands are written, and its size in SI.
+    - model: of a simulated rig.
+    """
 
     rig: Rig
     limits: Limits
     dt: float
+    command_unit: tuple[str, float]
+    model: "Identified | None" = None
 
 
 def load_rig(path: str | Path) -> RigFile:
-    """Read a rig file; nothing is opened yet. Raises InputError that names file, line and field.
-
-    Simulated rigs have no file: they need a model.
-    """
+    """Read a rig file; no device is opened. Raises InputError that names file, line and field."""
     data, lines = read_yaml(read_text(path), str(path))
-    kinds = {"ni": (_NI, _ni), "dynamixel": (_DYNAMIXEL, _dynamixel), "serial": (_SERIAL, _serial)}
+    kinds: dict[str, Any] = {
+        "ni": (_NI, _ni),
+        "dynamixel": (_DYNAMIXEL, _dynamixel),
+        "serial": (_SERIAL, _serial),
+        "simulated": (_SIMULATED, None),
+    }
     kind = str(data.get("kind") or "") if isinstance(data, dict) else ""
     if isinstance(data, dict) and kind not in kinds:
-        told = f'there is no rig "{shorten(kind)}".' if kind else "is missing."
-        told += did_you_mean(kind, kinds) or f" Write one of {', '.join(kinds)}."
-        raise InputError(told, file=str(path), line=lines.get(("kind",)), field="kind")
-    model, made = kinds.get(kind, kinds["ni"])
+        message = f'there is no rig "{shorten(kind)}".' if kind else "is missing."
+        message += did_you_mean(kind, kinds) or f" Write one of {', '.join(kinds)}."
+        raise InputError(message, file=str(path), line=lines.get(("kind",)), field="kind")
+    schema, make = kinds.get(kind, kinds["ni"])
     least = f"A rig file has at least a kind ({', '.join(kinds)}), dt and limits."
-    said: Any = validate_as(model, data, least, file=str(path), lines=lines)
+    given: Any = validate_as(schema, data, least, file=str(path), lines=lines)
     file = _File(str(path), lines)
-    limits = file.made(Limits, said.limits, "limits")
-    return RigFile(made(file, said, limits), limits, said.dt)
+    limits = file.made(Limits, given.limits, "limits")
+    texts = [unit_text(str(data["limits"][name])) for name in ("high", "low")]
+    model = _model(file, given) if kind == "simulated" else None
+    rig = make(file, given, limits) if model is None else _simulated(model, given, limits)
+    unit = next(filter(None, texts), rig.command_unit)
+    return RigFile(rig, limits, given.dt, (unit, unit_to_si(unit)[0]), model)
 
 
 class _File:
-    """Where mistakes of a file are."""
+    """A file, for its errors."""
 
     def __init__(self, source: str, lines: dict[Key, int]):
         self._source, self._lines = source, lines
+        self.folder = Path(source).parent
 
     def wrong(self, message: str, *at: str | int) -> InputError:
         """The error of a field."""
@@ -78,14 +98,14 @@ class _File:
         return InputError(message, file=self._source, line=line_of(at, self._lines), field=field or None)
 
     def made(self, kind: Callable[..., _Made], group: Any, *at: str | int) -> _Made:
-        """What the fields of a group are made into."""
+        """A dataclass made of the fields of a group."""
         try:
             return kind(**{name: getattr(group, name) for name in inspect.signature(kind).parameters})
         except InputError as error:
             raise self.wrong(error.message, *at, *([error.field] if error.field else [])) from None
 
     def look(self, limits: Limits, check: Callable[[float], object]) -> None:
-        """Whether the device can take commands at the ends of their range."""
+        """Check that the device takes commands at both ends of their range."""
         for name in ("low", "high"):
             try:
                 check(getattr(limits, name))
@@ -93,36 +113,77 @@ class _File:
                 raise self.wrong(str(error), "limits", name) from None
 
     def outlasts(self, watchdog: float, dt: float, *at: str) -> None:
-        """Whether a watchdog waits longer than from one sample to the next."""
+        """Check that a watchdog waits longer than the time between samples."""
         if watchdog <= dt:
-            told = f"{watchdog:g} s, and dt is {dt:g} s: it would act between two samples. Take several times dt."
-            raise self.wrong(told, *at)
+            message = f"{watchdog:g} s, and dt is {dt:g} s: it would act between two samples. Take several times dt."
+            raise self.wrong(message, *at)
 
 
-def _ni(file: _File, said: Any, limits: Limits) -> Rig:
-    valves = tuple(file.made(Valve, valve, "valves", k) for k, valve in enumerate(said.valves))
-    watchdog = said.watchdog and file.made(Watchdog, said.watchdog, "watchdog")
+def _ni(file: _File, given: Any, limits: Limits) -> Rig:
+    valves = tuple(file.made(Valve, valve, "valves", k) for k, valve in enumerate(given.valves))
+    watchdog = given.watchdog and file.made(Watchdog, given.watchdog, "watchdog")
     if watchdog:
-        file.outlasts(watchdog.timeout, said.dt, "watchdog", "timeout")
+        file.outlasts(watchdog.timeout, given.dt, "watchdog", "timeout")
     for valve in valves:
         file.look(limits, valve.volts)
-    return NationalInstruments(Wiring(valves, file.made(Laser, said.laser, "laser"), watchdog))
+    return NationalInstruments(Wiring(valves, file.made(Laser, given.laser, "laser"), watchdog))
 
 
-def _dynamixel(file: _File, said: Any, limits: Limits) -> Rig:
-    rig = Dynamixel(file.made(Servo, said))
-    file.outlasts(said.watchdog, said.dt, "watchdog")
+def _dynamixel(file: _File, given: Any, limits: Limits) -> Rig:
+    rig = Dynamixel(file.made(Servo, given))
+    file.outlasts(given.watchdog, given.dt, "watchdog")
     file.look(limits, rig.step)
     return rig
 
 
-def _serial(file: _File, said: Any, limits: Limits) -> Rig:
-    file.outlasts(said.watchdog, said.dt, "watchdog")
-    return SerialMotor(file.made(MotorLink, said))
+def _serial(file: _File, given: Any, limits: Limits) -> Rig:
+    file.outlasts(given.watchdog, given.dt, "watchdog")
+    return SerialMotor(file.made(MotorLink, given))
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A simulated actuator: a saved model, whose path is relative to the rig file, or the numbers of a linear one."""
+
+    model: str | None = None
+    gain: float | None = None  # [m/Pa]
+    frequency: float | None = None  # natural frequency of the linear model [rad/s]
+    damping: float = 1.0  # its damping ratio
+    noise: float | None = None  # standard deviation of the sensor; that of the model unless given [m]
+    real_time: bool = False
+
+
+def _simulated(model: "Identified", given: Any, limits: Limits) -> Rig:
+    loop = actuator_loop(model, limits, given.dt, given.noise)
+    pace = "real" if given.real_time else "virtual"
+    return SimulatedRig(loop.plant, loop.sensor, dt=given.dt / loop.substeps, pace=pace)
+
+
+def _model(file: _File, given: Any) -> "Identified":
+    """The model of a simulated rig: saved, or linear, without hysteresis."""
+    from nectosome.identification.hysteresis.files import saved_model
+    from nectosome.identification.hysteresis.fit import Identified
+    from nectosome.io import load_dataset
+
+    linear = {name: getattr(given, name) for name in ("gain", "frequency")}
+    if given.model is None:
+        for name, value in linear.items():
+            if value is None:
+                raise file.wrong("is missing: give model, or gain and frequency.", name)
+        theta = {"frequency": given.frequency, "damping": given.damping}
+        slopes, thresholds = np.full(2, given.gain), np.array([given.limits.high - given.limits.low])
+        return Identified(theta, {}, thresholds, slopes, 0.0, 2, ())
+    for name, value in linear.items():
+        if value is not None:
+            raise file.wrong("belongs to a linear model: leave it or model out.", name)
+    try:
+        return saved_model(load_dataset(file.folder / given.model))
+    except InputError as error:
+        raise file.wrong(str(error), "model") from None
 
 
 def _group(made: type, /, **units: Any) -> Any:
-    """What a file says to make a dataclass, with the same defaults; `units` says what its numbers are."""
+    """Schema of a group of fields for a dataclass, with the same defaults; `units` has the types of its numbers."""
     known: dict[str, Any] = {
         field.name: (units.pop(field.name, field.type), ... if field.default is MISSING else field.default)
         for field in fields(made)
@@ -131,7 +192,7 @@ def _group(made: type, /, **units: Any) -> Any:
 
 
 def _rig(made: type, command: Any, rate: Any, measured: Any, **units: Any) -> Any:
-    """A file of a rig, whose settings are a dataclass; commands, their rate and measurements have units."""
+    """Schema of the file of a rig, whose settings are a dataclass; types of command, its rate, and measurement."""
     limits = _group(
         Limits, low=command, high=command, slew=rate, least=measured, most=measured, error=measured,
         error_time=_Time, saturated_time=_Time, frozen_time=_Time, frozen_share=_Share,
@@ -152,4 +213,11 @@ _DYNAMIXEL = _rig(
 _SERIAL = _rig(
     MotorLink, _AngularSpeed, _AngularAcceleration, _AngularSpeed,
     port=_Word, baud=_Baud, timeout=_Time, start=_Time, watchdog=_Time,
+)  # fmt: skip
+_NOISE = Annotated[float, Quantity("length", minimum=0)]
+_GAIN = Annotated[float, Quantity("length_per_pressure", minimum=0, exclusive=True)]
+_FREQUENCY = Annotated[float, Quantity("angular_speed", minimum=0, exclusive=True)]
+_SIMULATED = _rig(
+    Simulation, _Pressure, _PressureRate, _Length,
+    model=_Word | None, gain=_GAIN | None, frequency=_FREQUENCY | None, damping=_Share, noise=_NOISE | None,
 )  # fmt: skip

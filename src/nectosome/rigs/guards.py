@@ -1,4 +1,4 @@
-"""What stands between a controller and a rig: commands are kept within limits, and samples are looked at."""
+"""Guards between a controller and a rig: they limit commands and check every sample."""
 
 import math
 
@@ -105,7 +105,7 @@ class Guards:
             return (
                 f"the error is {reference - measured:g} {rig.measured_unit} and was above {limits.error:g} "
                 f"{rig.measured_unit} for {self._error.time:.3g} s, {limits.error_time:g} s are allowed. Look "
-                "at the log: a loop that swings has too high gains, one that stays behind has too low ones, or a "
+                "at the log: a loop that oscillates has too high gains, one that lags has too low ones, or a "
                 "valve that does not open."
             )
         if self._saturated.time > limits.saturated_time:
@@ -113,6 +113,6 @@ class Guards:
                 f"the command is at an end of its range ({limits.low:g} to {limits.high:g} {rig.command_unit}), or "
                 f"changes as fast as is allowed ({limits.slew:g} {rig.command_unit}/s), for "
                 f"{self._saturated.time:.3g} s, {limits.saturated_time:g} s are allowed. Look at the log: the loop "
-                "swings, its gains are too high; or the rig cannot reach the reference, or its valve is shut."
+                "oscillates, its gains are too high; or the rig cannot reach the reference, or its valve is shut."
             )
         return ""

@@ -1,4 +1,4 @@
-"""Ctrl-C and its like: they break off what may be broken off, and wait while a rig is made safe."""
+"""Ctrl-C and similar signals: they interrupt the samples of a run, and wait while a rig is made safe."""
 
 import signal
 import threading

@@ -1,4 +1,4 @@
-"""What a rig may be asked for, and when an experiment is given up."""
+"""Limits of commands and measurements of a rig, beyond which an experiment is stopped."""
 
 import math
 from dataclasses import dataclass, fields
@@ -12,8 +12,8 @@ class Limits:
 
     Commands beyond range or rate are cut down to them; anything else that is beyond its limit ends the experiment.
     Time above the limit of the error counts, and time below it counts back at half the rate, so that a loop that
-    swings is caught too: with an amplitude of 1.2 times the limit or more. So it is with time at an end of the range or
-    at the largest rate: a loop whose gains are far too high swings there, maybe with a small error.
+    oscillates is stopped too: with an amplitude of 1.2 times the limit or more. The same holds for time at an end of
+    the range or at the largest rate: a loop whose gains are far too high oscillates there, maybe with a small error.
     """
 
     low: float  # of commands; 0 is within

@@ -1,8 +1,9 @@
-"""The log of an experiment: a text journal while it runs, netCDF when it has ended."""
+"""The log of an experiment: a text journal while it runs, netCDF at its end; and the journal of a killed run."""
 
 import io
 import json
 import os
+import re
 import threading
 import time
 from array import array
@@ -25,20 +26,21 @@ _PAUSE = 5e-3  # seconds between writes: at 1 kHz a thread that wakes for each l
 _SYNC = 0.25  # seconds between calls of fsync, at most
 _PATIENCE = 2.0  # seconds for the disk to take a line
 _MOST = 10_000  # lines that wait
+_ATTRIBUTE = re.compile(r"# (\w+): (.*)")
 
 
 class LogError(Exception):
-    """The log is not written any more."""
+    """The log can no longer be written."""
 
 
 class RunLog:
     """One row a sample, in memory and in a journal beside the file that it ends in: `run.csv` and `run.nc`.
 
     A thread writes lines as they come and calls fsync, which may take a disk many samples. A process that is killed
-    loses the lines that wait for it, those of some milliseconds; a loss of power those of the last half second. A disk
-    that is full is told by the next row, one that takes nothing after two seconds.
+    loses the lines that wait for it, those of some milliseconds; a loss of power those of the last half second. A full
+    disk is an error at the next row, a disk that does not respond after two seconds.
 
-    Raises InputError where the files cannot be written, or are there already: what was measured is not overwritten.
+    Raises InputError where the files cannot be written, or exist: measurements are not overwritten.
     """
 
     def __init__(self, path: str | Path, attributes: Mapping[str, Any], units: Mapping[str, str]):
@@ -71,7 +73,8 @@ class RunLog:
                 raise
         except FileExistsError:
             raise InputError(
-                "is what a run left that was killed. Read it with `recovered`, then move it.", file=str(self.journal)
+                "is the journal of a run that was killed. Read it with `recovered`, then move it.",
+                file=str(self.journal),
             ) from None
         except OSError as error:
             raise InputError(f"cannot be written: {reason(error)}.", file=str(self.journal)) from None
@@ -159,3 +162,52 @@ def _write(file: io.FileIO, text: str) -> None:
     line = text.encode()
     if file.write(line) != len(line):
         raise OSError("the disk is full")
+
+
+def recovered(journal: str | Path) -> "xarray.Dataset":
+    """Return what a journal holds; `status_reason` says where it breaks off, and what was left out.
+
+    Lines after the first that is torn or damaged are left out. Raises InputError for a file that cannot be read or is
+    no journal of a run.
+    """
+    try:
+        text = Path(journal).read_bytes().decode(errors="replace")
+    except OSError as error:
+        raise InputError(f"cannot be read: {reason(error)}.", file=str(journal)) from None
+    attributes: dict[str, Any] = {}
+    units: dict[str, str] = {}
+    rows: list[list[float]] = []
+    lines = text.splitlines(keepends=True)
+    sound = 0
+    for line in lines:
+        if not (line.endswith("\n") and _take(line[:-1], attributes, units, rows)):
+            break
+        sound += 1
+    if not units:
+        raise InputError("this is no journal of a run, or its head is damaged.", file=str(journal))
+    if "status" not in attributes:
+        until = f" at {rows[-1][0]:.3f} s" if rows else " before the first sample"
+        lost = f"; {len(lines) - sound} torn or damaged lines were left out" if sound < len(lines) else ""
+        why = f"the process was killed, or the power failed: the journal breaks off{until}{lost}."
+        attributes |= {"status": "killed", "status_reason": why}
+    return dataset(np.array(rows).reshape(-1, len(COLUMNS)), attributes, units)
+
+
+def _take(line: str, attributes: dict[str, Any], units: dict[str, str], rows: list[list[float]]) -> bool:
+    """Take in a line; say whether it is sound."""
+    try:
+        if found := _ATTRIBUTE.fullmatch(line):
+            attributes[found[1]] = json.loads(found[2])
+        elif not units:
+            head = dict(re.findall(r"(\w+) \[([^]]*)\]", line))
+            if tuple(head) != COLUMNS:
+                return False
+            units |= head
+        else:
+            row = [float(x) for x in line.split(",")]
+            if len(row) != len(COLUMNS):
+                return False
+            rows.append(row)
+    except ValueError:
+        return False
+    return True

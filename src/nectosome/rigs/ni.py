@@ -143,7 +143,7 @@ class NationalInstruments(Rig):
         self._tasks.append((what, task))
         return task
 
-    def read(self) -> float:
+    def measure(self) -> float:
         """The displacement; NaN where the laser is out of its range."""
         laser = self.wiring.laser
         if self._input is None:

@@ -1,18 +1,18 @@
-"""The contract of rigs: one command in, one measurement out, a clock, and a way to stop."""
+"""The contract of rigs: one command in, one measurement out, a clock, and a safe stop."""
 
 import time
 from abc import ABC, abstractmethod
 
 
 class RigError(Exception):
-    """A rig does not do what it should; the message says which, and what to look at."""
+    """A fault of a rig; the message names the rig and what to check."""
 
 
 class Rig(ABC):
-    """What an experiment moves; `tests/rigs/test_contract.py` holds every rig to it.
+    """A device with a command and a measurement; `tests/rigs/test_contract.py` holds every rig to it.
 
-    Commands and measurements are in SI units. Any method may raise RigError, and only this for what a device or its
-    line does wrong.
+    Commands and measurements are in SI units. Any method may raise RigError, and no other error for faults of the
+    device or its line.
     """
 
     name: str
@@ -21,30 +21,30 @@ class Rig(ABC):
 
     @abstractmethod
     def open(self) -> None:
-        """Connect, and stand at a command of 0."""
+        """Connect, with a command of 0."""
 
     @abstractmethod
-    def read(self) -> float:
-        """The measurement now; NaN where the sensor says that it has none."""
+    def measure(self) -> float:
+        """The present measurement; NaN where the sensor has none."""
 
     @abstractmethod
     def write(self, command: float) -> None:
-        """A command, held until the next."""
+        """Send a command; the device holds it until the next one."""
 
     @abstractmethod
     def vent(self) -> None:
-        """Take all power out, whatever stands: the last thing done on every way out; may be called again."""
+        """Take all power out, in any state: the last step of every run; may be called again."""
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of the device; may be called again, and where `open` has failed."""
+        """Release the device; may be called again, and after `open` has failed."""
 
     def now(self) -> float:
-        """Time [s] of a clock that only goes forward."""
+        """Time [s] of a monotonic clock."""
         return time.perf_counter()
 
     def wait(self, until: float) -> None:
-        """Let time pass until `now()` is at least `until`."""
+        """Wait until `now()` is at least `until` [s]."""
         left = until - time.perf_counter()
         if left > 0:
             time.sleep(left)

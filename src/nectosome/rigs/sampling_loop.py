@@ -1,4 +1,4 @@
-"""What happens from the first sample of an experiment to the last, and the way back to a command of 0."""
+"""The sampling loop of an experiment, from its first sample to its last, and the ramp to a command of 0."""
 
 from collections.abc import Callable
 from typing import Any
@@ -24,24 +24,24 @@ class AbortError(Exception):
 
 
 class CancelledError(Exception):
-    """Whoever watches the progress ends the experiment."""
+    """The caller's progress function ends the experiment."""
 
 
 class ControlLaw:
-    """A regulator with all that its samples need compiled: nothing of this may happen in one."""
+    """A regulator compiled before the first sample: compilation within a sample would make it late."""
 
     def __init__(self, regulator: Regulator):
         self._regulator = regulator
         self._steps = CompiledStep(_step, regulator, _initial(regulator, np.asarray(0.0)))
-        for _ in range(2):  # what a step returns may be of other types than what it begins with
+        for _ in range(2):  # the state after a step may have other types than the initial one
             self._steps(np.asarray(0.0)).item()
 
     def begin(self, measured: float) -> None:
-        """From a command of 0."""
+        """Start from a command of 0."""
         self._steps.start(_initial(self._regulator, np.asarray(measured)))
 
-    def wanted(self, measured: float) -> float:
-        """The command that follows from a measurement."""
+    def command(self, measured: float) -> float:
+        """The command for a measurement."""
         return self._steps(np.asarray(measured)).item()
 
 
@@ -55,7 +55,7 @@ def _step(regulator: Regulator, state: Any, measured: ArrayLike) -> tuple[Any, A
 
 
 class SamplingLoop:
-    """The samples of one run, and the way back to 0; `check`, called between them, raises if they are to end."""
+    """The samples of one run, and the ramp back to 0; `check`, called between them, raises to end them."""
 
     def __init__(
         self,
@@ -70,15 +70,15 @@ class SamplingLoop:
         self._rig, self._law, self._reference = rig, law, reference
         self._guards, self._log, self._check, self._progress = guards, log, check, progress
         self._dt, self._slew = guards.dt, guards.limits.slew
-        self._command = 0.0  # that the rig has taken
-        self._written = 0.0  # when
+        self._command = 0.0  # the last one that the rig has taken
+        self._written = 0.0  # its time
         self._begun = False
 
     def samples(self) -> None:
-        """Open the rig, and sample after sample at multiples of dt."""
+        """Open the rig and take all samples, at multiples of dt."""
         self._rig.open()
         start = self._rig.now()
-        self._written = start - self._dt  # 0 stands for longer
+        self._written = start - self._dt  # the command was 0 before
         count = len(self._reference)
         pulse = max(count // 100, 1)
         for k, reference in enumerate(self._reference.tolist()):
@@ -90,37 +90,37 @@ class SamplingLoop:
                 raise CancelledError
 
     def _sample(self, time: float, reference: float, late: float) -> None:
-        measured = self._rig.read()
+        measured = self._rig.measure()
         why = self._guards.sample(late, reference, measured, self._command)
         if not why:
             if not self._begun:
                 self._law.begin(measured)
                 self._begun = True
-            wanted = self._law.wanted(measured)
-            why = self._guards.wanted(wanted)
+            command = self._law.command(measured)
+            why = self._guards.wanted(command)
             if not why:
-                self._write(wanted)
+                self._write(command)
         try:
             self._log.append(time, reference, measured, self._command, late)
         finally:
             if why:
                 raise AbortError(f"at {time:.3f} s {why}")
 
-    def _write(self, wanted: float) -> None:
+    def _write(self, unlimited: float) -> None:
         now = self._rig.now()
-        command = self._guards.allowed(wanted, self._command, now - self._written)
+        command = self._guards.allowed(unlimited, self._command, now - self._written)
         self._rig.write(command)
         self._command, self._written = command, now
 
     def ramp(self) -> None:
-        """To a command of 0, as fast as is allowed.
+        """Ramp to a command of 0 at the slew limit.
 
-        It begins with the last command that the rig is known to have taken: one that failed may stand or not.
+        It begins with the last command that the rig has taken; a command whose writing failed may be in effect or not.
         """
-        way = [self._command] if self._command else []
-        while way and way[-1]:
-            way.append(slewed(0.0, way[-1], self._slew * self._dt))
-        for command in way:
+        commands = [self._command] if self._command else []
+        while commands and commands[-1]:
+            commands.append(slewed(0.0, commands[-1], self._slew * self._dt))
+        for command in commands:
             self._check()
             self._rig.wait(self._rig.now() + self._dt)
             self._rig.write(command)

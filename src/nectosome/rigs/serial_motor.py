@@ -87,7 +87,7 @@ class SerialMotor(Rig):
         self._ask(f"W {c.watchdog:g}")
         self.write(0.0)
 
-    def read(self) -> float:
+    def measure(self) -> float:
         """The speed; NaN where the controller does not know."""
         return self._speed(self._ask("R"))
 

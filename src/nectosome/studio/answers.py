@@ -1,4 +1,4 @@
-"""What the studio shows of a robot: the motion that it keeps, as moments of one period, and its numbers."""
+"""What the studio shows of a robot: the motion that it keeps, as instants of one period, and its numbers."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -46,9 +46,9 @@ _SHOWN = (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)
 class Answer(NamedTuple):
     """A motion to look at.
 
-    It repeats itself after `period` [s], but for the way that the body comes in it; 0 where it does not. `numbers` are
-    of `QUANTITIES` [SI], and none of a run. The run does not carry its robot: writing that down takes longer than all
-    else. `warning` is empty, or says why not to trust the motion.
+    It is periodic with `period` [s], but for the distance that the body moves in it; 0 where it is not. `numbers` are
+    `QUANTITIES` [SI]; a run has none. The run does not carry its robot: that takes longest to write. `warning` is
+    empty, or says why not to trust the motion.
     """
 
     run: "xr.Dataset"
@@ -126,7 +126,7 @@ def _turning(found: Steady, description: RobotDescription, period: float, forwar
 def turn(robot: Robot, x: State, times: Float[Array, "n"]) -> tuple[State, Diagnosis, CycleMeans]:
     """A turn of a steady motion from x on: velocities stay, what is displaced goes on evenly. Leaves [n, ...].
 
-    All moments side by side, which is twice as fast as one after another.
+    All instants side by side, which is twice as fast as one after another.
     """
     states = jax.vmap(lambda t: State(robot.advance(x.q, x.v, t), x.v, x.z))(times)
     d = jax.vmap(lambda t, x: diagnose(robot, t, x))(times, states)

@@ -5,8 +5,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from nectosome.description import dump_robot, save_robot
 from nectosome.io import save_dataset
 from nectosome.io.atomic import write_atomic
@@ -14,17 +12,16 @@ from nectosome.io.extras import package
 from nectosome.robots.shipped import file_names
 from nectosome.units import InputError
 from nectosome.view.film import write_film, write_still
-from nectosome.view.stage.folder import WorkFolder, received
 from nectosome.view.stage.playback import repeated
 
-from .work import Progress, told
+from .answers import Answer
+from .desk import Desk
+from .folder import received
+from .viewer import Viewer
+from .work import Progress, errors_shown
 
 if TYPE_CHECKING:
-    import viser
     import xarray as xr
-
-    from .answers import Answer
-    from .session import Session
 
 _ROBOTS, _RUNS = (".yaml", ".yml"), (".nc",)
 _PICTURE = (1280, 720)  # px, of what is drawn anew
@@ -33,22 +30,22 @@ _NONE = "nothing there yet"
 
 
 class _CancelledError(Exception):
-    """A video that is not wanted any more."""
+    """The user cancelled a video."""
 
 
 class Files:
-    """Lays out the tab. What goes wrong is told on the page."""
+    """Lays out the tab. Errors are shown on the page."""
 
-    def __init__(self, session: "Session", client: "viser.ClientHandle", folder: WorkFolder):
-        self._session, self._client, self._folder, gui = session, client, folder, client.gui
+    def __init__(self, desk: Desk, viewer: Viewer):
+        self._desk, self._viewer, self._folder, gui = desk, viewer, desk.folder, desk.gui
         with gui.add_folder("Open"):
             self._robots: Any = gui.add_dropdown("Robot", ("",))
-            gui.add_button("Open robot").on_click(lambda _: self._told(self._open_robot))
+            gui.add_button("Open robot").on_click(lambda _: self._run(self._open_robot))
             self._runs: Any = gui.add_dropdown("Run", ("",))
-            gui.add_button("Open run").on_click(lambda _: self._told(self._open_run))
+            gui.add_button("Open run").on_click(lambda _: self._run(self._open_run))
             gui.add_button("Look again").on_click(lambda _: self.renew())
             sent = gui.add_upload_button("Send a robot (.yaml) or a run (.nc)")
-            sent.on_upload(lambda _: self._told(lambda: self._take(sent.value.name, sent.value.content)))
+            sent.on_upload(lambda _: self._run(lambda: self._take(sent.value.name, sent.value.content)))
         with gui.add_folder("Save"):
             self._length = gui.add_number("Video (s)", 5.0, min=0.5, max=60.0, step=0.5)
             self._name = gui.add_text("Name", "robot")
@@ -60,44 +57,44 @@ class Files:
                 ("Save video (.mp4)", self._save_video),
                 ("Save page that plays (.html)", self._save_page),
             ):
-                gui.add_button(label).on_click(lambda _, work=work: self._told(work))
+                gui.add_button(label).on_click(lambda _, work=work: self._run(work))
         self.renew()
 
     def renew(self) -> None:
-        """Look what there is to open."""
+        """List the files that can be opened."""
         own = [name for name in self._folder.names(*_ROBOTS) if not name.endswith(".design.yaml")]
         self._robots.options = [*file_names(), *own]
         self._runs.options = self._folder.names(*_RUNS) or [_NONE]
 
-    def _told(self, work: Callable[[], str]) -> None:
-        with told(self._session.tell):
+    def _run(self, work: Callable[[], str]) -> None:
+        with errors_shown(self._desk.tell):
             words = work()
             if words:
-                self._session.tell(words, bad=False)
+                self._desk.tell(words, bad=False)
 
     def _open_robot(self) -> str:
         name = self._robots.value
-        self._session.open(name if name in file_names() else self._folder.existing(name))
+        self._desk.open(name if name in file_names() else self._folder.existing(name))
         return ""
 
     def _open_run(self) -> str:
         if self._runs.value != _NONE:
-            self._session.open_run(self._folder.existing(self._runs.value))
+            self._desk.open_run(self._folder.existing(self._runs.value))
         return ""
 
     def _take(self, name: str, data: bytes) -> str:
         with received(name, data) as path:
             if path.suffix in _RUNS:
-                self._session.open_run(path)
+                self._desk.open_run(path)
             elif path.suffix in _ROBOTS:
-                self._session.open(path)
+                self._desk.open(path)
             else:
                 raise InputError("is neither a robot (.yaml) nor a run (.nc).", field=path.name)
         return ""
 
     def _save_robot(self) -> str:
         path = self._folder.target(self._name.value, ".yaml")
-        save_robot(self._session.description, path)
+        save_robot(self._desk.description, path)
         return self._saved(path)
 
     def _save_run(self) -> str:
@@ -110,25 +107,21 @@ class Files:
         import imageio.v3 as imageio
 
         path = self._folder.target(self._name.value, ".png")
-        width = round(_HEIGHT * self._session.aspect)
-        pixels = self._client.get_render(_HEIGHT, width, transport_format="png")
-        shown = pixels[..., 3:] / 255  # what is nothing is clear, and white on the page
-        on_white = np.round(shown * pixels[..., :3] + (1 - shown) * 255).astype(np.uint8)
-        write_atomic(path, imageio.imwrite("<bytes>", on_white, extension=".png"))
+        write_atomic(path, imageio.imwrite("<bytes>", self._viewer.picture(_HEIGHT), extension=".png"))
         return self._saved(path)
 
     def _save_drawing(self) -> str:
-        """The moment that is shown, from the direction it is looked at, without what is laid over the robot."""
+        """What is shown, from the same direction, without arrows and colours."""
         path = self._folder.target(self._name.value, ".svg")
         run = self._drawable(self._shown())
         end = float(run["time"].values[-1])
-        write_still(run, path, at=self._session.moment, end=end, size=_PICTURE, camera=self._viewer())
+        write_still(run, path, at=self._desk.shown_time, end=end, size=_PICTURE, camera=self._viewer.direction)
         return self._saved(path)
 
     def _save_video(self) -> str:
-        """As long as asked, of what repeats itself; at most all of a run."""
+        """A periodic motion for the given time; of a run at most all of it."""
         path = self._folder.target(self._name.value, ".mp4")
-        answer, seconds, viewer = self._shown(), float(self._length.value), self._viewer()
+        answer, seconds, viewer = self._shown(), float(self._length.value), self._viewer.direction
         if answer.run.sizes["time"] < 2:
             raise InputError("it does not move: save a picture.")
         for package_name in ("cv2", "av"):
@@ -150,31 +143,25 @@ class Files:
             return None
 
         def done(written: Path | None) -> None:
-            self._session.tell(self._saved(written) if written else "the video was cancelled.", False)
+            self._desk.tell(self._saved(written) if written else "the video was cancelled.", False)
 
-        self._session.work.begin("video", compute, done)
+        self._desk.work.begin("video", compute, done)
         return ""
 
-    def _drawable(self, answer: "Answer") -> "xr.Dataset":
+    def _drawable(self, answer: Answer) -> "xr.Dataset":
         """Run of an answer, with its robot."""
         return answer.run.assign_attrs(robot=dump_robot(answer.robot))
 
-    def _viewer(self) -> tuple[float, float, float]:
-        """Direction from which the scene is looked at."""
-        camera = self._client.camera
-        x, y, z = (float(k) for k in np.subtract(camera.position, camera.look_at))
-        return x, y, z
-
     def _save_page(self) -> str:
-        from nectosome.view.stage.offline import page_of
+        from nectosome.view.stage.recorder import page_of
 
         path = self._folder.target(self._name.value, ".html")
         answer = self._shown()
-        write_atomic(path, page_of(answer.run, answer.robot, answer.period, self._session.view).encode())
+        write_atomic(path, page_of(answer.run, answer.robot, answer.period, self._viewer.look).encode())
         return self._saved(path)
 
-    def _shown(self) -> Any:
-        answer = self._session.answer
+    def _shown(self) -> Answer:
+        answer = self._desk.answer
         if answer is None:
             raise InputError("there is no motion to save yet. One under a controller is kept when that is stopped.")
         return answer

@@ -1,14 +1,19 @@
-"""The numbers of an answer as a small table, each with the history of what the sliders did to it."""
+"""The numbers of an answer as a small table, each with the history of what the sliders did to it, and messages."""
 
 from collections import deque
 from collections.abc import Iterable
 from html import escape
+from threading import RLock
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nectosome.designs.quantities import QUANTITIES
 from nectosome.units import show_quantity
 from nectosome.view.style import VERMILLION
+
+if TYPE_CHECKING:
+    import viser
 
 _KEPT = 60  # answers
 _SHOWN = ("speed", "thrust", "torque", "power", "efficiency", "cost_of_transport")
@@ -51,6 +56,43 @@ class NumberTable:
             f'<td style="padding-left:4px;width:5em">{unit}</td><td>{_curve([*history])}</td>',
         )
         return f"<tr>{''.join(cells)}</tr>"
+
+
+class Board:
+    """The table on the page, over two messages: one about the motion that is shown, one about what the user did."""
+
+    def __init__(self, gui: "viser.GuiApi"):
+        self._page, self._table, self._lock = gui.add_html(""), NumberTable(), RLock()
+        self._lines = {"motion": ("", False), "action": ("", False)}
+
+    def forget(self) -> None:
+        """Begin anew, for another robot."""
+        with self._lock:
+            self._table.forget()
+            self._lines["action"] = "", False
+
+    def add(self, numbers: dict[str, float]) -> None:
+        """Take the numbers of one more answer; they are shown with the next message."""
+        with self._lock:
+            self._table.add(numbers)
+
+    def show_motion(self, words: str, bad: bool = False) -> None:
+        """Show a message about the motion."""
+        self._show("motion", words, bad)
+
+    def show_action(self, words: str, bad: bool = False) -> None:
+        """Show a message about what the user did; it stays until the next thing is done."""
+        self._show("action", words, bad)
+
+    def forget_action(self) -> None:
+        """Drop the message about what the user did, with the next one."""
+        with self._lock:
+            self._lines["action"] = "", False
+
+    def _show(self, about: str, words: str, bad: bool) -> None:
+        with self._lock:
+            self._lines[about] = words, bad
+            self._page.content = self._table.html(self._lines.values())
 
 
 def _line(words: str, bad: bool) -> str:

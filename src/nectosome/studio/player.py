@@ -1,10 +1,15 @@
-"""Plays what is on a stage: time goes on while it plays, and stands where the scrubber is put."""
+"""Plays what is on a stage: the clock, and the controls that start, stop and set it."""
 
 import threading
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import viser
 
 _FRAME = 0.05  # s between pictures
+_SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 
 
 class Player:
@@ -19,21 +24,21 @@ class Player:
 
     @property
     def playing(self) -> bool:
-        """Whether time goes on."""
+        """Whether the clock runs."""
         return self._playing.is_set()
 
     def play(self, on: bool) -> None:
-        """Let time go on, or stop it."""
+        """Start or stop the clock."""
         (self._playing.set if on else self._playing.clear)()
 
     def seek(self, t: float) -> None:
-        """Show the moment t [s]."""
+        """Set the clock to t [s], and show that instant."""
         with self._lock:
             self.time = t
         self._show(t)
 
     def hold(self, seconds: float) -> None:
-        """Show nothing for so long, while time goes on: an answer that comes soon is drawn sooner. 0 ends it."""
+        """Show nothing for so long, while the clock runs: an answer that comes soon is drawn sooner. 0 ends it."""
         self._held = time.perf_counter() + seconds
 
     def close(self) -> None:
@@ -56,3 +61,41 @@ class Player:
             if now >= self._held:
                 self._show(t)
             self._closed.wait(max(0.0, _FRAME - (time.perf_counter() - now)))
+
+
+class PlayerControls:
+    """A button, a speed and a slider over the time of a run, laid out where this is made."""
+
+    def __init__(self, gui: "viser.GuiApi", player: Player):
+        self._player = player
+        self._button = gui.add_button("Pause")
+        self._speed: Any = gui.add_dropdown("Speed", [f"{s:g} x" for s in _SPEEDS], initial_value="1 x")
+        self._time: Any = gui.add_slider("Time (s)", 0.0, 1.0, 0.001, 0.0)
+        self._button.on_click(lambda _: self.play(not player.playing))
+        self._speed.on_update(lambda _: setattr(player, "speed", float(self._speed.value.split()[0])))
+        self._time.on_update(self._scrubbed)
+
+    def play(self, on: bool) -> None:
+        """Start or stop the clock; the button has the other one's name."""
+        self._player.play(on)
+        self._button.label = "Pause" if on else "Play"
+
+    def set_end(self, end: float) -> None:
+        """Take the end of a run [s]; without a motion, at 0, nothing can be played."""
+        self._time.max = round(max(end, 1e-3), 3)
+        self._button.disabled = self._time.disabled = end == 0
+
+    def disable(self) -> None:
+        """Until there is a motion nothing can be played."""
+        self._button.disabled = self._time.disabled = True
+
+    def show(self, t: float) -> None:
+        """Let the slider follow the clock."""
+        if self._player.playing:
+            self._time.value = round(t, 3)
+
+    def _scrubbed(self, event: Any) -> None:
+        if event.client is None:  # it moved with the clock
+            return
+        self.play(False)
+        self._player.seek(float(self._time.value))

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import viser
 
-from nectosome.view.stage.folder import WorkFolder
-from nectosome.view.stage.gate import Gate, guarded_server
-
+from .folder import WorkFolder
+from .gate import Gate, guarded_server
 from .session import Session
+from .tasks import TASKS
 
 
 class Studio:
@@ -39,7 +39,7 @@ class Studio:
         self._server.stop()
 
     def _enter(self, client: viser.ClientHandle) -> None:
-        session = Session(client, self._robot, self._folder)
+        session = Session(client, self._robot, self._folder, TASKS)
         with self._lock:
             self._sessions[client.client_id] = session
         if client.client_id not in self._server.get_clients():  # it was closed while its session was made

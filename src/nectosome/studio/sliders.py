@@ -14,7 +14,7 @@ _AROUND = 2.0  # a quantity without a range: from its half to its double
 _LOG_AROUND = 4.0  # of a logarithmic range that is shown at once: up and down by this factor
 
 
-class Knob(NamedTuple):
+class SliderScale(NamedTuple):
     """A slider in a unit that people read: `factor` [SI] times what it shows is the value."""
 
     name: str  # path or alias
@@ -34,12 +34,12 @@ class Knob(NamedTuple):
         return round(min(max(value / self.factor, self.low), self.high), 1 - math.floor(math.log10(self.step)))
 
 
-def knobs_of(description: RobotDescription, ranges: Mapping[str, str]) -> list[Knob]:
+def scales_of(description: RobotDescription, ranges: Mapping[str, str]) -> list[SliderScale]:
     """Sliders for what has a range, such as `1.4 MPa .. 1681 MPa log`, and for all that has a short name of its own."""
     given = [read_variable(name, text, description) for name, text in ranges.items()]
     taken = {path for v in given for path in resolve(description, v.name)}
     own = (around(description, alias) for alias, paths in description.aliases.items() if not taken & set(paths))
-    return [_knob(description, v, not v.log) for v in given] + [_knob(description, v, False) for v in own if v]
+    return [_scale_of(description, v, not v.log) for v in given] + [_scale_of(description, v, False) for v in own if v]
 
 
 def around(description: RobotDescription, name: str) -> Variable | None:
@@ -54,7 +54,7 @@ def around(description: RobotDescription, name: str) -> Variable | None:
     return Variable(name, max(low, least), min(high, most), False, q.dimension) if value else None
 
 
-def _knob(description: RobotDescription, v: Variable, to_the_ends: bool) -> Knob:
+def _scale_of(description: RobotDescription, v: Variable, to_the_ends: bool) -> SliderScale:
     """Slider of a range. Of a logarithmic one it shows what is near to the robot's value."""
     value = _value(description, v.name) or v.lower
     low, high = v.lower, v.upper
@@ -62,7 +62,7 @@ def _knob(description: RobotDescription, v: Variable, to_the_ends: bool) -> Knob
         low, high = max(low, value / _LOG_AROUND), min(high, value * _LOG_AROUND)
     unit = show_quantity(min(max(value, low), high), v.dimension).partition(" ")[2]
     factor = unit_to_si(unit)[0] if unit else 1.0
-    return Knob(v.name, unit, factor, *_scale(low / factor, high / factor, to_the_ends))
+    return SliderScale(v.name, unit, factor, *_ends_and_step(low / factor, high / factor, to_the_ends))
 
 
 def _value(description: RobotDescription, name: str) -> float:
@@ -71,7 +71,7 @@ def _value(description: RobotDescription, name: str) -> float:
     return values.pop() if len(values) == 1 else 0.0
 
 
-def _scale(low: float, high: float, to_the_ends: bool) -> tuple[float, float, float]:
+def _ends_and_step(low: float, high: float, to_the_ends: bool) -> tuple[float, float, float]:
     """Ends and step of a slider, a step that people count in; `to_the_ends` asks for one that meets both ends.
 
     Where it meets an end not, the slider ends within the range, by less than a step: beyond it may not be allowed.

@@ -22,7 +22,7 @@ _DOUBLE = 1.0  # s, within which a button that is pressed again was clicked twic
 
 
 @contextmanager
-def told(tell: Tell) -> Iterator[None]:
+def errors_shown(tell: Tell) -> Iterator[None]:
     """Tell on the page what goes wrong: bad input with its reason, mistakes of ours in the terminal.
 
     Files go by their names: the page knows no other folder than its own.
@@ -38,7 +38,7 @@ def told(tell: Tell) -> Iterator[None]:
 
 
 @contextmanager
-def called(labels: Mapping[str, str]) -> Iterator[None]:
+def labelled(labels: Mapping[str, str]) -> Iterator[None]:
     """Have bad input told by the label that its field has on the page; `labels` by the first word of its name."""
     try:
         yield
@@ -66,7 +66,7 @@ class Work:
     def begin(self, name: str, compute: Callable[[Progress], _T], done: Callable[[_T], None]) -> None:
         """Call done(compute(progress)) in a thread of its own. Raises InputError while something else is under way.
 
-        The same once more, a moment later, is a double click: nothing is done.
+        The same again within a second is a double click: nothing is done.
         Compute has to look at what `progress` returns, and to end soon, with what there is, where it is False; its
         result is taken all the same. Where it raises, the reason is told. What was refused is told until then.
         """
@@ -101,7 +101,7 @@ class Work:
                 self._show(share, words)
             return not end.is_set()
 
-        with told(self._tell):
+        with errors_shown(self._tell):
             try:
                 found = compute(progress)
             finally:

@@ -11,7 +11,7 @@ from .conversion import (
     shown_unit,
     unit_to_si,
 )
-from .dimensions import DIMENSIONS, Dimension
+from .dimensions import DIMENSIONS, Dimension, dimension_of
 from .errors import InputError, count, did_you_mean, shorten
 
 __all__ = [
@@ -20,6 +20,7 @@ __all__ = [
     "InputError",
     "count",
     "did_you_mean",
+    "dimension_of",
     "expected",
     "format_quantity",
     "parse_quantity",

@@ -50,5 +50,11 @@ DIMENSIONS = {
     "pressure_rate": Dimension("pressure rate", "Pa/s", '"3.8 bar/s" or "380 kPa/s"', ("kPa/s",)),
     "angular_acceleration": Dimension("angular acceleration", "rad/s2", '"20 rad/s2"'),
     "pressure_per_volt": Dimension("pressure per volt", "Pa/V", '"0.2 bar/V" or "20 kPa/V"', ("kPa/V",)),
+    "length_per_pressure": Dimension("length per pressure", "m/Pa", '"25 mm/bar"', ("mm/kPa",)),
     "length_per_volt": Dimension("length per volt", "m/V", '"8 mm/V"', ("mm/V",)),
 }
+
+
+def dimension_of(unit: str) -> str:
+    """Return the key of `DIMENSIONS` whose SI unit is `unit`, the first of several; `number` where there is none."""
+    return next((name for name, kind in DIMENSIONS.items() if kind.unit == unit), "number")

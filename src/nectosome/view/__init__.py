@@ -4,9 +4,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .closed_loop import show_following
+    from .closed_loop import show_closed_loop, show_experiment
     from .corrected_grid import show_correction
-    from .experiment import show_experiment
     from .film import write_film, write_still
     from .gait import show_gait
     from .hysteresis import show_hysteresis
@@ -21,9 +20,9 @@ if TYPE_CHECKING:
     from .track import show_track
 
 _HOME = {
+    "show_closed_loop": "closed_loop",
     "show_correction": "corrected_grid",
-    "show_experiment": "experiment",
-    "show_following": "closed_loop",
+    "show_experiment": "closed_loop",
     "show_gait": "gait",
     "show_hysteresis": "hysteresis",
     "show_mission": "mission",
@@ -40,9 +39,9 @@ _HOME = {
 }
 
 __all__ = [
+    "show_closed_loop",
     "show_correction",
     "show_experiment",
-    "show_following",
     "show_gait",
     "show_hysteresis",
     "show_mission",

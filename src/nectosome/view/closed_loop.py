@@ -1,84 +1,82 @@
-"""Figures of a robot under a controller: reference and measurement, the command, and the way it took.
+"""Figures of closed loops, of a simulated robot and of an experiment on a rig: reference, measurement and command.
 
-Data as `control.Followed.to_dataset` gives it, or `track`.
+Data, in SI units: of a robot as `ClosedLoopRecord.to_dataset` or its `signals` have them; of a rig as its log has them.
 """
 
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nectosome.units import DIMENSIONS, show_quantity, unit_to_si
+from nectosome.units import dimension_of, show_quantity, unit_to_si
 
-from .page import panel_html, write_page
-from .style import BLACK, BLUE, GREY, SKY, Panel, dress, plain, readable
+from .page import write_page
+from .style import BLACK, BLUE, CYCLE, GREY, SKY, Panel, dress, plain, readable
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _MOST = 6000  # points of a line that are drawn
-_MOVED = 1e-3  # m, from which on a way has a second direction
-_MARKS = 10  # times that are marked on it
+_MOVED = 1e-3  # m, from which a path has a second direction
+_MARKS = 10  # times that are marked on a path
 
 
-def show_following(run: "xr.Dataset", path: str | Path) -> None:
-    """Write a page about one run, whole or not at all. Raises InputError where it cannot be written."""
-    title = str(run.attrs["title"])
-    ended = f"{run.attrs['status']}: {run.attrs['status_reason']}"
-    parts = [f"<h1>{escape(title)}</h1>", f"<p>{escape(ended)}</p>"]
-    shown = enumerate(following_panels(run))
-    write_page(path, title, [*parts, *(panel_html(panel, f"following-{k}") for k, panel in shown)])
+def show_closed_loop(run: "xr.Dataset", path: str | Path) -> None:
+    """Write a page about a robot under a controller, whole or not at all. Raises InputError where it cannot."""
+    ended = escape(f"{run.attrs['status']}: {run.attrs['status_reason']}")
+    write_page(path, str(run.attrs["title"]), [f"<p>{ended}</p>", *closed_loop_panels(run)])
 
 
-def following_panels(run: "xr.Dataset") -> list[Panel]:
-    """How the reference was followed, and the way it took, where that has two directions."""
-    return [followed_panel(run), *([way_panel(run)] if len(_directions(run)) == 2 else [])]
+def closed_loop_panels(run: "xr.Dataset") -> list[Panel]:
+    """The signals of the loop, and the path of the body where it has two directions."""
+    return [signals_panel(run), *([path_panel(run)] if len(_directions(run)) == 2 else [])]
 
 
-def followed_panel(run: "xr.Dataset") -> Panel:
+def signals_panel(run: "xr.Dataset") -> Panel:
     """Reference, measurement and command over time."""
     from plotly.subplots import make_subplots
 
     fig = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06, row_heights=[0.62, 0.38])
     size, unit = _shown(run["reading"])
-    time, moment = run["sample"].values, run["time"].values
-    every = slice(None, None, max(moment.size // _MOST, 1))
+    samples, time = run["sample"].values, run["time"].values
+    every = slice(None, None, max(time.size // _MOST, 1))
     measured, output, reading = (size * run[name].values for name in ("measured", "output", "reading"))
-    inside = moment.size > time.size  # it is known between the samples too
-    lines = [(moment[every], reading[every], "as it is", {"color": SKY, "width": 1}, "linear")] if inside else []
+    between = time.size > samples.size  # it is known between the samples too
+    lines = [(time[every], reading[every], "true", {"color": SKY, "width": 1}, "linear")] if between else []
     shape = "linear" if np.array_equal(measured, output) else "hv"
-    lines.append((time, measured, "as measured", {"color": BLUE, "width": 1.8}, shape))
-    wanted = {"color": BLACK, "width": 1.8, "dash": "dash"}
-    lines.append((time, size * run["reference"].values, "reference", wanted, "linear"))
-    for x, y, name, line, way in lines:
-        fig.add_scatter(x=x, y=y, name=name, mode="lines", line={**line, "shape": way}, row=1, col=1)
+    lines.append((samples, measured, "measured", {"color": BLUE, "width": 1.8}, shape))
+    dashed = {"color": BLACK, "width": 1.8, "dash": "dash"}
+    lines.append((samples, size * run["reference"].values, "reference", dashed, "linear"))
+    for x, y, name, line, shape in lines:
+        fig.add_scatter(x=x, y=y, name=name, mode="lines", line={**line, "shape": shape}, row=1, col=1)
     held = {"color": GREY, "width": 1.6, "shape": "hv"}
     command = run["command"]
     scale, of = _shown(command)
-    fig.add_scatter(x=time, y=scale * command.values, name="command", mode="lines", line=held, row=2, col=1)
+    fig.add_scatter(x=samples, y=scale * command.values, name="command", mode="lines", line=held, row=2, col=1)
     fig.update_yaxes(title=_named(str(run.attrs["measured"]), unit), row=1)
     fig.update_yaxes(title=_named(str(run.attrs["commanded"]).rpartition(".")[2], of), row=2)
     fig.update_xaxes(title="time (s)", row=2)
     dress(fig, 620).update_layout(showlegend=True, hovermode="closest", margin_t=60, legend_y=1.03)
     caption = "Simulated. The command is held from one sample to the next."
-    if inside and np.ptp(reading) > 0:
-        caption += " What beats is drawn as it is, and as the controller was told."
+    if between and np.ptp(reading) > 0:
+        caption += " The true reading is drawn between the samples too; the controller has the measured one."
     return Panel(f"{readable(plain(run.attrs['measured']))} by {plain(run.attrs['commanded'])}", caption, fig)
 
 
-def way_panel(run: "xr.Dataset") -> Panel:
-    """The way of the body in the plane in which it went furthest."""
+def path_panel(run: "xr.Dataset") -> Panel:
+    """Path of the body in the plane in which it moved furthest."""
     import plotly.graph_objects as go
 
     across, up = _directions(run)
-    place, moment = run["position"].isel(station=0).values, run["time"].values
-    every = slice(None, None, max(moment.size // _MOST, 1))
-    x, y = (place[:, "xyz".index(axis)] for axis in (across, up))
+    position, time = run["position"].isel(station=0).values, run["time"].values
+    every = slice(None, None, max(time.size // _MOST, 1))
+    x, y = (position[:, "xyz".index(axis)] for axis in (across, up))
     fig = go.Figure()
-    fig.add_scatter(x=x[every], y=y[every], mode="lines", line={"color": BLUE, "width": 1.4}, name="way")
-    marks = np.linspace(0.0, moment[-1], _MARKS + 1)
-    k = np.searchsorted(moment, marks).clip(0, moment.size - 1)
+    fig.add_scatter(x=x[every], y=y[every], mode="lines", line={"color": BLUE, "width": 1.4}, name="path")
+    marks = np.linspace(0.0, time[-1], _MARKS + 1)
+    k = np.searchsorted(time, marks).clip(0, time.size - 1)
     marker = {"color": BLACK, "size": 6}
     texts = [f"{t:.3g} s" for t in marks]
     style = {"size": 11, "color": BLACK}
@@ -88,24 +86,63 @@ def way_panel(run: "xr.Dataset") -> Panel:
     fig.update_xaxes(title=f"{across} (m)", constrain="domain")
     fig.update_yaxes(title=f"{up} (m)", scaleanchor="x")
     dress(fig, 460).update_layout(hovermode="closest")
-    caption = f"Way of the first station of {plain(run['station_part'].values[0])}, to scale."
+    caption = f"Path of the first station of {plain(run['station_part'].values[0])}, to scale."
     return Panel("Seen from above" if up == "y" else "Seen from the side", caption, fig)
 
 
+def show_experiment(runs: "Sequence[xr.Dataset]", path: str | Path) -> None:
+    """Write a page about one or several experiments on a rig. Raises InputError where it cannot."""
+    ended = escape(f"{runs[-1].attrs['status']}: {runs[-1].attrs['status_reason']}")
+    write_page(path, str(runs[-1].attrs["title"]), [f"<p>{ended}</p>", experiment_panel(runs)])
+
+
+def experiment_panel(runs: "Sequence[xr.Dataset]") -> Panel:
+    """Signals of the last run, and the errors of all."""
+    from plotly.subplots import make_subplots
+
+    fig = make_subplots(3, 1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.45, 0.3, 0.25])
+    several, (size, unit) = len(runs) > 1, _shown(runs[-1]["reference"])
+    scale, of = _shown(runs[-1]["command"])
+    for k, run in enumerate(runs):
+        one = run.isel(time=slice(None, None, max(run.sizes["time"] // _MOST, 1)))
+        time = one["time"].values
+        measured, reference = size * one["measured"].values, size * one["reference"].values
+        last = k == len(runs) - 1
+        if last:
+            for y, name, colour, width in ((reference, "reference", BLACK, 3.0), (measured, "measured", BLUE, 1.2)):
+                line = {"color": colour, "width": width}
+                fig.add_scatter(x=time, y=y, line=line, mode="lines", name=name, row=1, col=1)
+            y, line = scale * one["command"].values, {"color": GREY, "width": 1.2}
+            fig.add_scatter(x=time, y=y, line=line, mode="lines", name="command", row=3, col=1)
+        line = {"color": BLUE if last else CYCLE[1 + k % (len(CYCLE) - 1)], "width": 1.0}
+        name = f"error of run {k + 1}" if several else "error"
+        fig.add_scatter(
+            x=time, y=measured - reference, line=line, mode="lines", name=name, showlegend=several, row=2, col=1
+        )
+    for row, (name, shown) in enumerate((("measured", unit), ("error", unit), ("command", of)), start=1):
+        fig.update_yaxes(title=_named(name, shown), row=row)
+    fig.update_xaxes(title="time (s)", row=3)
+    dress(fig, 680).update_layout(showlegend=True, hovermode="closest", margin_t=60, legend_y=1.07)
+    caption = "As measured, with noise. The command acts on the rig after its delay." + (
+        " Of runs before the last one only the error is drawn." if several else ""
+    )
+    return Panel("Experiment", caption, fig)
+
+
 def _directions(run: "xr.Dataset") -> tuple[str, ...]:
-    """The two axes of the world along which the body went furthest; fewer where it did not move along them."""
+    """The two axes of the world along which the body moved furthest; fewer where it did not move along them."""
     far = np.ptp(run["position"].isel(station=0).values, axis=0)
     furthest = sorted(np.argsort(far)[-2:])
     return tuple("xyz"[k] for k in furthest if far[k] > _MOVED)
 
 
 def _shown(values: "xr.DataArray") -> tuple[float, str]:
-    """Factor from SI to the unit in which people like to read the largest of some values, and that unit."""
+    """Factor from SI to a unit in which the largest of some values is easy to read, and that unit."""
     unit = str(values.attrs["units"])
-    dimension = next((name for name, kind in DIMENSIONS.items() if kind.unit == unit), None)
-    if dimension is None:
+    dimension = dimension_of(unit)
+    if dimension == "number" or not values.size:
         return 1.0, unit
-    shown = show_quantity(float(np.abs(values.values).max()), dimension).partition(" ")[2]
+    shown = show_quantity(float(np.nanmax(np.abs(values.values))), dimension).partition(" ")[2]
     return 1 / unit_to_si(shown)[0], shown
 
 

@@ -4,7 +4,6 @@ They take what `identify.corrected_data` gives.
 """
 
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +14,7 @@ from nectosome.identification.fits.errors import SIDES
 from nectosome.units import shown_unit
 
 from .heatmap import MapAxis, diverging, maps, sequential
-from .page import panel_html, write_page
+from .page import write_page
 from .style import BLACK, BLUE, GREY, VERMILLION, Panel, dress, plain, span
 
 if TYPE_CHECKING:
@@ -27,9 +26,7 @@ _BOTH = 0.1  # values count as both positive and negative where the shorter side
 
 def show_correction(found: "xr.Dataset", path: str | Path, aim: str = "highest") -> None:
     """Write a page with the figures of a correction. Raises InputError where it cannot."""
-    title = str(found.attrs["title"])
-    parts = [panel_html(panel, f"correction-{k}") for k, panel in enumerate(panels(found, aim))]
-    write_page(path, title, [f"<h1>{escape(title)}</h1>", *parts])
+    write_page(path, str(found.attrs["title"]), panels(found, aim))
 
 
 def panels(found: "xr.Dataset", aim: str = "highest") -> list[Panel]:
@@ -168,8 +165,8 @@ def predictions_panel(found: "xr.Dataset") -> Panel:
     own = found["simulated_there"].values
     fig.add_scatter(x=own, y=measured, mode="markers", marker=grey, name="simulator as it was")
     bars = {
-        f"error_{way}": {"array": SIDES * np.nan_to_num(found[f"{kind}_error"].values), "thickness": 1, "width": 3}
-        for way, kind in (("x", "predicted"), ("y", "measured"))
+        f"error_{axis}": {"array": SIDES * np.nan_to_num(found[f"{kind}_error"].values), "thickness": 1, "width": 3}
+        for axis, kind in (("x", "predicted"), ("y", "measured"))
     }
     marker = {"color": BLUE, "size": 8}
     fig.add_scatter(x=told, y=measured, mode="markers", marker=marker, name="corrected, by the others", **bars)

@@ -11,9 +11,8 @@ from nectosome.units import InputError
 
 from .camera import Perspective, axes_towards, colour_of, lit, outlines, seen, walls
 from .raster import Picture, Raster
-from .robot3d import colours_of
 from .style import BLACK, ORANGE, SKY
-from .tubes import between, description, tubes, visible
+from .tubes import between, colours_of, description, tubes, visible
 from .vector import Vector
 
 if TYPE_CHECKING:
@@ -29,10 +28,10 @@ CAMERAS = {
 
 _HALF = np.tan(np.radians(15))  # height of the view over its distance, from the middle to the upper edge
 _ROOM = 0.72  # of the picture's width and height: what the robot keeps within
-_SMOOTH = 0.5  # s, standard deviation of the window over which the camera's way is a mean
+_SMOOTH = 0.5  # s, standard deviation of the window over which the camera's path is a mean
 _FACE = 5.0  # px, about how large a face is
 _CHUNK = 32  # frames whose surfaces are worked out at once
-_LOOKED_AT = 60  # saved moments at which the robot is measured, so that it stays in the picture
+_LOOKED_AT = 60  # saved instants at which the robot is measured, so that it stays in the picture
 _SIGHT = 1.5  # how far grid and trail are seen, in distances of the camera
 
 _ABOVE, _BELOW = colour_of("#eef6f8"), colour_of("#a9cbd8")  # the water, from the upper to the lower edge
@@ -74,8 +73,8 @@ class Scene:
         self._run = run = visible(run, robot)
         self._title = robot.name if robot is not None else str(run.attrs.get("title", ""))
         saved = run["time"].values
-        self._moments = _evenly(float(saved[0]), end)
-        self._way = _smoothed(between(saved, _middle(run), self._moments), self._moments)
+        self._instants = _evenly(float(saved[0]), end)
+        self._path = _smoothed(between(saved, _middle(run), self._instants), self._instants)
         known = max(int(np.searchsorted(saved, end, side="right")), 1)
         some = run.isel(time=np.unique(np.linspace(0, known - 1, _LOOKED_AT).astype(int)))
         times = some["time"].values
@@ -85,11 +84,11 @@ class Scene:
         points = np.concatenate([rings.reshape(len(times), -1, 3) for rings in rough.values()], axis=1)
         if isinstance(camera, str):
             x, y, z = CAMERAS[camera]
-            back = self._way[-1, 0] - self._way[0, 0] > 0.05 * np.ptp(points[0], axis=0).max()
+            back = self._path[-1, 0] - self._path[0, 0] > 0.05 * np.ptp(points[0], axis=0).max()
             camera = (-x if back else x, y, z)
         self._axes = axes_towards(camera)
         self._away, shift = _framed((points - self._along(times)[:, None]) @ self._axes.T, size)
-        self._way += shift @ self._axes
+        self._path += shift @ self._axes
         self._focal = 0.5 * size[1] / _HALF
 
         per_metre = self._focal / self._away
@@ -99,10 +98,10 @@ class Scene:
         self._colours = {name: colour_of(text) for name, text in colours_of(run, rough).items()}
         self._planes = self._planes_of(points, robot.water if robot is not None else None)
         self._lattice = _lattice(self._step, _SIGHT * self._away)
-        path = between(saved, run["position"].values[:, 0], self._moments)
+        path = between(saved, run["position"].values[:, 0], self._instants)
         passed = np.cumsum(np.linalg.norm(np.diff(path, axis=0, prepend=path[:1]), axis=1)) * per_metre / 3
         kept = np.diff(np.floor(passed), prepend=-1) > 0  # one point every three pixels
-        self._passed, self._path = self._moments[kept], path[kept]
+        self._passed, self._path = self._instants[kept], path[kept]
         share = (np.arange(size[1]) + 0.5)[:, None] / size[1]
         self._water = _ABOVE + (_BELOW - _ABOVE) * share
 
@@ -146,7 +145,7 @@ class Scene:
     # --- where the camera is ------------------------------------------------------------------------------------------
 
     def _along(self, times: np.ndarray) -> Float[np.ndarray, "t 3"]:
-        return np.stack([np.interp(times, self._moments, self._way[:, i]) for i in range(3)], axis=-1)
+        return np.stack([np.interp(times, self._instants, self._path[:, i]) for i in range(3)], axis=-1)
 
     def _target(self, time: float) -> Float[np.ndarray, "3"]:
         return self._along(np.array([time]))[0]
@@ -164,7 +163,7 @@ class Scene:
         A wall is for level cameras, and for what moves more up or down than along; not for what comes or goes.
         """
         low, high = points.min(axis=(0, 1)), points.max(axis=(0, 1))
-        moved, back = np.ptp(self._way, axis=0), self._axes[2]
+        moved, back = np.ptp(self._path, axis=0), self._axes[2]
         gap, near = 0.06 * self._away, 0.5 * self._away
         normal = int(np.argmax(np.abs(back[:2])))
         climbs = moved[2] > max(moved[0], moved[1], near)
@@ -192,7 +191,7 @@ class Scene:
         canvas.rule(pixels[near], colours, self._pixels(1.2))
 
     def _trail(self, camera: Perspective, time: float, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Faces of a ribbon along the body's way so far, turned to the viewer, and their colours."""
+        """Faces of a ribbon along the body's path so far, turned to the viewer, and their colours."""
         path = np.concatenate([self._path[self._passed < time], place[None]])
         away = path - self._target(time)
         path = path[self._faded(away) > 0]
@@ -244,19 +243,19 @@ def _middle(run: "xr.Dataset") -> Float[np.ndarray, "t 3"]:
 
 
 def _evenly(start: float, end: float) -> Float[np.ndarray, "n"]:
-    """Times between which the camera's way and the trail are straight [s]."""
+    """Times between which the camera's path and the trail are straight [s]."""
     step = min(1 / 60, max(end - start, 1e-9) / 100)
     return np.linspace(start, end, int(np.ceil((end - start) / step)) + 1 if end > start else 2)
 
 
-def _smoothed(way: Float[np.ndarray, "n 3"], moments: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 3"]:
-    """Gaussian mean of a way, which goes on beyond its ends as it does before them, turned about the end."""
-    step = moments[1] - moments[0]
+def _smoothed(path: Float[np.ndarray, "n 3"], instants: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 3"]:
+    """Gaussian mean of a path, continued beyond its ends by its reflection about the end."""
+    step = instants[1] - instants[0]
     if step == 0:
-        return way
+        return path
     reach = int(np.ceil(3 * _SMOOTH / step))
     weight = np.exp(-0.5 * (np.arange(-reach, reach + 1) * step / _SMOOTH) ** 2)
-    longer = np.pad(way, ((reach, reach), (0, 0)), mode="reflect", reflect_type="odd")
+    longer = np.pad(path, ((reach, reach), (0, 0)), mode="reflect", reflect_type="odd")
     return np.stack([np.convolve(x, weight / weight.sum(), mode="valid") for x in longer.T], axis=-1)
 
 
@@ -289,7 +288,7 @@ def _cuts(rings: Float[np.ndarray, "rings around 3"], per_metre: float) -> Int[n
 
 
 def _girth(rings: Float[np.ndarray, "rings around 3"]) -> float:
-    """About how long the way around the widest ring is [m]."""
+    """Length around the widest ring, about [m]."""
     return 2 * np.pi * float(np.max(np.linalg.norm(rings - rings.mean(axis=1, keepdims=True), axis=-1)))
 
 

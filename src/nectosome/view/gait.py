@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .page import panel_html, write_page
+from .page import write_page
 from .style import BLACK, BLUE, CYCLE, GREY, VERMILLION, Panel, dress, plain
 
 if TYPE_CHECKING:
@@ -20,11 +20,9 @@ if TYPE_CHECKING:
 
 def show_gait(found: "xr.Dataset", path: str | Path) -> None:
     """Write a page with all figures. Raises InputError where it cannot."""
-    title = str(found.attrs["title"])
     told = "".join(f"<li>{escape(words)}</li>" for words in json.loads(found.attrs["words"]))
-    parts = [f"<h1>{escape(title)}</h1>", f"<p>What the features tell:</p><ul>{told}</ul>"]
     shown = [history_panel([found]), parameters_panel([found]), motion_panel(found)]
-    write_page(path, title, parts + [panel_html(panel, f"gait-{k}") for k, panel in enumerate(shown)])
+    write_page(path, str(found.attrs["title"]), [f"<p>What the features tell:</p><ul>{told}</ul>", *shown])
 
 
 def history_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",), aim: float | None = None) -> Panel:
@@ -81,10 +79,10 @@ def parameters_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",))
 
 
 def motion_panel(found: "xr.Dataset") -> Panel:
-    """Heave, surge and lean of the best candidate in the window, trial by trial."""
+    """Heave, surge and tilt of the best candidate in the window, trial by trial."""
     from plotly.subplots import make_subplots
 
-    titles = ("heave (mm)", "surge (mm)", "lean (deg)")
+    titles = ("heave (mm)", "surge (mm)", "tilt (deg)")
     fig = make_subplots(1, 3, subplot_titles=titles, horizontal_spacing=0.07)
     for trial in range(found.sizes["trial"]):
         line = {"color": (BLUE, VERMILLION, GREY, BLACK)[trial % 4], "width": 1.5}

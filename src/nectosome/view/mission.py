@@ -3,14 +3,13 @@
 Data as `model.mission_data` gives it.
 """
 
-from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .page import panel_html, write_page
+from .page import write_page
 from .style import BLACK, BLUE, CYCLE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Panel, dress, plain, readable
 
 if TYPE_CHECKING:
@@ -27,22 +26,10 @@ _SHOWN = {"m3": ("mL", 1e6)}  # units that axes have instead, and how many of th
 def show_mission(found: "xr.Dataset", path: str | Path) -> None:
     """Write a page about one mission, whole or not at all. Raises InputError where it cannot be written."""
     title = str(found.attrs["title"])
-    parts = [f"<h1>{escape(title)}</h1>", f"<p>{escape(str(found.attrs['status_reason']))}</p>"]
     shown = [mission_panel(found), *([set_panel(found)] if found.sizes["quantity"] else [])]
     if np.ptp(found["y"].values) > _ASIDE:
         shown.append(above_panel(found))
-    write_page(path, title, [*parts, *(panel_html(panel, f"mission-{k}") for k, panel in enumerate(shown))])
-
-
-def panels(sets: Mapping[str, "xr.Dataset"]) -> list[Panel]:
-    """Fig. 6, what was set, and a robot that turns round where the study has one."""
-    first = mission_panel(sets["mission"])
-    out = [first._replace(title=f"{first.title}, as Fig. 6"), set_panel(sets["mission"])]
-    if "mission_turning" in sets:
-        turned = above_panel(sets["mission_turning"])
-        caption = "The crawler, free in space, turns round at the wall: left and right legs go opposite ways. "
-        out.append(turned._replace(title="Turning round, seen from above", caption=caption + turned.caption))
-    return out
+    write_page(path, title, [f"<p>{escape(str(found.attrs['status_reason']))}</p>", *shown])
 
 
 def mission_panel(found: "xr.Dataset") -> Panel:

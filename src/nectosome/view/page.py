@@ -1,13 +1,15 @@
-"""Pages that need nothing but themselves: HTML with the plotting library inside."""
+"""Pages that need nothing but themselves: HTML with the programs inside that draw its figures and scenes."""
 
-from collections.abc import Iterable
+import json
+from collections.abc import Iterable, Sequence
 from html import escape
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nectosome.io import write_atomic
 
-from .style import Panel
+from .style import Panel, Scenes
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -22,47 +24,83 @@ th { background: #f1f4f6; white-space: nowrap; } .number { text-align: right; wh
 td.quantity { min-width: 19em; } code { font-size: 12.5px; }
 .verdict { min-width: 6em; font-weight: 600; } .match { color: #0072B2; } .better { color: #00714f; }
 .differs { color: #b34700; } .no { color: #666; } nav a { margin-right: 1.2em; }
+.scenes button { font: inherit; padding: 3px 10px; margin: 0 6px 6px 0; border: 1px solid #b8c4cc; border-radius: 4px;
+  background: #f1f4f6; cursor: pointer; } .scenes button.on { background: #0072B2; border-color: #0072B2; color: #fff; }
+.scenes iframe { width: 100%; height: 520px; border: 1px solid #dfe3e7; }
 """
 _CONFIG = {"displaylogo": False, "responsive": True, "plotlyServerURL": ""}
+_PLOTTER, _PLAYER = "plotly.min.js", "scenes.js"
+# A browser has room for some scenes at once: one that is out of view is put away.
+_PLAY = """const scenePage = PAGE;
+function playScene(box, name) {
+  const data = document.getElementById(name).textContent;
+  box.dataset.chosen = name;
+  box.querySelectorAll("button").forEach((button) => button.classList.toggle("on", button.value === name));
+  box.querySelector("iframe").srcdoc = scenePage[0] + data + scenePage[1];
+}
+addEventListener("DOMContentLoaded", () => {
+  const seen = new IntersectionObserver((boxes) => boxes.forEach(({ target, isIntersecting }) => {
+    if (isIntersecting) playScene(target, target.dataset.chosen);
+    else target.querySelector("iframe").removeAttribute("srcdoc");
+  }));
+  document.querySelectorAll(".scenes").forEach((box) => seen.observe(box));
+});"""
 
 
-_LIBRARY = "plotly.min.js"
+def write_page(path: str | Path, title: str, parts: Iterable[str | Panel]) -> None:
+    """Write a page of HTML and figures that works offline, whole or not at all. Raises InputError where it cannot."""
+    parts = [*parts]
+    figures = [part.figure for part in parts if isinstance(part, Panel)]
+    programs = []
+    if any(not isinstance(figure, str | Scenes) for figure in figures):
+        programs.append(_plotter())
+    if any(isinstance(figure, Scenes) for figure in figures):
+        programs.append(_player())
+    _write(path, title, [f"<script>{program}</script>" for program in programs], [f"<h1>{escape(title)}</h1>", *parts])
 
 
-def write_page(path: str | Path, title: str, parts: Iterable[str]) -> None:
-    """Write a page of HTML `parts` that works offline, whole or not at all. Raises InputError where it cannot."""
-    from plotly.offline import get_plotlyjs
-
-    _write(path, title, f"<script>{get_plotlyjs()}</script>", parts)
-
-
-def write_library(folder: str | Path) -> None:
-    """Write the plotting library into a folder, for pages of single panels. Raises InputError where it cannot."""
-    from plotly.offline import get_plotlyjs
-
-    write_atomic(Path(folder) / _LIBRARY, get_plotlyjs().encode())
+def write_panels(folder: Path, panels: Iterable[tuple[str, Panel]]) -> None:
+    """Write a page for each panel, by its name, and the programs that they share. Raises InputError where it cannot."""
+    write_atomic(folder / _PLOTTER, _plotter().encode())
+    write_atomic(folder / _PLAYER, _player().encode())
+    for name, panel in panels:
+        program = _PLAYER if isinstance(panel.figure, Scenes) else _PLOTTER
+        _write(folder / f"{name}.html", panel.title, [f'<script src="{program}"></script>'], [panel])
 
 
-def write_panel(path: str | Path, panel: Panel) -> None:
-    """Write a page of one panel that uses the library beside it. Raises InputError where it cannot."""
-    _write(path, panel.title, f'<script src="{_LIBRARY}"></script>', [panel_html(panel, "figure")])
-
-
-def _write(path: str | Path, title: str, script: str, parts: Iterable[str]) -> None:
+def _write(path: str | Path, title: str, scripts: Sequence[str], parts: Iterable[str | Panel]) -> None:
     head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{escape(title)}</title>'
+    number = count(1)
     text = [
         f'<!doctype html>\n<html lang="en">\n<head>{head}\n<style>{_CSS}</style>',
-        f"{script}\n</head>\n<body>",
-        *parts,
+        *scripts,
+        "</head>\n<body>",
+        *(part if isinstance(part, str) else _panel(part, f"figure-{next(number)}") for part in parts),
         "</body>\n</html>\n",
     ]
     write_atomic(path, "\n".join(text).encode())
 
 
-def panel_html(panel: Panel, key: str) -> str:
+def _panel(panel: Panel, key: str) -> str:
     """Heading, figure and caption of a panel; `key` is its id, unique on the page."""
-    shown = f'<div id="{key}">{panel.figure}</div>' if isinstance(panel.figure, str) else _plot(panel.figure, key)
+    figure = panel.figure
+    if isinstance(figure, str):
+        shown = f'<div id="{key}">{figure}</div>'
+    else:
+        shown = _scenes(figure, key) if isinstance(figure, Scenes) else _plot(figure, key)
     return f"<figure><h3>{escape(panel.title)}</h3>\n{shown}\n<figcaption>{escape(panel.caption)}</figcaption></figure>"
+
+
+def _scenes(scenes: Scenes, key: str) -> str:
+    """A frame that plays one recording, and buttons where there are several; it begins when it comes into view."""
+    buttons, data = [], []
+    for k, (name, recording) in enumerate(scenes.recordings.items()):
+        own, words = f"{key}-scene-{k + 1}", escape(name.replace("_", " "))
+        buttons.append(f'<button value="{own}" onclick="playScene(this.parentElement, this.value)">{words}</button>')
+        data.append(f'<script type="text/plain" id="{own}">{recording}</script>')
+    shown = "".join(buttons) if len(buttons) > 1 else ""
+    frame = '<iframe title="Drag to turn, scroll to come nearer, press play"></iframe>'
+    return f'<div class="scenes" id="{key}" data-chosen="{key}-scene-1">{shown}{frame}</div>\n{"".join(data)}'
 
 
 def _plot(figure: "go.Figure", key: str) -> str:
@@ -77,3 +115,15 @@ def _plot(figure: "go.Figure", key: str) -> str:
         default_height=f"{figure['layout']['height']}px",
         div_id=key,
     )
+
+
+def _plotter() -> str:
+    from plotly.offline import get_plotlyjs
+
+    return get_plotlyjs()
+
+
+def _player() -> str:
+    from .stage.recorder import player_page
+
+    return _PLAY.replace("PAGE", json.dumps(player_page()).replace("<", "\\u003c"))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .page import panel_html, write_page
+from .page import write_page
 from .style import CYCLE, Panel, dress, plain
 
 if TYPE_CHECKING:
@@ -22,10 +22,9 @@ _READ = 1_000_000  # samples at a time
 def show_recordings(recordings: "Sequence[xr.Dataset]", path: str | Path) -> None:
     """Write a page with a plot of each quantity of each recording. Raises InputError where it cannot."""
     parts = []
-    for k, recording in enumerate(recordings):
-        parts.append(f"<h2>{escape(str(recording.attrs['title']))}</h2>")
-        parts.append(panel_html(_panel(recording), f"recording-{k}"))
-    write_page(path, "Recordings", ["<h1>Recordings</h1>", *parts])
+    for recording in recordings:
+        parts += [f"<h2>{escape(str(recording.attrs['title']))}</h2>", _panel(recording)]
+    write_page(path, "Recordings", parts)
 
 
 def _panel(recording: "xr.Dataset") -> Panel:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .page import panel_html, write_page
+from .page import write_page
 from .style import BLACK, BLUE, Panel, dress
 
 if TYPE_CHECKING:
@@ -22,10 +22,9 @@ _PREFIXED = ("m", "N", "m/s", "N m", "W", "Pa")
 
 def show_robot_fit(found: "xr.Dataset", path: str | Path) -> None:
     """Write a page with a figure for each recording. Raises InputError where it cannot."""
-    title = str(found.attrs["title"])
-    told = "".join(f"<p><b>Beware:</b> {escape(warning)}.</p>" for warning in json.loads(found.attrs["warnings"]))
-    parts = [panel_html(recording_panel(found, k), f"recording-{k}") for k in range(found.sizes["recording"])]
-    write_page(path, title, [f"<h1>{escape(title)}</h1>", f"<p>{escape(told_of(found))}</p>", told, *parts])
+    warnings = [f"<p><b>Beware:</b> {escape(words)}.</p>" for words in json.loads(found.attrs["warnings"])]
+    panels = [recording_panel(found, k) for k in range(found.sizes["recording"])]
+    write_page(path, str(found.attrs["title"]), [f"<p>{escape(told_of(found))}</p>", *warnings, *panels])
 
 
 def told_of(found: "xr.Dataset") -> str:

@@ -5,13 +5,19 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import robot3d, series
-from .closed_loop import following_panels
-from .page import panel_html, write_page
+import numpy as np
+
+from . import series
+from .closed_loop import closed_loop_panels
+from .page import write_page
+from .scenes import picture_interval, run_scene
+from .style import Panel
 from .tubes import description
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_BLURRED = 0.2  # revolutions of a drive between two pictures, from which on it looks slower than it is
 
 
 def show_run(run: "xr.Dataset", path: str | Path) -> None:
@@ -25,15 +31,26 @@ def show_run(run: "xr.Dataset", path: str | Path) -> None:
     title = str(run.attrs.get("title") or "simulation")
     source = json.loads(run.attrs.get("provenance") or "{}")
     robot = description(run)
-    parts = [f"<h1>{escape(title)}</h1>"]
-    if robot is not None:
-        parts.append(f"<p>{escape(robot.about)}</p>")
+    parts: list[str | Panel] = [] if robot is None else [f"<p>{escape(robot.about)}</p>"]
     parts.append(f'<p class="small">{escape(" · ".join(filter(None, [ended(run), origin(source)])))}</p>')
-    panels = (robot3d.robot_panel, series.velocity_panel, series.power_panel, series.energy_panel)
-    shown = [make(run) for make in panels]
-    shown[1:1] = following_panels(run) if "reference" in run else []
-    parts += [panel_html(panel, f"figure-{i + 1}") for i, panel in enumerate(shown)]
-    write_page(path, title, parts)
+    loop = closed_loop_panels(run) if "reference" in run else []
+    numbers = (series.velocity_panel, series.power_panel, series.energy_panel)
+    write_page(path, title, [*parts, *_scene_panel(run), *loop, *(make(run) for make in numbers)])
+
+
+def _scene_panel(run: "xr.Dataset") -> list[Panel]:
+    """The robot in motion, at the times at which its places are known; none where there are none."""
+    known = [
+        np.isfinite(run[name].values).reshape(run.sizes["time"], -1).all(axis=1) for name in ("position", "rotation")
+    ]
+    run = run.isel(time=known[0] & known[1])
+    if not run.sizes["time"]:
+        return []
+    caption = "Simulated motion in its own time; the camera goes along. Drag to turn, scroll to come nearer."
+    turns = series.drive_rate(run) * picture_interval(run["time"].values) / (2 * np.pi)
+    if turns > _BLURRED:
+        caption += f" Pictures are {turns:.2g} revolutions of the drive apart: the turning looks slower than it is."
+    return [Panel("The robot in motion", caption, run_scene(run))]
 
 
 def ended(run: "xr.Dataset") -> str:

@@ -1,4 +1,4 @@
-"""A robot as it starts, to be drawn like a run: one moment, without forces."""
+"""A robot as it starts, to be drawn like a run: one instant, without forces."""
 
 from typing import TYPE_CHECKING
 

@@ -5,8 +5,9 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from . import robot3d
-from .page import panel_html, write_page
+from .page import write_page
+from .scenes import run_scene
+from .style import Panel
 from .tubes import description
 
 if TYPE_CHECKING:
@@ -22,9 +23,9 @@ def show_still(run: "xr.Dataset", path: str | Path, tables: Sequence[Rows]) -> N
     """
     title = str(run.attrs.get("title") or "robot")
     robot = description(run)
-    about = f"<p>{escape(robot.about)}</p>" if robot is not None else ""
-    parts = [f"<h1>{escape(title)}</h1>{about}", panel_html(robot3d.still_panel(run), "figure")]
-    write_page(path, title, [*parts, *map(_table, tables)])
+    about = [] if robot is None else [f"<p>{escape(robot.about)}</p>"]
+    scene = Panel("The robot", "Drag to turn, scroll to come nearer. z is up.", run_scene(run.isel(time=slice(1))))
+    write_page(path, title, [*about, scene, *map(_table, tables)])
 
 
 def _table(rows: Rows) -> str:

@@ -24,12 +24,18 @@ _SOURCES = {
 _GAP = 15  # pixels between labels
 
 
+class Scenes(NamedTuple):
+    """Recordings of viser by the names of their buttons; one is shown at a time. See `view.scenes`."""
+
+    recordings: dict[str, str]
+
+
 class Panel(NamedTuple):
-    """A figure on a page: what it is called, what there is to see, and the figure itself, or the HTML of a table."""
+    """A figure on a page: a plot, scenes in 3-D, or the HTML of a table."""
 
     title: str
     caption: str
-    figure: "go.Figure | str"
+    figure: "go.Figure | Scenes | str"
 
 
 class LineEnd(NamedTuple):

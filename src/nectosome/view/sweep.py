@@ -1,6 +1,5 @@
 """Figures of a sweep: what a robot's motion gives over one or two of its quantities."""
 
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +9,7 @@ from nectosome.designs.sweep import mean_of, telling
 from nectosome.units import shown_unit
 
 from .heatmap import MapAxis, maps, sequential
-from .page import panel_html, write_page
+from .page import write_page
 from .style import BLUE, Panel, dress, plain, readable
 
 if TYPE_CHECKING:
@@ -30,9 +29,7 @@ _NOTHING = 1e-4  # rad/s: a robot that turns no faster is left out of the figure
 
 def show_sweep(found: "xr.Dataset", path: str | Path) -> None:
     """Write a page with a figure of each mean of a sweep over one or two axes. Raises InputError where it cannot."""
-    title = str(found.attrs["title"])
-    parts = [panel_html(panel, f"sweep-{k}") for k, panel in enumerate(panels(found))]
-    write_page(path, title, [f"<h1>{escape(title)}</h1>", *parts])
+    write_page(path, str(found.attrs["title"]), panels(found))
 
 
 def panels(found: "xr.Dataset") -> list[Panel]:

@@ -1,13 +1,12 @@
 """Figures of what was tracked in videos: angles or poses over time, with gaps as gaps, and the quality."""
 
 import json
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .page import panel_html, write_page
+from .page import write_page
 from .style import BLACK, CYCLE, Panel, dress, plain
 
 if TYPE_CHECKING:
@@ -17,9 +16,8 @@ if TYPE_CHECKING:
 
 def show_track(tracked: "xr.Dataset", path: str | Path) -> None:
     """Write a page with what was tracked. Raises InputError where it cannot."""
-    title = str(tracked.attrs["title"])
     panel = marker_panel(tracked) if "marker" in tracked else segment_panel(tracked)
-    write_page(path, title, [f"<h1>{escape(title)}</h1>", panel_html(panel, "track")])
+    write_page(path, str(tracked.attrs["title"]), [panel])
 
 
 def segment_panel(tracked: "xr.Dataset") -> Panel:

@@ -1,6 +1,6 @@
 """The skin of a robot as rings around its parts, from the stations of a run; no plotting here."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -10,11 +10,14 @@ from jaxtyping import Float, Int
 from nectosome.description import RobotDescription, Rod, parse_robot
 from nectosome.units import InputError
 
+from .style import BLUE
+
 if TYPE_CHECKING:
     import xarray as xr
 
 AROUND = 12  # points on a ring
 STATIONS = ("station_x", "half_width", "position", "rotation")  # what of a run tells where its stations are
+_HARD = ("#9aa1aa", "#4f5660", "#c9ced4")  # rigid parts, in turn
 _FINER = 3  # rings per interval between a rod's stations, where rings have that many points
 
 
@@ -120,6 +123,22 @@ def shape_of(robot: RobotDescription | None, part: str) -> str:
     return "spheroid" if shape == "point" else shape
 
 
+def hard_colour(k: int) -> str:
+    """Colour of the k-th rigid part of a robot, a grey."""
+    return _HARD[k % len(_HARD)]
+
+
+def colours_of(run: "xr.Dataset", parts: Collection[str], soft: str = BLUE) -> dict[str, str]:
+    """Colours of parts by name: `soft` of rods, greys of rigid ones."""
+    rods = {name for name in parts if _is_rod(run, name)}
+    hard = {name: hard_colour(k) for k, name in enumerate(name for name in parts if name not in rods)}
+    return hard | dict.fromkeys(rods, soft)
+
+
+def _is_rod(run: "xr.Dataset", part: str) -> bool:
+    return float(run["station_x"].values[run["station_part"].values == part][0]) == 0
+
+
 def _outline(shape: str, around: int) -> Float[np.ndarray, "around 2"]:
     """Section of half widths 1: a circle, or a square whose corners are among the points."""
     angle = np.pi / 4 + 2 * np.pi * np.arange(around) / around
@@ -143,6 +162,12 @@ def between(saved: np.ndarray, values: np.ndarray, times: np.ndarray) -> np.ndar
     return hermite(saved, values, np.gradient(values, saved, axis=0), times)
 
 
+def nearest_rotation(A: np.ndarray) -> np.ndarray:
+    """Rotations nearest to matrices [..., 3, 3] that are almost some."""
+    U, _, V = np.linalg.svd(A)
+    return U @ V
+
+
 def finer(
     x: np.ndarray, position: np.ndarray, rotation: np.ndarray, half: np.ndarray, pieces: int = _FINER
 ) -> tuple[np.ndarray, ...]:
@@ -151,10 +176,9 @@ def finer(
     at = np.concatenate([*parts, x[-1:]])
     place, slope = np.moveaxis(position, 1, 0), np.moveaxis(rotation[..., 0], 1, 0)
     turned = np.moveaxis(rotation, 1, 0)
-    new = hermite(x, turned, np.gradient(turned, x, axis=0), at)
-    U, _, V = np.linalg.svd(new)  # the rotation nearest to what the cubics give
+    turned = nearest_rotation(hermite(x, turned, np.gradient(turned, x, axis=0), at))
     widths = np.stack([np.interp(at, x, half[:, i]) for i in range(2)], axis=-1)
-    return at, np.moveaxis(hermite(x, place, slope, at), 0, 1), np.moveaxis(U @ V, 0, 1), widths
+    return at, np.moveaxis(hermite(x, place, slope, at), 0, 1), np.moveaxis(turned, 0, 1), widths
 
 
 def _to_the_ends(x: np.ndarray, position: np.ndarray, rotation: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -17,12 +17,12 @@ from ..undulation import Swims, swims
 NAME = "eel"
 TITLE = "Eel of the Navier-Stokes equations"
 ABOUT = (
-    "The eel that Kern and Koumoutsakos 2006 let swim freely in a computed flow, in the two ways that they found by "
+    "The eel that Kern and Koumoutsakos 2006 let swim freely in a computed flow, with the two gaits that they found by "
     "evolution. Here Lighthill's reactive force, drag across and the skin friction of a laminar plate take the place "
     "of the flow. Nothing is fitted."
 )
 VISCOSITY = 1.4e-4  # for L = 1 and a beat of 1 (as IBAMR and CubismUP repeat it) [m2/s]
-_WAYS = ("burst", "efficient")
+_GAITS = ("burst", "efficient")
 _KNOTS = 21  # of the envelope in the robot's file
 
 
@@ -52,10 +52,10 @@ def swum(more_friction: float = 1.0, settings: tuple[str, ...] = ()) -> Swims:
     """Burst and efficient swimming of the robot `kern_eel`."""
     description = describe("kern_eel", settings)
     book = printed(NAME)
-    made = [build(with_values(description, _bending(book[f"{NAME}/{way}/speed"]))) for way in _WAYS]
+    made = [build(with_values(description, _bending(book[f"{NAME}/{gait}/speed"]))) for gait in _GAITS]
     waves: list[Wave] = [robot.tree.parts[0].shaped[0] for robot in made]  # pyright: ignore[reportAssignmentType]
     length = float(get_value(description, "body.length"))
-    reynolds = np.full(len(_WAYS), length**2 / VISCOSITY)
+    reynolds = np.full(len(_GAITS), length**2 / VISCOSITY)
     return swims(made[0], waves, reynolds, more_friction)
 
 

@@ -1,4 +1,4 @@
-"""Control: Figs. 8 to 10, with the paper's PID and with what does better."""
+"""Control: Figs. 8 to 10, with the paper's PID and with better controllers."""
 
 import equinox as eqx
 import jax
@@ -9,9 +9,10 @@ from jaxtyping import Float
 
 from nectosome.controllers import (
     BlockLoop,
+    BlockLoopRecord,
     Controller,
+    Learner,
     Regulator,
-    Track,
     eased,
     margins,
     open_loop,
@@ -23,38 +24,38 @@ from nectosome.drives import Sensor
 from nectosome.identification.fits.errors import range_errors
 
 from ..study import Progress, StudyPart
-from .comparison import DT, NAMES, VARIABLE, Learner, actuator, controllers, kept, known_model, plants, tuned
+from .comparison import DT, NAMES, VARIABLE, actuator, controllers, kept, known_model, plants, tuned
 from .plant import BAR, MM
 
-LANES, _FEW = 10, 3  # plants
+PLANTS, _FEW = 10, 3  # plants
 BANDS = 0.04, 0.06, 0.1, 0.16, 0.25, 0.4, 0.6, 1.0, 1.5  # Hz
 REFERENCES = {
     "sine": sine(6 * MM, 0.04, 50.0, DT),
     "triangle": triangle(8 * MM, 0.05, 40.0, DT),
     "variable": VARIABLE,
 }
-_ROUNDS = 5  # of learning
+_RUNS = 5  # of learning, after the first
 
 
 def part(quick: bool, progress: Progress) -> StudyPart:
     """Errors along the references of the paper, and by frequency; `quick` takes kept gains, few plants and no bands."""
-    lanes, nominal = plants(_FEW if quick else LANES), jax.tree.map(lambda x: x[None], model_loop())
+    loops, nominal = plants(_FEW if quick else PLANTS), jax.tree.map(lambda x: x[None], model_loop())
     progress("tuning", 0.0)
-    ways = controllers(kept() if quick else tuned(), known_model())
+    laws = controllers(kept() if quick else tuned(), known_model())
     numbers: dict[str, float | None] = {}
-    tracks = []
+    series = []
     for k, (name, reference) in enumerate(REFERENCES.items()):
         progress(name, 0.4 + 0.15 * k)
         row = f"fishtail/tracking/{name}"
-        numbers |= _rows(f"{row}/pid", errors(followed(nominal, ways["pid"], reference), reference))
-        found = {one: followed(lanes, ways[one], reference) for one in NAMES}
+        numbers |= _rows(f"{row}/pid", errors(simulated(nominal, laws["pid"], reference), reference))
+        found = {one: simulated(loops, laws[one], reference) for one in NAMES}
         for one in NAMES[1:]:
             numbers |= _rows(f"{row}/{one}", errors(found[one], reference))
-        tracks.append(_series(name, reference, found))
-    data = {"fishtail_tracks": xr.concat(tracks, "reference", join="outer"), "fishtail_margins": _margins(ways)}
+        series.append(_series(name, reference, found))
+    data = {"fishtail_tracks": xr.concat(series, "reference", join="outer"), "fishtail_margins": _margins(laws)}
     if not quick:
         progress("bands", 0.85)
-        data["fishtail_bands"] = bands(lanes, ways)
+        data["fishtail_bands"] = bands(loops, laws)
     return StudyPart(numbers, data)
 
 
@@ -63,30 +64,30 @@ def model_loop() -> BlockLoop:
     return BlockLoop(actuator(), Sensor(*(jnp.asarray(x) for x in (0.0, -1.0, 1.0))), DT)
 
 
-def followed(lanes: BlockLoop, way: Controller | Learner, reference: Float[np.ndarray, "n"]) -> Track:
-    """What the loops do; where they learn, after some rounds."""
-    if isinstance(way, Controller):
-        return run_batch(lanes, way.planned(reference, DT), reference)
-    track = run_batch(lanes, way.first.planned(reference, DT), reference)
-    for _ in range(_ROUNDS):
-        lanes = eqx.tree_at(lambda one: one.sensor.seed, lanes, lanes.sensor.seed + 1000)
-        track = run_batch(lanes, _taught(way, track, reference), reference, own=True)
-    return track
+def simulated(loops: BlockLoop, law: Controller | Learner, reference: Float[np.ndarray, "n"]) -> BlockLoopRecord:
+    """Records of the loops; of a learning controller after its last run."""
+    if isinstance(law, Controller):
+        return run_batch(loops, law.planned(reference, DT), reference)
+    record = run_batch(loops, law.first.planned(reference, DT), reference)
+    for _ in range(_RUNS):
+        loops = eqx.tree_at(lambda one: one.sensor.seed, loops, loops.sensor.seed + 1000)
+        record = run_batch(loops, _learned(law, record, reference), reference, own=True)
+    return record
 
 
-def errors(track: Track, reference: Float[np.ndarray, "n"]) -> tuple[float, float]:
+def errors(record: BlockLoopRecord, reference: Float[np.ndarray, "n"]) -> tuple[float, float]:
     """e_rmsp and e_mp of the true displacement, means over the plants [percent of the reference's range]."""
-    each = [range_errors(one, reference) for one in np.asarray(track.output)]
+    each = [range_errors(one, reference) for one in np.asarray(record.output)]
     rms, largest = np.mean(each, axis=0)
     return float(rms), float(largest)
 
 
-def bands(lanes: BlockLoop, ways: dict[str, Controller | Learner]) -> xr.Dataset:
+def bands(loops: BlockLoop, laws: dict[str, Controller | Learner]) -> xr.Dataset:
     """e_rmsp by frequency, along sines of 6 mm that grow within two periods, or half of the time."""
     found = []
     for frequency in BANDS:
         reference = eased(sine(6 * MM, frequency, 1 / BANDS[0], DT), min(2 / frequency, 0.5 / BANDS[0]), DT)
-        found.append([errors(followed(lanes, ways[name], reference), reference)[0] for name in NAMES])
+        found.append([errors(simulated(loops, laws[name], reference), reference)[0] for name in NAMES])
     coords = {"frequency": ("frequency", list(BANDS), {"units": "Hz"}), "controller": list(NAMES)}
     return xr.Dataset({"error": (("frequency", "controller"), found, {"units": "percent"})}, coords)
 
@@ -96,17 +97,17 @@ def _rows(row: str, both: tuple[float, float]) -> dict[str, float]:
 
 
 @eqx.filter_jit
-def _taught(learner: Learner, track: Track, reference: Float[np.ndarray, "n"]) -> Regulator:
-    """What each loop has learned."""
-    return eqx.filter_vmap(lambda one: learner.after(one).planned(reference, DT))(track)
+def _learned(learner: Learner, record: BlockLoopRecord, reference: Float[np.ndarray, "n"]) -> Regulator:
+    """Regulator of each loop after a run."""
+    return eqx.filter_vmap(lambda one: learner.after(one).planned(reference, DT))(record)
 
 
-def _series(name: str, reference: Float[np.ndarray, "n"], found: dict[str, Track]) -> xr.Dataset:
-    """Of the first plant: where its end should be, and where it was."""
-    outputs = [np.asarray(track.output)[0] for track in found.values()]
+def _series(name: str, reference: Float[np.ndarray, "n"], found: dict[str, BlockLoopRecord]) -> xr.Dataset:
+    """Reference and displacement of the first plant."""
+    outputs = [np.asarray(record.output)[0] for record in found.values()]
     return xr.Dataset(
         {
-            "wanted": ("time", reference, {"units": "m"}),
+            "target": ("time", reference, {"units": "m"}),
             "displacement": (("controller", "time"), outputs, {"units": "m"}),
         },
         {
@@ -117,11 +118,11 @@ def _series(name: str, reference: Float[np.ndarray, "n"], found: dict[str, Track
     )
 
 
-def _margins(ways: dict[str, Controller | Learner]) -> xr.Dataset:
-    """Of gain, phase and delay, for commands of little and of half of the range."""
+def _margins(laws: dict[str, Controller | Learner]) -> xr.Dataset:
+    """Margins of gain, phase and delay, for small commands and for half of the range."""
     loop, sizes = model_loop(), (0.05 * BAR, 0.3 * BAR)
-    some = {name: way for name, way in ways.items() if isinstance(way, Controller)}
-    found = np.array([[margins(*open_loop(loop, way, size))[:3] for size in sizes] for way in some.values()])
+    some = {name: law for name, law in laws.items() if isinstance(law, Controller)}
+    found = np.array([[margins(*open_loop(loop, law, size))[:3] for size in sizes] for law in some.values()])
     coords = {"controller": list(some), "amplitude": ("amplitude", list(sizes), {"units": "Pa"})}
     units = {"gain": "1", "phase": "rad", "delay": "s"}
     over = ("controller", "amplitude")

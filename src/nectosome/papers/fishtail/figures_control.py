@@ -1,4 +1,4 @@
-"""Figures of controllers: what they make a plant do along references, their errors by frequency, their margins.
+"""Figures of controllers: tracking of references, errors by frequency, margins.
 
 Data, in SI units: as `papers.fishtail.tracking` gives it.
 """
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Sets = Mapping[str, "xr.Dataset"]
-_WAYS = {  # name, colour, dash
+_LAWS = {  # name, colour, dash
     "pid": ("PID of the paper", VERMILLION, "solid"),
     "scheduled": ("PID, gains by frequency", ORANGE, "dash"),
     "ff-pid": ("PID beside the inverse", BLUE, "solid"),
@@ -24,7 +24,7 @@ _EVERY = 4  # samples
 
 
 def panels(sets: Sets) -> list[Panel]:
-    """Figs. 8 to 10, errors by frequency where they were asked for, and margins."""
+    """Figs. 8 to 10, errors by frequency where there are some, and margins."""
     some = [bands_panel(sets["fishtail_bands"])] if "fishtail_bands" in sets else []
     return [tracks_panel(sets["fishtail_tracks"]), *some, margins_panel(sets["fishtail_margins"])]
 
@@ -37,17 +37,17 @@ def tracks_panel(found: "xr.Dataset") -> Panel:
     titles = [plain(x) for x in names] + [""] * len(names)
     fig = make_subplots(2, len(names), subplot_titles=titles, row_heights=[0.5, 0.5], vertical_spacing=0.1)
     for k, name in enumerate(names, start=1):
-        one = found.sel(reference=name).dropna("time", subset=["wanted"]).isel(time=slice(None, None, _EVERY))
-        time, wanted = one["time"].values, _MM * one["wanted"].values
+        one = found.sel(reference=name).dropna("time", subset=["target"]).isel(time=slice(None, None, _EVERY))
+        time, target = one["time"].values, _MM * one["target"].values
         line = {"color": BLACK, "width": 3}
-        fig.add_scatter(x=time, y=wanted, line=line, mode="lines", name="reference", showlegend=k == 1, row=1, col=k)
-        for way, (label, colour, dash) in _WAYS.items():
-            y = _MM * one["displacement"].sel(controller=way).values
+        fig.add_scatter(x=time, y=target, line=line, mode="lines", name="reference", showlegend=k == 1, row=1, col=k)
+        for law, (label, colour, dash) in _LAWS.items():
+            y = _MM * one["displacement"].sel(controller=law).values
             line = {"color": colour, "width": 1.5, "dash": dash}
-            shown = {"mode": "lines", "line": line, "legendgroup": way, "name": label, "col": k}
-            if way in ("pid", "ff-pid"):
+            shown = {"mode": "lines", "line": line, "legendgroup": law, "name": label, "col": k}
+            if law in ("pid", "ff-pid"):
                 fig.add_scatter(x=time, y=y, showlegend=False, row=1, **shown)
-            fig.add_scatter(x=time, y=y - wanted, showlegend=k == 1, row=2, **shown)
+            fig.add_scatter(x=time, y=y - target, showlegend=k == 1, row=2, **shown)
     fig.update_xaxes(title="time (s)", row=2)
     fig.update_yaxes(title="displacement (mm)", row=1, col=1)
     fig.update_yaxes(title="error (mm)", row=2, col=1)
@@ -55,7 +55,7 @@ def tracks_panel(found: "xr.Dataset") -> Panel:
     caption = (
         "Simulated: the first of the plants whose every number is drawn within 5 % of the model's, true displacement, "
         "as Figs. 8 to 10. Above the reference, the PID of the paper and the PID beside the model's inverse; below the "
-        "errors of all. Rates jump where frequencies change, and the paper's PID answers with a swing."
+        "errors of all. Rates jump where frequencies change, and the paper's PID responds with an oscillation."
     )
     return Panel("Tracking", caption, fig)
 
@@ -65,25 +65,25 @@ def bands_panel(found: "xr.Dataset") -> Panel:
     import plotly.graph_objects as go
 
     fig = go.Figure()
-    for way, (label, colour, dash) in _WAYS.items():
-        y = found["error"].sel(controller=way).values
+    for law, (label, colour, dash) in _LAWS.items():
+        y = found["error"].sel(controller=law).values
         line = {"color": colour, "width": 2, "dash": dash}
         fig.add_scatter(x=found["frequency"].values, y=y, mode="lines+markers", line=line, name=label)
     fig.update_xaxes(title="frequency (Hz)", type="log", tickvals=found["frequency"].values)
     fig.update_yaxes(title="rms error (% of the range)", type="log", tickvals=[0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50])
     dress(fig, 440).update_layout(showlegend=True, hovermode="closest", margin_t=60, legend_y=1.1)
     best = {
-        f"{float(f):g} Hz": _WAYS[str(found["controller"].values[int(row.argmin())])][0]
+        f"{float(f):g} Hz": _LAWS[str(found["controller"].values[int(row.argmin())])][0]
         for f, row in zip(found["frequency"].values, found["error"].transpose("frequency", ...).values, strict=True)
     }
     caption = (
         "Simulated: sines of 6 mm that grow from rest, mean over the plants. Least error: "
-        f"{_told(best)}. One set of gains serves slow references only; what knows the model goes on."
+        f"{_ranking(best)}. One set of gains serves slow references only; controllers with a model track fast ones too."
     )
     return Panel("Which controller at which frequency", caption, fig)
 
 
-def _told(best: dict[str, str]) -> str:
+def _ranking(best: dict[str, str]) -> str:
     """Who is best where, in words."""
     if len(set(best.values())) == 1:
         return f"{next(iter(best.values()))} throughout"
@@ -96,17 +96,17 @@ def margins_panel(found: "xr.Dataset") -> Panel:
     """Margins of gain, phase and delay."""
     sizes = [float(x) for x in found["amplitude"].values]
     rows = []
-    for way in found["controller"].values:
+    for law in found["controller"].values:
         for k, size in enumerate(sizes):
-            gain, phase, delay = (float(found[what].sel(controller=way)[k]) for what in ("gain", "phase", "delay"))
+            gain, phase, delay = (float(found[what].sel(controller=law)[k]) for what in ("gain", "phase", "delay"))
             numbers = f"{_BAR * size:g}", f"{gain:.2f}", f"{_DEGREES * phase:.0f}", f"{_MS * delay:.0f}"
-            told = "".join(f'<td class="number">{text}</td>' for text in numbers)
-            rows.append(f"<tr><td>{plain(_WAYS[str(way)][0])}</td>{told}</tr>")
+            cells = "".join(f'<td class="number">{text}</td>' for text in numbers)
+            rows.append(f"<tr><td>{plain(_LAWS[str(law)][0])}</td>{cells}</tr>")
     heads = "amplitude (bar)", "gain margin", "phase margin (deg)", "delay margin (ms)"
     head = "<tr><th>controller</th>" + "".join(f'<th class="number">{text}</th>' for text in heads) + "</tr>"
     caption = (
-        "How much more gain, lag or delay makes the loop swing, by first harmonics of what the model answers to sines "
-        "of the command: hysteresis answers large ones more than small ones. What is learned changes no margins."
+        "Additional gain, lag or delay at which the loop becomes unstable, by first harmonics of the response of the "
+        "model to sines of the command, whose hysteresis depends on their amplitude. Learning changes no margins."
     )
     body = "\n".join(rows)
     text = f'<div class="wide"><table>\n<thead>{head}</thead>\n<tbody>\n{body}\n</tbody></table></div>'

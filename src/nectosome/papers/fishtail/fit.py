@@ -36,10 +36,10 @@ def part(quick: bool, progress: Progress) -> StudyPart:
         "fishtail/table1/gain": float(fitted.slopes[-1]) * BAR / MM,
         "fishtail/identify/starts": _same(clean, best, _QUICK if quick else STARTS),
     }
-    for way, found in (("", ignored), ("valve/", fitted)):
+    for prefix, found in (("", ignored), ("valve/", fitted)):
         for name, trials in {"train": train, **{name: [one] for name, one in held_out.items()}}.items():
             rms, largest = _errors(found, trials)
-            row = f"fishtail/identify/{way}{name}"
+            row = f"fishtail/identify/{prefix}{name}"
             numbers |= {f"{row}/e_rmsp": rms, f"{row}/e_mp": largest}
     return StudyPart(
         numbers,

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.view import series
-from nectosome.view.robot3d import actor, stage
+from nectosome.view.scenes import Actor, side_by_side
 from nectosome.view.style import (
     BLUE,
     CYCLE,
@@ -16,6 +16,7 @@ from nectosome.view.style import (
     VERMILLION,
     LineEnd,
     Panel,
+    Scenes,
     dress,
     label_ends,
     readable,
@@ -24,14 +25,13 @@ from nectosome.view.style import (
 )
 
 if TYPE_CHECKING:
-    import plotly.graph_objects as go
     import xarray as xr
 
 Runs = Mapping[str, "xr.Dataset"]
 DESIGNS = ("row1", "row2", "row3", "row4", "row5")
 ORDERS = tuple(f"order{k}" for k in range(6))
-_FRAMES = 30
-_APART = (1.1, 0.45)  # from one design to the next and from one row of them to the next [m]
+_PICTURES, _SECONDS = 31, 1.5  # of a revolution, and how long it is shown
+HANDLING = "Drag to turn, scroll to come nearer; the scenes at the end of this section show each robot alone."
 
 
 def panels(runs: Runs) -> list[Panel]:
@@ -50,43 +50,38 @@ def panels(runs: Runs) -> list[Panel]:
 
 def shapes_panel(runs: Runs) -> Panel:
     """The five designs side by side over one revolution of the motor."""
-    slow = _FRAMES * 0.05 / (series.last_turn(runs["row1"])[1] - series.last_turn(runs["row1"])[0])
+    slow = _SECONDS / (series.last_turn(runs["row1"])[1] - series.last_turn(runs["row1"])[0])
     caption = (
         "Simulated shapes during the last revolution of the motor, to scale. The turning filament bends into a helix, "
-        "which pushes the canister forward (left). The designs differ little. Lines on the walls are 0.5 m apart, with "
-        f"one design alone 0.2 m. Played about {slow:.1f} times slower than life; drag to turn, scroll to come closer, "
-        "and pick one design in the menu to turn it alone."
+        "which pushes the canister forward (left). The designs differ little. "
+        f"Played about {slow:.1f} times slower than life. {HANDLING}"
     )
     labels = {name: _label(runs, name) for name in DESIGNS}
-    return Panel("The five designs, swimming", caption, side_by_side(runs, labels))
+    return Panel("The five designs, swimming", caption, designs_scene(runs, labels))
 
 
-def side_by_side(runs: Runs, labels: Mapping[str, str], height: int = 520) -> "go.Figure":
-    """Scene of some runs with a label for each, in rows of three, at the same motor angles of their last revolution."""
-    actors = []
-    for i, (name, label) in enumerate(labels.items()):
-        place = (_APART[0] * (i % 3), 0.0, -_APART[1] * (i // 3))
-        actors.append(actor(runs[name], _revolution(runs[name]), label, CYCLE[i % len(CYCLE)], place))
-    return stage(actors, _ANGLES, True, "motor angle ", height)
+def designs_scene(runs: Runs, labels: Mapping[str, str]) -> Scenes:
+    """Runs with a label for each, in rows of three, at the same motor angles of their last revolution."""
+    actors = [
+        Actor(runs[name], _revolution(runs[name]), label, colour)
+        for (name, label), colour in zip(labels.items(), CYCLE, strict=False)
+    ]
+    return side_by_side(actors, _SECONDS)
 
 
 def four_panel(runs: Runs) -> Panel:
     """Four flagella on one canister over one revolution of the motors."""
     run = runs["flagella4"]
-    figure = stage([actor(run, _revolution(run), soft=BLUE)], _ANGLES, True, "motor angle ")
+    scene = side_by_side([Actor(run, _revolution(run), "")], _SECONDS)
     caption = (
         "Simulated robot with four flagella on one canister that is free to move and turn, during the last "
         f"revolution of its motors. It swims at {series.steady_speed(run):.3f} m/s."
     )
-    return Panel("Four flagella on one canister", caption, figure)
-
-
-_ANGLES = [f"{360 * k / _FRAMES:.0f}°" for k in range(_FRAMES)]
+    return Panel("Four flagella on one canister", caption, scene)
 
 
 def _revolution(run: "xr.Dataset") -> Float[np.ndarray, "t"]:
-    start, end = series.last_turn(run)
-    return start + (end - start) * np.arange(_FRAMES) / _FRAMES
+    return np.linspace(*series.last_turn(run), _PICTURES)
 
 
 def _label(runs: Runs, name: str) -> str:

@@ -21,12 +21,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nectosome.view import search, series
+from nectosome.view import series
 from nectosome.view.style import Panel
 
 from . import figures_landscape as landscape
 from . import figures_prototype as prototype
-from .figures import side_by_side
+from . import figures_search
+from .figures import HANDLING, designs_scene
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,8 +49,8 @@ _COLUMNS = (  # variable, heading, unit, units in 1 SI, decimals
 def panels(data: Data, runs: Data) -> list[Panel]:
     """Every figure whose data or runs are there."""
     makers: list[tuple[str, Callable[[xr.Dataset], Panel]]] = [
-        ("starts", search.starts_panel),
-        ("history", search.history_panel),
+        ("starts", figures_search.starts_panel),
+        ("history", figures_search.history_panel),
         ("best", best_panel),
         ("map", landscape.map_panel),
         ("map", landscape.torque_panel),
@@ -73,25 +74,19 @@ def optimum_panel(runs: Data) -> Panel:
     if "row1" in runs:
         caption += "The printed optimum is row 1 of Table II, its speed computed here. "
     labels = {"old_soft": "old design", "row1": "printed optimum", "optimum": "our optimum"}
-    figure = side_by_side(runs, _with_speeds(runs, labels), height=400)
-    return Panel("The optimum beside the old design", caption + _HANDLING, figure)
+    scene = designs_scene(runs, _with_speeds(runs, labels))
+    return Panel("The optimum beside the old design", f"{caption}Forward is left. {HANDLING}", scene)
 
 
 def iterations_panel(runs: Data) -> Panel:
-    """Designs on the way to an optimum (Fig. 4), in 3-D."""
+    """Designs of a search for an optimum (Fig. 4), in 3-D."""
     caption = (
         "Simulated shapes of the designs at the 1st, 5th and 20th iteration of one search, as in Fig. 4 of the paper, "
         "during the last revolution of the motor, to scale and at the same motor angle. "
     )
     labels = {name: f"iteration {name.removeprefix('iteration')}" for name in ITERATIONS}
-    figure = side_by_side(runs, _with_speeds(runs, labels), height=400)
-    return Panel("Designs on the way", caption + _HANDLING, figure)
-
-
-_HANDLING = (
-    "Forward is left. Drag to turn, scroll to come closer, and pick one design in the menu to turn it alone; lines on "
-    "the walls are then as far apart as their numbers say."
-)
+    scene = designs_scene(runs, _with_speeds(runs, labels))
+    return Panel("Designs of one search", f"{caption}Forward is left. {HANDLING}", scene)
 
 
 def _with_speeds(runs: Data, labels: Mapping[str, str]) -> dict[str, str]:

@@ -18,7 +18,7 @@ _COMPONENTS = ["moment x", "moment y", "moment z", "force x", "force y", "force 
 def reaction_over_a_turn(robot: Robot, x: State, rate: float, parts: tuple[str, ...]) -> xr.Dataset:
     """Wrench [N m, N] of turning parts on what carries them, about the body's first station, in the world's axes.
 
-    The robot is simulated from the state x for one turn at `rate` [rad/s]; 200 even moments. Raises RuntimeError where
+    The robot is simulated from x for one turn at `rate` [rad/s]; 200 equal intervals. Raises RuntimeError where
     the simulation fails.
     """
     run = simulate(robot, 2 * np.pi / rate, rtol=1e-8, atol=1e-10, initial=x)

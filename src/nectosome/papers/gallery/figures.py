@@ -5,15 +5,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nectosome.view.robot3d import actor, stage
+from nectosome.view.scenes import Actor, side_by_side
 from nectosome.view.style import CYCLE, Panel, dress
-from nectosome.view.tubes import tubes
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_FRAMES = 12  # of a period
-_APART = 0.08  # m between robots
+_PICTURES, _SECONDS = 31, 1.5  # of a period, and how long it is shown
 
 
 def panels(runs: Mapping[str, "xr.Dataset"]) -> list[Panel]:
@@ -22,26 +20,21 @@ def panels(runs: Mapping[str, "xr.Dataset"]) -> list[Panel]:
 
 
 def _together(runs: Mapping[str, "xr.Dataset"]) -> Panel:
-    actors, y = [], 0.0
+    actors = []
     for run in runs.values():
         end, period = float(run["time"][-1]), float(run.attrs["period"])
-        times = end - period * (1 - np.arange(_FRAMES) / _FRAMES)
-        across = np.concatenate([rings[0, ..., 1].ravel() for rings in tubes(run, times[:1]).values()])
-        middle = float(np.interp(times[0], run["time"].values, run["position"].values[:, 0, 1]))
-        near, far = middle - float(across.min()), float(across.max()) - middle
+        times = np.linspace(end - period, end, _PICTURES)
         label = f"{run.attrs['label']}, {float(run.attrs['speed']):.3f} m/s"
-        actors.append(actor(run, times, label, at=(0.0, y + near, 0.0)))
-        y += near + far + _APART
-    moments = [f"{k / _FRAMES:.2f}" for k in range(_FRAMES)]
+        actors.append(Actor(run, times, label))
     caption = (
-        "Simulated, in real proportions, over the last period of each: the menu shows one of them up close. They are "
-        "seen by observers who go along with them, and their periods are shown as long as one another."
+        "Simulated, in real proportions, over the last period of each. Each robot is kept in its place; all periods "
+        "are shown in the same time. Drag to turn, scroll to come nearer; the scenes below show each robot alone."
     )
-    return Panel("The robots in motion", caption, stage(actors, moments, True, "share of a period ", 640))
+    return Panel("The robots in motion", caption, side_by_side(actors, _SECONDS, columns=4))
 
 
 def _from_rest(runs: Mapping[str, "xr.Dataset"]) -> Panel:
-    """Mean speed over the period before each moment, against time."""
+    """Mean speed over the period before each instant, against time."""
     import plotly.graph_objects as go
 
     fig = go.Figure()
@@ -56,4 +49,4 @@ def _from_rest(runs: Mapping[str, "xr.Dataset"]) -> Panel:
     fig.update_xaxes(title="time from rest (s)")
     fig.update_yaxes(title="speed, mean of a period (m/s)", type="log")
     dress(fig, 440).update_layout(showlegend=True, hovermode="closest", margin_t=84)
-    return Panel("From rest", "Simulated distance over the period before each moment, divided by the period.", fig)
+    return Panel("From rest", "Simulated distance over the period before each instant, divided by the period.", fig)

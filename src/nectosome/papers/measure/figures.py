@@ -1,4 +1,4 @@
-"""Figures of measurements: friction of actuators on the way out and back, swimming of fish against speed."""
+"""Figures of measurements: friction of actuators on strokes out and back, swimming of fish against speed."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
@@ -19,7 +19,7 @@ _MODELS = {
 def panels(data: Mapping[str, "xr.Dataset"]) -> list[Panel]:
     """All figures for which there is data.
 
-    `pneumatic_*` (run, way, place), `friction_*` (model, sample), `catshark` (speed_class, quartile).
+    `pneumatic_*` (run, stroke, place), `friction_*` (model, sample), `catshark` (speed_class, quartile).
     """
     tests = {name.removeprefix("pneumatic_"): d for name, d in data.items() if name.startswith("pneumatic_")}
     fits = {name.removeprefix("friction_"): d for name, d in data.items() if name.startswith("friction_")}
@@ -42,11 +42,11 @@ def _friction(tests: Mapping[str, "xr.Dataset"], data: Mapping[str, "xr.Dataset"
     words = []
     for k, (name, test) in enumerate(tests.items(), start=1):
         x = 1e3 * test["place"].values
-        for w, (way, colour) in enumerate((("out", BLUE), ("back", VERMILLION))):
+        for w, (stroke, colour) in enumerate((("out", BLUE), ("back", VERMILLION))):
             for i, y in enumerate(test["pull"].values[:, w]):
-                style = {"color": colour, "width": 1.2, "dash": "solid" if way == "out" else "dash"}
+                style = {"color": colour, "width": 1.2, "dash": "solid" if stroke == "out" else "dash"}
                 shown = i == 0 and k == 1
-                fig.add_scatter(x=x, y=y, line=style, name=f"way {way}", showlegend=shown, row=k, col=1)
+                fig.add_scatter(x=x, y=y, line=style, name=f"stroke {stroke}", showlegend=shown, row=k, col=1)
         runs, friction = np.arange(1, test.sizes["run"] + 1), test["friction"].values
         marks = {"color": GREEN, "size": 8}
         fig.add_scatter(x=runs, y=friction, mode="markers", marker=marks, showlegend=False, row=k, col=2)
@@ -66,7 +66,7 @@ def _friction(tests: Mapping[str, "xr.Dataset"], data: Mapping[str, "xr.Dataset"
     fig.update_layout(legend={"yref": "container", "y": 1.0, "yanchor": "top"})
     caption = (
         "Measured by E. Zillen: pull on a pneumatic actuator at 3 bar against how far it is drawn out, ten runs. Half "
-        "of what the ways differ by is friction. " + " ".join(words)
+        "of the difference between both strokes is friction. " + " ".join(words)
     )
     return Panel("Friction of pneumatic actuators", caption, fig)
 
@@ -100,9 +100,9 @@ def _fitted(fits: Mapping[str, "xr.Dataset"]) -> Panel:
     correlation = min(float(fit["correlation"].min()) for fit in fits.values())
     caption = (
         "Dahl's friction fitted to runs 1, 3, 5, 7 and 9 of the measured pull, the others held out. Over the distance "
-        "alone a straight line stands beside it; with the measured pressure, which is higher on the way out, an area "
-        f"does. Residuals of neighbouring samples correlate ({correlation:.2f} and more): intervals (95 %) are those "
-        "of the scatter of the runs, each fitted alone. " + " ".join(words)
+        "alone a straight line stands beside it; with the measured pressure, which is higher on the stroke out, an "
+        f"area does. Residuals of neighbouring samples correlate ({correlation:.2f} and more): intervals (95 %) are "
+        "the scatter of the runs, each fitted alone. " + " ".join(words)
     )
     return Panel("Friction identified, runs held out", caption, fig)
 

@@ -20,8 +20,8 @@ from nectosome.units.ranges import Ranges
 
 from .pneumatic import FrictionTest
 
-_SAMPLES = (40, 240, 160)  # before a run, on its way out and back: one in about 20 ms
-_BEFORE = 1.0  # s of the way that comes before: it brings the friction to its state
+_SAMPLES = (40, 240, 160)  # before a run, on its stroke out and back: one in about 20 ms
+_BEFORE = 1.0  # s of the stroke before: it brings the friction to its state
 _SPIKES = 5  # samples of the distance of which the middle one counts: the laser jumps by 0.6 mm for one at a time
 _NAMES = ("limit", "stiffness", "offset", "slope", "area")  # [N, N/m, N, N/m, m2]
 RANGES = Ranges(_NAMES, [0.1, 1e2, 0, -2e3, 0], [100, 1e7, 500, 2e3, 2e-3], log=_NAMES[:2])
@@ -32,7 +32,7 @@ MODELS = {  # where a fit begins, and what stays as it is there
 
 
 class FrictionRun(NamedTuple):
-    """A way out and back, and some of the way before."""
+    """A stroke out and back, and the end of the stroke before."""
 
     drawn: Float[np.ndarray, "n 2"]  # distance [m] and pressure [Pa]
     force: Float[np.ndarray, "n"]  # [N]
@@ -54,7 +54,7 @@ class Comparison(NamedTuple):
 
     fits: dict[str, Fitted]
     curve: float  # of a straight line over the distance
-    repeat: float  # of the mean of the runs fitted to, at the same share of the time of a way
+    repeat: float  # of the mean of the runs fitted to, at the same share of the time of a stroke
 
 
 def friction(theta: Float[Array, "5"]) -> Block:
@@ -68,14 +68,14 @@ def runs_of(test: FrictionTest) -> list[FrictionRun]:
     time = test.recording["time"].values
     distance = median_filter(test.recording["distance"].values, _SPIKES, mode="nearest")
     signals = (distance, test.recording["pressure"].values, test.recording["force"].values)
-    after_gap = time[1 + int(np.argmax(np.diff(time)))]  # the longest of each file, in the first way
+    after_gap = time[1 + int(np.argmax(np.diff(time)))]  # the longest of each file, in the first stroke
     out = []
-    for way, back in test.runs:
-        edges = (max(way.start - _BEFORE, time[0]), way.start, back.start, back.end)
+    for stroke, back in test.runs:
+        edges = (max(stroke.start - _BEFORE, time[0]), stroke.start, back.start, back.end)
         parts = [np.linspace(edges[k], edges[k + 1], n, endpoint=k == 2) for k, n in enumerate(_SAMPLES)]
         at = np.concatenate(parts)
         x, p, F = (np.interp(at, time, signal) for signal in signals)
-        begin = int(np.searchsorted(at, after_gap)) if way.start < after_gap < way.end else 0
+        begin = int(np.searchsorted(at, after_gap)) if stroke.start < after_gap < stroke.end else 0
         out.append(FrictionRun(np.stack([x, p], axis=1), F, max(begin, _SAMPLES[0])))
     return out
 

@@ -44,12 +44,12 @@ def run(quick: bool, progress: Progress) -> Study:
         for i, (key, file) in enumerate((("circle", "Circle_3bar.csv"), ("kdn", "KDN_3bar.csv"))):
             progress(file, i / 3)
             test = friction_test(folder / "pneumatic" / file)
-            ways = runs_of(test)
-            found = compare(ways)
+            tried = runs_of(test)
+            found = compare(tried)
             told = _numbers(test) | _fitted(found)
             numbers |= {f"measure/pneumatic/{key}/{name}": x for name, x in told.items()}
-            data |= {f"pneumatic_{key}": _ways(test), f"calibration_{key}": test.calibrations}
-            data[f"friction_{key}"] = to_dataset(ways, found)
+            data |= {f"pneumatic_{key}": _strokes(test), f"calibration_{key}": test.calibrations}
+            data[f"friction_{key}"] = to_dataset(tried, found)
             runs[key] = test.recording
         progress("catsharks", 2 / 3)
         sharks = catsharks(folder / "catshark" / "midline_kinematics.txt")
@@ -97,14 +97,14 @@ def _difference(sharks: Catsharks) -> float:
     return float(np.max(np.abs(sharks.swims["again"].values - sharks.swims["strouhal"].values)))
 
 
-def _ways(test: FrictionTest) -> xr.Dataset:
+def _strokes(test: FrictionTest) -> xr.Dataset:
     """What the report draws of a friction test."""
     return xr.Dataset(
         {
-            "pull": (("run", "way", "place"), test.ways, {"units": "N"}),
+            "pull": (("run", "stroke", "place"), test.pulls, {"units": "N"}),
             "friction": ("run", test.friction, {"units": "N"}),
             "loop_area": ("run", test.loop_area, {"units": "J"}),
         },
-        coords={"way": ["out", "back"], "place": ("place", test.places, {"units": "m"})},
+        coords={"stroke": ["out", "back"], "place": ("place", test.places, {"units": "m"})},
         attrs={"title": str(test.recording.attrs["title"])},
     )

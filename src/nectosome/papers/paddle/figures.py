@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.view.fronts import Cost, fronts
 from nectosome.view.heatmap import LevelLine, MapAxis, diverging, maps, sequential
 from nectosome.view.style import BLUE, CYCLE, GREY, Panel, dress
 
 from .figures_chains import strokes_figure
+from .figures_fronts import Cost, fronts
 from .figures_rowing import heading_panel, speeds_panel, steering_panel, yaw_panel
 from .figures_transfer import errors_panel, maps_panel, plans_panel, recipes_panel, truths_panel
 
@@ -245,7 +245,7 @@ def shapes_panel(sets: Sets) -> Panel:
     """Shapes of the paddle with three joints over a cycle."""
     fig = strokes_figure(sets["n3_0.6Hz"], _SERVO, ("power stroke (counter-clockwise)", "recovery stroke (clockwise)"))
     caption = (
-        "Simulated shapes of FP3JP at 0.6 Hz and 75 deg from above, as in Fig. 4e, at moments evenly spread in time, "
+        "Simulated shapes of FP3JP at 0.6 Hz and 75 deg from above, as in Fig. 4e, at instants evenly spread in time, "
         "the later the darker; dots: the tip. The arm turns about (0, 0); on the mean the paddle pushes its mount "
         "towards -y."
     )

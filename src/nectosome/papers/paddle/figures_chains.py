@@ -1,4 +1,4 @@
-"""Chains of links that a drive swings in the plane, drawn at moments of a cycle."""
+"""Chains of links that a drive swings in the plane, drawn at instants of a cycle."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -37,9 +37,9 @@ def strokes_figure(run: "xr.Dataset", drive: str, titles: tuple[str, str]) -> "g
 
     fig = make_subplots(1, 2, shared_yaxes=True, horizontal_spacing=0.03, subplot_titles=titles)
     points, time = 1e3 * chain(run), run["time"].values
-    for col, (moments, colour) in enumerate(zip(strokes(run, drive), (BLUE, VERMILLION), strict=True), start=1):
+    for col, (instants, colour) in enumerate(zip(strokes(run, drive), (BLUE, VERMILLION), strict=True), start=1):
         where: Any = {"row": 1, "col": col}
-        for k, opacity in zip(moments, np.linspace(0.25, 1.0, len(moments)), strict=True):
+        for k, opacity in zip(instants, np.linspace(0.25, 1.0, len(instants)), strict=True):
             fig.add_scatter(
                 x=points[k, :, 0],
                 y=points[k, :, 1],
@@ -50,7 +50,7 @@ def strokes_figure(run: "xr.Dataset", drive: str, titles: tuple[str, str]) -> "g
                 hovertemplate="(%{x:.0f}, %{y:.0f}) mm",
                 **where,
             )
-        tips = points[moments, -1]
+        tips = points[instants, -1]
         dots = {"color": colour, "size": 6}
         fig.add_scatter(x=tips[:, 0], y=tips[:, 1], mode="markers", marker=dots, hoverinfo="skip", **where)
     fig.update_xaxes(matches="x", constrain="domain")

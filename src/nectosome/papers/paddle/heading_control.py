@@ -60,7 +60,7 @@ def disturbed(robot: RobotDescription, moment: float = 0.01, share: float = 0.9)
 def swim(robot: RobotDescription, strokes: int, control: Control | None = None, seed: int = 0) -> xr.Dataset:
     """So many strokes of the planar robot from rest; without a control its sides row as its description says.
 
-    Time [s], true yaw [rad], place of the hull's centre [m] at even moments; amplitudes [rad] by half stroke. Raises
+    Time [s], true yaw [rad], place of the hull's centre [m] at equal intervals; amplitudes [rad] by half stroke. Raises
     RuntimeError where the simulation fails.
     """
     half, rng = 0.5 / float(get_value(robot, "f")), np.random.default_rng(seed)
@@ -100,7 +100,7 @@ def compared(robot: RobotDescription, strokes: int = 24) -> xr.Dataset:
     return xr.concat(both, xr.DataArray(["none", "PID"], dims="control", name="control"))
 
 
-_PER_HALF = 20  # moments kept of each half stroke
+_PER_HALF = 20  # instants kept of each half stroke
 
 
 def _yaw_and_rate(q: np.ndarray, half: float, rng: np.random.Generator) -> tuple[float, float]:

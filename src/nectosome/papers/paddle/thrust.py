@@ -1,4 +1,4 @@
-"""Thrust of the paddle on its load cell (Experiment A): over strokes, joints and hinges, and moment by moment."""
+"""Thrust of the paddle on its load cell (Experiment A): over strokes, joints and hinges, and instant by instant."""
 
 from collections.abc import Sequence
 
@@ -13,7 +13,7 @@ from nectosome.robots import describe
 from nectosome.search import undominated
 from nectosome.solve import periodic
 
-SAMPLES = 257  # moments of a cycle: more of them move a mean thrust by 1e-4 of itself
+SAMPLES = 257  # instants of a cycle: more of them move a mean thrust by 1e-4 of itself
 
 
 def over_strokes(joints: Sequence[int], amplitudes: Sequence[float], frequencies: Sequence[float]) -> xr.Dataset:

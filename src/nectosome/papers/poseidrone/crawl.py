@@ -49,8 +49,8 @@ DENSITIES = (1100.0, 1140.0, 1178.0, 1238.0, 1300.0)  # kg/m3
 DISTANCES, ANGLES = (0.05, 0.07, 0.09, 0.11, 0.13), (0.0, 6.3, 12.6, 18.9, 25.2)  # b [m], beta [deg]
 OWN, HELD_OUT = (1238.0, 0.09, 12.6), 1178.0
 _MODULE = ("volume", "limbs.module.offset.0", "limbs.module.offset.2")
-_ERRORS = 1e-3, 1e-3, math.radians(1.0)  # standard errors of tracked surge and heave [m], and lean
-_TRACK, _TILT = (0, 1), (2,)  # of these: what tracks of the body tell, and what its lean does
+_ERRORS = 1e-3, 1e-3, math.radians(1.0)  # standard errors of tracked surge and heave [m], and tilt
+_TRACK, _TILT = (0, 1), (2,)  # of these: what tracks of the body tell, and what its tilt does
 _PROFILED = "k"  # the parameter whose profile is drawn: fits of the other nine at each of its values take minutes
 _RARELY = 0.05  # of the time: feet that are on the ground for less do not carry
 
@@ -138,7 +138,7 @@ def _at(of: GaitFit, densities: Sequence[float]) -> GaitFit:
 
 
 def _series(of: GaitFit, theta: Float[np.ndarray, "n"], densities: Sequence[float], columns: tuple[int, ...]) -> Misfit:
-    """Surge, heave or lean over time less those at theta, in their standard errors, at some densities [kg/m3]."""
+    """Surge, heave or tilt over time less those at theta, in their standard errors, at some densities [kg/m3]."""
     several = _at(of, densities)
 
     def seen(rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m r"]:
@@ -178,7 +178,7 @@ def _helpful(of: GaitFit, theta: Float[np.ndarray, "n"], known: Identifiability)
         {
             f"features at {HELD_OUT:.0f} kg/m3": _at(of, (HELD_OUT,)).misfit,
             "heave and surge over time": _series(of, theta, OWN[:1], _TRACK),
-            "lean over time": _series(of, theta, OWN[:1], _TILT),
+            "tilt over time": _series(of, theta, OWN[:1], _TILT),
             f"heave and surge at {HELD_OUT:.0f} kg/m3": _series(of, theta, (HELD_OUT,), _TRACK),
         },
     )

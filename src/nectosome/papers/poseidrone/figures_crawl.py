@@ -23,7 +23,7 @@ Sets = Mapping[str, "xr.Dataset"]
 _DATA = {
     "features": "four features, 1 %",
     "series": "heave and surge over time, 1 mm",
-    "both": "with lean, 1 deg, and a second density",
+    "both": "with tilt, 1 deg, and a second density",
 }
 
 
@@ -39,7 +39,7 @@ def panels(sets: Sets) -> list[Panel]:
         told_panel(sets["crawl_told"]),
         *([profile_panel(sets["crawl_profile"])] if "crawl_profile" in sets else []),
         helpful_panel(sets["crawl_helpful"]),
-        motion._replace(title="Crawling: heave, surge and lean", caption=caption),
+        motion._replace(title="Crawling: heave, surge and tilt", caption=caption),
         held_out_panel(sets["crawl_held_out"]),
         gaits_panel(sets["crawl_gaits"]),
     ]

@@ -89,7 +89,7 @@ def compared() -> xr.Dataset:
     `held` over that of what the free robot's drag takes, which is the mean of its jet: the momentum of what it carries
     along has no mean rate. `pulse` is the sum of `held` over that of `thrust` while water is expelled. `drag`,
     `drag_se` and `mass` are found from a synthetic recording of the free speed with noise of 5 mm/s. `motor_*`
-    (moment): the held robot with a motor.
+    (instant): the held robot with a motor.
     """
     description = describe("poseidrone_jet")
     robot = build(description)
@@ -186,7 +186,7 @@ def motor_turns(description: RobotDescription) -> dict[str, tuple]:
         "thrust": (now.thrust, "N"),
         "volume": (now.volume, "m3"),
     }
-    return {f"motor_{name}": ("moment", np.asarray(x), {"units": unit}) for name, (x, unit) in data.items()}
+    return {f"motor_{name}": ("instant", np.asarray(x), {"units": unit}) for name, (x, unit) in data.items()}
 
 
 def numbers(found: xr.Dataset) -> dict[str, float | None]:

@@ -3,12 +3,10 @@
 import time
 from collections.abc import Callable
 
-from nectosome.view import mission as mission_figures
-from nectosome.view import surge
 from nectosome.view.style import Panel
 
 from ..study import Kind, Progress, Sets, Study, StudyPart, gathered, printed, scored
-from . import crawl, figures_crawl, figures_jet, figures_schedule, mission, schedule, static_free, swim
+from . import crawl, figures_crawl, figures_jet, figures_mission, figures_swim, mission, schedule, static_free, swim
 
 NAME = "poseidrone"
 TITLE = "PoseiDRONE"
@@ -55,10 +53,10 @@ def _kind(row: str) -> Kind:
 def _figures(data: Sets, runs: Sets) -> list[Panel]:
     """Figures of the parts whose data are there."""
     parts = {
-        "swim": surge.panels,
+        "swim": figures_swim.panels,
         "static_free": figures_jet.panels,
         "crawl_told": figures_crawl.panels,
-        "mission": mission_figures.panels,
-        "schedule_cranks": figures_schedule.panels,
+        "mission": figures_mission.panels,
+        "schedule_cranks": figures_mission.schedule_panels,
     }
     return [panel for key, panels in parts.items() if key in data for panel in panels(data)]

@@ -1,4 +1,4 @@
-"""Swimming of PoseiDRONE: Tables 1 and 2, Figs. 9 and 10, and what its estimator is worth on synthetic recordings."""
+"""Swimming of PoseiDRONE: Tables 1 and 2, Figs. 9 and 10, and the errors of its estimator on synthetic recordings."""
 
 from typing import NamedTuple
 
@@ -18,20 +18,20 @@ _QUICK = 40
 _SMOOTH = 0.22  # s, 11 samples: the paper prints neither the window nor the rate
 
 
-class Way(NamedTuple):
-    """A way to identify: a name in the rows, and what `surge` is asked for."""
+class SwimEstimator(NamedTuple):
+    """An estimator: its name in the rows, and the arguments of `surge`."""
 
     row: str
     method: str
     smooth: float | None = None
 
 
-WAYS = {
-    "as printed": Way("printed", "printed", _SMOOTH),
-    "printed, unfiltered": Way("", "printed"),
-    "windows": Way("", "windows"),
-    "instruments": Way("", "instruments"),
-    "output error": Way("recommended", "output-error"),
+ESTIMATORS = {
+    "as printed": SwimEstimator("printed", "printed", _SMOOTH),
+    "printed, unfiltered": SwimEstimator("", "printed"),
+    "windows": SwimEstimator("", "windows"),
+    "instruments": SwimEstimator("", "instruments"),
+    "output error": SwimEstimator("recommended", "output-error"),
 }
 
 
@@ -42,55 +42,55 @@ def part(quick: bool, progress: Progress) -> StudyPart:
     train, test = (recording(name, rng) for name in ("train", "test"))
     progress("swimming", 0.0)
     data = {
-        key: surge_data(_found(WAYS[way], mass, train), [train], [test])
-        for key, way in (("swim", "output error"), ("swim_as_printed", "as printed"))
+        key: surge_data(_found(ESTIMATORS[estimator], mass, train), [train], [test])
+        for key, estimator in (("swim", "output error"), ("swim_as_printed", "as printed"))
     }
     data["swim_draws"] = draws(_QUICK if quick else _DRAWS, progress)
     # Table 2 cannot be of one quantity, and its recordings were not published
     table2 = {row: None for row in printed("poseidrone") if row.startswith("poseidrone/table2/")}
-    return StudyPart({**_table1(), **table2, **_worth(data["swim_draws"])}, data)
+    return StudyPart({**_table1(), **table2, **_errors(data["swim_draws"])}, data)
 
 
-def _found(way: Way, mass: float, swum: SurgeRecording) -> Surge:
-    return surge([swum], mass, way.method, way.smooth)
+def _found(estimator: SwimEstimator, mass: float, swum: SurgeRecording) -> Surge:
+    return surge([swum], mass, estimator.method, estimator.smooth)
 
 
 def draws(count: int, progress: Progress) -> xr.Dataset:
-    """Parameters found in each of several draws of noise, by each way.
+    """Parameters found in each of several draws of noise, by each estimator.
 
-    `value`, `low`, `high` (way, draw, parameter), the latter ends of 95 % intervals; `truth` (parameter); `bias` of the
-    mean and `coverage`, the share of intervals that hold the truth [percent] (way, parameter).
+    `value`, `low`, `high` (estimator, draw, parameter), the latter ends of 95 % intervals; `truth` (parameter); `bias`
+    of the mean and `coverage`, the share of intervals that hold the truth [percent] (estimator, parameter).
     """
     mass, *truth = body()
     rng = np.random.default_rng(1)
-    found: list[list[Float[np.ndarray, "2 3"]]] = [[] for _ in WAYS]
+    found: list[list[Float[np.ndarray, "2 3"]]] = [[] for _ in ESTIMATORS]
     for k in range(count):
         progress("estimators on synthetic recordings", k / count)
         swum = recording("train", rng)
-        for way, into in zip(WAYS.values(), found, strict=True):
-            estimate = _found(way, mass, swum).physical
+        for estimator, into in zip(ESTIMATORS.values(), found, strict=True):
+            estimate = _found(estimator, mass, swum).physical
             into.append(np.column_stack([estimate.values, estimate.interval()]))
     values = np.array(found)
-    dims = ("way", "draw", "parameter")
+    dims = ("estimator", "draw", "parameter")
     made = xr.Dataset(
         {name: (dims, values[..., i]) for i, name in enumerate(("value", "low", "high"))}
         | {"truth": ("parameter", np.array(truth))},
-        coords={"way": [*WAYS], "parameter": ["added_mass", "drag"], "unit": ("parameter", ["kg", "kg/m"])},
+        coords={"estimator": [*ESTIMATORS], "parameter": ["added_mass", "drag"], "unit": ("parameter", ["kg", "kg/m"])},
     )
     inside = (made["low"] <= made["truth"]) & (made["truth"] <= made["high"])
     return made.assign(bias=100 * (made["value"].mean("draw") / made["truth"] - 1), coverage=100 * inside.mean("draw"))
 
 
-def _worth(made: xr.Dataset) -> dict[str, float | None]:
+def _errors(made: xr.Dataset) -> dict[str, float | None]:
     """Bias and coverage by scorecard row; the coverage is that of the worse parameter."""
     numbers: dict[str, float | None] = {}
-    for name, way in WAYS.items():
-        if way.row:
-            off = made["bias"].sel(way=name)
+    for name, estimator in ESTIMATORS.items():
+        if estimator.row:
+            off = made["bias"].sel(estimator=name)
             numbers |= {
-                f"poseidrone/swim/{way.row}/bias_mas": float(off.sel(parameter="added_mass")),
-                f"poseidrone/swim/{way.row}/bias_lambda": float(off.sel(parameter="drag")),
-                f"poseidrone/swim/{way.row}/coverage": float(made["coverage"].sel(way=name).min()),
+                f"poseidrone/swim/{estimator.row}/bias_mas": float(off.sel(parameter="added_mass")),
+                f"poseidrone/swim/{estimator.row}/bias_lambda": float(off.sel(parameter="drag")),
+                f"poseidrone/swim/{estimator.row}/coverage": float(made["coverage"].sel(estimator=name).min()),
             }
     return numbers
 

@@ -35,15 +35,15 @@ def walk() -> tuple[Path3, Float[np.ndarray, "4"]]:
     of = fit()
     row = np.array([[float(get_value(of.description, name)) for name in of.ranges.names]])
     (walked,) = of.walked(row)
-    series = walked.series[0]  # surge, heave, lean
+    series = walked.series[0]  # surge, heave, tilt
     time = np.linspace(0.0, WINDOW, len(series))
     splines = CubicSpline(time, series)
     start = float(series[0, 0]) + 0.5 * float(series[-1, 0] - series[0, 0])
 
     def path(t: Float[np.ndarray, "t"]) -> tuple[Float[np.ndarray, "t 3"], Float[np.ndarray, "t 3"]]:
-        x, z, lean = splines(np.clip(t, 0.0, WINDOW)).T
+        x, z, tilt = splines(np.clip(t, 0.0, WINDOW)).T
         still = np.zeros_like(x)
-        return np.stack([x - start, still, z], axis=-1), np.stack([still, lean, still], axis=-1)
+        return np.stack([x - start, still, z], axis=-1), np.stack([still, tilt, still], axis=-1)
 
     return path, np.asarray(walked.gait[0])
 

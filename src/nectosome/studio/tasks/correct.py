@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Any
 from nectosome.identification import METHODS, CorrectedGrid, correct_grid
 from nectosome.io import load_dataset, provenance, save_dataset
 from nectosome.measure import load_campaign
-from nectosome.studio.work import Progress, told
+from nectosome.studio.work import Progress, errors_shown
 from nectosome.units import InputError, read_positive
 from nectosome.view.corrected_grid import curves_panel, grid_maps, parameter_map, predictions_panel, unknown_map
 from nectosome.view.corrected_words import lines, read_lines, tables
 
-from .narrow_panel import note, spelled, with_legend
+from .left_panel import note, spelled, with_legend
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
     import xarray as xr
 
-    from nectosome.studio.session import Session
+    from nectosome.studio.desk import Desk
 
 _NOTHING = "nothing there yet"
 _OWN = "the best for the grid"
@@ -35,7 +35,7 @@ class _EndedError(Exception):
 class Correct:
     """Lays out the tab."""
 
-    def __init__(self, session: "Session"):
+    def __init__(self, session: "Desk"):
         self._session, gui = session, session.gui
         self._drawing = threading.Lock()
         self._found: xr.Dataset | None = None
@@ -71,7 +71,7 @@ class Correct:
         self._campaign.options = folder.names(".yaml", ".yml") or [_NOTHING]
 
     def _told(self, work: Any) -> None:
-        with told(self._session.tell):
+        with errors_shown(self._session.tell):
             work()
 
     def _begin(self) -> None:

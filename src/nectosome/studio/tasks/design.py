@@ -13,14 +13,14 @@ from nectosome.designs import QUANTITIES, MotionDesign, Problem
 from nectosome.designs.motion import FORWARD
 from nectosome.search import Evaluation, make_optimiser, multistart, read_starts
 from nectosome.studio.sliders import around
-from nectosome.studio.work import Progress, called, told
+from nectosome.studio.work import Progress, errors_shown, labelled
 from nectosome.units import InputError, show_quantity
 
 from .design_progress import SearchProgress, figure, table
-from .narrow_panel import note
+from .left_panel import note
 
 if TYPE_CHECKING:
-    from nectosome.studio.session import Session
+    from nectosome.studio.desk import Desk
 
 _SOLVERS = ("gradient", "pattern")
 _MOST = 64  # starts
@@ -38,7 +38,7 @@ class _Row(NamedTuple):
 class Design:
     """Lays out the tab."""
 
-    def __init__(self, session: "Session"):
+    def __init__(self, session: "Desk"):
         self._session, gui = session, session.gui
         self._drawing = threading.Lock()
         self._robot = 0  # how many there were: what is found for one before is not shown
@@ -93,7 +93,7 @@ class Design:
         self._rows.append(_Row(name, varies, span))
 
     def _told(self, work: Any) -> None:
-        with told(self._session.tell):
+        with errors_shown(self._session.tell):
             work()
 
     def _add(self) -> None:
@@ -114,7 +114,7 @@ class Design:
         variables = {row.name: row.range.value for row in self._rows if row.varies.value}
         limits = tuple(line.strip() for line in self._limits.value.splitlines() if line.strip())
         problem = Problem(variables, self._objective.value, limits, self._forward.value)
-        with called({"constraint": "Limits", "variables": "May vary"}):
+        with labelled({"constraint": "Limits", "variables": "May vary"}):
             return problem.motion(self._session.description)
 
     def _begin(self) -> None:
@@ -176,5 +176,5 @@ class Design:
 
 
 def _words(search: SearchProgress) -> str:
-    best = f"best {search.task.objective} {search.told(search.best[0][1])}, " if search.best else ""
+    best = f"best {search.task.objective} {search.objective_text(search.best[0][1])}, " if search.best else ""
     return f"{best}{search.evaluations} evaluations"

@@ -10,7 +10,7 @@ from nectosome.search import Evaluation
 from nectosome.units import show_quantity
 from nectosome.view.style import CYCLE, readable, span
 
-from .narrow_panel import cells, note, small
+from .left_panel import cells, note, small
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -41,7 +41,7 @@ class SearchProgress(NamedTuple):
         begun = next((k for k, e in enumerate(start) if not self.task.accepts(e)), len(start))
         return [k >= begun and e.feasible(self.task.tolerance) for k, e in enumerate(start)]
 
-    def told(self, e: Evaluation) -> str:
+    def objective_text(self, e: Evaluation) -> str:
         """Objective of a design, with its unit."""
         return show_quantity(e.outputs[self.task.objective], QUANTITIES[self.task.objective].dimension)
 

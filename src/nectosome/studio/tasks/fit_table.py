@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from nectosome.view.scorecard import number
 
-from .narrow_panel import cells
+from .left_panel import cells
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,19 +12,19 @@ from nectosome.identification.robot.trials import read_compared, robot_trials
 from nectosome.identification.sim2real.observe import unit_of
 from nectosome.measure import read
 from nectosome.model import build, common_readings
+from nectosome.studio.folder import received
 from nectosome.studio.sliders import around
-from nectosome.studio.work import Progress, told
+from nectosome.studio.work import Progress, errors_shown
 from nectosome.units import InputError, shorten
 from nectosome.view.robot_fit import recording_panel
-from nectosome.view.stage.folder import received
 
 from .fit_table import fitted_html
-from .narrow_panel import note, with_legend
+from .left_panel import note, with_legend
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from nectosome.studio.session import Session
+    from nectosome.studio.desk import Desk
 
 _FILES = (".csv", ".txt", ".tsv", ".xlsx", ".nc", ".h5", ".tdms", ".mat")
 _SHEETS = (".yaml", ".yml")
@@ -39,7 +39,7 @@ class _EndedError(Exception):
 class Identify:
     """Lays out the tab."""
 
-    def __init__(self, session: "Session"):
+    def __init__(self, session: "Desk"):
         self._session, gui = session, session.gui
         self._drawing = threading.Lock()
         self._robot = 0  # how many there were: what is found for one before is not shown
@@ -81,7 +81,7 @@ class Identify:
         ranges = dict(problem.variables)
         if not ranges:
             found = (around(robot, alias) for alias in robot.aliases)
-            ranges = {knob.name: knob.text() for knob in found if knob is not None}
+            ranges = {v.name: v.text() for v in found if v is not None}
         self._unknown.value = "\n".join(f"{name} = {text}" for name, text in ranges.items())
         self._look()
         self._guess()
@@ -92,7 +92,7 @@ class Identify:
         self._sheet.options = [_NONE, *(name for name in folder.names(*_SHEETS) if not name.endswith(".design.yaml"))]
 
     def _told(self, work: Any) -> None:
-        with told(self._session.tell):
+        with errors_shown(self._session.tell):
             work()
 
     def _send(self, name: str, data: bytes) -> None:

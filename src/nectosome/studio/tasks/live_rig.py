@@ -1,4 +1,4 @@
-"""A simulated rig in real time: a robot under a controller, which goes on as the clock does, and is seen meanwhile."""
+"""A simulated rig in real time: a robot under a controller, simulated by the clock and shown meanwhile."""
 
 import time
 from collections import deque
@@ -21,17 +21,17 @@ if TYPE_CHECKING:
 
 FRAME = 0.05  # s between pictures at least
 LONGEST = 600.0  # s of a run
-_WAY = 120  # pictures whose way is drawn
-_LATE = 0.25  # s, which are made up for; the clock of the robot is put back where it is later than that
+_PATH = 120  # pictures whose path is drawn
+_LATE = 0.25  # s; the clock of the robot is set back where it is later than that
 
 
-class Pace(NamedTuple):
-    """How well the clock was kept."""
+class ClockReport(NamedTuple):
+    """How closely a run kept to the clock."""
 
     time: float  # of the robot [s]
     taken: float  # of the clock [s]
     frames: int
-    late: float  # by which a picture came after its time, median [s]
+    late: float  # delay of a picture, median [s]
 
     def __str__(self) -> str:
         share, rate = self.time / max(self.taken, 1e-9), self.frames / max(self.taken, 1e-9)
@@ -40,90 +40,90 @@ class Pace(NamedTuple):
 
 
 class LiveRig:
-    """A robot from its start on, under a controller of a reference that is known sample by sample."""
+    """A robot under a controller, with a reference that is given sample by sample."""
 
-    def __init__(self, robot: SampledPlant, controller: Controller, first: float, measuring: SensorModel):
-        self.going = ClosedLoopRun(robot, controller.planned(np.array([first]), robot.dt), first, measuring)
+    def __init__(self, robot: SampledPlant, controller: Controller, first: float, sensor: SensorModel):
+        self.run = ClosedLoopRun(robot, controller.planned(np.array([first]), robot.dt), first, sensor)
         self.reference: list[float] = []
-        self._controller, self._found = controller, list[Diagnosis]()
-        self._stands = standing(robot.description, build(robot.description))
-        self._lates: list[float] = []
+        self._controller, self._diagnoses = controller, list[Diagnosis]()
+        self._still = standing(robot.description, build(robot.description))
+        self._delays: list[float] = []
         self._began = time.perf_counter()
-        place = self._stands["position"].values[0, 0]
-        self._way = deque([place] * _WAY, _WAY)
+        position = self._still["position"].values[0, 0]
+        self._path = deque([position] * _PATH, _PATH)
 
     def begin(self) -> "xr.Dataset":
-        """What stands on the stage at first: as many moments as the way has places."""
-        still = self._stands.isel(time=[0] * _WAY)
-        return still.assign_coords(time=FRAME * np.arange(_WAY))
+        """The stage at first: the robot at rest, for as many instants as its path has points."""
+        still = self._still.isel(time=[0] * _PATH)
+        return still.assign_coords(time=FRAME * np.arange(_PATH))
 
-    def step(self, wanted: float) -> Status:
-        """One sample with this reference."""
-        dt, before = self.going.robot.dt, self.going.standing
-        self.reference.append(wanted)
-        self.going.sample(self._controller.planned(np.array([wanted]), dt))
-        status = self.going.hold()
+    def step(self, reference: float) -> Status:
+        """One sample and its hold interval, with this reference."""
+        dt, before = self.run.robot.dt, self.run.state
+        self.reference.append(reference)
+        self.run.sample(self._controller.planned(np.array([reference]), dt))
+        status = self.run.hold()
         if status == Status.SOLVED:
-            self._found.append(self.going.robot.diagnosis(before, self.going.standing, self.going.pieces[-1]))
+            self._diagnoses.append(self.run.robot.diagnosis(before, self.run.state, self.run.intervals[-1]))
         return status
 
-    def run(
+    def run_by_clock(
         self,
-        wanted: Callable[[int], float],
+        reference: Callable[[int], float],
         show: Callable[["xr.Dataset", Float[np.ndarray, "n 3"]], None],
         progress: Progress,
     ) -> Status:
-        """Go on by the clock until `progress` returns False, each sample after its `wanted(k)`.
+        """Run by the clock until `progress` returns False, with `reference(k)` for sample k.
 
-        The motion of a sample is worked out when it begins, and seen as the clock comes to its moments. Pictures that
-        are late are left out; where the robot is late by a quarter of a second, its clock is put back.
+        The motion of a hold interval is simulated at its start, and shown as the clock comes to its instants. Late
+        pictures are left out; where the robot is late by a quarter of a second, its clock is set back.
         """
         self._began = begin = time.perf_counter()
-        while (t := self.going.standing.sample * self.going.robot.dt) < LONGEST:
+        while (t := self.run.state.sample * self.run.robot.dt) < LONGEST:
             late = time.perf_counter() - begin - t
             begin += late if late > _LATE else 0.0
-            status = self.step(wanted(self.going.standing.sample))
+            status = self.step(reference(self.run.state.sample))
             if status != Status.SOLVED:
                 return status
-            for k in _frames(self.going.pieces[-1].time, t):
-                now = float(self.going.pieces[-1].time[k])
+            for k in _frames(self.run.intervals[-1].time, t):
+                now = float(self.run.intervals[-1].time[k])
                 left = begin + now - time.perf_counter()
                 if left > 0:
                     time.sleep(left)
                 if left > -FRAME:
-                    show(*self._moment(k))
-                    self._lates.append(time.perf_counter() - begin - now)
-                if not progress(now / LONGEST, f"{now:.1f} s, {self.pace}"):
+                    show(*self._frame(k))
+                    self._delays.append(time.perf_counter() - begin - now)
+                if not progress(now / LONGEST, f"{now:.1f} s, {self.clock}"):
                     return Status.SOLVED
         return Status.SOLVED
 
     @property
-    def pace(self) -> Pace:
-        """How well the clock has been kept so far."""
-        t = self.going.standing.sample * self.going.robot.dt
-        late = float(np.median(self._lates)) if self._lates else 0.0
-        return Pace(t, max(time.perf_counter() - self._began, t), len(self._lates), late)
+    def clock(self) -> ClockReport:
+        """How closely the clock has been kept so far."""
+        t = self.run.state.sample * self.run.robot.dt
+        late = float(np.median(self._delays)) if self._delays else 0.0
+        return ClockReport(t, max(time.perf_counter() - self._began, t), len(self._delays), late)
 
-    def _moment(self, k: int) -> tuple["xr.Dataset", Float[np.ndarray, "n 3"]]:
-        found = self._found[-1]
-        self._way.append(found.position[k, 0])
+    def _frame(self, k: int) -> tuple["xr.Dataset", Float[np.ndarray, "n 3"]]:
+        found = self._diagnoses[-1]
+        self._path.append(found.position[k, 0])
         dims = {"position": ("station", "axis"), "rotation": ("station", "row", "axis")}
         dims["line_force"] = ("load", "station", "axis")
-        now = self._stands.assign({name: (("time", *of), getattr(found, name)[k : k + 1]) for name, of in dims.items()})
-        return now.assign_coords(load=[str(i) for i in range(found.line_force.shape[1])]), np.array(self._way)
+        now = self._still.assign({name: (("time", *of), getattr(found, name)[k : k + 1]) for name, of in dims.items()})
+        return now.assign_coords(load=[str(i) for i in range(found.line_force.shape[1])]), np.array(self._path)
 
     @property
-    def followed(self) -> ClosedLoopRecord:
-        """All of it so far: what was wanted of samples that were taken is known."""
-        return self.going.followed(np.array(self.reference), Status.SOLVED)
+    def record(self) -> ClosedLoopRecord:
+        """The record so far."""
+        return self.run.record(np.array(self.reference), Status.SOLVED)
 
-    def kept(self, status: Status) -> "xr.Dataset":
-        """All of it as a run like any."""
-        run = replace(self.followed, status=status)
-        return run.to_dataset(diagnoses=self._found).assign_attrs(title=f"{run.title}, on a simulated rig")
+    def to_dataset(self, status: Status) -> "xr.Dataset":
+        """The record as a dataset like that of `simulate`."""
+        run = replace(self.record, status=status)
+        return run.to_dataset(diagnoses=self._diagnoses).assign_attrs(title=f"{run.title}, on a simulated rig")
 
 
 def _frames(time: np.ndarray, begin: float) -> list[int]:
-    """Which moments of a sample are seen: those after FRAME each, and the last one."""
+    """Instants of a hold interval that are shown: one after each FRAME, and the last one."""
     each = max(len(time) * FRAME / (time[-1] - begin), 1.0)
     return sorted({min(round(k * each), len(time)) - 1 for k in range(1, int(len(time) / each + 0.5) + 1)} - {-1})

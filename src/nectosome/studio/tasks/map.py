@@ -10,20 +10,20 @@ from nectosome.description import RobotDescription, get_value, numeric_paths, pa
 from nectosome.designs.axes import SweepAxis, read_axis
 from nectosome.designs.sweep import mean_of, sweep, telling
 from nectosome.io import load_dataset, save_dataset
-from nectosome.studio.sliders import Knob, knobs_of
-from nectosome.studio.work import Progress, told
+from nectosome.studio.sliders import SliderScale, scales_of
+from nectosome.studio.work import Progress, errors_shown
 from nectosome.units import InputError, shorten
 from nectosome.view.saved import check_sweep
 from nectosome.view.style import VERMILLION
 from nectosome.view.sweep import axis_of, sides, sweep_figure
 
-from .narrow_panel import note, small
+from .left_panel import note, small
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
     import xarray as xr
 
-    from nectosome.studio.session import Session
+    from nectosome.studio.desk import Desk
 
 _POINTS = 5  # of an axis at first
 _STEP = 0.1  # of the robot's value, between them
@@ -55,7 +55,7 @@ document.addEventListener('pointerover', (event) => {
 class Map:
     """Lays out the tab."""
 
-    def __init__(self, session: "Session"):
+    def __init__(self, session: "Desk"):
         self._session, gui = session, session.gui
         self._drawing = threading.Lock()
         self._robot = 0  # how many there were: a map of one before is not shown
@@ -84,16 +84,16 @@ class Map:
         with self._drawing:
             self._robot, self._found = self._robot + 1, None
             self._place.visible, self._line.content, self._point.value = False, "", ""
-        knobs = knobs_of(robot, problem.variables)
-        for field, knob in zip(self._axes, [*knobs[:2], None, None], strict=False):
-            field.value = "" if knob is None else _around(knob, float(get_value(robot, knob.name)))
+        scales = scales_of(robot, problem.variables)
+        for field, scale in zip(self._axes, [*scales[:2], None, None], strict=False):
+            field.value = "" if scale is None else _around(scale, float(get_value(robot, scale.name)))
         self._look()
 
     def _look(self) -> None:
         self._saved.options = self._session.folder.names(".nc") or [_NOTHING]
 
     def _told(self, work: Any) -> None:
-        with told(self._session.tell):
+        with errors_shown(self._session.tell):
             work()
 
     def _pointed(self, event: Any) -> None:
@@ -216,14 +216,14 @@ def _axis(field: Any, description: RobotDescription) -> SweepAxis:
         raise InputError(error.message, field=field.label) from None
 
 
-def _around(knob: Knob, value: float) -> str:
+def _around(scale: SliderScale, value: float) -> str:
     """Axis around a value [SI], in the unit of its slider and within it."""
-    shown = knob.shown(value)
-    step = float(f"{_STEP * abs(shown):.2g}") or (knob.high - knob.low) / (_POINTS - 1)
-    step = min(step, (knob.high - knob.low) / (_POINTS - 1))
+    shown = scale.shown(value)
+    step = float(f"{_STEP * abs(shown):.2g}") or (scale.high - scale.low) / (_POINTS - 1)
+    step = min(step, (scale.high - scale.low) / (_POINTS - 1))
     wide = (_POINTS - 1) * step
-    low = min(max(shown - 0.5 * wide, knob.low), knob.high - wide)
-    return f"{knob.name}={low:.6g}:{low + wide:.6g}:{step:.6g} {knob.unit}".strip()
+    low = min(max(shown - 0.5 * wide, scale.low), scale.high - wide)
+    return f"{scale.name}={low:.6g}:{low + wide:.6g}:{step:.6g} {scale.unit}".strip()
 
 
 def _figure(found: "xr.Dataset", name: str, point: str) -> "go.Figure":

@@ -1,5 +1,6 @@
 """A run as bodies for a scene: rigid parts as meshes that move, soft ones as slices; no drawing here."""
 
+from copy import copy
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -9,9 +10,8 @@ from plotly.colors import sequential
 from scipy.spatial.transform import Rotation
 
 from nectosome.description import RobotDescription
-from nectosome.view.robot3d import HARD
 from nectosome.view.style import BLUE, source_lines
-from nectosome.view.tubes import STATIONS, finer, rings_of, shape_of, triangles, visible
+from nectosome.view.tubes import STATIONS, finer, hard_colour, rings_of, shape_of, triangles, visible
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,6 +35,14 @@ class RigidMesh(NamedTuple):
     colour: str
     flat: bool  # whether its faces meet at edges
 
+    def moved(self, by: Float[np.ndarray, "t 3"]) -> "RigidMesh":
+        """Return the same elsewhere, at each instant by so much [m]."""
+        return self._replace(place=self.place + by)
+
+    def corners(self, k: int) -> Float[np.ndarray, "n 3"]:
+        """Corners at instant k, in the world [m]."""
+        return Rotation.from_quat(self.turn[k], scalar_first=True).apply(self.vertices) + self.place[k]
+
 
 class Slices(NamedTuple):
     """Cylinders of length, width and height 1 along x, put and stretched."""
@@ -52,9 +60,9 @@ class Slices(NamedTuple):
 
 
 class Soft:
-    """A rod as slices across it, in the frame of its root, which is at `place` [m] with `turn` at all moments.
+    """A rod as slices across it, in the frame of its root, which is at `place` [m] with `turn` at all instants.
 
-    Slices are worked out when they are looked at, since most moments never are.
+    Slices are computed when they are shown: most instants never are.
     """
 
     def __init__(
@@ -64,15 +72,26 @@ class Soft:
         position: Float[np.ndarray, "t n 3"],
         rotation: Float[np.ndarray, "t n 3 3"],
         forces: Float[np.ndarray, "t loads n 3"],
+        colour: str,
     ):
-        self.x, self._half, self._forces = x, half, forces  # [m], [m], of the water [N/m]
+        self.x, self._half, self._forces, self.colour = x, half, forces, colour  # [m], [m], of the water [N/m]
         root = rotation[:, 0]
         self.place, self.turn = position[:, 0], _quaternions(root)
         self._position = np.einsum("tji,tnj->tni", root, position - position[:, :1])
         self._rotation = np.einsum("tji,tnjk->tnik", root, rotation)
 
+    def moved(self, by: Float[np.ndarray, "t 3"]) -> "Soft":
+        """Return the same elsewhere, at each instant by so much [m]."""
+        other = copy(self)
+        other.place = self.place + by
+        return other
+
+    def corners(self, k: int) -> Float[np.ndarray, "n 3"]:
+        """Middles of the slices at instant k, in the world [m]."""
+        return Rotation.from_quat(self.turn[k], scalar_first=True).apply(self.slices(k).place) + self.place[k]
+
     def slices(self, k: int) -> Slices:
-        """Slices of moment k, in the frame of the root."""
+        """Slices at instant k, in the frame of the root."""
         _, place, R, widths = finer(self.x, self._position[k : k + 1], self._rotation[k : k + 1], self._half)
         along = np.linalg.norm(np.diff(place[0], axis=0), axis=1) * _OVERLAP
         size = np.concatenate([along[:, None], widths[:-1] + widths[1:]], axis=1)
@@ -85,7 +104,7 @@ class Soft:
         return bool((np.abs(np.diff(widths, axis=0)) > _STEP * widths.max()).any())
 
     def shown(self, colouring: str) -> Float[np.ndarray, "t k"] | None:
-        """What a colouring shows of slices at all moments; None where it shows what the body is made of."""
+        """Values of a colouring for the slices at all instants; None for the colour of the material."""
         if colouring == "curvature":
             return self._bending
         return self._load if colouring == "load of the water" else None
@@ -116,7 +135,7 @@ class Arrows(NamedTuple):
     load: Int[np.ndarray, "n"]  # which load an arrow is of
 
 
-def bodies_of(run: "xr.Dataset", robot: RobotDescription | None) -> dict[str, RigidMesh | Soft]:
+def bodies_of(run: "xr.Dataset", robot: RobotDescription | None, soft: str = BLUE) -> dict[str, RigidMesh | Soft]:
     """Bodies of all parts that have a size, by part; of an unknown robot all that is rigid is a cylinder.
 
     Those of points are as `visible` has them.
@@ -131,9 +150,9 @@ def bodies_of(run: "xr.Dataset", robot: RobotDescription | None) -> dict[str, Ri
             continue
         at = x[own], half[own], position[:, own], rotation[:, own]
         if x[own[0]] == 0:
-            found[part] = Soft(*at, forces[:, :, own])
+            found[part] = Soft(*at, forces[:, :, own], soft)
         else:
-            found[part] = _rigid(*at, shape_of(robot, part), HARD[hard % len(HARD)])
+            found[part] = _rigid(*at, shape_of(robot, part), hard_colour(hard))
             hard += 1
     return found
 
@@ -229,6 +248,3 @@ def linear(colour: Int[np.ndarray, "*n 3"]) -> Int[np.ndarray, "*n 3"]:
     share = colour / 255
     light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
     return np.round(255 * light).astype(np.uint8)
-
-
-MATERIAL = rgb(BLUE)  # of what is soft

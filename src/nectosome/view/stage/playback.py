@@ -1,4 +1,4 @@
-"""Where a run is at any time, and where it is looked at from: what repeats itself goes on, period after period."""
+"""Where a run is at any time, and where it is seen from: a periodic motion continues, period after period."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -11,36 +11,31 @@ from nectosome.solve.screw import screw_of
 if TYPE_CHECKING:
     import xarray as xr
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 def repeated(run: "xr.Dataset", period: float, seconds: float) -> "xr.Dataset":
-    """Where the stations of a run of one period [s] are as it goes on for so long [s], at least one period.
+    """Places of the stations of a run of one period [s] as it continues for so many seconds, at least one period.
 
-    Each period begins where the last one ended. What else the run tells is left out.
+    Each period begins where the last one ended. Only places, rotations and sizes are kept.
     """
     import xarray as xr
 
-    course, count = Playback(run, period), max(int(np.ceil(seconds / period - 1e-9)), 1)
+    playback, count = Playback.of(run, period), max(int(np.ceil(seconds / period - 1e-9)), 1)
     one = run[["position", "rotation", "half_width", "station_x"]]
     pieces = []
     for n in range(count):
-        R, d = course.after(n)
+        R, d = playback.after(n)
         moved = one.assign(
             position=one["position"].copy(data=one["position"].values @ R.T + d),
             rotation=one["rotation"].copy(data=R @ one["rotation"].values),
         )
         last = n == count - 1
-        pieces.append(moved.assign_coords(time=course.time + n * period).isel(time=slice(None, None if last else -1)))
+        pieces.append(moved.assign_coords(time=playback.time + n * period).isel(time=slice(None, None if last else -1)))
     whole = pieces[0].drop_dims("time").assign_coords(part=run["part"])
     return xr.concat([piece[["position", "rotation"]] for piece in pieces], "time").merge(whole).assign_attrs(run.attrs)
 
 
-class Moment(NamedTuple):
-    """One moment: number `k` of the run's, moved by x -> R x + d [m], seen from `here` [m]."""
+class Instant(NamedTuple):
+    """One instant: number `k` of the run's, moved by x -> R x + d [m], seen from `here` [m]."""
 
     k: int
     R: Float[np.ndarray, "3 3"]
@@ -49,12 +44,23 @@ class Moment(NamedTuple):
 
 
 class Playback:
-    """The way of a run's body. With a period [s] each one begins where the last one ended."""
+    """The path of a run's body. With a period [s] each one begins where the last one ended."""
 
-    def __init__(self, run: "xr.Dataset", period: float):
-        self.time, self.period = run["time"].values - run["time"].values[0], period
-        self.place, turn = run["position"].values[:, 0], run["rotation"].values[:, 0]
-        self._step = screw_of((turn[0], self.place[0]), (turn[-1], self.place[-1])) if period else None
+    def __init__(
+        self,
+        time: Float[np.ndarray, "t"],
+        place: Float[np.ndarray, "t 3"],
+        turn: Float[np.ndarray, "t 3 3"] | None = None,
+        period: float = 0.0,
+    ):
+        self.time, self.place, self.period = time - time[0], place, period
+        ends = None if turn is None or not period else ((turn[0], place[0]), (turn[-1], place[-1]))
+        self._step = None if ends is None else screw_of(*ends)
+
+    @classmethod
+    def of(cls, run: "xr.Dataset", period: float) -> "Playback":
+        """Return that of the first part of a run, the body; 0 where it has no period [s]."""
+        return cls(run["time"].values, run["position"].values[:, 0], run["rotation"].values[:, 0], period)
 
     @property
     def end(self) -> float:
@@ -72,23 +78,22 @@ class Playback:
         R = Rotation.from_rotvec(periods * s.angle * s.axis).as_matrix()
         return R, s.point - R @ s.point + along
 
-    def moment(self, time: float, along: bool) -> Moment:
-        """The moment at a time [s], seen from where it began, or from one who goes along with the body."""
+    def instant(self, time: float, along: bool) -> Instant:
+        """The saved instant nearest to a time [s], seen from where the run began, or going `along` with the body."""
         n, t = divmod(time, self.period) if self.period else (0.0, time)
         k = int(np.abs(self.time - t).argmin())
         R, d = self.after(n)
         if not along:
-            return Moment(k, R, d, self.place[0])
+            return Instant(k, R, d, self.place[0])
         if self._step is None:
-            return Moment(k, R, d, self.place[k])
+            return Instant(k, R, d, self.place[k])
         ahead, further = self.after(n + 1)
         share = t / self.period
         here = (1 - share) * (R @ self.place[0] + d) + share * (ahead @ self.place[0] + further)
-        return Moment(k, R, d, here)
+        return Instant(k, R, d, here)
 
-    def way(self, before: int) -> Float[np.ndarray, "n 3"]:
+    def path(self, before: int) -> Float[np.ndarray, "n 3"]:
         """Places of the body [m] in so many periods before, and in the first one; of a run all."""
         if self._step is None:
             return self.place
-        ways = [self.place @ R.T + d for R, d in (self.after(-n) for n in range(before, -1, -1))]
-        return np.concatenate(ways)
+        return np.concatenate([self.place @ R.T + d for R, d in (self.after(-n) for n in range(before, -1, -1))])

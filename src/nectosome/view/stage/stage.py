@@ -1,4 +1,4 @@
-"""A run on the stage: bodies, forces, way, ground, surface and tank, at one moment after another."""
+"""A run on the stage: bodies, forces, path, ground, surface and tank, at one instant after another."""
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -10,7 +10,6 @@ from nectosome.description import RobotDescription
 from nectosome.description.robot import WaterDescription
 
 from .bodies import (
-    MATERIAL,
     Arrows,
     RigidMesh,
     Slices,
@@ -23,7 +22,7 @@ from .bodies import (
     rgb,
     slice_mesh,
 )
-from .playback import Moment, Playback
+from .playback import Instant, Playback
 from .surroundings import Surroundings
 
 if TYPE_CHECKING:
@@ -35,13 +34,13 @@ UNITS = {"material": "", "curvature": "1/m", "load of the water": "N/m"}
 CAMERAS = {"three-quarter": (-0.7, -1.0, 0.6), "side": (0, -1, 0), "top": (0, -0.01, 1), "front": (-1, -0.01, 0)}
 _ROOTS = ("/world", "/around", "/tank")  # of what moves with the run, of the endless ground, of what stands still
 _FAR = 1.2  # of the camera, in lengths of the robot
-_NARROW = 0.9  # width of a picture by its height, below which the camera goes further away
-_LOOKED_AT = 9  # moments that a camera takes in
+_TALL = 0.9  # width of a picture over its height, below which the camera goes further away
+_LOOKED_AT = 9  # instants that a camera takes in
 _SEEN = 1e-4  # of the robot's length: what moves by less is not seen
 _ARROW = 0.35  # length of the largest force, as a share of the robot's
-_BEFORE = 4  # periods whose way is shown
-_CORNERS = 49  # of a way at most: one takes a browser that draws by software as long as a dozen triangles
-_WAY = (120, 126, 134)
+_BEFORE = 4  # periods whose path is shown
+_CORNERS = 49  # of a path at most: one takes a browser that draws by software as long as a dozen triangles
+_PATH = (120, 126, 134)
 
 
 class Look(NamedTuple):
@@ -49,8 +48,8 @@ class Look(NamedTuple):
 
     colouring: str = COLOURINGS[0]
     forces: bool = False
-    way: bool = True
-    along: bool = True  # the observer goes along with the body
+    path: bool = True
+    along: bool = True  # the camera goes along with the body
 
 
 class Stage:
@@ -69,18 +68,27 @@ class Stage:
         scene.configure_default_lights(cast_shadow=False)
         scene.add_light_hemisphere("/light", sky_color=(255, 255, 255), ground_color=(150, 165, 180), intensity=1.6)
 
-    def load(self, run: "xr.Dataset", robot: RobotDescription, period: float, look: Look) -> None:
-        """Put a run on the stage in place of the last one; with a period [s] it goes on for ever.
+    def load(self, run: "xr.Dataset", robot: RobotDescription | None, period: float, look: Look) -> None:
+        """Put a run on the stage in place of the last one; with a period [s] it continues for ever."""
+        water = WaterDescription() if robot is None else robot.water
+        self.put(Playback.of(run, period), bodies_of(run, robot), arrows_of(run), water, look)
 
-        What the last one has as well is changed in place, so that nothing flickers.
-        """
+    def put(
+        self,
+        playback: Playback,
+        bodies: dict[str, RigidMesh | Soft],
+        arrows: Arrows,
+        water: WaterDescription,
+        look: Look,
+    ) -> None:
+        """Put bodies on the stage in place of the last ones. Nodes that both have are changed in place: no flicker."""
         before = (self._look, self._kinds()) if self._nodes else None
-        self.course, self._bodies, self.arrows = Playback(run, period), bodies_of(run, robot), arrows_of(run)
-        self._first = self.course.place[0]
+        self.playback, self._bodies, self.arrows = playback, bodies, arrows
+        self._first = self.playback.place[0]
         corners = self._corners(0)
         self.size = float(np.ptp(corners, axis=0).max()) or 1.0
         self._lowest = float(corners[:, 2].min() + self._first[2])
-        self._water = robot.water
+        self._water = water
         if before != (look, self._kinds()):
             self.look(look)
             return
@@ -89,14 +97,14 @@ class Stage:
             node = self._nodes[f"/world/{name}"]
             if isinstance(body, RigidMesh) and self._is_seen(node.vertices, body.vertices):
                 node.vertices = _f32(body.vertices)
-        if "/world/way" in self._nodes:
-            self._nodes["/world/way"].points = self._way()
+        if "/world/path" in self._nodes:
+            self._nodes["/world/path"].points = self._path()
 
     def look(self, look: Look) -> None:
-        """Show the same run in another way.
+        """Show the same run with another look.
 
-        What is there already is replaced by what has its name, not removed before: of what is removed and comes back at
-        once the browser keeps the pose, and viser tells no pose that is that of a new node.
+        A node is replaced by the one of its name, not removed before: the browser keeps the pose of a node that is
+        removed and comes back at once, and viser sends no pose that a new node has anyway.
         """
         self._look = look
         self.largest = self._lightest(look)
@@ -104,9 +112,9 @@ class Stage:
         self._nodes = {root: self._scene.add_frame(root, show_axes=False) for root in _ROOTS}
         for name, body in self._bodies.items():
             self._add(f"/world/{name}", body)
-        if look.way and len(self.course.place) > 1:
-            line = {"colors": _WAY, "thickness": 2.0, "thickness_units": "screen"}
-            self._nodes["/world/way"] = self._scene.add_line_segments("/world/way", self._way(), **line)
+        if look.path and len(self.playback.place) > 1:
+            line = {"colors": _PATH, "thickness": 2.0, "thickness_units": "screen"}
+            self._nodes["/world/path"] = self._scene.add_line_segments("/world/path", self._path(), **line)
         if look.forces and self.arrows.load.size:
             self._add_arrows(self.arrows)
         height = self._lowest - 0.3 * self.size if self._water.floor is None else self._water.floor
@@ -117,23 +125,32 @@ class Stage:
             if name.rpartition("/")[0] not in gone:  # else it goes with what it sits on
                 before[name].remove()
 
+    @property
+    def ground_spacing(self) -> float:
+        """Distance between dots, or thick lines, of the ground [m]."""
+        return self._around.spacing
+
+    def write(self, name: str, words: str, place: Float[np.ndarray, "3"]) -> None:
+        """Write words at a place [m] in the world."""
+        self._scene.add_label(f"/world/{name}", words, position=place, anchor="bottom-center")
+
     def at(self, time: float) -> None:
-        """Show the moment at a time [s] after the start of the run."""
-        self._put(self.course.moment(time, self._look.along))
+        """Show the instant at a time [s] after the start of the run."""
+        self._show(self.playback.instant(time, self._look.along))
 
-    def go_on(self, moment: "xr.Dataset", robot: RobotDescription, way: Float[np.ndarray, "n 3"]) -> None:
-        """Show one moment more of what goes on from a run on the stage.
+    def go_on(self, instant: "xr.Dataset", robot: RobotDescription, path: Float[np.ndarray, "n 3"]) -> None:
+        """Show the next instant of a live run, which continues a run on the stage.
 
-        `way` [m] ends there and has as many places as that run has moments. Forces are not drawn.
+        `path` [m] ends there and has as many places as that run has instants. Forces are not drawn.
         """
-        self._bodies, self.course.place = bodies_of(moment, robot), way
+        self._bodies, self.playback.place = bodies_of(instant, robot), path
         self.largest = max(self.largest, self._lightest(self._look))
-        if "/world/way" in self._nodes:
-            self._nodes["/world/way"].points = self._way()
-        self._put(Moment(0, np.eye(3), np.zeros(3), way[-1] if self._look.along else self._first))
+        if "/world/path" in self._nodes:
+            self._nodes["/world/path"].points = self._path()
+        self._show(Instant(0, np.eye(3), np.zeros(3), path[-1] if self._look.along else self._first))
 
-    def _put(self, moment: Moment) -> None:
-        k, R, d, here = moment
+    def _show(self, instant: Instant) -> None:
+        k, R, d, here = instant
         world = self._nodes["/world"]
         world.wxyz, world.position = Rotation.from_matrix(R).as_quat(scalar_first=True), d - here
         self._nodes["/around"].position, self._nodes["/tank"].position = -self._around.gone(here), -here
@@ -144,7 +161,7 @@ class Stage:
                 self._bend(f"/world/{name}", body, k)
         if "/world/forces" in self._nodes:
             node = self._nodes["/world/forces"]
-            node.position, node.points = self.course.place[k], self._arrow_points(k)
+            node.position, node.points = self.playback.place[k], self._arrow_points(k)
 
     def _bend(self, name: str, body: Soft, k: int) -> None:
         """Give a rod its shape. One that keeps it is left alone: the browser takes longer for shapes than for poses."""
@@ -155,55 +172,59 @@ class Stage:
             node.batched_colors = tint
 
     def _batches(self, body: Soft, k: int) -> list[tuple[str, Slices, Int[np.ndarray, "n 3"]]]:
-        """What a rod is drawn by at moment k: its slices and the discs that close it, each with colours."""
+        """A rod at instant k: its slices and the discs that close it, each with colours."""
         slices, values = body.slices(k), body.shown(self._look.colouring)
-        plain = np.tile(np.array(MATERIAL, np.uint8), (len(slices.place), 1))
-        tint = linear(plain if values is None else colours(values[k], self.largest))
+        material = np.tile(np.array(rgb(body.colour), np.uint8), (len(slices.place), 1))
+        tint = linear(material if values is None else colours(values[k], self.largest))
         return [("", slices, tint), ("/ends", slices.ends, tint[[0, -1]])]
 
     def _is_seen(self, was: np.ndarray, now: np.ndarray) -> bool:
-        """Whether places or sizes [m] are others."""
+        """Whether the change of places or sizes [m] can be seen."""
         return bool(np.abs(now - was).max() > _SEEN * self.size)
 
     def camera(self, name: str, aspect: float = 1.0) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-        """Place of a camera of CAMERAS from which all moments are seen, and what it looks at [m].
+        """Place of a camera of CAMERAS from which all instants are seen, and the point that it looks at [m].
 
-        `aspect` is what its pictures are wide by what they are high.
+        `aspect` is the width of its pictures over their height.
         """
-        moments = np.linspace(0, self._moments - 1, _LOOKED_AT).round().astype(int)
-        corners = np.concatenate([self._corners(k) for k in np.unique(moments)])
-        size, way = float(np.ptp(corners, axis=0).max()) or 1.0, np.array(CAMERAS[name], dtype=float)
+        corners = self.corners()
+        size, direction = float(np.ptp(corners, axis=0).max()) or 1.0, np.array(CAMERAS[name], dtype=float)
         middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-        away = _FAR * size * max(1.0, _NARROW / aspect)
-        return middle + away * way / np.linalg.norm(way), middle
+        away = _FAR * size * max(1.0, _TALL / aspect)
+        return middle + away * direction / np.linalg.norm(direction), middle
+
+    def corners(self) -> Float[np.ndarray, "n 3"]:
+        """Corners of all bodies at several instants, in the frame that goes along [m]."""
+        instants = np.linspace(0, self._instants - 1, _LOOKED_AT).round().astype(int)
+        return np.concatenate([self._corners(k) for k in np.unique(instants)])
 
     @property
-    def _moments(self) -> int:
-        """How many moments bodies are known at, the last ones of the course; one only of what goes on."""
-        return min((len(body.place) for body in self._bodies.values()), default=len(self.course.place))
+    def _instants(self) -> int:
+        """At how many instants bodies are known, the last ones of the playback; at one only of a live run."""
+        return min((len(body.place) for body in self._bodies.values()), default=len(self.playback.place))
 
     def _corners(self, k: int) -> Float[np.ndarray, "n 3"]:
-        """Corners of all bodies at moment k, as one sees them who goes along [m]."""
-        here = self.course.place[k - self._moments]
-        corners = [_corners(body, k) for body in self._bodies.values()] or [here[None]]
+        """Corners of all bodies at instant k, in the frame that goes along [m]."""
+        here = self.playback.place[k - self._instants]
+        corners = [body.corners(k) for body in self._bodies.values()] or [here[None]]
         return np.concatenate(corners) - here
 
     def _kinds(self) -> list[tuple[str, int, int]]:
-        """What nodes depend on: names, numbers of corners or slices, how many arrows and moments on the way."""
+        """What nodes depend on: names, numbers of corners or slices, how many arrows and instants on the path."""
         parts = [
             (name, -1, len(body.vertices)) if isinstance(body, RigidMesh) else (name, 1, len(body.x))
             for name, body in self._bodies.items()
         ]
-        return [*parts, ("", len(self.arrows.load), len(self.course.place))]
+        return [*parts, ("", len(self.arrows.load), len(self.playback.place))]
 
     def _lightest(self, look: Look) -> float:
         shown = [body.shown(look.colouring) for body in self._bodies.values() if isinstance(body, Soft)]
         return max((float(values.max()) for values in shown if values is not None), default=0.0)
 
-    def _way(self) -> Float[np.ndarray, "n 2 3"]:
-        way = self.course.way(_BEFORE)
-        way = way[np.linspace(0, len(way) - 1, min(len(way), _CORNERS)).round().astype(int)]
-        return _f32(np.stack([way[:-1], way[1:]], axis=1))
+    def _path(self) -> Float[np.ndarray, "n 2 3"]:
+        path = self.playback.path(_BEFORE)
+        path = path[np.linspace(0, len(path) - 1, min(len(path), _CORNERS)).round().astype(int)]
+        return _f32(np.stack([path[:-1], path[1:]], axis=1))
 
     def _add(self, name: str, body: RigidMesh | Soft) -> None:
         if isinstance(body, RigidMesh):
@@ -241,15 +262,8 @@ class Stage:
     def _arrow_points(self, k: int) -> Float[np.ndarray, "n 2 3"]:
         """From the body's place: the browser draws where a node is sooner than what is in it."""
         per_newton = _ARROW * self.size / np.linalg.norm(self.arrows.force, axis=-1).max()
-        root = self.arrows.root[k] - self.course.place[k]
+        root = self.arrows.root[k] - self.playback.place[k]
         return _f32(np.stack([root, root + per_newton * self.arrows.force[k]], axis=1))
-
-
-def _corners(body: RigidMesh | Soft, k: int) -> Float[np.ndarray, "n 3"]:
-    """Corners, or middles of slices, of a body at moment k [m]."""
-    own = body.vertices if isinstance(body, RigidMesh) else body.slices(k).place
-    R = Rotation.from_quat(body.turn[k], scalar_first=True).as_matrix()
-    return own @ R.T + body.place[k]
 
 
 def _f32(x: np.ndarray) -> np.ndarray:

@@ -37,7 +37,7 @@ class Surroundings:
     ):
         cell = min(_CELLS, key=lambda cell: abs(np.log(cell / (_CELL * size))))
         self.nodes: dict[str, Any] = {}
-        self._first, self._step = first, (_APART if water.floor is water.surface is None else _SECTION) * cell
+        self._first, self.spacing = first, (_APART if water.floor is water.surface is None else _SECTION) * cell
         lines = {"cell_size": cell, "section_size": _SECTION * cell}
         style = {"cell_color": _THIN, "section_color": _THICK, "fade_distance": _FADES * size, "fade_strength": 1.5}
         plane = {"width": _PLANE * size, "height": _PLANE * size} | lines | style
@@ -58,12 +58,9 @@ class Surroundings:
             self.nodes[f"/tank/{name}"] = box
 
     def gone(self, here: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
-        """How far the ground has come by, seen from `here` [m].
-
-        All of the way up; along it what is left of whole steps, after which it looks the same.
-        """
-        way = here - self._first
-        return np.array([*np.remainder(way[:2], self._step), way[2]])
+        """By how much the ground has moved, seen from `here` [m]: upwards fully, sideways modulo its spacing."""
+        path = here - self._first
+        return np.array([*np.remainder(path[:2], self.spacing), path[2]])
 
 
 def _dots(apart: float, reach: float, height: float) -> tuple[np.ndarray, np.ndarray]:

@@ -32,7 +32,7 @@ class Film:
 
     rate: float = 60.0  # frames per second
     shutter: float = 0.0  # share of the frame interval that is open, 0 to 1; a frame's own time is the middle of it
-    moments: int = 8  # moments that stand for the open time: enough when what moves goes a pixel or less between them
+    instants: int = 8  # instants that stand for the open time: enough when what moves goes a pixel or less between them
     defocus: float = 0.0  # standard deviation of the spread [px]
     veil: float = 0.0  # share of the light that is scattered far, as a soft halo
     veil_width: float = 6.0  # its standard deviation [px]
@@ -47,8 +47,8 @@ class Film:
         for name, low, high in (("shutter", 0, 1), ("veil", 0, 1), ("uneven", 0, 1)):
             if not low <= getattr(self, name) <= high:
                 raise ValueError(f"Film.{name} is {getattr(self, name):g}; allowed are {low} to {high}.")
-        if min(self.rate, self.moments, self.gamma, self.veil_width) <= 0 or min(self.defocus, self.grain) < 0:
-            raise ValueError("Film: rate, moments, gamma and veil_width are above 0, defocus and grain not below it.")
+        if min(self.rate, self.instants, self.gamma, self.veil_width) <= 0 or min(self.defocus, self.grain) < 0:
+            raise ValueError("Film: rate, instants, gamma and veil_width are above 0, defocus and grain not below it.")
 
     def light(self, colour: Colour) -> Float[np.ndarray, "3"]:
         """Light that comes out as a colour at gain 1 and in even light."""
@@ -58,7 +58,7 @@ class Film:
         """Moments [s] whose mean light makes the frame of a time t: middles of equal parts of the open time."""
         if self.shutter == 0:
             return np.array([float(t)])
-        k = self.moments
+        k = self.instants
         return t + self.shutter / self.rate * ((np.arange(k) + 0.5) / k - 0.5)
 
     @property
@@ -98,9 +98,9 @@ class Film:
         """Grain, clipping and rounding of the frame of a time t; writes over `counts`."""
         if self.grain:
             # each row is a stretch of the same numbers, from a place by chance: 5 times as fast as to draw all anew
-            moment = int(np.float64(t + 0.0).view(np.uint64))
+            instant = int(np.float64(t + 0.0).view(np.uint64))
             rows = counts.reshape(len(counts), -1)
-            starts = np.random.default_rng([self.seed, moment]).integers(0, _GRAINS - rows.shape[1], len(rows))
+            starts = np.random.default_rng([self.seed, instant]).integers(0, _GRAINS - rows.shape[1], len(rows))
             for row, start in zip(rows, starts, strict=True):
                 row += self._grains[start : start + len(row)]
         else:

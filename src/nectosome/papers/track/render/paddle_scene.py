@@ -79,11 +79,11 @@ class Bubbles:
     def shapes(self, t: float, low: Float[np.ndarray, "2"], high: Float[np.ndarray, "2"]) -> list[FlatShape]:
         """At a time [s], in a region of x and y [m]; what leaves it on one side comes back on the other."""
         chance = np.random.default_rng(self.seed)
-        start, way = chance.uniform(0, 1, (self.count, 2)), chance.uniform(0, 2 * np.pi, self.count)
+        start, heading = chance.uniform(0, 1, (self.count, 2)), chance.uniform(0, 2 * np.pi, self.count)
         radius, speed = chance.uniform(0.5, 1, (2, self.count))
         radius = self.radius * radius
         low, high = low - self.radius, high + self.radius  # out of sight
-        went = self.speed * t * speed[:, None] * np.stack([np.cos(way), np.sin(way)], axis=-1)
+        went = self.speed * t * speed[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
         at = low + (start * (high - low) + went) % (high - low)
         return [Disc((float(x), float(y)), float(r), self.colour) for (x, y), r in zip(at, radius, strict=True)]
 
@@ -143,8 +143,8 @@ class PaddleScene:
     def frame(self, t: float) -> UInt8[np.ndarray, "h w 3"]:
         """The picture, red, green and blue, whose open time has its middle at a time [s]."""
         barred = self.occluder is not None and self.occluder.shown(t)
-        moments = self.film.open(t)
-        scenes = self._placed(moments, self.ends(moments))
+        instants = self.film.open(t)
+        scenes = self._placed(instants, self.ends(instants))
         boxes = apart((box for scene in scenes for _, box in scene), 2 * self.film.reach)
         over = self._bar if barred else []
         changes = []
@@ -155,12 +155,12 @@ class PaddleScene:
         return self._plate(barred).exposed(t, changes)
 
     def _placed(
-        self, moments: Float[np.ndarray, "k"], ends: Float[np.ndarray, "k segments 2 2"]
+        self, instants: Float[np.ndarray, "k"], ends: Float[np.ndarray, "k segments 2 2"]
     ) -> list[list[tuple[FlatShape, PixelBox]]]:
-        """What moves at each moment, from below upwards, and the pixels it may touch."""
+        """What moves at each instant, from below upwards, and the pixels it may touch."""
         scenes = [self.paddle.shapes(e) for e in ends]
         if self.bubbles is not None:
-            for scene, t in zip(scenes, moments, strict=True):
+            for scene, t in zip(scenes, instants, strict=True):
                 scene += self.bubbles.shapes(t, self._low, self._high)
         boxes = iter(self.plane.boxes([shape for scene in scenes for shape in scene]))
         return [[(shape, next(boxes)) for shape in scene] for scene in scenes]

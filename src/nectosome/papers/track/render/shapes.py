@@ -52,9 +52,9 @@ class Strip:
         return np.maximum(np.abs(c * x + s * y - 0.5 * length) - 0.5 * length, np.abs(c * y - s * x) - 0.5 * self.width)
 
     def _frame(self) -> tuple[Point, Float[np.ndarray, "2"], float]:
-        way = np.asarray(self.end, float) - self.start
-        length = float(np.hypot(*way))
-        return self.start, way / length if length else np.array([1.0, 0.0]), length
+        along = np.asarray(self.end, float) - self.start
+        length = float(np.hypot(*along))
+        return self.start, along / length if length else np.array([1.0, 0.0]), length
 
 
 @dataclass(frozen=True)

@@ -104,8 +104,8 @@ class TankScene:
 
     def frame(self, t: float) -> UInt8[np.ndarray, "h w 3"]:
         """The picture, red, green and blue, whose open time has its middle at a time [s]."""
-        moments = self.film.open(t)
-        moving = [self._balls(self.lamps, at) for at in self.markers(moments)]
+        instants = self.film.open(t)
+        moving = [self._balls(self.lamps, at) for at in self.markers(instants)]
         placed = self._placed([ball for balls in moving for ball in balls])
         scenes = [placed[k : k + len(moving[0])] for k in range(0, len(placed), max(len(moving[0]), 1))]
         boxes = apart((box for scene in scenes for _, box, _ in scene), 2 * self.film.reach)
@@ -150,7 +150,7 @@ class TankScene:
         return light
 
     def _traced(self, box: PixelBox, scenes: Sequence[Sequence[Placed]]) -> Float[np.ndarray, "a b 3"]:
-        """Mean light of a box over moments, each with what moves; what is at rest is added."""
+        """Mean light of a box over instants, each with what moves; what is at rest is added."""
         wide = box.grown(2, self.camera.size)  # an edge is told from what is seen two pixels on
         near = [[s for s in (*self._rest, *scene) if not s[1].cut(wide).empty] for scene in scenes]
         dark = self._dark[wide.slices].reshape(-1, 3)
@@ -158,7 +158,7 @@ class TankScene:
         rays = self.camera.rays(pixels)
         seen = [self._first(solids, *rays) for solids in near]
         light = np.mean([self._light(s, *found, dark) for s, found in zip(near, seen, strict=True)], axis=0)
-        # where there is an edge at one moment, all moments take the same rays
+        # where there is an edge at one instant, all instants take the same rays
         edge = np.any([self._edges(wide, s, label) for s, (label, _) in zip(near, seen, strict=True)], axis=0)
         if edge.any():
             n2 = self.parts**2

@@ -1,0 +1,128 @@
+"""`nectosome control rig`: a rig, simulated or real, under a controller, rehearsed on its model where there is one."""
+
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from nectosome.cli.control_options import ReferenceOptions, named_options
+from nectosome.cli.options import read_count
+from nectosome.cli.output import Outputs, check_target, tell, write, written
+from nectosome.cli.progress import progress_bar
+from nectosome.io import load_dataset, save_dataset
+from nectosome.io.results import SUFFIXES
+from nectosome.units import InputError, did_you_mean, dimension_of, show_quantity
+
+if TYPE_CHECKING:
+    from nectosome.rigs import BenchRun
+
+_CODES = {"finished": 0, "aborted": 1, "failed": 1, "interrupted": 130}
+
+
+def control_rig(
+    *,
+    config: Annotated[Path, Parameter(help="Rig file (.yaml): device, sample time, limits.")],
+    reference: ReferenceOptions,
+    controller: Annotated[
+        str | None,
+        Parameter(help="pid, ff-pid, mpc, or ilc, which learns from run to run; ff-pid with a model, else pid."),
+    ] = None,
+    gains: Annotated[
+        str | None,
+        Parameter(
+            help="K_p,K_i,K_d in the units of the rig file's limits and of --reference, and s; by default found on "
+            "the model.",
+            allow_leading_hyphen=True,
+        ),
+    ] = None,
+    model: Annotated[
+        Path | None,
+        Parameter(help="Model of the rig (.nc), as `identify hysteresis --save` writes it; a simulated rig has one."),
+    ] = None,
+    rounds: Annotated[str, Parameter(help="Runs of ilc.", allow_leading_hyphen=True)] = "5",
+    outputs: Outputs = Outputs(),
+) -> int:
+    """Rehearse on the model, where there is one, then run the rig with its guards, and log it.
+
+    The rig is vented at the end of every run. A run that the guards would stop on the model does not begin.
+    """
+    runs = read_count(rounds, "--rounds", least=1, most=100) if controller == "ilc" else 1
+    outputs.check()
+    save, saved = outputs.save, list[Path]()
+    if save is not None:
+        saved = [save if runs == 1 else save.with_stem(f"{save.stem}_{k + 1}") for k in range(runs)]
+    for path in saved:
+        check_target(path, "--save", SUFFIXES, outputs.force)
+
+    from nectosome.controllers import Reference, parse_gains
+    from nectosome.identification.hysteresis.files import saved_model
+    from nectosome.rigs import CONTROLLERS, Bench
+    from nectosome.rigs.files import load_rig
+
+    if controller is not None and controller not in CONTROLLERS:
+        message = f'"{controller}" is not known: {", ".join(CONTROLLERS)}.{did_you_mean(controller, CONTROLLERS)}'
+        raise InputError(message, field="--controller")
+    file = load_rig(config)
+    identified = file.model if model is None else saved_model(load_dataset(model))
+    with named_options():
+        target = Reference.parse(reference.reference, dimension_of(file.rig.measured_unit), **reference.shape())
+        seconds = reference.seconds()
+        samples = target.samples(target.duration(file.dt) if seconds is None else seconds, file.dt)
+        given = None if gains is None else parse_gains(gains, file.command_unit[1] / target.unit_size)
+        with progress_bar("rehearsing"):
+            bench = Bench.of(file.rig, file.limits, file.dt, samples, controller, given, identified)
+            bench.check(samples)
+    with tempfile.TemporaryDirectory() as folder:
+        logs = [_log_of(path) for path in saved] or [Path(folder) / f"run_{k + 1}.nc" for k in range(runs)]
+        for path in saved:
+            path.unlink(missing_ok=True)
+        found: list[BenchRun] = []
+        with progress_bar("running") as update:
+            outcomes = bench.runs(samples, target.kind, logs, lambda k, share: update(f"run {k + 1}", share))
+            for k, outcome in enumerate(outcomes):
+                found.append(outcome)
+                if saved and outcome.run.path == logs[k] != saved[k]:
+                    save_dataset(outcome.run.data, saved[k])
+                    logs[k].unlink()
+                if outcome.run.status != "finished":
+                    break
+    if bench.model is None:
+        write("not rehearsed: there is no --model", wrap=False)
+    for outcome in found:
+        write(*_lines(outcome), wrap=False)
+    last = found[-1].run
+    if last.status != "finished":
+        tell(f"{last.status}: {last.reason}")
+    paths = [str(path) for path in saved[: len(found)] if path.exists()]
+    paths += outputs.write_page(lambda path: _write_page(found, path))
+    write(*written(paths), wrap=False)
+    return _CODES[last.status]
+
+
+def _write_page(found: "list[BenchRun]", path: Path) -> None:
+    from nectosome.view import show_experiment
+
+    show_experiment([one.run.data for one in found], path)
+
+
+def _log_of(path: Path) -> Path:
+    """Where the log of a run is written: netCDF, of which a table is made at its end."""
+    return path if path.suffix == ".nc" else path.with_name(f"{path.stem}_log.nc")
+
+
+def _lines(outcome: "BenchRun") -> list[str]:
+    """Errors and commands of a run, in words."""
+    data = outcome.run.data
+    errors = {"measured": outcome.measured, "true": outcome.true}
+    command, dimension = data["command"].values, dimension_of(data["command"].attrs["units"])
+    lines = [f"{data.attrs['title']}: {outcome.run.status}, {data.sizes['time']} samples"]
+    for name, error in errors.items():
+        if error:
+            lines.append(f"  {name} error: rms {error[0]:.3g} %, largest {error[1]:.3g} % of the reference's range")
+    if command.size:
+        low, high = (show_quantity(float(x), dimension) for x in (command.min(), command.max()))
+        lines.append(f"  command: {low} to {high}")
+    if data.attrs["overruns"]:
+        lines.append(f"  late: {data.attrs['overruns']:g} samples, by up to {1e3 * data.attrs['latest']:.3g} ms")
+    return lines

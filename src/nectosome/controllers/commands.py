@@ -1,0 +1,107 @@
+"""Commands of a controller: the quantity that it sets, its range, and gains in the units in which both are written."""
+
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from nectosome.description import RobotDescription, get_value, numeric_paths, resolve
+from nectosome.units import InputError, parse_quantity, shorten, unit_to_si
+
+from .beat import Beat, beat_of
+
+
+class CommandRange(NamedTuple):
+    """A quantity of a robot that a controller sets, its range in SI, and the unit in which that was written."""
+
+    name: str
+    paths: tuple[str, ...]
+    low: float
+    high: float
+    initial: float  # value in the description
+    dimension: str
+    unit: str
+    unit_size: float
+
+    @classmethod
+    def parse(cls, text: str, description: RobotDescription) -> "CommandRange":
+        """Range such as `bias=-8..8 mN m`; the unit of the last number counts for both. Raises InputError."""
+        name, equals, rest = (part.strip() for part in text.partition("="))
+        low, dots, high = (part.strip() for part in rest.partition(".."))
+        if not (name and equals and low and dots and high):
+            message = f'"{shorten(text)}" has no range. Write PATH=LOW..HIGH, as in "bias=-8..8 mN m".'
+            raise InputError(message, field="command")
+        try:
+            paths = tuple(resolve(description, name))
+        except InputError as error:
+            aliases = f" Aliases: {', '.join(description.aliases)}." if description.aliases else ""
+            raise InputError(error.message + aliases, field="command") from None
+        unit = unit_text(high)
+        quantity = numeric_paths(description)[paths[0]]
+        texts = [low if unit_text(low) else f"{low} {unit}".strip(), high]
+        try:
+            ends = [quantity.read(end, units_required=True) for end in texts]
+        except ValueError as error:
+            raise InputError(str(error), field=f"command {name}") from None
+        initial = float(get_value(description, name))
+        size = unit_to_si(unit)[0] if unit else 1.0
+        found = cls(name, paths, ends[0], ends[1], initial, quantity.dimension, unit or quantity.unit, size)
+        if not found.low < found.high:
+            message = f"{low}..{high} is empty. Write the smaller end first."
+            raise InputError(message, field=f"command {name}")
+        if not found.low <= initial <= found.high:
+            ends_shown = f"{found.show(found.low)} to {found.show(found.high)}"
+            message = f"it starts at {found.show(initial)}, outside of {ends_shown}."
+            raise InputError(f"{message} Put it inside first, or widen the range.", field=f"command {name}")
+        return found
+
+    @property
+    def largest(self) -> float:
+        """Largest magnitude."""
+        return max(abs(self.low), abs(self.high))
+
+    def beat(self, description: RobotDescription, required: bool) -> Beat | None:
+        """Beat of the robot under this command; None where it has none. Raises InputError where one is required."""
+        try:
+            beat = beat_of(description, self.paths, self.initial)
+        except InputError as error:
+            if required:
+                place = f"{error.field}: " if error.field and "." in error.field else ""
+                raise InputError(f"there is no beat to average over: {place}{error.message}", field="mean") from None
+            return None
+        if required and beat.nominal and self.low <= 0:
+            message = f"a beat never ends at {self.show(0.0)}. Let the range begin above that."
+            raise InputError(message, field=f"command {self.name}")
+        return beat
+
+    def show(self, value: float) -> str:
+        """A value in the unit in which the range was written."""
+        return f"{value / self.unit_size:.4g} {self.unit}".strip()
+
+
+def parse_gains(gains: str | Sequence[float], unit_size: float = 1.0) -> Float[np.ndarray, "3"]:
+    """K_p, K_i, K_d in SI from `4, 0.5, 0` or three numbers, of one sign: negative for a plant with negative response.
+
+    `unit_size` is the SI size of their unit: that of the command over that of the measurement. Raises InputError.
+    """
+    text = gains if isinstance(gains, str) else ",".join(f"{float(x):g}" for x in gains)
+    try:
+        parts = gains.split(",") if isinstance(gains, str) else gains
+        numbers = np.array([parse_quantity(part, "number") if isinstance(part, str) else float(part) for part in parts])
+    except ValueError as error:
+        raise InputError(str(error), field="gains") from None
+    if len(numbers) != 3 or not numbers.any() or not np.isfinite(numbers).all():
+        raise InputError(f'"{shorten(text)}" is not three numbers that are not all 0, such as 4,0.5,0.', field="gains")
+    if min(numbers) < 0 < max(numbers):
+        message = (
+            f'"{shorten(text)}": gains must share one sign; use negative gains for a plant with negative response.'
+        )
+        raise InputError(message, field="gains")
+    return numbers * unit_size
+
+
+def unit_text(text: str) -> str:
+    """The unit behind a number, as it is written."""
+    return re.sub(r"^\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", "", text).strip()

@@ -1,0 +1,284 @@
+"""A PID on any robot in one call: parse, find gains, detune them, simulate the closed loop."""
+
+import math
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, Unpack
+
+import numpy as np
+from jaxtyping import Float
+
+from nectosome.core import Status
+from nectosome.description import RobotDescription
+from nectosome.model import SampledPlant
+from nectosome.model.inputs import RobotLike, description_of
+from nectosome.units import InputError, read_quantity, show_quantity
+
+from .autotune import RelayGains, detune, relay_gains, smooth_pid, time_scaled
+from .beat import Beat, instants_per_sample
+from .closed_loop import ClosedLoopRecord, SensorModel, run_closed_loop
+from .commands import CommandRange, parse_gains
+from .pid import PID
+from .references import Reference
+from .tracking_errors import step_response, still_approaching
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Progress = Callable[[str, float], bool | None]
+
+_RATE, _PER_BEAT = 20.0, 4  # samples a second, and a beat where the measurement is averaged over one
+_MOST = 100_000  # samples
+_REACHED = 0.05  # of a step, within which a constant reference counts as reached
+
+
+class Shape(TypedDict, total=False):
+    """Options of a reference, as text with units: see `Reference.parse`."""
+
+    amplitude: str | None
+    frequency: str | None
+    to: str | None
+    column: str | None
+
+
+class LoopGains(NamedTuple):
+    """K_p, K_i, K_d in SI, and where they come from: a relay experiment and detuning, or the user (None, 1)."""
+
+    values: Float[np.ndarray, "3"]
+    experiment: RelayGains | None = None
+    speed: float = 1.0  # of the detuned loop, relative to that of the experiment's gains
+
+
+@dataclass(frozen=True)
+class ControlTask:
+    """A robot with its command, sensor and reference, parsed and checked."""
+
+    robot: SampledPlant
+    command: CommandRange
+    reference: Reference
+    sensor: SensorModel
+    beat: Beat | None
+    start: float  # output at t = 0 [SI]
+    given: Float[np.ndarray, "3"] | None  # gains [SI]
+
+    @classmethod
+    def parse(
+        cls,
+        robot: RobotLike,
+        *,
+        command: str,
+        measure: str,
+        reference: str | Path | float | Float[np.ndarray, "k"] | Reference,
+        gains: str | Sequence[float] | None = None,
+        rate: str | float | None = None,
+        mean: bool = False,
+        noise: str | float | None = None,
+        delay: str | float | None = None,
+        settings: Iterable[str] = (),
+        resolution: float = math.inf,
+        **shape: Unpack[Shape],
+    ) -> "ControlTask":
+        """Read what `control` takes; `resolution` [s] is the longest time between recorded instants.
+
+        Raises InputError, whose field is the argument.
+        """
+        description = description_of(robot, settings)
+        frequency = None if rate is None else _si(rate, "frequency", "rate")
+        late = 0.0 if delay is None else _si(delay, "time", "delay")
+        if gains is not None:
+            parse_gains(gains)
+        span = CommandRange.parse(command, description)
+        beat = span.beat(description, required=mean)
+        usual = _PER_BEAT * beat.at(span.initial) if mean and beat is not None else _RATE
+        dt = 1 / (frequency or usual)
+        instants = 1 if beat is None else instants_per_sample(beat, span.largest, dt)
+        instants = max(instants, math.ceil(dt / resolution))
+        plant = _plant(description, span.name, measure, dt, instants)
+        target = Reference.parse(reference, plant.reading.dimension, **shape)
+        spread = 0.0 if noise is None else _si(noise, plant.reading.dimension, "noise", least=0.0)
+        sensor = SensorModel(beat if mean else None, late, spread)
+        given = None if gains is None else parse_gains(gains, span.unit_size / target.unit_size)
+        return cls(plant, span, target, sensor, beat, plant.start()[0].reading, given)
+
+    def samples(self, time: float) -> Float[np.ndarray, "k"]:
+        """The reference at its samples [SI], `time` [s] long. Raises InputError for too few or too many samples."""
+        dt = self.robot.dt
+        if not 2 <= time / dt <= _MOST:
+            what = f"{show_quantity(1 / dt, 'frequency')} for {show_quantity(time, 'time')} is {time / dt:.3g} samples"
+            raise InputError(f"{what}; from 2 to {_MOST} are possible.", field="rate")
+        return self.reference.samples(time, dt, self.start)
+
+    def find_gains(self, time: float, progress: Progress | None = None) -> LoopGains | None:
+        """The given gains, or those of a relay experiment, detuned along `time` [s] of the reference.
+
+        None where `progress` returns False. Raises InputError where no gains are found.
+        """
+        if self.given is not None:
+            return LoopGains(self.given)
+        samples, span = self.samples(time), self.command
+        setpoint = float(samples[0]) if self.reference.kind == "constant" else self.start
+        found = relay_gains(
+            self.robot, span.low, span.high, setpoint, self.sensor, progress=_named("finding gains", progress)
+        )
+        if found is None:
+            return None
+        speed = detune(
+            self.robot, found.gains, span.low, span.high, samples, self.sensor, progress=_named("detuning", progress)
+        )
+        return None if speed is None else LoopGains(time_scaled(found.gains, speed), found, speed)
+
+    def pid(self, gains: LoopGains) -> PID:
+        """PID of these gains, within the range of the command."""
+        return smooth_pid(gains.values, self.command.low, self.command.high, self.robot.dt)
+
+    def gains_text(self, gains: LoopGains) -> str:
+        """K_p,K_i,K_d in the units in which command and reference are written, as `parse_gains` reads them."""
+        scale = self.command.unit_size / self.reference.unit_size
+        return ",".join(f"{x:.4g}" for x in gains.values / scale)
+
+    def gain_units(self) -> tuple[str, str, str]:
+        """Units of K_p, K_i and K_d in that text."""
+        c, m = self.command.unit or "1", self.reference.unit or "1"
+        m = f"({m})" if re.search("[ /]", m) else m
+        return f"{c}/{m}", f"{c}/({m} s)", f"{c} s/{m}"
+
+
+@dataclass(frozen=True)
+class ControlResult:
+    """A closed-loop run with its task and gains; without samples where it was cancelled while gains were found."""
+
+    task: ControlTask
+    gains: LoopGains | None
+    record: ClosedLoopRecord
+    settings: dict[str, Any] = field(default_factory=dict)  # the arguments, for provenance
+
+    @property
+    def status(self) -> Status:
+        """How the run ended."""
+        return self.record.status
+
+    def to_dataset(self) -> "xr.Dataset":
+        """The run as a dataset like that of `simulate`, with the signals of the loop over `sample`, in SI units."""
+        return self.record.to_dataset(self.settings)
+
+    def missed(self) -> str:
+        """Why a constant reference was not reached although the command is saturated, in a sentence; else ""."""
+        run, span, reference = self.record, self.task.command, self.task.reference
+        answer = step_response(run.time, run.output, run.reference) if len(run.time) > 1 else None
+        if answer is None:
+            return ""
+        last = slice(-max(len(run.time) // 10, 1), None)
+        ends = [end for end in (span.low, span.high) if np.allclose(run.command[last], end)]
+        error, step = answer.steady_error, run.reference[0] - run.output[0]
+        if not ends or abs(error) <= _REACHED * abs(step):
+            return ""
+        saturated, name = (
+            f"{run.robot.command} is at {span.show(ends[0])}, the end of its range",
+            run.robot.reading.name,
+        )
+        now, target = reference.show(run.output[-1]), reference.show(run.reference[-1])
+        if error * step < 0 and abs(error) > abs(step):
+            return f"{saturated}, and {name} moved away from the reference, to {now}. Try gains of the other sign."
+        if still_approaching(run.output - run.reference):
+            return (
+                f"{target} is not reached yet: {saturated}, and {name} is {now} and approaches it. Give it more time."
+            )
+        return f"the reference is out of reach: {saturated}, and {name} is {now} instead of {target}."
+
+
+def control(
+    robot: RobotLike,
+    *,
+    command: str,
+    measure: str,
+    reference: str | Path | float | Float[np.ndarray, "k"] | Reference,
+    gains: str | Sequence[float] | None = None,
+    time: str | float | None = None,
+    rate: str | float | None = None,
+    mean: bool = False,
+    noise: str | float | None = None,
+    delay: str | float | None = None,
+    settings: Iterable[str] = (),
+    progress: Progress | None = None,
+    **shape: Unpack[Shape],
+) -> ControlResult:
+    """Simulate a robot under a PID that sets one of its quantities so that a reading tracks a reference.
+
+    Quantities are text with units, or numbers in SI.
+
+    - robot: name, path, description or built robot; `settings` such as `f=1.5 Hz` change its quantities.
+    - command: the quantity and its range, `bias=-8..8 mN m`; the description has its initial value.
+    - measure: name of a reading, such as `heading` or `arm.angle` (see `nectosome.model.reading_of`).
+    - reference: a constant, `sine`, `triangle`, `chirp` or `varying` with `amplitude`, `frequency`, `to`, a recording
+      with `column`, or an array of samples (see `Reference.parse`).
+    - gains: K_p, K_i, K_d in the units in which command and reference are written, and s. Without them, the rules of
+      Tyreus and Luyben after a relay experiment on the model, detuned along the reference.
+    - time: [s]; two periods, the length of a recording, or 10 s unless given.
+    - rate: of samples; 20 Hz, or four a beat with `mean`.
+    - mean: the measurement is averaged over the last beat of the drives.
+    - noise, delay: standard deviation and delay of a measurement.
+    - progress(what, share): the run is cancelled where it returns False.
+
+    Raises InputError, whose field is the argument, for arguments that are wrong and where no gains are found.
+    """
+    settings = [settings] if isinstance(settings, str) else list(settings)
+    task = ControlTask.parse(
+        robot,
+        command=command,
+        measure=measure,
+        reference=reference,
+        gains=gains,
+        rate=rate,
+        mean=mean,
+        noise=noise,
+        delay=delay,
+        settings=settings,
+        **shape,
+    )
+    seconds = task.reference.duration(task.robot.dt) if time is None else _si(time, "time", "time")
+    samples = task.samples(seconds)
+    found = task.find_gains(seconds, progress)
+    if found is None:
+        return ControlResult(task, None, _empty(task))
+    run = run_closed_loop(
+        task.robot, task.pid(found), samples, task.sensor, progress=_named("simulating the loop", progress)
+    )
+    given = {"robot": str(robot) if isinstance(robot, str | Path) else run.robot.description.name, "set": settings}
+    given |= {"command": command, "measure": measure, "reference": _plain(reference), **shape}
+    given |= {"time": seconds, "rate": 1 / task.robot.dt, "mean": mean, "noise": noise, "delay": delay}
+    given |= {"gains": task.gains_text(found)}
+    return ControlResult(task, found, run, {name: value for name, value in given.items() if value is not None})
+
+
+def _plant(description: RobotDescription, command: str, measure: str, dt: float, instants: int) -> SampledPlant:
+    try:
+        return SampledPlant(description, command, measure, dt, instants)
+    except InputError as error:
+        raise InputError(error.message, field=error.field or "measure") from None
+
+
+def _empty(task: ControlTask) -> ClosedLoopRecord:
+    """Record of a run that was cancelled before its first sample."""
+    (start, interval), none = task.robot.start(), np.zeros(0)
+    return ClosedLoopRecord(task.robot, none, none, none, none, none, (start,), (interval,), Status.CANCELLED)
+
+
+def _named(what: str, progress: Progress | None) -> Callable[[float], bool | None] | None:
+    return None if progress is None else lambda share: progress(what, share)
+
+
+def _si(value: str | float, dimension: str, name: str, least: float | None = None) -> float:
+    """SI value of an argument: more than 0, or not less than `least`."""
+    number = read_quantity(value, dimension, name) if isinstance(value, str) else float(value)
+    allowed = "more than 0" if least is None else f"not less than {least:g}"
+    if not (number > 0 if least is None else number >= least) or not math.isfinite(number):
+        raise InputError(f'"{value}" is out of range: it must be {allowed}.', field=name)
+    return number
+
+
+def _plain(reference: Any) -> Any:
+    if isinstance(reference, Reference):
+        return reference.kind
+    return str(reference) if isinstance(reference, Path) else np.asarray(reference).tolist()

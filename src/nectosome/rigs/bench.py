@@ -1,0 +1,226 @@
+"""A rig under a controller: a rehearsal on its model, where there is one, then the experiment."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from nectosome.controllers import (
+    ActuatorLimits,
+    BlockLoop,
+    BlockLoopRecord,
+    Controller,
+    Feedforward,
+    HystereticModel,
+    Learner,
+    Predictive,
+    block_relay_gains,
+    check_reachable,
+    hysteretic,
+    margins,
+    open_loop,
+    smooth_pid,
+    time_scaled,
+)
+from nectosome.controllers.autotune import SPEEDS
+from nectosome.controllers.feedforward import SMOOTHING
+from nectosome.drives import Chain, DeadTime, Saturation, Sensor, SlewLimit
+from nectosome.identification.fits.errors import range_errors
+from nectosome.units import InputError, dimension_of, show_quantity
+
+from .experiment import Experiment, RigRun
+from .guards import Guards
+from .limits import Limits
+from .rig import Rig
+from .simulated_rig import SimulatedRig
+
+if TYPE_CHECKING:
+    from nectosome.identification.hysteresis.fit import Identified
+
+CONTROLLERS = ("pid", "ff-pid", "ilc", "mpc")
+_SMALL, _LARGE = 0.1, 0.5  # of the range of commands, at which the loop must be stable
+_LEARNING, _SHARE, _MILD = 0.15, 0.5, 0.5  # s, over which errors are smoothed; gamma; of the gains, as noise is learned
+_HORIZON, _WEIGHT, _WANDER = 30, 0.1, 0.4  # samples; of inputs against outputs; steps of the disturbance by the noise
+_QUIET = 1e-4  # of the range of measurements: the least noise that is assumed
+_MOST_DELAY = 12  # steps of a block
+
+
+class BenchRun(NamedTuple):
+    """A run, and its errors (rms, largest) [percent of the reference's range]: measured, and true on a simulated rig.
+
+    None where there is nothing to compare.
+    """
+
+    run: RigRun
+    measured: tuple[float, float] | None
+    true: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A rig with limits and a controller; with a model of it, from command to measurement, for rehearsals."""
+
+    rig: Rig
+    limits: Limits
+    dt: float  # between samples [s]
+    controller: Controller | Learner
+    model: HystereticModel | None = None
+    loop: BlockLoop | None = None  # the model under a controller
+
+    @classmethod
+    def of(
+        cls,
+        rig: Rig,
+        limits: Limits,
+        dt: float,
+        reference: Float[np.ndarray, "n"],
+        controller: str | None = None,
+        gains: Float[np.ndarray, "3"] | None = None,
+        model: "Identified | None" = None,
+    ) -> "Bench":
+        """Controller by its name, one of CONTROLLERS: `ff-pid` with a model, else `pid`, unless given.
+
+        - gains: K_p, K_i, K_d in SI. Without them those of a relay experiment on the model, detuned along the
+          reference.
+        - model: of the rig, as `identify_hysteresis` finds it.
+
+        Raises InputError where gains or a model are needed, and for a model of other units or without inverse.
+        """
+        name = controller or ("pid" if model is None else "ff-pid")
+        if model is None:
+            if name != "pid":
+                raise InputError(f"{name} needs a model of the rig.", field="model")
+            if gains is None:
+                raise InputError("without a model no gains can be found: give gains, or a model.", field="gains")
+            return cls(rig, limits, dt, smooth_pid(gains, limits.low, limits.high, dt, limits.slew))
+        if (rig.command_unit, rig.measured_unit) != ("Pa", "m"):
+            units = f"{rig.command_unit} and measures {rig.measured_unit}"
+            raise InputError(f"is from Pa to m; the rig takes {units}.", field="model")
+        loop = actuator_loop(model, limits, dt)
+        known = hysteretic(model.hysteresis(), model.dynamics(), dt)
+        used = _found_gains(loop, limits, reference) if gains is None else gains
+        return cls(rig, limits, dt, _controller(name, used, known, limits, dt, float(loop.sensor.noise)), known, loop)
+
+    def check(self, reference: Float[np.ndarray, "n"]) -> None:
+        """Rehearse on the model; without one, nothing is known before the rig moves.
+
+        Raises InputError for a reference that is out of reach, an unstable loop, and a run that the guards would end.
+        """
+        if self.model is None or self.loop is None:
+            return
+        dimensions = dimension_of(self.rig.command_unit), dimension_of(self.rig.measured_unit)
+        check_reachable(self.model, _actuator_limits(self.limits), reference, self.dt, dimensions)
+        for share in (_SMALL, _LARGE):
+            size = share * max(self.limits.high, -self.limits.low)
+            found = margins(*open_loop(self.loop, self._first, size))
+            if found.phase <= 0:
+                raise InputError(
+                    f"the loop is unstable for commands of {show_quantity(size, dimensions[0])}: its limit of "
+                    f"stability is at {found.gain:.2g} times these gains. Take lower ones.",
+                    field="gains",
+                )
+        rehearse(self.loop, self._first, reference, self.limits, self.rig)
+
+    def runs(
+        self,
+        reference: Float[np.ndarray, "n"],
+        name: str,
+        logs: Sequence[Path],
+        progress: Callable[[int, float], None] | None = None,
+    ) -> Iterator[BenchRun]:
+        """One experiment for each log, in turn; a learning controller learns from each run for the next."""
+        law = self._first
+        for k, log in enumerate(logs):
+            report = None if progress is None else lambda share, k=k: progress(k, share)
+            run = Experiment(self.rig, law, reference, self.limits, self.dt, name).run(log, report)
+            yield _scored(run, self.rig, reference)
+            if isinstance(self.controller, Learner):
+                target, measured, command = (
+                    jnp.asarray(run.data[one].values) for one in ("reference", "measured", "command")
+                )
+                law = self.controller.after(BlockLoopRecord(target, measured, measured, command))
+
+    @property
+    def _first(self) -> Controller:
+        return self.controller.first if isinstance(self.controller, Learner) else self.controller
+
+
+def rehearse(
+    loop: BlockLoop, controller: Controller, reference: Float[np.ndarray, "n"], limits: Limits, rig: Rig
+) -> BlockLoopRecord:
+    """Closed-loop run of a model. Raises InputError where the guards would end it, with their reason.
+
+    It finds an unstable loop, gains that are too high and a reference out of reach, but no errors of the model.
+    """
+    record = loop.run(controller, reference)
+    guards, before = Guards(limits, rig, loop.dt, len(reference)), 0.0
+    signals = reference.tolist(), np.asarray(record.measured).tolist(), np.asarray(record.command).tolist()
+    for k, (target, measured, command) in enumerate(zip(*signals, strict=True)):
+        why = guards.sample(0.0, target, measured, before) or guards.wanted(command)
+        if why:
+            raise InputError(f"on the model it would end at {k * loop.dt:.3f} s, nothing was moved: {why}")
+        before = guards.allowed(command, before, loop.dt)
+    return record
+
+
+def actuator_loop(model: "Identified", limits: Limits, dt: float, noise: float | None = None) -> BlockLoop:
+    """A rig as a block in a loop: delay of one sample, limits of the command, hysteresis, dynamics, and its sensor.
+
+    `noise` [m] is that of the sensor; the residual noise of the identification unless given.
+    """
+    slew = min(limits.slew, model.theta.get("slew", limits.slew))
+    within = Saturation(jnp.asarray(limits.low), jnp.asarray(limits.high)), SlewLimit(jnp.asarray(slew))
+    plant = Chain((DeadTime(jnp.asarray(dt), _MOST_DELAY), *within, model.hysteresis(), model.dynamics()))
+    spread = max(model.noise, _QUIET * (limits.most - limits.least)) if noise is None else noise
+    return BlockLoop(plant, Sensor(*(jnp.asarray(x) for x in (spread, limits.least, limits.most))), dt)
+
+
+def _controller(
+    name: str, gains: Float[np.ndarray, "3"], model: HystereticModel, limits: Limits, dt: float, noise: float
+) -> Controller | Learner:
+    def pid(share: float = 1.0) -> Any:
+        return smooth_pid(share * gains, limits.low, limits.high, dt, limits.slew)
+
+    if name == "pid":
+        return pid()
+    if name == "ff-pid":
+        return Feedforward(pid(), model, SMOOTHING)
+    if name == "ilc":
+        return Learner(Feedforward(pid(_MILD), model, SMOOTHING), dt, _LEARNING, _SHARE)
+    within = _actuator_limits(limits)
+    return Predictive(model, within, _HORIZON, _WEIGHT, _WANDER * noise, noise, SMOOTHING)
+
+
+def _found_gains(loop: BlockLoop, limits: Limits, reference: Float[np.ndarray, "n"]) -> Float[np.ndarray, "3"]:
+    """Gains of a relay experiment on the model, detuned for the least integral of time times error."""
+    amplitude = _LARGE * min(limits.high, -limits.low)
+    if amplitude <= 0:
+        raise InputError("commands of both signs are needed to find gains: give gains.", field="gains")
+    found, time = block_relay_gains(loop, amplitude).gains, loop.dt * np.arange(len(reference))
+    best, least = found, np.inf
+    for speed in SPEEDS:
+        gains = time_scaled(found, speed)
+        record = loop.run(smooth_pid(gains, limits.low, limits.high, loop.dt, limits.slew), reference)
+        error = float(np.sum(time * np.abs(np.asarray(record.output) - reference)))
+        if error >= least:
+            break
+        best, least = gains, error
+    return best
+
+
+def _actuator_limits(limits: Limits) -> ActuatorLimits:
+    return ActuatorLimits(*(jnp.asarray(x) for x in (limits.low, limits.high, limits.slew)))
+
+
+def _scored(run: RigRun, rig: Rig, reference: Float[np.ndarray, "n"]) -> BenchRun:
+    measured = run.data["measured"].values
+    target, known = reference[: len(measured)], np.isfinite(measured)
+    if not known.any() or np.ptp(target[known]) == 0:
+        return BenchRun(run, None, None)
+    outputs = np.array(rig.outputs[: len(measured)]) if isinstance(rig, SimulatedRig) else None
+    true = None if outputs is None else range_errors(outputs, target)
+    return BenchRun(run, range_errors(measured[known], target[known]), true)

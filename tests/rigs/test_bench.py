@@ -1,0 +1,123 @@
+"""A bench: rehearsals on the model of the fishtail of the paper, and experiments on a simulated rig of it."""
+
+from dataclasses import replace
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from nectosome.controllers import eased, sine
+from nectosome.drives import Chain
+from nectosome.identification.hysteresis.files import hysteresis_data, saved_model
+from nectosome.identification.hysteresis.fit import Identified, PressureTrial, identify_hysteresis
+from nectosome.papers.fishtail import plant
+from nectosome.papers.fishtail.recordings import NOISE, recorded
+from nectosome.rigs import Bench, SimulatedRig
+from nectosome.rigs.bench import actuator_loop
+from nectosome.units import InputError
+
+from .faulty import simulated
+from .tail import BAR, DT, GAINS, LIMITS, MM, tail
+
+SHORT = eased(sine(8 * MM, 0.4, 7.5, DT), 2.5, DT)
+
+
+def rig(model: Identified) -> SimulatedRig:
+    loop = actuator_loop(model, LIMITS, DT)
+    return SimulatedRig(loop.plant, loop.sensor, dt=DT / loop.substeps)
+
+
+def bench(controller=None, gains=GAINS, reference=SHORT) -> Bench:
+    return Bench.of(rig(tail()), LIMITS, DT, reference, controller, gains, tail())
+
+
+def test_a_bench_runs_and_scores_an_experiment(tmp_path):
+    one = bench()
+    one.check(SHORT)
+    (outcome,) = one.runs(SHORT, "sine", [tmp_path / "run.nc"])
+    assert outcome.run.status == "finished"
+    assert outcome.true is not None and outcome.measured is not None
+    assert outcome.true[0] < 0.2 < outcome.measured[0] < 0.5
+    assert outcome.run.data.sizes["time"] == len(SHORT)
+
+
+@pytest.mark.parametrize(("controller", "most"), [("pid", 15.0), ("ff-pid", 1.0)])
+def test_gains_are_found_by_a_relay_experiment_on_the_model(controller, most, tmp_path):
+    """Stable at small and large commands; alone they lag behind a sine of 0.4 Hz, beside the inverse they do not."""
+    one = bench(controller, None)
+    one.check(SHORT)
+    (outcome,) = one.runs(SHORT, "sine", [tmp_path / "run.nc"])
+    assert outcome.run.status == "finished"
+    assert outcome.true is not None and outcome.true[0] < most
+
+
+def test_learning_goes_on_from_run_to_run(tmp_path):
+    """On a tail with a gain a fifth higher than that of the model."""
+    one = bench("ilc")
+    loop = actuator_loop(tail(), LIMITS, DT)
+    *before, dynamics = loop.plant.blocks
+    higher = eqx.tree_at(lambda block: block.numerator, dynamics, 1.2 * dynamics.numerator)
+    other = replace(one, rig=SimulatedRig(Chain((*before, higher)), loop.sensor, dt=DT / loop.substeps))
+    runs = [*other.runs(SHORT, "sine", [tmp_path / f"{k}.nc" for k in range(4)])]
+    first, *_, last = (one.true[0] for one in runs)
+    assert last < 0.3 * first
+
+
+def test_a_bench_of_an_identified_actuator_uses_its_inverse(tmp_path):
+    """Another actuator, half as stiff: identified, saved, and controlled by its own inverse."""
+    trials = []
+    for f in (0.5, 1.0):
+        one = recorded(f, limit=False)
+        trials.append(PressureTrial(one.name, one.dt, one.pressure, 2 * one.displacement))
+    found = identify_hysteresis(trials)
+    read = saved_model(hysteresis_data(found, trials))
+    np.testing.assert_array_equal(read.slopes, found.slopes)
+    own = Bench.of(rig(read), LIMITS, DT, SHORT, "mpc", GAINS, read)
+    (outcome,) = own.runs(SHORT, "sine", [tmp_path / "run.nc"])
+    assert outcome.true is not None and outcome.true[0] < 0.5
+    with pytest.raises(InputError, match="holds no hysteresis"):
+        saved_model(outcome.run.data)
+
+
+@pytest.mark.parametrize(
+    ("controller", "gains", "reference", "why"),
+    [
+        ("pid", (0.05, 5.0, 0.001), SHORT, "is unstable for commands of 6 kPa"),
+        ("ff-pid", (0.00523, 0.866, 0.00489), 5 * SHORT, "possible up to an amplitude of"),
+        ("mpc", (0.00523, 0.866, 0.00489), sine(10 * MM, 3.0, 2.0, DT), "it needs"),
+        ("pid", (0.0, 0.01, 0.0), SHORT, "on the model it would end"),
+    ],
+)
+def test_what_cannot_work_does_not_begin(controller, gains, reference, why):
+    with pytest.raises(InputError, match=why):
+        bench(controller, np.array(gains) * BAR / MM).check(reference)
+
+
+def test_without_a_model_gains_are_needed_and_nothing_is_rehearsed(tmp_path):
+    free = Bench.of(simulated(), LIMITS, 0.01, SHORT, gains=np.array([2.8e6, 8.4e7, 0.0]))
+    free.check(100 * SHORT)
+    (outcome,) = free.runs(SHORT[:100], "sine", [tmp_path / "run.nc"])
+    assert outcome.run.status == "finished"
+    with pytest.raises(InputError, match="gains: without a model"):
+        Bench.of(simulated(), LIMITS, 0.01, SHORT)
+    with pytest.raises(InputError, match="model: mpc needs a model"):
+        Bench.of(simulated(), LIMITS, 0.01, SHORT, "mpc", GAINS)
+
+
+def test_a_model_of_other_units_is_refused():
+    servo = simulated()
+    servo.command_unit = servo.measured_unit = "rad"
+    with pytest.raises(InputError, match="from Pa to m; the rig takes rad and measures rad"):
+        Bench.of(servo, LIMITS, DT, SHORT, model=tail())
+
+
+def test_the_model_of_a_rig_has_its_delay_its_limits_and_its_sensor():
+    """Its command acts a sample later; a fitted slew limit below that of the rig counts."""
+    slow = tail()._replace(theta=tail().theta | {"slew": 1e5})
+    loop = actuator_loop(slow, LIMITS, DT)
+    delay, within, slew, *_ = loop.plant.blocks
+    assert (float(delay.delay), float(within.high), float(slew.rate)) == (DT, plant.LARGEST, 1e5)
+    assert float(loop.sensor.noise) == NOISE
+    assert float(actuator_loop(tail()._replace(noise=0.0), LIMITS, DT).sensor.noise) == pytest.approx(5e-6)
+    assert jnp.isclose(loop.sensor.low, -25 * MM)

@@ -1,0 +1,38 @@
+"""The scorecard as a table of a page."""
+
+import pytest
+
+from nectosome.view.scorecard import number, percent, summary, table
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (0.68567, "m/s", "0.6857 m/s"),
+        (7.4e6, "Pa", "7.400e6 Pa"),
+        (2.5e-5, "1", "2.500e-5"),
+        (12345.6, "N", "12346 N"),
+        (0.0, "", "0"),
+        (None, "m", "-"),
+        (float("nan"), "m", "-"),
+    ],
+)
+def test_numbers_have_sensible_digits(value, unit, text):
+    assert number(value, unit) == text
+
+
+@pytest.mark.parametrize(("value", "text"), [(0.4, "0.40 %"), (0.0123, "0.01 %"), (None, "-"), (-15.968, "-15.97 %")])
+def test_percentages(value, text):
+    assert percent(value) == text
+
+
+ROW = {"id": "a/speed", "quantity": "speed", "unit": "m/s", "printed": 0.68, "ours": 0.684, "error": 0.6}
+ROW |= {"tolerance": 1.0, "kind": "prediction", "note": "", "verdict": "match"}
+NONE = ROW | {"printed": None, "error": None, "tolerance": None, "verdict": "not reproducible"}
+
+
+def test_verdicts_have_a_symbol_as_well_as_a_colour():
+    text = table([ROW, NONE])
+    assert '<td class="verdict match">✓ match</td>' in text and '<td class="verdict no">- not reproducible' in text
+    assert summary([ROW, NONE]) == "2 rows: 1 match, 1 not reproducible."
+    assert summary([]) == "No rows."
