@@ -25,8 +25,8 @@ swimmer = ns.apply_settings(ns.describe("flagellum"), half)
 holder = ns.describe(str(Path(__file__).with_name("holding.yaml")))
 
 # change: three numbers of the filament that both goals share, and the motor's speed, which is free
-ranges = {"L": "300 mm .. 600 mm", "tip_radius": "4 mm .. 10 mm", "E": "0.5 MPa .. 10 MPa log"}
-ranges["omega"] = "3 rad/s .. 22 rad/s"
+ranges = {"L": "300..600mm", "tip_radius": "4..10mm", "E": "0.5..10MPa log"}
+ranges["omega"] = "3..22rad/s"
 variables = tuple(read_variable(name, text, swimmer) for name, text in ranges.items())
 motion = MotionDesign(swimmer, variables, constraints=(Limit("torque", True, 0.5),), forward="-x")
 swim = motion.prepare()

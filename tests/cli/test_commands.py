@@ -202,6 +202,16 @@ def test_show_hands_a_run_to_the_view(nectosome, ball_run, monkeypatch):
     assert drawn == [("ball: simulation", "page.html")]
 
 
+def test_check_warns_of_what_no_material_has_and_goes_on(nectosome, tmp_path):
+    (tmp_path / "light.yaml").write_text(
+        "name: a\nwater: {density: 1.02 kg/m3}\nbody: {kind: rigid, shape: point, mass: 1 kg}\n"
+    )
+    answer = nectosome("check", str(tmp_path / "light.yaml"))
+    assert answer.code == 0
+    assert "light.yaml, water.density: 1.02 kg/m3 is far outside of water" in answer.err
+    assert "(950 kg/m3 to 1300 kg/m3). Check the value and its unit." in answer.err
+
+
 def test_check_says_what_a_file_describes(nectosome, ball):
     answer = nectosome("check", "ball.yaml")
     assert (answer.code, answer.out, answer.err) == (0, "ball.yaml: ok, 1 part, 1 degree of freedom, 0.04021 kg\n", "")

@@ -50,7 +50,7 @@ def test_steady_prints_the_speed_and_saves_what_show_shows(nectosome, ball):
     assert "ball: steady motion" in done.out
     shown = nectosome("show", "ball.nc")
     assert (shown.code, shown.err) == (0, "")
-    assert shown.out.startswith(done.out)
+    assert shown.out.startswith(done.out.removesuffix("written: ball.nc\n"))
     assert float(load_dataset("ball.nc")["velocity"].sel(axis="z").item()) == pytest.approx(-SPEED, rel=1e-9)
 
 

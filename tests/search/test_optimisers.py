@@ -164,7 +164,7 @@ def test_mistakes_in_a_task_are_raised():
         def prepare(self):
             return lambda u, derivatives, memory: Evaluation(u, 1.0, np.zeros(2 if u[0] > 0.5 else 1))
 
-    with pytest.raises(ValueError, match="gives no derivatives where they were asked for"):
+    with pytest.raises(ValueError, match="gives no derivatives where the optimiser needs them"):
         run(_NoDerivatives("disc", anywhere=True), Gradient())
     with pytest.raises(ValueError, match="gives 2 constraints; the task names 1"):
         run(Mistaken("disc", anywhere=True), Pattern())

@@ -79,7 +79,7 @@ def test_a_grid_is_corrected_and_saved(tmp_path, capfd):
             press("Correct")
             page.wait_for_selector("#studio-correction")
             words = page.inner_text("#studio-correction")
-            for part in ("simulator as it was: mean 1", "next experiment", "where measured, told by peaks"):
+            for part in ("simulator as it was: mean 1", "next experiment", "where measured, estimated from peaks"):
                 assert part in words
             assert words.count("expected") == 3
             page.wait_for_function("document.querySelectorAll('.js-plotly-plot .heatmaplayer image').length === 1")

@@ -27,9 +27,9 @@ body:
 aliases: {M: [body.joint.torque.amplitude], c: [body.joint.damping]}
 """
 PROBLEM = """
-variables: {M: 10 mN m .. 30 mN m, c: 10 mN m s/rad .. 40 mN m s/rad}
-objective: power
-constraints: [power >= 0.15 mW]
+vary: {M: 10..30 mN m, c: 10..40 mN m s/rad}
+minimise: power
+keep: [power >= 0.15 mW]
 """
 
 pytestmark = NEEDS_CHROMIUM
@@ -101,7 +101,7 @@ def test_a_click_on_a_map_loads_its_point_and_the_map_is_saved_and_opened(page, 
     before = count(page)
     page.get_by_role("tab", name="Map").click()
     page.locator("input[value^='M=']").fill("M=10,20 mN m")
-    page.locator("input[value^='c=']").fill("c=20:30:10 mN m s/rad")
+    page.locator("input[value^='c=']").fill("c=20..30:10 mN m s/rad")
     press(page, "Compute map")
     page.locator("input[value='speed']:visible").first.click()
     page.get_by_role("option", name="power").click()

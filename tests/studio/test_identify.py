@@ -95,7 +95,7 @@ def test_a_recording_is_sent_and_what_it_tells_applied(tmp_path, capfd):
             fields = page.locator("textarea:visible")
             compare, drive, unknown = (fields.nth(k).input_value() for k in range(3))
             assert (compare, drive) == ("angle=body.angle", "torque=body.joint.torque")
-            assert unknown.splitlines() == ["k = 25 mN m/rad .. 0.1 N m/rad", "c = 3 mN m s/rad .. 12 mN m s/rad"]
+            assert unknown.splitlines() == ["k = 25 mN m/rad..0.1 N m/rad", "c = 3 mN m s/rad..12 mN m s/rad"]
             fields.nth(0).fill("angle=body.heigth")
             press("Identify")
             said(page, "body.heigth")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nectosome.designs import Problem
-from nectosome.designs.sweep import MEANS, telling
+from nectosome.designs import Problem, read_constraint
+from nectosome.designs.sweep import MEANS, nonzero_means
 from nectosome.robots import describe
 from nectosome.search import Evaluation
 from nectosome.studio.tasks.design_progress import SearchProgress, table
@@ -58,15 +58,18 @@ def test_forces_are_among_the_means_where_something_holds_the_robot(swept):
     peak[:] = [0.5, 0.01, 4.0]
     force[:] = [1e-5, -0.001, 3.6]
     held = swept.assign(force=swept["force"].copy(data=force), force_peak=swept["force"].copy(data=peak))
-    means = telling(held)
+    means = nonzero_means(held)
     assert set(means) == {*MEANS, "force.y", "force.z"}
     assert float(means["force.y"].min()) == -0.001
-    assert telling(swept).keys() == {*MEANS}
+    assert nonzero_means(swept).keys() == {*MEANS}
+
+
+LIMITS = (read_constraint("torque <= 0.5 N m"),)
 
 
 def test_what_was_drawn_and_refused_is_no_best_design():
     """Backward at little power keeps the limit, but is no start; the second start found nothing."""
-    task = Problem({"E": "2 MPa .. 9 MPa"}, "power", ("torque <= 0.5 N m",), "-x").motion(describe("flagellum"))
+    task = Problem({"E": "2..9MPa"}, minimise="power", keep=LIMITS, forward="-x").motion(describe("flagellum"))
 
     def evaluated(speed: float, power: float, torque: float) -> Evaluation:
         outputs = {"speed": speed, "power": power, "torque": torque}
@@ -81,7 +84,7 @@ def test_what_was_drawn_and_refused_is_no_best_design():
 
 @pytest.mark.parametrize(("u", "told"), [(0.9995, True), (1e-4, True), (0.99, False)])
 def test_a_best_design_at_an_end_of_its_range_is_told(u, told):
-    task = Problem({"E": "2 MPa .. 9 MPa"}, "power").motion(describe("flagellum"))
+    task = Problem({"E": "2..9MPa"}, minimise="power").motion(describe("flagellum"))
     outputs = {"speed": 0.5, "power": 4.0, "torque": 0.4}
     search = SearchProgress(task, [[Evaluation(np.array([u]), 4.0, np.array([]), outputs=outputs)]])
     assert ("at an end of its range, widen it if the robot allows: E" in table(search)) == told

@@ -1,4 +1,4 @@
-"""The sentences in which mistakes in a robot file are told."""
+"""The sentences for mistakes in a robot file."""
 
 from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin
@@ -58,14 +58,14 @@ def sentence(mistake: Any, spot: Spot) -> str:
     if kind == "too_short":
         return f"at least {mistake['ctx']['min_length']} values expected, {mistake['ctx']['actual_length']} given."
     if kind == "missing":
-        return f"is missing. {wanted(spot.slot)}".strip()
+        return f"is missing. {expectation(spot.slot)}".strip()
     if kind in ("union_tag_invalid", "union_tag_not_found") and spot.slot is not None:
         return _bad_kind(spot.value, spot.slot)
     if kind == "literal_error" and spot.slot is not None:
         return f"{_given(spot.value)} is not known here.{did_you_mean(str(spot.value), get_args(spot.slot.hint))}"
     if kind == "string_pattern_mismatch":
         return _bad_name(spot.value)
-    return f"{_given(spot.value)} does not fit here. {wanted(spot.slot)}".strip()
+    return f"{_given(spot.value)} does not fit here. {expectation(spot.slot)}".strip()
 
 
 def _bad_name(name: Any) -> str:
@@ -87,7 +87,7 @@ def _given(value: Any) -> str:
     return "an empty value" if value is None else f'"{shorten(value)}"'
 
 
-def wanted(slot: Slot | None) -> str:
+def expectation(slot: Slot | None) -> str:
     """Return what belongs in a slot: `Pressure expected, as in ...`, `A whole number from 0 to 20 expected.`"""
     if slot is None:
         return ""

@@ -49,7 +49,7 @@ class MissionDescription(Described):
 class Event(NamedTuple):
     """What ends a mode: a time in it [s], something that happens, or a place that is passed."""
 
-    told: str
+    text: str
     kind: str  # "time", a `Happening`, or one of `_PLACES`
     limit: float = 0.0  # [s, m or rad]
     below: bool = False  # a place has to be below its limit

@@ -49,7 +49,7 @@ def with_schedule(mission: Mission, values: Mapping[str, float]) -> Mission:
         changes = mode.changes | {path: mode.changes[path]._replace(value=value) for path in place.paths}
         until = list(mode.until)
         if not place.paths:
-            until[place.event] = until[place.event]._replace(told=format_quantity(value, "time"), limit=value)
+            until[place.event] = until[place.event]._replace(text=format_quantity(value, "time"), limit=value)
         modes[place.mode] = mode._replace(changes=changes, until=tuple(until))
     changed = mission._replace(modes=tuple(modes))
     return changed._replace(text=dump_mission(changed))
@@ -74,7 +74,7 @@ def dump_mission(mission: Mission) -> str:
                 + (f" in {format_quantity(change.seconds, 'time')}" if change.seconds else "")
                 for path, change in mode.changes.items()
             }
-        said["until"] = [event.told for event in mode.until]
+        said["until"] = [event.text for event in mode.until]
         said["longest"] = format_quantity(mode.longest, "time")
         modes.append(said)
     return write_yaml({"modes": modes})

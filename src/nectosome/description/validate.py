@@ -1,4 +1,4 @@
-"""Plain data to a description; the first mistake that pydantic finds is told with its file, line and field."""
+"""Plain data to a description; an error names file, line and field of the first mistake that pydantic finds."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path

@@ -11,11 +11,11 @@ from .recordings import recordings_of
 from .robot.fit import RobotFit, identify
 from .sim2real.alignment import RigidMap, align_inliers, align_points
 from .sim2real.correct import CorrectedGrid, correct, corrected_data
-from .sim2real.experiments import Experiments, Observed, ParameterEstimate, experiments_of, observe
 from .sim2real.gaussian_process import Surface, Term, gaussian_process
 from .sim2real.grids import GridTable, table_of
 from .sim2real.method import METHODS, Corrected, SimToReal, leave_one_out
 from .sim2real.next_experiment import Aim, Next, next_experiments, uniform_plan
+from .sim2real.observe import Experiments, Observed, ParameterEstimate, experiments_of, observe
 from .surge.files import SurgeFit, identify_surge
 
 __all__ = [

@@ -62,7 +62,7 @@ def _long(dataset: "xr.Dataset") -> "pd.DataFrame":
         places = itertools.product(*(_labels(dataset, str(dim)) for dim in variable.dims))
         part = pd.DataFrame([dict(zip(map(str, variable.dims), place, strict=True)) for place in places])
         part = part.reindex(columns=dims, index=range(variable.size))
-        part.insert(0, "variable", str(name))
+        part.insert(0, "quantity" if "variable" in dims else "variable", str(name))
         parts.append(part.assign(value=variable.values.ravel(), unit=str(variable.attrs.get("units", ""))))
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 

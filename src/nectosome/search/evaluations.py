@@ -137,7 +137,7 @@ def _sound(e: Evaluation, u: np.ndarray, derivatives: bool, space: Space) -> Eva
     if e.solved and e.others.shape != (others,):
         raise ValueError(f"evaluate gives {1 + e.others.size} objectives; the task has {space.objectives}.")
     if e.solved and derivatives and (e.gradient is None or e.jacobian is None):
-        raise ValueError("evaluate gives no derivatives where they were asked for.")
+        raise ValueError("evaluate gives no derivatives where the optimiser needs them.")
     if not e.solved:
         return replace(Evaluation.unsolved(u, space.constraints, e.reason, others), outputs=e.outputs)
     numbers = {"objective is": e.objectives, "constraints are": e.constraints}

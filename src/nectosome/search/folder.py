@@ -1,4 +1,4 @@
-"""The folder of a search: what was asked in `search.json`, one journal a start, and a lock."""
+"""The folder of a search: what was requested in `search.json`, one journal a start, and a lock."""
 
 import hashlib
 import json
@@ -52,7 +52,7 @@ class SearchFolder:
         described = optimiser.describe()
         if not draws:
             del described["evaluations"]
-        asked = {
+        request = {
             "task": task.key(),
             "names": list(task.names),
             "constraint_names": list(task.constraint_names),
@@ -61,7 +61,7 @@ class SearchFolder:
             "seed": seed,
             "draws": draws,
         }
-        self._digest = _digest(asked)
+        self._digest = _digest(request)
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             self._lock = (self.path / "lock").open("a+")
@@ -74,7 +74,7 @@ class SearchFolder:
             self._lock.truncate(0)
             self._lock.write(str(os.getpid()))
             self._lock.flush()
-            self._settle(asked, starts, about)
+            self._settle(request, starts, about)
         except BaseException:
             self._lock.close()
             raise
@@ -89,17 +89,17 @@ class SearchFolder:
     def __exit__(self, *_: object) -> None:
         self._lock.close()
 
-    def _settle(self, asked: dict[str, Any], starts: int, about: Mapping[str, Any] | None) -> None:
-        """Write down what is asked, or see that it is what was asked before."""
+    def _settle(self, request: dict[str, Any], starts: int, about: Mapping[str, Any] | None) -> None:
+        """Write the request down, or check that it is the one before."""
         if not (self.path / FILE).exists():
             if any(self.path.glob("start_*.jsonl")):
                 raise InputError(f"holds starts, but no {FILE}. Take another folder.", file=str(self.path))
-            held: dict[str, Any] = {"format": FORMAT, **asked, "starts": 0, "about": {}}
+            held: dict[str, Any] = {"format": FORMAT, **request, "starts": 0, "about": {}}
         else:
             held = read_search(self.path)
             for name, said in _SAID.items():
-                if held[name] != asked[name]:
-                    old, new = (json.dumps(value) for value in (held[name], asked[name]))
+                if held[name] != request[name]:
+                    old, new = (json.dumps(value) for value in (held[name], request[name]))
                     detail = f" ({old}, now {new})" if len(old) + len(new) < 200 else ""
                     raise InputError(f"holds {said}{detail}. Take another folder.", file=str(self.path))
             if held["starts"] > starts:
@@ -145,8 +145,8 @@ def read_starts(folder: str | Path) -> list[list[Evaluation]]:
     return [[e for record in records if "end" not in record for e in decode(record)] for records in found]
 
 
-def _digest(asked: dict[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
+def _digest(request: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(request, sort_keys=True).encode()).hexdigest()
 
 
 def _journal(folder: Path, digest: str, number: int) -> tuple[Path, str]:

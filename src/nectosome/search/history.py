@@ -89,7 +89,7 @@ class Start:
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """The starts that are done, by number; fewer than asked for where `cancelled`."""
+    """The starts that are done, by number; not all of them where `cancelled`."""
 
     starts: tuple[Start, ...]
     names: tuple[str, ...]

@@ -1,7 +1,7 @@
-"""Processes that run starts: spawned, deaf to Ctrl-C, and gone when the process that began them is gone.
+"""Processes that run starts: spawned, not interrupted by Ctrl-C, and ended with the process that began them.
 
-Told to stop, they do so at their next evaluation. One that is far from it, as while it compiles, is ended: what it had
-computed before is in its journal.
+After a request to stop they end at their next evaluation. One that is far from it, as while it compiles, is killed:
+what it had computed before is in its journal.
 """
 
 import multiprocessing
@@ -51,7 +51,7 @@ class Workers:
 
 
 def stopped() -> bool:
-    """Return whether this process is a worker that was told to stop."""
+    """Return whether this process is a worker that has a request to stop."""
     return _stop is not None and _stop.is_set()
 
 
@@ -76,7 +76,7 @@ def _begin(stop: Any, count: Any) -> None:
 
 
 def _follow_stop() -> None:
-    """End this process where it was told to stop and goes on."""
+    """End this process where it goes on after a request to stop."""
     while not stopped():
         time.sleep(_PULSE)
     time.sleep(_LONGEST)

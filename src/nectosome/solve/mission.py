@@ -109,12 +109,12 @@ def run_mission(
                 t, x, now, event = _locate(system, mode, t, x, step, began)
                 kept.add(k, system, np.array([t]), now)
         if event is not None and event.kind == "longest":
-            wanted = " or ".join(e.told for e in mode.until)
+            wanted = " or ".join(e.text for e in mode.until)
             reason = f"{mode.name} took longer than {mode.longest:g} s without coming to {wanted}"
         if reason:
             break
         assert event is not None
-        passed.append(Passed(mode.name, event.told, t))
+        passed.append(Passed(mode.name, event.text, t))
     return kept.flown(mission, tuple(passed), reason)
 
 

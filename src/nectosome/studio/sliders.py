@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from nectosome.description import RobotDescription, get_value, numeric_paths, resolve
 from nectosome.description.variables import Variable, read_variable
+from nectosome.designs.problem import RangeLike
 from nectosome.units import show_quantity, unit_to_si
 
 _STEPS = 300  # of a slider at least
@@ -34,9 +35,9 @@ class SliderScale(NamedTuple):
         return round(min(max(value / self.factor, self.low), self.high), 1 - math.floor(math.log10(self.step)))
 
 
-def scales_of(description: RobotDescription, ranges: Mapping[str, str]) -> list[SliderScale]:
-    """Sliders for what has a range, such as `1.4 MPa .. 1681 MPa log`, and for all that has a short name of its own."""
-    given = [read_variable(name, text, description) for name, text in ranges.items()]
+def scales_of(description: RobotDescription, ranges: Mapping[str, RangeLike]) -> list[SliderScale]:
+    """Sliders for what has a range, such as `1.4..1681MPa log`, and for all that has a short name of its own."""
+    given = [read_variable(name, span, description) for name, span in ranges.items()]
     taken = {path for v in given for path in resolve(description, v.name)}
     own = (around(description, alias) for alias, paths in description.aliases.items() if not taken & set(paths))
     return [_scale_of(description, v, not v.log) for v in given] + [_scale_of(description, v, False) for v in own if v]

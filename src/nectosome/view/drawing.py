@@ -74,7 +74,7 @@ class Scene:
         self._title = robot.name if robot is not None else str(run.attrs.get("title", ""))
         saved = run["time"].values
         self._instants = _evenly(float(saved[0]), end)
-        self._path = _smoothed(between(saved, _middle(run), self._instants), self._instants)
+        self._camera_path = _smoothed(between(saved, _middle(run), self._instants), self._instants)
         known = max(int(np.searchsorted(saved, end, side="right")), 1)
         some = run.isel(time=np.unique(np.linspace(0, known - 1, _LOOKED_AT).astype(int)))
         times = some["time"].values
@@ -84,11 +84,11 @@ class Scene:
         points = np.concatenate([rings.reshape(len(times), -1, 3) for rings in rough.values()], axis=1)
         if isinstance(camera, str):
             x, y, z = CAMERAS[camera]
-            back = self._path[-1, 0] - self._path[0, 0] > 0.05 * np.ptp(points[0], axis=0).max()
+            back = self._camera_path[-1, 0] - self._camera_path[0, 0] > 0.05 * np.ptp(points[0], axis=0).max()
             camera = (-x if back else x, y, z)
         self._axes = axes_towards(camera)
         self._away, shift = _framed((points - self._along(times)[:, None]) @ self._axes.T, size)
-        self._path += shift @ self._axes
+        self._camera_path += shift @ self._axes
         self._focal = 0.5 * size[1] / _HALF
 
         per_metre = self._focal / self._away
@@ -145,7 +145,7 @@ class Scene:
     # --- where the camera is ------------------------------------------------------------------------------------------
 
     def _along(self, times: np.ndarray) -> Float[np.ndarray, "t 3"]:
-        return np.stack([np.interp(times, self._instants, self._path[:, i]) for i in range(3)], axis=-1)
+        return np.stack([np.interp(times, self._instants, self._camera_path[:, i]) for i in range(3)], axis=-1)
 
     def _target(self, time: float) -> Float[np.ndarray, "3"]:
         return self._along(np.array([time]))[0]
@@ -163,7 +163,7 @@ class Scene:
         A wall is for level cameras, and for what moves more up or down than along; not for what comes or goes.
         """
         low, high = points.min(axis=(0, 1)), points.max(axis=(0, 1))
-        moved, back = np.ptp(self._path, axis=0), self._axes[2]
+        moved, back = np.ptp(self._camera_path, axis=0), self._axes[2]
         gap, near = 0.06 * self._away, 0.5 * self._away
         normal = int(np.argmax(np.abs(back[:2])))
         climbs = moved[2] > max(moved[0], moved[1], near)

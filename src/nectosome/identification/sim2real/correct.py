@@ -15,11 +15,11 @@ from nectosome.model.inputs import RobotLike
 from nectosome.units import InputError, read_positive
 
 from ..recordings import CampaignLike, recordings_of
-from .experiments import Experiments, Observed, experiments_of, observe
 from .gaussian_process import Surface
 from .grids import parameter_of, quantity_of, table_of
 from .method import Corrected, SimToReal, leave_one_out
 from .next_experiment import Aim, Next, next_experiments
+from .observe import Experiments, Observed, experiments_of, observe
 
 if TYPE_CHECKING:
     import xarray as xr

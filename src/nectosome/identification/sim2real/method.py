@@ -9,9 +9,9 @@ from jaxtyping import Float
 
 from nectosome.units import InputError, did_you_mean
 
-from .experiments import Experiments
 from .gaussian_process import Surface
 from .grids import GridTable
+from .observe import Experiments
 from .residuals import (
     Correction,
     Given,

@@ -8,10 +8,10 @@ from jaxtyping import Float, Int
 from scipy.special import ndtr
 
 from ..fits.errors import SIDES
-from .experiments import Experiments
 from .gaussian_process import Surface
 from .grids import GridTable
 from .method import Corrected, SimToReal
+from .observe import Experiments
 
 Aim = Literal["error", "highest", "lowest"]
 _SAME = 1e-6  # boxes: conditions as near are the same

@@ -14,9 +14,9 @@ from scipy.interpolate import RBFInterpolator
 from nectosome.units import InputError
 
 from .alignment import align_inliers, align_points
-from .experiments import Experiments, ParameterEstimate
 from .gaussian_process import Surface, Term, gaussian_process
 from .grids import GridTable
+from .observe import Experiments, ParameterEstimate
 
 _DOUBT = 0.1  # of a parameter: how far off an estimate usually may be
 

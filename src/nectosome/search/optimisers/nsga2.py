@@ -32,8 +32,8 @@ class Nsga2(Optimiser):
     name: ClassVar[str] = "nsga2"
 
     def __post_init__(self):
-        told = f"is {self.versus}; constraints are counted from 0."
-        self._require("versus", self.versus is None or self.versus >= 0, told)
+        message = f"is {self.versus}; constraints are counted from 0."
+        self._require("versus", self.versus is None or self.versus >= 0, message)
         self._at_least("population", 4)
         self._at_least("polish", 0)
         self._require("polish", self.versus is not None or not self.polish, "needs versus.")
@@ -45,8 +45,8 @@ class Nsga2(Optimiser):
         if self.versus is None:
             self._require("versus", space.objectives > 1, "is needed: the task has one objective.")
         else:
-            told = f"is {self.versus}; the task has {space.constraints} constraints, counted from 0."
-            self._require("versus", self.versus < space.constraints, told)
+            message = f"is {self.versus}; the task has {space.constraints} constraints, counted from 0."
+            self._require("versus", self.versus < space.constraints, message)
 
     def search(self, space: Space, start: Float[np.ndarray, "n"] | None, seed: int) -> Search:
         """Spread designs over the front."""

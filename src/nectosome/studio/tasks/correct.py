@@ -2,9 +2,11 @@
 
 import json
 import threading
+from concurrent.futures import CancelledError
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from nectosome.identification import METHODS, CorrectedGrid, correct_grid
+from nectosome.identification import METHODS, CorrectedGrid, correct
 from nectosome.io import load_dataset, provenance, save_dataset
 from nectosome.measure import load_campaign
 from nectosome.studio.work import Progress, errors_shown
@@ -25,11 +27,6 @@ _OWN = "the best for the grid"
 _AIMS = {"where the least is known": "error", "for the highest": "highest", "for the lowest": "lowest"}
 _MOST = 50  # experiments to come
 _MARKS = "Dots: measured. Diamonds: to be measured next. Star: the best of the grid."
-_READING = 0.3  # of the work
-
-
-class _EndedError(Exception):
-    """A correction that is not wanted any more."""
 
 
 class Correct:
@@ -81,7 +78,8 @@ class Correct:
                 raise InputError(f"there is no {what} in the working folder.")
         grid = load_dataset(folder.existing(names[0]))
         campaign = load_campaign(folder.existing(names[1]))
-        paths = [folder.listed(planned.path) for planned in campaign.planned]
+        for planned in campaign.planned:
+            folder.listed(planned.path)
         cutoff = self._lowpass.value.strip()
         lowpass = read_positive(cutoff, "frequency", "Low pass") if cutoff else None
         method = None if self._method.value == _OWN else self._method.value
@@ -90,25 +88,16 @@ class Correct:
         asked |= {"aim": _AIMS[self._aim.value], "count": int(self._count.value)}
 
         def compute(progress: Progress) -> CorrectedGrid | None:
-            def going_on(what: str, share: float) -> None:
-                if not progress(_READING + (1 - _READING) * share, what):
-                    raise _EndedError
-
-            recordings = []
-            for k, (planned, path) in enumerate(zip(campaign.planned, paths, strict=True)):
-                if not progress(_READING * k / len(paths), path.name):
-                    return None
-                recordings.append(planned.read())
-            try:
-                return correct_grid(grid, recordings, **asked, progress=going_on)
-            except _EndedError:
-                return None
+            progress(0.0, "reading")
+            with suppress(CancelledError):
+                return correct(grid, campaign, **asked, progress=lambda what, share: progress(share, what))
+            return None
 
         def done(found: CorrectedGrid | None) -> None:
             if found is None:
                 self._session.tell("the correction was cancelled.", False)
                 return
-            settings = dict(zip(("sim", "measured"), names, strict=True)) | asked
+            settings = dict(zip(("sim", "campaign"), names, strict=True)) | asked
             found.data.attrs |= {
                 "title": f"{found.column} of {names[0]}, corrected with {names[1]}",
                 "provenance": json.dumps(provenance({key: value and str(value) for key, value in settings.items()})),

@@ -1,17 +1,16 @@
-"""The tab that makes a robot as good as it gets: what may vary, what is wanted, the search as it goes on."""
+"""The tab that searches for the best design of a robot: what varies, the objective, limits, the search's progress."""
 
 import threading
 from functools import partial
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
 from nectosome.description import get_value, resolve
 from nectosome.description.variables import read_variable
-from nectosome.designs import QUANTITIES, MotionDesign, Problem
+from nectosome.designs import QUANTITIES, MotionDesign, Problem, design, read_constraint
+from nectosome.designs.design import SEED, STARTS
 from nectosome.designs.motion import FORWARD
-from nectosome.search import Evaluation, make_optimiser, multistart, read_starts
+from nectosome.search import read_starts
 from nectosome.studio.sliders import around
 from nectosome.studio.work import Progress, errors_shown, labelled
 from nectosome.units import InputError, show_quantity
@@ -22,7 +21,8 @@ from .left_panel import note
 if TYPE_CHECKING:
     from nectosome.studio.desk import Desk
 
-_SOLVERS = ("gradient", "pattern")
+_OPTIMISERS = ("gradient", "pattern")
+_GOALS = tuple(f"{'maximise' if q.best == 'high' else 'minimise'} {name}" for name, q in QUANTITIES.items())
 _MOST = 64  # starts
 _LINE = 22  # letters that a field of the panel shows
 
@@ -45,14 +45,14 @@ class Design:
         self._rows: list[_Row] = []
         self._found: SearchProgress | None = None
         self._list = gui.add_folder("May vary")
-        self._new = gui.add_text("Another", "", hint="A path of the robot file, or PATH = LOW .. HIGH.")
+        self._new = gui.add_text("Another", "", hint="A path of the robot file, or PATH = LOW..HIGH.")
         gui.add_button("Add").on_click(lambda _: self._told(self._add))
-        self._objective = gui.add_dropdown("Objective", tuple(QUANTITIES))
+        self._objective = gui.add_dropdown("Objective", _GOALS)
         self._forward = gui.add_dropdown("Forward", tuple(FORWARD), hint="Where speed counts.")
         self._limits = gui.add_text("Limits", "", multiline=True, hint="One a line, such as torque <= 0.4 N m.")
-        self._solver = gui.add_dropdown("Solver", _SOLVERS)
-        self._starts = gui.add_number("Starts", 2, min=1, max=_MOST, step=1)
-        self._seed = gui.add_number("Seed", 1, min=0, max=2**31 - 1, step=1)
+        self._optimiser = gui.add_dropdown("Optimiser", _OPTIMISERS)
+        self._starts = gui.add_number("Starts", STARTS, min=1, max=_MOST, step=1)
+        self._seed = gui.add_number("Seed", SEED, min=0, max=2**31 - 1, step=1)
         self._here = gui.add_checkbox("First start from the sliders", True)
         gui.add_button("Start search").on_click(lambda _: self._told(self._begin))
         self._line = gui.add_html("")
@@ -63,7 +63,7 @@ class Design:
         self._apply.on_click(lambda _: self._told(self._become))
 
     def renew(self) -> None:
-        """Ask what the problem file of the session's robot asks."""
+        """Show the problem of the session's robot."""
         problem = self._session.problem
         with self._drawing:
             self._robot, self._found = self._robot + 1, None
@@ -73,15 +73,17 @@ class Design:
             self._rows = []
             self._place.visible = self._apply.visible = False
             self._line.content = self._table.content = ""
-        for name, text in problem.variables.items():
-            self._put(name, text)
-        if not problem.variables:
+        for name, span in problem.vary.items():
+            self._put(name, str(span))
+        if not problem.vary:
             found = (around(self._session.description, alias) for alias in self._session.description.aliases)
             for v in filter(None, found):
                 self._put(v.name, v.text())
-        self._objective.value = problem.objective or "speed"
+        verb, name = ("minimise", problem.minimise) if problem.minimise else ("maximise", problem.maximise or "speed")
+        self._objective.options = tuple(dict.fromkeys((*_GOALS, f"{verb} {name}")))
+        self._objective.value = f"{verb} {name}"
         self._forward.value = problem.forward or "x"
-        self._limits.value = "\n".join(problem.constraints)
+        self._limits.value = "\n".join(map(str, problem.keep))
 
     def _put(self, name: str, text: str) -> None:
         """A row for a variable."""
@@ -104,41 +106,40 @@ class Design:
             raise InputError("is there already.", field=name)
         found = read_variable(name, text, robot) if text else around(robot, name)
         if found is None:
-            raise InputError("has no range around its value. Write PATH = LOW .. HIGH.", field=name)
+            raise InputError("has no range around its value. Write PATH = LOW..HIGH.", field=name)
         self._put(name, text or found.text())
         self._new.value = ""
         self._session.tell("", False)  # what was wrong before is no longer of interest
 
-    def _asked(self) -> MotionDesign:
-        """The task as it stands on the page. Raises InputError."""
-        variables = {row.name: row.range.value for row in self._rows if row.varies.value}
-        limits = tuple(line.strip() for line in self._limits.value.splitlines() if line.strip())
-        problem = Problem(variables, self._objective.value, limits, self._forward.value)
+    def _asked(self) -> tuple[Problem, MotionDesign]:
+        """The problem as it stands on the page, and its task. Raises InputError."""
+        ranges = {row.name: row.range.value for row in self._rows if row.varies.value}
+        verb, _, name = self._objective.value.partition(" ")
         with labelled({"constraint": "Limits", "variables": "May vary"}):
-            return problem.motion(self._session.description)
+            limits = [read_constraint(line) for line in self._limits.value.splitlines() if line.strip()]
+            problem = Problem(ranges, **{verb: name}, keep=tuple(limits), forward=self._forward.value)
+            return problem, problem.motion(self._session.description)
 
     def _begin(self) -> None:
-        task, robot = self._asked(), self._robot
-        first = np.clip(task.box.design(task.description), 0.0, 1.0) if self._here.value else None
-        solver = make_optimiser(self._solver.value)
-        starts, seed = int(self._starts.value), int(self._seed.value)
+        (problem, task), robot, description = self._asked(), self._robot, self._session.description
+        asked = {"optimiser": self._optimiser.value, "own_first": self._here.value}
+        asked |= {"starts": int(self._starts.value), "seed": int(self._seed.value)}
 
         def compute(progress: Progress) -> SearchProgress:
             self._line.content = ""
             progress(0.0, "compiling the equations")
-            task.prepare()  # mistakes are told before anything is begun
             with TemporaryDirectory(prefix="nectosome-") as folder:
                 search = SearchProgress(task, [])
 
-                def look(done: int, _: Evaluation | None, __: int) -> bool:
+                def look(_: str, share: float) -> bool:
                     nonlocal search
                     before, search = search.evaluations, SearchProgress(task, read_starts(folder))
                     if search.evaluations > before:
                         self._show(robot, search)
-                    return progress(done / starts, _words(search))
+                    return progress(share, _words(search))
 
                 try:
-                    multistart(task, solver, starts, seed, first=first, folder=folder, progress=look)
+                    design(description, problem=problem, folder=folder, progress=look, **asked)
                 except RuntimeError:
                     raise InputError("a process of the search died, perhaps for want of memory.") from None
                 return SearchProgress(task, read_starts(folder))

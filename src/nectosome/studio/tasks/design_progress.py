@@ -50,11 +50,11 @@ def figure(search: SearchProgress) -> "go.Figure":
     """Best objective so far against evaluations, one line a start; crosses did not keep the limits."""
     import plotly.graph_objects as go
 
-    fig, wanted = go.Figure(), search.task.objective
-    pick = np.fmax if QUANTITIES[wanted].best == "high" else np.fmin
+    fig, name = go.Figure(), search.task.objective
+    pick = np.fmax if search.task.highest else np.fmin
     shown: list[float] = []
     for k, (start, colour) in enumerate(zip(search.starts, cycle(CYCLE))):
-        value = np.array([e.outputs.get(wanted, np.nan) if e.solved else np.nan for e in start], dtype=float)
+        value = np.array([e.outputs.get(name, np.nan) if e.solved else np.nan for e in start], dtype=float)
         fits = np.array(search.fits(start), dtype=bool)
         x, best = np.arange(1, value.size + 1), pick.accumulate(np.where(fits, value, np.nan))
         line = {"color": colour, "shape": "hv", "width": 2}
@@ -65,9 +65,9 @@ def figure(search: SearchProgress) -> "go.Figure":
         shown += best[np.isfinite(best)].tolist()
     if shown:  # what keeps no limit may lie far away
         fig.update_yaxes(range=span(shown, 0.15))
-    unit = QUANTITIES[wanted].unit
+    unit = QUANTITIES[name].unit
     fig.update_xaxes(title="evaluations", rangemode="tozero")
-    fig.update_yaxes(title=f"{readable(wanted)} ({unit})" if unit != "1" else readable(wanted))
+    fig.update_yaxes(title=f"{readable(name)} ({unit})" if unit != "1" else readable(name))
     return small(fig).update_layout(showlegend=len(search.starts) > 1)
 
 
@@ -77,7 +77,7 @@ def table(search: SearchProgress) -> str:
     if not best:
         return note("No design so far keeps all limits.")
     rows = [["", *(f"start {k + 1}" for k, _ in best)]]
-    for name in task.told:
+    for name in task.units:
         dimension = QUANTITIES[name].dimension
         rows.append([readable(name), *(show_quantity(e.outputs[name], dimension) for _, e in best)])
     values = [task.box.values(e.u) for _, e in best]
@@ -86,5 +86,5 @@ def table(search: SearchProgress) -> str:
     first = best[0][1]
     limits = [name for name, g in zip(task.constraint_names, first.constraints, strict=True) if g > -1e-4]
     ends = [v.name for v in task.at_an_end(first.u)]
-    told = {"at its limit": limits, "at an end of its range, widen it if the robot allows": ends}
-    return cells(rows, "studio-designs", [f"{words}: {', '.join(names)}" for words, names in told.items() if names])
+    notes = {"at its limit": limits, "at an end of its range, widen it if the robot allows": ends}
+    return cells(rows, "studio-designs", [f"{words}: {', '.join(names)}" for words, names in notes.items() if names])

@@ -1,4 +1,4 @@
-"""What a fit of a robot found, as a table: values with their intervals, how far off it is, what to beware of."""
+"""What a fit of a robot found, as a table: values with their intervals, how far off it is, warnings."""
 
 import json
 from typing import TYPE_CHECKING
@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 
 
 def fitted_html(found: "xr.Dataset") -> str:
-    """Of what `identify.robot_results.robot_data` has of one recording."""
+    """Of what `RobotFit.to_dataset` has of one recording."""
     rows = [["", "value", "95 % from", "to", "unit"]]
     for name in found["parameter"].values:
         one = found.sel(parameter=name)
         values = (number(float(one[key])) for key in ("value", "low", "high"))
-        mark = "" if bool(one["told"]) else " *"
+        mark = "" if bool(one["identifiable"]) else " *"
         rows.append([f"{name}{mark}", *values, str(one["unit"].item())])
-    lines = [] if bool(found["told"].all()) else ["* not told alone", *json.loads(found.attrs["words"])]
+    lines = [] if bool(found["identifiable"].all()) else ["* not identifiable alone", *json.loads(found.attrs["words"])]
     for c, column in enumerate(map(str, found["column"].values)):
         rms, largest = (f"{float(found[key][0, c]):.3g} %" for key in ("e_rmsp", "e_mp"))
         lines.append(f"{column}: off by {rms} of its range (root mean square), {largest} at most")

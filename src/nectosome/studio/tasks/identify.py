@@ -1,21 +1,21 @@
-"""The tab that finds what is unknown of a robot from a recording of its motion."""
+"""The tab that finds unknown quantities of a robot from a recording of its motion."""
 
 import threading
+from concurrent.futures import CancelledError
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nectosome.description import RobotDescription, driving_signals, resolve
-from nectosome.description.variables import read_variable
-from nectosome.identification.robot.fit import RobotFit, fit_robot, robot_data
-from nectosome.identification.robot.trials import read_compared, robot_trials
-from nectosome.identification.sim2real.observe import unit_of
+from nectosome.description import RobotDescription, driving_signals
+from nectosome.designs.design import STARTS
+from nectosome.identification import RobotFit, identify
+from nectosome.identification.recordings import unit_of
 from nectosome.measure import read
 from nectosome.model import build
 from nectosome.solve import common_readings
 from nectosome.studio.folder import received
 from nectosome.studio.sliders import around
-from nectosome.studio.work import Progress, errors_shown
+from nectosome.studio.work import Progress, errors_shown, labelled
 from nectosome.units import InputError, shorten
 from nectosome.view.robot_fit import recording_panel
 
@@ -31,10 +31,6 @@ _FILES = (".csv", ".txt", ".tsv", ".xlsx", ".nc", ".h5", ".tdms", ".mat")
 _SHEETS = (".yaml", ".yml")
 _NOTHING, _NONE = "nothing there yet", "none"
 _MOST = 64  # starts
-
-
-class _EndedError(Exception):
-    """A fit that is not wanted any more."""
 
 
 class Identify:
@@ -57,14 +53,14 @@ class Identify:
         hints = (
             "One a line: COLUMN=READING, such as push=-force.y.",
             "One a line: COLUMN=PATH of a signal of the robot, such as torque=limbs.fin.joint.torque.",
-            "One a line: NAME = LOW .. HIGH, and log for a logarithmic scale.",
+            "One a line: PATH = LOW..HIGH, and log for a logarithmic scale.",
         )
         self._compare, self._drive, self._unknown = (
             gui.add_text(label, "", multiline=True, hint=hint)
             for label, hint in zip(("Compare", "Driven by", "Unknown"), hints, strict=True)
         )
         self._skip = gui.add_number("Leave out first (s)", 0.0, min=0.0, step=0.1)
-        self._starts = gui.add_number("Starts", 1, min=1, max=_MOST, step=1)
+        self._starts = gui.add_number("Starts", STARTS, min=1, max=_MOST, step=1)
         gui.add_button("Identify").on_click(lambda _: self._told(self._begin))
         self._place = gui.add_folder(None, visible=False)
         self._plot: Any = None  # made when it is needed, as its program is large
@@ -79,7 +75,7 @@ class Identify:
             self._robot, self._found = self._robot + 1, None
             self._place.visible = self._apply.visible = False
             self._table.content = ""
-        ranges = dict(problem.variables)
+        ranges = {name: str(span) for name, span in problem.vary.items()}
         if not ranges:
             found = (around(robot, alias) for alias in robot.aliases)
             ranges = {v.name: v.text() for v in found if v is not None}
@@ -139,47 +135,47 @@ class Identify:
         recording, robot, number = self._recording, self._session.description, self._robot
         if recording is None:
             raise InputError("there is no recording yet. Send one, or open one of the folder.")
-        compared = [read_compared(line, build(robot)) for line in _lines(self._compare.value)]
-        drives = dict(_pair(line, "Driven by") for line in _lines(self._drive.value))
-        variables = [read_variable(*_pair(line, "Unknown"), robot) for line in _lines(self._unknown.value)]
-        for field, given in (("Compare", compared), ("Unknown", variables)):
+        compare, drive, vary = (
+            _pairs(field.value, label)
+            for field, label in ((self._compare, "Compare"), (self._drive, "Driven by"), (self._unknown, "Unknown"))
+        )
+        for label, given in (("Compare", compare), ("Unknown", vary)):
             if not given:
-                raise InputError("is empty: say at least one.", field=field)
-        paths = [path for v in variables for path in resolve(robot, v.name)]
-        for field, names in (("Compare", [one.column for one in compared]), ("Unknown", paths)):
-            if len(set(names)) < len(names):
-                raise InputError("names one twice.", field=field)
+                raise InputError("is empty: give at least one.", field=label)
         skip, starts = float(self._skip.value), int(self._starts.value)
 
         def compute(progress: Progress) -> RobotFit | None:
-            def going_on(what: str, share: float) -> None:
-                if not progress(share, what):
-                    raise _EndedError
-
-            trials = robot_trials([recording], robot, compared, drives, skip)
-            try:
-                return fit_robot(robot, variables, trials, compared, {}, starts=starts, progress=going_on)
-            except _EndedError:
-                return None
+            with suppress(CancelledError), labelled({"vary": "Unknown", "compare": "Compare"}):
+                return identify(
+                    robot,
+                    [recording],
+                    vary=vary,
+                    compare=compare,
+                    drive=drive,
+                    skip=skip,
+                    starts=starts,
+                    progress=lambda what, share: progress(share, what),
+                )
+            return None
 
         def done(found: RobotFit | None) -> None:
             if found is None:
                 self._session.tell("the fit was cancelled.", False)
             else:
-                self._show(number, found, robot)
+                self._show(number, found)
 
         self._session.tell("identifying", False)
         self._session.work.begin("identifying", compute, done)
 
-    def _show(self, number: int, found: RobotFit, robot: RobotDescription) -> None:
-        data = robot_data(found)
+    def _show(self, number: int, found: RobotFit) -> None:
+        data = found.to_dataset()
         figure: Any = recording_panel(data, 0).figure
         drawn = with_legend(figure)
         with self._drawing:
             if number != self._robot:
                 return
             self._session.tell("identified; what was found is in the tab", False)
-            self._found = found.described(robot)
+            self._found = found.robot
             self._table.content = fitted_html(data)
             self._apply.visible = self._place.visible = True
             aspect = 0.75 * data.sizes["column"] + 0.1  # height over width
@@ -202,12 +198,14 @@ def _signals(robot: RobotDescription) -> list[str]:
     return []
 
 
-def _lines(text: str) -> list[str]:
-    return [line.strip() for line in text.splitlines() if line.strip()]
-
-
-def _pair(text: str, field: str) -> tuple[str, str]:
-    name, equals, value = (part.strip() for part in text.partition("="))
-    if not (name and equals and value):
-        raise InputError(f'"{shorten(text)}" must have a name, = and what it is.', field=field)
-    return name, value
+def _pairs(text: str, label: str) -> dict[str, str]:
+    """Read `NAME = VALUE`, one a line, each name once. Raises InputError."""
+    found: dict[str, str] = {}
+    for line in filter(None, map(str.strip, text.splitlines())):
+        name, equals, value = (part.strip() for part in line.partition("="))
+        if not (name and equals and value):
+            raise InputError(f'"{shorten(line)}" must have a name, = and a value.', field=label)
+        if name in found:
+            raise InputError(f"{name} is named twice.", field=label)
+        found[name] = value
+    return found

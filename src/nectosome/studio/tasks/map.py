@@ -7,15 +7,16 @@ import numpy as np
 
 from nectosome.core import Status
 from nectosome.description import RobotDescription, get_value, numeric_paths, parse_robot, resolve, with_values
-from nectosome.designs.axes import SweepAxis, read_axis
-from nectosome.designs.sweep import mean_of, sweep, telling
+from nectosome.designs.axes import SweepAxis, axis_of
+from nectosome.designs.sweep import mean_of, nonzero_means, sweep
 from nectosome.io import load_dataset, save_dataset
 from nectosome.studio.sliders import SliderScale, scales_of
 from nectosome.studio.work import Progress, errors_shown
 from nectosome.units import InputError, shorten
 from nectosome.view.saved import check_sweep
 from nectosome.view.style import VERMILLION
-from nectosome.view.sweep import axis_of, sides, sweep_figure
+from nectosome.view.sweep import axis_of as shown_axis
+from nectosome.view.sweep import sides, sweep_figure
 
 from .left_panel import note, small
 
@@ -60,7 +61,7 @@ class Map:
         self._drawing = threading.Lock()
         self._robot = 0  # how many there were: a map of one before is not shown
         self._found: xr.Dataset | None = None
-        hint = "NAME=from:to:step unit, or NAME=values unit."
+        hint = "PATH=LOW..HIGH:STEP, or PATH=A,B,C; units at the end."
         self._axes = [gui.add_text("Axis 1", "", hint=hint), gui.add_text("Axis 2", "", hint=f"{hint} May be empty.")]
         gui.add_button("Compute map").on_click(lambda _: self._told(self._begin))
         self._shown: Any = gui.add_dropdown("Show", (_NOTHING,))
@@ -84,7 +85,7 @@ class Map:
         with self._drawing:
             self._robot, self._found = self._robot + 1, None
             self._place.visible, self._line.content, self._point.value = False, "", ""
-        scales = scales_of(robot, problem.variables)
+        scales = scales_of(robot, problem.vary)
         for field, scale in zip(self._axes, [*scales[:2], None, None], strict=False):
             field.value = "" if scale is None else _around(scale, float(get_value(robot, scale.name)))
         self._look()
@@ -104,7 +105,7 @@ class Map:
         description, robot = self._session.description, self._robot
         axes = [_axis(field, description) for field in self._axes if field.value.strip()]
         if not axes:
-            raise InputError("is empty: say what to go over, as in L=300:700:100 mm.", field=self._axes[0].label)
+            raise InputError("is empty: say what to go over, as in L=300..700:100mm.", field=self._axes[0].label)
         paths = [path for axis in axes for path in resolve(description, axis.name)]
         if len(set(paths)) < len(paths):
             raise InputError("names a quantity twice.", field="Axis 2")
@@ -115,7 +116,7 @@ class Map:
         def compute(progress: Progress) -> "xr.Dataset":
             progress(0.0, f"{points} points, the first ones while their equations are compiled")
             over = {axis.name: axis.values for axis in axes}
-            return sweep(description, over, progress=lambda share: progress(share, f"{points} points"))
+            return sweep(description, over, progress=lambda what, share: progress(share, what))
 
         self._session.work.begin("map", compute, lambda found: self._take(robot, found))
 
@@ -124,7 +125,7 @@ class Map:
             if robot != self._robot:
                 return
             self._found, self._point.value = found, ""
-        known, last = tuple(telling(found)) or (_NOTHING,), self._shown.value
+        known, last = tuple(nonzero_means(found)) or (_NOTHING,), self._shown.value
         along = f"force.{self._session.problem.forward.lstrip('-')}"
         self._shown.options = known
         self._shown.value = next(name for name in (last, "speed", along, known[0]) if name in known)
@@ -134,7 +135,7 @@ class Map:
         """Show the map, if there is one."""
         with self._drawing:
             found, name = self._found, self._shown.value
-            if found is None or (name == _NOTHING and telling(found)):
+            if found is None or (name == _NOTHING and nonzero_means(found)):
                 return
             unsolved = int((~found["status"].isin([*_GOOD])).sum())
             words = f"{found['status'].size} points, {unsolved} without a motion (crosses)" if unsolved else ""
@@ -205,13 +206,16 @@ def place_of(point: str, found: "xr.Dataset") -> dict[str, int] | None:
 
 def _places(found: "xr.Dataset") -> dict[str, np.ndarray]:
     """Values on each axis, in the units of the figure."""
-    return {name: axis_of(found[name]).values for name in sides(found)}
+    return {name: shown_axis(found[name]).values for name in sides(found)}
 
 
 def _axis(field: Any, description: RobotDescription) -> SweepAxis:
     """Axis that a field of the page asks for. Raises InputError."""
     try:
-        return read_axis(field.value, description)
+        name, equals, values = (part.strip() for part in field.value.partition("="))
+        if not (name and equals):
+            raise InputError(f'"{shorten(field.value)}" must have a name, = and values.')
+        return axis_of(name, values, description)
     except InputError as error:
         raise InputError(error.message, field=field.label) from None
 
@@ -223,13 +227,13 @@ def _around(scale: SliderScale, value: float) -> str:
     step = min(step, (scale.high - scale.low) / (_POINTS - 1))
     wide = (_POINTS - 1) * step
     low = min(max(shown - 0.5 * wide, scale.low), scale.high - wide)
-    return f"{scale.name}={low:.6g}:{low + wide:.6g}:{step:.6g} {scale.unit}".strip()
+    return f"{scale.name}={low:.6g}..{low + wide:.6g}:{step:.6g} {scale.unit}".strip()
 
 
 def _figure(found: "xr.Dataset", name: str, point: str) -> "go.Figure":
     """The map or curve, with what has no motion, and why, and the point that is loaded."""
     fig, names = small(sweep_figure(found, name)), sides(found)
-    axes = [axis_of(found[side]).values for side in names]
+    axes = [shown_axis(found[side]).values for side in names]
     status = found["status"].transpose(*names).values
     mean = mean_of(found, name)
     level = float(np.nanmin(mean)) if len(names) == 1 else 0.0  # where a point without a value stands
