@@ -124,6 +124,6 @@ def _plotter() -> str:
 
 
 def _player() -> str:
-    from .stage.recorder import player_page
+    from .display.offline import player_page
 
     return _PLAY.replace("PAGE", json.dumps(player_page()).replace("<", "\\u003c"))

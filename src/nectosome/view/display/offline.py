@@ -14,7 +14,7 @@ from viser.infra import WebsockMessageHandler
 
 from nectosome.description import RobotDescription
 
-from .stage import CAMERAS, Look, Stage
+from .scene_graph import CAMERAS, Look, Stage
 
 if TYPE_CHECKING:
     import xarray as xr
