@@ -3,14 +3,12 @@
 Data: as `identify.robot_results.robot_data` has it.
 """
 
-import json
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .page import write_page
+from .page import write_fit
 from .style import BLACK, BLUE, Panel, dress
 
 if TYPE_CHECKING:
@@ -22,12 +20,10 @@ _PREFIXED = ("m", "N", "m/s", "N m", "W", "Pa")
 
 def show_robot_fit(found: "xr.Dataset", path: str | Path) -> None:
     """Write a page with a figure for each recording. Raises InputError where it cannot."""
-    warnings = [f"<p><b>Beware:</b> {escape(words)}.</p>" for words in json.loads(found.attrs["warnings"])]
-    panels = [recording_panel(found, k) for k in range(found.sizes["recording"])]
-    write_page(path, str(found.attrs["title"]), [f"<p>{escape(told_of(found))}</p>", *warnings, *panels])
+    write_fit(found, path, parameter_sentence(found), recording_panel)
 
 
-def told_of(found: "xr.Dataset") -> str:
+def parameter_sentence(found: "xr.Dataset") -> str:
     """Parameters with their intervals, in a sentence."""
     parts = []
     for name in found["parameter"].values:
