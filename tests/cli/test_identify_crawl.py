@@ -174,7 +174,7 @@ def test_a_search_is_written_and_goes_on_where_it_ended(nectosome, gaits):
     for words in ("after 12 evaluations", "trial 2", "reached", "as good", "the features tell", "written: more.nc"):
         assert words in more.out
     page = (gaits / "six.html").read_text()
-    for words in ("What the features tell", "Search", "poseidrone_crawl, to gaits of gaits.yaml by cmaes"):
+    for words in ("What the features identify", "Search", "poseidrone_crawl, to gaits of gaits.yaml by cmaes"):
         assert words in page
     other = nectosome(*asked, "--evaluations", "12", "--seed", "2")
     assert other.code == 2

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 def show_gait(found: "xr.Dataset", path: str | Path) -> None:
     """Write a page with all figures. Raises InputError where it cannot."""
-    told = "".join(f"<li>{escape(words)}</li>" for words in json.loads(found.attrs["words"]))
+    words = "".join(f"<li>{escape(one)}</li>" for one in json.loads(found.attrs["words"]))
     shown = [history_panel([found]), parameters_panel([found]), motion_panel(found)]
-    write_page(path, str(found.attrs["title"]), [f"<p>What the features tell:</p><ul>{told}</ul>", *shown])
+    write_page(path, str(found.attrs["title"]), [f"<p>What the features identify:</p><ul>{words}</ul>", *shown])
 
 
 def history_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",), aim: float | None = None) -> Panel:

@@ -23,7 +23,7 @@ _SECONDS = 5.0  # of a motion that is not periodic
 _CAMERA = (-0.25, -1.0, 0.35)  # direction of the camera on robots side by side
 _APART = 0.25  # of the largest robot, between robots
 _ABOVE = 0.03  # of the largest robot, from one to its label
-_BOXED = 3  # pictures, of which one tells how much room a robot takes
+_BOXED = 3  # every third picture is used to find the room that a robot takes
 
 
 class Actor(NamedTuple):

@@ -15,7 +15,7 @@ from .style import BLACK, BLUE, GREY, VERMILLION, Panel, dress
 if TYPE_CHECKING:
     import xarray as xr
 
-_SHOWN = 3.0  # s of thrust and speed at first: cycles can be told apart
+_SHOWN = 3.0  # s of thrust and speed at first: single cycles can be seen
 PARAMETERS = {"added_mass": "added mass", "drag": "drag"}
 
 
