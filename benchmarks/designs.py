@@ -13,7 +13,7 @@ import numpy as np
 
 from nectosome.core import State, Status
 from nectosome.designs import MotionDesign, shipped_problem
-from nectosome.designs.plans import MotionQuantities, judge, judge_with_slopes
+from nectosome.designs.plans import MotionQuantities, judge, judge_with_derivatives
 from nectosome.mechanism import Robot
 from nectosome.model import build
 from nectosome.robots import describe
@@ -57,7 +57,7 @@ def swimmers() -> Swimmers:
         return found.quantities[:2], found
 
     def slopes(u: jax.Array, guess: State, warm: jax.Array) -> tuple[jax.Array, MotionQuantities]:
-        found, slopes = judge_with_slopes(plan, numbers, u, guess, warm)
+        found, slopes = judge_with_derivatives(plan, numbers, u, guess, warm)
         return slopes[:2], found
 
     return Swimmers(

@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 from nectosome.drives import respond
-from nectosome.identification.hysteresis.fit import HysteresisModel, identify_hysteresis
+from nectosome.identification.hysteresis.fit import HysteresisModel, fit_hysteresis
 from nectosome.papers.fishtail.plant import LARGEST, plant
 from nectosome.papers.fishtail.recordings import DT, TRAIN, recorded
 
@@ -44,10 +44,10 @@ def main() -> None:
     trials = [recorded(f, limit=False) for f in TRAIN]
     ranges = HysteresisModel(tuple(trials)).ranges
     starts = ranges.values(np.random.default_rng(0).uniform(0.05, 0.95, size=(_STARTS, 2)))
-    identify_hysteresis(trials)
+    fit_hysteresis(trials)
     print(f"\nfits of a fishtail from {_STARTS} random starts, 39 206 samples")
     for method in ("varpro", "levenberg"):
-        found = [timed(partial(identify_hysteresis, trials, method, start=start)) for start in starts]
+        found = [timed(partial(fit_hysteresis, trials, method, start=start)) for start in starts]
         walls, ends = [wall for wall, _, _ in found], [one.noise for *_, one in found]
         same = sum(abs(end / min(ends) - 1) < 1e-6 for end in ends)
         told = f"median {np.median(walls):.2f} s, longest {max(walls):.2f} s"

@@ -3,8 +3,8 @@
 import numpy as np
 
 from nectosome.description.mission import load_mission
-from nectosome.model import run_mission
 from nectosome.robots import describe, mission_of
+from nectosome.solve import run_mission
 
 from .paddle import timed
 

@@ -58,8 +58,8 @@ def stage_and_design(page: Page) -> None:
 def map_of_speed(page: Page) -> None:
     """Speed over length and stiffness, computed and drawn."""
     tab(page, "Map")
-    page.locator("input[value^='L=']").fill("L=300:700:50 mm")
-    page.locator("input[value^='tip_radius=']").fill("E=3:10:1 MPa")
+    page.locator("input[value^='L=']").fill("L=300..700:50 mm")
+    page.locator("input[value^='tip_radius=']").fill("E=3..10:1 MPa")
     press(page, "Compute map")
     page.locator(".js-plotly-plot .heatmaplayer image").first.wait_for(state="attached")
     shoot(page, "studio_map")

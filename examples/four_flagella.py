@@ -13,7 +13,7 @@ robot = ns.flagella(4)
 robot = ns.apply_settings(robot, ["E=7.4MPa"])
 
 # run: 1 s from rest
-run = ns.simulate(ns.build(robot), 1.0).to_dataset(robot)
+run = ns.simulate(robot, 1.0).to_dataset()
 
 # print: forward is -x
 speed = -run["velocity"].sel(part="body", axis="x").values

@@ -24,7 +24,7 @@ for friction in (0.1, 0.3, 0.5):
         limb = described.limbs[finger]
         q[robot.coordinate_names.index(f"{finger}.bending_z.0")] = -limb.rest.bending_z[0] * limb.length
     run = ns.simulate(robot, 8.0, samples=161, initial=eqx.tree_at(lambda x: x.q, x, jnp.asarray(q)))
-    data = run.to_dataset(described)
+    data = run.to_dataset()
 
     # print: the largest pull once the fingers are closed
     pull = data["reaction"].sel(prescribed="bar.position").values

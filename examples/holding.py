@@ -9,7 +9,7 @@ import xarray as xr
 
 import nectosome as ns
 from nectosome.core import Status
-from nectosome.description import read_variable
+from nectosome.description.variables import read_variable
 from nectosome.designs import Limit, MotionDesign
 from nectosome.search import Evaluation, Gradient, Nsga2, Task, front, minimise, multistart
 
@@ -65,7 +65,7 @@ def held(u, finer=1):
     *_, tip, _, tension = design(u)
     pulled = [f"tension={tension} N", f"tip_tendon={0.7 * tip} m"]
     described = ns.apply_settings(holder, [*settings(u, holder.limbs["filament"], finer), *pulled])
-    run = ns.simulate(ns.build(described), END, samples=351, rtol=1e-4 / finer, atol=1e-6 / finer)
+    run = ns.simulate(described, END, samples=351, rtol=1e-4 / finer, atol=1e-6 / finer)
     data = run.to_dataset()
     pull = -2.0 * data["reaction"].sel(prescribed="bar.position")
     return data, float(pull[data["time"] >= CLOSED].max())
@@ -74,7 +74,7 @@ def held(u, finer=1):
 def finely(u, rate):
     """Speed [m/s], how the steady swim was solved, and pull [N], computed more finely."""
     described = [*settings(u, swimmer.limbs["filament"], FINE), f"omega={rate} rad/s"]
-    found = ns.steady(ns.build(ns.apply_settings(swimmer, described)))
+    found = ns.steady(ns.apply_settings(swimmer, described))
     speed = -float(found.to_dataset()["velocity"].sel(part="body", axis="x")[0])
     return speed, Status(int(found.status)).name, held(u, FINE)[1]
 

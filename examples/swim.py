@@ -11,7 +11,7 @@ robot = ns.describe("flagellum")
 robot = ns.apply_settings(robot, ["L=700mm", "tip_radius=4.55mm", "alpha=39.15deg", "omega=14.5rad/s", "E=9.6MPa"])
 
 # run: 2.5 s from rest
-run = ns.simulate(ns.build(robot), 2.5).to_dataset(robot)
+run = ns.simulate(robot, 2.5).to_dataset()
 
 # print: forward is -x
 speed = -float(run["velocity"].sel(part="body", axis="x")[-1])

@@ -6,7 +6,7 @@ import numpy as np
 from plotly.subplots import make_subplots
 
 import nectosome as ns
-from nectosome.solve import periodic, screw_of
+from nectosome.solve import screw_of
 from nectosome.view.page import write_page
 from nectosome.view.style import BLUE, VERMILLION, Panel, dress
 
@@ -31,8 +31,8 @@ def swimmer(senses, speeds):
 def cycle(senses, speeds, turns=1):
     """Numbers of a cycle of so many turns at full speed."""
     robot = swimmer(senses, speeds)
-    found = periodic(ns.build(robot), 2 * np.pi * turns / FULL)
-    return found.to_dataset(robot)
+    found = ns.periodic(robot, 2 * np.pi * turns / FULL)
+    return found.to_dataset()
 
 
 def mean(run, values):

@@ -90,7 +90,7 @@ body:
   joint: {kind: planar, axis: [0, -1, 0], start: {position: [0.2 m, 0 m, 0.5 m]}}
   loads:
     jet: {kind: pulsed_thrust, values: [1 N, 1 N, 1 N, 1 N], rated: 1 rad/s, speed: 0 rad/s}
-    hull: {kind: bumper, reach: 0.1 m, stiffness: 500 N/m, damping: 50 N s/m}
+    hull: {kind: wall_contact, reach: 0.1 m, stiffness: 500 N/m, damping: 50 N s/m}
     drag: {kind: lumped_drag, drag_area: [0 m2, 0 m2, 0.2 m2]}
 aliases: {jet: body.loads.jet.speed, volume: body.volume}
 """)

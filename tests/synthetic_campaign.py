@@ -48,7 +48,7 @@ def signal(a, f, cycles=5.0, scale=1.0):
 def recording(a, f, *, name="run.csv", units=("rad", "Hz", "N"), **how) -> xr.Dataset:
     t, x = signal(a, f, **how)
     coords = {"time": ("time", t, {"units": "s"}), "A": ((), a, {"units": units[0]}), "f": ((), f, {"units": units[1]})}
-    made = json.dumps({"file": f"folder/{name}", "repairs": [], "odd": []})
+    made = json.dumps({"file": f"folder/{name}", "repairs": [], "warnings": []})
     return xr.Dataset({"force": ("time", x, {"units": units[2]})}, coords, {"provenance": made})
 
 

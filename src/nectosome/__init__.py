@@ -4,41 +4,44 @@
 
     robot = ns.describe("flagellum")                        # or the path of a robot file
     robot = ns.apply_settings(robot, ["omega=14.4rad/s"])   # any quantity, by its path or alias, with its unit
-    run = ns.simulate(ns.build(robot), 2.5)                 # 2.5 s from rest
-    data = run.to_dataset(robot)                            # an xarray.Dataset in SI units
+    run = ns.simulate(robot, "2.5s")                        # from rest
+    data = run.to_dataset()                                 # an xarray.Dataset in SI units
 
-Names are loaded when they are first used, so that importing the package is quick; the rooms are too, as in
-`ns.measure.read("run.csv")`.
+What works on a robot takes its name, the path of its file, its description, or what `build` makes of one:
+`ns.simulate("flagellum", 2.5)`. Names are loaded when they are first used, so that importing the package is quick; the
+rooms are too, as in `ns.measure.read("run.csv")`.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .controllers import control
     from .description import apply_settings, drive_period, load_robot, save_robot
-    from .designs import sweep
+    from .designs import design, sweep
+    from .identification import correct, fit, identify
     from .io import load_dataset, save_dataset
-    from .model import bind, build, read
+    from .model import bind, build
     from .robots import beetle, beetle_free, describe, flagella, names
-    from .solve import periodic, simulate, static, steady
+    from .solve import critical, forces, modes, periodic, reading, simulate, static, steady
     from .units import InputError
     from .view import show_run, show_sweep
 
 _ROOMS = {
+    "controllers": ("control",),
     "description": ("apply_settings", "drive_period", "load_robot", "save_robot"),
-    "designs": ("sweep",),
+    "designs": ("design", "sweep"),
+    "identification": ("correct", "fit", "identify"),
     "io": ("load_dataset", "save_dataset"),
-    "model": ("bind", "build", "read"),
+    "model": ("bind", "build"),
     "robots": ("beetle", "beetle_free", "describe", "flagella", "names"),
-    "solve": ("periodic", "simulate", "static", "steady"),
+    "solve": ("critical", "forces", "modes", "periodic", "reading", "simulate", "static", "steady"),
     "units": ("InputError",),
     "view": ("show_run", "show_sweep"),
 }
 _OTHERS = (
-    "controllers",
     "core",
     "drives",
-    "identification",
     "loads",
     "measure",
     "mechanism",
@@ -56,14 +59,22 @@ __all__ = [
     "beetle_free",
     "bind",
     "build",
+    "control",
+    "correct",
+    "critical",
     "describe",
+    "design",
     "drive_period",
+    "fit",
     "flagella",
+    "forces",
+    "identify",
     "load_dataset",
     "load_robot",
+    "modes",
     "names",
     "periodic",
-    "read",
+    "reading",
     "save_dataset",
     "save_robot",
     "show_run",

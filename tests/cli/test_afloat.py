@@ -53,7 +53,7 @@ limbs:
     density: 1000 kg/m3
     joint: {kind: revolute, axis: z}
 pairs:
-  pin: {kind: tie, between: [a, b], stiffness: 1e4 N/m, damping: 10 N s/m}
+  pin: {kind: bushing, between: [a, b], stiffness: 1e4 N/m, damping: 10 N s/m}
 """
 
 
@@ -85,7 +85,7 @@ def test_with_what_is_told_it_is_neutral(nectosome):
     told = line(nectosome("show", "pair.yaml").out, "weight in water")
     assert told == "4.903 N upward, 20 % of its weight; 0.5 kg too light; neutral with body.mass 1.5 kg"
     Path("pair.yaml").write_text(PAIR.replace("density: 1500 kg/m3", "density: 4 g/cm3"))
-    assert line(nectosome("show", "pair.yaml").out, "weight in water").endswith("more than its body can give up")
+    assert line(nectosome("show", "pair.yaml").out, "weight in water").endswith("its body is lighter than that")
 
 
 def test_a_robot_whose_limbs_are_tied_in_pairs_is_told_what_makes_it_neutral(nectosome):
@@ -99,7 +99,7 @@ def test_a_robot_whose_limbs_are_tied_in_pairs_is_told_what_makes_it_neutral(nec
 
 def test_the_page_of_a_robot_has_a_picture_and_the_numbers(nectosome):
     Path("pair.yaml").write_text(PAIR)
-    answer = nectosome("show", "pair.yaml", "--save", "pair.html")
+    answer = nectosome("show", "pair.yaml", "--plot", "pair.html")
     assert (answer.code, answer.err) == (0, "")
     page = Path("pair.html").read_text()
     assert "neutral with body.density 750 kg/m3" in page

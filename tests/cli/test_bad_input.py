@@ -32,6 +32,7 @@ COMMANDS = (
     "new",
 )
 SOLVERS = ("simulate", "static", "steady", "periodic")
+THERE = (("--save", "run.nc"), ("--save", "there.csv"), ("--plot", "there.html"))  # files that exist
 
 
 def wrong_values() -> list[tuple[str, ...]]:
@@ -65,7 +66,8 @@ def wrong_options() -> list[tuple[str, ...]]:
         cases += [(command, *robot, option) for option in ("--nonsense", "-q", "--tiem=3s", "--nonsense=3", "--no-set")]
         if robot:
             cases += [(command,), (command, *robot, "more"), (command, *robot, "two", "more")]
-    cases += [("schema", "more"), ("show", "flagellum", "--save"), ("show", "flagellum", "--save", "page.txt")]
+    cases += [("schema", "more"), ("show", "flagellum", "--plot"), ("show", "flagellum", "--plot", "page.txt")]
+    cases += [("show", "flagellum", "--save", "page.nc"), ("simulat",), ("show", "flagelum"), ("show", "tunna")]
     times = (
         "",
         " ",
@@ -108,13 +110,20 @@ def wrong_options() -> list[tuple[str, ...]]:
     targets += ("a" * 253 + ".nc", "/dev/full", "/dev/null", "/proc/run.nc", "bad\0name.nc", "pipe.nc")
     cases += [(command, "ball.yaml", "--save", target) for command in SOLVERS for target in targets]
     pages = ("", ".", "folder.html", "nowhere/page.html", "page.nc", "ball.yaml", "page", "/proc/page.html")
-    cases += [("show", "run.nc", "--save", page) for page in pages]
+    cases += [("show", "run.nc", "--plot", page) for page in pages]
+    cases += [(command, "ball.yaml", "--plot", page) for command in SOLVERS for page in pages]
+    cases += [(command, "ball.yaml", option, name) for command in SOLVERS for option, name in THERE]
+    cases += [("show", "run.nc", "--plot", "there.html"), ("render", "run.nc", "--save", "there.png")]
+    cases += [("new", "tail", "ball.yaml"), ("measure", "there.csv", "--save", "there.csv")]
     cases += [("reproduce", name) for name in ("nonsense", "", "--all", "FLAGELLUM", "flagellum,flagellum")]
-    cases += [("reproduce", "flagellum", name) for name in ("nonsense", "--out", "--json", "--quik", "--quick=maybe")]
+    cases += [
+        ("reproduce", "flagellum", name)
+        for name in ("nonsense", "--out", "--json", "--force=", "--quik", "--quick=maybe")
+    ]
     cases += [
         ("reproduce", "--out", folder) for folder in ("ball.yaml", "ball.yaml/out", "/proc/out", "bad\0name", "a" * 300)
     ]
-    cases += [("reproduce", "--json", file) for file in ("folder.json", "nowhere/a.json", "a.txt", "", "/proc/a.json")]
+    cases += [("reproduce", "--out", "made"), ("reproduce", "--json", "a.json")]
     return cases
 
 
@@ -138,12 +147,15 @@ def wrong_robots() -> list[tuple[str, ...]]:
 
 def wrong_designs() -> list[tuple[str, ...]]:
     """Designs of what is not there, within what makes no sense, kept where nothing can be kept."""
-    ball = ("design", "ball.yaml", "--vary", "body.density=1100 kg/m3 .. 1300 kg/m3")
+    ball = ("design", "ball.yaml", "--vary", "body.density=1100..1300kg/m3")
     numbers = ("", "-1", "1.5", "nan", "inf", "1e3", "many", "9" * 5000, "0x10", "[3]", "3 s")
     cases: list[tuple[str, ...]] = [(*ball, "--starts", number) for number in (*numbers, "0", "100001")]
     cases += [(*ball, "--seed", number) for number in (*numbers, str(2**31))]
-    cases += [(*ball, "--solver", name) for name in ("", "front", "Gradient", "newton", "3")]
-    cases += [(*ball, "--objective", name) for name in ("sped", "speed=3", "-speed", "x" * 300)]
+    cases += [(*ball, "--optimiser", name) for name in ("", "nsga2", "Gradient", "newton", "3")]
+    cases += [
+        (*ball, f"--{sense}", name) for sense in ("maximise", "minimise") for name in ("sped", "speed=3", "x" * 300)
+    ]
+    cases.append((*ball, "--maximise", "speed", "--minimise", "power"))
     cases += [(*ball, "--forward", name) for name in ("q", "--x", "xy", "1", "[1, 0, 0]")]
     ranges = (
         "",
@@ -155,7 +167,12 @@ def wrong_designs() -> list[tuple[str, ...]]:
         "body.density=1100 kg/m3",
         "body=1 m .. 2 m",
     )
-    ranges += ("body.density=1100 .. 1300", "body.density=1300 kg/m3 .. 1100 kg/m3", "body.density=1 kg .. 2 kg")
+    ranges += (
+        "body.density=1100..1300",
+        "body.density=1100..1300:10kg/m3",
+        "body.density=1300 kg/m3 .. 1100 kg/m3",
+        "body.density=1 kg .. 2 kg",
+    )
     ranges += ("body.density=0 kg/m3 .. 9 kg/m3", "body.densty=1 kg/m3 .. 2 kg/m3", "body.length=0 m .. 1 m log")
     ranges += (
         "body.density=nan .. 3 kg/m3",
@@ -173,10 +190,10 @@ def wrong_designs() -> list[tuple[str, ...]]:
         "body.density=1200 kg/m3",
         "body.density=-1 kg/m3",
     )
-    cases += [(*ball, "--fix", text) for text in (*fixed, "body.joint={kind: fixed}")]
+    cases += [(*ball, "--set", text) for text in (*fixed, "body.joint={kind: fixed}")]
     limits = ("", "torque", "torqe <= 1 N m", "torque < 1 N m", "torque <= 1", "torque <= nan N m", "torque <= 1 kg")
     limits += ("motor 1 N m", "motor 0 N m, 3 rad/s", "motor 1 N m, 3 s", "x" * 500, "torque <= 1 N m <= 2 N m")
-    cases += [(*ball, "--constraint", text) for text in limits]
+    cases += [(*ball, "--keep", text) for text in limits]
     problems = ("", ".", "folder", "nowhere.yaml", "run.nc", "ball.yaml", "bad\0name", "pipe.nc/x")
     problems += ("problem_binary.yaml", "problem_empty.yaml", "problem_cut.yaml", "problem_foreign.yaml")
     cases += [("design", "ball.yaml", "--problem", file) for file in problems]
@@ -184,23 +201,23 @@ def wrong_designs() -> list[tuple[str, ...]]:
         (*ball, "--out", folder) for folder in ("ball.yaml", "ball.yaml/out", "/proc/out", "bad\0name", "a" * 300)
     ]
     cases += [(*ball, "--out", folder) for folder in ("held", "other", "starts")]
-    folders = ("", "folder", "nowhere", "ball.yaml", "bad\0name", "damaged", "foreign", "cut", "other", "wrong", "deep")
-    cases += [("design", "--resume", folder) for folder in folders]
-    asked = (("--seed", "2"), ("--out", "new"), ("--objective", "speed"), ("--vary", "body.density=1 kg/m3 .. 2 kg/m3"))
-    cases += [("design", "--resume", "other", *more) for more in asked]
-    cases += [("design", "ball.yaml", "--resume", "other"), ("design",), ("design", "sinks.yaml")]
+    folders = ("damaged", "foreign", "cut", "wrong", "deep")
+    cases += [(*ball, "--out", folder) for folder in folders]
+    cases += [(*ball, "--write", file) for file in ("best.nc", "nowhere/best.yaml", "ball.yaml")]
+    cases += [(*ball, "--save", file) for file in ("run.txt", "nowhere/run.nc")]
+    cases += [("design",), ("design", "sinks.yaml")]
     options = (
-        "solver",
+        "optimiser",
         "starts",
         "seed",
-        "objective",
+        "maximise",
+        "minimise",
         "vary",
-        "fix",
-        "constraint",
+        "set",
+        "keep",
         "forward",
         "problem",
         "out",
-        "resume",
     )
     return cases + [(*ball, f"--{option}") for option in options]
 
@@ -226,6 +243,7 @@ def wrong_steady() -> list[tuple[str, ...]]:
         ("steady", "ball.yaml", "--set", fixed),
         ("steady", "flagellum", "--set"),
         ("steady", "flagellum", "--save"),
+        ("steady", "flagellum", "--plot"),
     ]
 
 
@@ -293,8 +311,10 @@ def bench(tmp_path_factory, ball_run):
     """A folder with a good robot, a good run, and everything damaged."""
     folder = tmp_path_factory.mktemp("bench")
     (folder / "ball.yaml").write_text(BALL)
-    for name in ("folder", "damaged", "folder.nc", "folder.html", "folder.json"):
+    for name in ("folder", "damaged", "folder.nc", "folder.html", "made"):
         (folder / name).mkdir()
+    for name in ("there.html", "there.csv", "there.png", "made/scorecard.json"):
+        (folder / name).write_text("time,x\n0,1\n1,2\n")
     os.mkfifo(folder / "pipe.nc")
     for name, content in damaged_files().items():
         (folder / "damaged" / name).write_bytes(content)

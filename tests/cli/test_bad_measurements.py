@@ -95,14 +95,22 @@ def cases() -> list[tuple[str, ...]]:
     found += [("measure", "good.xls"), ("measure", "good.ods"), ("measure", "good.mf4"), ("measure", "good.tdms_index")]
     found += [("measure", name) for name in wrong_texts()]
     found += [("measure", "good.csv", "nowhere.csv"), ("measure", "good.csv", "bad/word.csv")]
-    found += [("measure", "good.csv", "--sheet", name) for name in SHEETS]
-    found += [("measure", "--sheet", name) for name in (*wrong_campaigns(), "good.csv", "nowhere.yaml", "folder", "")]
-    found += [("measure", "good.csv", "--sheet", name) for name in ("", "nowhere.yaml", "folder", "bad/binary.csv")]
+    found += [("measure", "good.csv", "--config", name) for name in SHEETS]
+    found += [
+        ("measure", "--campaign", name) for name in (*wrong_campaigns(), "good.csv", "nowhere.yaml", "folder", "")
+    ]
+    found += [("measure", "good.csv", "--config", name) for name in ("", "nowhere.yaml", "folder", "bad/binary.csv")]
     pages = ("", ".", "page", "page.nc", "folder.html", "nowhere/page.html", "/proc/page.html", "bad\0.html")
     found += [("measure", "good.csv", "--plot", page) for page in pages]
     runs = ("", ".", "run", "run.html", "folder.nc", "nowhere/run.nc", "/proc/run.nc", "a" * 300, "/dev/full")
     found += [("measure", "good.csv", "--save", run) for run in runs]
-    found += [("measure", "good.csv", "again.csv", "--save", "run.nc"), ("measure", "good.csv", "--sheet")]
+    found += [
+        ("measure", "good.csv", "again.csv", "--save", "run.nc"),
+        ("measure", "good.csv", "--config"),
+        ("measure", "good.csv", "--sheet", "sheets/000.yaml"),
+    ]
+    found += [("measure", "--config", "sheets/000.yaml"), ("measure", "good.csv", "--campaign", "campaign00.yaml")]
+    found += [("measure", "good.csv", "--save", "again.csv")]
     found += [("measure", "good.csv", option) for option in ("--plot", "--save", "--csv", "--set=3", "--plot=")]
     for name, (file, _, _) in FORMATS.items():
         ending = file.partition(".")[2]

@@ -50,7 +50,7 @@ def test_each_load_on_each_part_and_the_energy_of_parts_are_told_on_request(nect
     assert float(page["body"][1]) == pytest.approx(WEIGHT / 9.80665 * SPEED**2 / 2, rel=1e-3)  # the table's only row
     refused = nectosome("show", "eel", "--loads")
     assert (refused.code, refused.out) == (2, "")
-    assert refused.err.startswith("--loads: is of a saved run.")
+    assert refused.err.startswith("--loads: is for a saved run.")
 
 
 def test_a_saved_run_shows_what_was_printed_and_where_it_comes_from(nectosome, ball):
@@ -70,7 +70,9 @@ def test_a_saved_run_shows_what_was_printed_and_where_it_comes_from(nectosome, b
     assert (done.code, done.err) == (0, "")
     shown = nectosome("show", "run.nc")
     assert (shown.code, shown.err) == (0, "")
-    assert shown.out.startswith(done.out)
+    summary, written, _ = done.out.rpartition("written: run.nc\n")
+    assert written
+    assert shown.out.startswith(summary)
     assert "cork: simulation, 2 s" in done.out
     assert "body.density=1100 kg/m3" in " ".join(shown.out.split())
     dataset = load_dataset("run.nc")
@@ -97,7 +99,7 @@ def test_a_run_that_gives_up_says_why(nectosome, ball, monkeypatch):
     monkeypatch.setattr(solve, "simulate", functools.partial(solve.simulate, max_steps=2))
     answer = nectosome("simulate", str(ball), "--time", "2s", "--samples", "21", "--save", "run.nc")
     assert answer.code == 1
-    assert answer.err.startswith("ball: gave up: more time steps than allowed, at ")
+    assert answer.err.startswith("ball: failed: more time steps than allowed, at ")
     assert "STEP_LIMIT" in answer.out
     assert load_dataset("run.nc").attrs["status"] == "STEP_LIMIT"
 
@@ -123,7 +125,7 @@ def test_ctrl_c_keeps_the_part_done(nectosome, ball, monkeypatch, save):
     answer = nectosome("simulate", str(ball), "--time", "2s", "--samples", "21", *option)
     assert answer.code == 130
     stopping, cancelled = answer.err.splitlines()
-    assert stopping == "stopping at the next moment; Ctrl-C again stops at once."
+    assert stopping == "stopping; Ctrl-C again stops at once."
     assert cancelled.startswith("cancelled at 0.9 s of 2 s.")
     assert Path("run.nc").exists() == save
     if save:
@@ -185,12 +187,18 @@ def test_robots_that_ship_are_shown(nectosome, robot):
     assert answer.out.startswith(robot.rstrip("0123456789"))
 
 
+def test_a_name_that_is_nearly_a_robot_or_a_file_is_found(nectosome, ball):
+    assert 'Did you mean "flagellum"?' in nectosome("show", "flagelum").err
+    ball.rename("tuna.yaml")
+    assert 'Did you mean "tuna.yaml"?' in nectosome("show", "tunna").err
+
+
 def test_show_hands_a_run_to_the_view(nectosome, ball_run, monkeypatch):
     drawn = []
     view = type(sys)("nectosome.view")
     view.show_run = lambda dataset, path: drawn.append((dataset.attrs["title"], str(path)))
     monkeypatch.setitem(sys.modules, "nectosome.view", view)
-    assert nectosome("show", str(ball_run), "--save", "page.html").code == 0
+    assert nectosome("show", str(ball_run), "--plot", "page.html").code == 0
     assert drawn == [("ball: simulation", "page.html")]
 
 

@@ -165,7 +165,7 @@ def test_mistakes_are_told_and_nothing_is_written(nectosome, diver, tmp_path):
             asked("--measure", "deep"),
             ("control", "nobody", *ASKED[2:], "--reference", "1.5m"),
             ("control", "diver.yaml", "--measure", "depth", "--reference", "1.5m"),
-            ("control", "eel", "--command", "f=0..3Hz", "--measure", "surge", "--mean", "--reference", "-0.3m/s"),
+            ("control", "eel", "--command", "f=0..3Hz", "--measure", "velocity.x", "--mean", "--reference", "-0.3m/s"),
         ],
         tmp_path,
     )

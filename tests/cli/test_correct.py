@@ -12,7 +12,7 @@ from nectosome.io import load_dataset, save_dataset
 from .answers import check_wrong
 from .test_sweep import ARM
 
-GIVEN = ("correct", "--sim", "grid.nc", "--measured", "lab/campaign.yaml")
+GIVEN = ("correct", "--sim", "grid.nc", "--campaign", "lab/campaign.yaml")
 ASKED = (*GIVEN, "--quantity=-force.y", "--parameter", "Cn=1")
 
 
@@ -36,7 +36,7 @@ def test_a_corrected_grid_is_near_the_truth(nectosome, lab, tmp_path):
     assert float(inside.mean()) >= 0.9
     np.testing.assert_allclose(found["parameter"], 0.8, atol=0.05)
     assert found["force"].attrs["units"] == "N"
-    assert found.attrs["told_by"] == "peaks"
+    assert found.attrs["estimated_from"] == "peaks"
     assert json.loads(found.attrs["provenance"])["settings"]["method"] == "cn-gp"
     np.testing.assert_allclose(found["measured_A"], [A[i] for i, _ in PLAN])
     np.testing.assert_allclose(found["measured"], mean(found["measured_A"], found["measured_f"]), rtol=0.08)
@@ -88,7 +88,9 @@ def test_the_robot_of_a_sweep_tells_the_nominal_parameter(nectosome, lab, tmp_pa
     save_dataset(renamed.assign_coords({stiffness[0]: stiffness}).assign_attrs(robot=ARM), tmp_path / "grid.nc")
     answer = nectosome(*GIVEN, "--quantity=-force.y", "--method", "cn-svd", "--next", "1")
     assert (answer.code, answer.err) == (0, "")
-    assert re.search(r"stiffness: 0\.02\d+ to 0\.02\d+ N m/rad where measured, told by peaks; 0\.03 in", answer.out)
+    assert re.search(
+        r"stiffness: 0\.02\d+ to 0\.02\d+ N m/rad where measured, estimated from peaks; 0\.03 in", answer.out
+    )
     assert "cn-svd tells no intervals" in answer.out
 
 
@@ -130,13 +132,16 @@ def test_a_robot_file_is_simulated_and_corrected_at_once(nectosome, tmp_path):
         np.savetxt(tmp_path / "lab" / f"{k}.csv", np.transpose([t, P]), delimiter=",", header="t,P", comments="")
         lines.append(f"  - {{file: {k}.csv, conditions: {{F: {F} N, f: {f} Hz}}}}")
     (tmp_path / "lab" / "campaign.yaml").write_text("\n".join(lines) + "\n")
-    robot = ("correct", "dropped.yaml", "--measured", "lab/campaign.yaml", "--quantity", "power", "--next", "1")
-    over = ("--over", "F=0.3:0.7:0.2N", "--over", "f=0.5:1.5:0.25Hz", "--over", "k=25,30,35,40,50N/m")
+    robot = ("correct", "dropped.yaml", "--campaign", "lab/campaign.yaml", "--quantity", "power", "--next", "1")
+    over = ("--over", "F=0.3..0.7:0.2N", "--over", "f=0.5..1.5:0.25Hz", "--over", "k=25,30,35,40,50N/m")
     check_wrong(
         nectosome, [(*robot, *over[:1]), robot, (*robot, "--sim", "grid.nc"), (*robot, "--over", "q=1,2N")], tmp_path
     )
 
     answer = nectosome(*robot, *over)
+    assert (answer.code, answer.err) == (0, "")
+    assert not [file for file in tmp_path.iterdir() if file.suffix in (".nc", ".html")]  # nothing unasked
+    answer = nectosome(*robot, *over, "--save", "corrected.nc")
     assert (answer.code, answer.err) == (0, "")
     assert "power of dropped.yaml, corrected with campaign.yaml" in answer.out
     found = load_dataset(tmp_path / "corrected.nc")
@@ -179,7 +184,7 @@ def test_wrong_corrections_are_answered_in_a_sentence(nectosome, tmp_path):
     cases += [(*ASKED, *more) for more in (("--next", x) for x in ("0", "-1", "many", "1.5"))]
     cases += [(*ASKED, *more) for more in (("--method", "cn-gpp"), ("--aim", "best"), ("--lowpass", "10"))]
     cases += [(*ASKED, "--lowpass", x) for x in ("-1Hz", "10m", "1kHz")]
-    cases += [(*ASKED, "--save", x) for x in ("c.csv", "nowhere/c.nc", "lab.nc/c.nc")]
+    cases += [(*ASKED, "--save", x) for x in ("c.txt", "nowhere/c.nc", "lab.nc/c.nc")]
     cases += [(*ASKED, "--plot", x) for x in ("c.nc", "nowhere/c.html")]
     cases += [(*GIVEN, "--parameter", "Cn=1"), GIVEN, GIVEN[:3], ("correct",), (*GIVEN, "--quantity", "force.y")]
     names = ("force", "force.q", "power.x", "thrust.y", "-", "", "-force.y.z", "status")

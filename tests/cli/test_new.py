@@ -59,8 +59,8 @@ def test_a_template_moves(nectosome, name):
     [
         (["tial"], 'there is no template called "tial". Did you mean "tail"?'),
         (["flagella13"], "flagella: 13 flagella asked for; 1 to 12 fit on the ring."),
-        (["tail", "mine.yaml"], "mine.yaml: is there already, and is left as it is. Give another name."),
-        (["tail", "mine.txt"], 'FILE: "mine.txt" does not end in .yaml, as what is written there would.'),
+        (["tail", "mine.yaml"], "mine.yaml: exists. Give another name, or --force to overwrite it."),
+        (["tail", "mine.txt"], 'FILE: "mine.txt" does not end in .yaml.'),
         (["tail", "none/mine.yaml"], "FILE: cannot write into none: No such file or directory."),
     ],
 )
@@ -85,7 +85,10 @@ def test_a_robot_comes_from_a_urdf_file(nectosome):
     assert nectosome("new", "arm.urdf").code == 0
     assert Path("arm.yaml").read_text() == Path("mine.yaml").read_text()
     again = nectosome("new", "arm.urdf")
-    assert (again.code, again.err) == (2, "arm.yaml: is there already, and is left as it is. Give another name.\n")
+    assert (again.code, again.err) == (2, "arm.yaml: exists. Give another name, or --force to overwrite it.\n")
+    Path("arm.yaml").write_text("")
+    assert nectosome("new", "arm.urdf", "--force").code == 0
+    assert Path("arm.yaml").read_text() == Path("mine.yaml").read_text()
 
 
 def test_nothing_is_written_from_a_urdf_file_with_a_mistake(nectosome):

@@ -1,5 +1,6 @@
 """`nectosome reproduce` with studies made up for the test."""
 
+import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -44,6 +45,7 @@ def studies(monkeypatch) -> dict[str, Callable[..., Study]]:
 def test_all_studies_are_run_and_written(nectosome, studies):
     answer = nectosome("reproduce", "--out", "out")
     assert (answer.code, answer.err) == (0, "")
+    card = json.loads(Path("out/scorecard.json").read_text())
     assert [r["id"] for r in card["rows"]] == ["worm.speed", "worm.force", "eel.speed", "eel.cost"]
     assert list(card["rows"][0]) == list(row(""))
     assert card["rows"][3]["ours"] is None
@@ -58,9 +60,11 @@ def test_all_studies_are_run_and_written(nectosome, studies):
 
 def test_studies_are_chosen_by_name_and_kept_in_order(nectosome, studies):
     assert nectosome("reproduce", "eel", "worm", "--quick", "--out", "there/it/is").code == 0
+    card = json.loads(Path("there/it/is/scorecard.json").read_text())
     assert card["rows"][0]["id"] == "worm.speed"
     assert Path("there/it/is/worm/quick.nc").exists()
-    assert nectosome("reproduce", "eel").code == 0
+    assert nectosome("reproduce", "eel", "--out", "out").code == 0
+    assert len(json.loads(Path("out/scorecard.json").read_text())["rows"]) == 2
 
 
 def test_an_unknown_study_is_refused(nectosome, studies, tmp_path):
@@ -72,8 +76,9 @@ def test_an_unknown_study_is_refused(nectosome, studies, tmp_path):
 def test_a_row_that_was_not_computed_fails(nectosome, studies):
     rows = [row("snail.speed", ours=None, verdict="differs"), row("snail.force")]
     studies["snail"] = lambda quick, progress: Study("snail", "Snail", "", rows, {}, 0.0)
-    answer = nectosome("reproduce", "snail")
+    answer = nectosome("reproduce", "snail", "--out", "out")
     assert (answer.code, answer.err) == (1, "not computed: snail.speed.\n")
+    assert Path("out/scorecard.json").exists()
 
 
 def test_ctrl_c_is_no_crash(nectosome, studies):
@@ -81,8 +86,22 @@ def test_ctrl_c_is_no_crash(nectosome, studies):
         raise KeyboardInterrupt
 
     studies["worm"] = stopped
-    answer = nectosome("reproduce")
+    answer = nectosome("reproduce", "--out", "out")
     assert (answer.code, answer.err) == (130, "cancelled.\n")
+    assert not Path("out/scorecard.json").exists()
+
+
+def test_nothing_is_written_unasked_and_nothing_overwritten_unforced(nectosome, studies, tmp_path):
+    answer = nectosome("reproduce", "eel")
+    assert (answer.code, list(tmp_path.iterdir())) == (0, [])
+    assert "eel.speed" in answer.out
+    Path("out").mkdir()
+    Path("out/scorecard.json").write_text("{}")
+    answer = nectosome("reproduce", "eel", "--out", "out")
+    assert answer.code == 2
+    assert answer.err == "--out: out/scorecard.json exists. Give another name, or --force to overwrite it.\n"
+    assert nectosome("reproduce", "eel", "--out", "out", "--force").code == 0
+    assert len(json.loads(Path("out/scorecard.json").read_text())["rows"]) == 2
 
 
 def test_a_bug_is_not_hidden(nectosome, studies):

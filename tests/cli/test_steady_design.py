@@ -19,11 +19,11 @@ SPEED = np.sqrt(4 / 3 * np.pi * 0.02**3 * 200 * 9.80665 / (0.5 * 1000 * 1.2e-3))
 AREA = "body.loads.drag.drag_area.2"
 PROBLEM = f"""
 about: the fastest ball
-variables:
-  body.density: 1100 kg/m3 .. 1300 kg/m3
+vary:
+  body.density: 1100..1300 kg/m3
   {AREA}: 1e-3 m2 .. 4e-3 m2 log
 forward: -z
-constraints:
+keep:
   - speed <= 0.4 m/s
 """
 RUN = ("design", "ball.yaml", "--starts", "2", "--out", "run")
@@ -76,8 +76,8 @@ def best_of(folder: str) -> list[float]:
 
 def test_a_design_is_found_kept_and_not_computed_again(nectosome, whole, monkeypatch):
     """The limit of 0.4 m/s binds; what is told, kept and handed to other commands is one design."""
-    assert "at its limit: speed <= 0.4 m/s\nbest design" in whole.out  # inside its ranges
-    assert "best design: run/best.yaml; all evaluations: run/evaluations.nc" in whole.out
+    assert "at its limit: speed <= 0.4 m/s\nwritten" in whole.out  # inside its ranges
+    assert "written: run/evaluations.nc, run/best.yaml\n" in whole.out
     density, area = best_of("run")
     weight = 4 / 3 * np.pi * 0.02**3 * (density - 1000) * 9.80665
     assert np.sqrt(2 * weight / (1000 * area)) == pytest.approx(0.4, rel=1e-4)
@@ -89,21 +89,22 @@ def test_a_design_is_found_kept_and_not_computed_again(nectosome, whole, monkeyp
     assert float(rows(steady.out)["velocity at the end"][-3]) == pytest.approx(-0.4, rel=1e-3)
 
     journals = {file: file.read_bytes() for file in Path("run").glob("*.jsonl")}
-    again, resumed = nectosome(*RUN), nectosome("design", "--resume", "run")
-    for answer in (again, resumed):
-        assert (answer.code, answer.err) == (0, "")
-        assert re.sub(r"[\d.]+ s;", "", answer.out) == re.sub(r"[\d.]+ s;", "", whole.out)
+    again = nectosome(*RUN)
+    assert (again.code, again.err) == (0, "")
+    assert re.sub(r"[\d.]+ s;", "", again.out) == re.sub(r"[\d.]+ s;", "", whole.out)
     assert {file: file.read_bytes() for file in Path("run").glob("*.jsonl")} == journals
 
     other = nectosome(*RUN, "--seed", "2")
     assert (other.code, other.out) == (2, "")
     assert "holds another seed" in other.err
-    settled = nectosome("design", "--resume", "run", "--seed", "2")
-    assert (settled.code, settled.err[:10]) == (2, "--resume: ")
+    anew = nectosome(*RUN, "--seed", "2", "--force")
+    assert (anew.code, anew.err) == (0, "")
+    assert json.loads(Path("run/search.json").read_text())["seed"] == 2
+    assert best_of("run") == pytest.approx([density, area], rel=0.5)
 
 
 def test_limits_that_no_design_keeps_are_told(nectosome, problem):
-    done = nectosome("design", "ball.yaml", "--starts", "1", "--out", "run", "--constraint", "speed >= 9 m/s")
+    done = nectosome("design", "ball.yaml", "--starts", "1", "--out", "run", "--keep", "speed >= 9 m/s")
     assert (done.code, done.out) == (1, "")
     assert done.err.startswith("ball: no design keeps all limits: none of 200 drawn designs was accepted")
     assert "speed >= 9 m/s is not kept" in done.err
@@ -112,12 +113,17 @@ def test_limits_that_no_design_keeps_are_told(nectosome, problem):
 
 def test_a_robot_without_drives_or_limits_is_designed_too_and_has_no_efficiency(nectosome, ball):
     """The heaviest ball sinks fastest: V = sqrt(2 * 0.3 * 1000 kg/m3 * 4/3 pi r^3 g / (rho A))."""
-    argv = ("design", "ball.yaml", "--vary", "body.density=1100 kg/m3 .. 1300 kg/m3", "--forward=-z", "--starts", "1")
-    done = nectosome(*argv, "--out", "free")
+    argv = ("design", "ball.yaml", "--vary", "body.density=1100..1300kg/m3", "--forward=-z", "--starts", "1")
+    before = sorted(Path().iterdir())
+    done = nectosome(*argv)
     assert (done.code, done.err) == (0, "")
+    assert sorted(Path().iterdir()) == before  # nothing unasked
+    again = nectosome(*argv, "--write", "free.yaml", "--save", "free.csv")
+    assert again.out.endswith("written: free.csv, free.yaml\n")
+    assert nectosome(*argv, "--write", "free.yaml").err.startswith("--write: free.yaml exists.")
     assert "at its limit: nothing\nat an end of its range: body.density (1300 kg/m3): widen it if the robot" in done.out
-    assert best_of("free")[0] == pytest.approx(1300, rel=1e-6)
-    undefined = nectosome(*argv, "--out", "none", "--objective", "efficiency")
+    assert float(get_value(load_robot("free.yaml"), "body.density")) == pytest.approx(1300, rel=1e-6)
+    undefined = nectosome(*argv, "--maximise", "efficiency")
     assert undefined.code == 1
     assert undefined.err.endswith("mostly because efficiency is not defined for this motion.\n")
 
@@ -137,10 +143,10 @@ def test_a_design_that_is_stopped_goes_on_to_the_same_best(nectosome, whole, tmp
     _, err = process.communicate(timeout=60)
     assert process.returncode == (130 if by == signal.SIGINT else -signal.SIGKILL)
     if by == signal.SIGINT:
-        assert err == "cancelled. To go on: nectosome design --resume stopped\n"
+        assert err == "cancelled. The same command goes on from what is in stopped.\n"
     assert not (journals / "best.yaml").exists()
     assert json.loads((journals / "search.json").read_text())["starts"] == 2
-    done = nectosome("design", "--resume", "stopped")
+    done = nectosome(*RUN[:-1], "stopped")
     assert (done.code, done.err) == (0, "")
     assert best_of("stopped") == best_of("run")
 

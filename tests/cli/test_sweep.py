@@ -35,7 +35,7 @@ def arm(tmp_path):
 
 def test_a_sweep_is_printed_and_saved(nectosome, arm, tmp_path):
     answer = nectosome(
-        "sweep", arm, "--over", "M=10:30:10mN m", "--over", "f=1,2Hz", "--save", "grid.nc", "--plot", "a.html"
+        "sweep", arm, "--over", "M=10..30:10mN m", "--over", "f=1,2Hz", "--save", "grid.nc", "--plot", "a.html"
     )
     assert answer.code == 0, answer.err
     page = (tmp_path / "a.html").read_text()
@@ -66,14 +66,15 @@ def test_wrong_sweeps_are_answered_in_a_sentence(nectosome, arm, tmp_path):
         ("sweep", arm),
         ("sweep", arm, "--over"),
         ("sweep", arm, "--over", "M"),
-        ("sweep", arm, "--over", "M=10:30mN m"),
+        ("sweep", arm, "--over", "M=10..30mN m"),
+        ("sweep", arm, "--over", "M=10:30:10mN m"),
         ("sweep", arm, "--over", "M=10,20"),
         ("sweep", arm, "--over", "B=10,20"),
         ("sweep", arm, "--over", "M=10,20mN m", "--over", "M=30,40mN m"),
         ("sweep", arm, "--over", "N=1,2"),
         ("sweep", arm, "--over", "f=0,1Hz", "--set", "M=1kg"),
         ("sweep", arm, "--over", "M=10mN m", "--samples", "3"),
-        ("sweep", arm, "--over", "M=10mN m", "--save", "grid.csv"),
+        ("sweep", arm, "--over", "M=10mN m", "--save", "grid.txt"),
         ("sweep", arm, "--over", "M=10mN m", "--save", "taken.nc"),
         ("sweep", arm, "--over", "M=10mN m", "--plot", "grid.png"),
         ("sweep", arm, "--over", "M=9mN m", "--over", "f=1Hz", "--over", "body.mass=1kg", "--plot", "grid.html"),

@@ -6,6 +6,7 @@ from tests.vision.video import scenes
 
 from nectosome.cli.app import main
 from nectosome.io import load_dataset
+from nectosome.measure import read
 from nectosome.papers.track.render import write_clip
 
 SHEET = """\
@@ -32,7 +33,7 @@ def folder(tmp_path_factory):
 
 
 def test_all_that_it_writes(folder, capsys):
-    names = {"--save": "o.nc", "--table": "o.csv", "--overlay": "o.mp4", "--plot": "o.html"}
+    names = {"--save": "o.nc", "--overlay": "o.mp4", "--plot": "o.html"}
     options = [part for option, name in names.items() for part in (option, str(folder / name))]
     assert main(["track", str(folder / "row.mp4"), "--config", str(folder / "track.yaml"), *options]) == 0
     out = capsys.readouterr().out
@@ -42,6 +43,12 @@ def test_all_that_it_writes(folder, capsys):
     wrong = np.rad2deg(saved["direction"].values - scenes.angles(saved["time"].values))
     assert np.sqrt(np.nanmean(wrong**2)) < 1.5
     assert all((folder / name).stat().st_size > 500 for name in names.values())
+    again = ["track", str(folder / "row.mp4"), "--config", str(folder / "track.yaml")]
+    assert main([*again, "--overlay", str(folder / "o.mp4")]) == 2
+    assert "o.mp4 exists. Give another name, or --force to overwrite it." in capsys.readouterr().err
+    assert main([*again, "--save", str(folder / "o.csv")]) == 0
+    direction = read(folder / "o.csv")["direction first"].values
+    np.testing.assert_allclose(direction, saved["direction"].sel(segment="first"), rtol=1e-15)
 
 
 def test_proposed_colours_are_printed_as_a_sheet(folder, capsys):
@@ -53,7 +60,7 @@ def test_proposed_colours_are_printed_as_a_sheet(folder, capsys):
 
 MISTAKES = {
     "": "name a video",
-    "row.mp4": "--propose shows how to begin one",
+    "row.mp4": "--propose prints a start of one",
     "none.mp4 --config track.yaml": "none.mp4: is not there",
     "text.mp4 --config track.yaml": "it is no video that can be read",
     "row.mp4 --config none.yaml": "none.yaml",
@@ -61,11 +68,11 @@ MISTAKES = {
     "row.mp4 --config row.mp4": "row.mp4",
     "row.mp4 --config small.yaml": "320 x 320 pixels, and the sheet is made for 64 x 48",
     "row.mp4 row.mp4 --config track.yaml": "segments are tracked in one video, not 2",
-    "row.mp4 --config track.yaml --save a.csv": '--save: "a.csv" does not end in .nc',
+    "row.mp4 --config track.yaml --save a.txt": '--save: "a.txt" does not end in .nc or .csv',
     "row.mp4 --config track.yaml --overlay none/a.mp4": "--overlay: cannot write into none",
     "row.mp4 --propose --at 9s": "--at: the video ends at 0.7333 s",
     "row.mp4 --propose --at soon": "--at",
-    "row.mp4 --propose --config track.yaml": "--propose: looks at a single video",
+    "row.mp4 --propose --config track.yaml": "--propose: takes a single video",
 }
 
 

@@ -22,7 +22,7 @@ from nectosome.controllers import (
 )
 from nectosome.core import Status
 from nectosome.description import dump_robot, parse_robot
-from nectosome.model import SampledPlant
+from nectosome.solve import SampledPlant
 from nectosome.view.saved import check_drawable, check_run
 
 MASS, DRAG, MOST, DT = 2.0, 4.0, 2.0, 0.05  # kg, N s/m, N, s
@@ -44,7 +44,7 @@ PI = pid_of([10.0, 20.0, 0.0], 0.0, ActuatorLimits(*map(jnp.asarray, (-MOST, MOS
 @pytest.fixture(scope="module")
 def slide():
     """Its velocity answers as 1/(m s + c)."""
-    return SampledPlant(SLIDE, "push", "surge", DT, moments=2, rtol=1e-9, atol=1e-11)
+    return SampledPlant(SLIDE, "push", "velocity.x", DT, moments=2, rtol=1e-9, atol=1e-11)
 
 
 def test_a_robot_answers_as_its_transfer_function_saturated_or_not(slide):
@@ -143,7 +143,7 @@ def test_a_gentler_pace_is_the_same_motion_stretched_in_time():
     free = parse_robot(dump_robot(SLIDE).replace(f"damping: {DRAG:g} N s/m", "damping: 0 N s/m"))
     gains, runs = np.array([8.0, 3.0, 6.0]), []
     for pace in (1.0, 0.5):
-        robot = SampledPlant(free, "push", "x", DT / pace, rtol=1e-9, atol=1e-11)
+        robot = SampledPlant(free, "push", "position.x", DT / pace, rtol=1e-9, atol=1e-11)
         pid = smooth_pid(time_scaled(gains, pace), -1e3, 1e3, robot.dt)
         runs.append(run_closed_loop(robot, pid, np.full(101, 0.1)).output)
     assert 0.11 < runs[0].max() < 0.2

@@ -11,7 +11,9 @@ from nectosome.core import (
     Cycle,
     Rate,
     Recording,
+    Shaped,
     Sine,
+    SmoothRecording,
     Solution,
     Status,
     Steps,
@@ -30,6 +32,9 @@ SMOOTH = {
     "cycle": Cycle(jnp.array([0.3, -0.2, 0.8, 0.1, 0.4]), number(1.5), number(0.3)),
     "vector": Sine(jnp.array([0.4, 0.1]), jnp.array([1.5, 0.0]), jnp.array([0.3, 1.0]), jnp.zeros(2)),
 }
+KNOTS, HEIGHTS = np.array([-0.2, 0.3, 0.35, 1.0, 2.1, 40.0]), np.array([0.3, -0.2, 0.1, 0.8, 0.1, 0.4])
+SMOOTH["smooth recording"] = SmoothRecording.through(jnp.asarray(KNOTS), jnp.asarray(HEIGHTS))
+SMOOTH["shaped"] = Shaped(SMOOTH["smooth recording"], jnp.array([2.0, -0.5]))
 RECORDING = Recording(jnp.array([0.0, 0.5, 0.6, 2.0]), jnp.array([1.0, 2.0, 0.0, 0.7]))
 
 
@@ -54,6 +59,38 @@ def test_a_cycle_is_the_periodic_spline_through_its_values():
         turns = (f * t + phase / (2 * np.pi)) % 1
         wanted = [f**k * spline(turns, k) for k in range(3)]
         np.testing.assert_allclose(SMOOTH["cycle"](number(t)), wanted, rtol=1e-9, atol=1e-9)
+
+
+def test_a_smooth_recording_is_the_spline_through_its_samples():
+    """As SciPy's, whose third derivative is continuous at the last inner samples; uneven times, also only four."""
+    for n in (4, 5, 6):
+        recording = SmoothRecording.through(jnp.asarray(KNOTS[:n]), jnp.asarray(HEIGHTS[:n]))
+        spline = CubicSpline(KNOTS[:n], HEIGHTS[:n], bc_type="not-a-knot")
+        for t in np.linspace(KNOTS[0], KNOTS[n - 1], 23):
+            np.testing.assert_allclose(recording(number(t)), [spline(t, k) for k in range(3)], rtol=1e-9, atol=1e-9)
+
+
+def test_a_smooth_recording_of_a_cubic_is_that_cubic():
+    """u = t^3 - 2 t^2 + 3, whatever the times, to its ends."""
+    recording = SmoothRecording.through(jnp.asarray(KNOTS), jnp.asarray(KNOTS**3 - 2 * KNOTS**2 + 3))
+    for t in (-0.2, 0.31, 1.7, 39.0, 40.0):
+        wanted = t**3 - 2 * t**2 + 3, 3 * t**2 - 4 * t, 6 * t - 4
+        np.testing.assert_allclose(recording(number(t)), wanted, rtol=1e-10, atol=1e-10)
+
+
+def test_a_smooth_recording_of_a_sine_converges_to_it_with_the_fourth_power_of_the_interval():
+    def worst(n):
+        t = np.linspace(0.0, 2.0, n)
+        recording = SmoothRecording.through(jnp.asarray(t), jnp.sin(3 * t))
+        at = jnp.linspace(0.5, 1.5, 301)  # away from the ends, where it converges faster at first
+        return np.abs(jax.vmap(recording)(at)[0] - np.sin(3 * at)).max()
+
+    assert worst(41) / worst(81) == pytest.approx(16.0, rel=0.02)
+
+
+def test_outside_of_its_samples_a_smooth_recording_stands_still():
+    for t, u in ((-0.3, HEIGHTS[0]), (40.1, HEIGHTS[-1])):
+        np.testing.assert_array_equal(SMOOTH["smooth recording"](number(t)), [u, 0.0, 0.0])
 
 
 def test_a_stroke_of_equal_halves_is_a_sine():

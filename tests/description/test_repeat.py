@@ -2,16 +2,19 @@
 """Limbs that come several times: their names, places, phases and aliases, and the sentence for what cannot be."""
 
 import math
-from typing import get_args
 
 import pytest
 
-from nectosome.description import dump_robot, get_value, numeric_paths, parse_robot
-from nectosome.description.joints import Joint
-from nectosome.description.loads import Load
-from nectosome.description.mirror import _JOINTS, _LOADS
+from nectosome.description import (
+    JointDescription,
+    LoadDescription,
+    dump_robot,
+    get_value,
+    numeric_paths,
+    parse_robot,
+)
+from nectosome.description.kinds import kinds_of
 from nectosome.description.orientation import from_rpy
-from nectosome.description.structure import slot
 from nectosome.units import InputError
 
 ROD = "kind: rod, section: circle, length: 1 m, radius: 1 cm, young: 1 MPa, density: 1 g/cm3, strains: {bending_y: 1}"
@@ -129,12 +132,18 @@ def test_forces_in_the_frame_of_the_world_stay():
 
 
 def test_every_joint_and_load_has_an_image_or_is_refused_by_name():
-    for known, choice in ((_JOINTS, Joint), (_LOADS, Load)):
-        kinds = slot(choice).kinds()
-        assert known.keys() <= kinds.keys()
-        for kind, changes in known.items():
-            assert changes.keys() <= kinds[kind].model_fields.keys()
-    assert len(get_args(get_args(Joint)[0])) == len(_JOINTS)
+    for base in (JointDescription, LoadDescription):
+        for kind in kinds_of(base).values():
+            assert kind.mirror is not None
+            assert kind.mirror.changes.keys() <= kind.model_fields.keys()
+
+
+def test_a_load_without_a_mirror_rule_is_refused_by_name(monkeypatch):
+    monkeypatch.setattr(kinds_of(LoadDescription)["drag"], "mirror", None)
+    text = robot({"fin": f"{ROD}, loads: {{hull: {{kind: drag, normal: 1}}}}, repeat: {{mirror: y}}"})
+    with pytest.raises(InputError) as caught:
+        parse_robot(text)
+    assert str(caught.value) == "robot, line 4, limbs.fin.loads.hull: drag cannot be mirrored. Write both limbs out."
 
 
 def test_an_alias_names_all_copies():

@@ -66,10 +66,10 @@ def test_a_message_has_file_line_and_field(tmp_path, monkeypatch, flagellum_file
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "robot: this is empty. A robot has at least a name and a body."),
-        ("# nothing\n", "robot: this is empty. A robot has at least a name and a body."),
-        ("just words", "robot: this has no named fields. A robot has at least a name and a body."),
-        ("- a\n- b", "robot: this has no named fields. A robot has at least a name and a body."),
+        ("", "robot: this is empty. A robot has at least a name and a body or limbs."),
+        ("# nothing\n", "robot: this is empty. A robot has at least a name and a body or limbs."),
+        ("just words", "robot: this has no named fields. A robot has at least a name and a body or limbs."),
+        ("- a\n- b", "robot: this has no named fields. A robot has at least a name and a body or limbs."),
         (SPHERE + "name: b\n", 'robot, line 3: "name" occurs twice here, first in line 1.'),
         (SPHERE + "abuot: b\n", 'robot, line 3, abuot: there is no field "abuot" here. Did you mean "about"?'),
         (SPHERE + "about: [a\n", "robot, line 4: this is not YAML: expected ',' or ']', but got '<stream end>'."),
@@ -86,7 +86,7 @@ def test_a_message_has_file_line_and_field(tmp_path, monkeypatch, flagellum_file
         ("name: a\nbody: {shape: point}", "robot, line 2, body: the kind is missing. Write one of rigid, rod."),
         ("name: a\nbody: {kind: rgid}", 'robot, line 2, body: there is no kind "rgid" here. Did you mean "rigid"?'),
         ("name: a\nbody: {kind: rigid, shape: ball, mass: 1 kg}", 'robot, line 2, body.shape: "ball" is not known here. Known: cylinder, box, spheroid, point.'),
-        (SPHERE + "pairs: {a: {kind: }}", "robot, line 3, pairs.a.kind: the kind is missing. Write one of tie, touch."),
+        (SPHERE + "pairs: {a: {kind: }}", "robot, line 3, pairs.a.kind: the kind is missing. Write one of bushing, contact."),
         ("name: a\nbody: {kind: }", "robot, line 2, body.kind: the kind is missing. Write one of rigid, rod."),
     ],
 )  # fmt: skip
@@ -98,7 +98,7 @@ def test_what_is_no_robot_is_told_in_a_sentence(text, message):
 
 ON_BOTH = {"drag", "plate_drag", "added_mass", "force", "distributed_force"}
 ON_RIGID = {"lumped_drag", "spheroid_added_mass", "cylinder_added_mass", "given_added_mass", "jet", "leg"}
-ON_RIGID |= {"near_floor", "pulsed_thrust", "bumper"}
+ON_RIGID |= {"near_floor", "pulsed_thrust", "wall_contact"}
 ON_RODS = {"trailing_edge", "tendon", "chamber", "muscle"}
 
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from nectosome.description import RobotDescription, dump_robot, import_urdf, parse_robot
-from nectosome.description.mirror import image
 from nectosome.description.orientation import applied, from_rpy
 from nectosome.units import InputError
 
@@ -151,8 +150,8 @@ def test_a_link_without_a_shape_is_told_to_displace_nothing(read):
         ("<robot>" + " " * 1_000_000, "arm.urdf: larger than 1 MB, which is too large."),
         (many(501), "arm.urdf: links and shapes make more than 500 parts, too many for a robot file."),
         (ARM.replace(HINGE, ""), "arm.urdf: these links hang on nothing: base, tip. A robot has one such link: join the others to it, if need be by a fixed joint."),
-        (ARM.replace("</robot>", HINGE.replace("hinge", "two") + "</robot>"), "arm.urdf, joint two: moves tip, which hangs on joint hinge already. Take one of them out, and close the loop with a tie in the robot file."),
-        (ARM.replace("</robot>", '<joint name="two" type="fixed"><parent link="tip"/><child link="base"/></joint></robot>'), "arm.urdf: these links hang on one another in a ring: base, tip. Take one joint of it out, and close the loop with a tie in the robot file."),
+        (ARM.replace("</robot>", HINGE.replace("hinge", "two") + "</robot>"), "arm.urdf, joint two: moves tip, which hangs on joint hinge already. Take one of them out, and close the loop with a bushing in the robot file."),
+        (ARM.replace("</robot>", '<joint name="two" type="fixed"><parent link="tip"/><child link="base"/></joint></robot>'), "arm.urdf: these links hang on one another in a ring: base, tip. Take one joint of it out, and close the loop with a bushing in the robot file."),
         (ARM.replace('child link="tip"', 'child link="tipp"'), 'arm.urdf, joint hinge: there is no link "tipp". Did you mean "tip"?'),
         (ARM.replace("revolute", "ball"), 'arm.urdf, joint hinge, type: "ball" is no type of joint. Known: fixed, revolute, continuous, prismatic, floating, planar.'),
         (ARM.replace(' type="revolute"', ""), 'arm.urdf, joint hinge, type: "null" is no type of joint. Known: fixed, revolute, continuous, prismatic, floating, planar.'),
@@ -198,7 +197,7 @@ def part(**fields):
 
 def test_a_mirrored_part_has_the_mirrored_inertia():
     """I -> D I D with D = diag(1, -1, 1)."""
-    twin = image(part(inertia=(2, 3, 4), products=(0.1, 0.2, 0.3)))
+    twin = part(inertia=(2, 3, 4), products=(0.1, 0.2, 0.3)).image()
     assert (twin.inertia, twin.products) == ((2.0, 3.0, 4.0), (-0.1, 0.2, -0.3))
 
 

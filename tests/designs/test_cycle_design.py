@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from tests.small_robots import DRIVEN, M0, I
 
-from nectosome.description import load_robot, parse_robot, read_variable, with_values
+from nectosome.description import load_robot, parse_robot, with_values
+from nectosome.description.variables import read_variable
 from nectosome.designs import QUANTITIES, Limit, MotionDesign, read_constraint
 from nectosome.model import build
 from nectosome.robots import describe

@@ -3,16 +3,9 @@
 import numpy as np
 import pytest
 
-from nectosome.description import get_value, parse_robot, read_variable
-from nectosome.designs import (
-    Problem,
-    change,
-    dump_design,
-    load_problem,
-    read_constraint,
-    restore_design,
-    shipped_problem,
-)
+from nectosome.description import parse_robot
+from nectosome.description.variables import read_variable
+from nectosome.designs import MotionDesign, Problem, load_problem, problem_of, read_constraint, shipped_problem
 from nectosome.robots import describe
 from nectosome.units import InputError
 
@@ -20,10 +13,13 @@ from .test_problem import SINKER
 
 ROBOT = parse_robot(SINKER)
 FLAGELLUM = describe("flagellum")
-WORDS = Problem({"m": "0.09 kg .. 0.3 kg", "A": "1e-4 m2 .. 1e-2 m2"}, "speed", ("speed <= 2 m/s",), "-z")
+RANGES = {"m": "0.09..0.3kg", "A": "1e-4 m2 .. 1e-2 m2"}
+WORDS = Problem(RANGES, "speed", keep=(read_constraint("speed <= 2 m/s"),), forward="-z")
 
 
-@pytest.mark.parametrize("text", ["300 mm .. 700 mm", "300 mm..0.7 m", " 0.3 m  ..  70e1 mm "])
+@pytest.mark.parametrize(
+    "text", ["300 mm .. 700 mm", "300 mm..0.7 m", " 0.3 m  ..  70e1 mm ", "300..700mm", "300 .. 700 mm", "0.3..0.7m"]
+)
 def test_a_range_is_two_values_with_units(text):
     variable = read_variable("L", text, FLAGELLUM)
     assert (variable.lower, variable.upper, variable.log) == (0.3, 0.7, False)
@@ -39,11 +35,12 @@ def test_a_range_may_be_logarithmic():
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
-        ("L", "300 mm", 'L: "300 mm" is no range. Write two values'),
+        ("L", "300 mm", 'L: "300 mm" is no range. Write LOW..HIGH'),
         ("L", "", "is no range"),
         ("L", "..", "is no range"),
         ("L", "300 mm ..", "is no range"),
-        ("L", "300 .. 700 mm", '"300" has no unit'),
+        ("L", "300..700", '"300" has no unit'),
+        ("L", "300..700:100mm", "has a step, which only sweeps take"),
         ("L", "300 mn .. 700 mm", "has no unit called mn"),
         ("L", "300 kg .. 700 mm", "is a mass"),
         ("L", "700 mm .. 300 mm", "is empty: its lower end must be less"),
@@ -103,77 +100,71 @@ def test_a_constraint_that_makes_no_sense_is_refused_with_a_sentence(text, said)
 
 @pytest.mark.parametrize("name", ["m", "body.mass"])
 def test_what_is_fixed_varies_no_more_by_whichever_name(name):
-    robot, problem = change(ROBOT, WORDS, fixed=(f"{name}=0.2 kg",))
-    assert list(problem.variables) == ["A"]
-    assert get_value(robot, "m") == 0.2
+    assert list(WORDS.changed(ROBOT, fixed=[name]).vary) == ["A"]
 
 
 @pytest.mark.parametrize("name", ["m", "body.mass"])
 def test_a_range_takes_the_place_of_that_of_the_same_quantity(name):
-    _, problem = change(ROBOT, WORDS, vary=(f"{name} = 0.1 kg .. 0.2 kg",))
-    assert problem.variables == {"A": WORDS.variables["A"], name: "0.1 kg .. 0.2 kg"}
+    assert WORDS.changed(ROBOT, vary={name: "0.1..0.2kg"}).vary == {"A": RANGES["A"], name: "0.1..0.2kg"}
 
 
-def test_a_constraint_takes_the_place_of_those_on_the_same_quantity():
-    _, problem = change(ROBOT, WORDS, constraints=("speed <= 1 m/s", "power <= 3 W"), objective="power", forward="z")
-    assert problem.constraints == ("speed <= 1 m/s", "power <= 3 W")
-    assert (problem.objective, problem.forward) == ("power", "z")
-    assert change(ROBOT, WORDS)[1] == WORDS
+def test_a_limit_takes_the_place_of_those_on_the_same_quantity():
+    problem = WORDS.changed(ROBOT, keep=["speed <= 1 m/s", read_constraint("power <= 3 W")], minimise="power")
+    assert [str(limit) for limit in problem.keep] == ["speed <= 1 m/s", "power <= 3 W"]
+    assert (problem.maximise, problem.minimise, problem.forward) == ("", "power", "-z")
+    assert WORDS.changed(ROBOT, forward="z").forward == "z"
+    assert WORDS.changed(ROBOT) == WORDS
 
 
 @pytest.mark.parametrize(
-    "options",
+    ("words", "highest"),
+    [({}, True), ({"minimise": "power"}, False), ({"maximise": "power"}, True), ({"minimise": "speed"}, False)],
+)
+def test_an_objective_is_maximised_or_minimised(words, highest):
+    """The sign of the numbers that a search makes small."""
+    task = Problem(RANGES, **words).task(ROBOT)
+    assert isinstance(task, MotionDesign)
+    assert task.highest == highest
+    found = task.prepare()(np.full(2, 0.5), False, None)
+    assert found.objective == (-1 if highest else 1) * found.outputs[task.objective]
+    other = Problem(RANGES, maximise="speed").task(ROBOT)
+    assert (task.key() == other.key()) == (words == {})
+
+
+@pytest.mark.parametrize(
+    "changes",
     [
-        {"vary": ("m",)},
-        {"vary": ("=3 kg .. 4 kg",)},
-        {"fixed": ("m",)},
-        {"fixed": ("mm=3 kg",)},
-        {"fixed": ("m=3 mm",)},
-        {"vary": ("mm=1 kg .. 2 kg",)},
-        {"constraints": ("speed",)},
+        {"vary": {"m": ""}},
+        {"vary": {"": "3..4kg"}},
+        {"vary": {"mm": "1..2kg"}},
+        {"keep": ["speed"]},
+        {"maximise": "spead"},
+        {"minimise": "efficency"},
+        {"maximise": "speed", "minimise": "power"},
     ],
 )
-def test_a_change_that_makes_no_sense_is_refused(options):
+def test_a_change_that_makes_no_sense_is_refused(changes):
     with pytest.raises(InputError):
-        robot, problem = change(ROBOT, WORDS, **options)
-        problem.task(robot)
+        WORDS.changed(ROBOT, **changes).task(ROBOT)
 
 
 @pytest.mark.parametrize(
     ("fixed", "vary", "said"),
     [
-        ((), ("m=1 kg .. 2 kg", "body.mass=1 kg .. 3 kg"), "--vary m and --vary body.mass both set body.mass"),
-        (("body.mass=2 kg",), ("m=1 kg .. 2 kg",), "--fix body.mass and --vary m both set body.mass"),
+        ([], ("m", "body.mass"), "vary m and vary body.mass both set body.mass"),
+        (["body.mass"], ("m",), "set body.mass and vary m both set body.mass"),
     ],
 )
 def test_what_is_asked_for_in_two_ways_at_once_is_refused(fixed, vary, said):
     with pytest.raises(InputError, match=said):
-        change(ROBOT, WORDS, fixed=fixed, vary=vary)
+        WORDS.changed(ROBOT, fixed=fixed, vary=dict.fromkeys(vary, "1..2kg"))
 
 
-def test_a_robot_and_its_problem_are_stored_and_restored():
-    robot, problem = restore_design(dump_design(ROBOT, WORDS), "run")
-    assert (robot, problem) == (ROBOT, WORDS)
-    assert problem.task(robot).key() == WORDS.task(ROBOT).key()
-
-
-@pytest.mark.parametrize(
-    "about",
-    [
-        {},
-        {"problem": {}, "robot": SINKER},
-        {"problem": [], "robot": SINKER},
-        {"problem": None, "robot": SINKER},
-        {"problem": {"variables": [], "objective": "speed", "constraints": [], "forward": "x"}, "robot": SINKER},
-        {"problem": {"variables": {}, "objective": "speed", "constraints": 3, "forward": "x"}, "robot": SINKER},
-        {"problem": {"variables": {}, "objective": "speed", "constraints": [], "forward": "x"}, "robot": None},
-        {"problem": {"variables": {}, "objective": "speed", "constraints": [], "forward": "x"}, "robot": 3},
-        {"problem": {"variables": {}, "objective": "speed", "constraints": [], "forward": "x"}, "robot": SINKER[:60]},
-    ],
-)
-def test_what_holds_no_robot_and_problem_is_refused(about):
-    with pytest.raises(InputError, match=r"^run"):
-        restore_design(about, "run")
+def test_the_problem_of_a_robot_stands_beside_its_file_or_ships_with_it(tmp_path):
+    assert problem_of("flagellum") == shipped_problem("flagellum")
+    assert problem_of(tmp_path / "fin.yaml") == Problem()
+    (tmp_path / "fin.design.yaml").write_text("vary: {m: 1..2kg}\nminimise: power\n")
+    assert problem_of(str(tmp_path / "fin.yaml")) == Problem({"m": "1..2kg"}, minimise="power")
 
 
 def test_the_problem_that_ships_fits_its_robot():
@@ -200,16 +191,17 @@ def test_the_stroke_that_ships_as_a_problem_fits_the_paddle():
         ("", "is no problem file"),
         ("- 1\n", "is no problem file"),
         ("3\n", "is no problem file"),
-        ("about: nothing\n", "variables: needs at least one name with a range"),
-        ("variables: [L]\n", "line 1, variables: needs"),
-        ("about: x\nvariables:\n", "line 2, variables: needs"),
+        ("about: nothing\n", "vary: needs at least one name with a range"),
+        ("vary: [L]\n", "line 1, vary: needs"),
+        ("about: x\nvary:\n", "line 2, vary: needs"),
         (
-            "variables: {m: 1 kg .. 2 kg}\nconstraint: []\n",
-            'line 2, constraint: is not known here. Did you mean "constraints"',
+            "vary: {m: 1 kg .. 2 kg}\nkeeps: []\n",
+            'line 2, keeps: is not known here. Did you mean "keep"',
         ),
-        ("variables: {m: 1 kg .. 2 kg}\nconstraints: speed <= 3 m/s\n", "line 2, constraints: must be a list"),
-        ("variables: {m: 1 kg .. 2 kg, m: 3}\n", "problem.yaml, line 1"),
-        ("variables: {m: 1 kg ..", "this is not YAML"),
+        ("vary: {m: 1 kg .. 2 kg}\nkeep: speed <= 3 m/s\n", "line 2, keep: must be a list"),
+        ("vary: {m: 1 kg .. 2 kg}\nkeep: [speed <= 3 s]\n", 'line 2, keep: "3 s" is a time'),
+        ("vary: {m: 1 kg .. 2 kg, m: 3}\n", "problem.yaml, line 1"),
+        ("vary: {m: 1 kg ..", "this is not YAML"),
     ],
 )
 def test_a_problem_file_that_makes_no_sense_is_refused_with_file_line_and_field(tmp_path, text, said):

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nectosome.description import apply_settings, get_value, parse_robot, read_variable
+from nectosome.description import apply_settings, get_value, parse_robot
+from nectosome.description.variables import read_variable
 from nectosome.designs import QUANTITIES, Limit, MotionDesign, MotorLine, Problem, read_constraint
 from nectosome.model import build
 from nectosome.robots import describe
@@ -31,7 +32,7 @@ body:
 DISPLACED = RHO * np.pi * 0.02**2 * 0.06  # [kg]
 ROBOT = parse_robot(SINKER)
 WORDS = Problem(
-    {"m": "0.09 kg .. 0.3 kg", "A": "1e-4 m2 .. 1e-2 m2 log"}, constraints=("speed <= 1.1 m/s",), forward="-z"
+    {"m": "0.09 kg .. 0.3 kg", "A": "1e-4 m2 .. 1e-2 m2 log"}, keep=(read_constraint("speed <= 1.1 m/s"),), forward="-z"
 )
 
 
@@ -117,14 +118,15 @@ def test_a_box_leads_there_and_back(task):
 def test_the_key_changes_with_all_that_the_numbers_depend_on(task):
     words = WORDS
     others = [
-        replace(words, variables={**words.variables, "m": "0.09 kg .. 0.31 kg"}),
-        replace(words, variables={**words.variables, "A": "1e-4 m2 .. 1e-2 m2"}),
-        replace(words, variables=dict(reversed(words.variables.items()))),
-        replace(words, variables={"m": words.variables["m"]}),
-        replace(words, objective="power"),
-        replace(words, constraints=("speed <= 1.2 m/s",)),
-        replace(words, constraints=("speed >= 1.1 m/s",)),
-        replace(words, constraints=()),
+        replace(words, vary={**words.vary, "m": "0.09 kg .. 0.31 kg"}),
+        replace(words, vary={**words.vary, "A": "1e-4 m2 .. 1e-2 m2"}),
+        replace(words, vary=dict(reversed(words.vary.items()))),
+        replace(words, vary={"m": words.vary["m"]}),
+        replace(words, maximise="power"),
+        replace(words, minimise="power"),
+        replace(words, keep=(read_constraint("speed <= 1.2 m/s"),)),
+        replace(words, keep=(read_constraint("speed >= 1.1 m/s"),)),
+        replace(words, keep=()),
         replace(words, forward="z"),
     ]
     keys = [task.key(), *(other.task(ROBOT).key() for other in others)]
@@ -137,11 +139,11 @@ def test_the_key_changes_with_all_that_the_numbers_depend_on(task):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (replace(WORDS, objective="sped"), 'objective: "sped" is no quantity .*Did you mean "speed"'),
+        (replace(WORDS, maximise="sped"), 'objective: "sped" is no quantity .*Did you mean "speed"'),
         (replace(WORDS, forward="up"), 'forward: "up" is no direction. Write one of x, -x'),
-        (replace(WORDS, variables={}), "variables: there is nothing to choose"),
+        (replace(WORDS, vary={}), "variables: there is nothing to choose"),
         (
-            replace(WORDS, variables={"m": "0.1 kg .. 0.2 kg", "body.mass": "0.1 kg .. 0.2 kg"}),
+            replace(WORDS, vary={"m": "0.1 kg .. 0.2 kg", "body.mass": "0.1 kg .. 0.2 kg"}),
             "body.mass is named twice",
         ),
     ],
@@ -181,7 +183,7 @@ def test_quantities_of_the_flagellum_are_those_of_its_steady_motion():
     variable = read_variable("omega", "10 rad/s .. 20 rad/s", robot)
     task = MotionDesign(robot, (variable,), "speed", limits, "-x")
     got = dict(zip(names, task.prepare()(task.box.design(robot), False, None).constraints + 1, strict=True))
-    data = steady(build(robot)).to_dataset(robot).isel(time=0)
+    data = steady(build(robot)).to_dataset().isel(time=0)
     speed = -float(data["velocity"].sel(part="body", axis="x"))
     torque, power = float(data["reaction"].item()), float(data["reaction_power"].item())
     thrust = float(data["load_force"].sel(part="body", axis="x").sum())

@@ -10,14 +10,14 @@ from tests.small_robots import SUB
 
 from nectosome.description.mission import parse_mission
 from nectosome.description.schedule import dump_mission, get_schedule, read_schedule_variable, with_schedule
-from nectosome.designs import Problem, ScheduleDesign, change, dump_design, restore_design
+from nectosome.designs import Problem, ScheduleDesign, read_constraint
 from nectosome.search import CmaEs, multistart
 from nectosome.units import InputError
 
 # 2 kg pushed by the square of the speed, then carried on without drag
 MISSION = """modes:
-- {name: push, set: {jet: 0.8 rad/s}, until: [1 s, x > 0.9 m]}
-- {name: coast, set: {jet: 0 rad/s, volume: 2 L in 1 s}, until: x > 0.9 m, longest: 9 s}
+- {name: push, set: {jet: 0.8 rad/s}, until: [1 s, position.x > 0.9 m]}
+- {name: coast, set: {jet: 0 rad/s, volume: 2 L in 1 s}, until: position.x > 0.9 m, longest: 9 s}
 """
 RANGES = {"push.jet": "0.5 rad/s .. 1 rad/s", "push.until": "0.2 s .. 1.2 s"}
 
@@ -52,26 +52,23 @@ def test_the_shortest_mission_pushes_hardest_for_longest(task):
 def test_what_does_not_come_to_its_end_has_no_time(task):
     slow = with_schedule(task.mission, {"push.jet": 0.0})
     found = ScheduleDesign(slow, (read_schedule_variable("push.until", "0.1 s .. 0.2 s", slow),)).prepare()
-    assert found(np.zeros(1), False, None).reason == "coast took longer than 9 s without coming to x > 0.9 m"
+    assert found(np.zeros(1), False, None).reason == "coast took longer than 9 s without coming to position.x > 0.9 m"
 
 
 def test_a_mission_as_text_reads_back_as_the_same(task):
     assert parse_mission(dump_mission(task.mission), SUB).modes == task.mission.modes
 
 
-def test_problems_of_missions_are_kept_and_changed():
+def test_problems_of_missions_are_changed():
     problem = Problem(RANGES, mission=MISSION)
-    robot, changed = change(SUB, problem, ("body.mass=3 kg",), ("push.jet=0.6 rad/s..0.7 rad/s",))
-    assert changed.variables == RANGES | {"push.jet": "0.6 rad/s..0.7 rad/s"}
-    assert restore_design(dump_design(robot, changed), "folder") == (robot, changed)
-    _, other = change(SUB, Problem({"body.mass": "1 kg .. 2 kg"}), mission=MISSION)
-    assert other == Problem(mission=MISSION)
+    changed = problem.changed(SUB, fixed=["body.mass"], vary={"push.jet": "0.6..0.7rad/s"})
+    assert changed.vary == RANGES | {"push.jet": "0.6..0.7rad/s"}
+    assert problem.changed(SUB, mission="modes: []").vary == RANGES
+    assert Problem({"body.mass": "1..2kg"}).changed(SUB, mission=MISSION) == Problem(mission=MISSION)
 
 
-def test_problems_kept_before_there_were_missions_are_restored():
-    about = dump_design(SUB, Problem({"body.mass": "1 kg .. 2 kg"}))
-    del about["problem"]["mission"]
-    assert restore_design(about, "folder")[1].mission == ""
+def test_a_mission_s_own_numbers_have_places_in_the_ranges(task):
+    np.testing.assert_allclose(task.box.values(task.own), [0.8, 1.0])
 
 
 @pytest.mark.parametrize(
@@ -82,11 +79,11 @@ def test_problems_kept_before_there_were_missions_are_restored():
         (Problem({"push.until": "-1 s .. 2 s"}), 'push.until: "-1 s" is out of range: it must be at least 0 s.'),
         (Problem({"push.jet": "1 s .. 2 s"}), 'push.jet: "1 s" is a time'),
         (Problem({"push.jet": "0 rad/s .. 1 rad/s", "push.body.loads.jet.speed": "0 rad/s .. 1 rad/s"}), "push.body.loads.jet.speed: is named twice: push.jet stands for it too."),
-        (Problem(RANGES, constraints=("speed <= 1 m/s",)), "constraint: a mission has no constraints"),
-        (Problem(RANGES, objective="speed"), 'objective: "speed" is nothing that counts of a mission: its time does.'),
-        (Problem(RANGES, forward="x"), 'forward: "x" is nothing that counts of a mission'),
-        (Problem(RANGES, objective="power"), 'objective: "power" is nothing that counts of a mission: its time does.'),
-        (Problem(RANGES, forward="z"), 'forward: "z" is nothing that counts of a mission'),
+        (Problem(RANGES, keep=(read_constraint("speed <= 1 m/s"),)), "keep: a mission has no limits"),
+        (Problem(RANGES, maximise="speed"), 'maximise: "speed": of a mission only the time is minimised.'),
+        (Problem(RANGES, forward="x"), 'forward: "x": of a mission only'),
+        (Problem(RANGES, minimise="power"), 'minimise: "power": of a mission only the time is minimised.'),
+        (Problem(RANGES, forward="z"), 'forward: "z": of a mission only'),
         (Problem(), "variables: there is nothing to choose"),
     ],
 )  # fmt: skip

@@ -7,7 +7,7 @@ import pytest
 from tests.small_robots import DRIVEN, M0, F, I, K
 
 from nectosome.description import parse_robot, resolve, with_values
-from nectosome.designs.axes import SweepAxis, read_axis
+from nectosome.designs.axes import SweepAxis, axis_of
 from nectosome.designs.batches import RobotBatch
 from nectosome.designs.sweep import forget, sweep
 from nectosome.robots import describe
@@ -126,7 +126,7 @@ def test_a_sweep_goes_on_where_it_was_stopped(driven, tmp_path, monkeypatch):
     computed = []
     solve = RobotBatch.solved
     monkeypatch.setattr(RobotBatch, "solved", lambda self, span: computed.append(span) or solve(self, span))
-    stopped = sweep(driven, grid, folder=tmp_path / "parts", progress=lambda share: False, workers=1)
+    stopped = sweep(driven, grid, folder=tmp_path / "parts", progress=lambda what, share: False, workers=1)
     assert (stopped["status"] == "CANCELLED").any()
     assert np.isnan(stopped["power"].where(stopped["status"] == "CANCELLED")).all()
     assert len(computed) < 3
@@ -145,7 +145,7 @@ def test_a_sweep_goes_on_where_it_was_stopped(driven, tmp_path, monkeypatch):
 
 
 def test_a_structure_that_a_stopped_sweep_did_not_come_to_is_cancelled():
-    found = sweep("paddle", {"N": [0, 1]}, samples=33, progress=lambda share: False, workers=1)
+    found = sweep("paddle", {"N": [0, 1]}, samples=33, progress=lambda what, share: False, workers=1)
     assert found["status"].values.tolist() == ["SETTLED", "CANCELLED"]
     assert np.isfinite(found["power"].values[0])
     assert np.isnan(found["power"].values[1])
@@ -164,45 +164,64 @@ def test_what_else_lies_in_the_folder_of_parts_stays(tmp_path):
 @pytest.mark.parametrize(
     ("text", "values"),
     [
-        ("A=30:75:15deg", np.radians([30, 45, 60, 75])),
+        ("A=30..75:15deg", np.radians([30, 45, 60, 75])),
         ("A=30deg", np.radians([30])),
         ("A = 0.5, 1 rad", [0.5, 1.0]),
-        ("f=0.3:1.3:0.1Hz", [0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3]),
-        ("f=1.3:0.9:-0.2Hz", [1.3, 1.1, 0.9]),
+        ("A=30deg, 1rad", [np.radians(30), 1.0]),
+        ("A=0deg..1rad:30deg", np.radians([0, 30])),
+        ("f=0.3..1.3:0.1Hz", [0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3]),
+        ("f = 0.3 Hz .. 0.5 Hz : 0.1 Hz", [0.3, 0.4, 0.5]),
+        ("f=1.3..0.9:-0.2Hz", [1.3, 1.1, 0.9]),
+        ("f=0.5..4Hz:2 log", [0.5, 1.0, 2.0, 4.0]),
         ("Cn=1,1.2", [1.0, 1.2]),
-        ("N=1:3:1", [1, 2, 3]),
+        ("Cn=1..8:2 log", [1, 2, 4, 8]),
+        ("N=1..3", [1, 2, 3]),
+        ("N=1..5:2", [1, 3, 5]),
         ("N=0,5", [0, 5]),
     ],
 )
 def test_axes_are_read(text, values):
-    found = read_axis(text, describe("paddle"))
+    found = axis_of(*_named(text), describe("paddle"))
     assert isinstance(found, SweepAxis)
-    np.testing.assert_allclose(found.values, values, rtol=1e-15)
+    np.testing.assert_allclose(found.values, values, rtol=1e-12)
+
+
+def test_values_one_by_one_are_in_si_or_text_with_a_unit():
+    assert axis_of("f", (x for x in (1, "1.5 Hz", 2.0)), describe("paddle")).values == (1.0, 1.5, 2.0)
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("A", "is no axis"),
-        ("A=", "is no axis"),
-        ("=1,2", "is no axis"),
-        ("A=30:75deg", "is no axis"),
-        ("A=thirty deg", "is no axis"),
-        ("A=30:75:0deg", "leads nowhere"),
-        ("A=30:75:-5deg", "leads nowhere"),
-        ("f=0:1:1e-9Hz", "too fine"),
+        ("A", "is not a number"),
+        ("A=", "is not a number"),
+        ("=1,2", "no quantity called"),
+        ("A=30..75deg", "needs a step"),
+        ("A=30:75:5deg", "has no unit that can be read"),
+        ("A=thirty deg", "is not a number"),
+        ("A=30..75:0deg", "leads nowhere"),
+        ("A=30..75:-5deg", "leads nowhere"),
+        ("A=0..75deg:2 log", "starts above 0"),
+        ("A=30..75deg:1 log", "a ratio above 1"),
+        ("A=30..75deg:-2 log", "a ratio above 1"),
+        ("f=0..1:1e-9Hz", "too fine"),
         ("A=30,30deg", "takes a value twice"),
         ("A=30,45", "has no unit"),
         ("A=30,45kg", "Angle expected|angle"),
         ("f=-1,1Hz", "at least|out of range|more than"),
         ("B=1,2", 'no quantity called "B"'),
         ("N=1.5", "is a count"),
-        ("N=1,2deg", "is a count"),
+        ("N=1,2deg", "is an angle"),
     ],
 )
 def test_wrong_axes_are_told(text, message):
     with pytest.raises(InputError, match=message):
-        read_axis(text, describe("paddle"))
+        axis_of(*_named(text), describe("paddle"))
+
+
+def _named(text: str) -> tuple[str, str]:
+    name, _, values = text.partition("=")
+    return name.strip(), values
 
 
 def test_wrong_sweeps_are_told(driven):

@@ -88,7 +88,7 @@ def test_a_search_finds_the_parameters_that_made_the_gaits(fit):
     best = fit.ranges.values(found.best.u)
     np.testing.assert_allclose(best, TRUE, rtol=0.01)
     told = identifiability(fit.misfit, best)
-    assert told.told.all()
+    assert told.identifiable.all()
 
 
 def test_two_trials_are_two_objectives_too(fit):

@@ -1,4 +1,4 @@
-"""What data tell of parameters: closed forms, what is told only together or not at all, intervals that cover."""
+"""What data tell of parameters: closed forms, what is told only in combination or not at all, intervals that cover."""
 
 import numpy as np
 import pytest
@@ -40,9 +40,9 @@ def test_a_linear_model_has_the_errors_of_its_covariance(some):
         got = np.array([(one.low, one.high) for one in found.intervals()])
         np.testing.assert_allclose(got, np.stack([x0 - half, x0 + half], axis=1), rtol=1e-6)
     assert found.rank == 3
-    assert found.told.all()
+    assert found.identifiable.all()
     assert found.parameters == pytest.approx(3, abs=0.05)
-    assert found.words()[1].startswith("b: told, 5 +- ")
+    assert found.words()[1].startswith("b: identifiable, 5 +- ")
     assert found.to_dataset()["error"].sel(parameter="b").item() == found.errors[1]
 
 
@@ -70,9 +70,9 @@ def test_a_product_is_told_only_together():
     for a in (0.5, 1.0, 4.0):
         found = identifiability(misfit, np.array([a, 2 / a, 3.0]))
         assert found.rank == 2
-        assert found.told.tolist() == [False, False, True]
-        assert found.words() == ["c: told, 3 +- 0.039 at 95 %", "a and b: only together, a b"]
-        assert found.intervals()[0].text == "not told"
+        assert found.identifiable.tolist() == [False, False, True]
+        assert found.words() == ["c: identifiable, 3 +- 0.039 at 95 %", "a and b: only in combination, a b"]
+        assert found.intervals()[0].text == "not identifiable"
 
 
 def test_unlike_ranges_do_not_change_what_a_combination_is():
@@ -80,28 +80,28 @@ def test_unlike_ranges_do_not_change_what_a_combination_is():
     for upper in ([10, 10], [10, 5]):
         misfit = Misfit(lambda x: 1e3 * (x[:, :1] + 2 * x[:, 1:] - 9), Ranges("ab", 0, upper))
         assert identifiability(misfit, np.array([3.0, 3.0])).words()[0] in (
-            "a and b: only together, +0.5 a +1 b",
-            "a and b: only together, +1 a +2 b",
+            "a and b: only in combination, +0.5 a +1 b",
+            "a and b: only in combination, +1 a +2 b",
         )
     misfit = Misfit(lambda x: 1e3 * (x[:, :1] ** 2 / x[:, 1:] - 3), Ranges("ab", 0.1, 10, log="ab"))
-    assert identifiability(misfit, np.array([3.0, 3.0])).words() == ["a and b: only together, a b^-0.5"]
+    assert identifiability(misfit, np.array([3.0, 3.0])).words() == ["a and b: only in combination, a b^-0.5"]
 
 
 def test_many_that_hang_together_are_counted():
     """Two sums of five parameters; a sixth has no part in them."""
     A = np.array([[1.0, 1, 1, 1, 1, 0], [1, -1, 2, -2, 3, 0]])
     found = identifiability(linear(1e3 * A, np.full(6, 0.5), Ranges("abcdef", 0, 1)), np.full(6, 0.5))
-    assert found.words() == ["a, b, c, d and e: only together, 2 of 5 combinations told", "f: not told at all"]
+    assert found.words() == ["a, b, c, d and e: only in combination, 2 of 5 combinations", "f: not identifiable"]
 
 
 def test_what_does_nothing_is_not_told_at_all():
     misfit = Misfit(lambda x: 100 * (x[:, :1] - 0.4), Ranges(("does", "idle"), 0, 1))
     found = identifiability(misfit, np.array([0.4, 0.7]))
-    assert found.words() == ["does: told, 0.4 +- 0.02 at 95 %", "idle: not told at all"]
+    assert found.words() == ["does: identifiable, 0.4 +- 0.02 at 95 %", "idle: not identifiable"]
     assert found.errors[1] == pytest.approx(1 / np.sqrt(12))
     assert found.parameters == pytest.approx(1, abs=2e-3)
     idle = profile(misfit, np.array([0.4, 0.7]), "idle")
-    assert idle.interval.text == "not told"
+    assert idle.interval.text == "not identifiable"
     assert np.abs(idle.rise).max() < 1e-9
 
 
@@ -110,23 +110,23 @@ def test_however_well_one_direction_is_told_another_is_not():
     misfit = Misfit(lambda x: x, Ranges("ab", 0, 1), lambda x: 1e12 * np.array([[0.6, 0.8]]))
     found = identifiability(misfit, np.array([0.5, 0.5]))
     assert found.rank == 1
-    assert found.words() == ["a and b: only together, +0.75 a +1 b"]
+    assert found.words() == ["a and b: only in combination, +0.75 a +1 b"]
 
 
 def test_the_share_of_a_range_decides_what_is_told():
     """A standard error of 0.1 of the range, with the range's own 12: 1/sqrt(88 + 12)."""
     misfit = Misfit(lambda x: np.sqrt(88) * x[:, :1], Ranges("x", -1, 0))
-    assert identifiability(misfit, np.array([-0.5]), share=0.1001).told.all()
+    assert identifiability(misfit, np.array([-0.5]), share=0.1001).identifiable.all()
     found = identifiability(misfit, np.array([-0.5]), share=0.0999)
-    assert not found.told.any()
+    assert not found.identifiable.any()
     assert found.rank == 0
-    assert found.words() == ["x: hardly told, -0.5 +- 0.2 at 95 %"]
+    assert found.words() == ["x: hardly identifiable, -0.5 +- 0.2 at 95 %"]
 
 
 @pytest.mark.parametrize("at", [0.0, 0.3, 1.0])
 def test_slopes_are_exact_to_second_order_at_bounds_too(at):
     misfit = Misfit(lambda x: np.sin(3 * x), Ranges("x", 0, 1), step=1e-4)
-    assert misfit.slopes(np.array([at])).item() == pytest.approx(3 * np.cos(3 * at), abs=1e-6)
+    assert misfit.derivatives(np.array([at])).item() == pytest.approx(3 * np.cos(3 * at), abs=1e-6)
 
 
 def test_the_profile_of_a_decay_is_that_of_a_fine_grid():
@@ -171,7 +171,7 @@ def test_an_end_that_data_do_not_tell_is_the_bound():
     assert found.below
     assert not found.above
     assert found.high == pytest.approx(200)
-    assert found.text.endswith("to 200, not told from above")
+    assert found.text.endswith("to 200, not identifiable from above")
 
 
 def test_a_profile_that_meets_a_better_fit_starts_anew_there():
@@ -217,10 +217,10 @@ def test_measurements_are_ranked_by_what_they_add_to_what_is_not_known(some):
     }
     ranked = most_helpful(known, candidates)
     assert [one.name for one in ranked] == ["b and c", "b", "c roughly", "a again"]
-    assert [one.told for one in ranked] == [("b", "c"), ("b",), (), ()]
+    assert [one.identifiable for one in ranked] == [("b", "c"), ("b",), (), ()]
     gains = [2 * 400 / 412, 900 / 912, 25 / 37, (1e6 + 1e4) / (1e6 + 1e4 + 12) - 1e4 / (1e4 + 12)]
     np.testing.assert_allclose([one.gain for one in ranked], gains, rtol=1e-6)
-    assert ranked[0].text == "b and c: +1.94 parameters, 3 of 3 directions; then told: b, c"
+    assert ranked[0].text == "b and c: +1.94 parameters, 3 of 3 directions; then identifiable: b, c"
 
 
 def test_mistakes_are_told(some):
@@ -235,8 +235,8 @@ def test_mistakes_are_told(some):
         (lambda: linear(A, x0, ranges, step=0.0), "step: is 0"),
         (lambda: Misfit(lambda x: x, Ranges("ab", 0, [1, 0])), "b: is fixed at 0"),
         (lambda: most_helpful(known, {"other": holed}), "other: has other parameters"),
-        (lambda: holed.fit(np.array([3.0])), "no numbers at x = 3"),
-        (lambda: identifiability(holed, np.array([2.0])), "no numbers at or near x = 2"),
+        (lambda: holed.fit(np.array([3.0])), "NaN or infinite at x = 3"),
+        (lambda: identifiability(holed, np.array([2.0])), "NaN or infinite at or near x = 2"),
     ):
         with pytest.raises(InputError, match=told):
             run()

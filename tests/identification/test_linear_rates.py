@@ -5,7 +5,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from nectosome.identification.fits.linear import Trial, increments, instruments, output_error, windows
+from nectosome.identification.fits.linear import (
+    Trial,
+    finite_differences,
+    instrumental_variables,
+    integral_windows,
+    output_error,
+)
 
 MASS, ADDED, DRAG = 0.755, 2.768, 5.094  # kg, kg, kg/m
 TRUE = np.array([-DRAG / (MASS + ADDED), 1 / (MASS + ADDED)])
@@ -45,7 +51,7 @@ def speed():
     return found.y[0]
 
 
-@pytest.mark.parametrize("way", [windows, instruments])
+@pytest.mark.parametrize("way", [integral_windows, instrumental_variables])
 def test_windows_find_parameters_again_without_noise(speed, way):
     """To the error of trapezoids at 55 samples a period."""
     found = way([Trial(TIME, speed, surge)], LENGTHS)
@@ -67,8 +73,8 @@ def test_several_recordings_are_one_fit(speed):
     one, two = output_error([Trial(TIME, noisy, surge)], TRUE), output_error(parts, TRUE)
     assert np.all(np.abs(two.values - one.values) < one.errors)
     np.testing.assert_allclose(two.errors, one.errors, rtol=0.2)
-    both = windows(parts, LENGTHS)
-    np.testing.assert_allclose(both.values, windows([Trial(TIME, noisy, surge)], LENGTHS).values, rtol=0.05)
+    both = integral_windows(parts, LENGTHS)
+    np.testing.assert_allclose(both.values, integral_windows([Trial(TIME, noisy, surge)], LENGTHS).values, rtol=0.05)
 
 
 def draws(way, speed, count):
@@ -88,7 +94,7 @@ def test_the_recommended_way_has_no_bias_and_honest_intervals(speed):
     assert np.all((inside >= 0.9) & (inside <= 0.98))
 
 
-@pytest.mark.parametrize("way", [windows, instruments])
+@pytest.mark.parametrize("way", [integral_windows, instrumental_variables])
 def test_windows_have_little_bias_and_fair_intervals(speed, way):
     """60 draws: bias below 2 %, intervals hold the truth in 85 % of them or more."""
     bias, inside = draws(lambda trials: way(trials, LENGTHS), speed, 60)
@@ -99,20 +105,20 @@ def test_windows_have_little_bias_and_fair_intervals(speed, way):
 def test_increments_as_printed_are_biased_and_say_so(speed):
     """The square of the noise adds to that of the speed in every increment; errors are of no use."""
     noisy = Trial(TIME, speed + NOISE * np.random.default_rng(1).normal(size=TIME.size), surge)
-    found = increments([noisy])
+    found = finite_differences([noisy])
     assert any(warning.startswith("biased") for warning in found.warnings)
     assert found.values[0] / TRUE[0] > 2
     assert abs(found.values[0] - TRUE[0]) > 3 * found.errors[0]
-    assert not any(warning.startswith("biased") for warning in increments([Trial(TIME, speed, surge)]).warnings)
+    assert not any(warning.startswith("biased") for warning in finite_differences([Trial(TIME, speed, surge)]).warnings)
 
 
 def test_what_is_not_settled_or_does_not_fit_is_told(speed):
     rising = Trial(TIME, speed * (1 + TIME / 12), surge)
-    assert any("not settled" in warning for warning in windows([rising], LENGTHS).warnings)
+    assert any("not settled" in warning for warning in integral_windows([rising], LENGTHS).warnings)
     shaken = Trial(TIME, speed + 0.01 * np.sin(2 * TIME), surge)
-    assert any("hang together" in warning for warning in output_error([shaken], TRUE).warnings)
+    assert any("are correlated over" in warning for warning in output_error([shaken], TRUE).warnings)
     with pytest.raises(ValueError, match="does not fit into"):
-        windows([Trial(TIME, speed, surge)], [20.0])
+        integral_windows([Trial(TIME, speed, surge)], [20.0])
 
 
 def test_a_function_of_parameters_has_the_error_of_its_slope(speed):

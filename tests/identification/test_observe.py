@@ -115,7 +115,7 @@ def test_without_a_frequency_the_mean_is_over_all():
     assert np.isnan(row.peak_error)
     assert row.notes == ("run.csv: 1 missing values left out",)
     table = table_of(thrust, "Cn", 1.0)
-    assert experiments_of(observe(runs, thrust, "force", "Cn"), table, table).told is None
+    assert experiments_of(observe(runs, thrust, "force", "Cn"), table, table).estimate is None
 
 
 def test_without_repeats_the_scatter_of_cycles_counts():
@@ -132,12 +132,12 @@ def test_peaks_tell_the_parameter():
     """Peaks of 3 Cn A f^2 with Cn = 0.8, half of the recordings a thousandth larger; dCn = Cn dF/F."""
     tables = (table_of(THRUST, "Cn"), table_of(grid()["force_peak"].sel(axis="y", drop=True), "Cn"))
     experiments = experiments_of(rows(three() + three(scale=1.001)), *tables)
-    assert experiments.told is not None
-    assert experiments.told.apart
-    np.testing.assert_allclose(experiments.told.values, 0.8 * 1.0005, rtol=1e-9)
+    assert experiments.estimate is not None
+    assert experiments.estimate.apart
+    np.testing.assert_allclose(experiments.estimate.values, 0.8 * 1.0005, rtol=1e-9)
     relative = [row.peak_error / row.peak for row in rows(three() + three(scale=1.001))]
-    np.testing.assert_allclose(experiments.told.errors / experiments.told.values, relative, rtol=1e-6)
-    assert experiments_of(rows(three()), tables[0]).told is None
+    np.testing.assert_allclose(experiments.estimate.errors / experiments.estimate.values, relative, rtol=1e-6)
+    assert experiments_of(rows(three()), tables[0]).estimate is None
 
 
 @pytest.mark.parametrize(

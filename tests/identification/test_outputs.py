@@ -32,7 +32,7 @@ def test_an_oscillator_with_hysteresis_is_found_and_predicts():
     """Six parameters within four standard errors; runs held out to the noise."""
     misfit = output_misfit(oscillator, RANGES, [shaken(0, 1e-3), shaken(1, 1e-3)])
     found = misfit.fit(RANGES.values(np.full(6, 0.5)))
-    error = identifiability(misfit, found.theta).errors * RANGES.slopes(found.theta)
+    error = identifiability(misfit, found.theta).errors * RANGES.derivatives(found.theta)
     assert np.all(np.abs(found.theta - TRUTH) < 4 * error)
     assert np.all(error < 0.05 * np.abs(TRUTH))
     other = shaken(2, 1e-3)
@@ -56,7 +56,7 @@ def test_friction_is_found_from_a_way_out_and_back():
     ranges = Ranges(names, [0, -100, 1, 1e3], [300, 100, 50, 1e6], log=("stiffness",))
     misfit = output_misfit(rubbing, ranges, [Response("pull", DT, x, y, 0.1, 100)])
     found = misfit.fit(np.array([100.0, 0.0, 3.0, 5e3]))
-    error = identifiability(misfit, found.theta).errors * ranges.slopes(found.theta)
+    error = identifiability(misfit, found.theta).errors * ranges.derivatives(found.theta)
     assert np.all(np.abs(found.theta - truth) < 4 * error)
     assert found.chi2 == pytest.approx(800, rel=0.15)
 
@@ -78,7 +78,7 @@ def test_slopes_are_exact():
         ({"output": np.zeros(3)}, "1500 inputs and 3 outputs"),
         ({"standard_error": 0.0}, "standard error is 0"),
         ({"begin": 1500}, "counts from sample 1500 on"),
-        ({"output": np.full(1500, np.nan)}, "no numbers"),
+        ({"output": np.full(1500, np.nan)}, "NaN or infinite"),
     ],
 )
 def test_recordings_that_are_none_are_refused(change, told):

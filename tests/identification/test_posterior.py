@@ -37,7 +37,7 @@ def test_a_bound_cuts_and_what_data_do_not_tell_is_even():
     assert np.quantile(a, [0.25, 0.5, 0.9]) == pytest.approx(truncnorm(0, 10).ppf([0.25, 0.5, 0.9]), rel=0.12)
     assert np.quantile(np.log10(b), [0.25, 0.5, 0.75]) == pytest.approx([-1, 0, 1], abs=0.25)
     assert (found.intervals[0].below, found.intervals[0].above) == (False, True)
-    assert found.intervals[1].text == "not told"
+    assert found.intervals[1].text == "not identifiable"
 
 
 def test_the_same_seed_draws_the_same_and_too_few_draws_are_told():
@@ -53,7 +53,7 @@ def test_the_same_seed_draws_the_same_and_too_few_draws_are_told():
         ({"chains": 0}, "chains: is 0; it must be at least 1."),
         ({"coverage": 1.0}, "coverage: is 1; it must lie between 0 and 1."),
         ({"theta": np.array([11.0, 0.0])}, "a: 11 is not between -10 and 10."),
-        ({"residuals": lambda theta: theta / 0}, "the residuals are no numbers at a = 0, b = 0."),
+        ({"residuals": lambda theta: theta / 0}, "the residuals are NaN or infinite at a = 0, b = 0."),
     ],
 )
 def test_what_makes_no_sense_is_refused(asked, message):

@@ -1,6 +1,7 @@
 """A robot brought to recordings: slopes and intervals against a hinge whose motion is known in closed form."""
 
 import json
+from concurrent.futures import CancelledError
 
 import numpy as np
 import pytest
@@ -9,7 +10,8 @@ from tests.small_robots import DRIVEN, M0, F, I
 
 from nectosome.description import parse_robot
 from nectosome.description.variables import read_variable
-from nectosome.identification.robot.fit import fit_robot, robot_data
+from nectosome.identification import identify
+from nectosome.identification.robot.fit import fit_robot
 from nectosome.identification.robot.misfit import RobotMisfit
 from nectosome.identification.robot.trials import read_compared, robot_trials
 from nectosome.model import build
@@ -33,7 +35,7 @@ def angle(k, c, time=TIME):
 
 
 def recording(values, name="hinge", unit="rad", column="encoder", time=TIME, **conditions):
-    about = {"file": f"{name}.csv", "repairs": [], "odd": []}
+    about = {"file": f"{name}.csv", "repairs": [], "warnings": []}
     coords = {"time": ("time", time)} | {k: ((), x, {"units": u}) for k, (x, u) in conditions.items()}
     return xr.Dataset({column: ("time", values, {"units": unit})}, coords, {"provenance": json.dumps(about)})
 
@@ -45,7 +47,7 @@ def hinge():
         read_variable("k", "0.5 N m/rad .. 1.2 N m/rad log", description),
         read_variable("c", "0.01 N m s/rad .. 0.1 N m s/rad log", description),
     ]
-    return description, variables, [read_compared("encoder=body.angle", build(description))]
+    return description, variables, [read_compared("encoder", "body.angle", build(description))]
 
 
 def trials_of(hinge, *recordings, **how):
@@ -67,7 +69,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(hinge):
         trials = trials_of(hinge, recording(angle(K, C) + NOISE * rng.normal(size=TIME.size)))
         found = fit_robot(hinge[0], hinge[1], trials, hinge[2], {})
         assert found.errors[0] == pytest.approx(NOISE, rel=0.2)
-        ends = found.told.intervals()
+        ends = found.identifiability.intervals()
         missed += sum(not one.low < true < one.high for one, true in zip(ends, (K, C), strict=True))
         off.append([(x - true) / (one.high - one.low) for x, true, one in zip(found.theta, (K, C), ends, strict=True)])
     assert missed <= 5
@@ -80,11 +82,10 @@ def test_starts_come_to_one_end_and_what_was_held_out_is_predicted(hinge):
     found = fit_robot(hinge[0], hinge[1], trials[:1], hinge[2], {"encoder": NOISE}, starts=3)
     assert (found.starts, found.agree, found.warnings) == (3, 3, ())
     predicted = RobotMisfit(trials[1:], hinge[1], hinge[2]).computed(found.theta)
-    data = robot_data(found, [*zip(trials[1:], predicted, strict=True)])
+    data = found._replace(test=tuple(zip(trials[1:], predicted, strict=True))).to_dataset()
     assert data["used"].values.tolist() == ["train", "test"]
     np.testing.assert_allclose(data["e_rmsp"], 100 * NOISE / np.ptp(angle(K, C)), rtol=0.2)
-    again = found.described(hinge[0])
-    assert again.body.joint.stiffness == found.theta[0] == pytest.approx(K, rel=0.01)
+    assert found.robot.body.joint.stiffness == found.theta[0] == pytest.approx(K, rel=0.01)
 
 
 def test_a_compass_may_jump_by_a_turn_and_count_from_elsewhere(hinge):
@@ -94,11 +95,11 @@ def test_a_compass_may_jump_by_a_turn_and_count_from_elsewhere(hinge):
     compass = np.mod(angle(K, C) + noise, 2 * np.pi)
     assert np.abs(np.diff(compass)).max() > 6
     compass[50] = np.nan
-    compared = [read_compared("encoder=heading", build(description))]
+    compared = [read_compared("encoder", "heading", build(description))]
     trials = trials_of((description, variables, compared), recording(compass))
     found = fit_robot(description, variables, trials, compared, {"encoder": NOISE})
     np.testing.assert_allclose(found.theta, [K, C], rtol=0.02)
-    data = robot_data(found)
+    data = found.to_dataset()
     np.testing.assert_allclose(data["e_rmsp"], 100 * NOISE / np.ptp(angle(K, C)), rtol=0.2)
     assert np.nanmax(np.abs(data["measured"] - data["computed"])) < 5 * NOISE
 
@@ -106,7 +107,7 @@ def test_a_compass_may_jump_by_a_turn_and_count_from_elsewhere(hinge):
 def test_what_the_model_lacks_is_told(hinge):
     lacking = angle(K, C) + 0.01 * np.sin(2 * np.pi * 0.4 * TIME)
     found = fit_robot(hinge[0], hinge[1], trials_of(hinge, recording(lacking)), hinge[2], {"encoder": NOISE})
-    assert "hangs together" in found.warnings[0]
+    assert "are correlated over" in found.warnings[0]
     assert "times its standard error" in found.warnings[1]
 
 
@@ -136,7 +137,7 @@ MISTAKES = {
     "has no time": lambda r: r.isel(time=0),
     "is missing; there are turned": lambda r: r.rename(encoder="turned"),
     "is in N, and body.angle in rad": lambda r: r.assign(encoder=r["encoder"].assign_attrs(units="N")),
-    "is the same all the time": lambda r: r.assign(encoder=0 * r["encoder"]),
+    "is constant": lambda r: r.assign(encoder=0 * r["encoder"]),
     "has no values": lambda r: r.assign(encoder=np.nan * r["encoder"]),
     "has 1 value: nothing": lambda r: r.assign(encoder=r["encoder"].where(r["time"] == 1.0)),
     "has 1 row; at least 10 are needed": lambda r: r.isel(time=slice(1)),
@@ -160,7 +161,66 @@ def test_a_number_is_driven_by_no_recording(hinge, path):
     assert told.value.field == path
 
 
-@pytest.mark.parametrize("text", ["encoder", "=body.angle", "encoder=", "encoder=body.angel", "encoder=-"])
-def test_what_is_compared_must_be_of_the_robot(text):
-    with pytest.raises(InputError):
-        read_compared(text, build(parse_robot(DRIVEN)))
+@pytest.mark.parametrize("reading", ["", "body.angel", "-", "body"])
+def test_what_is_compared_must_be_of_the_robot(reading):
+    with pytest.raises(InputError) as told:
+        read_compared("encoder", reading, build(parse_robot(DRIVEN)))
+    assert told.value.field == "encoder"
+
+
+NAMED = {"vary": {"k": "0.5..1.2N m/rad log", "c": (0.01, 0.1)}, "compare": {"encoder": "body.angle"}}
+
+
+def test_arrays_are_recordings_too(hinge):
+    """In SI, or with a unit; one is fitted from several starts, the other predicted."""
+    noise = NOISE * np.random.default_rng(1).normal(size=(2, TIME.size))
+    one = {"time": TIME, "encoder": angle(K, C) + noise[0]}
+    other = {"time": (1e3 * TIME, "ms"), "encoder": (np.degrees(angle(K, C) + noise[1]), "deg"), "k": (K, "N m/rad")}
+    found = identify(hinge[0], [one, other], **NAMED, errors={"encoder": NOISE}, test=["recording 2"], starts=3)
+    assert (found.starts, found.agree, found.warnings) == (3, 3, ())
+    np.testing.assert_allclose(found.theta, [K, C], rtol=0.01)
+    data = found.to_dataset()
+    assert data["used"].values.tolist() == ["train", "test"]
+    np.testing.assert_allclose(data["e_rmsp"], 100 * NOISE / np.ptp(angle(K, C)), rtol=0.2)
+    assert found.robot.body.joint.damping == found.theta[1]
+    again = identify(
+        build(hinge[0]), [recording(angle(K, C) + noise[0])], **NAMED, errors={"encoder": "2mrad"}, starts=1
+    )
+    np.testing.assert_allclose(again.theta, found.theta, rtol=1e-6)
+
+
+def test_progress_cancels(hinge):
+    seen = []
+    with pytest.raises(CancelledError):
+        identify(
+            hinge[0],
+            [recording(angle(K, C))],
+            **NAMED,
+            progress=lambda what, share: seen.append((what, share)) or len(seen) < 2,
+        )
+    assert [what for what, _ in seen] == ["start 1 of 4", "start 2 of 4"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"vary": {}}, "vary: is empty"),
+        ({"compare": {}}, "compare: is empty"),
+        ({"vary": {"k": "1..2N m/rad", "body.joint.stiffness": (1, 2)}}, "vary: body.joint.stiffness is named twice"),
+        ({"errors": {"other": 1.0}}, "error: other is not compared"),
+        ({"errors": {"encoder": 0.0}}, "error: of encoder is 0; it must be more than 0"),
+        ({"errors": {"encoder": "1 N"}}, "error of encoder: "),
+        ({"starts": 0}, "starts: is 0"),
+        ({"test": ["nobody.csv"]}, 'test: "nobody.csv" is no recording here'),
+        ({"test": ["hinge.csv"]}, "test: all recordings are named"),
+        ({"campaign": []}, "recordings: there is no recording"),
+        ({"campaign": [{"encoder": TIME}]}, "recording 1: has no time, but encoder"),
+        ({"campaign": [{"time": TIME, "encoder": TIME[1:]}]}, r"recording 1, encoder: has the shape \(200,\)"),
+        ({"campaign": [{"time": TIME, "encoder": (TIME, "rat")}]}, "recording 1, encoder: its unit has no unit called"),
+        ({"campaign": "nowhere.yaml"}, "nowhere.yaml: cannot be read"),
+    ],
+)
+def test_what_is_asked_wrongly_is_told_in_a_sentence(hinge, changes, said):
+    asked = {"campaign": [recording(angle(K, C))], **NAMED} | changes
+    with pytest.raises(InputError, match=said):
+        identify(hinge[0], **asked)

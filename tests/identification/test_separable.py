@@ -52,7 +52,7 @@ def test_kaufmans_slopes_have_the_whole_gradient():
     """Of the sum of squares, against central differences, away from the least."""
     misfit, u = NOISY.projected(), np.array([0.3, 0.6])
     r = misfit.at(u[None])[0]
-    gradient = 2 * r @ misfit.slopes(u)
+    gradient = 2 * r @ misfit.derivatives(u)
     for k in range(2):
         h = 1e-6 * np.eye(2)[k]
         up, down = (np.sum(misfit.at((u + side * h)[None])[0] ** 2) for side in (1, -1))
@@ -89,5 +89,5 @@ def test_levenberg_stays_within_the_ranges_and_tells_when_it_is_not_done():
     with pytest.raises(InputError, match="is not between"):
         levenberg(misfit, np.array([5.0]))
     nothing = Misfit(lambda rows: rows * np.nan, Ranges(["x"], 0.0, 2.0), lambda x: np.eye(1))
-    with pytest.raises(InputError, match=r"residuals are no numbers at x = 0\.5"):
+    with pytest.raises(InputError, match=r"residuals are NaN or infinite at x = 0\.5"):
         levenberg(nothing, np.array([0.5]))

@@ -109,7 +109,7 @@ def test_peaks_that_are_wrong_are_doubted(table):
         return model(*points.T, 1.0)
 
     given = experiments(table, truth, 12, 0.02)
-    assert given.told is not None
+    assert given.estimate is not None
     wrong = Experiments(
         given.conditions,
         given.values,
@@ -127,7 +127,7 @@ def test_units_do_not_matter(table, method):
     """Thrust in uN, frequency in 1/min: the same corrected values."""
     given = experiments(table, offset, 8, 0.02)
     scaled = table_of(xr.DataArray(1e6 * table.values, {"A": A, "f": 60 * F, "p": P}, name="thrust"), "p")
-    other = Experiments(given.conditions * [1, 60], 1e6 * given.values, 1e6 * given.errors, given.told)
+    other = Experiments(given.conditions * [1, 60], 1e6 * given.values, 1e6 * given.errors, given.estimate)
     one = SimToReal(method).fit(table, given).predict(table.points)
     two = SimToReal(method).fit(scaled, other).predict(scaled.points)
     np.testing.assert_allclose(two.mean, 1e6 * one.mean, rtol=1e-5, atol=1e-6)
@@ -153,7 +153,7 @@ def test_leaving_out_the_only_one_that_tells_is_refused_with_a_reason(table):
     p = np.array([np.nan, np.nan, 0.9, np.nan, np.nan])
     lonely = Experiments(given.conditions, given.values, given.errors, ParameterEstimate(p, 0.01 * p, True))
     SimToReal("cn-gp").fit(table, lonely)
-    with pytest.raises(InputError, match="only experiment 3 tells it"):
+    with pytest.raises(InputError, match="only experiment 3 determines it"):
         leave_one_out(SimToReal("cn-gp"), table, lonely)
 
 
@@ -175,7 +175,7 @@ def test_raw_axes_mix_units(table):
     """With frequencies in 1/min another rotation comes out: that is what scaled axes are for."""
     given = experiments(table, offset, 8)
     scaled = table_of(xr.DataArray(table.values, {"A": A, "f": 60 * F, "p": P}, name="thrust"), "p")
-    other = Experiments(given.conditions * [1, 60], given.values, given.errors, given.told)
+    other = Experiments(given.conditions * [1, 60], given.values, given.errors, given.estimate)
     one, two = (SimToReal("svd-raw").fit(t, e).predict(t.points).mean for t, e in ((table, given), (scaled, other)))
     assert np.abs(one - two).max() > 0.01
 
@@ -227,14 +227,14 @@ def test_grids_that_are_none_are_refused(table):
     given = experiments(table, offset, 8)
     with pytest.raises(InputError, match="no axis of a parameter"):
         SimToReal("cn-gp").fit(plain, given)
-    with pytest.raises(InputError, match="no experiment tells it"):
+    with pytest.raises(InputError, match="no experiment determines it"):
         SimToReal("cn").fit(table, Experiments(given.conditions, 50 + given.values, given.errors))
     with pytest.raises(InputError, match='Did you mean "cn-gp"'):
         SimToReal("cn-pg")
 
 
 def test_experiments_that_are_none_are_refused():
-    with pytest.raises(InputError, match="experiment 2 has no number"):
+    with pytest.raises(InputError, match="experiment 2 is NaN or infinite"):
         Experiments(np.zeros((2, 1)), np.array([1.0, np.nan]), np.zeros(2))
     with pytest.raises(InputError, match="same conditions"):
         Experiments(np.zeros((2, 1)), np.ones(2), np.zeros(2))

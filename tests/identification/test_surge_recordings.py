@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from scipy.interpolate import CubicSpline
 
-from nectosome.identification.surge.estimators import surge
+from nectosome.identification.surge.estimators import fit_surge
 from nectosome.identification.surge.files import surge_recordings
 from nectosome.papers.poseidrone.recordings import OMEGA, body, settled, thrust
 from nectosome.units import InputError
@@ -40,7 +40,7 @@ def held(later=0.0, rate=200.0, file="hold.csv", **columns):
 def found_in(recordings, within):
     """The truth, found in a single recording."""
     (one,) = surge_recordings(recordings)
-    np.testing.assert_allclose(surge([one], MASS).physical.values, TRUTH, rtol=within)
+    np.testing.assert_allclose(fit_surge([one], MASS).physical.values, TRUTH, rtol=within)
     return one
 
 
@@ -57,7 +57,7 @@ def test_two_files_of_one_clock_and_two_rates():
 
 def test_a_shift_is_taken_off_the_clock_of_its_file():
     other = held(later=0.13).assign_coords(shift=((), 0.13, {"units": "s"}))
-    assert found_in([swim(), other], 1e-3).notes == ("thrust of hold.csv, shifted as told",)
+    assert found_in([swim(), other], 1e-3).notes == ("thrust of hold.csv, shifted as the campaign says",)
 
 
 def test_the_crank_tells_where_the_thrust_belongs():
@@ -94,7 +94,7 @@ def test_gaps_make_stretches_and_missing_values_are_left_out():
     assert [part.name for part in parts] == ["swim, part 1", "swim, part 2"]
     assert "left out" in parts[0].notes[-1]
     assert parts[1].time[-1] <= 10.0
-    np.testing.assert_allclose(surge(parts, MASS).physical.values, TRUTH, rtol=1e-3)
+    np.testing.assert_allclose(fit_surge(parts, MASS).physical.values, TRUTH, rtol=1e-3)
     holes = whole.copy()
     holes["speed"] = holes["speed"].where(np.arange(600) % 7 != 3)
     assert "interpolated to even steps of 0.02 s" in found_in([holes, push], 0.02).notes[-1]
@@ -111,7 +111,7 @@ def test_positions_are_differentiated_and_the_thrust_goes_through_the_same_filte
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda d: d.assign(speed=0 * d["speed"] + 0.08), r"swim.csv, speed: is the same all the time"),
+        (lambda d: d.assign(speed=0 * d["speed"] + 0.08), r"swim.csv, speed: is constant"),
         (
             lambda d: d.assign(speed=d["speed"].assign_attrs(units="kg")),
             r"swim.csv, speed: is in kg; m/s or a multiple",

@@ -54,7 +54,7 @@ def test_damage_anywhere_is_found_or_harmless(file):
     assert found > 50
     for n in range(0, len(raw), 50):
         file.write_bytes(raw[:n])
-        with pytest.raises(InputError, match="this is not a checkpoint, or it is cut off"):
+        with pytest.raises(InputError, match="this is not a checkpoint, or it is incomplete"):
             load_checkpoint(file)
 
 

@@ -62,7 +62,7 @@ def test_a_changed_byte_ends_the_record_there(file):
         file.write_bytes(raw[:n] + bytes([raw[n] ^ 0x15]) + raw[n + 1 :])
         records, damage = read_journal(file, "key")
         assert records == RECORDS[: sum(start <= n for start in starts) - 1]
-        assert "bytes are cut off or damaged" in damage
+        assert "bytes are incomplete or damaged" in damage
 
 
 def test_foreign_files_are_left_alone(file):

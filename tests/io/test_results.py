@@ -91,6 +91,14 @@ def test_a_run_becomes_a_table_with_a_row_for_each_time(tmp_path):
     assert [float(x) for x in second.split(",")] == [0.5, 6, 7, 8, 9, 10, 11, 1e-9]
 
 
+def test_stations_of_a_part_are_counted_in_a_table():
+    run = xr.Dataset(
+        {"position": (("time", "station"), [[1.0, 2.0, 3.0]], {"units": "m"})},
+        coords={"time": [0.0], "station_part": ("station", ["body", "rod", "rod"])},
+    )
+    assert list(table_of(run).columns) == ["time", "position body 0 (m)", "position rod 0 (m)", "position rod 1 (m)"]
+
+
 def test_a_grid_becomes_a_table_with_a_row_for_each_point():
     grid = xr.Dataset(
         {"speed": (("A", "f"), [[1.0, 2.0], [3.0, 4.0]]), "force": (("A", "f", "axis"), np.ones((2, 2, 1)))},

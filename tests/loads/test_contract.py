@@ -68,7 +68,7 @@ EXAMPLES = [
         ld.StripDrag(_n(1.1), _n(0.2), _n(-0.1)),
         {"normal": NUMBER, "tangential": NUMBER, "lift": NUMBER},
     ),
-    Example(ld.LumpedDrag(_THREE, 0.1 * _THREE), {"area": AREA, "rotational": INERTIA}),
+    Example(ld.LumpedDrag(_THREE, 0.1 * _THREE), {"drag_area": AREA, "rotational": INERTIA}),
     Example(ld.PlateDrag(_n(1.1)), {"normal": NUMBER}),
     Example(ld.StripAddedMass(_n(0.9), _n(0.1)), {"normal": NUMBER, "tangential": NUMBER}),
     Example(
@@ -102,14 +102,14 @@ EXAMPLES = [
     ),
     Example(
         ld.NearFloor(_THREE, _THREE, 0.1 * _THREE, _n(-0.02), _n(0.03)),
-        {"mass": MASS, "area": AREA, "rotational": INERTIA, "full": LENGTH, "none": LENGTH},
+        {"mass": MASS, "drag_area": AREA, "rotational": INERTIA, "full": LENGTH, "none": LENGTH},
         vertical=True,
     ),
     Example(
         ld.PulsedThrust(_n([1.0, -0.2, 0.3, 0.7]), *map(_n, (11.0, 9.0, 0.4)), _n([2.0, -1.0, 2.0]) / 3, _THREE),
         {"values": FORCE, "rated": RATE, "speed": RATE, "start": NUMBER, "direction": NUMBER, "place": LENGTH},
     ),
-    Example(  # without walls, as everywhere here; `test_bumper` has some
+    Example(  # without walls, as everywhere here; `test_wall_contact` has some
         ld.WallContact(*map(_n, (0.1, 200.0, 20.0, 1e-3))),
         {"reach": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH},
     ),

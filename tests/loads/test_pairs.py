@@ -41,7 +41,7 @@ def _end(seed: int, station: int) -> ld.BushingEnd:
     return ld.BushingEnd(_places(seed, (station,)), exp_so3(_n(np.random.default_rng(seed).normal(size=3))))
 
 
-def _touch(static: float, dynamic: float) -> ld.PartContact:
+def _contact(static: float, dynamic: float) -> ld.PartContact:
     """Beads of 30 mm on a part, and a chain that gets thinner on the other."""
     return ld.PartContact(
         ld.Beads(_places(3, (0, 1, 2, 3, 3)), _n([0.03, 0.025, 0.03, 0.028, 0.02])),
@@ -52,7 +52,7 @@ def _touch(static: float, dynamic: float) -> ld.PartContact:
     )
 
 
-_TOUCH = {
+_CONTACT = {
     **dict.fromkeys(("beads.at.place", "beads.radius", "chain.at.place", "chain.radius", "softness"), LENGTH),
     **dict.fromkeys(("share", "friction.static_friction", "friction.dynamic_friction"), 0 * LENGTH),
     "stiffness": FORCE - LENGTH,
@@ -71,8 +71,8 @@ EXAMPLES = {
             "turning_damping": FORCE + LENGTH - RATE,
         },
     ),
-    "touch": Example(_touch(0.0, 0.0), _TOUCH),
-    "touch with friction": Example(_touch(0.9, 0.6), _TOUCH),
+    "contact": Example(_contact(0.0, 0.0), _CONTACT),
+    "contact with friction": Example(_contact(0.9, 0.6), _CONTACT),
 }
 every = pytest.mark.parametrize("example", EXAMPLES.values(), ids=EXAMPLES)
 
@@ -239,22 +239,22 @@ def test_gradients_are_finite_at_rest_and_in_one_place(example: Example):
 def test_a_tie_that_is_as_it_wants_to_be_does_nothing():
     a = strips(1)
     a = eqx.tree_at(lambda s: (s.velocity, s.angular_velocity), a, (jnp.zeros((STATIONS, 3)),) * 2)
-    tie = ld.Bushing(_end(5, 1), _end(5, 1), *map(_n, (300.0, 4.0, 2.0, 0.1)))
-    for w in tie.force(a, a):
+    bushing = ld.Bushing(_end(5, 1), _end(5, 1), *map(_n, (300.0, 4.0, 2.0, 0.1)))
+    for w in bushing.force(a, a):
         close(w, 0 * w, abs=1e-13)
 
 
 def test_a_weld_turns_back_by_the_sine_of_the_turn():
-    tie = ld.Bushing(_end(5, 1), _end(5, 1), *map(_n, (300.0, 0.0, 2.0, 0.0)))
-    tie = eqx.tree_at(lambda t: (t.first.at.place, t.second.at.place), tie, (jnp.zeros((1, 3)),) * 2)
+    bushing = ld.Bushing(_end(5, 1), _end(5, 1), *map(_n, (300.0, 0.0, 2.0, 0.0)))
+    bushing = eqx.tree_at(lambda t: (t.first.at.place, t.second.at.place), bushing, (jnp.zeros((1, 3)),) * 2)
     a = strips(1)
     b = eqx.tree_at(lambda s: s.rotation, a, rotation_from_rpy(_n([0.0, 0.0, 0.7])) @ a.rotation)
-    (_, turn), _ = (in_world(s, w) for s, w in zip((a, b), tie.force(a, b), strict=True))
+    (_, turn), _ = (in_world(s, w) for s, w in zip((a, b), bushing.force(a, b), strict=True))
     close(turn, [0, 0, 2 * np.sin(0.7)], rel=1e-12, abs=1e-12)
 
 
 def test_parts_that_are_apart_do_not_feel_each_other():
-    for w in force(_touch(0.9, 0.6), strips(1), strips(2, apart=0.5)):
+    for w in force(_contact(0.9, 0.6), strips(1), strips(2, apart=0.5)):
         assert not jnp.any(w)
 
 
@@ -297,7 +297,7 @@ def test_the_forces_converge_with_the_number_of_beads():
     def pushed(count: int) -> float:
         s, w = np.polynomial.legendre.leggauss(count)
         x = np.stack([0.2 * s, np.zeros(count), np.full(count, 0.055)], axis=1)
-        touch = ld.PartContact(
+        contact = ld.PartContact(
             ld.Beads(ld.AttachedPlaces((0,) * count, _n(x)), _n(np.full(count, 0.01))),
             _n(0.5 * w),
             ld.Beads(ld.AttachedPlaces((0, 0), _n([[0, -1.0, 0], [0, 1.0, 0]])), _n([0.05, 0.05])),
@@ -306,7 +306,7 @@ def test_the_forces_converge_with_the_number_of_beads():
         )
         one = jax.tree.map(lambda x: x[:1], strips(1))
         one = eqx.tree_at(lambda s: (s.rotation, s.position), one, (jnp.eye(3)[None], jnp.zeros((1, 3))))
-        return float(touch.force(one, one)[0][0, 5])
+        return float(contact.force(one, one)[0][0, 5])
 
     exact = pushed(2000)
     off = [abs(pushed(count) / exact - 1) for count in (10, 40, 160)]

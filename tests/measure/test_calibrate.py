@@ -29,7 +29,9 @@ def test_standard_errors_are_those_of_many_trials():
 
 
 def test_pairs_that_tell_nothing_are_refused():
-    with pytest.raises(ValueError, match="3 pairs of 1 readings; three pairs that differ are needed"):
+    with pytest.raises(
+        ValueError, match="3 pairs with 1 different readings; three pairs and two different readings are needed"
+    ):
         calibrate(*pairs([1.0, 1.0, 1.0], [1.0, 2.0, 3.0]))
-    with pytest.raises(ValueError, match="3 readings do not go with 2 values"):
+    with pytest.raises(ValueError, match="3 readings and 2 values of the quantity; their number must agree"):
         calibrate(*pairs([1.0, 2.0, 3.0], [1.0, 2.0]))

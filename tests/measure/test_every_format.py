@@ -57,7 +57,7 @@ def test_a_good_file_comes_back_and_nothing_is_odd(bench, drawn):
     np.testing.assert_allclose(run["time"], table["t"], rtol=1e-15)
     np.testing.assert_allclose(run["F"], table["F"], rtol=1e-15)
     about = json.loads(run.attrs["provenance"])
-    assert (about["repairs"], about["odd"], run.attrs["gaps"]) == ([], [], "[]")
+    assert (about["repairs"], about["warnings"], run.attrs["gaps"]) == ([], [], "[]")
 
 
 @few
@@ -70,12 +70,12 @@ def test_a_time_that_does_not_go_on_is_refused_or_left_out(bench, drawn, fault):
     with pytest.raises(InputError) as caught:
         read(path, sheet(SHEET))
     assert (caught.value.file, caught.value.line, caught.value.field) == (str(path), first + k, "t")
-    said = {"back": "comes after", "twice": "stands there twice", "missing": "is missing"}[fault]
+    said = {"back": "comes after", "twice": "occurs twice", "missing": "is missing"}[fault]
     assert said in caught.value.message
     run = read(path, sheet(DROP))
     np.testing.assert_allclose(run["F"], np.delete(table["F"], k), rtol=1e-15)
     assert json.loads(run.attrs["provenance"])["repairs"] == [
-        f"1 row left out whose time does not go on, the first is row {first + k}"
+        f"1 row left out: time does not increase; the first is row {first + k}"
     ]
 
 
@@ -88,7 +88,7 @@ def test_a_gap_is_told_with_its_ends(bench, drawn, steps):
     path, first = bench({"t": t, "F": table["F"]})
     run = read(path, sheet(SHEET))
     assert json.loads(run.attrs["gaps"]) == [[t[k - 1], t[k], first + k]]
-    odd = json.loads(run.attrs["provenance"])["odd"]
+    odd = json.loads(run.attrs["provenance"])["warnings"]
     assert odd == [f"time: a gap of {0.125 * (steps + 1):.3g} s before row {first + k}"]
 
 
@@ -104,8 +104,8 @@ def test_values_that_are_none_are_counted_and_told(bench, drawn, value):
     assert np.flatnonzero(np.isnan(run["F"])).tolist() == [k]
     assert run["F"].attrs["missing"] == 1
     about = json.loads(run.attrs["provenance"])
-    told = about["odd"] if np.isnan(value) else about["repairs"]
-    what = "missing, the first is row {}" if np.isnan(value) else "saturated or infinite, from row {}: missing now"
+    told = about["warnings"] if np.isnan(value) else about["repairs"]
+    what = "missing, the first is row {}" if np.isnan(value) else "saturated or infinite, from row {}: now missing"
     assert told == ["F: 1 row " + what.format(first + k)]
 
 
@@ -117,13 +117,13 @@ def test_a_sensor_at_its_end_is_told_and_by_its_range_missing(bench, drawn, leng
     F = table["F"].copy()
     F[k : k + length] = 50.0
     path, first = bench({"t": table["t"], "F": F})
-    odd = json.loads(read(path, sheet(SHEET)).attrs["provenance"])["odd"]
+    odd = json.loads(read(path, sheet(SHEET)).attrs["provenance"])["warnings"]
     assert odd == [f"F: stays at its extreme 50 N for {length} rows from row {first + k}: saturated?"]
     run = read(path, sheet(RANGE))
     assert np.isnan(run["F"][k : k + length]).all()
     assert run["F"].attrs["missing"] == length
     repairs = json.loads(run.attrs["provenance"])["repairs"]
-    assert repairs == [f"F: {length} rows saturated or infinite, from row {first + k}: missing now"]
+    assert repairs == [f"F: {length} rows saturated or infinite, from row {first + k}: now missing"]
 
 
 @few
@@ -136,7 +136,7 @@ def test_columns_that_are_not_there_and_units_that_differ_are_refused(bench, dra
     named = {"t [s]": drawn[0]["t"], "F [mN]": drawn[0]["F"]}
     if path.suffix in (".csv", ".tsv", ".txt", ".xlsx"):  # names of others say no unit
         path, _ = bench(named)
-        with pytest.raises(InputError, match="F: is in mN by the file and in N by the sheet"):
+        with pytest.raises(InputError, match="F: is in mN in the file and in N in the sheet"):
             read(path, sheet(SHEET))
 
 

@@ -82,7 +82,7 @@ def test_zero_gain_and_sign_work_in_any_unit(tmp_path_factory, zero, gain, sign,
     ("row", "said"),
     [
         ("0.02,5", "line 5, t: the time 0.02 s comes after 0.03 s"),
-        ("0.03,5", "line 5, t: the time 0.03 s stands there twice"),
+        ("0.03,5", "line 5, t: the time 0.03 s occurs twice"),
         (",5", "line 5, t: the time is missing"),
     ],
 )
@@ -93,7 +93,7 @@ def test_times_that_do_not_go_on_are_refused_or_left_out(folder, row, said):
     (folder / "drop.yaml").write_text("time: {column: t, unit: s, repair: drop}\n")
     recording = read("bad.csv", "drop.yaml")
     assert recording["x"].values.tolist() == [1, 2, 3, 4]
-    assert about(recording)["repairs"] == ["1 row left out whose time does not go on, the first is row 5"]
+    assert about(recording)["repairs"] == ["1 row left out: time does not increase; the first is row 5"]
 
 
 def test_gaps_missing_and_saturated_values_are_told(folder):
@@ -105,35 +105,35 @@ def test_gaps_missing_and_saturated_values_are_told(folder):
     (folder / "odd.csv").write_text("t,x\n" + rows)
     recording = read("odd.csv")
     assert json.loads(recording.attrs["gaps"]) == [[pytest.approx(4.9), 10.0, 52]]
-    odd = about(recording)["odd"]
+    odd = about(recording)["warnings"]
     assert odd[0] == "time: a gap of 5.1 s before row 52"
     assert odd[1] == "x: 2 rows missing, the first is row 9"
     assert odd[2] == "x: stays at its extreme 5 for 20 rows from row 62: saturated?"
     (folder / "range.yaml").write_text("time: {column: t, unit: s}\ncolumns:\n  x: {unit: V, range: [-5 V, 5 V]}\n")
     mended = read("odd.csv", "range.yaml")
     assert np.isnan(mended["x"].values[60:80]).all()
-    assert about(mended)["repairs"] == ["x: 20 rows saturated or infinite, from row 62: missing now"]
+    assert about(mended)["repairs"] == ["x: 20 rows saturated or infinite, from row 62: now missing"]
     assert mended["x"].attrs["missing"] == 22
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("colums: {}", 'sheet.yaml, line 1, colums: is not known here. Did you mean "columns"?'),
-        ("columns:\n  force: {column: 9}", "column 9 is not there: the file has 3"),
+        ("colums: {}", 'sheet.yaml, line 1, colums: is not a field here. Did you mean "columns"?'),
+        ("columns:\n  force: {column: 9}", "there is no column 9: the file has 3"),
         ("columns:\n  force: {column: Force}", 'there is no column called "Force"'),
-        ("columns:\n  force: {column: 2, unit: mm}", "is in V by the file and in mm by the sheet"),
+        ("columns:\n  force: {column: 2, unit: mm}", "is in V in the file and in mm in the sheet"),
         ("columns:\n  force: {column: 2, unit: Vv}", 'line 2, columns.force.unit: "Vv" has no unit called Vv'),
-        ("columns:\n  force: {column: 2, unit: V, zero: 3 mm}", "is not of the kind of the reading"),
-        ("columns:\n  force: {column: 2, unit: V, gain: 0 N/V}", "nothing would be left of the reading"),
-        ("columns:\n  force: {column: 2, unit: V, sign: 2}", '"2" is no sign'),
+        ("columns:\n  force: {column: 2, unit: V, zero: 3 mm}", "has not the dimension of the reading, V"),
+        ("columns:\n  force: {column: 2, unit: V, gain: 0 N/V}", "is 0; it must differ from 0"),
+        ("columns:\n  force: {column: 2, unit: V, sign: 2}", '"2" must be 1 or -1'),
         ("columns:\n  force: {column: 2, unit: V, range: [3 V, 1 V]}", "is empty"),
-        ("columns:\n  force: {column: true}", '"true" is no column'),
-        ("time: {column: 1, unit: mm}", '"mm" is no unit of time'),
-        ("time: {rate: 3 m}", '"3 m" is no rate'),
+        ("columns:\n  force: {column: true}", '"true" is not a column'),
+        ("time: {column: 1, unit: mm}", '"mm" is not a unit of time'),
+        ("time: {rate: 3 m}", '"3 m" is not a rate'),
         ("time: {unit: s}", "needs either a column or a rate"),
         ("conditions: {f: fast}", '"fast" is not a number with a unit'),
-        ("- 1", "is no sheet"),
+        ("- 1", "is not a sheet"),
     ],
 )
 def test_mistakes_in_a_sheet_are_told_with_their_place(folder, text, said):
@@ -166,7 +166,7 @@ recordings:
     told = [(float(r["f"]), int(r["repeat"]), float(r["density"]), float(r["force"][0])) for r in found]
     assert told == [(1.1, 1, 1000, 1), (1.1, 2, 1000, 2), (1.3, 1, 1000, 3)]
     (folder / "campaign.yaml").write_text(text.replace("b.csv", "../b.csv"))
-    with pytest.raises(InputError, match=r"line 8, recordings\.1\.file: .* leads out of the folder"):
+    with pytest.raises(InputError, match=r"line 8, recordings\.1\.file: .* is outside the folder"):
         load_campaign("campaign.yaml")
     (folder / "campaign.yaml").write_text(text.replace("b.csv", "c.csv"))
     with pytest.raises(InputError, match=r'there is no file "c\.csv"'):

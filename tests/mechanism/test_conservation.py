@@ -57,7 +57,7 @@ def swim(propelled):
 
 
 def test_the_powers_of_a_swimming_propeller_balance(swim, propeller):
-    ds = swim.to_dataset(propeller)
+    ds = swim.to_dataset()
     assert float(ds.power_balance.max()) < 1e-12
     # what came in is what there is more, once the jerk of the start is over: the states follow the equations
     ds = ds.isel(time=slice(10, None))

@@ -160,7 +160,7 @@ def test_the_reaction_of_a_prescribed_joint_is_the_torque_that_drives_a_free_one
     """Given to the same joint as its torque, it makes all accelerations what they were, that of the joint as given."""
     import equinox as eqx
 
-    from nectosome.description import ConstantTorque, SineAngle
+    from nectosome.description import Angle, ConstantSignal, SineSignal, Torque
     from nectosome.model import build
 
     def shaft(**changes):
@@ -168,8 +168,8 @@ def test_the_reaction_of_a_prescribed_joint_is_the_torque_that_drives_a_free_one
         limbs = {**propeller.limbs, "shaft": propeller.limbs["shaft"].model_copy(update={"joint": joint})}
         return build(propeller.model_copy(update={"limbs": limbs}))
 
-    motion = SineAngle(kind="sine", amplitude=0.8, frequency=2.0, phase=0.4)
-    torque = ConstantTorque(kind="constant", value=1.0)
+    motion = SineSignal[Angle](kind="sine", amplitude=0.8, frequency=2.0, phase=0.4)
+    torque = ConstantSignal[Torque](kind="constant", value=1.0)
     prescribed, driven = shaft(motion=motion), shaft(motion=None, torque=torque)
     react = jax.jit(lambda robot, x: diagnose(robot, T, x))
     signal = [float(y) for y in prescribed.tree.parts[1].prescribed(T)]

@@ -17,5 +17,5 @@ def test_events_are_the_same_at_half_the_step_and_it_crawls_as_fast_as_the_crawl
         assert a == pytest.approx(b, abs=0.01)
     assert fine.numbers["poseidrone/mission/crawl-speed"] == pytest.approx(0.041144, abs=2e-6)
     assert list(fine.data["mission"]["event"].values[:3]) == ["low_wall", "touchdown", "5 s"]
-    assert np.ptp(fine.data["mission"]["x"].values) == pytest.approx(0.95, abs=0.02)
+    assert np.ptp(fine.data["mission"]["position"].sel(axis="x").values) == pytest.approx(0.95, abs=0.02)
     assert len(panels(fine.data)) == 2

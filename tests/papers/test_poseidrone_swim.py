@@ -38,7 +38,7 @@ def test_the_robot_swims_as_eq_1_says():
     time, speed = settled(OMEGA["train"])
     robot = describe("poseidrone_swim")
     started = with_values(robot, {"body.joint.velocity": speed[0]})
-    data = simulate(build(started), 1.6, samples=81, rtol=1e-8, atol=1e-10).to_dataset(robot)
+    data = simulate(build(started), 1.6, samples=81, rtol=1e-8, atol=1e-10).to_dataset()
     np.testing.assert_allclose(data["v"].sel(coordinate="body.position"), speed[:81], rtol=2e-4)
     np.testing.assert_allclose(data["velocity"].sel(axis="x").isel(part=0), -speed[:81], rtol=2e-4)
     assert time[80] == pytest.approx(1.6)

@@ -10,7 +10,7 @@ import pytest
 from nectosome.controllers import eased, sine
 from nectosome.drives import Chain
 from nectosome.identification.hysteresis.files import hysteresis_data, saved_model
-from nectosome.identification.hysteresis.fit import Identified, PressureTrial, identify_hysteresis
+from nectosome.identification.hysteresis.fit import Identified, PressureTrial, fit_hysteresis
 from nectosome.papers.fishtail import plant
 from nectosome.papers.fishtail.recordings import NOISE, recorded
 from nectosome.rigs import Bench, SimulatedRig
@@ -70,7 +70,7 @@ def test_a_bench_of_an_identified_actuator_uses_its_inverse(tmp_path):
     for f in (0.5, 1.0):
         one = recorded(f, limit=False)
         trials.append(PressureTrial(one.name, one.dt, one.pressure, 2 * one.displacement))
-    found = identify_hysteresis(trials)
+    found = fit_hysteresis(trials)
     read = saved_model(hysteresis_data(found, trials))
     np.testing.assert_array_equal(read.slopes, found.slopes)
     own = Bench.of(rig(read), LIMITS, DT, SHORT, "mpc", GAINS, read)

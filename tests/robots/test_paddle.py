@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from nectosome.core import State
-from nectosome.description import RevoluteJoint, SineTorque, with_values
+from nectosome.description import RevoluteJoint, SineSignal, Torque, with_values
 from nectosome.mechanism import diagnose
 from nectosome.model import build
 from nectosome.robots import describe
@@ -129,7 +129,7 @@ def mujoco_angles(torque):
 
 @pytest.mark.slow
 def test_a_paddle_driven_by_a_torque_moves_as_in_mujoco():
-    torque = SineTorque(kind="sine", amplitude=0.4, frequency=1.1, phase=1.5)
+    torque = SineSignal[Torque](kind="sine", amplitude=0.4, frequency=1.1, phase=1.5)
     d = describe("paddle")
     arm = d.limbs["arm"].model_copy(update={"joint": RevoluteJoint(kind="revolute", axis="z", torque=torque)})
     robot = build(d.model_copy(update={"limbs": {**d.limbs, "arm": arm}, "aliases": {}}))

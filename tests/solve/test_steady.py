@@ -12,6 +12,7 @@ from nectosome.description import parse_robot
 from nectosome.model import bind, build
 from nectosome.robots import describe
 from nectosome.solve import equilibrium, find_symmetry, regime_of, simulate, steady
+from nectosome.units import InputError
 
 RHO, G = 1000.0, 9.80665
 
@@ -317,5 +318,5 @@ def test_what_a_run_comes_to_is_recognised(swinging):
 
 def test_nothing_free_to_move_is_refused():
     fixed = parse_robot(SINKER.replace("{kind: prismatic, axis: z}", "{kind: fixed}"))
-    with pytest.raises(ValueError, match="nothing of this robot is free to move"):
+    with pytest.raises(InputError, match="nothing of this robot is free to move"):
         steady(build(fixed))

@@ -112,7 +112,7 @@ def test_what_a_servo_cannot_do_is_told_and_numbers_are_those_of_the_command():
     assert answer.kind == "periodic motion"
     assert answer.run.sizes["time"] == 65
     assert answer.numbers["power"] == pytest.approx(float(found.means().power), rel=1e-9)
-    assert answer.warning == "the servo of arm.angle cannot do this: more speed than it has."
+    assert answer.warning == "the servo of arm.angle would exceed its limit of speed."
 
 
 def test_what_never_repeats_itself_is_seen_beginning_unless_it_did_before():
@@ -122,11 +122,11 @@ def test_what_never_repeats_itself_is_seen_beginning_unless_it_did_before():
     solver = AnswerSolver()
     for answer in (solver(runaway), solver(runaway)):
         assert answer.kind == "the first 5 s"
-        assert answer.warning.startswith("no motion found that repeats itself.")
+        assert answer.warning.startswith("no periodic motion found.")
         assert answer.numbers == {"speed": pytest.approx(0.5 * 21 / 2.1 * 5, rel=0.01)}
     solver = AnswerSolver()
     assert solver(parse_robot(SERVO)).kind == "periodic motion"
-    with pytest.raises(InputError, match="no motion found that repeats itself"):
+    with pytest.raises(InputError, match="no periodic motion found"):
         solver(runaway)
 
 

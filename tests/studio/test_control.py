@@ -13,8 +13,9 @@ from nectosome.core import Status
 from nectosome.description import parse_robot
 from nectosome.designs import shipped_problem
 from nectosome.io import load_dataset
-from nectosome.model import SampledPlant, build, reading_of
+from nectosome.model import build
 from nectosome.robots import describe
+from nectosome.solve import SampledPlant, reading_of
 from nectosome.studio.answers import AnswerSolver
 from nectosome.studio.server import Studio
 from nectosome.studio.tasks.control_request import ControlRequest, first_measured, most_of, prepare_loop
@@ -144,7 +145,13 @@ def test_a_robot_reaches_its_reference_on_the_page(tmp_path, capfd):
 
 @pytest.mark.parametrize(
     ("robot", "measured"),
-    [("flagellum", "surge"), ("paddle", "force.y"), ("fish", "heading"), ("turtle", "heading"), ("beetle", "heading")],
+    [
+        ("flagellum", "velocity.x"),
+        ("paddle", "force.y"),
+        ("fish", "heading"),
+        ("turtle", "heading"),
+        ("beetle", "heading"),
+    ],
 )
 def test_what_is_measured_at_first_is_what_the_robot_can_change(robot, measured):
     description, problem = describe(robot), shipped_problem(robot)
@@ -153,7 +160,7 @@ def test_what_is_measured_at_first_is_what_the_robot_can_change(robot, measured)
 
 def test_of_what_sits_on_a_spring_its_place_is_measured_at_first():
     assert first_measured(parse_robot(SLIDE), "") == "body.position"
-    assert first_measured(parse_robot(SLIDE.replace("stiffness: 5 N/m, ", "")), "") == "surge"
+    assert first_measured(parse_robot(SLIDE.replace("stiffness: 5 N/m, ", "")), "") == "velocity.x"
 
 
 @pytest.mark.slow

@@ -52,7 +52,7 @@ limbs:
 @pytest.fixture(scope="module")
 def run():
     robot = parse_robot(BENT)
-    return simulate(build(robot), 0.1, samples=3).to_dataset(robot)
+    return simulate(build(robot), 0.1, samples=3).to_dataset()
 
 
 def test_a_box_keeps_its_corners_and_goes_along(run):

@@ -67,7 +67,7 @@ def stage():
 def test_the_next_robot_stands_where_it_is_and_nothing_of_the_last_one_is_left(stage, surface):
     made, browser = stage
     moving, resting = parse_robot(MOVING.format(surface=surface)), parse_robot(RESTING)
-    run = simulate(build(moving), 0.5, samples=5).to_dataset(moving)
+    run = simulate(build(moving), 0.5, samples=5).to_dataset()
     made.load(run, moving, 0.0, Look(forces=True))
     made.at(0.5)
     away = np.abs(list(browser.seen().values())).max()
@@ -89,7 +89,7 @@ def test_colours_of_many_things_are_told_as_light():
 def test_what_goes_on_is_looked_at_where_it_is(stage):
     made, _ = stage
     moving = parse_robot(MOVING.format(surface=""))
-    run = simulate(build(moving), 0.5, samples=5).to_dataset(moving)
+    run = simulate(build(moving), 0.5, samples=5).to_dataset()
     made.load(run.isel(time=slice(0, 1)), moving, 0.0, Look())
     there = made.camera("side")
     made.load(run, moving, 0.0, Look())

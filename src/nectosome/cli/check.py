@@ -1,4 +1,4 @@
-"""`nectosome check` and `nectosome schema`: robot files while they are written."""
+"""`nectosome check` and `nectosome schema`: mistakes in a robot file, and the schema for editors."""
 
 import json
 from pathlib import Path
@@ -6,15 +6,21 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.output import write
+from nectosome.cli.output import tell, write
 from nectosome.cli.weights import weigh
 from nectosome.description import json_schema, load_robot
+from nectosome.description.plausible import implausible
 from nectosome.units import count
 
 
 def check(file: Annotated[Path, Parameter(help="A robot file.")], /) -> None:
-    """Check a robot file and say what it describes, or what is wrong with it."""
+    """Check a robot file: print parts, degrees of freedom and mass, or the mistake.
+
+    Warns of values far outside of what materials and water have.
+    """
     description = load_robot(file)
+    for path, sentence in implausible(description):
+        tell(f"{file}, {path}: {sentence}")
 
     from nectosome.model import build
 

@@ -12,7 +12,7 @@ from rich.text import Text
 from nectosome.cli.control_options import ReferenceOptions, named_options
 from nectosome.cli.control_rig import control_rig
 from nectosome.cli.options import Robot, Settings
-from nectosome.cli.output import Outputs, tell, write, written
+from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import columns, ending, number, page
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.units import show_quantity
@@ -94,15 +94,12 @@ def control_robot(
     seconds = round(time.perf_counter() - start, 3)
     write(_page(result, seconds), wrap=False)
     run = result.record
-    if (outputs.save or outputs.plot) and len(run.intervals) > 1:
+    if outputs.given and len(run.intervals) > 1:
         from nectosome.view import show_closed_loop
 
         table = outputs.save is not None and outputs.save.suffix == ".csv"
-        paths = outputs.write_data(
-            lambda: run.samples() if table else result.to_dataset().assign_attrs(seconds=seconds)
-        )
-        paths += outputs.write_page(lambda path: show_closed_loop(run.signals(), path))
-        write(*written(paths), wrap=False)
+        data = run.samples() if table else result.to_dataset().assign_attrs(seconds=seconds)
+        outputs.write(data, lambda _, path: show_closed_loop(run.signals(), path))
     return _code(result)
 
 

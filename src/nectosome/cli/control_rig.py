@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from nectosome.cli.control_options import ReferenceOptions, named_options
 from nectosome.cli.options import read_count
-from nectosome.cli.output import Outputs, check_target, tell, write, written
+from nectosome.cli.output import Outputs, check_target, report, tell, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io import load_dataset, save_dataset
 from nectosome.io.results import SUFFIXES
@@ -94,16 +94,12 @@ def control_rig(
     last = found[-1].run
     if last.status != "finished":
         tell(f"{last.status}: {last.reason}")
-    paths = [str(path) for path in saved[: len(found)] if path.exists()]
-    paths += outputs.write_page(lambda path: _write_page(found, path))
-    write(*written(paths), wrap=False)
+    if outputs.plot is not None:
+        from nectosome.view import show_experiment
+
+        show_experiment([one.run.data for one in found], outputs.plot)
+    report(*(path for path in saved[: len(found)] if path.exists()), outputs.plot)
     return _CODES[last.status]
-
-
-def _write_page(found: "list[BenchRun]", path: Path) -> None:
-    from nectosome.view import show_experiment
-
-    show_experiment([one.run.data for one in found], path)
 
 
 def _log_of(path: Path) -> Path:

@@ -1,40 +1,36 @@
 """`nectosome correct`: a simulator made to agree with a few experiments."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable
+from concurrent.futures import CancelledError
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
 
-from nectosome.cli.options import read_count
-from nectosome.cli.output import check_target, write
-from nectosome.cli.progress import progress_bar
-from nectosome.cli.sweep import swept
-from nectosome.io import load_dataset, provenance, save_dataset
-from nectosome.units import InputError, did_you_mean, read_positive
+from nectosome.cli.options import Over, Settings, read_count, read_pairs
+from nectosome.cli.output import Outputs, tell, write
+from nectosome.cli.page import columns, page
+from nectosome.cli.progress import cancellable, progress_bar
+from nectosome.units import InputError, read_positive
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from nectosome.identification import Aim
-    from nectosome.measure import Campaign
-
-_AIMS = ("error", "highest", "lowest")
+    from nectosome.identification import CorrectedGrid
 
 
 def correct(
     robot: Annotated[str | None, Parameter(help="Robot that ships, or file: its grid is simulated first.")] = None,
     /,
     *,
-    over: Annotated[
-        list[str] | None, Parameter(help="Axis of a robot's grid, such as A=30:75:5deg, as for sweep; may be repeated.")
+    campaign: Annotated[Path, Parameter("--campaign", help="Campaign (.yaml): recordings and their conditions.")],
+    over: Over = None,
+    settings: Settings = None,
+    sim: Annotated[
+        Path | None, Parameter(help="Saved grid (.nc) instead of a robot, as sweep --save writes it.")
     ] = None,
-    settings: Annotated[
-        list[str] | None, Parameter("--set", help="PATH=VALUE of a robot, such as E=3MPa; may be repeated.")
-    ] = None,
-    sim: Annotated[Path | None, Parameter(help="Grid that is there already (.nc), as sweep --save writes it.")] = None,
-    measured: Annotated[Path, Parameter(help="Campaign (.yaml): recordings and the conditions of each.")],
     method: Annotated[
         str | None,
         Parameter(help="cn-gp, cn-svd, gp, cn, ...; left out, cn-gp, or gp where no parameter is simulated."),
@@ -42,7 +38,7 @@ def correct(
     upcoming: Annotated[
         str, Parameter("--next", help="How many experiments to propose.", allow_leading_hyphen=True)
     ] = "3",
-    aim: Annotated[str, Parameter(help="What they are for: error, highest or lowest.")] = "error",
+    aim: Annotated[Literal["error", "highest", "lowest"], Parameter(help="What they are for.")] = "error",
     quantity: Annotated[
         str | None,
         Parameter(
@@ -56,90 +52,73 @@ def correct(
     lowpass: Annotated[
         str | None, Parameter(help="Cutoff for the peaks of recordings, such as 10Hz.", allow_leading_hyphen=True)
     ] = None,
-    save: Annotated[Path, Parameter(help="Where the corrected grid goes (.nc).")] = Path("corrected.nc"),
-    plot: Annotated[Path, Parameter(help="Where the page with figures goes (.html).")] = Path("corrected.html"),
+    outputs: Outputs = Outputs(),
 ) -> int:
-    """Correct a simulated grid with a few experiments, tell how well, and which experiments to make next.
+    """Correct a simulated grid with a few experiments, with its errors, and propose the next experiments.
 
-    The grid is a robot's over some of its quantities (ROBOT --over ...), or one that is there already (--sim). The
-    corrected grid and figures are written into the current folder, unless other files are named.
+    The grid is a robot's over some of its quantities (ROBOT --over ...), or a saved one (--sim). With --save finished
+    parts of a sweep are kept beside the file until all is done: the same command again goes on from them.
     """
-    _check_grid(robot, over, settings, sim)
-    count = read_count(upcoming, "--next", least=1, most=50)
-    if aim not in _AIMS:
-        raise InputError(f'"{aim}" is no aim.{did_you_mean(aim, _AIMS)}', field="--aim")
+    if (robot is None) == (sim is None):
+        raise InputError("takes a robot with --over, or a grid with --sim: one of the two.", field="correct")
+    axes = read_pairs(over, "--over", "f=0.5..2:0.5Hz")
+    number = read_count(upcoming, "--next", least=1, most=50)
     cutoff = None if lowpass is None else read_positive(lowpass, "frequency", "--lowpass")
-    for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
-        check_target(target, option, suffix)
+    outputs.check()
 
-    pass
+    from nectosome import identification
     from nectosome.designs.sweep import forget
-    from nectosome.identification import SimToReal, correct_grid
-    from nectosome.measure import load_campaign
+    from nectosome.io import provenance
 
-    if method is not None:
-        SimToReal(method)  # a mistake in its name is told before anything is read
-    recordings = _read(load_campaign(measured))  # a mistake in them is told before anything long is computed
-    folder = save.with_suffix(".parts")
-    if sim is not None:
-        grid = load_dataset(sim)
-    else:
-        computed = swept(str(robot), over or (), settings or (), folder=folder)
-        if computed is None:
-            return 130
-        grid = computed[0]
+    folder = None if outputs.save is None or robot is None else outputs.save.with_suffix(".parts")
+    chosen: dict[str, Any] = {"quantity": quantity, "parameter": parameter, "lowpass": cutoff, "aim": aim}
+    chosen |= {"method": method, "over": axes, "count": number, "folder": folder}
     with progress_bar("correcting") as update:
-        found, observed, column = correct_grid(
-            grid,
-            recordings,
-            quantity=quantity,
-            parameter=parameter,
-            method=method,
-            lowpass=cutoff,
-            count=count,
-            aim=cast("Aim", aim),
-            progress=update,
-        )
+
+        def compute(going_on: Callable[[], bool]) -> "CorrectedGrid":
+            def progress(what: str, share: float) -> bool:
+                update(what, share)
+                return going_on()
+
+            return identification.correct(robot or sim or "", campaign, settings or (), **chosen, progress=progress)
+
+        try:
+            found = cancellable(compute)
+        except CancelledError:
+            tell("cancelled." + (f" The parts done are in {folder}; the same command goes on." if folder else ""))
+            return 130
     asked: dict[str, Any] = {
         "robot": robot,
         "over": ", ".join(over or ()),
         "set": ", ".join(settings or ()),
         "sim": sim,
     }
-    asked |= {"measured": measured, "method": found.attrs["method"], "next": count}
+    asked |= {"sim": sim, "campaign": campaign, "method": found.data.attrs["method"], "next": number}
     asked |= {"aim": aim, "quantity": quantity, "parameter": parameter, "lowpass": lowpass}
-    found.attrs |= {
-        "title": f"{column} of {robot if sim is None else sim.name}, corrected with {measured.name}",
+    data = found.to_dataset()
+    data.attrs |= {
+        "title": f"{found.column} of {robot if sim is None else sim.name}, corrected with {campaign.name}",
         "provenance": json.dumps(provenance({key: value and str(value) for key, value in asked.items()})),
     }
-    from nectosome.view import show_correction
+    write(_page(found, aim))
+    if outputs.given:
+        from nectosome.view import show_correction
 
-    save_dataset(found, save)
-    show_correction(found, plot, aim)
-    from nectosome.cli.identify_pages import correction_page
-
-    write(correction_page(found, observed, aim), f"written: {save}, {plot}")
-    if sim is None:
+        outputs.write(data, lambda grid, path: show_correction(grid, path, aim))
+    if folder is not None:
         forget(folder)
     return 0
 
 
-def _check_grid(
-    robot: str | None, over: Sequence[str] | None, settings: Sequence[str] | None, sim: Path | None
-) -> None:
-    """Raise InputError unless there is a robot with axes, or a grid."""
-    if (robot is None) == (sim is None):
-        raise InputError("takes a robot with --over, or a grid with --sim: one of the two.", field="correct")
-    if robot is not None and not over:
-        raise InputError(f"{robot} is simulated over nothing. Name an axis, as in f=0.5:2:0.5Hz.", field="--over")
-    if sim is not None and (over or settings):
-        raise InputError("--over and --set are of a robot, and a grid is there already.", field="--sim")
+def _page(found: "CorrectedGrid", aim: str) -> Group:
+    from nectosome.view.corrected_words import lines, read_lines, tables
 
-
-def _read(campaign: "Campaign") -> "list[xr.Dataset]":
-    recordings = []
-    with progress_bar("reading") as update:
-        for k, planned in enumerate(campaign.planned):
-            update(planned.path.name, k / len(campaign.planned))
-            recordings.append(planned.read())
-    return recordings
+    title = Text(str(found.data.attrs["title"]), "bold")
+    head = Text("\n").join([title, Text(""), *map(Text, read_lines(found.observed))])
+    made = list[Table]()
+    for rows in tables(found.data, aim):
+        table = columns(*rows.names)
+        for row in rows.rows:
+            table.add_row(*row)
+        made.append(table)
+    return page(head, made, lines(found.data, found.observed))

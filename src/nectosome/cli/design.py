@@ -1,4 +1,4 @@
-"""`nectosome design`: the numbers of a robot that make its motion as good as it gets, or its mission as short."""
+"""`nectosome design`: the numbers of a robot with which its motion is best, or its mission shortest."""
 
 import time as clock
 from pathlib import Path
@@ -7,176 +7,137 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 from rich.table import Table
 
-from nectosome.cli.output import tell, write
+from nectosome.cli.options import SEED, STARTS, Robot, Seed, Settings, Starts, Vary, WriteRobot, read_count, read_pairs
+from nectosome.cli.output import Data, check_target, tell, write
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import weigh
 from nectosome.io import save_dataset, write_atomic
-from nectosome.io.yaml_text import read_text
-from nectosome.units import InputError, shorten, show_quantity
+from nectosome.units import show_quantity
 
 if TYPE_CHECKING:
-    from nectosome.designs import Varied
-    from nectosome.search import Evaluation, Result
+    from nectosome.designs import DesignResult, Varied
+    from nectosome.search import Evaluation
+
+_KEPT = ("search.json", "start_*.jsonl", "best.yaml", "evaluations.nc")  # files of a run
 
 
 def design(
-    robot: Annotated[str | None, Parameter(help="Name of a robot that ships, or a robot file.")] = None,
+    robot: Robot,
     /,
     *,
-    solver: Annotated[
-        Literal["gradient", "pattern", "cmaes"] | None,
-        Parameter(help="How each start is improved; gradient by default, cmaes for a mission."),
-    ] = None,
-    starts: Annotated[
-        str | None,
-        Parameter(help="How many starts, drawn at random; 12 by default, 2 of a mission.", allow_leading_hyphen=True),
-    ] = None,
-    seed: Annotated[str | None, Parameter(help="Of the random draws; 1 by default.", allow_leading_hyphen=True)] = None,
-    objective: Annotated[str | None, Parameter(help="speed, efficiency, cost_of_transport, power, ...")] = None,
-    vary: Annotated[
-        list[str] | None,
-        Parameter(
-            "--vary", help='"PATH=LOW .. HIGH [log]": may vary; in a mission MODE.PATH or MODE.until; repeatable.'
-        ),
-    ] = None,
-    fix: Annotated[list[str] | None, Parameter("--fix", help="PATH=VALUE: stays; may be repeated.")] = None,
-    constraint: Annotated[
-        list[str] | None, Parameter("--constraint", help='"torque <= 0.4 N m"; may be repeated.')
-    ] = None,
+    vary: Vary = None,
+    maximise: Annotated[str | None, Parameter(help="speed, thrust, efficiency, ...; speed unless given.")] = None,
+    minimise: Annotated[str | None, Parameter(help="power, torque, cost_of_transport, ... instead.")] = None,
+    keep: Annotated[list[str] | None, Parameter(help='A limit, "torque <= 0.4 N m"; may be repeated.')] = None,
     forward: Annotated[
-        str | None, Parameter(help="x, -x, ... -z: where speed counts.", allow_leading_hyphen=True)
+        str | None, Parameter(help="x, -x, ... -z: along which speed counts.", allow_leading_hyphen=True)
     ] = None,
+    settings: Settings = None,
     mission: Annotated[
-        Path | None, Parameter(help="Make this mission as short as it gets: a mission file, or a robot that ships.")
+        Path | None, Parameter(help="Make this mission as short as possible: a file, or a robot that ships.")
     ] = None,
     problem: Annotated[
         Path | None, Parameter(help="Problem file; ROBOT.design.yaml beside the robot by default.")
     ] = None,
-    out: Annotated[Path | None, Parameter(help="Folder of the run; a run that was stopped there goes on.")] = None,
-    resume: Annotated[Path | None, Parameter(help="Go on with the run in this folder; --starts may add some.")] = None,
+    optimiser: Annotated[
+        Literal["gradient", "pattern", "cmaes"] | None, Parameter(help="gradient by default, cmaes for a mission.")
+    ] = None,
+    starts: Starts = STARTS,
+    seed: Seed = SEED,
+    out: Annotated[
+        Path | None, Parameter(help="Folder of all results; the same command again goes on there, --force begins anew.")
+    ] = None,
+    found: WriteRobot = None,
+    data: Data = Data(),
 ) -> int:
-    """Optimise the design of a robot from many starts; the run can be stopped at any time and goes on where it was."""
-    if (robot is None) == (resume is None):
-        raise InputError("name a robot, or the folder of a run with --resume.", field="design")
-    number = None if starts is None else _whole(starts, "--starts", 1, 100_000)
-    seeded = 1 if seed is None else _whole(seed, "--seed", 0, 2**31 - 1)
-    settled = (solver, seed, objective, vary, fix, constraint, forward, mission, problem, out)
-    if resume is not None and any(option is not None for option in settled):
-        raise InputError(
-            "what the run in that folder was asked is settled; only --starts may go with it.", field="--resume"
-        )
+    """Find the numbers of a robot that maximise or minimise a quantity of its motion, within ranges and limits."""
+    number = read_count(starts, "--starts", least=1, most=100_000)
+    seeded = read_count(seed, "--seed", least=0, most=2**31 - 1)
+    ranges = read_pairs(vary, "--vary", "limbs.fin.length=50..90mm")
+    data.check()
+    check_target(found, "--write", ".yaml", data.force)
 
-    from nectosome import designs, model, robots, search
+    from nectosome import designs, model
+    from nectosome.model.inputs import description_of
 
-    if resume is not None:
-        held = search.read_search(resume)
-        description, wanted = designs.restore_design(held["about"], str(resume))
-        options = dict(held["optimiser"])
-        chosen = search.make_optimiser(options.pop("name"), **options)
-        number, seeded, folder = number or held["starts"], held["seed"], resume
-    else:
-        assert robot is not None
-        base = robots.describe(robot)
-        description, wanted = designs.change(
-            base,
-            _problem(robot, problem, vary),
-            tuple(fix or ()),
-            tuple(vary or ()),
-            tuple(constraint or ()),
-            objective,
-            forward,
-            None if mission is None else read_text(robots.mission_of(str(mission)) or mission),
-        )
-        solver = solver or ("cmaes" if wanted.mission else "gradient")
-        if wanted.mission and solver == "gradient":
-            raise InputError("a mission has no derivatives. Take cmaes or pattern.", field="--solver")
-        chosen, number = search.make_optimiser(solver), number or (2 if wanted.mission else 12)
-        folder = out or Path("out") / f"design-{description.name}-{solver}-{seeded}"
-    task = wanted.task(description)
-    weigh(model.build(description), robot or str(resume))
-    task.prepare()  # mistakes are told before anything is begun
+    weigh(model.build(description_of(robot, settings or ())), robot)
+    if out is not None and data.force:
+        for pattern in _KEPT:
+            for path in out.glob(pattern):
+                path.unlink()
     began = clock.perf_counter()
-    with progress_bar(f"{description.name}, {number} starts") as update:
+    with progress_bar(f"{robot}, {number} starts") as update:
 
-        def progress(done: int, best: "Evaluation | None", evaluations: int) -> bool:
-            value = "" if best is None else f"best {task.objective} {_shown(best, task)}, "
-            update(f"{value}{evaluations} evaluations", done / number)
+        def progress(what: str, share: float) -> bool:
+            update(what, share)
             return True
 
-        about = designs.dump_design(description, wanted)
         try:
-            result = search.multistart(task, chosen, number, seeded, folder=folder, about=about, progress=progress)
+            result = designs.design(
+                robot,
+                settings or (),
+                problem=problem,
+                vary=ranges,
+                maximise=maximise or "",
+                minimise=minimise or "",
+                keep=keep or (),
+                forward=forward or "",
+                mission=mission or "",
+                optimiser=optimiser or "",
+                starts=number,
+                seed=seeded,
+                folder=out,
+                progress=progress,
+            )
         except KeyboardInterrupt:
-            tell(f"cancelled. To go on: nectosome design --resume {folder}")
+            tell("cancelled." + (f" The same command goes on from what is in {out}." if out is not None else ""))
             return 130
         except RuntimeError as error:
-            tell(f"{description.name}: {error}")
+            tell(f"{robot}: {error}")
             return 1
-    return _tell(task, result, folder, clock.perf_counter() - began)
+    code = _show(result, clock.perf_counter() - began)
+    if not result.search.starts:
+        return code
+    evaluations, files = result.to_dataset(), list[Path]()
+    if out is not None:
+        files.append(out / "evaluations.nc")
+        save_dataset(evaluations, files[-1])
+    if result.best is not None:
+        for file in filter(None, (out and out / "best.yaml", found)):
+            write_atomic(file, result.text.encode())
+            files.append(file)
+    data.write(evaluations, None, *files)
+    return code
 
 
-def _whole(text: str, option: str, least: int, most: int) -> int:
-    try:
-        number = int(text)
-    except ValueError:
-        number = least - 1
-    if not least <= number <= most:
-        raise InputError(f'"{shorten(text)}" must be a whole number from {least} to {most}.', field=option)
-    return number
-
-
-def _problem(robot: str, file: Path | None, vary: list[str] | None):
-    from nectosome.designs import Problem, load_problem, shipped_problem
-
-    beside = Path(robot).with_suffix(".design.yaml") if robot.endswith((".yaml", ".yml")) else None
-    if file is not None:
-        return load_problem(file)
-    if beside is not None and beside.is_file():
-        return load_problem(beside)
-    found = shipped_problem(robot)
-    if found is None and not vary:
-        raise InputError(
-            f'nothing is said about what may vary. Write --vary "PATH=LOW .. HIGH", or a problem file for {robot}.'
-        )
-    return found or Problem()
-
-
-def _shown(e: "Evaluation", task: "Varied") -> str:
-    return f"{e.outputs[task.objective]:.4g} {task.told[task.objective]}"
-
-
-def _tell(task: "Varied", result: "Result", folder: Path, seconds: float) -> int:
-    chosen = [start for start in result.best(5) if start.best is not None]
-    if result.starts:
-        save_dataset(result.to_dataset(), folder / "evaluations.nc")
+def _show(result: "DesignResult", seconds: float) -> int:
+    task, search = result.task, result.search
+    chosen = [start for start in search.best(5) if start.best is not None]
     if not chosen:
-        why = "; ".join(dict.fromkeys(start.message for start in result.starts)) or "nothing was evaluated"
+        why = "; ".join(dict.fromkeys(start.message for start in search.starts)) or "nothing was evaluated"
         tell(f"{task.description.name}: no design keeps all limits: {why}.")
         return 1
     table = Table(header_style="bold", title="best designs", title_justify="left")
-    for name in (*task.names, *(f"{name} ({unit})" for name, unit in task.told.items())):
+    for name in (*task.names, *(f"{name} ({unit})" for name, unit in task.units.items())):
         table.add_column(name, justify="right")
     for start in chosen:
         assert start.best is not None
-        table.add_row(*_values(task, start.best), *(f"{start.best.outputs[name]:.4g}" for name in task.told))
+        table.add_row(*_values(task, start.best), *(f"{start.best.outputs[name]:.4g}" for name in task.units))
     best = chosen[0].best
     assert best is not None
-    write_atomic(folder / "best.yaml", task.chosen(best.u).encode())
     active = [name for name, g in zip(task.constraint_names, best.constraints, strict=True) if g > -1e-4]
-    counted = sum(len(start.evaluations) for start in result.starts)
-    refused = sum(sum(start.rejected.values()) for start in result.starts)
+    refused = sum(sum(start.rejected.values()) for start in search.starts)
     write(
         table,
-        f"{len(result.starts)} starts, {refused} drawn designs refused, {counted} evaluations, {seconds:.1f} s; "
-        f"{100 * result.share():.0f} % of the starts within 1 % of the best",
+        f"{len(search.starts)} starts, {refused} drawn designs refused, {search.evaluations} evaluations, "
+        f"{seconds:.1f} s; {100 * search.share():.0f} % of the starts within 1 % of the best",
         f"at its limit: {', '.join(active) or 'nothing'}",
         *_at_an_end(task, best),
-        f"best design: {folder / 'best.yaml'}; all evaluations: {folder / 'evaluations.nc'}",
         wrap=False,
     )
-    unfinished = sum(not start.converged for start in result.starts)
+    unfinished = sum(not start.converged for start in search.starts)
     if unfinished:
-        tell(f"{unfinished} of {len(result.starts)} starts ended before they converged; their best designs count.")
+        tell(f"{unfinished} of {len(search.starts)} starts ended before they converged; their best designs count.")
     return 0
 
 

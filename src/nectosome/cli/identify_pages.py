@@ -1,4 +1,4 @@
-"""The page of an identification in the terminal: parameters, how well recordings are met, what to beware of."""
+"""The page of an identification in the terminal: parameters, errors against recordings, warnings."""
 
 import json
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _NAMES = {"added_mass": "added mass m_as", "drag": "drag Lambda", "alpha": "alpha = -Lambda/m", "gamma": "gamma = 1/m"}
 
 
-def swim_page(found: "xr.Dataset", recordings: "Sequence[SurgeRecording]") -> Group:
+def surge_page(found: "xr.Dataset", recordings: "Sequence[SurgeRecording]") -> Group:
     """Return the page of what `surge_data` holds, and of what was done to recordings."""
     train = int((found["used"] == "train").sum())
     held = found.sizes["recording"] - train
@@ -56,7 +56,7 @@ def _errors(found: "xr.Dataset") -> Table:
     return table
 
 
-def fishtail_page(found: "xr.Dataset", recordings: "Sequence[PressureRecording]") -> Group:
+def hysteresis_page(found: "xr.Dataset", recordings: "Sequence[PressureRecording]") -> Group:
     """Return the page of what `hysteresis_data` holds, and of what was done to recordings."""
     from nectosome.identification.hysteresis.files import BENCH_UNITS
 
@@ -64,33 +64,33 @@ def fishtail_page(found: "xr.Dataset", recordings: "Sequence[PressureRecording]"
     said = [f"{count(train, 'recording')} fitted, {found.sizes['recording'] - train} held out"]
     said += [f"{recording.trial.name}: {note}" for recording in recordings for note in recording.notes]
     title = Text("\n").join([Text(str(found.attrs["title"]), "bold"), Text(""), *map(Text, said)])
-    told = columns("parameter", "value", "95 % from", "to", "unit")
+    table = columns("parameter", "value", "95 % from", "to", "unit")
     for name in found["parameter"].values:
         one = found.sel(parameter=name)
         scale, unit = BENCH_UNITS[one["unit"].item()]
-        told.add_row(str(name), *(number(scale * float(one[key])) for key in ("value", "low", "high")), unit)
+        table.add_row(str(name), *(number(scale * float(one[key])) for key in ("value", "low", "high")), unit)
     errors = columns("computed - measured, % of the range", "rms", "largest", "")
     for k in range(found.sizes["recording"]):
         one = found.isel(recording=k)
         used = "fitted" if one["used"].item() == "train" else "held out"
         errors.add_row(str(one["recording"].item()), *(f"{float(one[key]):.3g}" for key in ("e_rmsp", "e_mp")), used)
-    left = f"what is left: {number(1e3 * found.attrs['noise'])} mm"
-    return page(title, [told, errors], [left, *(f"beware: {x}" for x in json.loads(found.attrs["warnings"]))])
+    left = f"residuals: {number(1e3 * found.attrs['noise'])} mm (root mean square)"
+    return page(title, [table, errors], [left, *(f"beware: {x}" for x in json.loads(found.attrs["warnings"]))])
 
 
 def robot_page(found: "xr.Dataset") -> Group:
-    """Return the page of what `robot_data` holds."""
+    """Return the page of what `RobotFit.to_dataset` holds."""
     train = int((found["used"] == "train").sum())
     said = [f"{count(train, 'recording')} fitted, {found.sizes['recording'] - train} held out"]
     if found.attrs["starts"] > 1:
         said.append(f"{found.attrs['agree']} of {found.attrs['starts']} starts came to these parameters")
     title = Text("\n").join([Text(str(found.attrs["title"]), "bold"), Text(""), *map(Text, said)])
-    told = columns("parameter", "value", "95 % from", "to", "unit", "before", "")
+    table = columns("parameter", "value", "95 % from", "to", "unit", "before", "")
     for name in found["parameter"].values:
         one = found.sel(parameter=name)
         values = (number(float(one[key])) for key in ("value", "low", "high"))
-        known = "" if bool(one["told"]) else "not told alone"
-        told.add_row(str(name), *values, str(one["unit"].item()), number(float(one["before"])), known)
+        known = "" if bool(one["identifiable"]) else "not identifiable alone"
+        table.add_row(str(name), *values, str(one["unit"].item()), number(float(one["before"])), known)
     errors = columns("computed - measured, % of the range", "column", "rms", "largest", "")
     for k in range(found.sizes["recording"]):
         one = found.isel(recording=k)
@@ -99,15 +99,15 @@ def robot_page(found: "xr.Dataset") -> Group:
             off = (f"{float(one[key][c]):.3g}" for key in ("e_rmsp", "e_mp"))
             errors.add_row(str(one["recording"].item()), str(column), *off, used)
     noise = [
-        f"{column}: what is left is {number(float(error))} {unit}".strip()
+        f"{column}: standard error {number(float(error))} {unit}".strip()
         for column, error, unit in zip(*(found[key].values for key in ("column", "error", "units_of")), strict=True)
     ]
     warnings = [f"beware: {warning}" for warning in json.loads(found.attrs["warnings"])]
-    untold = [] if bool(found["told"].all()) else json.loads(found.attrs["words"])
-    return page(title, [told, errors], [*json.loads(found.attrs["notes"]), *noise, *untold, *warnings])
+    others = [] if bool(found["identifiable"].all()) else json.loads(found.attrs["words"])
+    return page(title, [table, errors], [*json.loads(found.attrs["notes"]), *noise, *others, *warnings])
 
 
-def crawl_page(found: "xr.Dataset") -> Group:
+def gait_page(found: "xr.Dataset") -> Group:
     """Return the page of what `gait_data` holds."""
     best = float(found["discrepancy"].min())
     said = f"discrepancy {best:.3g} after {count(found.sizes['evaluation'], 'evaluation')}: {found.attrs['ended']}"
@@ -116,8 +116,8 @@ def crawl_page(found: "xr.Dataset") -> Group:
     for name in found["parameter"].values:
         one = found.sel(parameter=name)
         ends = f"{number(float(one['low']))} to {number(float(one['high']))} {one['unit'].item()}".strip()
-        told = "told" if bool(one["told"]) else ""
-        table.add_row(str(name), *(number(float(one[key])) for key in ("value", "good_low", "good_high")), ends, told)
+        known = "identifiable" if bool(one["identifiable"]) else ""
+        table.add_row(str(name), *(number(float(one[key])) for key in ("value", "good_low", "good_high")), ends, known)
     tables = [table]
     for k in range(found.sizes["trial"]):
         reached = columns(f"trial {k + 1}", *map(str, found["feature"].values))
@@ -128,7 +128,9 @@ def crawl_page(found: "xr.Dataset") -> Group:
         tables.append(reached)
     good = count(int(found.attrs["good"]), "candidate")
     same = f"as good, of a discrepancy of at most {found.attrs['as_good']:.3g}: {good}"
-    rank = f"the features tell {found.attrs['rank']} of {found.sizes['parameter']} directions in the ranges"
+    rank = (
+        f"{found.attrs['rank']} of {found.sizes['parameter']} directions in the ranges are identifiable by the features"
+    )
     return page(title, tables, [same, rank, *json.loads(found.attrs["words"])])
 
 

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from nectosome.cli.options import Campaign as CampaignFile
-from nectosome.cli.output import Outputs, write, written
+from nectosome.cli.output import Outputs, write
 from nectosome.cli.progress import progress_bar
 from nectosome.units import InputError, count
 
@@ -49,17 +49,15 @@ def measure(
             update(Path(name).name, k / len(names))
             recordings.append(planned[k].read() if planned else read(name, known))
     for recording in recordings:
-        write(understood(recording))
-    if outputs.save or outputs.plot:
+        write(_page(recording))
+    if outputs.given:
         from nectosome.view import show_recordings
 
-        paths = outputs.write_data(lambda: recordings[0])
-        paths += outputs.write_page(lambda path: show_recordings(recordings, path))
-        write(*written(paths))
+        outputs.write(recordings[0], lambda _, path: show_recordings(recordings, path))
 
 
-def understood(recording: "xr.Dataset") -> Group:
-    """A recording in a few lines and a table."""
+def _page(recording: "xr.Dataset") -> Group:
+    """Lines and a table about a recording."""
     about = json.loads(recording.attrs["provenance"])
     dim = "time" if "time" in recording.dims else "row"
     rows = count(recording.sizes[dim], "row")
@@ -69,7 +67,7 @@ def understood(recording: "xr.Dataset") -> Group:
         for name, value in recording.coords.items()
         if value.ndim == 0
     ]
-    for what in ("found", "conversions", "repairs", "odd"):
+    for what in ("found", "conversions", "repairs", "warnings"):
         lines += [f"  {what}: {said}" for said in about[what]]
     table = Table(box=None, header_style="bold")
     for name in ("quantity", "unit", "column", "min", "mean", "max", "missing"):

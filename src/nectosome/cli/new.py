@@ -16,10 +16,10 @@ from nectosome.units import InputError, did_you_mean
 def new(
     template: Annotated[
         str | None,
-        Parameter(help="What to start from: a template, or a URDF file; left out, all templates are listed."),
+        Parameter(help="Template, or a URDF file; left out, all templates are listed."),
     ] = None,
     file: Annotated[
-        Path | None, Parameter(help="The robot file to write (.yaml); if left out, it has the name of the template.")
+        Path | None, Parameter(help="Robot file to write (.yaml); named after the template by default.")
     ] = None,
     /,
     *,

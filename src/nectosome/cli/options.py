@@ -1,18 +1,40 @@
 """Options that several commands share, each with one spelling and one help, and readers of their text."""
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from nectosome.units import InputError, did_you_mean
+from nectosome.units import InputError, shorten
 
 if TYPE_CHECKING:
-    from nectosome.measure import Campaign as PlannedCampaign
+    from cyclopts.completion import CompletionContext
 
 
-Robot = Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")]
+_FILES = (".yaml", ".yml", ".nc")  # that may stand where a robot or a run is named
+
+
+def value(about: str) -> Parameter:
+    """Return the help of an option whose value is a number, which may begin with a minus."""
+    return Parameter(help=about, allow_leading_hyphen=True)
+
+
+def _robots(context: "CompletionContext") -> list[str]:
+    """Names of robots that ship, and files and folders that begin as the word does."""
+    from nectosome import robots
+
+    folder, slash, start = context.incomplete.rpartition("/")
+    there = [path for path in Path(folder + slash).iterdir() if path.name.startswith(start)]
+    files = [path.name + "/" * path.is_dir() for path in there if path.is_dir() or path.suffix in _FILES]
+    return [*robots.names(), *(f"{folder}{slash}{name}" for name in files)]
+
+
+Robot = Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.", completer=_robots)]
+RobotOrRun = Annotated[
+    str, Parameter(help="Name of a robot that ships, a robot file, or a saved run (.nc).", completer=_robots)
+]
 Settings = Annotated[
     list[str] | None, Parameter("--set", help="Quantity to set, such as E=7.4MPa or f=1.5Hz; may be repeated.")
 ]
@@ -23,16 +45,32 @@ Loads = Annotated[
 Campaign = Annotated[Path | None, Parameter("--campaign", help="Campaign (.yaml): recordings and their conditions.")]
 
 
-def planned_files(campaign: Path, test: list[str] | None) -> "tuple[PlannedCampaign, set[str]]":
-    """A campaign, and its files that are not fitted. Raises InputError for one that it does not have."""
-    from nectosome.measure import load_campaign
+STARTS, SEED = "4", "1"  # of searches and fits, the defaults of `designs.design` and `identification.identify`
+Starts = Annotated[
+    str, Parameter("--starts", help="Searches from so many places in the ranges.", allow_leading_hyphen=True)
+]
+Seed = Annotated[str, Parameter("--seed", help="Seed of the random numbers.", allow_leading_hyphen=True)]
+Vary = Annotated[list[str] | None, Parameter("--vary", help='"PATH=LOW..HIGH", or with " log"; may be repeated.')]
+Over = Annotated[
+    list[str] | None, Parameter("--over", help="PATH=LOW..HIGH:STEP or PATH=A,B,C, such as A=30..75:5deg; repeatable.")
+]
+Test = Annotated[
+    list[str] | None, Parameter("--test", help="Files that are predicted, not fitted.", consume_multiple=True)
+]
+WriteRobot = Annotated[Path | None, Parameter("--write", help="Write the robot that was found to this file (.yaml).")]
 
-    planned = load_campaign(campaign)
-    files = [one.path.name for one in planned.planned]
-    for name in test or ():
-        if name not in files:
-            raise InputError(f'"{name}" is not in the campaign.{did_you_mean(name, files)}', field="--test")
-    return planned, {*(test or ())}
+
+def read_pairs(texts: Iterable[str] | None, option: str, example: str) -> dict[str, str]:
+    """Read `NAME=VALUE` texts, each name once. Raises InputError, which shows the example."""
+    found: dict[str, str] = {}
+    for text in texts or ():
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise InputError(f'"{shorten(text)}" must have a name, = and a value, as in "{example}".', field=option)
+        if name in found:
+            raise InputError(f"{shorten(name)} is named twice.", field=option)
+        found[name] = value
+    return found
 
 
 def read_count(text: str, option: str, *, least: int, most: int) -> int:

@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -23,74 +23,60 @@ Plot = Annotated[Path | None, Parameter("--plot", help="Write a page with figure
 Force = Annotated[bool, Parameter("--force", help="Overwrite files that exist.")]
 
 
+class _Files:
+    """Files that a command writes if asked: a dataclass has some of the fields."""
+
+    save: Save = None
+    plot: Plot = None
+    force: Force = False
+
+    @property
+    def given(self) -> list[Path]:
+        """The files to write."""
+        return [path for path in (self.save, self.plot) if path is not None]
+
+    def check(self) -> None:
+        """Raise InputError where a file cannot be written, before anything is computed."""
+        check_target(self.save, "--save", SUFFIXES, self.force)
+        check_target(self.plot, "--plot", (".html",), self.force)
+
+    def write(
+        self, data: "xr.Dataset", page: "Callable[[xr.Dataset, Path], object] | None", *others: Path | None
+    ) -> None:
+        """Write data and page as far as asked, and print their names and those of files that are written already."""
+        if self.save is not None:
+            save_dataset(data, self.save)
+        if self.plot is not None and page is not None:
+            page(data, self.plot)
+        report(*self.given, *others)
+
+
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Page:
+class Page(_Files):
     """The page that a command writes if asked: `--plot`, and `--force`."""
 
     plot: Plot = None
     force: Force = False
 
-    def check(self) -> None:
-        """Raise InputError where a file cannot be written, before anything is computed."""
-        check_target(self.plot, "--plot", (".html",), self.force)
-
-    def write_page(self, page: "Callable[[Path], None]") -> list[str]:
-        """Write the page; return the path in a list, empty where none is asked for."""
-        if self.plot is None:
-            return []
-        page(self.plot)
-        return [str(self.plot)]
-
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Data:
+class Data(_Files):
     """The data that a command writes if asked: `--save`, and `--force`."""
 
     save: Save = None
     force: Force = False
 
-    def check(self) -> None:
-        """Raise InputError where a file cannot be written, before anything is computed."""
-        check_target(self.save, "--save", SUFFIXES, self.force)
-
-    def write_data(self, data: "Callable[[], xr.Dataset]") -> list[str]:
-        """Write the data, which is made only if it is asked for; return the path in a list."""
-        if self.save is None:
-            return []
-        save_dataset(data(), self.save)
-        return [str(self.save)]
-
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Outputs(Data, Page):
+class Outputs(_Files):
     """Data and page that a command writes if asked: `--save`, `--plot` and `--force`."""
 
     save: Save = None
     plot: Plot = None
     force: Force = False
-
-    def check(self) -> None:
-        """Raise InputError where a file cannot be written, before anything is computed."""
-        Data.check(self)
-        Page.check(self)
-
-    def write_run(self, run: "Callable[[], xr.Dataset]") -> list[str]:
-        """Write a run and its page, each if asked for; return the paths."""
-        if self.save is None and self.plot is None:
-            return []
-        from nectosome.view import show_run
-
-        data = run()
-        return self.write_data(lambda: data) + self.write_page(lambda path: show_run(data, path))
-
-
-def written(paths: Iterable[str]) -> list[str]:
-    """Return the line that names files which were written, in a list; empty without any."""
-    names = ", ".join(paths)
-    return [f"written: {names}"] if names else []
 
 
 def write(*things: RenderableType, wrap: bool = True) -> None:
@@ -102,8 +88,15 @@ def write(*things: RenderableType, wrap: bool = True) -> None:
             console.print(thing)
         sys.stdout.flush()
     except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left in the buffer goes nowhere
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the rest of the buffer goes nowhere
         raise InputError(f"cannot write the output: {error.strerror}.") from None
+
+
+def report(*files: Path | None) -> None:
+    """Print the names of files that are written."""
+    names = [str(path) for path in files if path is not None]
+    if names:
+        write(f"written: {', '.join(names)}", wrap=False)
 
 
 def tell(sentence: str) -> None:
@@ -116,15 +109,17 @@ def check_target(path: Path | None, option: str, suffixes: str | tuple[str, ...]
     """Raise InputError where no file can be written at `path`, or where one exists and `force` is not given."""
     if path is None:
         return
-    if not path.name.endswith(suffixes):
-        allowed = suffixes if isinstance(suffixes, str) else " or ".join(suffixes)
+    suffixes = (suffixes,) if isinstance(suffixes, str) else suffixes
+    if path.suffix not in suffixes:
+        *first, last = suffixes
+        allowed = f"{', '.join(first)} or {last}" if first else last
         raise InputError(f'"{path}" does not end in {allowed}.', field=option)
     check_folder(path.parent, option, f".{path.name}.12345678")
     if path.is_dir():
         raise InputError(f"cannot write {path}: it is a folder.", field=option)
     if path.exists() and not path.is_file():
         raise InputError(f"cannot write {path}: it is not a file.", field=option)
-    if path.exists() and not force:
+    if (path.exists() or path.is_symlink()) and not force:
         raise InputError(f"{path} exists. Give another name, or --force to overwrite it.", field=option)
 
 

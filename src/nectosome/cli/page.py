@@ -1,4 +1,4 @@
-"""What pages in the terminal are made of: tables, numbers, servos against their limits, the status in words."""
+"""Tables and lines of a summary in the terminal: powers, loads, energies, servos against their limits, the status."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 def page(title: Text, tables: "Sequence[Table]", lines: "Sequence[str]") -> Group:
-    """Return a title, tables and lines, set apart from one another."""
+    """Return a title, tables and lines, with empty lines between them."""
     spaced = [thing for table in tables for thing in (table, Text())]
     return Group(title, Text(), *spaced, Text("\n".join(lines)))
 
 
 def columns(*names: str) -> Table:
-    """Return an empty table whose numbers stand to the right."""
+    """Return an empty table with numbers flush right."""
     table = Table(box=None, pad_edge=False, header_style="bold", title_justify="left")
     for i, name in enumerate(names):
         table.add_column(name, justify="right" if i and name not in ("", "unit") else "left", no_wrap=bool(name))
@@ -31,7 +31,7 @@ def columns(*names: str) -> Table:
 
 
 def powers(arrays: "Arrays", loads: "np.ndarray", joints: "np.ndarray") -> Table:
-    """Return the mean powers by joint and load, those that are not 0, and their sum."""
+    """Return mean powers of joints and loads that are not 0, and the sum of all."""
     table = columns("power into the robot", "mean", "unit")
     made: dict[str, float] = {}
     for name, watts in zip(map(str, arrays["prescribed"]), joints, strict=True):
@@ -45,10 +45,9 @@ def powers(arrays: "Arrays", loads: "np.ndarray", joints: "np.ndarray") -> Table
 
 
 def acting(arrays: "Arrays", force: "np.ndarray", power: "np.ndarray", time: float) -> Table:
-    """Return what each load does to each part, where it does anything.
+    """Return mean force [load, part, axis] and mean power [load, part] of each load on each part that are not 0.
 
-    Mean force [load, part, axis], mean power [load, part], and the energy that it gives in the time [s] of the means;
-    of a moment there is none.
+    With a `time` [s] that the means are over also the energy.
     """
     table = columns("load on part", "x", "y", "z", "unit", "power", "unit", *(("energy", "unit") if time else ()))
     for i, load in enumerate(map(str, arrays["load"])):
@@ -61,7 +60,7 @@ def acting(arrays: "Arrays", force: "np.ndarray", power: "np.ndarray", time: flo
 
 
 def stored(arrays: "Arrays", energy: "np.ndarray") -> Table:
-    """Return the mean energy [part, form] of each part that has any."""
+    """Return the mean energy [part, form] of each part that is not 0."""
     table = columns("energy of part", *map(str, arrays["form"]), "unit")
     for part, joules in zip(arrays["part"], energy, strict=True):
         if joules.any():
@@ -75,7 +74,7 @@ def is_joint(coordinate: str) -> bool:
 
 
 def reaction_unit(coordinate: str) -> str:
-    """Return the unit of what a coordinate's drive gives."""
+    """Return the unit of the reaction of a prescribed coordinate."""
     return "N m" if coordinate.rpartition(".")[2] in ("angle", "wx", "wy", "wz") else "N"
 
 
@@ -85,41 +84,41 @@ def number(value: float) -> str:
 
 
 def servos(arrays: "Arrays", torque: "np.ndarray", speed: "np.ndarray") -> list[str]:
-    """Return the largest torque [N m] and speed [rad/s] asked of servos whose limits are known, and what is beyond."""
+    """Return torques [N m] and speeds [rad/s] of servos whose limits are known, and warnings where they exceed them."""
     from nectosome.solve import overloaded
 
-    asked = []
+    lines = []
     limits = zip(arrays["prescribed"], arrays["reaction_limit"], arrays["drive_velocity_limit"], strict=True)
     for (name, most, fastest), given, rate in zip(limits, torque, speed, strict=True):
         if most != most:  # NaN: none is known
             continue
-        asked.append(
+        lines.append(
             f"servo of {name}: at most {number(given)} N m, {given / most:.0%} of its {number(most)} N m; "
             f"{number(rate)} rad/s, {rate / fastest:.0%} of its {number(fastest)} rad/s"
         )
-    return [*asked, *(f"warning: {told}" for told in overloaded(arrays, torque, speed))]
+    return [*lines, *(f"warning: {words}" for words in overloaded(arrays, torque, speed))]
 
 
 def ending(attributes: "Mapping[str, Any]") -> str:
-    """Return the status in words and what it took."""
+    """Return the status in words, and steps, iterations and time of the computation."""
     return f"status: {attributes['status']}, {attributes['status_reason']}{_effort(attributes)}"
 
 
 def _effort(attributes: "Mapping[str, Any]") -> str:
-    """What it took, as far as it was noted."""
-    told = []
+    """Steps, iterations and time, as far as they are known."""
+    parts = []
     if "steps" in attributes:
-        told.append(f"{attributes['steps']} steps, {attributes.get('rejected', '?')} rejected")
+        parts.append(f"{attributes['steps']} steps, {attributes.get('rejected', '?')} rejected")
     if "cycles" in attributes:
-        told.append(
+        parts.append(
             f"{count(int(attributes['cycles']), 'cycle')}, {count(int(attributes['corrections']), 'correction')}"
         )
     if "multiplier" in attributes:
-        told.append(f"largest multiplier {attributes['multiplier']:.3g}")
+        parts.append(f"largest multiplier {attributes['multiplier']:.3g}")
     if "growth" in attributes:
-        told.append(f"slowest disturbance grows at {attributes['growth']:.3g} 1/s")
+        parts.append(f"slowest disturbance grows at {attributes['growth']:.3g} 1/s")
     if "jacobians" in attributes and "residuals" in attributes:
-        told.append(f"{attributes['residuals']} residuals, {attributes['jacobians']} Jacobians")
+        parts.append(f"{attributes['residuals']} residuals, {attributes['jacobians']} Jacobians")
     if "seconds" in attributes:
-        told.append(f"{attributes['seconds']:.1f} s to compute")
-    return "".join(f"; {part}" if i == 0 else f", {part}" for i, part in enumerate(told))
+        parts.append(f"{attributes['seconds']:.1f} s to compute")
+    return "".join(f"; {part}" if i == 0 else f", {part}" for i, part in enumerate(parts))

@@ -4,13 +4,12 @@ import math
 import time as clock
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
 from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.options import Loads, Robot, Settings, read_count
-from nectosome.cli.output import Outputs, tell, write, written
+from nectosome.cli.options import Loads, Robot, Settings, read_count, value
+from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos, stored
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import weigh
@@ -35,13 +34,8 @@ def periodic(
     /,
     *,
     settings: Settings = None,
-    period: Annotated[
-        str | None,
-        Parameter(help="Period of the drives; by default that of the robot file.", allow_leading_hyphen=True),
-    ] = None,
-    samples: Annotated[
-        str, Parameter(help="Number of evenly spaced times of the cycle that are kept.", allow_leading_hyphen=True)
-    ] = "129",
+    period: Annotated[str | None, value("Period of the drives; by default that of the robot file.")] = None,
+    samples: Annotated[str, value("Number of evenly spaced times of the cycle that are kept.")] = "129",
     outputs: Outputs = Outputs(),
     loads: Loads = False,
 ) -> int:
@@ -67,8 +61,8 @@ def periodic(
         prepare_means(built, count)
         try:
             found = find(built, seconds, samples=count)
-        except ValueError as error:
-            raise InputError(str(error), file=robot) from None
+        except InputError as error:
+            raise InputError(error.message, file=robot) from None
         status = Status(int(found.status))
         if status not in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE):
             way_out = " Leave --period out to take that of the robot file." if status == Status.OTHER_PERIOD else ""
@@ -76,14 +70,16 @@ def periodic(
             return 1
         asked = {"robot": robot, "set": settings or [], "period": seconds, "samples": count}
         data, names = mean_data(built, found.means())
-        attributes = attributes_of(found, description, asked)
+        attributes = attributes_of(found, asked)
         attributes["seconds"] = round(clock.perf_counter() - start, 3)
-        arrays = Results(data | drive_limits(built, description), names, attributes).arrays
+        arrays = Results(data | drive_limits(built), names, attributes).arrays
         write(_page(arrays, found.course(), attributes, loads))
-        if outputs.save or outputs.plot:
-            results = found.results(description, asked)
+        if outputs.given:
+            from nectosome.view import show_run
+
+            results = found.results(asked)
             results.attributes["seconds"] = attributes["seconds"]
-            write(*written(outputs.write_run(results.to_dataset)))
+            outputs.write(results.to_dataset(), show_run)
     if status == Status.UNSTABLE:
         tell(f"{description.name}: {status.reason}.")
         return 1

@@ -1,4 +1,4 @@
-"""What takes its time: a progress bar on stderr, and an end to it by Ctrl-C."""
+"""Long computations: a progress bar on stderr, and cancellation by Ctrl-C."""
 
 import os
 import threading
@@ -12,12 +12,12 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 
 from nectosome.cli.output import tell
 
-_PATIENCE = 2.0  # seconds before a bar appears
+_DELAY = 2.0  # s, before a bar appears
 
 
 @contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[str, float], None]]:
-    """Yield update(what is being done, share done); the bar shows after two seconds, and only on a terminal."""
+    """Yield update(task, share done); the bar appears after two seconds, and only on a terminal."""
     console = Console(stderr=True)
     bar = Progress(
         TextColumn("{task.description}", markup=False),
@@ -28,12 +28,12 @@ def progress_bar(label: str) -> Iterator[Callable[[str, float], None]]:
         transient=True,
         disable=not console.is_terminal,
     )
-    task = bar.add_task(label, total=None)  # pulses until something is known
+    task = bar.add_task(label, total=None)  # pulses until a share is known
 
     def update(what: str, share: float) -> None:
         bar.update(task, total=1.0, completed=share, description=f"{label}: {what}" if what else label)
 
-    timer = threading.Timer(_PATIENCE, bar.start)
+    timer = threading.Timer(_DELAY, bar.start)
     timer.daemon = True
     timer.start()
     try:
@@ -56,4 +56,4 @@ def cancellable(compute: Callable[[Callable[[], bool]], Any]) -> Any:
                 if stop.is_set():
                     os._exit(130)
                 stop.set()
-                tell("stopping at the next moment; Ctrl-C again stops at once.")
+                tell("stopping; Ctrl-C again stops at once.")

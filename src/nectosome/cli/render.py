@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from nectosome.cli.options import Settings, read_count
+from nectosome.cli.options import RobotOrRun, Settings, read_count, value
 from nectosome.cli.output import Force, check_target, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.cli.weights import weigh
@@ -28,29 +28,17 @@ _FOUND = ("SOLVED", "EVENT", "UNSTABLE", "SETTLED")  # statuses of motions that 
 
 
 def render(
-    robot: Annotated[str, Parameter(help="Name of a robot that ships, a robot file, or a saved run (.nc).")],
+    robot: RobotOrRun,
     /,
     *,
     save: Annotated[Path, Parameter(help="Write a video (.mp4) or a picture (.png, .svg) to this file.")],
     force: Force = False,
     settings: Settings = None,
-    time: Annotated[
-        str | None,
-        Parameter(
-            help=f"Length, with its unit; {_TIME} of a robot, all of a run by default.", allow_leading_hyphen=True
-        ),
-    ] = None,
-    at: Annotated[
-        str | None, Parameter(help="Time of a picture, such as 1.5s; the end by default.", allow_leading_hyphen=True)
-    ] = None,
-    size: Annotated[str, Parameter(help="Width and height in pixels.", allow_leading_hyphen=True)] = _SIZE,
-    fps: Annotated[
-        str | None, Parameter(help=f"Frames per second of a video; {_FPS} by default.", allow_leading_hyphen=True)
-    ] = None,
-    speed: Annotated[
-        str | None,
-        Parameter(help="Speed of a video over real time; 0.25 is four times slower.", allow_leading_hyphen=True),
-    ] = None,
+    time: Annotated[str | None, value(f"Length, with its unit; {_TIME} of a robot, all of a run by default.")] = None,
+    at: Annotated[str | None, value("Time of a picture, such as 1.5s; the end by default.")] = None,
+    size: Annotated[str, value("Width and height in pixels.")] = _SIZE,
+    fps: Annotated[str | None, value(f"Frames per second of a video; {_FPS} by default.")] = None,
+    speed: Annotated[str | None, value("Speed of a video over real time; 0.25 is four times slower.")] = None,
     camera: Annotated[
         Literal["three-quarter", "side", "top", "front"],
         Parameter(help="Where the camera is; it moves with the robot."),
@@ -62,9 +50,9 @@ def render(
     if still:
         for option, given in (("--fps", fps), ("--speed", speed)):
             if given is not None:
-                raise InputError("is of a video. Leave it out.", field=option)
+                raise InputError("is for a video. Leave it out.", field=option)
     elif at is not None:
-        raise InputError("is of a picture (.png, .svg). Leave it out.", field="--at")
+        raise InputError("is for a picture (.png, .svg). Leave it out.", field="--at")
     pixels, rate = _read_size(size), read_count(fps or _FPS, "--fps", least=1, most=120)
     pace = read_quantity(speed or _SPEED, "number", "--speed")
     if not 1 / _FASTEST <= pace <= _FASTEST:
@@ -77,7 +65,7 @@ def render(
     with progress_bar(Path(robot).stem) as update:
         if is_results(robot):
             if settings:
-                raise InputError("a saved run is what it is. Leave it out.", field="--set")
+                raise InputError("is for a robot; a saved run stays as it is. Leave it out.", field="--set")
             from nectosome.view.saved import check_drawable, check_run
 
             run = load_dataset(robot)
@@ -143,7 +131,7 @@ def _simulated(
         run = simulate(built, seconds, samples=samples, progress=progress)
         if Status(int(run.status)) not in (Status.SOLVED, Status.EVENT):
             return run, None
-        return run, run.to_dataset(description, {"robot": robot, "set": settings, "time": seconds})
+        return run, run.to_dataset({"robot": robot, "set": settings, "time": seconds})
 
     run, found = cancellable(compute)
     if found is not None:

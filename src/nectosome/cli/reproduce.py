@@ -1,4 +1,4 @@
-"""`nectosome reproduce`: the published robots, computed anew and held against the printed numbers."""
+"""`nectosome reproduce`: studies of published robots, compared with the printed numbers."""
 
 import json
 import math
@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.output import Force, check_folder, check_target, tell, write, written
+from nectosome.cli.output import Force, check_folder, check_target, tell, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io import save_dataset, write_atomic
 from nectosome.units import InputError, did_you_mean
@@ -24,7 +24,7 @@ _STYLES = {"match": "green", "better": "green", "differs": "yellow", "not reprod
 
 def reproduce(
     *studies: Annotated[str, Parameter(help="Names of studies; all of them by default.")],
-    quick: Annotated[bool, Parameter(help="A shorter version that still fills every row.")] = False,
+    quick: Annotated[bool, Parameter(help="Shorter computations that still fill every row.")] = False,
     out: Annotated[
         Path | None, Parameter(help="Write report.html, scorecard.json, figures and runs to this folder.")
     ] = None,
@@ -40,7 +40,7 @@ def reproduce(
     if out is not None:
         _make_folder(out)
         for file in (_SCORECARD, _REPORT):
-            check_target(out / file, "--out", file, force)
+            check_target(out / file, "--out", (".html", ".json"), force)
 
     done: list[Study] = []
     for name, run in STUDIES.items():
@@ -59,7 +59,7 @@ def reproduce(
         write_report(done, out / _REPORT)
         _make_folder(out / "figures")
         write_figures(done, out / "figures")
-    write(_table(rows), _notes(rows), _times(done), *(written([str(out / _REPORT)]) if out else []))
+    write(_table(rows), _notes(rows), _times(done), *([f"written: {out / _REPORT}"] if out else []))
     missing = [row["id"] for row in rows if row["ours"] is None and row["verdict"] != "not reproducible"]
     if missing:
         tell(f"not computed: {', '.join(missing)}.")
@@ -75,7 +75,7 @@ def _make_folder(out: Path) -> None:
 
 
 def _save_runs(study: "Study", out: Path) -> None:
-    """Runs in a folder of the study, what else its figures show in `data` beside them."""
+    """Write runs to a folder of the study, other data of its figures to `data` in it."""
     for folder, datasets in ((out / study.name, study.runs), (out / study.name / "data", study.data)):
         if datasets:
             _make_folder(folder)

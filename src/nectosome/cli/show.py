@@ -1,22 +1,29 @@
-"""`nectosome show`: what a robot is made of, or what a run came to."""
+"""`nectosome show`: parts of a robot and its weight in water, or the summary of a saved run."""
 
-from typing import Annotated
+import re
+from collections import Counter
+from typing import Any
 
-from cyclopts import Parameter
+from rich.text import Text
+from rich.tree import Tree
 
-from nectosome.cli.options import Loads
+from nectosome.cli.options import Loads, RobotOrRun
 from nectosome.cli.output import Page, write
 from nectosome.cli.page import number
 from nectosome.cli.summary import origin, summary
-from nectosome.cli.tree import robot_tree
-from nectosome.cli.trim import afloat, told
-from nectosome.cli.weights import weigh
+from nectosome.cli.weights import PartWeight, hydrostatics, hydrostatics_rows, weigh
+from nectosome.description import RobotDescription, get_value
+from nectosome.description.paths import numeric_paths
+from nectosome.description.plain_data import to_plain
 from nectosome.io import is_results, load_dataset
-from nectosome.units import InputError
+from nectosome.units import InputError, count, format_quantity
+
+_PLACED = ("at", "offset", "rotation")
+_MOST = 40  # values of a row that are shown
 
 
 def show(
-    what: Annotated[str, Parameter(help="Name of a robot that ships, a robot file, or a saved run (.nc).")],
+    what: RobotOrRun,
     /,
     *,
     outputs: Page = Page(),
@@ -27,7 +34,7 @@ def show(
         _show_run(what, outputs, loads)
         return
     if loads:
-        raise InputError("is of a saved run. Leave it out, or see nectosome simulate --loads.", field="--loads")
+        raise InputError("is for a saved run. Leave it out, or see nectosome simulate --loads.", field="--loads")
     outputs.check()
 
     from nectosome import model, robots
@@ -35,15 +42,15 @@ def show(
     description = robots.describe(what)
     built = model.build(description)
     parts = weigh(built, what)
-    found = afloat(built)
-    whole = told(description, built, found)
-    if outputs.plot:
+    found = hydrostatics(built)
+    whole = hydrostatics_rows(description, built, found)
+    write(_tree(description, parts, whole))
+    if outputs.given:
         from nectosome.view import show_still, standing
 
         each = [(part.name, number(part.mass), number(part.displaced), ", ".join(part.freedoms)) for part in parts]
         tables = [[("the robot", ""), *whole], [("part", "mass (kg)", "displaces (kg)", "free to move"), *each]]
-        outputs.write_page(lambda path: show_still(standing(description, built), path, tables))
-    write(robot_tree(description, parts, whole))
+        outputs.write(standing(description, built), lambda data, path: show_still(data, path, tables))
 
 
 def _show_run(path: str, outputs: Page, loads: bool) -> None:
@@ -53,9 +60,83 @@ def _show_run(path: str, outputs: Page, loads: bool) -> None:
 
     dataset = load_dataset(path)
     check_run(dataset, path)
-    if outputs.plot:
-        from nectosome.view import show_run
-
-        outputs.write_page(lambda page: show_run(dataset, page))
     arrays = {str(name): variable.values for name, variable in dataset.variables.items()}
     write(summary(arrays, dataset.attrs, loads), origin(dataset.attrs))
+    if outputs.given:
+        from nectosome.view import show_run
+
+        outputs.write(dataset, show_run)
+
+
+def _tree(description: RobotDescription, parts: list[PartWeight], whole: list[tuple[str, str]]) -> Tree:
+    """Return the parts on one another, each with its sizes, masses, joint and loads, and what acts between them.
+
+    `whole` tells of all together.
+    """
+    weighed = {part.name: part for part in parts}
+    plain = to_plain(description)
+    tree = Tree(_line(description.name, count(len(weighed), "part")))
+    if description.about:
+        tree.add(Text(description.about, "dim"))
+    water = description.water
+    known = {"density": format_quantity(water.density, "density")}
+    known |= {"gravity": format_quantity(water.gravity, "acceleration"), **to_plain(water)}
+    tree.add(_line("water", _flat(known)))
+    for name, text in whole:
+        tree.add(_line(name, text))
+    branches: dict[str, Tree] = {"world": tree}
+    for name, part in description.parts.items():
+        parent = tree if name == "body" else branches[part.on]
+        branches[name] = _add_part(parent, to_plain(part), weighed[name])
+    for name, pair in plain.get("pairs", {}).items():
+        tree.add(_line(name, _flat(pair)))
+    if description.aliases:
+        quantities = numeric_paths(description)
+        names = tree.add(_line("aliases", ""))
+        for alias, paths in description.aliases.items():
+            value = format_quantity(get_value(description, alias), quantities[paths[0]].dimension)
+            names.add(_line(f"{alias} = {_short(value)}", ", ".join(paths)))
+    return tree
+
+
+def _add_part(parent: Tree, part: dict[str, Any], weighed: PartWeight) -> Tree:
+    placed = {key: part[key] for key in _PLACED if key in part}
+    sizes = {key: value for key, value in part.items() if key not in (*_PLACED, "on", "kind", "joint", "loads")}
+    shape = sizes.pop("shape", sizes.pop("section", ""))
+    branch = parent.add(_line(weighed.name, f"{part['kind']} {shape}, {_flat(sizes)}".removesuffix(", ")))
+    branch.add(_line("mass", f"{weighed.mass:.4g} kg, displaces {weighed.displaced:.4g} kg"))
+    if placed:
+        branch.add(_line("sits", _flat(placed)))
+    branch.add(_line("joint", _flat(part.get("joint", {"kind": "fixed"}))))
+    if weighed.freedoms:
+        kinds = Counter(name.partition(".")[0] for name in weighed.freedoms)
+        names = ", ".join(f"{n} {kind}" if n > 1 else kind for kind, n in kinds.items())
+        branch.add(_line("moves", f"{count(len(weighed.freedoms), 'degree')} of freedom: {names}"))
+    for name, load in part.get("loads", {}).items():
+        branch.add(_line(name, _flat(load)))
+    return branch
+
+
+def _line(name: str, text: str) -> Text:
+    return Text.assemble((name, "bold"), "  " if text else "", text)
+
+
+def _flat(value: Any) -> str:
+    """Return plain data on one line, its kind first."""
+    if isinstance(value, dict):
+        kind = str(value.get("kind", "")).replace("_", " ")
+        rest = [f"{key.replace('_', ' ')} {_flat(item)}" for key, item in value.items() if key != "kind"]
+        return ", ".join([kind, *rest] if kind else rest)
+    if isinstance(value, list) and len(value) > _MOST:
+        return f"({_flat(value[0])}, ..., {_flat(value[-1])}: {len(value)} values)"
+    if isinstance(value, list):
+        return f"({', '.join(_flat(item) for item in value)})"
+    return _short(str(value))
+
+
+def _short(text: str) -> str:
+    """Return a number and its unit with at most six digits."""
+    number, space, unit = text.partition(" ")
+    if re.fullmatch(r"[-+]?[\d.]+(e[-+]?\d+)?", number):
+        number = f"{float(number):.6g}"
+    return f"{number}{space}{unit}"

@@ -1,21 +1,26 @@
-"""`nectosome simulate`: a robot through time."""
+"""`nectosome simulate`: a robot through time, or through the modes of a mission."""
 
 import time as clock
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
+from rich.text import Text
 
-from nectosome.cli.mission import fly
-from nectosome.cli.options import Loads, Robot, Settings, read_count
-from nectosome.cli.output import Outputs, tell, write, written
+from nectosome.cli.options import Loads, Robot, Settings, read_count, value
+from nectosome.cli.output import Outputs, tell, write
+from nectosome.cli.page import columns, ending, number, page
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.cli.summary import summary
 from nectosome.cli.weights import weigh
 from nectosome.units import InputError, read_positive, read_quantity
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 _MOST_SAMPLES = 100_000
+_LONGEST = 0.1  # s, of a time step of a mission
 _TIME, _METHOD, _SAMPLES, _RTOL, _STEP = "2.5s", "auto", "201", "1e-4", "1ms"  # where none are given
 
 
@@ -24,31 +29,20 @@ def simulate(
     /,
     *,
     settings: Settings = None,
-    time: Annotated[
-        str | None, Parameter(help=f"Length of the run, with its unit; {_TIME} by default.", allow_leading_hyphen=True)
-    ] = None,
+    time: Annotated[str | None, value(f"Length of the run, with its unit; {_TIME} by default.")] = None,
     outputs: Outputs = Outputs(),
     method: Annotated[
         Literal["auto", "implicit", "explicit"] | None,
         Parameter(help="Implicit for soft bodies, explicit for systems without stiff springs; auto by default."),
     ] = None,
     samples: Annotated[
-        str | None,
-        Parameter(
-            help=f"Number of evenly spaced times that are kept; {_SAMPLES} by default.", allow_leading_hyphen=True
-        ),
+        str | None, value(f"Number of evenly spaced times that are kept; {_SAMPLES} by default.")
     ] = None,
-    rtol: Annotated[
-        str | None,
-        Parameter(help=f"Relative tolerance of a time step; {_RTOL} by default.", allow_leading_hyphen=True),
-    ] = None,
+    rtol: Annotated[str | None, value(f"Relative tolerance of a time step; {_RTOL} by default.")] = None,
     mission: Annotated[
         Path | None, Parameter(help="Mission file (.yaml), or the name of a robot that ships with one.")
     ] = None,
-    step: Annotated[
-        str | None,
-        Parameter(help=f"Length of the time steps of a mission; {_STEP} by default.", allow_leading_hyphen=True),
-    ] = None,
+    step: Annotated[str | None, value(f"Length of the time steps of a mission; {_STEP} by default.")] = None,
     loads: Loads = False,
 ) -> int:
     """Simulate a robot in water, for a time or through the modes of a mission, and print a summary."""
@@ -56,10 +50,12 @@ def simulate(
     if mission is not None:
         for option, given in (("--time", time), ("--method", method), ("--samples", samples), ("--rtol", rtol)):
             if given is not None:
-                raise InputError("a mission takes even steps until its modes end. Leave it out.", field=option)
-        return fly(robot, settings, mission, read_positive(step or _STEP, "time", "--step"), outputs)
+                raise InputError(
+                    "is not for a mission, which takes even steps until its modes end. Leave it out.", field=option
+                )
+        return _run_mission(robot, settings, mission, read_positive(step or _STEP, "time", "--step"), outputs)
     if step is not None:
-        raise InputError("is of a mission; else steps follow from --rtol. Leave it out.", field="--step")
+        raise InputError("is for a --mission; without one, --rtol sets the steps. Leave it out.", field="--step")
     seconds = read_positive(time or _TIME, "time", "--time")
     count = read_count(samples or _SAMPLES, "--samples", least=2, most=_MOST_SAMPLES)
     tolerance = read_quantity(rtol or _RTOL, "number", "--rtol")
@@ -89,8 +85,8 @@ def simulate(
             weigh(built, robot)
             prepare_results(built, count)
             run = integrate(built, seconds, samples=count, method=method, rtol=tolerance, progress=progress)
-            kept = outputs.save or outputs.plot or int(run.status) != Status.CANCELLED
-            return run, run.results(description, asked) if kept else None
+            kept = outputs.given or int(run.status) != Status.CANCELLED
+            return run, run.results(asked) if kept else None
 
         run, found = cancellable(compute)
     status = Status(int(run.status))
@@ -98,7 +94,10 @@ def simulate(
         found.attributes["seconds"] = round(clock.perf_counter() - start, 3)
         if status != Status.CANCELLED:
             write(summary(found.arrays, found.attributes, loads))
-        write(*written(outputs.write_run(found.to_dataset)))
+        if outputs.given:
+            from nectosome.view import show_run
+
+            outputs.write(found.to_dataset(), show_run)
     came_to = f"at {float(run.value.time[-1]):.4g} s of {seconds:.4g} s."
     if status == Status.CANCELLED:
         tell(f"cancelled {came_to}" + (f" The part done is in {outputs.save}." if outputs.save else ""))
@@ -107,3 +106,51 @@ def simulate(
         tell(f"{description.name}: {status.reason}, {came_to}")
         return 1
     return 0
+
+
+def _run_mission(robot: str, settings: list[str] | None, file: Path, step: float, outputs: Outputs) -> int:
+    """Run the modes of a mission, print when each of them ended, and return the exit code."""
+    if step > _LONGEST:
+        raise InputError(f"{step:g} s is out of range: it must be at most {_LONGEST} s.", field="--step")
+
+    from nectosome import robots, solve
+    from nectosome.description.mission import load_mission
+
+    description = robots.describe(robot, settings or ())
+    path = robots.mission_of(str(file)) or file
+    modes = load_mission(path, description)
+    with progress_bar(description.name) as update:
+
+        def compute(going_on: Callable[[], bool]) -> Any:
+            def progress(mode: str, share: float) -> bool:
+                update(mode, share)
+                return going_on()
+
+            return solve.run_mission(modes, step=step, progress=progress)
+
+        run = cancellable(compute)
+    asked = {"robot": robot, "mission": str(path), "set": settings or [], "step": step}
+    found = solve.mission_data(run, asked)
+    write(_modes(found))
+    if outputs.given:
+        from nectosome.view import show_mission
+
+        outputs.write(found, show_mission)
+    if run.reason:
+        tell(f"{description.name}: {run.reason}.")
+        return 130 if run.reason.startswith("cancelled") else 1
+    return 0
+
+
+def _modes(found: "xr.Dataset") -> Any:
+    """Modes, the events that ended them, and the position then."""
+    table = columns("mode", "ended by", "at", "x", "z", "mean velocity along x", "unit")
+    place = found["position"].sel(axis=["x", "z"])
+    began, start = 0.0, place.values[0, 0]
+    passed = (found[name].values for name in ("event_mode", "event", "event_time"))
+    for name, event, time in zip(*passed, strict=True):
+        x, z = place.values[abs(found["time"].values - time).argmin()]
+        speed = number((x - start) / (time - began)) if time > began else ""
+        table.add_row(str(name), str(event), number(float(time)), number(x), number(z), speed, "s, m, m/s")
+        began, start = float(time), x
+    return page(Text(found.attrs["title"], "bold"), [table], [ending(found.attrs)])

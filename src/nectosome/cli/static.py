@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from nectosome.cli.options import Robot, Settings
-from nectosome.cli.output import Outputs, tell, write, written
+from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import columns, ending, number, page, reaction_unit
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import weigh
@@ -46,13 +46,13 @@ def static(
         prepare_results(built, 1)
         try:
             found = static(built)
-        except ValueError as error:
-            raise InputError(str(error), file=robot) from None
+        except InputError as error:
+            raise InputError(error.message, file=robot) from None
         status = Status(int(found.status))
         if status == Status.NO_EQUILIBRIUM:
             tell(f"{description.name}: {_why(found)}")
             return 1
-        results = found.results(description, {"robot": robot, "set": settings or []})
+        results = found.results({"robot": robot, "set": settings or []})
     results.attributes["seconds"] = round(clock.perf_counter() - start, 3)
     tables = [_places(results.arrays), _reactions(results.arrays), _forces(results.arrays)]
     shown = [columns(*rows[0]) for rows in tables]
@@ -61,14 +61,11 @@ def static(
             table.add_row(*row)
     full = [table for table in shown if table.row_count]
     write(page(Text(results.attributes["title"], "bold"), full, [ending(results.attributes)]))
-    if outputs.save or outputs.plot:
+    if outputs.given:
         from nectosome.view import show_still
 
-        dataset = results.to_dataset()
         full_rows = [rows for rows in tables if len(rows) > 1]
-        paths = outputs.write_data(lambda: dataset)
-        paths += outputs.write_page(lambda path: show_still(dataset, path, full_rows))
-        write(*written(paths))
+        outputs.write(results.to_dataset(), lambda data, path: show_still(data, path, full_rows))
     if status == Status.UNSTABLE:
         tell(f"{description.name}: {status.reason}.")
         return 1

@@ -3,7 +3,7 @@
 import time as clock
 
 from nectosome.cli.options import Loads, Robot, Settings
-from nectosome.cli.output import Outputs, tell, write, written
+from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.summary import summary
 from nectosome.cli.weights import weigh
@@ -38,14 +38,17 @@ def steady(
         prepare_results(built, 1)
         try:
             found = find(built)
-        except ValueError as error:
-            raise InputError(str(error), file=robot) from None
+        except InputError as error:
+            raise InputError(error.message, file=robot) from None
         status = Status(int(found.status))
         if status in (Status.SOLVED, Status.UNSTABLE):
-            results = found.results(description, {"robot": robot, "set": settings or []})
+            results = found.results({"robot": robot, "set": settings or []})
             results.attributes["seconds"] = round(clock.perf_counter() - start, 3)
             write(summary(results.arrays, results.attributes, loads))
-            write(*written(outputs.write_run(results.to_dataset)))
+            if outputs.given:
+                from nectosome.view import show_run
+
+                outputs.write(results.to_dataset(), show_run)
         if status == Status.SOLVED:
             return 0
         update("no steady motion; simulating what happens instead", 0.0)

@@ -1,4 +1,4 @@
-"""`nectosome studio`: a page in the browser on which a robot swims and answers to sliders."""
+"""`nectosome studio`: a page in the browser that simulates a robot live, with sliders for its quantities."""
 
 import os
 import time
@@ -8,30 +8,26 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.options import read_count
+from nectosome.cli.options import Robot, read_count, value
 from nectosome.cli.output import tell, write
 from nectosome.units import InputError
 
-_PATIENCE = 6.0  # s for work under way, which ends sooner unless it compiles
+_PATIENCE = 6.0  # s, for work under way, which ends sooner unless it compiles
 
 
 def studio(
-    robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")] = "flagellum",
+    robot: Robot = "flagellum",
     /,
     *,
     folder: Annotated[Path, Parameter(help="Working folder: the page opens and saves files there only.")] = Path(),
-    host: Annotated[
-        str, Parameter(help="Address to listen at; others than this machine's own ask for a token.")
-    ] = "127.0.0.1",
-    port: Annotated[
-        str, Parameter(help="Port; the next one that is free is taken.", allow_leading_hyphen=True)
-    ] = "8080",
+    host: Annotated[str, Parameter(help="Address to listen at; other machines need a token.")] = "127.0.0.1",
+    port: Annotated[str, value("Port, or the next free one.")] = "8080",
     browser: Annotated[bool, Parameter(negative="--no-browser", help="Open the page in the browser.")] = True,
 ) -> int:
-    """Open the studio in the browser: see a robot swim, and see it answer as its numbers change. Ctrl-C ends it."""
+    """Open a page in the browser that simulates a robot live, with sliders for its quantities. Ctrl-C ends it."""
     number = read_count(port, "--port", least=1, most=65_535)
     if not folder.is_dir():
-        raise InputError("is no folder.", field="--folder")
+        raise InputError("is not a folder.", field="--folder")
 
     from nectosome import robots
 

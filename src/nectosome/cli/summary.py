@@ -1,4 +1,4 @@
-"""A run in a few lines: where the body came, what the joints need, where the power goes, and whether it balances."""
+"""Summary of a run: position and velocity of the body, reactions of joints, powers, energies, power balance."""
 
 import json
 from typing import TYPE_CHECKING, Any
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
     Arrays = Mapping[str, np.ndarray]
 
-_SHARE = 0.1  # of a run, that means are over
+_SHARE = 0.1  # of a run: length of the means
 
 
 def summary(arrays: "Arrays", attributes: "Mapping[str, Any]", loads: bool = False) -> Group:
     """Return body, joints, powers, energies and status; with `loads`, each load on each part, and each part's energy.
 
-    Means are over a cycle, or over the last whole beats of another run, about a tenth of it where it has many; where
-    nothing beats, or no beat is over yet, over its last tenth.
+    Means are over a cycle; of other runs over the last whole beats, about a tenth of the run; without a whole beat
+    over the last tenth.
     """
     import numpy as np
 
@@ -43,19 +43,19 @@ def summary(arrays: "Arrays", attributes: "Mapping[str, Any]", loads: bool = Fal
     if any(map(is_joint, arrays["prescribed"])):
         tables.append(_joints(arrays, mean("reaction")))
     tables += [acting(arrays, mean("load_force"), mean("load_power"), time[-1] - start)] if loads else []
-    if loads and "part_energy" in arrays:  # a run that was saved by others may not tell it
+    if loads and "part_energy" in arrays:  # absent from files of other programs
         tables.append(stored(arrays, mean("part_energy")))
     tables += [
         powers(arrays, mean("load_power").sum(axis=1), mean("reaction_power")),
         _energies(arrays, mean("energy")),
     ]
     balance = float(np.max(arrays["power_balance"]))
-    lines = [*words, f"power balance: off by {balance:.1e} at worst", *_asked(arrays), ending(attributes)]
+    lines = [*words, f"power balance: off by {balance:.1e} at worst", *_servos(arrays), ending(attributes)]
     return page(title, tables, lines)
 
 
 def _window(time: "np.ndarray", attributes: "Mapping[str, Any]") -> tuple[float, list[str]]:
-    """From when on means are taken [s], and what to say of it."""
+    """Start of the means [s], and a line about it."""
     if time.size < 2:
         return float(time[0]), []
     whole = float(time[-1] - time[0])
@@ -70,7 +70,7 @@ def _window(time: "np.ndarray", attributes: "Mapping[str, Any]") -> tuple[float,
 
 
 def _beat(attributes: "Mapping[str, Any]") -> float | None:
-    """Period of the drives of a run's robot [s], once those that begin slowly have begun; None where they have none."""
+    """Period of the drives of a run's robot [s] after their ramps; None where they have none."""
     try:
         robot = parse_robot(str(attributes["robot"]))
         ramps = [path for path in numeric_paths(robot) if path.endswith(".ramp")]
@@ -80,13 +80,15 @@ def _beat(attributes: "Mapping[str, Any]") -> float | None:
 
 
 def _weights(time: "np.ndarray", start: float) -> "np.ndarray":
-    """What samples count in the mean from `start` to the end [s] of what runs straight from one to the next."""
+    """Weights of samples in the mean from `start` to the end [s] of a piecewise linear signal."""
     import numpy as np
 
     if time.size < 2:
         return np.ones(1)
     step = np.diff(time)
-    share = np.clip((start - time[:-1]) / np.where(step > 0, step, 1.0), 0.0, 1.0)  # of each step that is left out
+    share = np.clip(
+        (start - time[:-1]) / np.where(step > 0, step, 1.0), 0.0, 1.0
+    )  # of each step that is before the start
     later = 0.5 * step * (1 - share**2)
     found = np.zeros(time.size)
     found[1:] += later
@@ -94,8 +96,8 @@ def _weights(time: "np.ndarray", start: float) -> "np.ndarray":
     return found / found.sum()
 
 
-def _asked(arrays: "Arrays") -> list[str]:
-    """What was asked of servos whose limits are known."""
+def _servos(arrays: "Arrays") -> list[str]:
+    """Largest torques and speeds of servos whose limits are known."""
     import numpy as np
 
     if "reaction_limit" not in arrays:
@@ -104,7 +106,7 @@ def _asked(arrays: "Arrays") -> list[str]:
 
 
 def origin(attributes: "Mapping[str, Any]") -> Table:
-    """Return where a run comes from: the settings it was made with, versions and time."""
+    """Return the provenance of a run: settings, versions and time."""
     known: dict[str, Any] = json.loads(attributes["provenance"])
     table = columns("made with", "")
     for key, value in known.items():

@@ -1,125 +1,85 @@
-"""`nectosome sweep`: what a robot's motion gives on a grid of its quantities."""
+"""`nectosome sweep`: cycle averages of a robot's motion on a grid of its quantities."""
 
-from pathlib import Path
+import time as clock
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 from rich.console import Group
 from rich.text import Text
 
-from nectosome.cli.options import read_count
-from nectosome.cli.output import check_target, write
+from nectosome.cli.options import Over, Robot, Settings, read_count, read_pairs
+from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import columns, number, page
-from nectosome.description.paths import shortest
-from nectosome.io import save_dataset
-from nectosome.units import InputError, count, show_quantity
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-import time as clock
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
-
-from nectosome.cli.output import tell
 from nectosome.cli.progress import cancellable, progress_bar
+from nectosome.description.paths import shortest
+from nectosome.units import DIMENSIONS, InputError, count, show_quantity
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-def swept(
-    robot: str, over: Sequence[str], settings: Sequence[str], *, samples: int = 257, folder: Path | None = None
-) -> "tuple[xr.Dataset, dict[str, str]] | None":
-    """What the robot's motion gives on the grid of the texts `over`, and the dimension of each axis; None if cancelled.
-
-    Finished parts are kept in `folder`, where it goes on; `forget` removes them. Raises InputError.
-    """
-    from nectosome import robots
-    from nectosome.designs.axes import COUNT, read_axis
-    from nectosome.designs.sweep import sweep
-
-    named = dict.fromkeys(text.partition("=")[0].strip() for text in over)
-    if len(named) < len(over):
-        raise InputError("names a quantity twice.", field="--over")
-    counts = [text for text in over if text.partition("=")[0].strip() == COUNT]
-    first = [f"{COUNT}={int(n)}" for text in counts for n in read_axis(text, None).values[:1]]
-    description = robots.describe(robot, [*settings, *first])
-    axes = [read_axis(text, description) for text in over]
-
-    start = clock.perf_counter()
-    with progress_bar(f"sweep of {robot}") as update:
-
-        def work(going_on: Callable[[], bool]) -> "xr.Dataset":
-            def progress(share: float) -> bool:
-                update("", share)
-                return going_on()
-
-            values = {axis.name: axis.values for axis in axes}
-            return sweep(robot, values, settings, samples=samples, folder=folder, progress=progress)
-
-        found = cancellable(work)
-    found.attrs["seconds"] = round(clock.perf_counter() - start, 3)
-    if (found["status"] == "CANCELLED").any():
-        tell("cancelled." + (f" The parts done are in {folder}; the same command goes on." if folder else ""))
-        return None
-    return found, {axis.name: axis.dimension for axis in axes}
 
 
 def sweep(
-    robot: Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.")],
+    robot: Robot,
     /,
     *,
-    over: Annotated[
-        list[str], Parameter(help="NAME=from:to:step or NAME=values, such as A=30:75:5deg or N=1,2,3; may be repeated.")
-    ],
-    settings: Annotated[
-        list[str] | None, Parameter("--set", help="PATH=VALUE, such as E=3MPa; may be repeated.")
-    ] = None,
+    over: Over = None,
+    settings: Settings = None,
     samples: Annotated[
-        str, Parameter(help="How many moments of a cycle its means are taken of.", allow_leading_hyphen=True)
+        str, Parameter(help="Times of a cycle of which averages are taken.", allow_leading_hyphen=True)
     ] = "257",
-    save: Annotated[Path | None, Parameter(help="Write all numbers to this netCDF file (.nc).")] = None,
-    plot: Annotated[Path | None, Parameter(help="Write a page with maps, or curves, to this file (.html).")] = None,
+    outputs: Outputs = Outputs(),
 ) -> int:
-    """Find the steady or periodic motion at every point of a grid, and what it gives on the mean.
+    """Find the steady or periodic motion at every point of a grid, and its cycle averages.
 
-    With --save finished parts are kept beside the file until all is done, and a sweep that was stopped goes on.
+    With --save finished parts are kept beside the file until all is done: the same command again goes on from them.
     """
-    moments = read_count(samples, "--samples", least=17, most=10_000)
-    for target, option, suffix in ((save, "--save", ".nc"), (plot, "--plot", ".html")):
-        if target is not None:
-            check_target(target, option, suffix)
-    if plot is not None and len(over) > 2:
+    times = read_count(samples, "--samples", least=17, most=10_000)
+    axes = read_pairs(over, "--over", "A=30..75:5deg")
+    outputs.check()
+    if not axes:
+        raise InputError("names no axis. Give one, as in A=30..75:5deg.", field="--over")
+    if outputs.plot is not None and len(axes) > 2:
         raise InputError("shows one or two quantities, not more. Save the sweep instead.", field="--plot")
 
-    folder = None if save is None else save.with_suffix(".parts")
-    computed = swept(robot, over, settings or (), samples=moments, folder=folder)
-    if computed is None:
-        return 130
-    found, dimensions = computed
-    write(_page(found, dimensions))
-    if save is not None and folder is not None:
-        from nectosome.designs.sweep import forget
+    from nectosome import designs
+    from nectosome.designs.sweep import forget
 
-        save_dataset(found, save)
-        forget(folder)
-    if plot is not None:
+    folder = None if outputs.save is None else outputs.save.with_suffix(".parts")
+    start = clock.perf_counter()
+    with progress_bar(f"sweep of {robot}") as update:
+
+        def compute(going_on: Callable[[], bool]) -> "xr.Dataset":
+            def progress(what: str, share: float) -> bool:
+                update(what, share)
+                return going_on()
+
+            return designs.sweep(robot, axes, settings or (), samples=times, folder=folder, progress=progress)
+
+        found = cancellable(compute)
+    found.attrs["seconds"] = round(clock.perf_counter() - start, 3)
+    if (found["status"] == "CANCELLED").any():
+        tell("cancelled." + (f" The parts done are in {folder}; the same command goes on." if folder else ""))
+        return 130
+    write(_page(found))
+    if outputs.given:
         from nectosome.view import show_sweep
 
-        show_sweep(found, plot)
+        outputs.write(found, show_sweep)
+    if folder is not None:
+        forget(folder)
     return 0
 
 
-def _page(found: "xr.Dataset", dimensions: dict[str, str]) -> Group:
-    """Where each quantity is lowest and highest, and how many points were solved how."""
-    from nectosome.designs.sweep import telling
+def _page(found: "xr.Dataset") -> Group:
+    """Where each average is lowest and highest, and how many points were solved how."""
+    from nectosome.designs.sweep import nonzero_means
 
     dims = tuple(map(str, found["status"].dims))
-    table = columns("mean over a cycle", "lowest", "at", "highest", "at", "unit")
-    for values in telling(found).values():
+    table = columns("cycle average", "lowest", "at", "highest", "at", "unit")
+    for values in nonzero_means(found).values():
         ends = [values.isel(end(dims)) for end in (values.argmin, values.argmax)]  # type: ignore[arg-type]
-        cells = [cell for end in ends for cell in (number(float(end)), _place(end, dimensions))]
+        cells = [cell for end in ends for cell in (number(float(end)), _place(end, dims))]
         table.add_row(str(values.name).replace("_", " "), *cells, values.attrs["units"])
     words = found["status"].to_series().value_counts()
     solved = ", ".join(f"{n} {status}" for status, n in words.items())
@@ -127,7 +87,8 @@ def _page(found: "xr.Dataset", dimensions: dict[str, str]) -> Group:
     return page(Text(str(found.attrs["title"]), "bold"), [table], [line])
 
 
-def _place(value: "xr.DataArray", dimensions: dict[str, str]) -> str:
-    """Where on the axes a value is, by as much of their names as tells them apart."""
-    names = shortest(dimensions)
-    return ", ".join(f"{names[dim]}={show_quantity(float(value[dim]), kind)}" for dim, kind in dimensions.items())
+def _place(value: "xr.DataArray", dims: tuple[str, ...]) -> str:
+    """Coordinates of a value, each axis by the shortest part of its name that differs from the others."""
+    names, kinds = shortest(dims), {kind.unit: name for name, kind in reversed(DIMENSIONS.items())}
+    units = {dim: kinds.get(str(value[dim].attrs.get("units", "")), "number") for dim in dims}
+    return ", ".join(f"{names[dim]}={show_quantity(float(value[dim]), kind)}" for dim, kind in units.items())

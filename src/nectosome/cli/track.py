@@ -1,4 +1,4 @@
-"""`nectosome track`: videos as joint angles, or as the places of markers and the pose of a body."""
+"""`nectosome track`: joint angles, or positions of markers and the pose of a body, from videos."""
 
 import json
 from pathlib import Path
@@ -9,7 +9,8 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.output import Outputs, check_target, write, written
+from nectosome.cli.options import value
+from nectosome.cli.output import Outputs, check_target, write
 from nectosome.cli.progress import progress_bar
 from nectosome.units import InputError, read_quantity
 
@@ -18,18 +19,20 @@ if TYPE_CHECKING:
 
 
 def track(
-    *videos: Annotated[Path, Parameter(help="Video of segments; or those of markers, in the order of the cameras.")],
-    config: Annotated[Path | None, Parameter(help="What is to be tracked (.yaml).")] = None,
+    *videos: Annotated[Path, Parameter(help="Video of segments; or videos of markers, in the order of the cameras.")],
+    config: Annotated[
+        Path | None, Parameter(help="Sheet (.yaml): colours of segments or markers, scale, cameras.")
+    ] = None,
     outputs: Outputs = Outputs(),
     overlay: Annotated[Path | None, Parameter(help="Write the video with the segments drawn over it (.mp4).")] = None,
     propose: Annotated[
-        bool, Parameter(help="Say which colours stand out of a frame, as a start for --config.")
+        bool, Parameter(help="Print the colours that stand out in a frame, as a start for --config.")
     ] = False,
-    at: Annotated[str, Parameter(help="Which frame that is, such as 1.5s.", allow_leading_hyphen=True)] = "0s",
+    at: Annotated[str, value("Time of that frame, such as 1.5s.")] = "0s",
 ) -> int:
     """Track coloured segments in a video, or markers in the videos of several cameras.
 
-    What is not seen well is a gap with its reason.
+    Frames in which a segment or marker is not seen well are gaps, each with its reason.
     """
     outputs.check()
     check_target(overlay, "--overlay", ".mp4", outputs.force)
@@ -37,13 +40,11 @@ def track(
     if first is None:
         raise InputError("name a video.", field="track")
     if propose:
-        if len(videos) > 1 or any((outputs.save, outputs.plot, overlay, config)):
-            raise InputError("looks at a single video, and writes nothing: leave the rest out.", field="--propose")
+        if len(videos) > 1 or (outputs.given or overlay or config):
+            raise InputError("takes a single video and writes nothing: leave the other options out.", field="--propose")
         return _propose(first, at)
     if config is None:
-        raise InputError(
-            "a file is needed that says what to track; --propose shows how to begin one.", field="--config"
-        )
+        raise InputError("is missing: name a sheet (.yaml); --propose prints a start of one.", field="--config")
 
     from nectosome.vision.video import MarkerSheet, draw_over, load_sheet, track_markers, track_segments
 
@@ -51,7 +52,7 @@ def track(
     with progress_bar("tracking") as update:
         if isinstance(sheet, MarkerSheet):
             if overlay is not None:
-                raise InputError("is drawn for segments only.", field="--overlay")
+                raise InputError("is for segments only.", field="--overlay")
             tracked = track_markers(videos, sheet, update)
         else:
             if len(videos) > 1:
@@ -59,18 +60,16 @@ def track(
             tracked = track_segments(first, sheet, update)
             if overlay is not None:
                 draw_over(first, sheet, tracked, overlay, update)
-    write(_understood(tracked))
-    paths = outputs.write_data(lambda: tracked)
-    if outputs.plot:
+    write(_page(tracked))
+    if outputs.given or overlay:
         from nectosome.view import show_track
 
-        paths += outputs.write_page(lambda path: show_track(tracked, path))
-    write(*written([*paths, str(overlay)] if overlay else paths))
+        outputs.write(tracked, show_track, overlay)
     return 0
 
 
 def _propose(video: Path, at: str) -> int:
-    """Print colours as they stand in a sheet."""
+    """Print colours as a sheet has them."""
     instant = read_quantity(at, "time", "--at")
     from nectosome.vision.video import Clip, proposal_text, propose
 
@@ -86,14 +85,14 @@ def _propose(video: Path, at: str) -> int:
     return 0
 
 
-def _understood(tracked: "xr.Dataset") -> Group:
-    """What was tracked, in a few lines and a table."""
+def _page(tracked: "xr.Dataset") -> Group:
+    """Lines and a table about the tracked segments or markers."""
     import numpy as np
 
     about = json.loads(tracked.attrs["provenance"])
     time = tracked["time"].values
     lines = [f"{about['file']}: {about['reader']}", f"  {time.size} frames, {time[0]:.6g} to {time[-1]:.6g} s"]
-    for what in ("found", "odd"):
+    for what in ("found", "warnings"):
         lines += [f"  {what}: {said}" for said in about[what]]
     table = Table(box=None, header_style="bold")
     markers = "marker" in tracked

@@ -1,17 +1,24 @@
-"""What a robot is made of: mass, displaced mass and degrees of freedom of each part."""
+"""Weights of a robot: mass and displaced mass of each part and of the whole, its centres, what makes it neutral."""
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from nectosome.units import InputError
+from nectosome.cli.page import number
+from nectosome.description import RobotDescription
+from nectosome.units import InputError, count, format_quantity
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from nectosome.mechanism import Robot
+
+_NEUTRAL = 1e-6  # share of the mass: less excess counts as neutral
+_NAMED = 6  # at most so many prescribed coordinates by name
 
 
 @dataclass(frozen=True)
-class Weighed:
+class PartWeight:
     """A part as built: masses [kg], and the names of its degrees of freedom."""
 
     name: str
@@ -20,10 +27,10 @@ class Weighed:
     freedoms: tuple[str, ...]
 
 
-def weigh(robot: "Robot", source: str) -> list[Weighed]:
-    """Weigh the parts of a robot; `source` names it. Raises InputError where a mass is no positive number.
+def weigh(robot: "Robot", source: str) -> list[PartWeight]:
+    """Return masses of the parts of a robot, which comes from `source`.
 
-    A part that is fixed to another may have none.
+    Raises InputError where a mass is not positive and finite; a part that is fixed to another may have none.
     """
     import numpy as np
 
@@ -40,5 +47,83 @@ def weigh(robot: "Robot", source: str) -> list[Weighed]:
             why = f"the mass of {part.name} comes to {mass:.3g} kg, what it displaces to {displaced:.3g} kg."
             raise InputError(f"{why} Look at its sizes and densities.", file=source)
         freedoms = tuple(name.partition(".")[2] for name in names if name.partition(".")[0] == part.name)
-        parts.append(Weighed(part.name, mass, displaced, freedoms))
+        parts.append(PartWeight(part.name, mass, displaced, freedoms))
     return parts
+
+
+class Hydrostatics(NamedTuple):
+    """Masses [kg] and centres [m, world frame] of a robot in its initial pose, all of it under the surface."""
+
+    mass: float
+    displaced: float
+    centre_of_mass: "np.ndarray"
+    centre_of_buoyancy: "np.ndarray"
+
+
+def hydrostatics(robot: "Robot") -> Hydrostatics:
+    """Mass, displaced mass and centres of a robot in its initial pose, all of it under the surface."""
+    import numpy as np
+
+    from nectosome.core.remember import remembered
+    from nectosome.mechanism.start_poses import start_poses
+
+    rotation, position = map(np.asarray, remembered(start_poses, robot))
+    inertia = np.asarray(robot.inertia)
+    mass = inertia[:, 3, 3]
+    first = inertia[:, :3, 3:]  # m [c]: the first moment of mass in each station's frame
+    moment = np.stack([first[:, 2, 1], first[:, 0, 2], first[:, 1, 0]], axis=-1)
+    moment = mass[:, None] * position + np.einsum("nij,nj->ni", rotation, moment)
+    displaced = float(robot.water.density) * np.concatenate([np.asarray(p.body.volume) for p in robot.tree.parts])
+    return Hydrostatics(
+        float(mass.sum()),
+        float(displaced.sum()),
+        moment.sum(axis=0) / mass.sum(),
+        (displaced[:, None] * position).sum(axis=0) / max(displaced.sum(), np.finfo(float).tiny),
+    )
+
+
+def hydrostatics_rows(description: RobotDescription, robot: "Robot", found: Hydrostatics) -> list[tuple[str, str]]:
+    """Return names and texts of degrees of freedom, masses and centres."""
+    free, driven = robot.coordinate_names, robot.prescribed_names
+    moves = f"{count(len(free), 'degree')} of freedom, {len(driven)} prescribed"
+    if driven:
+        moves += f": {', '.join(driven[:_NAMED])}{', ...' if len(driven) > _NAMED else ''}"
+    rows = [("moves", moves), ("mass", f"{number(found.mass)} kg, displaces {number(found.displaced)} kg")]
+    rows.append(("weight in water", _weight(description, robot, found)))
+    rows.append(("centre of mass", _place(found.centre_of_mass)))
+    if found.displaced > 0:
+        rows.append(("centre of buoyancy", _place(found.centre_of_buoyancy)))
+    return rows
+
+
+def _weight(description: RobotDescription, robot: "Robot", found: Hydrostatics) -> str:
+    """The net weight, and the change that makes it neutral."""
+    gravity, excess = description.water.gravity, found.mass - found.displaced
+    if abs(excess) <= _NEUTRAL * found.mass:
+        return "none: it is neutral"
+    words = "" if gravity == 0 else f"{number(abs(excess) * gravity)} N {'downward' if excess > 0 else 'upward'}, "
+    share = f"{number(100 * abs(excess) / found.mass)} % of its {'weight' if gravity else 'mass'}"
+    left_out = "" if gravity else " (gravity is 0: neither weight nor buoyancy acts)"
+    heavy = f"{number(abs(excess))} kg too {'heavy' if excess > 0 else 'light'}"
+    return f"{words}{share}{left_out}; {heavy}{_way_out(description, robot, excess)}"
+
+
+def _way_out(description: RobotDescription, robot: "Robot", excess: float) -> str:
+    """The body's mass or density with which the robot floats."""
+    body = description.body
+    if body is None:
+        return ""
+    if body.kind == "rigid" and body.mass is not None:
+        name, value, dimension = "mass", body.mass - excess, "mass"
+    elif body.density is not None:
+        volume = float(robot.weight()[0]) / body.density
+        name, value, dimension = "density", body.density - excess / volume, "density"
+    else:
+        return ""
+    if value <= 0:
+        return "; its body is lighter than that"
+    return f"; neutral with body.{name} {format_quantity(float(f'{value:.6g}'), dimension)}"
+
+
+def _place(xyz: "np.ndarray") -> str:
+    return f"({', '.join(number(float(v) if abs(v) > 1e-12 else 0.0) for v in xyz)}) m"

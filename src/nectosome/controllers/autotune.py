@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from nectosome.core import Status
-from nectosome.model import SampledPlant
+from nectosome.solve import SampledPlant
 from nectosome.units import InputError
 
 from .block_loop import BlockLoop

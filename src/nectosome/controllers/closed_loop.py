@@ -17,9 +17,9 @@ from nectosome.description import dump_robot
 from nectosome.drives import Chain, DeadTime, Sensor
 from nectosome.io import provenance
 from nectosome.mechanism import Diagnosis
-from nectosome.model import SampledPlant, build
-from nectosome.model.sampled_plant import HoldInterval, PlantState
-from nectosome.solve import Run, Trajectory, results_of
+from nectosome.model import build
+from nectosome.solve import Run, SampledPlant, Trajectory, results_of
+from nectosome.solve.sampled_plant import HoldInterval, PlantState
 from nectosome.units import DIMENSIONS, InputError
 
 from .beat import Beat, BeatMean
@@ -115,7 +115,7 @@ class ClosedLoopRecord:
         description = self.robot.description
         trajectory = Trajectory(build(description), jnp.asarray(time), states)
         run = Run(trajectory, jnp.asarray(int(self.status)), {}, jnp.zeros(()))
-        whole = results_of(run, forces, None, settings or {}).to_dataset().merge(self.samples())
+        whole = results_of(run, forces, settings).to_dataset().merge(self.samples())
         return whole.assign(reading=("time", reading, {"units": self._unit})).assign_attrs(
             self.samples().attrs, robot=dump_robot(description), provenance=json.dumps(provenance(settings or {}))
         )

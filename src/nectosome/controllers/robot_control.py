@@ -12,8 +12,8 @@ from jaxtyping import Float
 
 from nectosome.core import Status
 from nectosome.description import RobotDescription
-from nectosome.model import SampledPlant
 from nectosome.model.inputs import RobotLike, description_of
+from nectosome.solve import SampledPlant
 from nectosome.units import InputError, read_quantity, show_quantity
 
 from .autotune import RelayGains, detune, relay_gains, smooth_pid, time_scaled
@@ -210,7 +210,7 @@ def control(
 
     - robot: name, path, description or built robot; `settings` such as `f=1.5 Hz` change its quantities.
     - command: the quantity and its range, `bias=-8..8 mN m`; the description has its initial value.
-    - measure: name of a reading, such as `heading` or `arm.angle` (see `nectosome.model.reading_of`).
+    - measure: name of a reading, such as `heading` or `arm.angle` (see `nectosome.solve.reading_of`).
     - reference: a constant, `sine`, `triangle`, `chirp` or `varying` with `amplitude`, `frequency`, `to`, a recording
       with `column`, or an array of samples (see `Reference.parse`).
     - gains: K_p, K_i, K_d in the units in which command and reference are written, and s. Without them, the rules of

@@ -1,9 +1,24 @@
-"""Contracts of the house, signals, water, and SE(3) maths; switches JAX to float64."""
+"""Contracts, signals, water, and SE(3) mathematics; switches JAX to float64."""
 
 from . import runtime as _runtime  # noqa: F401  first: sets up JAX
 from .block import Block, Line, Memoryless, RateIndependent, Stepper
 from .se3 import safe_norm
-from .signals import Constant, Cycle, Handover, Rate, Recording, Signal, Sine, Stack, Steps, Stroke, Wave
+from .signals import (
+    Constant,
+    Cycle,
+    Handover,
+    Rate,
+    Recording,
+    Shaped,
+    Signal,
+    Sine,
+    SmoothRecording,
+    Stack,
+    Steps,
+    Stroke,
+    Wave,
+    signal_of,
+)
 from .solution import Solution, Status
 from .system import JointLoad, Load, Mechanical, PairLoad, RodLoad, State, Strips, System
 from .water import STANDARD_GRAVITY, UniformCurrent, Water
@@ -24,8 +39,10 @@ __all__ = [
     "RateIndependent",
     "Recording",
     "RodLoad",
+    "Shaped",
     "Signal",
     "Sine",
+    "SmoothRecording",
     "Solution",
     "Stack",
     "State",
@@ -39,4 +56,5 @@ __all__ = [
     "Water",
     "Wave",
     "safe_norm",
+    "signal_of",
 ]

@@ -1,4 +1,4 @@
-"""The contract of blocks: what is no mechanism takes samples in and gives samples out."""
+"""The contract of blocks: systems other than mechanisms, with sampled inputs and outputs."""
 
 from abc import abstractmethod
 from typing import Any, NamedTuple
@@ -8,52 +8,52 @@ from jaxtyping import Array, ArrayLike, Float
 
 
 class Line(NamedTuple):
-    """A quantity within a sample: its values at both ends, straight between; it may jump from sample to sample."""
+    """A quantity within a sample: linear between its values at both ends; it may jump between samples."""
 
     begin: Float[Array, "*channels"]
     end: Float[Array, "*channels"]
 
 
 class Stepper(eqx.Module):
-    """A block for samples of one length."""
+    """A block for a fixed sample length."""
 
     @abstractmethod
     def initial(self) -> Any:
-        """State at rest, after an input that was 0 for ever."""
+        """State at rest, after a zero input."""
 
     @abstractmethod
     def step(self, state: Any, u: Line) -> tuple[Any, Line]:
-        """State at the end of a sample, and the output within it, from the input within it."""
+        """State at the end of a sample, and the output within it, for the input within it."""
 
 
 class Block(eqx.Module):
-    """What answers an input over time; `tests/drives/test_blocks.py` holds every block to it.
+    """A causal system with an input and an output; `tests/drives/test_blocks.py` tests every block.
 
-    The output depends on no later input, at any state. Structure is static, numbers are traced.
+    Structure is static, numbers are traced.
     """
 
     @abstractmethod
     def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
-        """The block for samples of a length [s]; all that depends on the length alone is worked out here."""
+        """The block for samples of length dt [s]; computes all that depends on dt only."""
 
 
 class RateIndependent(Block, Stepper):
-    """What answers in the same way at any speed: its output follows the ways the input went, not how fast."""
+    """A rate-independent block: the output depends on the path of the input, not on its speed."""
 
     def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
-        """Itself: the length of a sample does not matter."""
+        """Return itself: the sample length has no effect."""
         return self
 
 
 class Memoryless(RateIndependent):
-    """What answers an input as it is now."""
+    """A block whose output depends on the current input only."""
 
     @abstractmethod
     def value(self, u: Float[Array, "*channels"]) -> Float[Array, "*outputs"]:
-        """Output at an input."""
+        """Output for an input."""
 
     def initial(self) -> tuple[()]:
-        """There is no state."""
+        """Empty state."""
         return ()
 
     def step(self, state: tuple[()], u: Line) -> tuple[tuple[()], Line]:

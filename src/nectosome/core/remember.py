@@ -1,8 +1,8 @@
-"""Programs that are traced once and remembered on disk, so that a later process starts without tracing them again.
+"""Cache of traced programs on disk, so that a later process starts without tracing them again.
 
-JAX's compilation cache spares the compiler, but tracing a robot's equations takes seconds too. Here a traced program is
-exported beside that cache, under a name made of its function, the structure of its arguments, and the sources of all
-classes in them; whatever changes makes it be traced anew.
+JAX's compilation cache saves compile time, but tracing a robot's equations takes seconds, too. A traced program is
+exported beside that cache. Its name is a hash of the function, the structure of its arguments, and the sources of all
+classes in them; any change of these leads to a new trace.
 """
 
 import hashlib
@@ -25,24 +25,24 @@ from jax import export
 
 from nectosome.io.lock import lock
 
-_LONGEST = 300.0  # s, to wait for another process that makes the same program
+_LONGEST = 300.0  # [s] wait for another process that traces the same program
 _programs: dict[Any, Future["_Program"]] = {}
 _workers = ThreadPoolExecutor(3)
 _compiled = cache(eqx.filter_jit)
 
 
 class _Program(NamedTuple):
-    """A compiled function of a flat list of arrays, and the structure that its results form."""
+    """A compiled function of a flat list of arrays, and the structure of its results."""
 
     run: Callable[..., list[jax.Array]]
     structure: Any
 
 
 def remembered(f: Callable[..., Any], *args: Any) -> Any:
-    """f(*args), compiled.
+    """Compute f(*args) by a compiled program from the cache.
 
-    f must be a function of a module and depend on nothing but its arguments. Where some of their leaves are no numbers
-    (a plain function for a current), or there is no cache folder (`NECTOSOME_CACHE=`), it is traced as usual.
+    f must be a module function of its arguments only. It is traced as usual if some leaves are not numbers (a Python
+    function for a current), or without a cache folder (`NECTOSOME_CACHE=`).
     """
     leaves, inner = jax.tree.flatten(args)
     program = _prepared(f, args, leaves, inner)
@@ -53,14 +53,14 @@ def remembered(f: Callable[..., Any], *args: Any) -> Any:
 
 
 def prepare(f: Callable[..., Any], *args: Any) -> None:
-    """Get f ready for arguments of these shapes, beside what goes on; `remembered` then has it at once."""
+    """Compile f for arguments of these shapes in the background, for a later `remembered`."""
     _prepared(f, args, *jax.tree.flatten(args))
 
 
 def _prepared(
     f: Callable[..., Any], args: tuple[Any, ...], leaves: list[Any], structure: Any
 ) -> Future[_Program] | None:
-    """Program for these arguments, whose leaves are made arrays in place; None where some are no numbers."""
+    """Program for these arguments; converts the leaves to arrays in place; None if some are not numbers."""
     for i, leaf in enumerate(leaves):
         if not isinstance(leaf, jax.Array):
             if not eqx.is_array_like(leaf):
@@ -89,7 +89,7 @@ def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeS
             try:
                 result, data = pickle.loads(file.read_bytes())
                 exported = export.deserialize(data)
-            except (OSError, ValueError, EOFError, pickle.UnpicklingError):  # not there yet, or cut off by a kill
+            except (OSError, ValueError, EOFError, pickle.UnpicklingError):  # missing, or incomplete after a kill
                 new = exported = export.export(traced)(*shapes)
             traced = jax.jit(exported.call)
         run = traced.lower(*shapes).compile()
@@ -100,7 +100,7 @@ def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeS
 
 @contextmanager
 def _alone(file: Path | None) -> Iterator[None]:
-    """Let one process at a time make a program that is not there yet; those that waited will find it."""
+    """Lock so that one process at a time traces a missing program, and waiting processes load it."""
     if file is None or file.exists():
         yield
         return
@@ -114,7 +114,7 @@ def _alone(file: Path | None) -> Iterator[None]:
 
 
 def _file(text: str, args: Any) -> Path | None:
-    """Where the program is kept; None without a cache folder, or where its sources cannot be told."""
+    """Path of the cached program; None without a cache folder, or with unknown sources."""
     compiled = jax.config.values["jax_compilation_cache_dir"]
     sources = {_source(kind) for kind in _classes(args)}
     if not compiled or None in sources or " at 0x" in text:
@@ -140,7 +140,7 @@ def _classes(x: Any) -> set[type]:
 
 
 def _source(kind: type) -> Path | None:
-    """File that defines a class; None where there is none, as in a notebook, or where it is not all that does."""
+    """File that defines a class; None without one, as in a notebook, or if it does not define the class completely."""
     module = sys.modules.get(kind.__module__)
     file = getattr(module, "__file__", None)
     whole = kind.__module__ != "__main__" and "<locals>" not in kind.__qualname__
@@ -148,7 +148,7 @@ def _source(kind: type) -> Path | None:
 
 
 def _store(file: Path, data: bytes) -> None:
-    """Write beside and rename; a cache that cannot be written is no reason to stop."""
+    """Write to a temporary file and rename it; errors of the cache are ignored."""
     try:
         handle, beside = tempfile.mkstemp(dir=file.parent)
         with os.fdopen(handle, "wb") as stream:

@@ -1,16 +1,16 @@
-"""How JAX runs here: float64, a compilation cache in the user's cache folder, small programs on the CPU.
+"""Configuration of JAX: float64, a compilation cache in the user's cache folder, XLA flags for small programs.
 
-Imported before anything that traces. Settings a user has made in the environment are left as they are.
+Must be imported before any tracing. Settings in the environment take precedence.
 """
 
 import os
 from pathlib import Path
 
-# XLA is made for large arrays, a robot's are small:
-# - Without fusion emitters graphs compile in half the time; in few pieces they load sooner from the cache.
-# - A loop that moves up to 0.5 MB becomes one function. Else each of its kernels is handed to a pool of threads, which
-#   takes longer than the kernel: a paddle's 8 s took 50 ms, and take 20. Larger functions take too long to compile.
-# - Products by a library cannot be part of such a function.
+# XLA's defaults suit large arrays; a robot's are small:
+# - Without fusion emitters graphs compile in half the time; with few splits they load faster from the cache.
+# - A loop with up to 0.5 MB of data becomes one function. Otherwise each of its kernels goes to a thread pool, which
+#   takes longer than the kernel (8 s of a paddle: 50 ms instead of 20 ms). Larger functions compile too slowly.
+# - Library matrix products cannot be part of such a function.
 _FOR_SMALL_GRAPHS = (
     "--xla_cpu_use_fusion_emitters=false",
     "--xla_cpu_parallel_codegen_split_count=2",
@@ -20,11 +20,11 @@ _FOR_SMALL_GRAPHS = (
 
 
 def configure() -> None:
-    """Switch on float64 and the persistent compilation cache (`NECTOSOME_CACHE` moves it, empty switches it off)."""
+    """Enable float64 and the persistent compilation cache (`NECTOSOME_CACHE` sets its folder, empty disables it)."""
     flags = os.environ.get("XLA_FLAGS", "")
     new = (flag for flag in _FOR_SMALL_GRAPHS if flag.partition("=")[0] not in flags)
     os.environ["XLA_FLAGS"] = " ".join([flags, *new]).strip()
-    # What goes wrong is raised; XLA's own lines on stderr ask users to report compilations that take two minutes.
+    # Errors are raised anyway; XLA's messages ask users to report compilations over two minutes.
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 
     import jax

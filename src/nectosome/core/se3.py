@@ -1,8 +1,8 @@
 r"""Rigid motions: SO(3), SE(3), their exponentials and tangents (Selig 2005; Murray, Li, Sastry 1994).
 
-A pose is a pair (R, p): R [3, 3] turns the body's axes into the outer frame's, p [3] is the body's origin in it.
-A twist is (angular, linear) = (w, v) [6]; in the body frame unless "spatial" is said, which is the twist of the body
-point that passes the outer origin. Everything broadcasts over leading axes.
+A pose is a pair (R, p): R [3, 3] rotates from the body frame to the outer frame, p [3] is the body's origin in the
+outer frame. A twist is (angular, linear) = (w, v) [6] in the body frame; a "spatial" twist is that of the body point at
+the outer origin. All functions broadcast over leading axes.
 """
 
 from collections.abc import Callable
@@ -56,7 +56,7 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def _part(x: Array, start: int, stop: int) -> Array:
-    """x[..., start:stop], which traces faster."""
+    """Return x[..., start:stop], with less tracing time."""
     return lax.slice_in_dim(x, start, stop, axis=-1)
 
 
@@ -87,7 +87,7 @@ _TANGENT = _table(
 
 
 def _even(theta: Array, table: np.ndarray, closed: Callable[[Array], list[Array]]) -> Array:
-    """Even functions of the length of theta [..., functions]: series below 1 rad, closed form above.
+    """Even functions of |theta| [..., functions]: series below 1 rad, closed form above.
 
     As functions of theta^2 they and their derivatives are smooth at 0.
     """
@@ -135,7 +135,7 @@ def exp_se3(twist: Twist) -> tuple[Array, Array]:
 
 
 def bracket(x: Twist, y: Twist) -> Twist:
-    """Lie bracket ad_x y. The barrier keeps XLA from computing nested brackets over and over."""
+    """Lie bracket ad_x y. The barrier keeps XLA from recomputing nested brackets."""
     return lax.optimization_barrier(dot(jnp.tensordot(x, _AD, axes=1), y))
 
 

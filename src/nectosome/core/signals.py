@@ -1,17 +1,30 @@
-"""Signals: functions of time that come with their first two derivatives, as a prescribed joint needs."""
+"""Signals: functions of time with their first two derivatives, which a prescribed joint needs."""
 
 from abc import abstractmethod
+from typing import Any, ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+
+from nectosome.description import signals as ds
+
+from .described import class_for, is_zero, number, numbers, same_named
 
 Triple = tuple[Array, Array, Array]
 
 
 class Signal(eqx.Module):
-    """A function of time t [s]; called, it gives (u, du/dt, d2u/dt2) in the unit of what it drives."""
+    """A function of time t [s] that returns (u, du/dt, d2u/dt2), in the unit of the driven quantity."""
+
+    described_by: ClassVar[type]
+
+    @classmethod
+    def from_description(cls, described: Any) -> "Signal":
+        """The signal of a description."""
+        return same_named(cls, described)
 
     @abstractmethod
     def __call__(self, t: Float[Array, ""]) -> Triple:
@@ -22,6 +35,7 @@ class Constant(Signal):
     """u = value."""
 
     value: Float[Array, "*shape"]
+    described_by = ds.ConstantSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Value and its zero derivatives."""
@@ -34,6 +48,7 @@ class Rate(Signal):
 
     rate: Float[Array, "*shape"]
     start: Float[Array, "*shape"]
+    described_by = ds.RateSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Angle (or position), speed and zero acceleration."""
@@ -47,6 +62,7 @@ class Sine(Signal):
     frequency: Float[Array, "*shape"]
     phase: Float[Array, "*shape"]
     offset: Float[Array, "*shape"]
+    described_by = ds.SineSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Value and derivatives of the sine."""
@@ -56,12 +72,11 @@ class Sine(Signal):
 
 
 class Stroke(Signal):
-    r"""A stroke to and fro: u = offset - g amplitude cos(a), the angle a going on by pi in each half of it.
+    r"""A reciprocating stroke: u = offset - g amplitude cos(a), with an angle a that increases by pi in each half.
 
-    With the cycle $s = f t + \phi/2\pi + p/2$ modulo 1 and the share p of the forward half, $a = \pi s/p$ while s < p
-    and $a = \pi (1 + (s - p)/(1 - p))$ after. g grows from 0 to 1 in the time of the ramp, as
-    $6 x^5 - 15 x^4 + 10 x^3$; with p = 1/2 and no ramp this is a sine. The second derivative jumps where the halves
-    meet, unless p = 1/2.
+    With the cycle $s = f t + \phi/2\pi + p/2$ modulo 1 and the fraction p of the forward half, $a = \pi s/p$ for s < p
+    and $a = \pi (1 + (s - p)/(1 - p))$ after. g grows from 0 to 1 over the ramp as $6 x^5 - 15 x^4 + 10 x^3$; p = 1/2
+    without ramp is a sine. The second derivative jumps between the halves, unless p = 1/2.
     """
 
     amplitude: Float[Array, ""]
@@ -70,6 +85,13 @@ class Stroke(Signal):
     offset: Float[Array, ""]
     forward_share: Float[Array, ""]  # p
     ramp: Float[Array, ""] | None = None  # [s]
+    described_by = ds.StrokeSignal
+
+    @classmethod
+    def from_description(cls, described: ds.StrokeSignal) -> "Stroke":
+        """The stroke of a description, without a ramp where that takes no time."""
+        ramp = None if is_zero(described.ramp) else number(described.ramp)
+        return cls(**numbers(described, "amplitude", "frequency", "phase", "offset", "forward_share"), ramp=ramp)
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Value and derivatives."""
@@ -82,12 +104,12 @@ class Stroke(Signal):
         w = jnp.pi * self.frequency / share
         u, du, ddu = -jnp.cos(a), w * jnp.sin(a), w**2 * jnp.cos(a)
         if self.ramp is not None:
-            u, du, ddu = _grown((u, du, ddu), t / self.ramp, self.ramp)
+            u, du, ddu = _ramped((u, du, ddu), t / self.ramp, self.ramp)
         return self.offset + self.amplitude * u, self.amplitude * du, self.amplitude * ddu
 
 
-def _grown(u: Triple, x: Array, ramp: Array) -> Triple:
-    """A signal that grows from nothing to its full size as x = t/ramp goes from 0 to 1."""
+def _ramped(u: Triple, x: Array, ramp: Array) -> Triple:
+    """A signal times a ramp that grows from 0 to 1 over x = t/ramp from 0 to 1."""
     x = jnp.clip(x, 0.0, 1.0)
     g = x**3 * (10 - 15 * x + 6 * x**2)
     dg = 30 * x**2 * (1 - x) ** 2 / ramp
@@ -96,11 +118,11 @@ def _grown(u: Triple, x: Array, ramp: Array) -> Triple:
 
 
 class Wave(Signal):
-    r"""What goes along a body, by n numbers of its shape: u = g (offset o + amplitude (c sin a - s cos a)).
+    r"""A travelling wave along a body, by n shape coefficients: u = g (offset o + amplitude (c sin a - s cos a)).
 
-    With $a = 2\pi f t + \phi$ and o, c and s the numbers of $e(x)$, $e(x) \cos(2\pi x/\lambda)$ and
-    $e(x) \sin(2\pi x/\lambda)$, that is $e(x)$ times offset + amplitude sin(a - 2 pi x/lambda): it goes towards
-    larger x. g grows as that of a `Stroke`.
+    With $a = 2\pi f t + \phi$ and o, c and s the coefficients of $e(x)$, $e(x) \cos(2\pi x/\lambda)$ and $e(x)
+    \sin(2\pi x/\lambda)$, this is $e(x)$ times offset + amplitude sin(a - 2 pi x/lambda): a wave towards larger x. g is
+    the ramp of a `Stroke`.
     """
 
     amplitude: Float[Array, ""]
@@ -121,21 +143,22 @@ class Wave(Signal):
             self.amplitude * (self.cosine * c + self.sine * s),
         )
         u = self.offset * self.envelope + here, w * ahead, -(w**2) * here
-        return u if self.ramp is None else _grown(u, t / self.ramp, self.ramp)
+        return u if self.ramp is None else _ramped(u, t / self.ramp, self.ramp)
 
 
 class Cycle(Signal):
-    """Values that are gone through in each period, evenly spread over it: a periodic cubic spline.
+    """Values evenly spread over each period, joined by a periodic cubic spline.
 
-    The first is at time 0, earlier by `phase` [rad].
+    The first value is at time 0, advanced by `phase` [rad].
     """
 
     values: Float[Array, "n"]
     frequency: Float[Array, ""]  # of the whole cycle [Hz]
     phase: Float[Array, ""]
+    described_by = ds.CycleSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
-        """Value and derivatives; the second one is continuous too."""
+        """Value and derivatives; the second one is continuous."""
         n = self.values.shape[0]
         # second derivatives m at the knots, a sample being 1: m[k-1] + 4 m[k] + m[k+1] = 6 (u[k-1] - 2 u[k] + u[k+1])
         beside = np.roll(np.eye(n), 1, axis=0) + np.roll(np.eye(n), -1, axis=0)
@@ -152,16 +175,17 @@ class Cycle(Signal):
 
 
 class Recording(Signal):
-    """Samples at increasing times joined by straight lines (first-order hold); held constant outside.
+    """Samples at increasing times with linear interpolation (first-order hold); constant outside.
 
-    The first derivative is that of the line; the second is zero between the samples: what a recording does not tell.
+    The first derivative is that of the segment, the second one is zero.
     """
 
     times: Float[Array, "samples"]
     values: Float[Array, "samples"]
+    described_by = ds.RecordingSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
-        """Interpolated value, slope of the segment, zero."""
+        """Interpolated value, derivative of the segment, zero."""
         k = jnp.clip(jnp.searchsorted(self.times, t, side="right") - 1, 0, self.times.size - 2)
         t0, t1, u0, u1 = self.times[k], self.times[k + 1], self.values[k], self.values[k + 1]
         slope = (u1 - u0) / (t1 - t0)
@@ -170,8 +194,78 @@ class Recording(Signal):
         return u0 + slope * (value - t0), jnp.where(inside, slope, 0.0), jnp.zeros_like(slope)
 
 
+class SmoothRecording(Signal):
+    r"""Samples at increasing times as a cubic spline, whose second derivative is continuous; at rest outside of them.
+
+    With the intervals $h_k = t_{k+1} - t_k$, the slopes $d_k = (u_{k+1} - u_k)/h_k$ and second derivatives m at the
+    samples,
+
+    $$ h_{k-1} m_{k-1} + 2 (h_{k-1} + h_k) m_k + h_k m_{k+1} = 6 (d_k - d_{k-1}) $$
+
+    and the third derivative is continuous at the second and the last but one sample (not-a-knot; de Boor 1978, ch. IV).
+    Before the first and after the last sample it stands still there: the rate jumps to 0.
+    """
+
+    times: Float[Array, "samples"]  # at least four
+    values: Float[Array, "samples"]
+    second: Float[Array, "samples"]  # m
+    described_by = ds.SmoothRecordingSignal
+
+    @classmethod
+    def from_description(cls, described: ds.SmoothRecordingSignal) -> "SmoothRecording":
+        """The recording of a description."""
+        return cls.through(**numbers(described, "times", "values"))
+
+    @classmethod
+    def through(cls, times: Float[Array, "samples"], values: Float[Array, "samples"]) -> "SmoothRecording":
+        """The spline through samples, at least four."""
+        h = jnp.diff(times)
+        d = jnp.diff(values) / h
+        # the ends follow from not-a-knot, m0 = ((h0 + h1) m1 - h0 m2) / h1, which leaves the samples between them
+        first, last = h[0] / h[1], h[-1] / h[-2]
+        centre = 2 * (h[:-1] + h[1:])
+        centre = centre.at[0].add(h[0] * (1 + first)).at[-1].add(h[-1] * (1 + last))
+        below = h[:-1].at[-1].add(-h[-1] * last).at[0].set(0.0)
+        above = h[1:].at[0].add(-h[0] * first).at[-1].set(0.0)
+        m = _solve_tridiagonal(below, centre, above, 6 * jnp.diff(d))
+        ends = (1 + first) * m[0] - first * m[1], (1 + last) * m[-1] - last * m[-2]
+        return cls(times, values, jnp.concatenate([ends[0][None], m, ends[1][None]]))
+
+    def __call__(self, t: Float[Array, ""]) -> Triple:
+        """Value and derivatives."""
+        k = jnp.clip(jnp.searchsorted(self.times, t, side="right") - 1, 0, self.times.size - 2)
+        h = self.times[k + 1] - self.times[k]
+        x = (jnp.clip(t, self.times[0], self.times[-1]) - self.times[k]) / h
+        y = 1 - x
+        u0, u1, m0, m1 = self.values[k], self.values[k + 1], self.second[k], self.second[k + 1]
+        u = y * u0 + x * u1 + h**2 / 6 * ((y**3 - y) * m0 + (x**3 - x) * m1)
+        du = (u1 - u0) / h + h / 6 * ((1 - 3 * y**2) * m0 + (3 * x**2 - 1) * m1)
+        inside = (t >= self.times[0]) & (t <= self.times[-1])
+        return u, jnp.where(inside, du, 0.0), jnp.where(inside, y * m0 + x * m1, 0.0)
+
+
+def _solve_tridiagonal(below: Array, centre: Array, above: Array, right: Array) -> Float[Array, "n"]:
+    """Solve below[k] x[k-1] + centre[k] x[k] + above[k] x[k+1] = right[k] by elimination (Thomas)."""
+
+    def eliminate(
+        before: tuple[Array, Array], row: tuple[Array, ...]
+    ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+        b, c, a, r = row
+        pivot = c - b * before[0]
+        out = a / pivot, (r - b * before[1]) / pivot
+        return out, out
+
+    def back(after: Array, row: tuple[Array, Array]) -> tuple[Array, Array]:
+        x = row[1] - row[0] * after
+        return x, x
+
+    none = jnp.zeros_like(right[0])
+    _, rows = jax.lax.scan(eliminate, (none, none), (below, centre, above, right))
+    return jax.lax.scan(back, none, rows, reverse=True)[1]
+
+
 class Steps(Signal):
-    """Samples at increasing times, each held until the next one (zero-order hold): what a controller commands."""
+    """Samples at increasing times with a zero-order hold: commands of a controller."""
 
     times: Float[Array, "samples"]
     values: Float[Array, "samples"]
@@ -184,10 +278,9 @@ class Steps(Signal):
 
 
 class Handover(Signal):
-    """A signal that goes over into another: from `before` to `after` in some seconds from `since` on.
+    """A smooth transition from the signal `before` to the signal `after`, over `seconds` from `since` on.
 
-    u = before + g (after - before), g growing as that of a `Stroke`, so that value and both derivatives go on without a
-    jump.
+    u = before + g (after - before), with the ramp g of a `Stroke`; value and both derivatives are continuous.
     """
 
     before: Signal
@@ -198,9 +291,21 @@ class Handover(Signal):
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Value and derivatives."""
         old, new = self.before(t), self.after(t)
-        way = new[0] - old[0], new[1] - old[1], new[2] - old[2]
-        gone = _grown(way, (t - self.since) / self.seconds, self.seconds)
-        return old[0] + gone[0], old[1] + gone[1], old[2] + gone[2]
+        difference = new[0] - old[0], new[1] - old[1], new[2] - old[2]
+        ramped = _ramped(difference, (t - self.since) / self.seconds, self.seconds)
+        return old[0] + ramped[0], old[1] + ramped[1], old[2] + ramped[2]
+
+
+class Shaped(Signal):
+    """A signal times a vector: the same in time, by numbers of a body's shape."""
+
+    signal: Signal
+    shape: Float[Array, "n"]
+
+    def __call__(self, t: Float[Array, ""]) -> Triple:
+        """Values and derivatives."""
+        u, du, ddu = self.signal(t)
+        return self.shape * u, self.shape * du, self.shape * ddu
 
 
 class Stack(Signal):
@@ -209,6 +314,11 @@ class Stack(Signal):
     signals: tuple[Signal, ...]
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
-        """Values and derivatives, one number a signal."""
+        """Values and derivatives, one component per signal."""
         value, rate, second = zip(*(signal(t) for signal in self.signals), strict=True)
         return jnp.stack(value), jnp.stack(rate), jnp.stack(second)
+
+
+def signal_of(described: ds.SignalDescription) -> Signal:
+    """Signal of a description."""
+    return class_for(described, Signal).from_description(described)

@@ -1,4 +1,4 @@
-"""What a solver hands back: a value, a status with a name, and how it went."""
+"""Result of a solver: value, named status, statistics, residual."""
 
 from enum import IntEnum
 from typing import Any
@@ -32,16 +32,16 @@ class Status(IntEnum):
 _REASONS = {
     Status.SOLVED: "solved",
     Status.EVENT: "stopped at the event",
-    Status.STEP_LIMIT: "gave up: more time steps than allowed",
-    Status.STEP_TOO_SMALL: "gave up: the time step had to become too small",
-    Status.NOT_FINITE: "gave up: the state is no longer finite",
+    Status.STEP_LIMIT: "failed: more time steps than allowed",
+    Status.STEP_TOO_SMALL: "failed: the time step became too small",
+    Status.NOT_FINITE: "failed: the state is NaN or infinite",
     Status.NO_EQUILIBRIUM: "no equilibrium found",
     Status.CANCELLED: "cancelled",
-    Status.UNSTABLE: "found, but unstable: small disturbances grow, and the robot does not stay there",
-    Status.UNSTEADY_DRIVES: "drives or loads change with time, so that nothing stays as it is",
-    Status.NO_PERIOD: "no motion found that repeats itself",
-    Status.OTHER_PERIOD: "drives or loads do not repeat themselves with this period",
-    Status.SETTLED: "a motion that repeats itself, found by waiting for it: Newton's method did not get there",
+    Status.UNSTABLE: "found, but unstable: small disturbances grow",
+    Status.UNSTEADY_DRIVES: "drives or loads change with time: there is no steady motion",
+    Status.NO_PERIOD: "no periodic motion found",
+    Status.OTHER_PERIOD: "drives or loads do not have this period",
+    Status.SETTLED: "periodic motion, found by free motion: Newton's method did not converge",
 }
 
 
@@ -51,4 +51,4 @@ class Solution(eqx.Module):
     value: Any
     status: Int[Array, "*batch"]  # a Status
     stats: dict[str, Array]
-    residual: Float[Array, "*batch"]  # what is left of the equations, in the solver's own scale
+    residual: Float[Array, "*batch"]  # of the equations, in the solver's scale

@@ -1,4 +1,4 @@
-"""Contracts: what evolves in time (System, Mechanical), what acts on a body (Load) and between two (PairLoad)."""
+"""Contracts of dynamic systems (System, Mechanical) and of loads on a body, a joint, a rod or a pair of bodies."""
 
 from abc import abstractmethod
 from typing import Any, ClassVar
@@ -7,6 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from .described import same_named
 from .water import Water
 
 
@@ -19,15 +20,15 @@ class State(eqx.Module):
 
 
 class System(eqx.Module):
-    """Everything that evolves: a frozen pytree whose numbers are traced and whose structure is static."""
+    """A dynamic system: a frozen pytree with traced numbers and static structure."""
 
     @abstractmethod
     def initial(self) -> Any:
-        """State to start from."""
+        """Initial state."""
 
     @abstractmethod
     def rates(self, t: Float[Array, ""], x: Any, u: Any = None) -> Any:
-        """Time derivative of the state, same structure as the state."""
+        """Time derivative of the state, with the structure of the state."""
 
 
 class Mechanical(System):
@@ -47,14 +48,14 @@ class Mechanical(System):
 
 
 class Strips(eqx.Module):
-    """Stations of one part as a load sees them, in each station's own frame (x along the body)."""
+    """Stations of one part for a load, in each station's own frame (x along the body)."""
 
     rotation: Float[Array, "n 3 3"]  # station frame to world frame
     position: Float[Array, "n 3"]  # [m], world frame
     angular_velocity: Float[Array, "n 3"]  # [rad/s]
     velocity: Float[Array, "n 3"]  # relative to the water [m/s]
-    x: Float[Array, "n"]  # place along the part [m]
-    weight: Float[Array, "n"]  # length the station stands for [m]; 0 at frames and marks
+    x: Float[Array, "n"]  # position along the part [m]
+    weight: Float[Array, "n"]  # length of the station's strip [m]; 0 at frames and marks
     half_width: Float[Array, "n 2"]  # half axes of the section along y and z [m]
     volume: Float[Array, "n"]  # displaced water [m3]
     inertia: Float[Array, "n 6 6"]  # of the body's own matter [kg m2, kg m, kg]
@@ -65,42 +66,49 @@ class Strips(eqx.Module):
         return 0.5 * (self.half_width[:, 0] + self.half_width[:, 1])
 
     def at_first(self, wrench: Float[Array, "6"]) -> Float[Array, "n 6"]:
-        """A wrench on the first station, nothing on the others."""
+        """A wrench on the first station, zero on the others."""
         n = self.weight.shape[0]
         return wrench[None] if n == 1 else jnp.zeros((n, 6)).at[0].set(wrench)
 
 
 class Load(eqx.Module):
-    """What acts on the stations of one part; `tests/loads/test_contract.py` holds every load to what it declares.
+    """A load on the stations of one part; `tests/loads/test_contract.py` tests every load against its declarations.
 
-    A `dissipative` load never puts energy into a body in still water.
+    A `dissipative` load never adds energy to a body in still water.
     """
 
     dissipative: ClassVar[bool] = False
     inertial: ClassVar[bool] = False  # nothing but added mass, whose force is that of the water carried along
+    described_by: ClassVar[type]
+
+    @classmethod
+    def from_description(cls, described: Any, part: Any) -> "Load":
+        """The load of a description on a part, a `nectosome.loads.places.Carrier`."""
+        return same_named(cls, described)
 
     @property
     def reshapes(self) -> bool:
-        """Whether the water carried along changes, by shape or by place: a load that tells what is `carried`."""
+        """Whether the added mass changes with shape or position: a load that defines `carried`."""
         return type(self).carried is not Load.carried
 
     def initial(self) -> Any:
-        """Initial state z of the load; () when it has none."""
+        """Initial state z of the load; () for a load without state."""
         return ()
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"] | None:
-        """Added mass at each station; asked once, so it may use sections but no motion: a body keeps all of it
-        also where it stands out of the water.
+        """Added mass at each station, evaluated once, from sections but not from the motion.
+
+        A body keeps all of it also out of the water.
         """
         return None
 
     def carried(
         self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
     ) -> tuple[Float[Array, "6 6"], Float[Array, "6 6"]]:
-        """Added mass at the part's first station as it is now, and its rate; only of a load that `reshapes`.
+        """Current variable added mass at the part's first station, and its rate; only for a load that `reshapes`.
 
-        It comes on top of `inertia`. The water gives the wrench -d(A V)/dt, and -dA/dt V is told apart from the rest.
-        Where it depends on the place, `force` gives the derivative of the energy V A V / 2 by the place.
+        It adds to `inertia`. The wrench of the water is -d(A V)/dt; its part -dA/dt V is reported separately. If it
+        depends on the position, `force` includes the derivative of the energy V A V / 2 by the position.
         """
         raise NotImplementedError
 
@@ -112,7 +120,7 @@ class Load(eqx.Module):
 
 
 class JointLoad(eqx.Module):
-    """What acts between a body and its parent along the joint that connects them."""
+    """A load between a body and its parent along their joint."""
 
     dissipative: ClassVar[bool] = False
 
@@ -121,25 +129,39 @@ class JointLoad(eqx.Module):
         """Generalised force [N m or N] at a displacement [rad or m] and velocity of the joint."""
 
     def bending(self, displacement: Float[Array, "nv"]) -> Float[Array, "2"] | None:
-        """Strain and stress [Pa] at the face of the layer that bends in the joint; None where there is none."""
+        """Strain and stress [Pa] at the face of the joint's flexible layer; None without one."""
         return None
 
 
 class RodLoad(eqx.Module):
-    """What acts inside a rod, between its sections: what it takes from one it gives to the next."""
+    """A load inside a rod, between its sections, with zero net wrench."""
+
+    described_by: ClassVar[type]
+
+    @classmethod
+    def from_description(cls, described: Any, part: Any) -> "RodLoad":
+        """The load of a description on a part, a `nectosome.loads.places.Carrier`."""
+        return same_named(cls, described)
 
     @abstractmethod
     def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
-        """Generalised force along the strain coordinates q of the rod, whose rates are v."""
+        """Generalised force along the strain coordinates q of the rod, with rates v."""
 
 
 class PairLoad(eqx.Module):
-    """What acts between two parts of which neither need carry the other; `tests/loads/test_pairs.py` holds each to it.
+    """A load between any two parts; `tests/loads/test_pairs.py` tests each one.
 
-    The velocities of the strips are those in the world, whatever the current. The wrenches on the two cancel: their
-    forces add up to nothing, and so do their moments about any point. What a pair gives its parts it has stored: its
-    power is never more than the rate at which `energy` falls.
+    The velocities of the strips are those in the world, independent of the current. The wrenches on the two parts
+    cancel: their forces sum to zero, and so do their moments about any point. The pair is passive: its power is at most
+    the rate at which `energy` decreases.
     """
+
+    described_by: ClassVar[type]
+
+    @classmethod
+    def from_description(cls, described: Any, first: Any, second: Any) -> "PairLoad":
+        """The pair of a description, between two parts, each a `nectosome.loads.places.Carrier`."""
+        return same_named(cls, described)
 
     @abstractmethod
     def force(self, first: Strips, second: Strips) -> tuple[Float[Array, "n 6"], Float[Array, "m 6"]]:

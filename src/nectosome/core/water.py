@@ -13,7 +13,7 @@ Current = Callable[[Float[Array, ""], Float[Array, "3"]], Float[Array, "3"]]
 
 
 class UniformCurrent(eqx.Module):
-    """The same velocity everywhere and always."""
+    """A constant, uniform velocity."""
 
     velocity: Float[Array, "3"]  # [m/s], world frame
 
@@ -29,8 +29,8 @@ class Water(eqx.Module):
     gravity: Float[Array, ""]  # [m/s2], along -z
     surface: Float[Array, ""] | None = None  # height of the free surface [m]; None: deep water
     current: Current | None = None  # velocity of the water (t, x) -> [m/s], world frame; None: still
-    floor: Float[Array, ""] | None = None  # height of the ground that legs step on [m]; None: there is none
-    walls: tuple[Float[Array, ""], Float[Array, ""]] | None = None  # x of the tank's walls [m]; None: there are none
+    floor: Float[Array, ""] | None = None  # height of the ground for legs [m]; None: no ground
+    walls: tuple[Float[Array, ""], Float[Array, ""]] | None = None  # x of the tank's walls [m]; None: no walls
 
     def flow(self, t: Float[Array, ""], x: Float[Array, "n 3"]) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
         """Velocity c [m/s] of the water at points x and its material rate Dc/Dt = dc/dt + (c . grad) c [m/s2]."""

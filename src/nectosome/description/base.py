@@ -1,7 +1,10 @@
-"""What all descriptions share: frozen models, names, vectors, and errors that belong to one field."""
+"""What all descriptions share: frozen models, names, vectors, places, and errors that belong to one field."""
 
 from abc import ABC, abstractmethod
-from typing import Annotated, Any
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
@@ -30,6 +33,7 @@ class Described(BaseModel):
     """A frozen part of a description; its quantities are SI floats, and unknown fields are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+    cycle_angle: ClassVar[str | None] = None  # the field with the angle [rad] of its cycle at time 0
 
 
 def wrong(field: str, why: str) -> PydanticCustomError:
@@ -40,6 +44,16 @@ def wrong(field: str, why: str) -> PydanticCustomError:
 def unfit(why: str) -> PydanticCustomError:
     """Return the error to raise in a field's validator."""
     return PydanticCustomError("unfit", "{why}", {"why": why})
+
+
+@contextmanager
+def inside(group: str) -> Iterator[None]:
+    """Name fields in errors from the group around this one: `at` becomes `loads.push.at`."""
+    try:
+        yield
+    except PydanticCustomError as error:
+        field = (error.context or {}).get("field")
+        raise wrong(f"{group}.{field}" if field else group, error.message()) from None
 
 
 class Shorthand(ABC):
@@ -109,3 +123,28 @@ def _not_zero(axis: tuple[float, ...]) -> tuple[float, ...]:
 
 Axis = Annotated[Vector, AfterValidator(_not_zero), NamedAxis()]
 """A direction, of any length but 0."""
+
+
+@dataclass(frozen=True)
+class _PlaceField:
+    """Reads `tip`, `root` or a fraction between 0 and 1, the place of a mark."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(_read_place)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        fraction = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
+        return {"description": "tip, root, or one of the rod's marks", "anyOf": [{"enum": ["tip", "root"]}, fraction]}
+
+
+def _read_place(value: Any) -> str | float:
+    if isinstance(value, str) and value in ("tip", "root"):
+        return value
+    if isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < 1:
+        return float(value)
+    why = f'"{shorten(value)}" is no place on a part. Write tip, root, or the fraction of one of the rod\'s marks.'
+    raise unfit(why)
+
+
+Place = Annotated[str | float, _PlaceField()]
+"""`tip`, `root`, or the fraction (0 to 1) of one of a rod's marks."""

@@ -4,22 +4,15 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from pydantic import BaseModel
-from pydantic_core import PydanticCustomError
-
-from nectosome.description.base import wrong
-from nectosome.description.loads import CrankMotor, LegLoad, PulsedThrustLoad
-from nectosome.description.mirror import image
+from nectosome.description.base import Described, inside, wrong
 from nectosome.description.orientation import applied, from_rpy, product, reflection, to_rpy, turn
-from nectosome.description.parts import Limb, Rod
+from nectosome.description.parts import Limb, Rod, has_place
 from nectosome.description.repeat import Repeat
-from nectosome.description.signals import RateAngle
 from nectosome.description.structure import changed, value_at
 from nectosome.units import did_you_mean
 
+BODY, WORLD = "body", "world"
 _MOST_LIMBS = 500
-_STARTS = {RateAngle: "start", LegLoad: "start", PulsedThrustLoad: "start", CrankMotor: "angle"}
-"""The angle at which what has no `phase` starts."""
 
 
 class Copy(NamedTuple):
@@ -35,25 +28,29 @@ Copies = Mapping[str, tuple[Copy, ...]]
 """Copies of each limb, by the name that it was written under."""
 
 
-def spread(body: Limb, limbs: Mapping[str, Limb]) -> tuple[dict[str, Limb], Copies]:
+def spread(body: Limb | None, limbs: Mapping[str, Limb]) -> tuple[dict[str, Limb], Copies]:
     """Return each limb on its own, and which are copies of which. Raises the error of a field.
 
-    A limb sits on "body", on a limb before it, or on one copy of such a limb; what sits on a limb that comes several
-    times is on each copy.
+    A limb sits on "body", on "world", on a limb before it, or on one copy of such a limb; what sits on a limb that
+    comes several times is on each copy. Without a body, limbs sit on the world where they do not say on what.
     """
     alone: dict[str, Limb] = {}
-    copies: dict[str, tuple[Copy, ...]] = {"body": (Copy("body", (), False, 0.0),)}
+    copies: dict[str, tuple[Copy, ...]] = {WORLD: (Copy(WORLD, (), False, 0.0),)}
+    if body is not None:
+        copies = {BODY: (Copy(BODY, (), False, 0.0),), **copies}
     for name, limb in limbs.items():
-        if name == "body":
-            raise wrong("limbs.body", "a limb cannot be called body. Choose another name.")
+        if name in (BODY, WORLD):
+            raise wrong(f"limbs.{name}", f"a limb cannot be called {name}. Choose another name.")
+        if body is None and "on" not in limb.model_fields_set:
+            limb = limb.model_copy(update={"on": WORLD})
         if limb.on not in copies and limb.on not in alone:
             later = " It comes later in the file: move it up." if limb.on in limbs and limb.on != name else ""
             known = dict.fromkeys((*copies, *alone))
             why = f'there is no part "{limb.on}" before this one.{later or did_you_mean(limb.on, known)}'
             raise wrong(f"limbs.{name}.on", why)
         parents = copies.get(limb.on, (Copy(limb.on, (), False, 0.0),))
-        parent = body if limb.on == "body" else alone[parents[0].name]
-        if not isinstance(limb.at, str) and not (isinstance(parent, Rod) and limb.at in parent.marks):
+        parent = body if limb.on == BODY else alone.get(parents[0].name)
+        if not (isinstance(limb.at, str) if parent is None else has_place(parent, limb.at)):
             raise wrong(f"limbs.{name}.at", f"{limb.on} has no mark at {limb.at}. Write tip or root, or add the mark.")
         made = [pair for on in parents for pair in _on_one(name, limb, on)]
         for copy, _ in made:
@@ -68,7 +65,7 @@ def spread(body: Limb, limbs: Mapping[str, Limb]) -> tuple[dict[str, Limb], Copi
     return alone, copies
 
 
-def on_all_copies(body: Limb, limbs: Mapping[str, Limb], path: str) -> tuple[str, ...]:
+def on_all_copies(body: Limb | None, limbs: Mapping[str, Limb], path: str) -> tuple[str, ...]:
     """Return the paths that a path of a limb as written stands for: one on each copy, or itself.
 
     Raises ValueError, with a sentence, where the copies do not share the quantity: one is turned or reflected, or runs
@@ -97,14 +94,12 @@ def _on_one(name: str, limb: Limb, on: Copy) -> Iterator[tuple[Copy, Limb]]:
     for k in range(1 if repeat is None else repeat.count or 2):
         one, mirrored, phase = bare, on.mirrored, on.phase
         numbers = on.numbers if repeat is None else (*on.numbers, k + 1)
-        try:
+        with inside(f"limbs.{name}"):
             if repeat is not None and k > 0:
                 one, phase = _placed(one, repeat, k), phase + k * repeat.phase
                 mirrored ^= repeat.mirror is not None
             if on.mirrored:
                 one = _mirrored(one, "y")
-        except PydanticCustomError as error:  # of a field of the limb
-            raise wrong(f"limbs.{name}.{(error.context or {})['field']}", error.message()) from None
         copy = Copy(name + "_".join(map(str, numbers)), numbers, mirrored, phase)
         yield copy, one.model_copy(update={name: _ahead(getattr(one, name), phase) for name in _driving(one)})
 
@@ -131,7 +126,7 @@ def _mirrored(limb: Limb, axis: str) -> Limb:
     reflected = reflection(axis)
     rotation = product(reflected, product(from_rpy(limb.rotation), reflection("y")))
     place = {"offset": applied(reflected, limb.offset), "rotation": to_rpy(rotation)}
-    return image(limb).model_copy(update=place)
+    return limb.image().model_copy(update=place)
 
 
 def _driving(limb: Limb) -> tuple[str, ...]:
@@ -143,12 +138,11 @@ def _ahead(value: Any, phase: float) -> Any:
     """Return a joint, or loads, whose drives run ahead by an angle [rad]."""
     if isinstance(value, dict):
         return {key: _ahead(item, phase) for key, item in value.items()}
-    if not isinstance(value, BaseModel) or phase == 0:
+    if not isinstance(value, Described) or phase == 0:
         return value
-    update = {key: _ahead(item, phase) for key, item in value if isinstance(item, BaseModel)}
-    angle = "phase" if "phase" in type(value).model_fields else _STARTS.get(type(value))
-    if angle is not None:
-        update[angle] = getattr(value, angle) + phase
+    update = {key: _ahead(item, phase) for key, item in value if isinstance(item, Described)}
+    if value.cycle_angle is not None:
+        update[value.cycle_angle] = getattr(value, value.cycle_angle) + phase
     return value.model_copy(update=update)
 
 

@@ -2,22 +2,23 @@
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import PydanticCustomError, core_schema
 
 from nectosome.units import DIMENSIONS, expected, format_quantity, parse_quantity, shorten
 
-FROM_FILE = {"units": "required"}
-"""Validation context of text from people: a bare number is refused where a unit is needed."""
+
+class Source(NamedTuple):
+    """Validation context of text from people: a bare number is refused where a unit is needed."""
+
+    folder: Path = Path()  # to which names of other files are relative
 
 
-@dataclass(frozen=True)
-class Without:
-    """Marks a place of groups of fields of several kinds: those that are known but do not belong there."""
-
-    kinds: tuple[str, ...]
+class Si(float):
+    """A number that is in SI units already, among text from people."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class Quantity:
                 number = math.inf
             if not math.isfinite(number):
                 raise ValueError(f'"{shorten(number)}" must be finite. {expected(self.dimension)}')
-            if units_required and number != 0 and self.unit:
+            if units_required and number != 0 and self.unit and not isinstance(value, Si):
                 raise ValueError(f'"{shorten(value)}" has no unit. {expected(self.dimension)}')
         self._check_range(number, value)
         return number
@@ -74,7 +75,7 @@ class Quantity:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         def validate(value: Any, info: ValidationInfo) -> float:
             try:
-                return self.read(value, units_required=info.context == FROM_FILE)
+                return self.read(value, units_required=isinstance(info.context, Source))
             except ValueError as error:
                 raise PydanticCustomError("quantity", "{why}", {"why": str(error)}) from None
 

@@ -39,4 +39,16 @@ def save_robot(description: RobotDescription, path: str | Path) -> None:
 
 def json_schema() -> dict[str, Any]:
     """Return the JSON schema of a robot file, for editors."""
-    return RobotDescription.model_json_schema()
+    schema = RobotDescription.model_json_schema()
+    names = {name: model["title"] for name, model in schema["$defs"].items()}  # such as SineAngle of SineSignal[Angle]
+    schema["$defs"] = {names[name]: model for name, model in schema["$defs"].items()}
+    return _renamed(schema, {f"#/$defs/{old}": f"#/$defs/{new}" for old, new in names.items()})
+
+
+def _renamed(schema: Any, names: dict[str, str]) -> Any:
+    """Return a schema whose references go by other names."""
+    if isinstance(schema, dict):
+        return {key: _renamed(value, names) for key, value in schema.items()}
+    if isinstance(schema, list):
+        return [_renamed(value, names) for value in schema]
+    return names.get(schema, schema) if isinstance(schema, str) else schema

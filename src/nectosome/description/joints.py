@@ -1,9 +1,9 @@
 """Joints: how a part moves against what it sits on."""
 
 import math
-from typing import Annotated, Literal, Self
+from typing import Any, ClassVar, Generic, Literal, Self, TypeVar
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from nectosome.description.base import ZERO, AngularVelocity, Axis, Described, Position, Rotation, Velocity, wrong
 from nectosome.description.fields import (
@@ -22,44 +22,54 @@ from nectosome.description.fields import (
     Speed,
     Stiffness,
 )
-from nectosome.description.joint_signals import (
-    FreeDrive,
-    FreeMotion,
-    PlanarDrive,
-    PlanarMotion,
-    SphericalDrive,
-    SphericalMotion,
-)
+from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.signals import AngleSignal, ForceSignal, LengthSignal, TorqueSignal
 
+Q = TypeVar("Q", bound=float)
+"""The coordinate of a joint, `Angle` or `Coordinate`."""
+S = TypeVar("S", bound=float)
+"""Its rate."""
+K = TypeVar("K", bound=float)
+"""The stiffness against it."""
+C = TypeVar("C", bound=float)
+"""The damping of its rate."""
 
-class FixedJoint(Described):
+
+class JointDescription(Mirrored):
+    """How a part moves against what it sits on. `drive_field` is the field of the forces that drive it."""
+
+    kind: Any  # its name in a file, a literal of each class
+    drive_field: ClassVar[str] = "drive"
+
+
+class FixedJoint(JointDescription):
     """No motion."""
 
     kind: Literal["fixed"]
+    mirror = Mirror()
 
 
-class AngularLimit(Described):
+class _Limit(Described, Generic[Q, K, C]):
+    at: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    stiffness: K
+    damping: C = 0.0  # pyright: ignore[reportAssignmentType]
+
+
+class AngularLimit(_Limit[Angle, AngularStiffness, AngularDamping]):
     """A stop `at` an angle [rad]: a spring of `stiffness` [N m/rad] and a damper [N m s/rad] that only push.
 
     Both rise smoothly over the first `softness` [rad] of the way into the stop.
     """
 
-    at: Angle = 0.0
-    stiffness: AngularStiffness
-    damping: AngularDamping = 0.0
     softness: PositiveAngle = math.radians(1.0)
 
 
-class LinearLimit(Described):
+class LinearLimit(_Limit[Coordinate, Stiffness, Damping]):
     """A stop `at` a place [m]: a spring of `stiffness` [N/m] and a damper [N s/m] that only push.
 
     Both rise smoothly over the first `softness` [m] of the way into the stop.
     """
 
-    at: Coordinate = 0.0
-    stiffness: Stiffness
-    damping: Damping = 0.0
     softness: Length
 
 
@@ -84,7 +94,37 @@ class ServoLimits(Described):
     speed: PositiveAngularSpeed
 
 
-class RevoluteJoint(Described):
+class _AxialJoint(JointDescription, Generic[Q, S, K, C]):
+    """What a hinge and a slide share."""
+
+    axis: Axis
+    position: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    velocity: S = 0.0  # pyright: ignore[reportAssignmentType]
+    stiffness: K = 0.0  # pyright: ignore[reportAssignmentType]
+    damping: C = 0.0  # pyright: ignore[reportAssignmentType]
+    rest: Q = 0.0  # pyright: ignore[reportAssignmentType]
+
+    @model_validator(mode="after")
+    def _stops_apart(self) -> Self:
+        lower, upper = getattr(self, "lower", None), getattr(self, "upper", None)
+        if lower is not None and upper is not None and not lower.at < upper.at:
+            raise wrong("upper.at", "must be above the lower stop.")
+        return self
+
+    @model_validator(mode="after")
+    def _one_drive(self) -> Self:
+        if getattr(self, "motion", None) is None:
+            return self
+        drive = self.drive_field
+        if getattr(self, drive) is not None:
+            raise wrong(drive, f"a joint with a motion cannot have a {drive} as well. Leave one of them out.")
+        for name in ("position", "velocity"):
+            if getattr(self, name) != 0:
+                raise wrong(name, f"the motion already says where the joint starts. Leave the {name} out.")
+        return self
+
+
+class RevoluteJoint(_AxialJoint[Angle, AngularSpeed, AngularStiffness, AngularDamping]):
     """A hinge about `axis`: spring and damper, stops, and either a prescribed `motion`, a `torque`, or neither.
 
     `position` [rad] and `velocity` [rad/s] are those at the start; the spring is at ease at `rest` [rad]. Its
@@ -93,33 +133,19 @@ class RevoluteJoint(Described):
     """
 
     kind: Literal["revolute"]
-    axis: Axis
-    position: Angle = 0.0
-    velocity: AngularSpeed = 0.0
-    stiffness: AngularStiffness = 0.0
-    damping: AngularDamping = 0.0
-    rest: Angle = 0.0
     flexure: Flexure | None = None
     lower: AngularLimit | None = None
     upper: AngularLimit | None = None
     motion: AngleSignal | None = None
     torque: TorqueSignal | None = None
     limits: ServoLimits | None = None
+    mirror = Mirror(axis=about)
+    drive_field = "torque"
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> Self:
         if self.flexure is not None and self.stiffness != 0:
             raise wrong("stiffness", "follows from the flexure. Leave one of the two out.")
-        return self
-
-    @model_validator(mode="after")
-    def _stops_apart(self) -> Self:
-        _check_stops(self.lower, self.upper)
-        return self
-
-    @model_validator(mode="after")
-    def _one_drive(self) -> Self:
-        _check_drive(self.motion, "torque", self.torque, self.position, self.velocity)
         return self
 
     @model_validator(mode="after")
@@ -129,48 +155,50 @@ class RevoluteJoint(Described):
         return self
 
 
-class PrismaticJoint(Described):
+class PrismaticJoint(_AxialJoint[Coordinate, Speed, Stiffness, Damping]):
     """A slide along `axis`: spring and damper, stops, and either a prescribed `motion`, a `force`, or neither.
 
     `position` [m] and `velocity` [m/s] are those at the start; the spring is at ease at `rest` [m].
     """
 
     kind: Literal["prismatic"]
-    axis: Axis
-    position: Coordinate = 0.0
-    velocity: Speed = 0.0
-    stiffness: Stiffness = 0.0
-    damping: Damping = 0.0
-    rest: Coordinate = 0.0
     lower: LinearLimit | None = None
     upper: LinearLimit | None = None
     motion: LengthSignal | None = None
     force: ForceSignal | None = None
+    mirror = Mirror(axis=along)
+    drive_field = "force"
 
-    @model_validator(mode="after")
-    def _stops_apart(self) -> Self:
-        _check_stops(self.lower, self.upper)
-        return self
+
+class _SpaceJoint(JointDescription):
+    """What joints with several coordinates share: a signal for each in `motion` or `drive`, and a `start`."""
 
     @model_validator(mode="after")
     def _one_drive(self) -> Self:
-        _check_drive(self.motion, "force", self.force, self.position, self.velocity)
+        if getattr(self, "motion", None) is None:
+            return self
+        if getattr(self, "drive", None) is not None:
+            raise wrong("drive", "a joint with a motion cannot have a drive as well. Leave one of them out.")
+        start: Any = getattr(self, "start", None)
+        if start != type(start)():
+            raise wrong("start", "the motion already says where the joint starts. Leave the start out.")
         return self
 
 
-def _check_stops(lower: AngularLimit | LinearLimit | None, upper: AngularLimit | LinearLimit | None) -> None:
-    if lower is not None and upper is not None and not lower.at < upper.at:
-        raise wrong("upper.at", "must be above the lower stop.")
+class PlanarMotion(Described):
+    """Where a planar joint is made to go: `x`, `y` in the plane [m] and `angle` about its axis [rad]."""
+
+    x: LengthSignal | None = None
+    y: LengthSignal | None = None
+    angle: AngleSignal | None = None
 
 
-def _check_drive(motion: object, drive_name: str, drive: object, position: float, velocity: float) -> None:
-    if motion is None:
-        return
-    if drive is not None:
-        raise wrong(drive_name, f"a joint with a motion cannot have a {drive_name} as well. Leave one of them out.")
-    for name, value in (("position", position), ("velocity", velocity)):
-        if value != 0:
-            raise wrong(name, f"the motion already says where the joint starts. Leave the {name} out.")
+class PlanarDrive(Described):
+    """Forces along the moving part's own `x` and `y` [N] and the torque about its axis, `angle` [N m]."""
+
+    x: ForceSignal | None = None
+    y: ForceSignal | None = None
+    angle: TorqueSignal | None = None
 
 
 class PlanarStart(Described):
@@ -185,7 +213,7 @@ class PlanarStart(Described):
     angular_speed: AngularSpeed = 0.0
 
 
-class PlanarJoint(Described):
+class PlanarJoint(_SpaceJoint):
     """Moves in the plane normal to `axis`: two translations and the rotation about the axis."""
 
     kind: Literal["planar"]
@@ -193,11 +221,14 @@ class PlanarJoint(Described):
     start: PlanarStart = PlanarStart()
     motion: PlanarMotion | None = None
     drive: PlanarDrive | None = None
+    mirror = Mirror(axis=about, start=Mirror(position=along, velocity=along))
 
-    @model_validator(mode="after")
-    def _one_drive(self) -> Self:
-        _check_either(self)
-        return self
+    def image(self) -> Self:
+        """Return the image of a joint without a motion and a drive. Raises the error of a field for others."""
+        field = next((name for name in ("motion", "drive") if getattr(self, name) is not None), None)
+        if field is not None:
+            raise wrong(field, f"a planar joint with a {field} cannot be mirrored. Write both limbs out.")
+        return super().image()
 
     @model_validator(mode="after")
     def _start_in_plane(self) -> Self:
@@ -207,6 +238,22 @@ class PlanarJoint(Described):
             if abs(out_of_plane) > 1e-9 * math.hypot(*vector):
                 raise wrong(f"start.{name}", f"the {name} leaves the plane normal to the axis. Leave that part out.")
         return self
+
+
+class SphericalMotion(Described):
+    """How a spherical joint is made to turn: `roll`, `pitch`, `yaw` [rad]."""
+
+    roll: AngleSignal | None = None
+    pitch: AngleSignal | None = None
+    yaw: AngleSignal | None = None
+
+
+class SphericalDrive(Described):
+    """Torques about the moving part's own `x`, `y`, `z` [N m]."""
+
+    x: TorqueSignal | None = None
+    y: TorqueSignal | None = None
+    z: TorqueSignal | None = None
 
 
 class SphericalStart(Described):
@@ -219,7 +266,7 @@ class SphericalStart(Described):
     angular_velocity: AngularVelocity = ZERO
 
 
-class SphericalJoint(Described):
+class SphericalJoint(_SpaceJoint):
     """Turns freely in all three directions, with the same `stiffness` and `damping` in each."""
 
     kind: Literal["spherical"]
@@ -228,11 +275,33 @@ class SphericalJoint(Described):
     start: SphericalStart = SphericalStart()
     motion: SphericalMotion | None = None
     drive: SphericalDrive | None = None
+    mirror = Mirror(
+        start=Mirror(orientation=about, angular_velocity=about),
+        motion=Mirror(roll=opposite, yaw=opposite),
+        drive=Mirror(x=opposite, z=opposite),
+    )
 
-    @model_validator(mode="after")
-    def _one_drive(self) -> Self:
-        _check_either(self)
-        return self
+
+class FreeMotion(Described):
+    """Where a free part is made to go: `x`, `y`, `z` [m] and `roll`, `pitch`, `yaw` [rad]: a moving base."""
+
+    x: LengthSignal | None = None
+    y: LengthSignal | None = None
+    z: LengthSignal | None = None
+    roll: AngleSignal | None = None
+    pitch: AngleSignal | None = None
+    yaw: AngleSignal | None = None
+
+
+class FreeDrive(Described):
+    """Torques about and forces along the moving part's own axes [N m, N]: thrusters."""
+
+    torque_x: TorqueSignal | None = None
+    torque_y: TorqueSignal | None = None
+    torque_z: TorqueSignal | None = None
+    force_x: ForceSignal | None = None
+    force_y: ForceSignal | None = None
+    force_z: ForceSignal | None = None
 
 
 class FreeStart(Described):
@@ -247,30 +316,15 @@ class FreeStart(Described):
     angular_velocity: AngularVelocity = ZERO
 
 
-class FreeJoint(Described):
+class FreeJoint(_SpaceJoint):
     """Moves and turns freely."""
 
     kind: Literal["free"]
     start: FreeStart = FreeStart()
     motion: FreeMotion | None = None
     drive: FreeDrive | None = None
-
-    @model_validator(mode="after")
-    def _one_drive(self) -> Self:
-        _check_either(self)
-        return self
-
-
-def _check_either(joint: "PlanarJoint | SphericalJoint | FreeJoint") -> None:
-    if joint.motion is None:
-        return
-    if joint.drive is not None:
-        raise wrong("drive", "a joint with a motion cannot have a drive as well. Leave one of them out.")
-    if joint.start != type(joint.start)():
-        raise wrong("start", "the motion already says where the joint starts. Leave the start out.")
-
-
-Joint = Annotated[
-    FixedJoint | RevoluteJoint | PrismaticJoint | PlanarJoint | SphericalJoint | FreeJoint,
-    Field(discriminator="kind"),
-]
+    mirror = Mirror(
+        start=Mirror(position=along, orientation=about, velocity=along, angular_velocity=about),
+        motion=Mirror(y=opposite, roll=opposite, yaw=opposite),
+        drive=Mirror(torque_x=opposite, torque_z=opposite, force_y=opposite),
+    )

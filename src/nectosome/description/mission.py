@@ -18,7 +18,7 @@ from nectosome.units import InputError, did_you_mean, shorten
 
 Happening = Literal["touchdown", "liftoff", "surface", "low_wall", "high_wall"]
 _LENGTH, _ANGLE = Quantity("length"), Quantity("angle")
-_PLACES: dict[str, Quantity] = {"x": _LENGTH, "y": _LENGTH, "z": _LENGTH, "pitch": _ANGLE, "heading": _ANGLE}
+_PLACES: dict[str, Quantity] = {f"position.{axis}": _LENGTH for axis in "xyz"} | {"pitch": _ANGLE, "heading": _ANGLE}
 DURATION = Quantity("time", minimum=0)
 _Text = Annotated[str, BeforeValidator(lambda value: str(value) if isinstance(value, int | float) else value)]
 
@@ -28,9 +28,9 @@ class ModeDescription(Described):
 
     A value is reached at once, or evenly `in` a time: `0.61 L in 10 s`. `until` is a time in the mode (`20 s`),
     `touchdown` or `liftoff` (of the first, of the last foot), `surface` (the robot's top comes out of the water),
-    `low_wall` or `high_wall` (its bumper touches that at the smaller, at the larger x), a place of the body such as
-    `x > 0.9 m`, `z < 20 cm`, `pitch > 10 deg` or `heading > 170 deg` (of its x axis, seen from above), or a list of
-    these, of which the first counts. Where none comes within `longest` [s] the mission ends.
+    `low_wall` or `high_wall` (the contact of its hull with the wall at the smaller, at the larger x), a place such as
+    `position.x > 0.9 m`, `position.z < 20 cm`, `pitch > 10 deg` or `heading > 170 deg` (of its x axis, seen from
+    above), or a list of these, of which the first counts. Where none comes within `longest` [s] the mission ends.
     """
 
     name: Name
@@ -50,7 +50,7 @@ class Event(NamedTuple):
     """What ends a mode: a time in it [s], something that happens, or a place that is passed."""
 
     told: str
-    kind: str  # "time", a `Happening`, or one of x, y, z, pitch, heading
+    kind: str  # "time", a `Happening`, or one of `_PLACES`
     limit: float = 0.0  # [s, m or rad]
     below: bool = False  # a place has to be below its limit
 
@@ -133,7 +133,7 @@ def _read_change(name: str, text: str, robot: RobotDescription) -> dict[str, Cha
 def _read_event(text: str, robot: RobotDescription) -> Event:
     """Event in words, where the robot can have it."""
     what = text.strip()
-    place = re.fullmatch(r"([a-z]+)\s*([<>])\s*(.+)", what)
+    place = re.fullmatch(r"([a-z.]+)\s*([<>])\s*(.+)", what)
     if place is None and re.match(r"[-+]?[\d.]", what):
         try:
             return Event(what, "time", DURATION.read(what, units_required=True))
@@ -154,12 +154,12 @@ def _read_event(text: str, robot: RobotDescription) -> Event:
 
 def _check_possible(happening: Happening, robot: RobotDescription) -> None:
     """Raise InputError where a robot cannot have it."""
-    loads = {load.kind for part in (robot.body, *robot.limbs.values()) for load in part.loads.values()}
+    loads = {load.kind for part in robot.parts.values() for load in part.loads.values()}
     water = robot.water
     lacks = {
         "touchdown": [("legs", "leg" in loads), ("a floor in its water", water.floor is not None)],
         "surface": [("a surface of its water", water.surface is not None)],
-        "low_wall": [("a bumper", "bumper" in loads), ("walls in its water", water.walls is not None)],
+        "low_wall": [("a wall contact", "wall_contact" in loads), ("walls in its water", water.walls is not None)],
     }
     lacks |= {"liftoff": lacks["touchdown"], "high_wall": lacks["low_wall"]}
     for what, there in lacks[happening]:

@@ -1,11 +1,11 @@
-"""Pairs: what acts between two parts, of which neither need carry the other."""
+"""Pairs: what acts between two parts, neither of which need carry the other."""
 
 from collections.abc import Mapping
-from typing import Annotated, Literal, Self
+from typing import Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from nectosome.description.base import ZERO, Described, Name, Position, Rotation, wrong
+from nectosome.description.base import ZERO, Described, Name, Place, Position, Rotation, inside, wrong
 from nectosome.description.fields import (
     AngularDamping,
     AngularStiffness,
@@ -15,12 +15,21 @@ from nectosome.description.fields import (
     PositiveSpeed,
     PositiveStiffness,
 )
-from nectosome.description.parts import Limb, Rigid, Rod
-from nectosome.description.places import Place
+from nectosome.description.parts import Limb, Rigid, has_place
 from nectosome.units import did_you_mean
 
 
-class BushingPair(Described):
+class PairDescription(Described):
+    """What acts `between` two parts."""
+
+    kind: Any  # its name in a file, a literal of each class
+    between: tuple[Name, Name]
+
+    def check(self, parts: tuple[Limb, Limb]) -> None:
+        """Raise the error of a field for parts that it does not act between."""
+
+
+class BushingPair(PairDescription):
     """A stiff bushing that holds a place of one part to a place of another, as in a loop of bodies.
 
     Each place is `at` the tip, the root or a mark of its part, moved by `offset` [m] along the axes there. `stiffness`
@@ -29,8 +38,7 @@ class BushingPair(Described):
     the second place is turned by `rotation` (roll, pitch, yaw) [rad] against the first.
     """
 
-    kind: Literal["tie"]
-    between: tuple[Name, Name]
+    kind: Literal["bushing"]
     at: tuple[Place, Place] = ("tip", "tip")
     offset: tuple[Position, Position] = (ZERO, ZERO)
     rotation: Rotation = ZERO
@@ -39,8 +47,14 @@ class BushingPair(Described):
     turning_stiffness: AngularStiffness = 0.0
     turning_damping: AngularDamping = 0.0
 
+    def check(self, parts: tuple[Limb, Limb]) -> None:
+        """Raise the error of a field for a mark that a part does not have."""
+        for i, (name, part, at) in enumerate(zip(self.between, parts, self.at, strict=True)):
+            if not has_place(part, at):
+                raise wrong(f"at.{i}", f"{name} has no mark at {at}. Write tip or root, or add the mark.")
 
-class ContactPair(Described):
+
+class ContactPair(PairDescription):
     """Contact of two parts: rods, cylinders and spheres, which count as round and end in half spheres.
 
     The first is sampled at its points (a cylinder at its `strips`), which must be closer than the second is thick.
@@ -50,8 +64,7 @@ class ContactPair(Described):
     room.
     """
 
-    kind: Literal["touch"]
-    between: tuple[Name, Name]
+    kind: Literal["contact"]
     stiffness: PositiveStiffness
     damping: Damping = 0.0
     softness: Length = 1e-4
@@ -65,11 +78,13 @@ class ContactPair(Described):
             raise wrong("dynamic_friction", "what slips has no more friction than what sticks, static_friction.")
         return self
 
+    def check(self, parts: tuple[Limb, Limb]) -> None:
+        """Raise the error of a field for a part that is not round."""
+        for i, (name, part) in enumerate(zip(self.between, parts, strict=True)):
+            _check_shape(f"between.{i}", name, part)
 
-Pair = Annotated[BushingPair | ContactPair, Field(discriminator="kind")]
 
-
-def check_pair(own: str, pair: BushingPair | ContactPair, parts: Mapping[str, Limb]) -> None:
+def check_pair(own: str, pair: PairDescription, parts: Mapping[str, Limb]) -> None:
     """Raise the error of a pair called `own` that does not fit its parts."""
     here = f"pairs.{own}"
     if any(own in part.loads for part in parts.values()):
@@ -77,22 +92,20 @@ def check_pair(own: str, pair: BushingPair | ContactPair, parts: Mapping[str, Li
     for i, name in enumerate(pair.between):
         if name not in parts:
             raise wrong(f"{here}.between.{i}", f'there is no part "{name}".{did_you_mean(name, parts)}')
-    if pair.between[0] == pair.between[1]:
+    first, second = pair.between
+    if first == second:
         raise wrong(f"{here}.between", "a pair is of two parts, these are one.")
-    for i, name in enumerate(pair.between):
-        part = parts[name]
-        if isinstance(pair, ContactPair):
-            _check_shape(f"{here}.between.{i}", name, part)
-        elif not isinstance(pair.at[i], str) and not (isinstance(part, Rod) and pair.at[i] in part.marks):
-            why = f"{name} has no mark at {pair.at[i]}. Write tip or root, or add the mark."
-            raise wrong(f"{here}.at.{i}", why)
+    with inside(here):
+        pair.check((parts[first], parts[second]))
 
 
 def _check_shape(field: str, name: str, part: Limb) -> None:
     if not isinstance(part, Rigid) or part.shape == "cylinder":
         return
     if part.shape != "spheroid":
-        raise wrong(field, f"{name} is a {part.shape}: only rods, cylinders and spheres touch. Add a cylinder to it.")
+        raise wrong(
+            field, f"{name} is a {part.shape}: contact is between rods, cylinders and spheres. Add a cylinder to it."
+        )
     assert part.length is not None and part.radius is not None
     if abs(part.length - 2 * part.radius) > 1e-6 * part.length:
-        raise wrong(field, f"{name} is no sphere: of spheroids only those touch whose length is twice their radius.")
+        raise wrong(field, f"{name} is no sphere: a spheroid in contact needs a length of twice its radius.")

@@ -2,11 +2,22 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from nectosome.description.base import ZERO, Described, Name, OneOrMany, Position, Rotation, unfit, wrong
+from nectosome.description.base import (
+    ZERO,
+    Described,
+    Name,
+    OneOrMany,
+    Place,
+    Position,
+    Rotation,
+    inside,
+    unfit,
+    wrong,
+)
 from nectosome.description.fields import (
     Bend,
     Curvature,
@@ -20,13 +31,14 @@ from nectosome.description.fields import (
     ProductOfInertia,
     Viscosity,
     Volume,
-    Without,
 )
-from nectosome.description.joints import FixedJoint, Joint
-from nectosome.description.loads import Load
-from nectosome.description.places import Place
+from nectosome.description.joints import FixedJoint, JointDescription
+from nectosome.description.kinds import OneOf
+from nectosome.description.loads import ROD, LoadDescription, listed
+from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.repeat import Repeat
-from nectosome.description.waves import PrescribedStrains, wave_missed
+from nectosome.description.rod_loads import TURNED
+from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
 
 StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
 STRAIN_NAMES: tuple[StrainName, ...] = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")
@@ -34,21 +46,41 @@ Order = Annotated[int, Field(strict=True, ge=0, le=20)]
 Mark = Annotated[float, Field(strict=True, gt=0, lt=1)]
 
 
-class Part(Described):
+class Part(Mirrored):
     """What rigid bodies and rods share: where they sit, how they move against it, what acts on them.
 
-    A part sits `on` another one ("body" or an earlier limb), `at` its tip, its root or one of its marks, moved by
-    `offset` [m] and turned by `rotation` (roll, pitch, yaw) [rad]; the joint comes after that. For the body of the
-    robot, `offset` and `rotation` are its place in the world. `repeat` makes it come several times.
+    A part sits `on` another one ("body" or an earlier limb) or on the "world", `at` its tip, its root or one of its
+    marks, moved by `offset` [m] and turned by `rotation` (roll, pitch, yaw) [rad]; the joint comes after that. For the
+    body of the robot, `offset` and `rotation` are its place in the world. `repeat` makes it come several times.
     """
 
+    kind: Any  # its name in a file, a literal of each class
     on: Name = "body"
     at: Place = "tip"
     offset: Position = ZERO
     rotation: Rotation = ZERO
     repeat: Repeat | None = None
-    joint: Joint = FixedJoint(kind="fixed")
-    loads: dict[Name, Load] = Field(default_factory=dict)
+    joint: Annotated[JointDescription, OneOf()] = FixedJoint(kind="fixed")
+    loads: dict[Name, Annotated[LoadDescription, OneOf()]] = Field(default_factory=dict)
+
+    def image(self) -> Self:
+        """Return the image but for where it sits. Equal signals of its joints make it move as the image does.
+
+        Forces in the world's frame stay as they are. Raises the error of a field for what has no image.
+        """
+        with inside("joint"):
+            joint = _image(self.joint)
+        loads = {}
+        for name, load in self.loads.items():
+            with inside(f"loads.{name}"):
+                loads[name] = _image(load)
+        return super().image().model_copy(update={"joint": joint, "loads": loads})
+
+
+def _image(part: JointDescription | LoadDescription) -> Mirrored:
+    if part.mirror is None:
+        raise unfit(f"{part.kind} cannot be mirrored. Write both limbs out.")
+    return part.image()
 
 
 _SHAPE_FIELDS = {
@@ -57,17 +89,6 @@ _SHAPE_FIELDS = {
     "spheroid": ("length", "radius"),
     "point": (),
 }
-_ON_SHAPES = {
-    "drag": ("cylinder",),
-    "plate_drag": ("box",),
-    "added_mass": ("cylinder", "box"),
-    "cylinder_added_mass": ("cylinder",),
-    "spheroid_added_mass": ("spheroid",),
-    "distributed_force": ("cylinder", "box", "spheroid"),
-}
-_ONLY_ON_RODS = ("tendon", "chamber", "muscle", "trailing_edge")
-_NOT_ON_RODS = ("lumped_drag", "given_added_mass", "cylinder_added_mass", "spheroid_added_mass")
-_NOT_ON_RODS += ("jet", "leg", "near_floor", "pulsed_thrust", "bumper")
 
 
 class Rigid(Part):
@@ -85,7 +106,7 @@ class Rigid(Part):
     """
 
     kind: Literal["rigid"]
-    loads: Annotated[dict[Name, Load], Without(_ONLY_ON_RODS)] = Field(default_factory=dict)
+    loads: dict[Name, Annotated[LoadDescription, OneOf(lambda load: load.on != ROD)]] = Field(default_factory=dict)
     shape: Literal["cylinder", "box", "spheroid", "point"]
     length: Length | None = None
     radius: Length | None = None
@@ -99,6 +120,7 @@ class Rigid(Part):
     centre_of_mass: Position = ZERO
     volume: Volume | None = None
     strips: Annotated[int, Field(strict=True, ge=1, le=200)] = 5
+    mirror = Mirror(centre_of_mass=along, products=about)  # products xy and yz change their sign
 
     @model_validator(mode="after")
     def _shape_is_whole(self) -> Self:
@@ -106,9 +128,9 @@ class Rigid(Part):
         for name in ("length", "radius", "width", "height"):
             given = getattr(self, name) is not None
             if name in needed and not given:
-                raise wrong(name, f"is missing. A {self.shape} needs {_list(needed)}.")
+                raise wrong(name, f"is missing. A {self.shape} needs {listed(needed)}.")
             if given and name not in needed:
-                has = f"needs only {_list(needed)}" if needed else "has no size"
+                has = f"needs only {listed(needed)}" if needed else "has no size"
                 raise wrong(name, f"a {self.shape} has no {name}, it {has}. Leave it out.")
         if self.bend != 0 and self.shape != "cylinder":
             raise wrong("bend", f"a {self.shape} has no bend, only a cylinder has one. Leave it out.")
@@ -148,14 +170,8 @@ class Rigid(Part):
     @model_validator(mode="after")
     def _loads_fit(self) -> Self:
         for name, load in self.loads.items():
-            if load.kind in _ONLY_ON_RODS:
-                raise wrong(f"loads.{name}.kind", f"{load.kind} acts on a rod, not on a rigid part.")
-            shapes = _ON_SHAPES.get(load.kind)
-            if shapes is not None and self.shape not in shapes:
-                why = f"{load.kind} acts on {_list(shapes, 'or')}, not on a {self.shape}."
-                raise wrong(f"loads.{name}.kind", why)
-            if load.kind == "force" and not isinstance(load.at, str):
-                raise wrong(f"loads.{name}.at", "only a rod has marks. Write tip or root.")
+            with inside(f"loads.{name}"):
+                load.check(self.shape)
         return self
 
 
@@ -191,9 +207,17 @@ class RestStrains(Described):
     shear_z: Annotated[tuple[Number, ...], OneOrMany()] = ()
 
 
+class PrescribedStrains(Described):
+    """Strains that a rod is made to take, whatever that needs: curvatures [rad/m] about its sections' axes."""
+
+    torsion: StrainSignal | None = None
+    bending_y: StrainSignal | None = None
+    bending_z: StrainSignal | None = None
+
+
 def _in_canonical_order(strains: dict[StrainName, int]) -> dict[StrainName, int]:
     if not strains:
-        raise unfit(f"a rod needs at least one of {_list(STRAIN_NAMES)}.")
+        raise unfit(f"a rod needs at least one of {listed(STRAIN_NAMES)}.")
     return {name: strains[name] for name in STRAIN_NAMES if name in strains}
 
 
@@ -221,7 +245,7 @@ class Rod(Part):
     """
 
     kind: Literal["rod"]
-    loads: Annotated[dict[Name, Load], Without(_NOT_ON_RODS)] = Field(default_factory=dict)
+    loads: dict[Name, Annotated[LoadDescription, OneOf(lambda load: "rod" in load.on)]] = Field(default_factory=dict)
     section: Literal["circle", "ellipse", "rectangle"]
     length: Length
     radius: Length | None = None
@@ -240,6 +264,10 @@ class Rod(Part):
     motion: PrescribedStrains = PrescribedStrains()
     points: Annotated[int, Field(strict=True, ge=2, le=200)] = 10
     marks: Annotated[tuple[Mark, ...], AfterValidator(_increasing)] = ()
+    mirror = Mirror(
+        rest=Mirror(**dict.fromkeys((*TURNED, "shear_y"), opposite)),
+        motion=Mirror(**dict.fromkeys(TURNED, opposite)),
+    )
 
     @model_validator(mode="after")
     def _section_is_whole(self) -> Self:
@@ -247,26 +275,22 @@ class Rod(Part):
         for name in ("radius", "tip_radius", "width", "height", "tip_width", "tip_height"):
             given = getattr(self, name) is not None
             if name in has and not given and not name.startswith("tip_"):
-                raise wrong(name, f"is missing. A rod of section {self.section} needs {_list(has[: len(has) // 2])}.")
+                raise wrong(name, f"is missing. A rod of section {self.section} needs {listed(has[: len(has) // 2])}.")
             if given and name not in has:
-                raise wrong(name, f"a rod of section {self.section} has no {name}, only {_list(has)}. Leave it out.")
+                raise wrong(name, f"a rod of section {self.section} has no {name}, only {listed(has)}. Leave it out.")
         for k, inner in enumerate(self.between):
             for name in ("radius", "width", "height"):
                 if (getattr(inner, name) is not None) != (name in has):
                     why = "is missing" if name in has else "is none of its sizes. Leave it out"
-                    sizes = _list(has[: len(has) // 2])
+                    sizes = listed(has[: len(has) // 2])
                     raise wrong(f"between.{k}.{name}", f"{why}: a section of this rod has {sizes}.")
         return self
 
     @model_validator(mode="after")
     def _loads_fit(self) -> Self:
         for name, load in self.loads.items():
-            if load.kind in _NOT_ON_RODS:
-                raise wrong(f"loads.{name}.kind", f"{load.kind} acts on rigid parts, not on a rod.")
-            if load.kind == "force" and not isinstance(load.at, str) and load.at not in self.marks:
-                raise wrong(f"loads.{name}.at", f"the rod has no mark at {load.at}. Add it to its marks.")
-            if load.kind == "muscle" and load.strain not in self.strains:
-                raise wrong(f"loads.{name}.strain", f"{load.strain} is not free: the rod's strains do not name it.")
+            with inside(f"loads.{name}"):
+                load.check("rod", self.marks, self.strains.keys())
         return self
 
     @model_validator(mode="after")
@@ -277,13 +301,29 @@ class Rod(Part):
                 continue
             if name not in self.strains:
                 raise wrong(f"motion.{name}", f"the rod's strains do not name {name}. Give it an order there.")
-            missed = [wave_missed(wave, self.length, order) for order in range(self.strains[name], 21)]
+            missed = [share_missed(wave, self.length, order) for order in range(self.strains[name], 21)]
             if missed[0] > _MISSED:
                 enough = next((self.strains[name] + k for k, m in enumerate(missed) if m <= _MISSED), None)
                 way = "Choose a longer wavelength" if enough is None else f"It takes order {enough}"
                 why = f"polynomials of order {self.strains[name]} miss {100 * missed[0]:.0f} % of this wave. {way}."
                 raise wrong(f"strains.{name}", why)
         return self
+
+
+def share_missed(strain: WaveSignal | RecordedStrain, length: float, order: int) -> float:
+    """Return the share of a strain's root mean square along a rod that polynomials of an order miss."""
+    import numpy as np
+
+    s, w = np.polynomial.legendre.leggauss(60)
+    x = 0.5 * (s + 1)
+    envelope = strain.envelope * 2 if len(strain.envelope) == 1 else strain.envelope
+    e = np.interp(x, np.linspace(0, 1, len(envelope)), envelope)
+    wavelength = strain.wavelength if isinstance(strain, WaveSignal) else None
+    turn = 2 * np.pi * x * (length / wavelength if wavelength else 0.0)
+    f = np.stack([e * np.cos(turn), e * np.sin(turn)])
+    P = np.polynomial.legendre.legvander(s, order)
+    c = (f * w) @ P * (np.arange(order + 1) + 0.5)
+    return float(np.sqrt((((f - c @ P.T) ** 2) @ w).sum() / ((f**2) @ w).sum()))
 
 
 Limb = Annotated[Rigid | Rod, Field(discriminator="kind")]
@@ -304,5 +344,6 @@ def has_a_body(principal: Sequence[float]) -> bool:
     return 2 * max(principal) <= sum(principal) * (1 + 1e-9)
 
 
-def _list(names: tuple[str, ...], last: str = "and") -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}"
+def has_place(part: Limb, at: str | float) -> bool:
+    """Whether a part has a place: a tip, a root, or one of its marks."""
+    return isinstance(at, str) or (isinstance(part, Rod) and at in part.marks)

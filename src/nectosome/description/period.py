@@ -4,8 +4,10 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from nectosome.description.loads import CrankMotor
 from nectosome.description.robot import RobotDescription
-from nectosome.description.signals import RateLength
+from nectosome.description.signals import RateSignal, SignalDescription
+from nectosome.description.structure import items
 from nectosome.units import InputError, show_quantity
 
 _MOST = 50  # cycles of the fastest drive in the common period
@@ -42,58 +44,38 @@ def drive_frequencies(description: RobotDescription) -> dict[str, float]:
     return dict(_frequencies(description))
 
 
-def driving_signals(description: RobotDescription) -> dict[str, Any]:
+def driving_signals(description: RobotDescription) -> dict[str, SignalDescription]:
     """Description, by its path, of each signal that drives a robot. Raises InputError for a jet's motor."""
-    limbs = {"body": description.body} | {f"limbs.{name}": limb for name, limb in description.limbs.items()}
-    return {path: signal for place, limb in limbs.items() for path, signal in _driving(limb, place)}
+    found: dict[str, SignalDescription] = {}
+    for name, part in description.parts.items():
+        for group in ("joint", "motion", "loads"):
+            if hasattr(part, group):
+                found |= _signals(getattr(part, group), f"{description.place_of(name)}.{group}")
+    return found
+
+
+def _signals(value: Any, path: str) -> Iterator[tuple[str, SignalDescription]]:
+    """Yield the path and the description of each signal in a group of fields."""
+    if isinstance(value, CrankMotor):
+        raise InputError("a motor finds its own speed. Simulate the robot.", field=path)
+    if isinstance(value, SignalDescription):
+        yield path, value
+        return
+    for key, item in items(value):
+        yield from _signals(item, f"{path}.{key}")
 
 
 def _frequencies(description: RobotDescription) -> Iterator[tuple[str, float]]:
     for path, signal in driving_signals(description).items():
         if getattr(signal, "ramp", 0.0):
             raise InputError("what begins slowly does not repeat itself. Set it to 0 s.", field=f"{path}.ramp")
-        if signal.kind == "recording" and len(set(signal.values)) > 1:
+        if signal.kind == "recording" and signal.moves:
             why = "a recording does not repeat itself. Cut one period out of it and give that as a cycle."
             raise InputError(why, field=f"{path}.values")
-        moves = len(set(signal.values)) > 1 if signal.kind == "cycle" else getattr(signal, "amplitude", 0.0)
-        if signal.kind in ("sine", "stroke", "cycle", "wave") and signal.frequency and moves:
-            yield f"{path}.frequency", signal.frequency
-        if signal.kind == "rate" and signal.rate:
-            if isinstance(signal, RateLength):
+        frequency = getattr(signal, "frequency", 0.0)
+        if frequency and signal.moves:
+            yield f"{path}.frequency", frequency
+        if isinstance(signal, RateSignal) and signal.rate:
+            if signal.dimension != "angle":
                 raise InputError("what slides on and on never comes back. Give the period.", field=f"{path}.rate")
             yield f"{path}.rate", abs(signal.rate) / (2 * math.pi)
-
-
-def _driving(limb: Any, place: str) -> Iterator[tuple[str, Any]]:
-    """Path and description of each signal that drives a part: its joint, its shape, its loads."""
-    yield from _signals(limb.joint, f"{place}.joint")
-    if limb.kind == "rod":
-        yield from _signals(limb, place)
-    yield from _of_loads(limb.loads, f"{place}.loads")
-
-
-_DRIVING = {"jet": "crank", "tendon": "tension", "chamber": "pressure", "muscle": "moment"}
-
-
-def _of_loads(loads: dict[str, Any], place: str) -> Iterator[tuple[str, Any]]:
-    """Path and description of the signal of each load that has one. Raises InputError for a jet's motor."""
-    for name, load in loads.items():
-        if load.kind == "jet" and load.motor is not None:
-            raise InputError("a motor finds its own speed. Simulate the robot.", field=f"{place}.{name}.motor")
-        if load.kind in _DRIVING:
-            signal = _DRIVING[load.kind]
-            yield f"{place}.{name}.{signal}", getattr(load, signal)
-
-
-def _signals(joint: Any, place: str) -> Iterator[tuple[str, Any]]:
-    """Path and description of each signal of a joint; motions and drives of several coordinates hold more than one."""
-    for name in ("motion", "torque", "force", "drive"):
-        found = getattr(joint, name, None)
-        if found is None:
-            continue
-        if hasattr(found, "kind"):
-            yield f"{place}.{name}", found
-            continue
-        for key in type(found).model_fields:
-            if getattr(found, key) is not None:
-                yield f"{place}.{name}.{key}", getattr(found, key)

@@ -6,27 +6,33 @@ from typing import Any
 from pydantic import BaseModel
 
 from nectosome.description.base import Shorthand
+from nectosome.description.fields import Si
 from nectosome.description.structure import Slot, items, slot
 from nectosome.units import format_quantity
 
 
-def to_plain(value: Any, here: Slot | None = None) -> Any:
-    """Return the plain data that reads back as exactly `value`; `here` is the slot it sits in."""
+def to_plain(value: Any, here: Slot | None = None, *, si: bool = False) -> Any:
+    """Return the plain data that reads back as exactly `value`; `here` is the slot it sits in.
+
+    With `si`, quantities stay numbers, in SI units.
+    """
     here = here or slot(type(value))
+    if here.quantity is not None and si:
+        return Si(value)
     if here.quantity is not None:
         return format_quantity(value, here.quantity.dimension) if here.quantity.unit else _short_number(value)
     if isinstance(value, BaseModel):
         fields = type(value).model_fields
         shown = [
-            (key, to_plain(item, here.child(key, value)))
+            (key, to_plain(item, here.child(key, value), si=si))
             for key, item in items(value)
             if fields[key].is_required() or item != fields[key].get_default(call_default_factory=True)
         ]
         return dict(sorted(shown, key=lambda pair: 0 if pair[0] == "kind" else 1 + isinstance(pair[1], dict)))
     if isinstance(value, dict):
-        return {k: to_plain(v, here.child(k, value)) for k, v in value.items()}
+        return {k: to_plain(v, here.child(k, value), si=si) for k, v in value.items()}
     if isinstance(value, tuple):
-        row = [to_plain(v, here.child(i, value)) for i, v in enumerate(value)]
+        row = [to_plain(v, here.child(i, value), si=si) for i, v in enumerate(value)]
         short = next((m for m in here.metadata if isinstance(m, Shorthand)), None)
         return row if short is None else short.shorten(row)
     return value

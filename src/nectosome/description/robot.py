@@ -1,14 +1,15 @@
 """The description of a robot: its parts, the water around it, and short names for its quantities."""
 
 from collections.abc import Iterator
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
 from nectosome.description.base import AliasName, Described, Name, OneOrMany, Velocity, wrong
-from nectosome.description.copies import on_all_copies, spread
+from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.fields import Coordinate, Density, Gravity
-from nectosome.description.pairs import Pair, check_pair
+from nectosome.description.kinds import OneOf
+from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb
 from nectosome.description.structure import quantities
 from nectosome.units import did_you_mean
@@ -42,35 +43,49 @@ class WaterDescription(Described):
 class RobotDescription(Described):
     """A robot in water. The numbers are SI floats; each has a path such as `limbs.filament.young`.
 
-    `body` is the part all others hang on; `limbs` sit on the body or on a limb before them; `aliases` are short
-    names for one path or for several that are set together. `pairs` is what acts between two parts of which neither
-    need carry the other. Limbs that come several times stand here each on its own: a path of the limb as it was
-    written, in an alias, is that of all its copies.
+    `body` is the part all others hang on; `limbs` sit on the body, on a limb before them, or on the world, as all do
+    that name no other part where there is no body. `aliases` are short names for one path or for several that are set
+    together. `pairs` is what acts between two parts, neither of which need carry the other. Limbs that come several
+    times stand here each on its own: a path of the limb as it was written, in an alias, is that of all its copies.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
     about: str = ""
     water: WaterDescription = WaterDescription()
-    body: Limb
+    body: Limb | None = None
     limbs: dict[Name, Limb] = Field(default_factory=dict)
-    pairs: dict[Name, Pair] = Field(default_factory=dict)
+    pairs: dict[Name, Annotated[PairDescription, OneOf()]] = Field(default_factory=dict)
     aliases: dict[AliasName, Annotated[tuple[str, ...], Field(min_length=1), OneOrMany()]] = Field(default_factory=dict)
 
     def __repr__(self) -> str:
         short = ", ".join(self.aliases)
-        return (
-            f"<RobotDescription {self.name}: parts {', '.join(('body', *self.limbs))}; short names {short or 'none'}>"
-        )
+        return f"<RobotDescription {self.name}: parts {', '.join(self.parts)}; short names {short or 'none'}>"
 
     __str__ = __repr__
 
+    @property
+    def parts(self) -> dict[str, Limb]:
+        """The body, where there is one, and the limbs, by name; those that others sit on come first."""
+        return self.limbs if self.body is None else {BODY: self.body, **self.limbs}
+
+    def with_part(self, name: str, **fields: Any) -> Self:
+        """Return the robot with other fields of one part; they are not checked."""
+        part = self.parts[name].model_copy(update=fields)
+        return self.model_copy(update={BODY: part} if name == BODY else {"limbs": {**self.limbs, name: part}})
+
+    def place_of(self, part: str) -> str:
+        """Return the path of a part: `body`, `limbs.tail`."""
+        return BODY if part == BODY else f"limbs.{part}"
+
     @model_validator(mode="after")
     def _limbs_stand_alone(self) -> Self:
+        if self.body is None and not self.limbs:
+            raise wrong("body", "is missing. Give a body, or limbs that sit on the world.")
         for name in ("on", "at", "repeat"):
-            if name in self.body.model_fields_set:
+            if self.body is not None and name in self.body.model_fields_set:
                 raise wrong(f"body.{name}", "the body is what all else hangs on, it sits on nothing. Leave it out.")
-        limbs, copies = spread(self.body, self.limbs)
-        if all(len(c) == 1 for c in copies.values()):
+        limbs, _ = spread(self.body, self.limbs)
+        if limbs == self.limbs:
             return self
         aliases = {name: tuple(self._on_copies(name, paths)) for name, paths in self.aliases.items()}
         object.__setattr__(self, "limbs", limbs)  # what was written is of no use from here on
@@ -86,9 +101,8 @@ class RobotDescription(Described):
 
     @model_validator(mode="after")
     def _pairs_are_of_parts(self) -> Self:
-        parts = {"body": self.body, **self.limbs}
         for name, pair in self.pairs.items():
-            check_pair(name, pair, parts)
+            check_pair(name, pair, self.parts)
         return self
 
     @model_validator(mode="after")

@@ -1,5 +1,6 @@
 """Loads inside rods: tendons, chambers of fluid, muscles."""
 
+from collections.abc import Collection
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
@@ -7,8 +8,12 @@ from pydantic import AfterValidator, Field, model_validator
 
 from nectosome.description.base import Described, unfit, wrong
 from nectosome.description.fields import Coordinate, NonNegativeNumber, Number, PositiveArea, Pressure
-from nectosome.description.signals import ConstantForce, ForceSignal, PressureSignal, SineForce
-from nectosome.description.waves import MomentWave
+from nectosome.description.loads import ROD, LoadDescription
+from nectosome.description.mirror import Mirror, across, opposite
+from nectosome.description.signals import ForceSignal, MomentSignal, PressureSignal
+
+TURNED = ("torsion", "bending_z")
+"""Strains whose image has the other sign."""
 
 
 def _forward(along: tuple[float, float]) -> tuple[float, float]:
@@ -28,13 +33,15 @@ _Along = Annotated[tuple[_Fraction, _Fraction], AfterValidator(_forward)]
 _Across = tuple[Coordinate, Coordinate]
 
 
-class _Thread(Described):
+class _ThreadLoad(LoadDescription):
     place: _Across
     tip_place: _Across | None = None
     along: _Along = (0.0, 1.0)
+    on = ROD
+    mirror = Mirror(place=across, tip_place=across)
 
 
-class TendonLoad(_Thread):
+class TendonLoad(_ThreadLoad):
     """A tendon in a rod, without friction, pulled with `tension` [N].
 
     It runs `along` the rod from one fraction of its length to another, where it ends: from `place` [m] across the rod
@@ -46,14 +53,7 @@ class TendonLoad(_Thread):
 
     @model_validator(mode="after")
     def _pulls(self) -> Self:
-        s = self.tension
-        if isinstance(s, ConstantForce):
-            least = s.value
-        elif isinstance(s, SineForce):
-            least = s.offset - abs(s.amplitude)
-        else:
-            least = min(s.values)
-        if least < 0:
+        if self.tension.least() < 0:
             raise wrong("tension", "a tendon pulls, it cannot push: its tension must not be below 0 N at any time.")
         return self
 
@@ -77,7 +77,7 @@ class PlayHysteresis(Described):
         return self
 
 
-class ChamberLoad(_Thread):
+class ChamberLoad(_ThreadLoad):
     """A chamber in a rod, whose `pressure` [Pa] over that outside makes it longer; its section does not bulge.
 
     It runs `along` the rod from one fraction of its length to another, its middle from `place` [m] across the rod (y,
@@ -92,7 +92,7 @@ class ChamberLoad(_Thread):
     tip_area: PositiveArea | None = None
 
 
-class MuscleLoad(Described):
+class MuscleLoad(LoadDescription):
     """Muscles of a rod that bend or twist it: an active `moment` about one axis of its sections, as a wave [N m].
 
     A positive moment makes that strain larger. The strain must be one of the rod's.
@@ -100,4 +100,16 @@ class MuscleLoad(Described):
 
     kind: Literal["muscle"]
     strain: Literal["torsion", "bending_y", "bending_z"]
-    moment: MomentWave
+    moment: MomentSignal
+    on = ROD
+    mirror = Mirror(moment=opposite)
+
+    def image(self) -> Self:
+        """Return the image: where the strain turns its sign, so does the moment."""
+        return super().image() if self.strain in TURNED else self
+
+    def check(self, shape: str, marks: tuple[float, ...] = (), strains: Collection[str] = ()) -> None:
+        """Raise the error of a field for a strain that the rod does not have."""
+        super().check(shape, marks, strains)
+        if self.strain not in strains:
+            raise wrong("strain", f"{self.strain} is not free: the rod's strains do not name it.")

@@ -4,7 +4,7 @@
 mode lasts that ends by time.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from nectosome.description.fields import Quantity
@@ -25,14 +25,14 @@ class _Place(NamedTuple):
     event: int  # that time among what ends the mode; -1 of paths
 
 
-def read_schedule_variable(name: str, text: str, mission: Mission) -> Variable:
-    """Read a range of a mission's number, such as `5 s .. 20 s` of `swim.until`.
+def read_schedule_variable(name: str, span: str | Sequence[float], mission: Mission) -> Variable:
+    """Read a range of a mission's number, such as `5..20s` of `swim.until`.
 
     Raises InputError for an unknown name, a value that its quantity does not allow, an empty range.
     """
     place, known = _place(mission, name), numeric_paths(mission.robot)
     quantities: list[Quantity] = [known[path] for path in place.paths] or [DURATION]
-    return read_range(name, text, quantities)
+    return read_range(name, span, quantities)
 
 
 def with_schedule(mission: Mission, values: Mapping[str, float]) -> Mission:

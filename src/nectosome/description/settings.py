@@ -1,15 +1,17 @@
 """Settings from the command line, `omega=14.4rad/s`: checked like the file, with the same messages."""
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
+from nectosome.description.fields import Si
 from nectosome.description.paths import resolve
 from nectosome.description.plain_data import to_plain
 from nectosome.description.robot import RobotDescription
+from nectosome.description.signals import RecordingSignal
 from nectosome.description.structure import Slot, items, leaves, quantities, slot
 from nectosome.description.validate import validate
 from nectosome.io.yaml_text import read_yaml
-from nectosome.units import InputError, did_you_mean, shorten
+from nectosome.units import DIMENSIONS, InputError, did_you_mean, shorten
 
 
 def parse_setting(setting: str, description: RobotDescription) -> dict[str, float]:
@@ -31,7 +33,7 @@ def apply_settings(description: RobotDescription, settings: Iterable[str]) -> Ro
     What is no quantity is set by its path too: `limbs.filament.strains.torsion=5`, `limbs.shaft.joint={kind: fixed}`.
     Raises InputError.
     """
-    data = to_plain(description)
+    data = to_plain(description, si=True)
     for setting in settings:
         name, text = _split(setting)
         if name in description.aliases or name in quantities(description):
@@ -39,6 +41,37 @@ def apply_settings(description: RobotDescription, settings: Iterable[str]) -> Ro
                 _put(data, description, path, text)
         else:
             _put(data, description, name, _read_value(text, name))
+    return validate(data)
+
+
+class Samples(NamedTuple):
+    """What was recorded of a quantity, in an SI unit."""
+
+    times: Sequence[float]  # [s]
+    values: Sequence[float]
+    unit: str
+
+
+def with_recordings(description: RobotDescription, recordings: Mapping[str, Samples]) -> RobotDescription:
+    """Return the description with samples for the signals at some paths, and everything checked anew.
+
+    Raises InputError for a path that is no signal, or none that may be recorded, and for samples in another unit.
+    """
+    data = to_plain(description, si=True)
+    for path, samples in recordings.items():
+        here: Slot | None = slot(type(description))
+        standing: Any = description
+        for key in path.split("."):
+            here = here.child(key, standing) if here is not None else None
+            standing = dict(items(standing)).get(key)
+        kind = here.kinds().get("recording") if here is not None else None
+        if kind is not None and issubclass(kind, RecordingSignal):
+            unit = DIMENSIONS[kind.dimension].unit
+            if unit != samples.unit:
+                why = f"is driven in {unit}, and was recorded in {samples.unit or 'no unit'}."
+                raise InputError(f"{why} Give the unit in the campaign.", field=path)
+        times, values = ([Si(x) for x in row] for row in samples[:2])
+        _put(data, description, path, {"kind": "recording", "times": times, "values": values})
     return validate(data)
 
 
@@ -66,9 +99,9 @@ def _put(data: Any, description: RobotDescription, path: str, value: Any) -> Non
         here = here.child(key, data) if here is not None else None
         if isinstance(data, dict) and here is not None:
             if isinstance(standing, tuple) and not isinstance(data.get(key), list):
-                data[key] = [to_plain(item, here.child(i, standing)) for i, item in enumerate(standing)]
+                data[key] = [to_plain(item, here.child(i, standing), si=True) for i, item in enumerate(standing)]
             elif key not in data and standing is not None:
-                data[key] = to_plain(standing, here)
+                data[key] = to_plain(standing, here, si=True)
         data = dict(items(data)).get(key)
     if isinstance(data, list) and leaf.isdigit() and int(leaf) < len(data):
         data[int(leaf)] = value

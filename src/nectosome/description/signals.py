@@ -1,9 +1,10 @@
-"""Prescribed signals: what a joint is made to do over time, in the unit of what it drives."""
+"""Signals: what a joint, a tendon or a chamber is driven by over time, in the unit of what it drives."""
 
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, ClassVar, Generic, Literal, Self, TypeVar, get_args
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from nectosome.description.base import Described, unfit, wrong
 from nectosome.description.fields import (
@@ -11,14 +12,149 @@ from nectosome.description.fields import (
     AngularSpeed,
     AnyPressure,
     Coordinate,
+    Curvature,
     Duration,
     Force,
     Frequency,
+    Length,
+    NonNegativeNumber,
+    Quantity,
     Share,
+    Source,
     Speed,
     Time,
     Torque,
 )
+from nectosome.description.mirror import opposite
+from nectosome.description.samples import read_samples
+from nectosome.units import DIMENSIONS
+
+Q = TypeVar("Q", bound=float)
+"""The quantity of a signal, such as `Angle`."""
+S = TypeVar("S", bound=float)
+"""Its rate, such as `AngularSpeed`."""
+
+
+class SignalDescription(Described):
+    """A function of time. `signed` are the fields that change their sign with it."""
+
+    kind: Any  # its name in a file, a literal of each class
+    dimension: ClassVar[str] = ""
+    signed: ClassVar[tuple[str, ...]] = ()
+
+    @classmethod
+    def model_parametrized_name(cls, params: tuple[Any, ...]) -> str:
+        """Return a name such as `SineAngle`, for `SineSignal[Angle]`."""
+        return f"{cls.__name__.removesuffix('Signal')}{_quantity(params[0]).dimension.capitalize()}"
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        made: Mapping[str, Any] = cls.__pydantic_generic_metadata__
+        if made["args"] and not made["parameters"]:
+            cls.dimension = _quantity(made["args"][0]).dimension
+            kind = DIMENSIONS[cls.dimension]
+            about = (made["origin"].__doc__ or "").replace("SI", kind.unit)
+            cls.__doc__ = about.replace("quantity", "displacement" if cls.dimension == "length" else kind.name)
+
+    def opposite(self) -> Self:
+        """Return the signal with the other sign."""
+        return self.model_copy(update={name: opposite(getattr(self, name)) for name in self.signed})
+
+    def least(self) -> float:
+        """Return the smallest value at any time."""
+        raise NotImplementedError
+
+    @property
+    def moves(self) -> bool:
+        """Whether its value changes."""
+        return bool(getattr(self, "amplitude", 0.0))
+
+
+def _quantity(hint: Any) -> Quantity:
+    return next(mark for mark in get_args(hint) if isinstance(mark, Quantity))
+
+
+class ConstantSignal(SignalDescription, Generic[Q]):
+    """The quantity `value` [SI], held."""
+
+    kind: Literal["constant"]
+    value: Q
+    signed = ("value",)
+
+    def least(self) -> float:
+        """Return the value."""
+        return self.value
+
+
+class RateSignal(SignalDescription, Generic[Q, S]):
+    """The quantity `start + rate t` [SI; SI/s]."""
+
+    kind: Literal["rate"]
+    rate: S
+    start: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    signed = ("rate", "start")
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        cls.cycle_angle = "start" if cls.dimension == "angle" else None
+
+
+class SineSignal(SignalDescription, Generic[Q]):
+    """The quantity `offset + amplitude sin(2 pi frequency t + phase)` [SI; Hz; rad]."""
+
+    kind: Literal["sine"]
+    amplitude: Q
+    frequency: Frequency
+    phase: Angle = 0.0
+    offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    signed = ("amplitude", "offset")
+    cycle_angle = "phase"
+
+    def least(self) -> float:
+        """Return the offset less the amplitude."""
+        return self.offset - abs(self.amplitude)
+
+
+class StrokeSignal(SignalDescription, Generic[Q]):
+    """A stroke to and fro [SI; Hz; s]: half cosines between `offset - amplitude` and `offset + amplitude`.
+
+    `forward_share` of each period goes to the forward stroke, towards larger values; with one half it is a sine. The
+    middle of a forward stroke is at time 0, earlier by `phase` [rad]. The amplitude grows to its full size in `ramp`.
+    """
+
+    kind: Literal["stroke"]
+    amplitude: Q
+    frequency: Frequency
+    phase: Angle = 0.0
+    offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    forward_share: Share = 0.5
+    ramp: Duration = 0.0
+    signed = ("amplitude", "offset")
+    cycle_angle = "phase"
+
+
+class CycleSignal(SignalDescription, Generic[Q]):
+    """The quantity passes through `values` [SI] in each period, evenly spread, as a smooth curve [Hz; rad].
+
+    The first of them, at least four, is at time 0, earlier by `phase`; between them is a periodic cubic spline.
+    """
+
+    kind: Literal["cycle"]
+    values: Annotated[tuple[Q, ...], Field(min_length=4)]
+    frequency: Frequency
+    phase: Angle = 0.0
+    signed = ("values",)
+    cycle_angle = "phase"
+
+    def least(self) -> float:
+        """Return the smallest of the values."""
+        return min(self.values)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the values differ."""
+        return len(set(self.values)) > 1
 
 
 def _increasing(times: tuple[float, ...]) -> tuple[float, ...]:
@@ -32,213 +168,152 @@ Times = Annotated[tuple[Time, ...], Field(min_length=2), AfterValidator(_increas
 """Times of samples [s], increasing."""
 
 
-class ConstantAngle(Described):
-    """The angle `value` [rad], held."""
+class RecordingSignal(SignalDescription, Generic[Q]):
+    """The quantity that was recorded: `values` [SI] at `times` [s], at least two, joined by straight lines.
 
-    kind: Literal["constant"]
-    value: Angle
-
-
-class RateAngle(Described):
-    """The angle `start + rate t` [rad; rad/s]."""
-
-    kind: Literal["rate"]
-    rate: AngularSpeed
-    start: Angle = 0.0
-
-
-class SineAngle(Described):
-    """The angle `offset + amplitude sin(2 pi frequency t + phase)` [rad; Hz]."""
-
-    kind: Literal["sine"]
-    amplitude: Angle
-    frequency: Frequency
-    phase: Angle = 0.0
-    offset: Angle = 0.0
-
-
-class StrokeAngle(Described):
-    """A stroke to and fro [rad; Hz; s]: half cosines between `offset - amplitude` and `offset + amplitude`.
-
-    `forward_share` of each period goes to the forward stroke, towards larger angles; with one half it is a sine. The
-    middle of a forward stroke is at time 0, earlier by `phase` [rad]. The amplitude grows to its full size in `ramp`.
+    The times increase; before the first and after the last of them the quantity stays as it is there. In place of
+    samples, `file` and `column` name a file of measurements, relative to this one, and a column of it; time counts from
+    its first row. Its units are those of the file, or of a `sheet` that describes the file.
     """
 
-    kind: Literal["stroke"]
-    amplitude: Angle
+    kind: Literal["recording"]
+    times: Times = ()
+    values: Annotated[tuple[Q, ...], Field(min_length=2)] = ()
+    file: str | None = None
+    column: str | None = None
+    sheet: str | None = None
+    signed = ("values",)
+    smooth: ClassVar[bool] = False
+
+    @model_validator(mode="after")
+    def _has_samples(self, info: ValidationInfo) -> Self:
+        if self.file is not None:
+            if self.times or self.values:
+                raise wrong("times" if self.times else "values", "the file has the samples. Leave one of the two out.")
+            if self.column is None:
+                raise wrong("column", "is missing. Say which column of the file it is.")
+            folder = info.context.folder if isinstance(info.context, Source) else Source().folder
+            times, values = read_samples(self.file, self.column, self.sheet, folder, self.dimension, self.smooth)
+            read = {"times": times, "values": values, "file": None, "column": None, "sheet": None}
+            for name, value in read.items():
+                object.__setattr__(self, name, value)  # from here on it holds its samples, wherever the file is
+        elif self.column is not None or self.sheet is not None:
+            raise wrong("file", "is missing. Name the file that has the column.")
+        for name in ("times", "values"):
+            if not getattr(self, name):
+                raise wrong(name, "is missing. Give times and values, or a file and a column.")
+        if len(self.times) != len(self.values):
+            why = f"there are {len(self.values)} values at {len(self.times)} times. Give one for each time."
+            raise wrong("values", why)
+        return self
+
+    def least(self) -> float:
+        """Return the smallest of the values."""
+        return min(self.values)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the values differ."""
+        return len(set(self.values)) > 1
+
+
+class SmoothRecordingSignal(RecordingSignal[Q], Generic[Q]):
+    """The quantity that was recorded: `values` [SI] at `times` [s], at least four, as a smooth curve through them.
+
+    The curve is a cubic spline whose third derivative is continuous at the second and the last but one sample
+    (not-a-knot). The times increase, the first is at most 0 s, and none but those of a file need be even. Before the
+    first and after the last sample the quantity stands still at that sample: let a recording end at rest if the motion
+    goes on after it. In place of samples, `file` and `column` name a file of measurements, relative to this one, and a
+    column of it; time counts from its first row. Its units are those of the file, or of a `sheet` that describes the
+    file.
+    """
+
+    smooth = True
+
+    @model_validator(mode="after")
+    def _is_a_motion(self) -> Self:
+        if len(self.times) < 4:
+            raise wrong("values", f"a smooth curve needs at least 4 samples, {len(self.times)} given.")
+        if self.times[0] > 0:
+            why = f"nothing is known of the motion before {self.times[0]:g} s. Let the first time be at most 0 s."
+            raise wrong("times.0", why)
+        return self
+
+
+Envelope = Annotated[tuple[NonNegativeNumber, ...], Field(min_length=1)]
+
+
+class WaveSignal(SignalDescription, Generic[Q]):
+    """The quantity `e(x) (offset + amplitude sin(2 pi (frequency t - x/wavelength) + phase))` [SI; Hz; m; rad; s].
+
+    It travels from the root to the tip; without a wavelength all of the rod is in phase. The `envelope` e are numbers
+    at places spread evenly from the root to the tip, joined by straight lines. It grows to its full size in `ramp`.
+    """
+
+    kind: Literal["wave"]
     frequency: Frequency
+    wavelength: Length | None = None
     phase: Angle = 0.0
-    offset: Angle = 0.0
-    forward_share: Share = 0.5
+    envelope: Envelope = (1.0,)
     ramp: Duration = 0.0
-
-
-class ConstantLength(Described):
-    """The displacement `value` [m], held."""
-
-    kind: Literal["constant"]
-    value: Coordinate
-
-
-class RateLength(Described):
-    """The displacement `start + rate t` [m; m/s]."""
-
-    kind: Literal["rate"]
-    rate: Speed
-    start: Coordinate = 0.0
-
-
-class SineLength(Described):
-    """The displacement `offset + amplitude sin(2 pi frequency t + phase)` [m; Hz; rad]."""
-
-    kind: Literal["sine"]
-    amplitude: Coordinate
-    frequency: Frequency
-    phase: Angle = 0.0
-    offset: Coordinate = 0.0
-
-
-class ConstantTorque(Described):
-    """The torque `value` [N m], held."""
-
-    kind: Literal["constant"]
-    value: Torque
-
-
-class SineTorque(Described):
-    """The torque `offset + amplitude sin(2 pi frequency t + phase)` [N m; Hz; rad]."""
-
-    kind: Literal["sine"]
-    amplitude: Torque
-    frequency: Frequency
-    phase: Angle = 0.0
-    offset: Torque = 0.0
-
-
-class CycleTorque(Described):
-    """The torque that goes through `values` [N m] in each period, evenly spread, as a smooth curve [Hz; rad]."""
-
-    kind: Literal["cycle"]
-    values: Annotated[tuple[Torque, ...], Field(min_length=4)]
-    frequency: Frequency
-    phase: Angle = 0.0
-
-
-class RecordedTorque(Described):
-    """The torque that was recorded: `values` [N m] at `times` [s], at least two, joined by straight lines.
-
-    The times increase; before the first and after the last of them the torque stays as it is there.
-    """
-
-    kind: Literal["recording"]
-    times: Times
-    values: Annotated[tuple[Torque, ...], Field(min_length=2)]
+    amplitude: Q
+    offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    signed = ("amplitude", "offset")
+    cycle_angle = "phase"
 
     @model_validator(mode="after")
-    def _one_value_a_time(self) -> Self:
-        _check_samples(self.times, self.values)
+    def _is_somewhere(self) -> Self:
+        _check_envelope(self.envelope)
         return self
 
 
-class ConstantForce(Described):
-    """The force `value` [N], held."""
+class RecordedStrain(SmoothRecordingSignal[Curvature]):
+    """The curvature `e(x)` times the `values` [rad/m] that were recorded at `times` [s], as a smooth curve.
 
-    kind: Literal["constant"]
-    value: Force
-
-
-class SineForce(Described):
-    """The force `offset + amplitude sin(2 pi frequency t + phase)` [N; Hz; rad]."""
-
-    kind: Literal["sine"]
-    amplitude: Force
-    frequency: Frequency
-    phase: Angle = 0.0
-    offset: Force = 0.0
-
-
-class CycleForce(Described):
-    """The force that goes through `values` [N] in each period, evenly spread, as a smooth curve [Hz; rad].
-
-    The first of them, at least four, is at time 0, earlier by `phase`; between them is a periodic cubic spline.
+    The `envelope` e are numbers at places spread evenly from the root to the tip, joined by straight lines. The curve
+    in time is that of other recorded motions: a cubic spline, which stands still before the first and after the last
+    sample.
     """
 
-    kind: Literal["cycle"]
-    values: Annotated[tuple[Force, ...], Field(min_length=4)]
-    frequency: Frequency
-    phase: Angle = 0.0
-
-
-class RecordedForce(Described):
-    """The force that was recorded: `values` [N] at `times` [s], at least two, joined by straight lines.
-
-    The times increase; before the first and after the last of them the force stays as it is there.
-    """
-
-    kind: Literal["recording"]
-    times: Times
-    values: Annotated[tuple[Force, ...], Field(min_length=2)]
+    envelope: Envelope = (1.0,)
 
     @model_validator(mode="after")
-    def _one_value_a_time(self) -> Self:
-        _check_samples(self.times, self.values)
+    def _is_somewhere(self) -> Self:
+        _check_envelope(self.envelope)
         return self
 
 
-class ConstantPressure(Described):
-    """The pressure `value` [Pa], held."""
-
-    kind: Literal["constant"]
-    value: AnyPressure
+def _check_envelope(envelope: tuple[float, ...]) -> None:
+    if not any(envelope):
+        raise wrong("envelope", "is 0 everywhere, so that there is no wave.")
 
 
-class SinePressure(Described):
-    """The pressure `offset + amplitude sin(2 pi frequency t + phase)` [Pa; Hz; rad]."""
-
-    kind: Literal["sine"]
-    amplitude: AnyPressure
-    frequency: Frequency
-    phase: Angle = 0.0
-    offset: AnyPressure = 0.0
-
-
-class CyclePressure(Described):
-    """The pressure that goes through `values` [Pa] in each period, evenly spread, as a smooth curve [Hz; rad].
-
-    The first of them, at least four, is at time 0, earlier by `phase`; between them is a periodic cubic spline.
-    """
-
-    kind: Literal["cycle"]
-    values: Annotated[tuple[AnyPressure, ...], Field(min_length=4)]
-    frequency: Frequency
-    phase: Angle = 0.0
-
-
-class RecordedPressure(Described):
-    """The pressure that was recorded: `values` [Pa] at `times` [s], at least two, joined by straight lines.
-
-    The times increase; before the first and after the last of them the pressure stays as it is there.
-    """
-
-    kind: Literal["recording"]
-    times: Times
-    values: Annotated[tuple[AnyPressure, ...], Field(min_length=2)]
-
-    @model_validator(mode="after")
-    def _one_value_a_time(self) -> Self:
-        _check_samples(self.times, self.values)
-        return self
-
-
-def _check_samples(times: tuple[float, ...], values: tuple[float, ...]) -> None:
-    if len(times) != len(values):
-        raise wrong("values", f"there are {len(values)} values at {len(times)} times. Give one for each time.")
-
-
-AngleSignal = Annotated[ConstantAngle | RateAngle | SineAngle | StrokeAngle, Field(discriminator="kind")]
-LengthSignal = Annotated[ConstantLength | RateLength | SineLength, Field(discriminator="kind")]
-TorqueSignal = Annotated[ConstantTorque | SineTorque | CycleTorque | RecordedTorque, Field(discriminator="kind")]
-ForceSignal = Annotated[ConstantForce | SineForce | CycleForce | RecordedForce, Field(discriminator="kind")]
-PressureSignal = Annotated[
-    ConstantPressure | SinePressure | CyclePressure | RecordedPressure, Field(discriminator="kind")
+AngleSignal = Annotated[
+    ConstantSignal[Angle]
+    | RateSignal[Angle, AngularSpeed]
+    | SineSignal[Angle]
+    | StrokeSignal[Angle]
+    | SmoothRecordingSignal[Angle],
+    Field(discriminator="kind"),
 ]
+LengthSignal = Annotated[
+    ConstantSignal[Coordinate]
+    | RateSignal[Coordinate, Speed]
+    | SineSignal[Coordinate]
+    | SmoothRecordingSignal[Coordinate],
+    Field(discriminator="kind"),
+]
+TorqueSignal = Annotated[
+    ConstantSignal[Torque] | SineSignal[Torque] | CycleSignal[Torque] | RecordingSignal[Torque],
+    Field(discriminator="kind"),
+]
+ForceSignal = Annotated[
+    ConstantSignal[Force] | SineSignal[Force] | CycleSignal[Force] | RecordingSignal[Force],
+    Field(discriminator="kind"),
+]
+PressureSignal = Annotated[
+    ConstantSignal[AnyPressure] | SineSignal[AnyPressure] | CycleSignal[AnyPressure] | RecordingSignal[AnyPressure],
+    Field(discriminator="kind"),
+]
+MomentSignal = WaveSignal[Torque]
+StrainSignal = Annotated[WaveSignal[Curvature] | RecordedStrain, Field(discriminator="kind")]

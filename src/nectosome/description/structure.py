@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from nectosome.description.fields import Quantity, Without
+from nectosome.description.fields import Quantity
+from nectosome.description.kinds import OneOf
 
 
 @dataclass(frozen=True)
@@ -41,9 +42,9 @@ class Slot:
         return {get_args(model.model_fields["kind"].annotation)[0]: model for model in models}
 
     def fitting(self) -> list[str]:
-        """Return the kinds that may be written here, which are all but those of `Without`."""
-        out = [kind for mark in self.metadata if isinstance(mark, Without) for kind in mark.kinds]
-        return [kind for kind in self.kinds() if kind not in out]
+        """Return the kinds that belong here: all, or those that `OneOf` calls fitting."""
+        marks = [mark for mark in self.metadata if isinstance(mark, OneOf)]
+        return [kind for kind, cls in self.kinds().items() if all(mark.fitting(cls) for mark in marks)]
 
     def child(self, key: str | int, data: Any) -> "Slot | None":
         """Return the place under `key`, where `data` stands here; None if there is none."""
@@ -52,7 +53,7 @@ class Slot:
             return _fields(model).get(str(key))
         origin, args = get_origin(self.hint), get_args(self.hint)
         if origin is dict:
-            return slot(args[1], tuple(mark for mark in self.metadata if isinstance(mark, Without)))
+            return slot(args[1])
         if origin is tuple and str(key).isdigit():
             index = 0 if args[-1] is Ellipsis else int(key)
             return slot(args[index]) if index < len(args) else None
@@ -75,7 +76,7 @@ def _fields(model: type[BaseModel]) -> dict[str, Slot]:
 
 
 def slot(annotation: Any, metadata: tuple[Any, ...] = ()) -> Slot:
-    """Return the place of a type: `Annotated` and `| None` are taken off."""
+    """Return the place of a type: `Annotated` and `| None` are taken off, a base class becomes its kinds."""
     if get_origin(annotation) is Annotated:
         bare, *more = get_args(annotation)
         for mark in more:
@@ -85,7 +86,8 @@ def slot(annotation: Any, metadata: tuple[Any, ...] = ()) -> Slot:
         members = [a for a in get_args(annotation) if a is not NoneType]
         if len(members) == 1:
             return slot(members[0], metadata)
-    return Slot(annotation, metadata)
+    kinds = next((mark for mark in metadata if isinstance(mark, OneOf)), None)
+    return Slot(annotation if kinds is None else kinds.union(annotation), metadata)
 
 
 def items(value: Any) -> Iterator[tuple[str, Any]]:

@@ -11,7 +11,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from nectosome.description.files import dump_robot
-from nectosome.description.joints import FixedJoint, FreeJoint, Joint, PlanarJoint, PrismaticJoint, RevoluteJoint
+from nectosome.description.joints import (
+    FixedJoint,
+    FreeJoint,
+    JointDescription,
+    PlanarJoint,
+    PrismaticJoint,
+    RevoluteJoint,
+)
 from nectosome.description.orientation import Matrix, Vector, applied, from_rpy, product, to_rpy
 from nectosome.description.parts import Rigid, has_a_body, principal_moments
 from nectosome.description.robot import RobotDescription
@@ -120,7 +127,7 @@ class _Import:
             raise self.wrong(f"{why} other two. Correct it; it is about the centre of mass.", here)
         return mass, centre, moments, products
 
-    def joint(self, joint: Any) -> Joint:
+    def joint(self, joint: Any) -> JointDescription:
         """Return the joint of a part; what has no place there is told."""
         here = f"joint {joint.name}"
         (damping,) = numbers((0.0 if joint.dynamics is None else joint.dynamics.damping or 0.0,), self.source, here)

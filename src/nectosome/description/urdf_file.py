@@ -56,7 +56,7 @@ def read_urdf(path: str | Path) -> UrdfTree:
                 raise InputError(f'there is no link "{shorten(end)}".{known}', file=source, field=here)
         if joint.child in above:
             why = f"moves {joint.child}, which hangs on joint {above[joint.child].name} already. Take one of them out"
-            raise InputError(f"{why}, and close the loop with a tie in the robot file.", file=source, field=here)
+            raise InputError(f"{why}, and close the loop with a bushing in the robot file.", file=source, field=here)
         above[joint.child] = joint
         children[joint.parent] += (joint,)
     roots = [name for name in links if name not in above]
@@ -69,7 +69,7 @@ def read_urdf(path: str | Path) -> UrdfTree:
         ahead += [joint.child for joint in children[name]]
     if ring := [name for name in links if name not in reached]:
         why = f"these links hang on one another in a ring: {shorten(', '.join(ring), 200)}. Take one joint of it out"
-        raise InputError(f"{why}, and close the loop with a tie in the robot file.", file=source)
+        raise InputError(f"{why}, and close the loop with a bushing in the robot file.", file=source)
     return UrdfTree(root.get("name") or Path(path).stem, roots[0], links, children, left_out)
 
 

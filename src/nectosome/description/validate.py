@@ -1,11 +1,12 @@
 """Plain data to a description; the first mistake that pydantic finds is told with its file, line and field."""
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from nectosome.description.fields import FROM_FILE
+from nectosome.description.fields import Source
 from nectosome.description.messages import Spot, sentence
 from nectosome.description.robot import RobotDescription
 from nectosome.description.structure import slot
@@ -17,7 +18,9 @@ _Model = TypeVar("_Model", bound=BaseModel)
 
 def validate(data: Any, *, file: str | None = None, lines: Mapping[Key, int] | None = None) -> RobotDescription:
     """Return the description in plain `data`; InputError names file, line and field of the first mistake."""
-    return validate_as(RobotDescription, data, "A robot has at least a name and a body.", file=file, lines=lines)
+    return validate_as(
+        RobotDescription, data, "A robot has at least a name and a body or limbs.", file=file, lines=lines
+    )
 
 
 def validate_as(
@@ -30,7 +33,7 @@ def validate_as(
     found: list[Any] = []
     description = None
     try:
-        description = model.model_validate(data, context=FROM_FILE)
+        description = model.model_validate(data, context=Source(Path(file or "").parent))
     except ValidationError as error:
         found = error.errors(include_url=False)
     unknown = next((mistake for mistake in found if mistake["type"] == "extra_forbidden"), None)

@@ -1,6 +1,5 @@
 """Variables: a quantity of a robot or of a mission by its name, and the range in which it may be chosen."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,7 +10,7 @@ from nectosome.description.fields import Quantity
 from nectosome.description.paths import get_value, numeric_paths, resolve
 from nectosome.description.robot import RobotDescription
 from nectosome.units import InputError, format_quantity, shorten
-from nectosome.units.ranges import Ranges
+from nectosome.units.ranges import Ranges, split_range
 
 
 @dataclass(frozen=True)
@@ -27,33 +26,40 @@ class Variable:
     def text(self) -> str:
         """Range as it is written in a problem file."""
         low, high = (format_quantity(x, self.dimension) for x in (self.lower, self.upper))
-        return f"{low} .. {high}{' log' if self.log else ''}"
+        return f"{low}..{high}{' log' if self.log else ''}"
 
 
-def read_variable(name: str, text: str, description: RobotDescription) -> Variable:
-    """Read a range such as `1.4 MPa .. 1681 MPa log`.
+def read_variable(name: str, span: str | Sequence[float], description: RobotDescription) -> Variable:
+    """Read a range such as `1.4..1681MPa log`, or two numbers in SI.
 
     Raises InputError for an unknown name, a value that its field does not allow, an empty range, a logarithm of zero.
     """
     known = numeric_paths(description)
-    return read_range(name, text, [known[path] for path in resolve(description, name)])
+    return read_range(name, span, [known[path] for path in resolve(description, name)])
 
 
-def read_range(name: str, text: str, quantities: Sequence[Quantity]) -> Variable:
-    """Read the range of what is one or several quantities at once. Raises InputError as `read_variable` does."""
-    match = re.fullmatch(r"(.+?)\.\.(.+?)(\s+log)?\s*", str(text), re.DOTALL)
-    if match is None:
-        raise InputError(f'"{shorten(text)}" is no range. Write two values, as in "300 mm .. 700 mm".', field=name)
+def read_range(name: str, span: str | Sequence[float], quantities: Sequence[Quantity]) -> Variable:
+    """Read the range `LOW..HIGH` or `LOW..HIGH log`, or two numbers in SI, of one quantity or of several at once.
+
+    A number without a unit has that of the next one. Raises InputError as `read_variable` does, and for a step: what
+    varies takes any value of its range.
+    """
+    parts = split_range(span) if isinstance(span, str) else None
+    ends = parts[:2] if parts else span
+    if isinstance(ends, str) or len(ends) != 2:
+        raise InputError(f'"{shorten(span)}" is no range. Write LOW..HIGH, as in "300..700mm".', field=name)
+    if parts and parts.step:
+        raise InputError(f'"{shorten(span)}" has a step, which only sweeps take. Write LOW..HIGH.', field=name)
     try:
-        ends = [[q.read(end.strip(), units_required=True) for end in match.groups()[:2]] for q in quantities]
+        read = [[q.read(end, units_required=isinstance(end, str)) for end in ends] for q in quantities]
     except ValueError as error:
         raise InputError(str(error), field=name) from None
-    lower, upper = ends[0]
+    lower, upper = read[0]
     if not lower < upper:
-        raise InputError(f'"{shorten(text)}" is empty: its lower end must be less than its upper end.', field=name)
-    log = match.group(3) is not None
+        raise InputError(f'"{shorten(span)}" is empty: its lower end must be less than its upper end.', field=name)
+    log = parts is not None and parts.log
     if log and lower <= 0:
-        raise InputError(f'"{shorten(text)}" has no logarithm: its lower end must be more than 0.', field=name)
+        raise InputError(f'"{shorten(span)}" has no logarithm: its lower end must be more than 0.', field=name)
     return Variable(name, lower, upper, log, quantities[0].dimension)
 
 

@@ -1,8 +1,9 @@
-"""Design problems: what may vary in a robot or a mission, how its motion is judged, and sweeps over quantities."""
+"""Designs: sweeps over quantities of a robot, and searches for its best motion or its shortest mission."""
 
 from .constraints import Constraint, Limit, MotorLine, read_constraint
+from .design import DesignResult, design
 from .motion import MotionDesign, Varied
-from .problem import Problem, change, dump_design, load_problem, restore_design, shipped_problem
+from .problem import Problem, load_problem, problem_of, shipped_problem
 from .quantities import QUANTITIES
 from .schedule import ScheduleDesign
 from .sweep import sweep
@@ -10,17 +11,17 @@ from .sweep import sweep
 __all__ = [
     "QUANTITIES",
     "Constraint",
+    "DesignResult",
     "Limit",
     "MotionDesign",
     "MotorLine",
     "Problem",
     "ScheduleDesign",
     "Varied",
-    "change",
-    "dump_design",
+    "design",
     "load_problem",
+    "problem_of",
     "read_constraint",
-    "restore_design",
     "shipped_problem",
     "sweep",
 ]

@@ -1,12 +1,15 @@
 """Axes of a sweep: quantities of a robot and the values that each of them takes."""
 
-import re
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from nectosome.description import RobotDescription, numeric_paths, resolve
-from nectosome.units import InputError, shorten
+from nectosome.description.fields import Quantity
+from nectosome.units import InputError, parse_quantity, shorten, split_unit
+from nectosome.units.ranges import RangeText, split_range, with_last_unit
 
+AxisValues = str | Iterable[float | str]
 _MOST = 100_000  # values of an axis
 COUNT = "N"  # of flagella or segments: another structure for each value
 
@@ -21,36 +24,28 @@ class SweepAxis:
     dimension: str
 
 
-def read_axis(text: str, description: RobotDescription | None) -> SweepAxis:
-    """Read `A=30:75:5deg` (from, to, step) or `A=30,45,75deg` (values); the unit of the last number counts for all.
+def axis_of(name: str, values: AxisValues, description: RobotDescription | None) -> SweepAxis:
+    """Axis over a quantity at its path or alias: values as text, or one by one, numbers in SI or text with a unit.
 
-    An axis over N needs no description. Raises InputError for what is neither, an unknown name, a value that its field
-    does not allow, and a step that leads nowhere.
+    Text is a range with a step, `30..75:5deg`, on a logarithmic scale with the ratio of neighbouring values,
+    `1..16MPa:2 log`, or a list, `30,45,75deg`; a number without a unit has that of the next one. A count of parts, "N",
+    takes steps of 1 and needs no description. Raises InputError for text that is neither, an unknown name, a value that
+    its field does not allow, a value that occurs twice, and a step that does not lead from the low end to the high one.
     """
-    name, _, values = (part.strip() for part in text.partition("="))
-    number = r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"
-    match = re.fullmatch(rf"({number}(?::{number}:{number}|(?:,{number})*))([^\d,:].*)?", values)
-    if not name or match is None:
-        raise InputError(
-            f'"{shorten(text)}" is no axis. Write a name, = and from:to:step or values, as in "A=30:75:5deg".',
-            field="--over",
-        )
-    numbers = [float(x) for x in re.split("[:,]", match[1])]
-    if ":" in match[1]:
-        numbers = _steps(*numbers, name=name)
+    parts = split_range(values) if isinstance(values, str) else None
+    listed = with_last_unit([x.strip() for x in values.split(",")]) if isinstance(values, str) else [*values]
     if name == COUNT:
-        return _count(numbers, match[2])
-    if description is None:
+        quantities = [Quantity("number")]
+        parts = parts and parts._replace(step=parts.step or "1")
+    elif description is None:
         raise InputError("is no count of parts.", field=name)
-    return axis(name, [f"{x!r} {match[2] or ''}".strip() for x in numbers], description)
-
-
-def axis(name: str, values: Sequence[float | str], description: RobotDescription) -> SweepAxis:
-    """Axis over a quantity at its path or alias; numbers are SI, text carries its unit. Raises InputError."""
-    known = numeric_paths(description)
-    paths = resolve(description, name)
+    else:
+        known = numeric_paths(description)
+        quantities = [known[path] for path in resolve(description, name)]
     try:
-        read = [[known[path].read(x, units_required=isinstance(x, str)) for path in paths] for x in values]
+        if parts is not None:
+            listed = _steps(parts, quantities[0])
+        read = [[q.read(x, units_required=isinstance(x, str)) for q in quantities] for x in listed]
     except ValueError as error:
         raise InputError(str(error), field=name) from None
     found = tuple(row[0] for row in read)
@@ -58,22 +53,29 @@ def axis(name: str, values: Sequence[float | str], description: RobotDescription
         raise InputError("takes no value: at least one is needed.", field=name)
     if len(set(found)) < len(found):
         raise InputError("takes a value twice.", field=name)
-    return SweepAxis(name, found, known[paths[0]].unit, known[paths[0]].dimension)
+    if name == COUNT and any(x != int(x) or x < 0 for x in found):
+        raise InputError("is a count: whole numbers, as in N=1,2,3.", field=name)
+    return SweepAxis(name, found, quantities[0].unit, quantities[0].dimension)
 
 
-def _steps(start: float, stop: float, step: float, *, name: str) -> list[float]:
-    """Values from start to stop, both included where the step leads there."""
-    steps = (stop - start) / step if step else -1.0
-    if not 0 <= steps < _MOST:
-        raise InputError(
-            f"{start:g}:{stop:g}:{step:g} leads nowhere, or is too fine. Write from:to:step, as in 30:75:5deg.",
-            field=name,
-        )
-    # rounded, so that 0.3 + 6 x 0.1 is 0.9
-    return [float(f"{start + k * step:.12g}") for k in range(int(steps + 1e-9) + 1)]
-
-
-def _count(numbers: list[float], unit: str | None) -> SweepAxis:
-    if unit or any(x != int(x) or x < 0 for x in numbers):
-        raise InputError("is a count: whole numbers without a unit, as in N=1,2,3.", field=COUNT)
-    return SweepAxis(COUNT, tuple(numbers), "1", "number")
+def _steps(parts: RangeText, quantity: Quantity) -> list[str | float]:
+    """Values from the low end to the high one, both included where the step leads there. Raises ValueError."""
+    if not parts.step:
+        raise ValueError("needs a step, as in 30..75:5deg, or a list of values, as in 30,45,75deg.")
+    texts = parts[:2] if parts.log else parts[:3]
+    numbers, units = zip(*(split_unit(text) for text in texts), strict=True)
+    unit = units[0]
+    if len({*units}) > 1:
+        numbers, unit = [parse_quantity(text, quantity.dimension) for text in texts], quantity.unit
+    low, high, step = (*numbers, parse_quantity(parts.step, "number")) if parts.log else numbers
+    if parts.log and not (low > 0 and step > 1):
+        raise ValueError("on a logarithmic scale starts above 0 and has a ratio above 1, as in 1..16MPa:2 log.")
+    width, each = (math.log(high / low), math.log(step)) if parts.log and high > 0 else (high - low, step)
+    count = width / each if each else -1.0
+    if not 0 <= count < _MOST:
+        shown = shorten(f"{parts.low}..{parts.high}:{parts.step}")
+        raise ValueError(f'"{shown}" leads nowhere, or is too fine. Write LOW..HIGH:STEP, as in 30..75:5deg.')
+    steps = range(int(count + 1e-9) + 1)
+    # in the unit that was written, and rounded, so that 0.3 + 6 x 0.1 is 0.9
+    values = (float(f"{low * step**k if parts.log else low + k * step:.12g}") for k in steps)
+    return [f"{x!r} {unit}".strip() for x in values]

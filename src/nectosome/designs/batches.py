@@ -17,7 +17,7 @@ from nectosome.description import RobotDescription, drive_period, resolve, with_
 from nectosome.mechanism import Robot, in_plane, moves_in_plane
 from nectosome.model import Template, instantiate, template_of
 from nectosome.solve import CycleMeans, Symmetry, cycle_means, equilibrium, find_symmetry, periodic
-from nectosome.solve.orbit import cycle_settings, settled_cycle
+from nectosome.solve.orbit import cycle_settings, transient_cycle
 from nectosome.units import InputError
 
 from .axes import SweepAxis
@@ -127,7 +127,7 @@ def _periodic(kind: SharedStructure, numbers: Array, times: Array, rtol: Array) 
         robot = instantiate(kind.blueprint, numbers)
         settings = cycle_settings("explicit" if kind.flat else "implicit", times[-1], rtol, 1e-2 * rtol)
         system = in_plane(robot) if kind.flat else robot
-        found = settled_cycle(system, kind.symmetry, robot.initial(), times, settings)
+        found = transient_cycle(system, kind.symmetry, robot.initial(), times, settings)
         return cycle_means(robot, times, found.value), found.status
 
     return jax.vmap(one)(numbers, times) if kind.flat else _alone(one, numbers, times)

@@ -12,7 +12,7 @@ from .quantities import QUANTITIES
 
 
 class Constraint(ABC):
-    """A weighted sum of quantities that must not be more than 0, scaled to tell by which share it is passed."""
+    """A weighted sum of quantities that must not be more than 0, in units of its limit."""
 
     quantity: str  # that is limited
 
@@ -28,11 +28,11 @@ class Constraint(ABC):
 
     def excess(self, numbers: Mapping[str, Any]) -> Any:
         """By how much the constraint is broken: at most 0 where it is kept."""
-        return self.offset + self.slope(numbers)
+        return self.offset + self.weighted(numbers)
 
-    def slope(self, slopes: Mapping[str, Any]) -> Any:
-        """Slope of the excess from those of the quantities."""
-        return sum(weight * slopes[name] for name, weight in self.weights.items())
+    def weighted(self, numbers: Mapping[str, Any]) -> Any:
+        """Weighted sum of quantities; of their derivatives it is that of the excess."""
+        return sum(weight * numbers[name] for name, weight in self.weights.items())
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 import hashlib
 from abc import abstractmethod
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import jax.numpy as jnp
 import numpy as np
@@ -29,7 +30,7 @@ from nectosome.solve import Symmetry, find_symmetry
 from nectosome.units import InputError, did_you_mean
 
 from .constraints import Constraint
-from .plans import CyclePlan, Plan, PlanInputs, SteadyPlan, judge, judge_with_slopes
+from .plans import CyclePlan, Plan, PlanInputs, SteadyPlan, judge, judge_with_derivatives
 from .quantities import QUANTITIES
 
 _AT_AN_END = 1e-3  # of a variable's range, on its scale
@@ -49,19 +50,28 @@ class Varied(Task):
 
     @property
     @abstractmethod
-    def told(self) -> dict[str, str]:
-        """Units of the outputs that are told of a design, the objective first."""
+    def units(self) -> dict[str, str]:
+        """Units of the outputs that describe a design, the objective first."""
 
     @abstractmethod
     def chosen(self, u: Float[np.ndarray, "n"]) -> str:
         """Return the file that holds a design."""
+
+    @property
+    @abstractmethod
+    def own(self) -> Float[np.ndarray, "n"]:
+        """The robot's or mission's own numbers, as places in the ranges, within them."""
+
+    def shown(self, evaluation: Evaluation) -> str:
+        """Objective of a design, with its unit."""
+        return f"{evaluation.outputs[self.objective]:.4g} {self.units[self.objective]}"
 
     def at_an_end(self, u: Float[np.ndarray, "n"]) -> list[Variable]:
         """Variables of a design that stand at an end of their range: a wider one may make it better."""
         return [v for v, x in zip(self.variables, u, strict=True) if min(x, 1 - x) < _AT_AN_END]
 
 
-_TOLD = ("speed", "torque", "power", "drive_rate")  # remembered of every evaluation
+_RECORDED = ("speed", "torque", "power", "drive_rate")  # of every evaluation
 FORWARD = {
     "x": (1.0, 0.0, 0.0),
     "-x": (-1.0, 0.0, 0.0),
@@ -74,13 +84,13 @@ FORWARD = {
 
 @dataclass(frozen=True)
 class MotionDesign(Varied):
-    """Make a quantity of a robot's motion as good as it gets, within ranges and limits.
+    """Maximise or minimise a quantity of a robot's motion, within ranges and limits.
 
-    The motion is the steady one, or that which repeats itself with the drives where they change with time.
+    The motion is the steady one, or the periodic one where the drives change with time.
 
-    - description: the robot; what is no variable stays as it is there.
-    - objective: a name of `QUANTITIES`, made high or low as it says.
-    - forward: `x`, `-x`, ... `-z`: the direction of the world in which speed counts.
+    - description: the robot; quantities that are no variables stay as they are there.
+    - objective: a name of `QUANTITIES`; `best`: whether a high or a low value is, as `QUANTITIES` say unless given.
+    - forward: `x`, `-x`, ... `-z`: the direction of the world along which speed and thrust count.
 
     Raises InputError for an unknown objective or direction, no variable, or one that is named twice.
     """
@@ -90,6 +100,7 @@ class MotionDesign(Varied):
     objective: str = "speed"  # pyright: ignore[reportIncompatibleVariableOverride]
     constraints: tuple[Constraint, ...] = ()
     forward: str = "x"
+    best: Literal["", "high", "low"] = ""
     names: tuple[str, ...] = field(init=False)
     constraint_names: tuple[str, ...] = field(init=False)
 
@@ -110,9 +121,14 @@ class MotionDesign(Varied):
         object.__setattr__(self, "constraint_names", tuple(str(c) for c in self.constraints))
 
     @property
-    def told(self) -> dict[str, str]:
-        """Units of the quantities that are told of a design."""
+    def units(self) -> dict[str, str]:
+        """Units of the quantities that describe a design, the objective first."""
         return {name: QUANTITIES[name].unit for name in dict.fromkeys((self.objective, "speed", "torque", "power"))}
+
+    @property
+    def own(self) -> Float[np.ndarray, "n"]:
+        """The robot's own numbers, as places in the ranges, within them."""
+        return np.clip(self.box.design(self.description), 0.0, 1.0)
 
     def chosen(self, u: Float[np.ndarray, "n"]) -> str:
         """File of the robot at a design."""
@@ -123,7 +139,13 @@ class MotionDesign(Varied):
         ranges = "; ".join(f"{v.name} {v.text()}" for v in self.variables)
         robot = hashlib.sha256(dump_robot(self.description).encode()).hexdigest()[:16]
         limits = "; ".join(self.constraint_names) or "none"
-        return f"{self.objective} along {self.forward} over {ranges}; limits: {limits}; robot {robot}"
+        sense = "" if self.best in ("", QUANTITIES[self.objective].best) else f"{self.best} "
+        return f"{sense}{self.objective} along {self.forward} over {ranges}; limits: {limits}; robot {robot}"
+
+    @property
+    def highest(self) -> bool:
+        """Whether the objective is maximised."""
+        return (self.best or QUANTITIES[self.objective].best) == "high"
 
     def robot_at(self, u: Float[np.ndarray, "n"]) -> RobotDescription:
         """Description of the robot at a design."""
@@ -184,7 +206,7 @@ class MotionDesign(Varied):
         symmetry = self._symmetry()
         groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
         blueprint, numbers = template_of(self.description, tuple(path for group in groups for path in group))
-        wanted = {*self._wanted(), *_TOLD}
+        wanted = {*self._wanted(), *_RECORDED}
         used = [name for name in QUANTITIES if name in wanted]  # in one order: what asks for the same is one program
         where = tuple(tuple(blueprint.paths.index(path) for path in group) for group in groups)
         log = tuple(v.log for v in self.variables)
@@ -200,18 +222,18 @@ class MotionDesign(Varied):
         (plan, numbers), wanted = self.plan(), self._wanted()
         rest = build(self.description).initial()
         _, unravel = ravel_pytree(rest)
-        sign = -1.0 if QUANTITIES[self.objective].best == "high" else 1.0
+        sign = -1.0 if self.highest else 1.0
         jumping = self._jumping()
 
         def evaluate(u: np.ndarray, derivatives: bool, memory: np.ndarray | None) -> Evaluation:
             if derivatives and jumping:
                 raise InputError(
                     "moves the moment at which a stroke's acceleration jumps, so that derivatives are not exact. Take "
-                    "the solver pattern or cmaes.",
+                    "the optimiser pattern or cmaes.",
                     field=jumping,
                 )
             guess, warm = (rest, False) if memory is None else (unravel(jnp.asarray(memory)), True)
-            program = judge_with_slopes if derivatives else judge
+            program = judge_with_derivatives if derivatives else judge
             found, steep = remembered(program, plan, numbers, jnp.asarray(u, dtype=float), guess, jnp.asarray(warm))
             status = Status(int(found.status))
             if status not in (Status.SOLVED, Status.SETTLED):
@@ -224,16 +246,16 @@ class MotionDesign(Varied):
                 u,
                 sign * values[self.objective],
                 np.array([c.excess(values) for c in self.constraints]),
-                outputs={name: values[name] for name in dict.fromkeys((*_TOLD, *wanted))},
+                outputs={name: values[name] for name in dict.fromkeys((*_RECORDED, *wanted))},
                 memory=np.asarray(ravel_pytree(found.state)[0]),
             )
             if not derivatives:
                 return evaluation
-            slope = dict(zip(plan.used, np.asarray(steep), strict=True))
-            rows = [c.slope(slope) for c in self.constraints]
+            derivative = dict(zip(plan.used, np.asarray(steep), strict=True))
+            rows = [c.weighted(derivative) for c in self.constraints]
             return replace(
                 evaluation,
-                gradient=sign * slope[self.objective],
+                gradient=sign * derivative[self.objective],
                 jacobian=np.array(rows).reshape(len(self.constraints), len(u)),
             )
 

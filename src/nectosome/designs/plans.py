@@ -1,4 +1,4 @@
-"""Programs from a design to the quantities of its motion, steady or periodic, and their slopes."""
+"""Programs from a design to the quantities of its motion, steady or periodic, and their derivatives."""
 
 from abc import abstractmethod
 from typing import NamedTuple
@@ -118,16 +118,16 @@ _Judged = tuple[MotionQuantities, Array]
 
 
 def judge(plan: Plan, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> _Judged:
-    """What the motion of a design u gives, and no slopes [0]."""
+    """What the motion of a design u gives, and no derivatives [0]."""
     return plan.found(numbers, u, guess, warm), jnp.zeros(0)
 
 
-def judge_with_slopes(plan: Plan, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> _Judged:
-    """What the motion of a design u gives, and the slopes of its quantities [k, n]."""
+def judge_with_derivatives(plan: Plan, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> _Judged:
+    """What the motion of a design u gives, and the derivatives of its quantities [k, n]."""
 
     def quantities(u: Array) -> tuple[Array, MotionQuantities]:
         found = plan.found(numbers, u, guess, warm)
         return found.quantities, found
 
-    slopes, found = jax.jacfwd(quantities, has_aux=True)(u)
-    return found, slopes
+    derivatives, found = jax.jacfwd(quantities, has_aux=True)(u)
+    return found, derivatives

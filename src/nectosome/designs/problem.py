@@ -1,12 +1,11 @@
-"""Problem files: what may vary, what is wanted and what must be kept, in the words that a person writes."""
+"""Design problems in words: what may vary, what is made as large or small as possible, which limits hold."""
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
-from nectosome.description import RobotDescription, apply_settings, dump_robot, parse_robot, resolve
+from nectosome.description import RobotDescription, resolve
 from nectosome.description.mission import parse_mission
 from nectosome.description.schedule import read_schedule_variable
 from nectosome.description.variables import read_variable
@@ -14,24 +13,66 @@ from nectosome.io.yaml_text import Key, read_text, read_yaml
 from nectosome.robots import mission_of
 from nectosome.units import InputError, did_you_mean, shorten
 
-from .constraints import read_constraint
+from .constraints import Constraint, read_constraint
 from .motion import MotionDesign, Varied
 from .schedule import ScheduleDesign
+
+RangeLike = str | Sequence[float]  # `LOW..HIGH` with units, or two numbers in SI
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A design problem in words; `variables` maps names to ranges such as `1.4 MPa .. 1681 MPa log`.
+    """A design problem in words, which fits any robot that has its quantities.
 
-    With the text of a `mission` they are numbers of it, and its time is what counts; else they are the robot's, and
-    where nothing is said of them its speed counts, along x.
+    - vary: names of quantities and their ranges, such as `1.4..1681MPa log` or two numbers in SI.
+    - maximise, minimise: a name of `QUANTITIES`, one of the two; the largest speed where nothing is said.
+    - keep: limits that a design keeps.
+    - forward: `x`, `-x`, ... `-z` of the world, along which speed and thrust count; x where nothing is said.
+    - mission: the text of a mission, whose numbers vary and whose time is made as short as possible.
     """
 
-    variables: Mapping[str, str] = field(default_factory=dict)
-    objective: str = ""
-    constraints: tuple[str, ...] = ()
+    vary: Mapping[str, RangeLike] = field(default_factory=dict)
+    maximise: str = ""
+    minimise: str = ""
+    keep: tuple[Constraint, ...] = ()
     forward: str = ""
     mission: str = ""
+
+    def changed(
+        self,
+        description: RobotDescription,
+        *,
+        fixed: Iterable[str] = (),
+        vary: Mapping[str, RangeLike] | None = None,
+        maximise: str = "",
+        minimise: str = "",
+        keep: Iterable[str | Constraint] = (),
+        forward: str = "",
+        mission: str = "",
+    ) -> "Problem":
+        """The problem with changes; what is left out stays.
+
+        A range takes the place of that of the same quantity of the robot, a limit the place of those on the same
+        quantity. Names in `fixed` vary no more. The text of a mission takes the place of another, or of a problem about
+        a motion as a whole. Raises InputError where two names set the same quantity, and for what is no limit.
+        """
+        base = self if self.mission or not mission else Problem()
+        names, ranges = [*fixed], dict(vary or {})
+        variables = dict(base.vary)
+        if not (base.mission or mission):
+            _check_each_once(ranges, names, description)
+            new = {path for name in (*names, *ranges) for path in _paths(name, description)}
+            variables = {v: text for v, text in variables.items() if not new & {*resolve(description, v)}}
+        limits = [read_constraint(limit) if isinstance(limit, str) else limit for limit in keep]
+        replaced = {limit.quantity for limit in limits}
+        goal = (maximise, minimise) if maximise or minimise else (base.maximise, base.minimise)
+        return Problem(
+            variables | ranges,
+            *goal,
+            (*(limit for limit in base.keep if limit.quantity not in replaced), *limits),
+            forward or base.forward,
+            mission or base.mission,
+        )
 
     def task(self, description: RobotDescription) -> Varied:
         """Task for a robot. Raises InputError for what does not fit it."""
@@ -39,19 +80,23 @@ class Problem:
 
     def motion(self, description: RobotDescription) -> MotionDesign:
         """Task about the motion of a robot. Raises InputError for what does not fit it."""
-        variables = tuple(read_variable(name, text, description) for name, text in self.variables.items())
-        constraints = tuple(read_constraint(text) for text in self.constraints)
-        return MotionDesign(description, variables, self.objective or "speed", constraints, self.forward or "x")
+        if self.maximise and self.minimise:
+            raise InputError(
+                f"{self.maximise} to maximise and {self.minimise} to minimise: take one.", field="minimise"
+            )
+        variables = tuple(read_variable(name, text, description) for name, text in self.vary.items())
+        goal, best = (self.minimise, "low") if self.minimise else (self.maximise or "speed", "high")
+        return MotionDesign(description, variables, goal, self.keep, self.forward or "x", best)
 
     def _schedule(self, description: RobotDescription) -> ScheduleDesign:
-        asked = {"objective": (self.objective, ("", "time")), "forward": (self.forward, ("",))}
+        asked = {"maximise": (self.maximise, ""), "minimise": (self.minimise, "time"), "forward": (self.forward, "")}
         for name, (value, fits) in asked.items():
-            if value not in fits:
-                raise InputError(f'"{shorten(value)}" is nothing that counts of a mission: its time does.', field=name)
-        if self.constraints:
-            raise InputError("a mission has no constraints: ranges keep its numbers in bounds.", field="constraint")
+            if value not in ("", fits):
+                raise InputError(f'"{shorten(value)}": of a mission only the time is minimised.', field=name)
+        if self.keep:
+            raise InputError("a mission has no limits: ranges keep its numbers in bounds.", field="keep")
         mission = parse_mission(self.mission, description)
-        ranges = self.variables.items()
+        ranges = self.vary.items()
         return ScheduleDesign(mission, tuple(read_schedule_variable(name, text, mission) for name, text in ranges))
 
 
@@ -69,91 +114,35 @@ def shipped_problem(robot: str) -> Problem | None:
     return _parse(text, f"{robot}.yaml", Path())
 
 
-def change(
-    description: RobotDescription,
-    problem: Problem,
-    fixed: tuple[str, ...] = (),
-    vary: tuple[str, ...] = (),
-    constraints: tuple[str, ...] = (),
-    objective: str | None = None,
-    forward: str | None = None,
-    mission: str | None = None,
-) -> tuple[RobotDescription, Problem]:
-    """Robot and problem with changes: `PATH=VALUE` fixed, `PATH=RANGE` varied, constraints and objective replaced.
+def problem_of(robot: str | Path) -> Problem:
+    """Problem of a robot: in ROBOT.design.yaml beside its file, else the one that ships; without both an empty one.
 
-    A constraint takes the place of those on the same quantity; what is fixed varies no more. The text of a `mission`
-    takes the place of another, or of a problem about a motion as a whole. Raises InputError.
+    Raises InputError where the file cannot be read.
     """
-    description = apply_settings(description, fixed)
-    if mission is not None:
-        problem = replace(problem, mission=mission) if problem.mission else Problem(mission=mission)
-    variables = dict(problem.variables)
-    for text in vary:
-        name, equals, span = text.partition("=")
-        if not equals:
-            raise InputError(
-                f'"{shorten(text)}" is no range of a quantity. Write PATH=LOW..HIGH with units.', field="vary"
-            )
-        if not problem.mission:
-            variables = _without(variables, name.strip(), description)
-        variables[name.strip()] = span.strip()
-    if not problem.mission:
-        _check_each_once(vary, fixed, description)
-    for text in fixed if not problem.mission else ():
-        variables = _without(variables, text.partition("=")[0].strip(), description)
-    new = [read_constraint(text) for text in constraints]
-    replaced = {c.quantity for c in new}
-    kept = [text for text in problem.constraints if read_constraint(text).quantity not in replaced]
-    return description, Problem(
-        variables,
-        objective or problem.objective,
-        (*kept, *map(str, new)),
-        forward or problem.forward,
-        problem.mission,
-    )
+    path = Path(robot)
+    beside = path.with_suffix(".design.yaml")
+    if path.suffix in (".yaml", ".yml") and beside.is_file():
+        return load_problem(beside)
+    return shipped_problem(str(robot)) or Problem()
 
 
-def dump_design(description: RobotDescription, problem: Problem) -> dict[str, Any]:
-    """Robot and problem as JSON data, for the folder of a run."""
-    return {"robot": dump_robot(description), "problem": asdict(problem)}
-
-
-def restore_design(about: Mapping[str, Any], source: str) -> tuple[RobotDescription, Problem]:
-    """Robot and problem that `dump_design` stored. Raises InputError where they are not there."""
+def _paths(name: str, description: RobotDescription) -> list[str]:
+    """Paths of a quantity; none where there is no such quantity, of which the task tells."""
     try:
-        robot, p = about["robot"], about["problem"]
-        variables = {str(name): str(span) for name, span in p["variables"].items()}
-        words = str(p["objective"]), tuple(map(str, p["constraints"])), str(p["forward"]), str(p.get("mission", ""))
-        problem = Problem(variables, *words)
-    except (KeyError, TypeError, AttributeError):
-        raise InputError("holds no robot and problem that can be read.", file=source) from None
-    return parse_robot(str(robot), f"{source}, its robot"), problem
-
-
-def _without(variables: Mapping[str, str], name: str, description: RobotDescription) -> dict[str, str]:
-    paths = set(resolve(description, name)) if _is_quantity(name, description) else set()
-    return {v: text for v, text in variables.items() if not paths & set(resolve(description, v))}
-
-
-def _check_each_once(vary: tuple[str, ...], fixed: tuple[str, ...], description: RobotDescription) -> None:
-    """Raise InputError where what was asked for sets a quantity twice, so that one of both would be ignored."""
-    asked: dict[str, str] = {}
-    for option, texts in (("fix", fixed), ("vary", vary)):
-        for text in texts:
-            name = text.partition("=")[0].strip()
-            for path in resolve(description, name) if _is_quantity(name, description) else ():
-                if option == "vary" and path in asked:
-                    both = f"{asked[path]} and --vary {name}"
-                    raise InputError(f"{both} both set {path}. Take one of them.", field="vary")
-                asked[path] = f"--{option} {name}"
-
-
-def _is_quantity(name: str, description: RobotDescription) -> bool:
-    try:
-        resolve(description, name)
+        return resolve(description, name)
     except InputError:
-        return False
-    return True
+        return []
+
+
+def _check_each_once(vary: Iterable[str], fixed: Iterable[str], description: RobotDescription) -> None:
+    """Raise InputError where a quantity is set twice, so that one of both would be ignored."""
+    taken: dict[str, str] = {}
+    for what, names in (("set", fixed), ("vary", vary)):
+        for name in names:
+            for path in _paths(name, description):
+                if what == "vary" and path in taken:
+                    raise InputError(f"{taken[path]} and vary {name} both set {path}. Take one of them.", field="vary")
+                taken[path] = f"{what} {name}"
 
 
 def _parse(text: str, source: str, folder: Path) -> Problem:
@@ -165,21 +154,24 @@ def _parse(text: str, source: str, folder: Path) -> Problem:
         at: Key = (str(key),)
         return InputError(message, file=source, line=lines.get(at), field=shorten(key))
 
-    known = ("about", "variables", "objective", "constraints", "forward", "mission")
+    known = ("about", "vary", "maximise", "minimise", "keep", "forward", "mission")
     for key in data:
         if key not in known:
             raise wrong(key, f"is not known here.{did_you_mean(str(key), known)}")
-    variables, constraints = data.get("variables", {}), data.get("constraints", [])
+    variables, limits = data.get("vary", {}), data.get("keep", [])
     if not isinstance(variables, dict) or not variables:
-        raise wrong("variables", "needs at least one name with a range.")
-    if not isinstance(constraints, list):
-        raise wrong("constraints", "must be a list.")
-    words = (str(data.get("objective", "")), tuple(map(str, constraints)), str(data.get("forward", "")))
-    mission = ""
+        raise wrong("vary", "needs at least one name with a range.")
+    if not isinstance(limits, list):
+        raise wrong("keep", "must be a list.")
+    words = {name: str(data.get(name, "")) for name in ("maximise", "minimise", "forward")}
+    try:
+        keep = tuple(read_constraint(str(limit)) for limit in limits)
+    except InputError as error:
+        raise wrong("keep", error.message) from None
     if "mission" in data:
         name = str(data["mission"])
         try:
-            mission = read_text(mission_of(name) or folder / name)
+            words["mission"] = read_text(mission_of(name) or folder / name)
         except InputError as error:
             raise wrong("mission", str(error)) from None
-    return Problem({str(name): str(span) for name, span in variables.items()}, *words, mission)
+    return Problem({str(name): str(span) for name, span in variables.items()}, keep=keep, **words)

@@ -9,10 +9,10 @@ from jaxtyping import Float
 
 from nectosome.description import RobotDescription, dump_robot
 from nectosome.description.mission import Mission
-from nectosome.description.schedule import dump_mission, with_schedule
+from nectosome.description.schedule import dump_mission, get_schedule, with_schedule
 from nectosome.description.variables import Variable
-from nectosome.model import run_mission
 from nectosome.search import Evaluate, Evaluation
+from nectosome.solve import run_mission
 from nectosome.units import InputError
 
 from .motion import Varied
@@ -24,7 +24,7 @@ _UPRIGHT = np.deg2rad(60)
 class ScheduleDesign(Varied):
     """Bring a mission to its end in the shortest time, within ranges of its numbers.
 
-    A mission that does not come to its end, or on which the robot leans by more than 60 degrees, counts as unsolved.
+    A mission that does not come to its end, or on which the robot tilts by more than 60 degrees, counts as unsolved.
     It has no derivatives: modes begin and end with events.
 
     - variables: named as in `io.schedule`.
@@ -52,9 +52,14 @@ class ScheduleDesign(Varied):
         return self.mission.robot
 
     @property
-    def told(self) -> dict[str, str]:
-        """Units of the quantities that are told of a design."""
+    def units(self) -> dict[str, str]:
+        """Units of the quantities that describe a design."""
         return {"time": "s"}
+
+    @property
+    def own(self) -> Float[np.ndarray, "n"]:
+        """The mission's own numbers, as places in the ranges, within them."""
+        return np.clip(self.box.places(np.array([get_schedule(self.mission, name) for name in self.names])), 0.0, 1.0)
 
     def key(self) -> str:
         """Text of all that the numbers depend on."""
@@ -77,13 +82,13 @@ class ScheduleDesign(Varied):
 
         def evaluate(u: np.ndarray, derivatives: bool, memory: np.ndarray | None) -> Evaluation:
             if derivatives:
-                raise InputError("a mission has no derivatives. Take the solver cmaes or pattern.", field="solver")
+                raise InputError("a mission has no derivatives. Take cmaes or pattern.", field="optimiser")
             flown = run_mission(self.mission_at(u), step=self.step)
-            fallen = np.asarray(flown.measures.lean) > _UPRIGHT
+            fallen = np.asarray(flown.measures.tilt) > _UPRIGHT
             if fallen.any():
                 k = int(np.argmax(fallen))
                 mode = self.mission.modes[flown.mode[k]].name
-                return Evaluation.unsolved(u, 0, f"it leans by more than 60 deg in {mode}")
+                return Evaluation.unsolved(u, 0, f"it tilts by more than 60 deg in {mode}")
             if flown.reason:
                 return Evaluation.unsolved(u, 0, flown.reason)
             time = float(flown.time[-1])

@@ -1,8 +1,8 @@
-"""Sweeps: what a robot's motion gives at every point of a grid of its quantities."""
+"""Sweeps: cycle averages and peaks of a robot's motion at every point of a grid of its quantities."""
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,34 +11,30 @@ from typing import TYPE_CHECKING
 import jax.numpy as jnp
 import numpy as np
 
-from nectosome import robots
 from nectosome.core import Status
-from nectosome.description import RobotDescription, apply_settings, dump_robot, resolve
+from nectosome.description import RobotDescription, dump_robot, resolve
 from nectosome.io import load_checkpoint, provenance, save_checkpoint
+from nectosome.model.inputs import RobotLike, description_of
 from nectosome.search.processes import processors
 from nectosome.solve import CycleMeans, mean_data
 from nectosome.units import InputError
 
-from .axes import COUNT, SweepAxis, axis
+from .axes import COUNT, AxisValues, SweepAxis, axis_of
 from .batches import RobotBatch, batches_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    import xarray as xr
-
+Progress = Callable[[str, float], bool | None]  # of what is computed and the share done; False cancels
 
 MEANS = ("speed", "turn_rate", "power", "efficiency", "cost_of_transport")
-_NOTHING = 1e-3  # mean of a force that is left of its peak where nothing holds the robot: what the tolerance leaves
+_NOTHING = 1e-3  # of its peak: the mean of a force that nothing opposes is 0 up to the integrator's tolerance
 
 
 def mean_of(found: "xr.Dataset", name: str) -> "xr.DataArray":
-    """A mean over the axes of a sweep: one of MEANS, or `force.x`, what pushes the robot along the world's x [N].
+    """A mean over the axes of a sweep: one of MEANS, or `force.x`, the force on the robot along the world's x [N].
 
-    Along the axes of a robot that nothing holds, the mean of the force is 0.
+    Along the axes in which the robot is free to move, the mean of the force is 0.
     """
     if name in MEANS:
         return found[name]
@@ -48,7 +44,7 @@ def mean_of(found: "xr.Dataset", name: str) -> "xr.DataArray":
     return held.rename(f"force {axis}").assign_attrs(found["force"].attrs)
 
 
-def telling(found: "xr.Dataset") -> dict[str, "xr.DataArray"]:
+def nonzero_means(found: "xr.Dataset") -> dict[str, "xr.DataArray"]:
     """Means that are known and not 0 at some point, by name."""
     forces = [f"force.{axis}" for axis in found["axis"].values] if "force" in found else []
     means = {name: mean_of(found, name) for name in (MEANS[0], *forces, *MEANS[1:])}
@@ -65,33 +61,39 @@ class _Grid:
 
 
 def sweep(
-    robot: str | RobotDescription,
-    over: Mapping[str, Iterable[float | int]],
-    settings: Sequence[str] = (),
+    robot: RobotLike,
+    over: Mapping[str, AxisValues],
+    settings: Iterable[str] = (),
     *,
     samples: int = 257,
     rtol: float = 1e-4,
     folder: Path | None = None,
-    progress: Callable[[float], bool | None] | None = None,
+    progress: Progress | None = None,
     workers: int | None = None,
 ) -> "xr.Dataset":
     """Means and peaks of the motion at every point of a grid, as an `xarray.Dataset` with one dimension an axis.
 
-    - robot: a name, a file, or a description; `settings` such as "A=75deg" are put in first.
-    - over: values [SI] of each quantity, by path or alias; "N" of a family makes another robot for each value.
-    - the motion: steady where nothing that drives the robot changes with time, else periodic with its drives. What it
-      gives are `CycleMeans`, from `samples` moments of a cycle. A cycle is found by letting the robot settle, and by
-      Newton's method where it does not within a few cycles.
-    - folder: finished parts are kept there, so that a sweep that was killed goes on where it was.
-    - progress(share): called after each part; the sweep is cancelled where it returns False.
+    - robot: a name, a path, a description or a built robot, with `settings` such as "A=75deg".
+    - over: values of each quantity, by path or alias, as `axis_of` takes them: numbers in SI, or text such as
+      "30..75:5deg"; "N" of a family makes another robot for each value.
+    - the motion: steady where nothing that drives the robot changes with time, else periodic with its drives. Its means
+      and peaks are `CycleMeans` of `samples` times of a cycle, found by simulating until the motion settles, and by
+      Newton's method where it does not within a few cycles; `rtol` is the relative tolerance of a cycle.
+    - folder: finished parts are kept there: the same sweep goes on from them after it was killed.
+    - progress(what, share): called after each part; the sweep is cancelled where it returns False.
+    - workers: threads; one a processor unless given.
 
     `status` says how each point was solved; where it was not, its numbers are NaN. Raises InputError for names and
     values that make no sense, and for a folder that holds another sweep.
     """
-    over = {name: [*map(float, values)] for name, values in over.items()}
+    settings = [settings] if isinstance(settings, str) else [*settings]
+    over = {axis: given if isinstance(given, str) else [*given] for axis, given in over.items()}
     grids = _grids(robot, over, settings, samples, rtol)
-    name = robot if isinstance(robot, str) else robot.name
-    asked = {"robot": name, "set": [*settings], "over": over, "samples": samples, "rtol": rtol}
+    name = str(robot) if isinstance(robot, str | Path) else grids[0].description.name
+    given = {COUNT: axis_of(COUNT, over[COUNT], None)} if COUNT in over else {}
+    axes = given | {axis.name: axis for axis in grids[0].axes}
+    values = {name: [*axes[name].values] for name in over}
+    asked = {"robot": name, "set": settings, "over": values, "samples": samples, "rtol": rtol}
     made = provenance(asked)
     text = json.dumps([made["nectosome"], asked, [dump_robot(grid.description) for grid in grids]])
     kept = _Parts(folder, hashlib.sha256(text.encode()).hexdigest())
@@ -99,25 +101,23 @@ def sweep(
     datasets = [_dataset(grid, parts) for grid, parts in zip(grids, found, strict=True)]
     title = f"{grids[0].description.name if len(grids) == 1 else name}: sweep over {', '.join(over)}"
     one = dump_robot(grids[0].description) if len(grids) == 1 else ""
-    return _joined(datasets, over).assign_attrs(title=title, robot=one, provenance=json.dumps(made))
+    return _joined(datasets, given).assign_attrs(title=title, robot=one, provenance=json.dumps(made))
 
 
 _Part = dict[str, np.ndarray]
 
 
-def _compute(
-    grids: list[_Grid], kept: "_Parts", progress: Callable[[float], bool | None] | None, workers: int
-) -> list[list[_Part | None]]:
+def _compute(grids: list[_Grid], kept: "_Parts", progress: Progress | None, workers: int) -> list[list[_Part | None]]:
     """Parts of each grid, None where the sweep was cancelled before. Threads, since compiled code runs side by side."""
     work = [(i, grid.points, span) for i, grid in enumerate(grids) for span in grid.points.spans()]
     found: list[list[_Part | None]] = [[] for _ in grids]
-    going = True
+    going, words = True, f"{sum(len(grid.points.periods) for grid in grids)} points"
     with ThreadPoolExecutor(workers) as pool:
         jobs = [pool.submit(kept.get, k, lambda p=p, s=span: p.solved(s)) for k, (_, p, span) in enumerate(work)]
         try:
             for k, ((i, _, _), job) in enumerate(zip(work, jobs, strict=True)):
                 found[i].append(job.result() if going else None)
-                if going and progress is not None and progress((k + 1) / len(jobs)) is False:
+                if going and progress is not None and progress(words, (k + 1) / len(jobs)) is False:
                     going = False
                     pool.shutdown(wait=False, cancel_futures=True)
         except BaseException:
@@ -127,25 +127,18 @@ def _compute(
 
 
 def _grids(
-    robot: str | RobotDescription,
-    over: Mapping[str, Sequence[float]],
-    settings: Sequence[str],
-    samples: int,
-    rtol: float,
+    robot: RobotLike, over: Mapping[str, AxisValues], settings: list[str], samples: int, rtol: float
 ) -> list[_Grid]:
     if not over:
         raise InputError("there is nothing to sweep over: at least one quantity is needed.", field="over")
-    rest = {name: values for name, values in over.items() if name != COUNT}
     if COUNT in over and not isinstance(robot, str):
         raise InputError("only a family by its name, such as paddle, has an N.", field=COUNT)
+    counts = [f"{COUNT}={int(n)}" for n in axis_of(COUNT, over[COUNT], None).values] if COUNT in over else [""]
     grids = []
-    for count in over.get(COUNT, (None,)):
-        if isinstance(robot, str):
-            description = robots.describe(robot, [*settings, *([] if count is None else [f"{COUNT}={int(count)}"])])
-        else:
-            description = apply_settings(robot, settings)
-        axes = tuple(axis(name, values, description) for name, values in rest.items())
-        _check_each_once(rest, description)
+    for count in counts:
+        description = description_of(robot, [*settings, *filter(None, [count])])
+        axes = tuple(axis_of(name, values, description) for name, values in over.items() if name != COUNT)
+        _check_each_once([axis.name for axis in axes], description)
         grids.append(_Grid(description, axes, batches_of(description, axes, samples, rtol)))
     return grids
 
@@ -223,11 +216,11 @@ def _dataset(grid: _Grid, parts: list[_Part | None]) -> "xr.Dataset":
     )
 
 
-def _joined(datasets: list["xr.Dataset"], over: Mapping[str, Sequence[float]]) -> "xr.Dataset":
+def _joined(datasets: list["xr.Dataset"], given: Mapping[str, SweepAxis]) -> "xr.Dataset":
     """All structures along N; parts that one of them has not are NaN there."""
-    if COUNT not in over:
+    if COUNT not in given:
         return datasets[0]
     import xarray as xr
 
-    counts = xr.DataArray(np.array([int(n) for n in over[COUNT]]), dims=COUNT, name=COUNT)
+    counts = xr.DataArray(np.array([int(n) for n in given[COUNT].values]), dims=COUNT, name=COUNT)
     return xr.concat(datasets, counts, join="outer")

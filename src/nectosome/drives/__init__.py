@@ -1,4 +1,4 @@
-"""What drives a robot and is no mechanism: hysteresis, friction, transfer functions, valves, sensors, and chains."""
+"""Blocks of actuators and sensors: hysteresis, friction, transfer functions, valves, sensors, and chains of them."""
 
 from .bouc_wen import BoucWen
 from .chain import Chain, Curve, Gain, Parallel, antagonistic

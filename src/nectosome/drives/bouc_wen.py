@@ -1,4 +1,4 @@
-"""An oscillator whose spring has hysteresis."""
+"""Bouc-Wen oscillator: its spring has hysteresis."""
 
 from typing import Any
 
@@ -14,13 +14,13 @@ class BoucWen(Driven):
     $$ m \ddot x + c \dot x + \alpha k x + (1 - \alpha) k z = u, \quad
        \dot z = \dot x - (\beta |\dot x| |z|^{n-1} z + \gamma \dot x |z|^n) $$
 
-    with the displacement x [m] as output. At rest at first.
+    with the displacement x [m] as output. It starts at rest.
     """
 
     mass: Float[Array, ""]  # m [kg]
     damping: Float[Array, ""]  # c [N s/m]
     stiffness: Float[Array, ""]  # k [N/m]
-    elastic: Float[Array, ""]  # alpha: share of the spring without hysteresis
+    elastic: Float[Array, ""]  # alpha: elastic fraction of the spring
     beta: Float[Array, ""]  # [1/m^n]
     gamma: Float[Array, ""]  # [1/m^n]
     power: Float[Array, ""]  # n, at least 1

@@ -1,4 +1,4 @@
-"""Blocks made of blocks: one after the other, side by side, and chambers that work against each other."""
+"""Compositions of blocks: in series, in parallel, and antagonistic chambers."""
 
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
@@ -12,23 +12,23 @@ class _Several(Stepper):
     steppers: tuple[Stepper, ...]
 
     def initial(self) -> tuple:
-        """Of each."""
+        """Initial states of all blocks."""
         return tuple(one.initial() for one in self.steppers)
 
 
 class Chain(Block):
-    """Blocks one after the other: the output of each is the next one's input."""
+    """Blocks in series: the output of each is the input of the next."""
 
     blocks: tuple[Block, ...]
 
     def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
-        """All of them."""
-        return _InTurn(tuple(block.sampled(dt) for block in self.blocks))
+        """All blocks, sampled."""
+        return _Series(tuple(block.sampled(dt) for block in self.blocks))
 
 
-class _InTurn(_Several):
+class _Series(_Several):
     def step(self, state: tuple, u: Line) -> tuple[tuple, Line]:
-        """Through all of them."""
+        """Step all blocks in turn."""
         after = []
         for one, own in zip(self.steppers, state, strict=True):
             own, u = one.step(own, u)
@@ -37,18 +37,18 @@ class _InTurn(_Several):
 
 
 class Parallel(Block):
-    """Blocks side by side, each with its own channel of the input; the output is the sum."""
+    """Blocks in parallel, each with its own channel of the input; the output is their sum."""
 
     blocks: tuple[Block, ...]
 
     def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
-        """All of them."""
+        """All blocks, sampled."""
         return _Sum(tuple(block.sampled(dt) for block in self.blocks))
 
 
 class _Sum(_Several):
     def step(self, state: tuple, u: Line) -> tuple[tuple, Line]:
-        """Each with its own channel."""
+        """Step each block with its own channel."""
         parts = [
             one.step(own, Line(u.begin[k], u.end[k]))
             for k, (one, own) in enumerate(zip(self.steppers, state, strict=True))
@@ -62,7 +62,7 @@ def _total(parts: list[Array]) -> Array:
 
 
 class Gain(Memoryless):
-    """The input times numbers: one number scales it, several make as many channels of it."""
+    """The input times a gain, or times several gains for as many channels."""
 
     by: Float[Array, "*channels"]
 
@@ -72,7 +72,7 @@ class Gain(Memoryless):
 
 
 class Curve(Memoryless):
-    """A function of the input as it is now."""
+    """A function of the current input."""
 
     of: Envelope
 
@@ -82,9 +82,9 @@ class Curve(Memoryless):
 
 
 def antagonistic(left: Block, right: Block, opposite: bool = True) -> Block:
-    """Two chambers that bend a body to either side: what the left one does less what the right one does.
+    """Two chambers that bend a body to either side: the effect of the left one minus that of the right one.
 
-    With opposite pressures the input is one, +u for the left and -u for the right; else it is (left, right).
+    With opposite pressures there is one input, +u for the left and -u for the right; else the input is (left, right).
     """
     against = Parallel((left, Chain((right, Gain(-jnp.ones(()))))))
     return Chain((Gain(jnp.array([1.0, -1.0])), against)) if opposite else against

@@ -1,4 +1,4 @@
-"""Friction between surfaces that cling before they slide."""
+"""Dry friction with presliding displacement."""
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -9,12 +9,12 @@ from nectosome.core import Line, RateIndependent
 class Dahl(RateIndependent):
     r"""Friction over a displacement (Dahl 1968): $dF/dx = \sigma\,(1 - \mathrm{sgn}(dx)\, F/F_c)$.
 
-    It opposes the motion as a pull does that keeps it up: F has the sign of the way gone. Exact for lines, along which
-    $F \to s F_c + (F - s F_c)\, e^{-\sigma |\Delta x|/F_c}$ with the sign s of the way. Rests at 0 with F = 0 at first.
+    F is the force that keeps up the motion, with the sign of the displacement. Exact for linear inputs, along which
+    $F \to s F_c + (F - s F_c)\, e^{-\sigma |\Delta x|/F_c}$ with the sign s of $\Delta x$. It starts at 0 with F = 0.
     """
 
-    limit: Float[Array, ""]  # F_c, force of sliding [N]
-    stiffness: Float[Array, ""]  # sigma, where it begins to move [N/m]
+    limit: Float[Array, ""]  # F_c, sliding force [N]
+    stiffness: Float[Array, ""]  # sigma, at the start of motion [N/m]
 
     def initial(self) -> Float[Array, "2"]:
         """Displacement and force."""
@@ -27,6 +27,6 @@ class Dahl(RateIndependent):
         return end, Line(begin[1], end[1])
 
     def _after(self, state: Float[Array, "2"], x: Float[Array, ""]) -> Float[Array, "2"]:
-        way = x - state[0]
-        sliding = jnp.sign(way) * self.limit
-        return jnp.stack([x, sliding + (state[1] - sliding) * jnp.exp(-self.stiffness * jnp.abs(way) / self.limit)])
+        change = x - state[0]
+        sliding = jnp.sign(change) * self.limit
+        return jnp.stack([x, sliding + (state[1] - sliding) * jnp.exp(-self.stiffness * jnp.abs(change) / self.limit)])

@@ -1,4 +1,4 @@
-"""Hysteresis as a sum of play operators (Prandtl-Ishlinskii), and its inverses."""
+"""Prandtl-Ishlinskii hysteresis (a sum of play operators), and its inverses."""
 
 from abc import abstractmethod
 
@@ -14,7 +14,7 @@ from nectosome.units import InputError
 
 
 class Envelope(eqx.Module):
-    """A growing function that the edges of loops follow."""
+    """An increasing function: the envelope of hysteresis loops."""
 
     @abstractmethod
     def __call__(self, u: Array) -> Array:
@@ -35,7 +35,7 @@ class Tanh(Envelope):
 
 
 class Polynomial(Envelope):
-    """sum_k coefficients[k] u^k; it must grow wherever the input goes."""
+    """sum_k coefficients[k] u^k; it must increase over the range of the input."""
 
     coefficients: Float[Array, "k"]
 
@@ -45,21 +45,22 @@ class Polynomial(Envelope):
 
 
 class PrandtlIshlinskii(RateIndependent):
-    r"""A direct part and plays of growing width (Prandtl 1928; Krejci and Kuhnen 2001).
+    r"""A direct part and play operators of increasing width (Prandtl 1928; Krejci and Kuhnen 2001).
 
     $$ y = c_0\,\gamma(u) + \sum_i c_i H_i, \quad
        H_i \leftarrow \max(\gamma_+(u) - r_i, \min(\gamma_-(u) + r_i, H_i)) $$
 
-    with H = 0 at first. Without envelopes $\gamma_\pm(u) = u$; with one for both edges loops are bent; with two, what
-    rises follows $\gamma_+$ and what falls $\gamma_- \ge \gamma_+$, so that loops have no symmetry (generalised play),
-    and $\gamma$ is their mean. A play of no width is the direct part: kept as such it has a slope everywhere.
+    with H = 0 at the start. Without envelopes $\gamma_\pm(u) = u$; one envelope for both branches bends the loops; with
+    two (generalised play), the rising branch follows $\gamma_+$ and the falling one $\gamma_- \ge \gamma_+$, which
+    gives asymmetric loops, and $\gamma$ is their mean. The direct part is a play of zero width, which is
+    differentiable.
     """
 
     direct: Float[Array, ""]  # c_0, output per input
-    thresholds: Float[Array, "n"]  # r, growing from above 0
+    thresholds: Float[Array, "n"]  # r, positive and increasing
     weights: Float[Array, "n"]  # c
     rising: Envelope | None = None
-    falling: Envelope | None = None  # as for what rises where None
+    falling: Envelope | None = None  # None: as `rising`
 
     def initial(self) -> Float[Array, "n"]:
         """Plays at rest."""
@@ -78,33 +79,33 @@ class PrandtlIshlinskii(RateIndependent):
         return plays, self.direct * 0.5 * (up + down) + jnp.sum(self.weights * plays)
 
     def slopes(self) -> Float[Array, "n+1"]:
-        """Output per input after a turn: of the direct part, and with ever more plays moving along."""
+        """Slopes dy/du after a reversal: of the direct part, then with one more moving play each."""
         return self.direct + jnp.concatenate([jnp.zeros(1), jnp.cumsum(self.weights)])
 
 
 def inverse(hysteresis: PrandtlIshlinskii) -> PrandtlIshlinskii:
-    r"""The operator that takes outputs back to inputs, again one of plays (Krejci and Kuhnen 2001).
+    r"""The inverse operator, again of Prandtl-Ishlinskii type (Krejci and Kuhnen 2001).
 
     With the slopes $S_j = \sum_{i \le j} c_i$: $r'_j = \sum_{i<j} c_i (r_j - r_i)$, $c'_0 = 1/S_0$,
-    $c'_j = -c_j/(S_j S_{j-1})$. It exists while all slopes are positive.
+    $c'_j = -c_j/(S_j S_{j-1})$. It exists if all slopes are positive.
 
-    Raises InputError where a slope is not, or where there are envelopes (`NumericInverse` takes these).
+    Raises InputError for a slope that is not positive, and for envelopes (`NumericInverse` accepts these).
     """
     if hysteresis.rising is not None or hysteresis.falling is not None:
         raise InputError("hysteresis with envelopes has no inverse in closed form. Take the numeric one.")
     slopes = hysteresis.slopes()
     for k in np.flatnonzero(~(np.asarray(slopes) > 0)):
-        told = "the direct part" if k == 0 else f"the sum of the direct part and the first {k} weights"
-        raise InputError(f"the hysteresis has no inverse: {told} is {float(slopes[k]):g}; it must be more than 0.")
+        what = "the direct part" if k == 0 else f"the sum of the direct part and the first {k} weights"
+        raise InputError(f"the hysteresis has no inverse: {what} is {float(slopes[k]):g}; it must be more than 0.")
     r = jnp.concatenate([jnp.zeros(1), hysteresis.thresholds])
     widths = jnp.cumsum(slopes[:-1] * jnp.diff(r))
     return PrandtlIshlinskii(1 / slopes[0], widths, -hysteresis.weights / (slopes[1:] * slopes[:-1]))
 
 
 class NumericInverse(RateIndependent):
-    """Input with which what is rate-independent, and grows with its input, gives an output: by halving a range.
+    """Numerical inverse of an increasing, rate-independent block, by bisection of a range.
 
-    An output that is out of reach gives the end of the range.
+    An output out of range gives the end of the range.
     """
 
     forward: RateIndependent
@@ -113,38 +114,38 @@ class NumericInverse(RateIndependent):
     halvings: int = eqx.field(static=True, default=60)
 
     def initial(self) -> Array:
-        """That of the operator."""
+        """Initial state of the operator."""
         return self.forward.initial()
 
     def step(self, state: Array, u: Line) -> tuple[Array, Line]:
-        """State of the operator after the inputs found for both ends."""
+        """State of the operator after the inputs for both ends."""
         begin, x_begin = self._at(state, u.begin)
         end, x_end = self._at(begin, u.end)
         return end, Line(x_begin, x_end)
 
-    def _at(self, state: Array, wanted: Array) -> tuple[Array, Array]:
-        def answer(u: Array) -> Array:
+    def _at(self, state: Array, target: Array) -> tuple[Array, Array]:
+        def output(u: Array) -> Array:
             return self.forward.step(state, Line(u, u))[1].end
 
         def halve(_: int, ends: tuple[Array, Array]) -> tuple[Array, Array]:
             middle = 0.5 * (ends[0] + ends[1])
-            small = answer(middle) < wanted
+            small = output(middle) < target
             return jnp.where(small, middle, ends[0]), jnp.where(small, ends[1], middle)
 
         low, high = lax.fori_loop(0, self.halvings, halve, (self.low + 0.0, self.high + 0.0))
         middle = lax.stop_gradient(0.5 * (low + high))
-        y, slope = jax.jvp(answer, (middle,), (jnp.ones_like(middle),))
-        slope = lax.stop_gradient(slope)  # one step of Newton's method: what is found has slopes by it
-        found = jnp.clip(middle - jnp.where(slope > 0, (y - wanted) / slope, 0.0), self.low, self.high)
+        y, slope = jax.jvp(output, (middle,), (jnp.ones_like(middle),))
+        slope = lax.stop_gradient(slope)  # one Newton step, so that the result is differentiable
+        found = jnp.clip(middle - jnp.where(slope > 0, (y - target) / slope, 0.0), self.low, self.high)
         return self.forward.step(state, Line(found, found))[0], found
 
 
 def evenly(
     weights: Float[ArrayLike, "n"], largest: Float[ArrayLike, ""], direct: Float[ArrayLike, ""]
 ) -> PrandtlIshlinskii:
-    """Thresholds in equal steps up to the largest input: r_i = i/n largest, i = 1 .. n.
+    """Prandtl-Ishlinskii operator with thresholds in equal steps: r_i = i/n largest, i = 1 .. n.
 
-    The last play never moves while the input stays within the largest: its weight then has no effect at all.
+    The last play does not move for inputs up to `largest`, so its weight then has no effect.
     """
     weights = jnp.asarray(weights, dtype=float)
     n = weights.shape[0]

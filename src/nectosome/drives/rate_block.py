@@ -1,4 +1,4 @@
-"""Anything with rates as a block: integrated over each sample."""
+"""Systems with rates as blocks, integrated over each sample."""
 
 from abc import abstractmethod
 from typing import Any
@@ -17,27 +17,27 @@ class Driven(System):
 
     @abstractmethod
     def output(self, x: Any, u: Float[Array, "*channels"]) -> Float[Array, "*outputs"]:
-        """What is seen of a state under an input."""
+        """Output of a state and an input."""
 
 
 class Integrated(Block):
-    """A driven system by the classical Runge-Kutta method, in some steps a sample; its rates must not name the time."""
+    """A driven autonomous system, integrated by the classical Runge-Kutta method in `steps` per sample."""
 
     system: Driven
     steps: int = field(static=True, default=1)
 
     def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
-        """The length of a step."""
-        return _Paced(self.system, jnp.asarray(dt / self.steps), self.steps)
+        """Stepper with the step length dt / steps."""
+        return _FixedStep(self.system, jnp.asarray(dt / self.steps), self.steps)
 
 
-class _Paced(Stepper):
+class _FixedStep(Stepper):
     system: Driven
     dt: Float[Array, ""]
     steps: int = field(static=True)
 
     def initial(self) -> Any:
-        """That of the system."""
+        """Initial state of the system."""
         return self.system.initial()
 
     def step(self, state: Any, u: Line) -> tuple[Any, Line]:

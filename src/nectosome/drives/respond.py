@@ -1,4 +1,4 @@
-"""What a block answers to samples."""
+"""Response of a block to samples."""
 
 from typing import Literal
 
@@ -16,10 +16,10 @@ def respond(
     dt: Float[ArrayLike, ""],
     hold: Literal["first", "zero"] = "first",
 ) -> Float[Array, "samples *outputs"]:
-    """Output at the times of the samples, k dt, from rest.
+    """Output at the sample times k dt, from rest.
 
-    Samples of a recording are joined by lines (first-order hold), commands are held until the next one (zero-order
-    hold). What jumps with its input is told as it is after the jump.
+    `hold` is "first" (linear interpolation) for recordings, "zero" (zero-order hold) for commands. An output that jumps
+    with its input has the value after the jump.
     """
     return _run(block, jnp.asarray(u, dtype=float), jnp.asarray(dt, dtype=float), hold)
 

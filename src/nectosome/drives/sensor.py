@@ -9,7 +9,7 @@ from nectosome.core import Line, RateIndependent
 
 
 class Sensor(RateIndependent):
-    """Reads its input with normal noise, a new one each sample, and gives the end of its range beyond it."""
+    """Reads its input with normal noise, drawn for each sample, clipped to its range."""
 
     noise: Float[Array, ""]  # standard deviation, in the input's unit
     low: Float[Array, ""]
@@ -17,7 +17,7 @@ class Sensor(RateIndependent):
     seed: Int[Array, ""] = eqx.field(default_factory=lambda: jnp.zeros((), dtype=int))
 
     def initial(self) -> Array:
-        """The key that noise is drawn from."""
+        """Random key of the noise."""
         return jax.random.key(self.seed)
 
     def step(self, state: Array, u: Line) -> tuple[Array, Line]:

@@ -1,4 +1,4 @@
-"""Transfer functions of any order, exact between samples for inputs that are straight there."""
+"""Transfer functions of any order, discretised exactly for inputs that are linear within samples."""
 
 import jax.numpy as jnp
 from jax.scipy.linalg import expm
@@ -10,7 +10,7 @@ from nectosome.core import Block, Line, Stepper
 class TransferFunction(Block):
     r"""$$ G(s) = \frac{\sum_k b_k s^k}{\sum_k a_k s^k} $$ as a block, with the highest power first.
 
-    The numerator is at most of the denominator's degree; a leading zero makes it of a lower one. At rest at first.
+    The degree of the numerator is at most that of the denominator; leading zeros lower it. It starts at rest.
     """
 
     numerator: Float[Array, "m+1"]  # b_m .. b_0
@@ -20,11 +20,12 @@ class TransferFunction(Block):
         m, n = self.numerator.shape[0], self.denominator.shape[0]
         if not 1 <= m <= n or n < 2:
             raise ValueError(
-                f"a transfer function of {m} numbers over {n}: of 2 or more, and no more over them, expected."
+                f"a transfer function of {m} over {n} coefficients: the denominator needs 2 or more, and as many as "
+                "the numerator."
             )
 
     def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
-        r"""Its matrices for samples of dt [s]: x1 = A x0 + B u_begin + C (u_end - u_begin), exact for lines.
+        r"""Matrices for samples of dt [s]: x1 = A x0 + B u_begin + C (u_end - u_begin), exact for linear inputs.
 
         They are blocks of one matrix exponential (Van Loan 1978). States are scaled by powers of
         $\sigma = |a_0/a_n|^{1/n}$, since powers of s differ by many orders of magnitude.
@@ -39,10 +40,10 @@ class TransferFunction(Block):
         rates = jnp.zeros((n + 2, n + 2)).at[jnp.arange(n - 1), jnp.arange(1, n)].set(1.0)
         rates = rates.at[n - 1, :n].set(-a[:0:-1]).at[n - 1, n].set(1.0)
         step = expm((rates * (sigma * dt)).at[n, n + 1].set(1.0))
-        return _Held(step[:n, :n], step[:n, n], step[:n, n + 1], (b - b[0] * a)[:0:-1], b[0])
+        return _Discrete(step[:n, :n], step[:n, n], step[:n, n + 1], (b - b[0] * a)[:0:-1], b[0])
 
 
-class _Held(Stepper):
+class _Discrete(Stepper):
     """x1 = A x0 + B u_begin + C (u_end - u_begin), y = D x + E u."""
 
     A: Float[Array, "n n"]
@@ -52,7 +53,7 @@ class _Held(Stepper):
     E: Float[Array, ""]
 
     def initial(self) -> Float[Array, "n"]:
-        """Rest."""
+        """State at rest."""
         return jnp.zeros_like(self.B)
 
     def step(self, state: Float[Array, "n"], u: Line) -> tuple[Float[Array, "n"], Line]:

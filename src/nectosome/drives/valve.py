@@ -1,4 +1,4 @@
-"""What stands between a command and a pressure: limits of a valve, a tank that it fills, dead time."""
+"""From command to pressure: saturation and slew rate of a valve, dead time, a tank."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from .rate_block import Driven
 
 
 class Saturation(Memoryless):
-    """The input, or the end of the range that it leaves."""
+    """The input, clipped to a range."""
 
     low: Float[Array, ""]
     high: Float[Array, ""]
@@ -23,12 +23,12 @@ class Saturation(Memoryless):
 
 
 class SlewLimit(Block):
-    """Follows its input at a limited rate [1/s of its unit]: at most rate x dt from one sample to the next."""
+    """The input with a limited rate [its unit/s]: at most rate x dt per sample."""
 
     rate: Float[Array, ""]
 
     def sampled(self, dt: Float[ArrayLike, ""]) -> Stepper:
-        """The largest way in a sample."""
+        """Stepper with the largest change per sample."""
         return _Slew(self.rate * dt)
 
 
@@ -36,19 +36,19 @@ class _Slew(Stepper):
     most: Float[Array, ""]
 
     def initial(self) -> Float[Array, ""]:
-        """Where it stands."""
+        """Output."""
         return jnp.zeros(())
 
     def step(self, state: Float[Array, ""], u: Line) -> tuple[Float[Array, ""], Line]:
-        """On its way to the end of the line; a jump of the input is none of the output."""
+        """Move towards the end value; the output is continuous also for a jump of the input."""
         after = jnp.clip(u.end, state - self.most, state + self.most)
         return after, Line(state, after)
 
 
 class DeadTime(Block):
-    """The input of `delay` [s] ago; NaN where that is longer than so many samples as may be.
+    """The input of `delay` [s] ago; NaN for a delay of more than `most` samples.
 
-    Where the delay is no whole number of samples, what bends or jumps within a sample is straightened.
+    For a fractional delay, the output within a sample is linear between its ends.
     """
 
     delay: Float[Array, ""]
@@ -64,13 +64,13 @@ class _Past(Stepper):
     kept: int = eqx.field(static=True)
 
     def initial(self) -> Float[Array, "kept 2"]:
-        """Lines of the past, the latest first."""
+        """Past inputs, the latest first."""
         return jnp.zeros((self.kept, 2))
 
     def step(self, state: Float[Array, "kept 2"], u: Line) -> tuple[Float[Array, "kept 2"], Line]:
-        """The line of then."""
+        """The delayed input."""
         state = jnp.concatenate([jnp.stack([u.begin, u.end])[None], state[:-1]])
-        whole = jnp.floor(self.delay + 1e-9)  # what is whole but for rounding
+        whole = jnp.floor(self.delay + 1e-9)  # allows for rounding
         part = jnp.maximum(self.delay - whole, 0.0)
         k = jnp.clip(whole.astype(int), 0, self.kept - 2)
         now, before = state[k], state[k + 1]
@@ -83,25 +83,25 @@ class _Past(Stepper):
 class Tank(Driven):
     r"""A tank that a valve fills from a supply and empties to an exhaust; input and output are gauge pressures [Pa].
 
-    Isothermal air, flow through orifices as in ISO 6358:
+    Isothermal air, orifice flow by ISO 6358:
 
     $$ \dot p = \frac{T R}{V} \dot m, \quad \dot m = \alpha\, C\, \rho_0\, p_1 \sqrt{T_0/T}\; \psi(p_2/p_1), \quad
        \psi = \sqrt{1 - \left(\frac{\max(r, b) - b}{1 - b}\right)^2} $$
 
     from the higher pressure p_1 to the lower one p_2, with the opening $\alpha = \min(1, |u - p|/\text{band})$.
-    Choked, the pressure changes at the rate $C p_1 p_0 \sqrt{T/T_0}/V$: a limit that no command exceeds.
+    For choked flow the pressure rate is $C p_1 p_0 \sqrt{T/T_0}/V$, the upper limit for any command.
     """
 
     volume: Float[Array, ""]  # V [m3]
     conductance: Float[Array, ""]  # C [m3/(s Pa)], sonic, of the open valve
-    critical: Float[Array, ""]  # b, ratio of pressures below which the flow is choked
+    critical: Float[Array, ""]  # b, pressure ratio below which the flow is choked
     supply: Float[Array, ""]  # [Pa], gauge
-    exhaust: Float[Array, ""]  # [Pa], gauge: negative for a vacuum pump
-    band: Float[Array, ""]  # error of pressure at which the valve is fully open [Pa]
+    exhaust: Float[Array, ""]  # [Pa], gauge; negative for a vacuum pump
+    band: Float[Array, ""]  # pressure error at which the valve is fully open [Pa]
     temperature: Float[Array, ""]  # T [K]
 
     def initial(self) -> Float[Array, ""]:
-        """Pressure of the air outside."""
+        """Ambient pressure."""
         return jnp.zeros(())
 
     def rates(self, t: Float[Array, ""], x: Float[Array, ""], u: Any = None) -> Float[Array, ""]:
@@ -116,7 +116,7 @@ class Tank(Driven):
         return x
 
     def _flow(self, high: Array, low: Array) -> Array:
-        """Rate of the pressure by an open valve between gauge pressures; 0 against the slope."""
+        """Pressure rate through an open valve between gauge pressures; 0 for a reversed difference."""
         ratio = (low + _AMBIENT) / (high + _AMBIENT)
         x = (jnp.clip(ratio, self.critical, 1.0) - self.critical) / (1 - self.critical)
         squared = 1 - x**2
@@ -125,5 +125,5 @@ class Tank(Driven):
         return rate * psi / self.volume
 
 
-_AMBIENT = 101_325.0  # air outside [Pa]
+_AMBIENT = 101_325.0  # ambient pressure [Pa]
 _REFERENCE, _NORMAL = 1e5, 293.15  # of ISO 6358: pressure [Pa] and temperature [K] of the volume flow

@@ -1,18 +1,22 @@
-"""Identification: what measurements say of a model. `linear`, `surge` and `posterior` need JAX: import them by name."""
+"""Identification: unknown quantities of robots and models from recordings, and simulated grids corrected by them."""
 
+from .fits.curves import CurveFit, fit
 from .fits.errors import Errors, errors_of
 from .fits.identifiability import Helpful, Identifiability, Interval, identifiability, most_helpful
 from .fits.intervals import Bootstrap, Profile, bootstrap, profile
 from .fits.misfit import Fit, Misfit
+from .gait.files import GaitResult, identify_gait
+from .hysteresis.files import HysteresisFit, identify_hysteresis
+from .recordings import recordings_of
+from .robot.fit import RobotFit, identify
 from .sim2real.alignment import RigidMap, align_inliers, align_points
-from .sim2real.conditions import Experiments, ParameterEstimate
-from .sim2real.corrected_data import corrected_data
-from .sim2real.corrected_grid import CorrectedGrid, correct_grid
+from .sim2real.correct import CorrectedGrid, correct, corrected_data
+from .sim2real.experiments import Experiments, Observed, ParameterEstimate, experiments_of, observe
 from .sim2real.gaussian_process import Surface, Term, gaussian_process
 from .sim2real.grids import GridTable, table_of
 from .sim2real.method import METHODS, Corrected, SimToReal, leave_one_out
 from .sim2real.next_experiment import Aim, Next, next_experiments, uniform_plan
-from .sim2real.observe import Observed, experiments_of, observe
+from .surge.files import SurgeFit, identify_surge
 
 __all__ = [
     "METHODS",
@@ -20,11 +24,14 @@ __all__ = [
     "Bootstrap",
     "Corrected",
     "CorrectedGrid",
+    "CurveFit",
     "Errors",
     "Experiments",
     "Fit",
+    "GaitResult",
     "GridTable",
     "Helpful",
+    "HysteresisFit",
     "Identifiability",
     "Interval",
     "Misfit",
@@ -33,23 +40,31 @@ __all__ = [
     "ParameterEstimate",
     "Profile",
     "RigidMap",
+    "RobotFit",
     "SimToReal",
     "Surface",
+    "SurgeFit",
     "Term",
     "align_inliers",
     "align_points",
     "bootstrap",
-    "correct_grid",
+    "correct",
     "corrected_data",
     "errors_of",
     "experiments_of",
+    "fit",
     "gaussian_process",
     "identifiability",
+    "identify",
+    "identify_gait",
+    "identify_hysteresis",
+    "identify_surge",
     "leave_one_out",
     "most_helpful",
     "next_experiments",
     "observe",
     "profile",
+    "recordings_of",
     "table_of",
     "uniform_plan",
 ]

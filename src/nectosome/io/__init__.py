@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all: results, checkpoints, journals, locks, provenance, YAML as text."""
+"""Atomic files: results, checkpoints, journals, locks, provenance, YAML."""
 
 from .atomic import reason, write_atomic
 from .checkpoint import load_checkpoint, save_checkpoint

@@ -1,4 +1,4 @@
-"""One checkpoint format for all that runs long: named arrays and JSON data in an npz file, with a checksum."""
+"""Checkpoint format of long computations: named arrays and JSON data in an npz file, with a checksum."""
 
 import hashlib
 import io
@@ -18,16 +18,16 @@ _ARRAY = "array."
 
 
 def save_checkpoint(path: str | Path, arrays: Mapping[str, "np.ndarray"], meta: Mapping[str, Any]) -> None:
-    """Write named arrays (no object arrays) and `meta` (JSON data), whole or not at all.
+    """Write named arrays (no object arrays) and `meta` (JSON data), atomically.
 
-    Raises InputError where it cannot be written, TypeError for what JSON or npz cannot hold.
+    Raises InputError if it cannot be written, TypeError for data that JSON or npz cannot hold.
     """
     import numpy as np
 
     named = {name: np.asarray(array) for name, array in arrays.items()}
     for name, array in named.items():
         if array.dtype.hasobject:
-            raise TypeError(f"array {name} holds objects, which a checkpoint cannot")
+            raise TypeError(f"array {name} holds objects, which a checkpoint cannot store")
     text = json.dumps(dict(meta))
     head = json.dumps({"format": FORMAT, "checksum": _checksum(named, text)})
     buffer = io.BytesIO()
@@ -37,7 +37,7 @@ def save_checkpoint(path: str | Path, arrays: Mapping[str, "np.ndarray"], meta: 
 
 
 def load_checkpoint(path: str | Path) -> "tuple[dict[str, np.ndarray], dict[str, Any]]":
-    """Return the arrays and the meta data. Raises InputError for a file that is missing, foreign, newer or damaged."""
+    """Return arrays and meta data. Raises InputError for a missing, foreign or damaged file, or another version."""
     import numpy as np
 
     source = str(path)
@@ -52,12 +52,12 @@ def load_checkpoint(path: str | Path) -> "tuple[dict[str, np.ndarray], dict[str,
             arrays = {name.removeprefix(_ARRAY): file[name] for name in file.files if name.startswith(_ARRAY)}
             whole = _checksum(arrays, text) == head["checksum"]
             meta = json.loads(text)
-    except Exception:  # zip, npy and JSON readers each fail in their own ways
-        raise InputError("cannot be read: this is not a checkpoint, or it is cut off.", file=source) from None
+    except Exception:  # zip, npy and JSON readers raise different exceptions
+        raise InputError("cannot be read: this is not a checkpoint, or it is incomplete.", file=source) from None
     if not known:
-        raise InputError("this checkpoint is of another version of nectosome. Start anew.", file=source)
+        raise InputError("this checkpoint is of another version of nectosome. Start again.", file=source)
     if not whole:
-        raise InputError("this checkpoint is damaged: its checksum does not fit. Start anew.", file=source)
+        raise InputError("this checkpoint is damaged: its checksum does not match. Start again.", file=source)
     return arrays, meta
 
 

@@ -1,4 +1,4 @@
-"""Packages that come with an extra of this one."""
+"""Optional packages, installed by an extra."""
 
 from importlib import import_module
 from typing import Any
@@ -7,7 +7,7 @@ from nectosome.units import InputError
 
 
 def package(name: str, extra: str) -> Any:
-    """A module of a package that `extra` brings. Raises InputError where it is not installed."""
+    """Import a module of an optional package. Raises InputError with the extra to install, if it is missing."""
     try:
         return import_module(name)
     except ImportError as error:

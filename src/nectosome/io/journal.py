@@ -1,4 +1,4 @@
-"""A journal: records that are on disk as soon as they are made, one JSON line each, never rewritten."""
+"""Append-only journal: one JSON line per record, written to disk immediately."""
 
 import json
 import zlib
@@ -10,21 +10,21 @@ from nectosome.io.lock import lock
 from nectosome.units import InputError
 
 FORMAT = 1
-_PATIENCE = 10.0  # seconds for a process that was just killed to let go of its journal
+_PATIENCE = 10.0  # [s] wait for a killed process to release its lock
 
 
 class Journal:
-    """A journal open for appending; its file is locked until `close`.
+    """A journal, open for appending and locked until `close`.
 
-    A line is `{"crc":"<crc32 of data, hex>","data":<record>}`, the first one a head with the format and `key`. What
-    follows the last sound line, because its process was killed or the disk was damaged, is cut off; `damage` says so.
-    Numbers come back exactly; JSON has none that are not finite, so write these as null or text.
+    A line is `{"crc":"<crc32 of data, hex>","data":<record>}`, the first one a header with the format and `key`. Data
+    after the last intact line (killed process, disk error) are cut off and described by `damage`. Numbers are restored
+    exactly; NaN and infinite ones are not allowed in JSON: write null or text.
 
-    - records: what the file held when it was opened.
-    - damage: what was cut off, in words, or "".
+    - records: records of the file when it was opened.
+    - damage: description of the data cut off, or "".
 
-    Raises InputError for a file that cannot be written, is no journal, is of another version or has another key, and
-    for one that another process keeps open.
+    Raises InputError for a file that cannot be written, is not a journal, has another version or another key, or is in
+    use by another process.
     """
 
     def __init__(self, path: str | Path, key: str):
@@ -38,19 +38,19 @@ class Journal:
                 raise InputError("is in use by another process.", file=str(path))
             self._file.seek(0)
             raw = self._file.read()
-            self.records, sound, self.damage = _parse(raw, key, str(path))
-            if sound < len(raw):
-                self._file.truncate(sound)
-            if sound == 0:
+            self.records, intact, self.damage = _parse(raw, key, str(path))
+            if intact < len(raw):
+                self._file.truncate(intact)
+            if intact == 0:
                 self._write(_line({"format": FORMAT, "key": key}))
         except BaseException:
             self._file.close()
             raise
 
     def append(self, record: Any) -> None:
-        """Write one record (strict JSON data) and hand it to the system, so that a killed process does not lose it.
+        """Write one record (strict JSON data) to the system, so that it survives a kill of the process.
 
-        Raises InputError where the disk does not take it, ValueError for a number that is not finite.
+        Raises InputError if writing fails, ValueError for NaN or infinite numbers.
         """
         self._write(_line(record))
 
@@ -74,9 +74,9 @@ class Journal:
 
 
 def read_journal(path: str | Path, key: str) -> tuple[list[Any], str]:
-    """Return the records and what had to be left out, in words, or ""; the file stays as it is.
+    """Return the records, and a description of damaged data or ""; the file is not changed.
 
-    Raises InputError for a file that is missing, no journal, of another version or with another key.
+    Raises InputError for a missing file, another format, another version or another key.
     """
     try:
         raw = Path(path).read_bytes()
@@ -95,26 +95,26 @@ _DATA = slice(len(b'{"crc":"01234567","data":'), -1)  # of a line
 
 
 def _parse(raw: bytes, key: str, file: str) -> tuple[list[Any], int, str]:
-    """The records, the length of the sound part in bytes, and what follows it, in words."""
+    """Records, the length of the intact part [bytes], and a description of the rest."""
     head = _line({"format": FORMAT, "key": key})
     if not raw.startswith(head):
-        if head.startswith(raw):  # killed while the head was written
+        if head.startswith(raw):  # killed during the header
             return [], 0, ""
         raise InputError(_foreign(raw), file=file)
-    records, sound = [], len(head)
+    records, intact = [], len(head)
     for line in raw[len(head) :].splitlines(keepends=True):
         found, record = _record(line)
         if not found:
             break
         records.append(record)
-        sound += len(line)
-    lost = len(raw) - sound
-    damage = f"the last {lost} bytes are cut off or damaged and were left out" if lost else ""
-    return records, sound, damage
+        intact += len(line)
+    lost = len(raw) - intact
+    damage = f"the last {lost} bytes are incomplete or damaged and were left out" if lost else ""
+    return records, intact, damage
 
 
 def _record(line: bytes) -> tuple[bool, Any]:
-    """Whether a line is sound, and its record."""
+    """Whether a line is intact, and its record."""
     text = line.removesuffix(b"\n")
     data = text[_DATA]
     if text == line or line != b'{"crc":"%08x","data":%s}\n' % (zlib.crc32(data), data):
@@ -127,5 +127,5 @@ def _foreign(raw: bytes) -> str:
     if not (found and isinstance(head, dict) and {"format", "key"} <= head.keys()):
         return "this is not a journal, or its first line is damaged."
     if head["format"] != FORMAT:
-        return "this journal is of another version of nectosome. Start anew."
-    return "this journal belongs to other work. Start anew, in another folder."
+        return "this journal is of another version of nectosome. Start again."
+    return "this journal belongs to other work. Start again in another folder."

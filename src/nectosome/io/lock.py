@@ -1,13 +1,13 @@
-"""Locks on open files, released by the system when their process ends, however it ends."""
+"""Locks on open files, released by the system at the end of the process."""
 
 import time
 from typing import IO
 
 
 def lock(file: IO, wait: float = 0.0) -> bool:
-    """Take the lock on an open file, trying for `wait` seconds; say whether it is ours.
+    """Try to lock an open file for `wait` [s]; return whether it is locked by this process.
 
-    Where the system has no such locks (Windows), every file counts as ours.
+    Systems without such locks (Windows) always return True.
     """
     try:
         import fcntl

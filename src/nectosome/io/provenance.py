@@ -1,4 +1,4 @@
-"""Where a result comes from: versions, machine, time and settings."""
+"""Provenance of results: versions, machine, time and settings."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -8,7 +8,7 @@ PACKAGES = ("jax", "jaxlib", "equinox", "numpy", "pydantic", "xarray", "h5netcdf
 
 
 def provenance(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is needed to run it again, ready for JSON: `settings`, versions, platform, processors, UTC time."""
+    """Return the data to reproduce a result, as JSON data: `settings`, versions, platform, processors, UTC time."""
     import os
     import platform
     from datetime import UTC, datetime
@@ -24,7 +24,7 @@ def provenance(settings: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-@cache  # each reads a file
+@cache  # each call reads a file
 def _version(package: str) -> str:
     from importlib.metadata import PackageNotFoundError, version
 

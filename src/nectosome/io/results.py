@@ -68,8 +68,15 @@ def _long(dataset: "xr.Dataset") -> "pd.DataFrame":
 
 
 def _labels(dataset: "xr.Dataset", dim: str) -> list:
-    """Labels along a dimension; numbers from 0 where it has none."""
-    return list(dataset[dim].values) if dim in dataset.coords else list(range(dataset.sizes[dim]))
+    """Labels along a dimension; where it has none, numbers from 0, of each part from 0 where a text names parts."""
+    if dim in dataset.coords:
+        return list(dataset[dim].values)
+    import numpy as np
+
+    parts = next((x.values for x in dataset.coords.values() if x.dims == (dim,) and x.dtype.kind == "U"), None)
+    if parts is None:
+        return list(range(dataset.sizes[dim]))
+    return [f"{part} {np.sum(parts[:k] == part)}" for k, part in enumerate(parts)]
 
 
 def _head(dataset: "xr.Dataset", dim: str) -> str:
@@ -82,7 +89,7 @@ def _with_unit(name: str, variable: "xr.DataArray") -> str:
 
 
 def is_results(path: str) -> bool:
-    """Return whether that is a results file, by its name or by how it begins."""
+    """Return whether a file is a results file, by its name or its first bytes."""
     if path.endswith(".nc"):
         return True
     try:
@@ -95,7 +102,7 @@ def is_results(path: str) -> bool:
 def load_dataset(path: str | Path) -> "xr.Dataset":
     """Return the dataset that `save_dataset` wrote as netCDF: same values, types, coordinates and attributes.
 
-    Raises InputError for a file that is missing, foreign or cut off.
+    Raises InputError for a missing, foreign or incomplete file.
     """
     import xarray
 
@@ -104,11 +111,11 @@ def load_dataset(path: str | Path) -> "xr.Dataset":
             file.read(1)
         dataset = xarray.load_dataset(path, engine="h5netcdf", decode_timedelta=False)
     except OSError as error:
-        why = reason(error) if error.errno else "this is not a results file, or it is cut off"
+        why = reason(error) if error.errno else "this is not a results file, or it is incomplete"
         raise InputError(f"cannot be read: {why}.", file=str(path)) from None
     except ImportError:
         raise
-    except Exception:  # the HDF5 reader answers damage with whatever breaks first
+    except Exception:  # the HDF5 reader raises arbitrary exceptions for damaged files
         raise InputError("cannot be read: this is not a results file, or it is damaged.", file=str(path)) from None
     for name, variable in dataset.variables.items():
         if variable.dtype.kind in "OT":

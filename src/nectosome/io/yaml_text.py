@@ -1,4 +1,4 @@
-"""YAML to plain data that remembers its lines, and back. Nothing but text, numbers, lists and groups is let in."""
+"""YAML text to plain data with line numbers, and back; only text, numbers, lists and mappings are allowed."""
 
 import io
 from pathlib import Path
@@ -15,7 +15,7 @@ Key = tuple[str | int, ...]
 
 
 def read_text(path: str | Path) -> str:
-    """Return the text that a person wrote into a file. Raises InputError where it is missing, no text, or too large."""
+    """Return the text of a small file. Raises InputError if it is missing, not text, or too large."""
     source = str(path)
     try:
         with Path(path).open("rb") as file:
@@ -31,10 +31,10 @@ def read_text(path: str | Path) -> str:
 
 
 def read_yaml(text: str, source: str) -> tuple[Any, dict[Key, int]]:
-    """Return the data in `text` and the line [from 1] at which each value or key stands, by its path.
+    """Return the data in `text` and the line number (from 1) of each value or key, by path.
 
-    Anchors may repeat a value. Raises InputError for what is not YAML, keys that occur twice, foreign tags, and
-    files nested too deeply or unfolding too far.
+    Anchors may repeat a value. Raises InputError for invalid YAML, duplicate keys, unknown tags, and too deeply nested
+    or too large data.
     """
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
@@ -56,7 +56,7 @@ def read_yaml(text: str, source: str) -> tuple[Any, dict[Key, int]]:
 
 
 def write_yaml(data: Any) -> str:
-    """Return plain `data` as YAML text: groups over several lines, lists on one line."""
+    """Return plain `data` as YAML text: mappings over several lines, lists on one line."""
     from ruamel.yaml import YAML
 
     yaml = YAML()
@@ -77,12 +77,12 @@ def _styled(data: Any) -> Any:
         row.fa.set_flow_style()
         return row
     if isinstance(data, str) and not data.isprintable():
-        return DoubleQuotedScalarString(data)  # other quotes would fold unusual line ends
+        return DoubleQuotedScalarString(data)  # other styles would fold unusual line ends
     return data
 
 
 class _Reader:
-    """Turns the nodes of one file into data."""
+    """Converts the nodes of one file to data."""
 
     def __init__(self, source: str, constructor: Any):
         self.source, self.constructor = source, constructor

@@ -1,4 +1,4 @@
-"""What acts on bodies in water."""
+"""Loads on bodies in water, on joints, inside rods, and between bodies."""
 
 from .added_mass import (
     AddedMass,

@@ -1,4 +1,4 @@
-r"""Added mass: the water a body carries along. It enters the mass matrix and the gyroscopic terms, once."""
+r"""Added mass of bodies. It enters the mass matrix and the gyroscopic terms, once."""
 
 from typing import Any
 
@@ -6,10 +6,14 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water
+from nectosome.core.described import number, vector
+from nectosome.description import AddedMassLoad, CylinderAddedMassLoad, GivenAddedMassLoad, Rigid, SpheroidAddedMassLoad
+
+from .places import Carrier
 
 
 class AddedMass(Load):
-    """Base of all added masses: no force of its own, energy-conserving."""
+    """Base of all added masses: no own force, energy-conserving."""
 
     inertial = True
 
@@ -27,6 +31,7 @@ class StripAddedMass(AddedMass):
 
     normal: Float[Array, ""]  # C_n [-]
     tangential: Float[Array, ""]  # C_t [-]
+    described_by = AddedMassLoad
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """Added mass of each station [kg]."""
@@ -39,7 +44,7 @@ class StripAddedMass(AddedMass):
 
 
 class GivenAddedMass(AddedMass):
-    r"""Added mass of a rigid body about its centre as a full 6x6 matrix, by blocks.
+    r"""Given added mass of a rigid body about its centre, a full 6x6 matrix by blocks.
 
     $$ \begin{bmatrix} rotational & coupling \\ coupling^T & mass \end{bmatrix} $$ acts on (angular, linear) velocity.
     """
@@ -47,6 +52,15 @@ class GivenAddedMass(AddedMass):
     mass: Float[Array, "3 3"]  # [kg]
     coupling: Float[Array, "3 3"]  # [kg m]
     rotational: Float[Array, "3 3"]  # [kg m2]
+    described_by = GivenAddedMassLoad
+
+    @classmethod
+    def from_description(cls, described: GivenAddedMassLoad, part: Carrier) -> "GivenAddedMass":
+        """Of the full matrix, rotation before translation, or of the numbers axis by axis."""
+        if described.matrix is not None:
+            m = jnp.stack([vector(row) for row in described.matrix])
+            return cls(m[3:, 3:], m[:3, 3:], m[:3, :3])
+        return cls(jnp.diag(vector(described.mass)), jnp.zeros((3, 3)), jnp.diag(vector(described.inertia)))
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """The matrix at the centre."""
@@ -59,9 +73,16 @@ class SpheroidAddedMass(AddedMass):
 
     half_length: Float[Array, ""]  # a [m]
     radius: Float[Array, ""]  # b [m]
+    described_by = SpheroidAddedMassLoad
+
+    @classmethod
+    def from_description(cls, described: SpheroidAddedMassLoad, part: Carrier) -> "SpheroidAddedMass":
+        """Of the shape of the part."""
+        assert isinstance(part.limb, Rigid)
+        return cls(0.5 * number(part.limb.length), number(part.limb.radius))
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
-        """k1, k2 of the displaced mass on translation, k' of its inertia on turning across."""
+        """k1, k2 of the displaced mass for translation, k' of its inertia for rotation across the axis."""
         k1, k2, k3 = lamb_coefficients(self.half_length / self.radius)
         mass = water.density * 4 / 3 * jnp.pi * self.half_length * self.radius**2
         across = k3 * mass / 5 * (self.half_length**2 + self.radius**2)
@@ -70,12 +91,12 @@ class SpheroidAddedMass(AddedMass):
 
 
 def lamb_coefficients(ratio: Float[Array, ""]) -> tuple[Array, Array, Array]:
-    r"""Lamb's k1 (along), k2 (across), k' (turning) of a spheroid with half axes a = ratio * b.
+    r"""Lamb's k1 (along), k2 (across), k' (rotation) of a spheroid with half axes a = ratio * b.
 
     With $e^2 = 1 - 1/ratio^2$, $\alpha = 2(1-e^2)/e^3 (artanh\, e - e)$, $\beta = 1/e^2 - (1-e^2)/e^3\, artanh\, e$:
     $k_1 = \alpha/(2-\alpha)$, $k_2 = \beta/(2-\beta)$,
     $k' = e^4 (\beta-\alpha) / ((2-e^2)(2e^2 - (2-e^2)(\beta-\alpha)))$; continued to oblate ones (ratio below 1) and to
-    the sphere, where they are 1/2, 1/2, 0.
+    the sphere, with 1/2, 1/2, 0.
     """
     s = 1 - 1 / ratio**2  # e^2, negative for oblate
     small = jnp.abs(s) < 0.04
@@ -100,11 +121,18 @@ def lamb_coefficients(ratio: Float[Array, ""]) -> tuple[Array, Array, Array]:
 
 
 class CylinderAddedMass(AddedMass):
-    r"""A rigid round cylinder across its axis: $C \rho\pi r^2 L$, on turning $C \rho\pi r^2 L^3/12$; strip theory."""
+    r"""A rigid round cylinder across its axis: $C \rho\pi r^2 L$, for rotation $C \rho\pi r^2 L^3/12$; strip theory."""
 
     length: Float[Array, ""]  # [m]
     radius: Float[Array, ""]  # [m]
     coefficient: Float[Array, ""]  # C [-]
+    described_by = CylinderAddedMassLoad
+
+    @classmethod
+    def from_description(cls, described: CylinderAddedMassLoad, part: Carrier) -> "CylinderAddedMass":
+        """Of the shape of the part."""
+        assert isinstance(part.limb, Rigid)
+        return cls(number(part.limb.length), number(part.limb.radius), number(described.coefficient))
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """diag(0, I, I, 0, m, m) at the centre."""

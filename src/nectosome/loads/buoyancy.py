@@ -1,4 +1,4 @@
-"""Weight and buoyancy, also of bodies that stand partly out of the water."""
+"""Weight and buoyancy, also of partly submerged bodies."""
 
 from typing import Any
 
@@ -10,18 +10,18 @@ from nectosome.core.se3 import dot_t
 
 
 def wetted(strips: Strips, water: Water) -> Float[Array, "n"]:
-    r"""Share of each station's volume under water, 1 in deep water.
+    r"""Submerged fraction of each station's volume, 1 in deep water.
 
-    A disc whose centre lies d half heights under the surface is wet to $F(d) = \tfrac12 + (d\sqrt{1-d^2} + \arcsin
-    d)/\pi$; a strip, which reaches from one place of the axis to another, to the mean of F between its ends. The half
-    height of a tilted section is $\sqrt{(r_y R_{zy})^2 + (r_z R_{zz})^2}$. Exact for level and for upright bodies.
+    A disc with its centre d half heights under the surface has the submerged fraction $F(d) = \tfrac12 + (d\sqrt{1-d^2}
+    + \arcsin d)/\pi$, a strip the mean of F between its ends. The half height of a tilted section is
+    $\sqrt{(r_y R_{zy})^2 + (r_z R_{zz})^2}$. Exact for level and for upright bodies.
     """
     if water.surface is None:
         return jnp.ones_like(strips.weight)
     up = strips.rotation[:, 2, :]
     across = (strips.half_width[:, 0] * up[:, 1]) ** 2 + (strips.half_width[:, 1] * up[:, 2]) ** 2
     half_height = jnp.sqrt(across + _THIN**2)
-    # strips tile the part from its root on; the station lies somewhere within its strip
+    # strips tile the part from its root; a station lies within its strip
     end = jnp.cumsum(strips.weight)
     ends = jnp.stack([end - strips.weight, end]) - strips.x
     centre = jnp.where(strips.weight > 0, ends, 0.0) * up[:, 0] + strips.position[:, 2]
@@ -32,11 +32,11 @@ def wetted(strips: Strips, water: Water) -> Float[Array, "n"]:
     return jnp.where(level, _wet_disc(0.5 * (d[0] + d[1])), mean)
 
 
-_THIN = 1e-9  # m, so that the section of an upright body has a height
+_THIN = 1e-9  # [m] least half height, for upright bodies
 
 
 def _wet_disc(d: Float[Array, "n"]) -> Float[Array, "n"]:
-    """Share F(d) of a disc under a level d half heights above its centre."""
+    """Submerged fraction F(d) of a disc with its centre d half heights under the surface."""
     inside = jnp.abs(d) < 1
     e = jnp.where(inside, d, 0.0)
     return jnp.where(inside, 0.5 + (e * jnp.sqrt(1 - e * e) + jnp.arcsin(e)) / jnp.pi, jnp.where(d > 0, 1.0, 0.0))
@@ -52,10 +52,10 @@ def _wet_integral(d: Float[Array, "n"]) -> Float[Array, "n"]:
 
 
 class Weight(Load):
-    """Gravity on the body's own matter: m g at the centre of mass."""
+    """Gravity on the body's own mass: m g at the centre of mass."""
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
-        """Wrench of gravity, inertia times the acceleration g."""
+        """Wrench of gravity: inertia times the acceleration g."""
         x, y, z_ = (-water.gravity * strips.rotation[:, 2, i] for i in range(3))
         columns = strips.inertia[:, :, 3:]
         rows = [columns[:, i, 0] * x + columns[:, i, 1] * y + columns[:, i, 2] * z_ for i in range(6)]
@@ -66,7 +66,7 @@ class Buoyancy(Load):
     """Archimedes: -rho V g at the centre of the displaced water, and rho V Dc/Dt of an accelerating current."""
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
-        """Force on each station; no moment, since stations sit on the axis."""
+        """Force on each station; no moment, since stations are on the axis."""
         displaced = water.density * strips.volume * wetted(strips, water)
         push = [water.gravity * strips.rotation[:, 2, i] for i in range(3)]
         if water.current is not None:

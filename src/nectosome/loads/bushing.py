@@ -1,32 +1,45 @@
-"""A stiff bushing that joins a place of one part to a place of another: closes loops of bodies."""
+"""A stiff bushing between points of two parts: closes kinematic loops."""
 
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import PairLoad, Strips
-from nectosome.core.se3 import cross, dot, matmul3
+from nectosome.core.described import numbers, vector
+from nectosome.core.se3 import compose, cross, dot, matmul3, rotation_from_rpy
+from nectosome.description.pairs import BushingPair
+from nectosome.mechanism import SoftRod
 
-from .places import AttachedPlaces
+from .places import AttachedPlaces, Carrier
 
 
 class BushingEnd(eqx.Module):
-    """Where a tie holds on to a part."""
+    """Where a bushing is fixed to a part."""
 
     at: AttachedPlaces  # a single one
-    rotation: Float[Array, "3 3"]  # the tie's axes in the frame of that station
+    rotation: Float[Array, "3 3"]  # the bushing's axes in the frame of that station
+
+    @classmethod
+    def on(cls, part: Carrier, at: str | float, offset: Float[Array, "3"]) -> "BushingEnd":
+        """At a node of a rod, or at a place of a rigid part against its centre."""
+        if isinstance(part.body, SoftRod):
+            return cls(AttachedPlaces((part.station(at),), offset[None]), jnp.eye(3))
+        base = (part.body.tip_rotation, part.body.tip_position) if at == "tip" else (jnp.eye(3), jnp.zeros(3))
+        R, p = compose(base, (jnp.eye(3), offset))
+        return cls(AttachedPlaces((0,), part.from_centre(p[None])), matmul3(part.body.rotation[0].T, R))
 
 
 class Bushing(PairLoad):
-    r"""A linear spring and damper against a distance, and against a turn, of two frames.
+    r"""A linear spring and damper against the distance, and against the relative rotation, of two frames.
 
-    With d from the first place to the second, and the velocity w of the second part against the first at the middle m
-    between them, the first is pulled, and the second pulled back, by
+    With d from the first point to the second, and the velocity w of the second part relative to the first at the middle
+    m between them, the force on the first part is
 
     $$ F = k\, d + c\, w $$
 
-    at m, so that forces and moments cancel also where d is not 0. With the rotation R of the second frame against the
-    first, $[e]_\times = (R - R^\top)/2$, which is $\sin\theta$ along the axis of the turn $\theta$, it is turned by
+    at m, and -F on the second, so that forces and moments cancel for any d. With the rotation R of the second frame
+    relative to the first, $[e]_\times = (R - R^\top)/2$, which is $\sin\theta$ along the axis of the rotation $\theta$,
+    the moment on the first part is
 
     $$ M = k_t\, e + c_t\, (\omega_2 - \omega_1) $$
 
@@ -39,15 +52,25 @@ class Bushing(PairLoad):
     damping: Float[Array, ""]  # c [N s/m]
     turning_stiffness: Float[Array, ""]  # k_t [N m/rad]
     turning_damping: Float[Array, ""]  # c_t [N m s/rad]
+    described_by = BushingPair
+
+    @classmethod
+    def from_description(cls, described: BushingPair, first: Carrier, second: Carrier) -> "Bushing":
+        """Between places of two parts, the second turned against the first."""
+        places = zip((first, second), described.at, described.offset, strict=True)
+        one, other = (BushingEnd.on(part, at, vector(offset)) for part, at, offset in places)
+        turned = matmul3(one.rotation, rotation_from_rpy(vector(described.rotation)))
+        stiff = numbers(described, "stiffness", "damping", "turning_stiffness", "turning_damping")
+        return cls(BushingEnd(one.at, turned), other, **stiff)
 
     def _turn(self, first: Strips, second: Strips) -> tuple[Array, Array]:
-        """Axes of the first end, and the turn of the second's against them; [3, 3] each."""
+        """Axes of the first end, and the rotation of the second end relative to them; [3, 3] each."""
         ends = (self.first, first), (self.second, second)
         A, B = (matmul3(strips.rotation[end.at.station[0]], end.rotation) for end, strips in ends)
         return A, matmul3(A.T, B)
 
     def force(self, first: Strips, second: Strips) -> tuple[Float[Array, "n 6"], Float[Array, "m 6"]]:
-        """Pull and turn towards each other."""
+        """Wrenches that reduce distance and relative rotation."""
         a, b = self.first.at.points(first), self.second.at.points(second)
         d = b.position - a.position
         spin = b.angular_velocity - a.angular_velocity
@@ -60,7 +83,7 @@ class Bushing(PairLoad):
         return self.first.at.wrenches(first, pull, arm + turn), self.second.at.wrenches(second, -pull, arm - turn)
 
     def energy(self, first: Strips, second: Strips) -> Float[Array, ""]:
-        """Of both springs."""
+        """Energy of both springs [J]."""
         d = self.second.at.points(second).position - self.first.at.points(first).position
         _, R = self._turn(first, second)
         turned = 0.5 * (3.0 - jnp.trace(R))

@@ -1,4 +1,4 @@
-"""Quadratic drag and lift: strip by strip along a slender body (Morison), and lumped on a rigid one."""
+"""Quadratic drag and lift: by strips along a slender body (Morison), and lumped on a rigid body."""
 
 from typing import Any
 
@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water, safe_norm
+from nectosome.description import DragLoad, LumpedDragLoad, PlateDragLoad
 
 from .buoyancy import wetted
 
@@ -18,13 +19,14 @@ class StripDrag(Load):
     $$ f = -\rho |v| \begin{bmatrix} \tfrac{\pi}{2} r C_t v_x \\ r_z C_n v_y - r C_l v_z \\ r C_l v_y + r_y C_n v_z
     \end{bmatrix}, \quad r = \tfrac12 (r_y + r_z) $$
 
-    Lift does no work; drag takes energy out, whatever the motion. What stands out of the water feels nothing.
+    Lift does no work; drag dissipates energy in any motion. No force out of the water.
     """
 
     normal: Float[Array, ""]  # C_n [-]
     tangential: Float[Array, ""]  # C_t [-]
     lift: Float[Array, ""]  # C_l [-]
     dissipative = True
+    described_by = DragLoad
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on each station [N m, N]."""
@@ -44,18 +46,19 @@ class StripDrag(Load):
 
 
 class PlateDrag(Load):
-    r"""Blade-element drag per length of a plate or bar: each face meets its own normal velocity.
+    r"""Blade-element drag per length of a plate or bar, by the normal velocity of each face.
 
     In the section's frame, with half widths r_y, r_z and the velocity v relative to the water (Hu et al. 2024, eq. 7,
-    whose square loses the sign):
+    whose square drops the sign):
 
     $$ f_y = -\rho C_n r_z |v_y| v_y, \quad f_z = -\rho C_n r_y |v_z| v_z $$
 
-    Nothing acts along the axis. What stands out of the water feels nothing.
+    No force along the axis or out of the water.
     """
 
     normal: Float[Array, ""]  # C_n [-]
     dissipative = True
+    described_by = PlateDragLoad
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on each station [N m, N]."""
@@ -68,17 +71,18 @@ class PlateDrag(Load):
 
 
 class LumpedDrag(Load):
-    r"""Drag on a rigid body's centre, axis by axis: $F_i = -\tfrac12 \rho A_i |v_i| v_i$, $M_i = -c_i |w_i| w_i$."""
+    r"""Drag at a rigid body's centre, by axis: $F_i = -\tfrac12 \rho A_i |v_i| v_i$, $M_i = -c_i |w_i| w_i$."""
 
-    area: Float[Array, "3"]  # drag areas C_d A along local x, y, z [m2]
+    drag_area: Float[Array, "3"]  # drag areas C_d A along local x, y, z [m2]
     rotational: Float[Array, "3"]  # [kg m2]
     dissipative = True
+    described_by = LumpedDragLoad
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
-        """Wrench on the centre; nothing on other stations."""
+        """Wrench on the centre, zero on other stations."""
         v, w = strips.velocity[0], strips.angular_velocity[0]
         wet = wetted(strips, water)[0]
         half = 0.5 * water.density * wet
         moment = [-wet * self.rotational[i] * jnp.abs(w[i]) * w[i] for i in range(3)]
-        force = [-half * self.area[i] * jnp.abs(v[i]) * v[i] for i in range(3)]
+        force = [-half * self.drag_area[i] * jnp.abs(v[i]) * v[i] for i in range(3)]
         return strips.at_first(jnp.stack([*moment, *force])), z

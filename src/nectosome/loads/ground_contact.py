@@ -1,7 +1,7 @@
-r"""A point on the ground: a compliant, damped contact with friction that sticks and slips (Giorgio-Serchi et al. 2017).
+r"""Contact of a point with the ground: compliant, damped, with stick-slip friction (Giorgio-Serchi et al. 2017).
 
-What touches is a massless foot on a spring and damper, the same in all directions. Numbers are scalars, each of its
-own: batches of them fill vector registers.
+The contact point is a massless foot on a spring and damper, isotropic. Components are separate scalars, so that batches
+of them fill vector registers.
 """
 
 import equinox as eqx
@@ -10,20 +10,20 @@ from jaxtyping import Array, Float
 
 Pair = tuple[Array, Array]
 Triple = tuple[Array, Array, Array]
-_FALL = 0.05  # of the normal force: by how much more than static friction is asked for where it has fallen to dynamic
+_FALL = 0.05  # decay constant of the Stribeck curve over the normal force
 
 
 class GroundContact(eqx.Module):
-    r"""Ground that a point at depth $\delta$ and velocity v pushes on through a spring k and a damper c.
+    r"""Ground under a point at depth $\delta$ with velocity v, with a spring k and a damper c.
 
     $$ N = k \delta - \xi c\, v_z, \quad \xi = \min(\delta/\delta_0, 1), \quad
        f = k e - c\, v_h, \quad |F_h| \le \mu N $$
 
-    The damper grows over the softness $\delta_0$, so that the force is continuous. e is how far the spring is
-    stretched along the ground: while the foot sticks $\dot e = -v_h$, and in any case $\dot e = (F_h - k e)/c$, in the
-    air too, where the spring relaxes. Beyond static friction $\mu$ falls to dynamic friction as
-    $\mu_d + (\mu_s - \mu_d) \exp(-(|f|/N - \mu_s)/0.05)$, a Stribeck curve. N only pushes, unless the foot `pulls` as
-    long as it is below ground, through the damper; what pulls has no friction.
+    The damping grows over the softness $\delta_0$, so that the force is continuous. e is the stretch of the spring
+    along the ground: $\dot e = (F_h - k e)/c$ always, which is $-v_h$ during sticking and relaxation in the air. Beyond
+    static friction $\mu$ decays to dynamic friction as $\mu_d + (\mu_s - \mu_d) \exp(-(|f|/N - \mu_s)/0.05)$, a
+    Stribeck curve. N is never negative, unless the foot `pulls` through the damper below ground; a pulling foot has no
+    friction.
     """
 
     stiffness: Float[Array, ""]  # k [N/m]
@@ -33,7 +33,7 @@ class GroundContact(eqx.Module):
     pulls: bool = eqx.field(static=True)
 
     def grip(self, depth: Float[Array, ""]) -> Float[Array, ""]:
-        """Share xi of the damper that works at a depth [m], negative above ground."""
+        """Fraction xi of the damping at a depth [m], negative above ground."""
         return jnp.clip(depth / self.softness, 0.0, 1.0)
 
     def force(

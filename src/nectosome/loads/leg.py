@@ -1,4 +1,4 @@
-"""A leg that a crank drives through a three-bar mechanism, on compliant ground and through water."""
+"""A crank-driven leg (three-bar mechanism) on compliant ground and in water."""
 
 from typing import NamedTuple
 
@@ -6,29 +6,32 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water
-from nectosome.core.linear import kept
+from nectosome.core.described import numbers, vector
+from nectosome.core.linear_algebra import computed_once
+from nectosome.description.loads import LegLoad
 
 from .ground_contact import GroundContact, Pair
+from .places import Carrier
 
 
 class Stride(NamedTuple):
     """State of a leg."""
 
-    crank: Float[Array, ""]  # angle of the crank [rad], from ahead over the top
+    crank: Float[Array, ""]  # angle of the crank [rad], from forward (x) to up (z)
     stretch: Float[Array, "2"]  # of the leg along the ground, world axes [m]
 
 
 class Leg(Load):
-    r"""A massless leg L long from the pin of a crank through a bearing (Giorgio-Serchi et al. 2017, Figs. 3, 4).
+    r"""A massless leg of length L from the pin of a crank through a bearing (Giorgio-Serchi et al. 2017, Figs. 3, 4).
 
-    In the x-z plane of the body: the crank turns the pin $P = O + r (\cos\phi, \sin\phi)$, the leg slides through the
-    bearing B, and its foot is at $q = P + L (B - P)/|B - P|$. On the ground a `GroundContact` pushes the foot, with
-    the damping $c = 2 d_r \sqrt{k m}$, m the mass of the body it is on; in the water it sculls,
+    In the x-z plane of the body: the pin of the crank is at $P = O + r (\cos\phi, \sin\phi)$, the leg slides through
+    the bearing B, and its foot is at $q = P + L (B - P)/|B - P|$. The foot has a `GroundContact` with the damping $c =
+    2 d_r \sqrt{k m}$, m the mass of the body, and in the water the drag
 
     $$ F = -\lambda_t |v_t| v_t - \lambda_n |v_n| v_n $$
 
-    along and across the leg. Without a floor in the water it only sculls. One leg stands for `count` of them, side by
-    side. The crank turns at its given speed, whatever that takes.
+    along and across the leg. Without a floor there is only this drag. One leg represents `count` legs side by side. The
+    speed of the crank is prescribed.
     """
 
     hip: Float[Array, "3"]  # O, from the station, body frame [m]
@@ -42,20 +45,32 @@ class Leg(Load):
     tangential: Float[Array, ""]  # lambda_t [kg/m]
     normal: Float[Array, ""]  # lambda_n [kg/m]
     count: Float[Array, ""]
+    described_by = LegLoad
+
+    @classmethod
+    def from_description(cls, described: LegLoad, part: Carrier) -> "Leg":
+        """Of a description, whose hip is in the frame of the part."""
+        ground = numbers(described, "stiffness", "static_friction", "dynamic_friction", "softness")
+        own = ("bearing", "crank", "length", "speed", "start", "damping_ratio", "tangential", "normal", "count")
+        return cls(
+            hip=part.from_centre(vector(described.hip)),
+            contact=GroundContact(**ground, pulls=described.pulls),
+            **numbers(described, *own),
+        )
 
     def initial(self) -> Stride:
-        """The crank where it starts, the leg relaxed."""
+        """Start angle of the crank, relaxed leg."""
         return Stride(self.start, jnp.zeros(2))
 
     def foot(self, crank: Float[Array, ""]) -> tuple[Pair, Pair, Pair]:
         """Foot from O [m], its velocity against the body [m/s], and the leg's direction; along x and z of the body."""
-        c, s = kept(jnp.stack([jnp.cos(crank), jnp.sin(crank)]))
+        c, s = computed_once(jnp.stack([jnp.cos(crank), jnp.sin(crank)]))
         px, pz = self.crank * c, self.crank * s
         ux, uz = self.bearing[0] - px, self.bearing[1] - pz
         far = jnp.sqrt(ux * ux + uz * uz)
         ux, uz = ux / far, uz / far
         dpx, dpz = -self.speed * pz, self.speed * px
-        # the pin turns the leg by what of its velocity is across
+        # the leg's rotation by the transverse velocity of the pin
         turn = self.length / far * (uz * dpx - ux * dpz)
         q = px + self.length * ux, pz + self.length * uz
         return q, (dpx - turn * uz, dpz + turn * ux), (ux, uz)
@@ -87,7 +102,7 @@ class Leg(Load):
 
 
 def _length(x: Array, y: Array, z: Array) -> Array:
-    """Of a vector, with derivative 0 at 0."""
+    """Length of a vector, with derivative 0 at 0."""
     square = x * x + y * y + z * z
     none = square == 0
     return jnp.where(none, 0.0, jnp.sqrt(jnp.where(none, 1.0, square)))

@@ -1,4 +1,4 @@
-"""What the nearness of the floor adds to a rigid body's added mass and drag."""
+"""Increase of a rigid body's added mass and drag near the floor."""
 
 from typing import Any
 
@@ -6,24 +6,25 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water
+from nectosome.description.loads import NearFloorLoad
 
 
 class NearFloor(Load):
-    r"""Added mass and drag that come on as a body nears the floor, by its height h over it.
+    r"""Additional added mass and drag near the floor, as functions of the height h above it.
 
-    The share $s(h)$ is 1 up to `full`, 0 from `none` on, and $1 - 3 x^2 + 2 x^3$ between, with
-    $x = (h - full)/(none - full)$. Drag is $F_i = -\tfrac12 s \rho A_i |v_i| v_i$, $M_i = -s c_i |w_i| w_i$. Added mass
-    s m, diagonal in the body's frame, makes the water's kinetic energy $T = \tfrac12 s\, v \cdot m v$ depend on the
-    place, so that Lagrange's equations ask for $\partial T/\partial h = \tfrac12 s'(h)\, v \cdot m v$ upwards beside
-    the change of momentum (Lamb 1932, art. 136-137): without it, energy would come from nowhere. Nothing without a
-    floor.
+    The factor $s(h)$ is 1 up to `full`, 0 above `none`, and $1 - 3 x^2 + 2 x^3$ between, with
+    $x = (h - full)/(none - full)$. Drag is $F_i = -\tfrac12 s \rho A_i |v_i| v_i$, $M_i = -s c_i |w_i| w_i$. With the
+    added mass s m, diagonal in the body frame, the water's kinetic energy $T = \tfrac12 s\, v \cdot m v$ depends on the
+    position; Lagrange's equations then contain the force $\partial T/\partial h = \tfrac12 s'(h)\, v \cdot m v$ upwards
+    beside the rate of momentum (Lamb 1932, art. 136-137), which conserves energy. Zero without a floor.
     """
 
     mass: Float[Array, "3"]  # m along local x, y, z [kg]
-    area: Float[Array, "3"]  # drag areas A [m2]
+    drag_area: Float[Array, "3"]  # drag areas A [m2]
     rotational: Float[Array, "3"]  # c [kg m2]
     full: Float[Array, ""]  # height up to which all of it is there [m]
     none: Float[Array, ""]  # height from which on nothing is [m]
+    described_by = NearFloorLoad
 
     def carried(
         self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
@@ -38,7 +39,7 @@ class NearFloor(Load):
         return share * one, slope * climb * one
 
     def share(self, strips: Strips, water: Water) -> tuple[Float[Array, ""], Float[Array, ""]]:
-        """Share s at the height of the first station, and its derivative [1/m]."""
+        """Factor s at the height of the first station, and its derivative [1/m]."""
         if water.floor is None:
             return jnp.zeros(()), jnp.zeros(())
         width = self.none - self.full
@@ -46,11 +47,11 @@ class NearFloor(Load):
         return 1 - x * x * (3 - 2 * x), -6 * x * (1 - x) / width
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
-        """Drag, and the slope of the water's energy, upwards; on the first station."""
+        """Drag, and the upward derivative of the water's energy, on the first station."""
         share, slope = self.share(strips, water)
         v, w, up = strips.velocity[0], strips.angular_velocity[0], strips.rotation[0, 2]
         lift = 0.5 * slope * sum(self.mass[i] * v[i] * v[i] for i in range(3))
         half = 0.5 * share * water.density
         moment = [-share * self.rotational[i] * jnp.abs(w[i]) * w[i] for i in range(3)]
-        force = [lift * up[i] - half * self.area[i] * jnp.abs(v[i]) * v[i] for i in range(3)]
+        force = [lift * up[i] - half * self.drag_area[i] * jnp.abs(v[i]) * v[i] for i in range(3)]
         return strips.at_first(jnp.stack([*moment, *force])), z

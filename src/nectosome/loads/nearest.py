@@ -1,12 +1,12 @@
-r"""The nearest place of a chain of round cones, spheres whose radius changes evenly from node to node.
+r"""Nearest sphere of a chain of round cones: spheres with a linearly varying radius between nodes.
 
-On a cone with the axis from p, L long, and the radius $r + k s$ at the way s along it, a point at the way x along the
-axis and the distance y from it is nearest to the sphere at
+On a cone with the radius $r + k s$ at the distance s along its axis, a point at the distance x along the axis and y
+from the axis is nearest to the sphere at
 
 $$ s = x + y \frac{k}{\sqrt{1 - k^2}} $$
 
-or to that at the end beyond which this lies. There the distance $|x - c(s)| - r(s)$ has no slope along s, so that its
-gradient by the point is the direction from c to the point, with tapered bodies too.
+or to that at the nearer end. There the distance $|x - c(s)| - r(s)$ has derivative 0 by s, so its gradient by the point
+is the direction from c to the point, also for tapered bodies.
 """
 
 from typing import NamedTuple
@@ -16,21 +16,21 @@ from jaxtyping import Array, Float, Int
 
 from nectosome.core.se3 import safe_norm
 
-_STEEPEST = 1 - 1e-9  # where one sphere holds the next, the outer end is nearest
-_NONE = 1e-30  # m2: of two nodes in one place
+_STEEPEST = 1 - 1e-9  # for a sphere that contains the next one, the outer end is nearest
+_NONE = 1e-30  # [m2] least squared distance of nodes
 
 
 class Nearest(NamedTuple):
-    """For each point the nearest sphere of the chain, the share of the way from node `segment` to the next."""
+    """For each point the nearest sphere of the chain, at the fraction `share` from node `segment` to the next."""
 
     segment: Int[Array, "m"]
     share: Float[Array, "m"]
-    normal: Float[Array, "m 3"]  # from the sphere's centre to the point, one long; 0 at the centre itself
-    distance: Float[Array, "m"]  # of the point from the sphere's surface [m], negative inside
+    normal: Float[Array, "m 3"]  # unit vector from the sphere's centre to the point; 0 at the centre
+    distance: Float[Array, "m"]  # from the sphere's surface to the point [m], negative inside
 
 
 def nearest(points: Float[Array, "m 3"], nodes: Float[Array, "n 3"], radius: Float[Array, "n"]) -> Nearest:
-    """Nearest places of a chain with at least two nodes; of two as near, that towards the root."""
+    """Nearest spheres of a chain with at least two nodes; of equally near ones, the one nearer to the root."""
     along, wider = nodes[1:] - nodes[:-1], radius[1:] - radius[:-1]
     square = jnp.maximum(jnp.sum(along * along, axis=-1), _NONE)
     length = jnp.sqrt(square)

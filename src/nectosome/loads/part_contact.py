@@ -2,24 +2,30 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import PairLoad, Strips
+from nectosome.core.described import is_zero, number, numbers, same_named
 from nectosome.core.se3 import cross, safe_norm
+from nectosome.description import Rigid
+from nectosome.description.pairs import ContactPair
+from nectosome.mechanism import SoftRod
+from nectosome.mechanism.links import axis_poses
 
 from .joint_limits import push, pushed
 from .nearest import Nearest, nearest
-from .places import AttachedPlaces, Points
+from .places import AttachedPlaces, Carrier, Points
 
 
 class Friction(eqx.Module):
-    r"""Dry friction that goes over smoothly from stick to slip (Brown and McPhee 2016).
+    r"""Dry friction with a smooth transition from stick to slip (Brown and McPhee 2016).
 
-    At the velocity v along the surfaces, in units of the `creep` $v_t$, $x = |v|/v_t$, it is against v
+    With the sliding velocity v over the `creep` velocity $v_t$, $x = |v|/v_t$, the friction against v is
 
     $$ F = N \left(\mu_d \tanh 4x + (\mu_s - \mu_d) \frac{x}{(x^2/4 + 3/4)^2}\right) $$
 
-    which is largest at x = 1, there $\mu_s N$. What sticks creeps, slower than $v_t$ as long as it holds.
+    with the maximum $\mu_s N$ at x = 1. A sticking contact creeps slower than $v_t$.
     """
 
     static_friction: Float[Array, ""]  # mu_s [-]
@@ -36,31 +42,64 @@ class Friction(eqx.Module):
 
 
 class Beads(eqx.Module):
-    """Spheres at places of a part."""
+    """Spheres fixed to a part."""
 
     at: AttachedPlaces
     radius: Float[Array, "m"]  # [m]
 
+    @classmethod
+    def sampled(cls, part: Carrier) -> "tuple[Beads, Float[Array, 'm']]":
+        """Beads of the part that feels the other, and the share of its length that each stands for."""
+        if isinstance(part.body, SoftRod):
+            return cls._of_rod(part.body), part.body.weight / part.body.length
+        assert isinstance(part.limb, Rigid)
+        if part.limb.shape == "spheroid":
+            return cls(AttachedPlaces((0,), jnp.zeros((1, 3))), number(part.limb.radius)[None]), jnp.ones(1)
+        s, w = np.polynomial.legendre.leggauss(part.limb.strips)
+        return cls._of_cylinder(part, 0.5 * (s + 1)), jnp.asarray(0.5 * w)
+
+    @classmethod
+    def chain(cls, part: Carrier) -> "Beads":
+        """Nodes of the part that is felt; a sphere has the same one twice, a straight cylinder its ends."""
+        if isinstance(part.body, SoftRod):
+            return cls._of_rod(part.body)
+        assert isinstance(part.limb, Rigid)
+        if part.limb.shape == "spheroid":
+            return cls(AttachedPlaces((0, 0), jnp.zeros((2, 3))), number(part.limb.radius) * jnp.ones(2))
+        ends = 2 if is_zero(part.limb.bend) else part.limb.strips + 1
+        return cls._of_cylinder(part, np.linspace(0.0, 1.0, ends))
+
+    @classmethod
+    def _of_rod(cls, rod: SoftRod) -> "Beads":
+        n = rod.weight.shape[0]
+        return cls(AttachedPlaces(tuple(range(n)), jnp.zeros((n, 3))), 0.5 * jnp.sum(rod.half_width, axis=1))
+
+    @classmethod
+    def _of_cylinder(cls, part: Carrier, fractions: Float[np.ndarray, "m"]) -> "Beads":
+        assert isinstance(part.limb, Rigid)
+        _, p = axis_poses(number(part.limb.length), number(part.limb.bend), fractions)
+        places = AttachedPlaces((0,) * fractions.size, part.from_centre(p))
+        return cls(places, number(part.limb.radius) * jnp.ones(fractions.size))
+
 
 class PartContact(PairLoad):
-    r"""What keeps two parts from going through each other, bead by bead of the first.
+    r"""Contact forces between two parts, for each bead of the first part.
 
-    Each bead of the first part, a sphere of radius r_i, feels the sphere of the second's chain that is nearest, with
-    the centre c, between two of its nodes. Where they are $\delta$ deep in each other it is pushed along the normal by
+    Each bead of the first part, a sphere of radius r_i, is in contact with the nearest sphere of the second part's
+    chain, with the centre c between two of its nodes. At penetration $\delta$ the normal force is
 
     $$ N = w_i \max\left(0,\ k \delta_0 [\xi^3 - \tfrac12 \xi^4 + \max(\delta/\delta_0 - 1, 0)]
        + c\, \xi^2 (3 - 2 \xi)\, \dot\delta\right), \quad \xi = clip(\delta/\delta_0, 0, 1) $$
 
-    and along the surfaces by `Friction`, halfway between them. The same force pulls back on the second part,
-    shared by the two nodes in proportion to how near they are, with the same moment; velocities of the second part are
-    weighted alike, so that forces, moments and powers are those of one force at one point. The shares w_i add up to 1:
-    k is the stiffness of the first part pressed on evenly along all of its length, and where only a part of it touches,
-    the forces converge with the number of beads to those of a stiffness per length.
+    with `Friction` along the surfaces, halfway between them. The opposite force acts on the second part, distributed to
+    the two nodes by linear interpolation, with the same moment; velocities of the second part are interpolated in the
+    same way, so that forces, moments and powers are those of one force at one point. The weights w_i sum to 1: k is the
+    stiffness of the first part under uniform pressure over its length; for partial contact, the forces converge with
+    the number of beads to those of a stiffness per length.
 
-    Approximations. Sections count as round; ends are half spheres. A bead feels one place of the second part, the
-    nearest: where a chain bends round it, the force turns by the angle between two pieces as it goes from one to the
-    next. What is thinner than the beads are apart slips through between them: the first part is the one with more
-    strips. Axes that cross push in no direction.
+    Approximations: sections are round; ends are half spheres. A bead contacts only the nearest sphere: between two
+    segments of a bent chain the force direction jumps by their angle. A body thinner than the bead distance can pass
+    between beads; therefore the first part is the one with more strips. Intersecting axes give no force direction.
     """
 
     beads: Beads
@@ -70,19 +109,32 @@ class PartContact(PairLoad):
     damping: Float[Array, ""]  # c [N s/m]
     softness: Float[Array, ""]  # delta_0 [m]
     friction: Friction
+    described_by = ContactPair
+
+    @classmethod
+    def from_description(cls, described: ContactPair, first: Carrier, second: Carrier) -> "PartContact":
+        """Of the shapes of two parts."""
+        beads, share = Beads.sampled(first)
+        return cls(
+            beads=beads,
+            share=share,
+            chain=Beads.chain(second),
+            **numbers(described, "stiffness", "damping", "softness"),
+            friction=same_named(Friction, described),
+        )
 
     def _meet(self, first: Strips, second: Strips) -> tuple[Points, Points, Nearest]:
-        """Beads, nodes, and what of the chain is nearest to each bead."""
+        """Beads, nodes, and the nearest sphere of the chain to each bead."""
         a, b = self.beads.at.points(first), self.chain.at.points(second)
         return a, b, nearest(a.position, b.position, self.chain.radius)
 
     def force(self, first: Strips, second: Strips) -> tuple[Float[Array, "n 6"], Float[Array, "m 6"]]:
-        """Push apart, and drag along the surfaces."""
+        """Wrenches of normal forces and friction."""
         a, b, met = self._meet(first, second)
         near, far = (met.segment, 1.0 - met.share), (met.segment + 1, met.share)
         depth, r = self.beads.radius - met.distance, self.chain.radius
         r = r[met.segment] + met.share * (r[met.segment + 1] - r[met.segment])
-        # from the beads' centres, and from c, to halfway between the two surfaces
+        # from the beads' centres, and from c, to the middle of the two surfaces
         arm = (0.5 * depth - self.beads.radius)[:, None] * met.normal
         other = (r - 0.5 * depth)[:, None] * met.normal
         v = a.velocity + cross(a.angular_velocity, arm)
@@ -101,6 +153,6 @@ class PartContact(PairLoad):
         )
 
     def energy(self, first: Strips, second: Strips) -> Float[Array, ""]:
-        """Of what is pressed together."""
+        """Energy of the contact springs [J]."""
         *_, met = self._meet(first, second)
         return jnp.sum(self.share * pushed(self.beads.radius - met.distance, self.stiffness, self.softness))

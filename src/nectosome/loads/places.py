@@ -1,4 +1,4 @@
-"""Points fixed to the stations of a part: where they are, how they move, and what forces on them do to the stations."""
+"""Places on a part: points fixed to its stations, how they move, and what forces on them do to the stations."""
 
 from typing import NamedTuple
 
@@ -9,13 +9,46 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Strips
 from nectosome.core.se3 import cross, dot, dot_t
+from nectosome.description import Rigid, Rod
+from nectosome.mechanism import Link, SoftRod, node_at
+
+
+class Carrier(NamedTuple):
+    """A part that loads act on, as it is described and as it is built."""
+
+    limb: Rigid | Rod
+    body: Link | SoftRod
+
+    @property
+    def rod(self) -> SoftRod:
+        """The part as a rod."""
+        assert isinstance(self.body, SoftRod)
+        return self.body
+
+    @property
+    def link(self) -> Link:
+        """The part as a rigid one."""
+        assert isinstance(self.body, Link)
+        return self.body
+
+    def station(self, at: str | float) -> int:
+        """The station of a rod at its tip, its root or a mark."""
+        return self.rod.weight.shape[0] - 1 if at == "tip" else node_at(self.rod, at)
+
+    def from_centre(self, place: Float[Array, "*m 3"]) -> Float[Array, "*m 3"]:
+        """From the centre of a rigid part to places in the part's frame, in the centre's frame."""
+        return self.at_centre(place - self.link.position[0])
+
+    def at_centre(self, along: Float[Array, "*m 3"]) -> Float[Array, "*m 3"]:
+        """Vectors in the part's frame in that of its centre."""
+        return dot_t(self.link.rotation[0], along)
 
 
 class Points(NamedTuple):
     """Points in the world and their motion, world axes."""
 
     position: Float[Array, "m 3"]  # [m]
-    angular_velocity: Float[Array, "m 3"]  # of what they are fixed to [rad/s]
+    angular_velocity: Float[Array, "m 3"]  # of their stations [rad/s]
     velocity: Float[Array, "m 3"]  # [m/s]
 
 
@@ -33,7 +66,7 @@ class AttachedPlaces(eqx.Module):
         return Points(strips.position[here] + dot(R, self.place), dot(R, w), dot(R, velocity))
 
     def wrenches(self, strips: Strips, force: Float[Array, "m 3"], moment: Float[Array, "m 3"]) -> Float[Array, "n 6"]:
-        """Wrenches on all stations, own frames, of forces at the points and moments about them in the world's axes."""
+        """Wrenches on all stations (station frames) of forces at the points and moments about them (world axes)."""
         here = np.asarray(self.station)
         R = strips.rotation[here]
         f = dot_t(R, force)

@@ -8,25 +8,25 @@ from nectosome.core import JointLoad
 
 
 class FlexureSpring(eqx.Module):
-    """What the face of a hinge's flexible layer feels for each radian that it is bent."""
+    """Strain and stress at the face of a hinge's flexible layer per bending angle."""
 
     strain: Float[Array, ""]  # [1/rad]
     stress: Float[Array, ""]  # [Pa/rad]
 
 
 class Spring(JointLoad):
-    """tau = -k (x - rest) on every axis of the joint; x a turn [rad], a way [m] or a rotation vector [rad]."""
+    """tau = -k (x - rest) on every axis of the joint; x an angle [rad], a length [m] or a rotation vector [rad]."""
 
     stiffness: Float[Array, ""]  # [N m/rad or N/m]
     rest: Float[Array, ""]  # [rad or m]
-    flexure: FlexureSpring | None = None  # of a hinge whose flexible layer the spring stands for
+    flexure: FlexureSpring | None = None  # for a spring that models a hinge's flexible layer
 
     def force(self, displacement: Float[Array, "nv"], v: Float[Array, "nv"]) -> Float[Array, "nv"]:
         """Restoring force."""
         return -self.stiffness * (displacement - self.rest)
 
     def bending(self, displacement: Float[Array, "nv"]) -> Float[Array, "2"] | None:
-        """Those of the flexible layer, if it is one."""
+        """Strain and stress of the flexible layer; None without one."""
         if self.flexure is None:
             return None
         return (displacement[0] - self.rest) * jnp.stack([self.flexure.strain, self.flexure.stress])
@@ -43,5 +43,5 @@ class Damper(JointLoad):
     dissipative = True
 
     def force(self, displacement: Float[Array, "nv"], v: Float[Array, "nv"]) -> Float[Array, "nv"]:
-        """Resisting force."""
+        """Damping force."""
         return -self.damping * v

@@ -1,31 +1,60 @@
-r"""Threads along rods: tendons that pull, chambers of fluid that push.
+r"""Threads along rods: tendons and fluid chambers.
 
-A thread runs at $d(x) = (0, y, z)$ in the sections of a rod. Its direction and stretch are those of
+A thread is at $d(x) = (0, y, z)$ in the sections of a rod. Its direction and stretch are those of
 $u = \gamma + \kappa \times d + d'$, with the curvatures $\kappa$ [rad/m] and linear strains $\gamma$ (1 along the rod
-at rest). A tension T along it is the internal wrench $T (d \times \hat u, \hat u)$ in each section (Renda et al. 2020,
+at rest). A tension T gives the internal wrench $T (d \times \hat u, \hat u)$ in each section (Renda et al. 2020,
 "A geometric variable-strain approach for static modeling of soft manipulators with tendon and fluidic actuation",
-eq. 24), which is to say that its power is $-T \dot\ell$ with the thread's length $\ell = \int |u| dx$.
+eq. 24); its power is $-T \dot\ell$ with the thread's length $\ell = \int |u| dx$.
 """
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core import RodLoad, Signal
+from nectosome.core import RodLoad, Signal, signal_of
+from nectosome.core.described import number, vector
 from nectosome.core.se3 import cross
+from nectosome.description import STRAIN_NAMES, Rod
+from nectosome.description.rod_loads import ChamberLoad, TendonLoad
+from nectosome.mechanism.rods import basis, legendre
+
+from .places import Carrier
 
 
 class Thread(eqx.Module):
-    """Where a thread runs, at m points along a rod."""
+    """Path of a thread at m points along a rod."""
 
     basis: Float[Array, "m 6 nq"]  # of the rod's strains [rad/m, 1] there
-    rest: Float[Array, "m 6"]  # strains without stress
-    weight: Float[Array, "m"]  # length of the rod that a point stands for [m]
-    place: Float[Array, "m 3"]  # d [m], the first of which is 0
+    rest: Float[Array, "m 6"]  # stress-free strains
+    weight: Float[Array, "m"]  # quadrature weight: length of the rod [m]
+    place: Float[Array, "m 3"]  # d [m], with first component 0
     slope: Float[Array, "m 3"]  # d' [1]
 
+    @classmethod
+    def from_description(cls, described: TendonLoad | ChamberLoad, part: Carrier) -> "tuple[Thread, np.ndarray]":
+        """The thread of a description, and the share of its length at which each of its points lies."""
+        rod, limb = part.rod, part.limb
+        assert isinstance(limb, Rod)
+        start, end = described.along
+        n = rod.nq + 8
+        s, w = np.polynomial.legendre.leggauss(n)
+        share = 0.5 * (s + 1)
+        x = start + (end - start) * share
+        scale = jnp.concatenate([jnp.ones(3) / rod.length, jnp.ones(3)])
+        rest = jnp.zeros((n, 6)).at[:, 3].set(1.0)
+        for row, name in enumerate(STRAIN_NAMES):
+            if given := getattr(limb.rest, name):
+                rest = rest.at[:, row].add(jnp.asarray(legendre(len(given) - 1, x)) @ vector(given))
+        along = rod.length * (end - start)
+        root, tip = vector(described.place), vector(described.tip_place or described.place)
+        place = jnp.zeros((n, 3)).at[:, 1:].set(root + (tip - root) * share[:, None])
+        slope = jnp.zeros((n, 3)).at[:, 1:].set((tip - root) / along)
+        strains = jnp.asarray(basis({**limb.strains}, x)) * scale[:, None]
+        return cls(strains, rest, along * jnp.asarray(0.5 * w), place, slope), share
+
     def lever(self, q: Float[Array, "nq"]) -> tuple[Float[Array, "m 6"], Float[Array, "m"]]:
-        """Internal wrench of a tension of 1 N, and the thread's length for a length of the rod."""
+        """Internal wrench per tension, and the thread's length per length of the rod."""
         strain = self.rest + self.basis @ q
         u = strain[:, 3:] + cross(strain[:, :3], self.place) + self.slope
         stretch = jnp.sqrt(jnp.sum(u * u, axis=-1))
@@ -42,10 +71,16 @@ class Thread(eqx.Module):
 
 
 class Tendon(RodLoad):
-    """A thread without friction and stiffness of its own, pulled with a given tension."""
+    """A thread without friction and stiffness, with a given tension."""
 
     thread: Thread
     tension: Signal  # [N]
+    described_by = TendonLoad
+
+    @classmethod
+    def from_description(cls, described: TendonLoad, part: Carrier) -> "Tendon":
+        """In a rod."""
+        return cls(Thread.from_description(described, part)[0], signal_of(described.tension))
 
     def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
         r"""$-T \partial\ell/\partial q$."""
@@ -53,14 +88,23 @@ class Tendon(RodLoad):
 
 
 class FluidChamber(RodLoad):
-    r"""A chamber of fluid at a given pressure over that outside: it gives $p \dot V$, $V = \int A |u| dx$.
+    r"""A fluid chamber with a given gauge pressure: its power is $p \dot V$, $V = \int A |u| dx$.
 
-    Its section A stays as it is: walls that do not bulge, as those of a chamber wound with thread.
+    Its section A is constant: the walls do not bulge, as for a chamber wound with thread.
     """
 
     thread: Thread
     area: Float[Array, "m"]  # A [m2]
     pressure: Signal  # p [Pa]
+    described_by = ChamberLoad
+
+    @classmethod
+    def from_description(cls, described: ChamberLoad, part: Carrier) -> "FluidChamber":
+        """In a rod, without hysteresis."""
+        thread, share = Thread.from_description(described, part)
+        first, tip = number(described.area), described.tip_area
+        last = first if tip is None else number(tip)
+        return cls(thread, first + (last - first) * share, signal_of(described.pressure))
 
     def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
         r"""$p \partial V/\partial q$."""

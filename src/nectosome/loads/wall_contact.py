@@ -1,4 +1,4 @@
-"""What keeps a body between the walls of a tank."""
+"""Contact of a body with the walls of a tank."""
 
 from typing import Any
 
@@ -6,25 +6,28 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water
+from nectosome.description.loads import WallContactLoad
 
 
 class WallContact(Load):
-    r"""A soft hull that pushes off the walls of the tank, which stand across the world's x axis.
+    r"""Compliant contact with the walls of the tank, which are normal to the world's x axis.
 
-    Where its ends, `reach` ahead of and behind the centre, are $\delta$ deep in a wall, with the velocity v into it,
+    The ends of the body are `reach` ahead of and behind the centre. At penetration $\delta$ with the velocity v into
+    the wall, the force is
 
     $$ F = \max(k \delta + \xi c v,\ 0), \quad \xi = \min(\delta/\delta_0, 1) $$
 
-    away from it, through the centre; without friction. Nothing without walls.
+    away from it, through the centre, without friction. Zero without walls.
     """
 
     reach: Float[Array, ""]  # [m]
     stiffness: Float[Array, ""]  # k [N/m]
     damping: Float[Array, ""]  # c [N s/m]
     softness: Float[Array, ""]  # delta_0 [m]
+    described_by = WallContactLoad
 
     def depths(self, x: Float[Array, ""], water: Water) -> Float[Array, "2"]:
-        """How deep a body whose centre is at x is in the first and the second wall [m], negative before it."""
+        """Penetration of a body with its centre at x into the first and the second wall [m]; negative: no contact."""
         assert water.walls is not None
         return jnp.stack([water.walls[0] - x + self.reach, x + self.reach - water.walls[1]])
 

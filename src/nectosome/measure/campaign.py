@@ -1,4 +1,4 @@
-"""Campaigns: several recordings of one kind, the conditions of each, repeats kept apart."""
+"""Campaigns: recordings of one kind, with conditions and repeat numbers."""
 
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -14,40 +14,40 @@ from .sheet import Sheet, parse_sheet
 if TYPE_CHECKING:
     import xarray as xr
 
-_OWN = ("conditions", "time", "columns")  # what a recording may say for itself
+_OWN = ("conditions", "time", "columns")  # fields that a recording may override
 
 
 @dataclass(frozen=True)
-class Planned:
-    """One file of a campaign: how to read it (with its conditions), and which repeat of these conditions it is."""
+class CampaignFile:
+    """One file of a campaign, its sheet with its conditions, and the number of its repeat."""
 
     path: Path
     sheet: Sheet
     repeat: int  # from 1
 
     def read(self) -> "xr.Dataset":
-        """The recording, with its conditions and its `repeat` as coordinates."""
+        """Read the recording; its conditions and its `repeat` are coordinates."""
         return read(self.path, self.sheet).assign_coords(repeat=((), self.repeat, {"units": "1"}))
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """What a campaign file lists, in its order; recordings are read when they are asked for."""
+    """The files that a campaign file lists, in its order."""
 
     about: str
-    planned: tuple[Planned, ...]
+    planned: tuple[CampaignFile, ...]
 
     def recordings(self) -> "list[xr.Dataset]":
-        """All recordings. Raises InputError where one cannot be read."""
-        return [planned.read() for planned in self.planned]
+        """Read all recordings. Raises InputError if one cannot be read."""
+        return [file.read() for file in self.planned]
 
 
 def load_campaign(path: str | Path) -> Campaign:
     """Read a campaign file: a sheet with a list of `recordings`, each a `file` (or a pattern) and its `conditions`.
 
-    Files are looked for beside it; those that match one pattern are repeats of each other. Conditions of the sheet hold
-    for all; `time` and `columns` do for recordings that have none of their own. Raises InputError that names file, line
-    and field.
+    File names are relative to the campaign file; files that match one pattern are repeats of each other. Conditions of
+    the sheet apply to all recordings; its `time` and `columns` to those without their own. Raises InputError that names
+    file, line and field.
     """
     path = Path(path)
     source = str(path)
@@ -60,7 +60,7 @@ def load_campaign(path: str | Path) -> Campaign:
 
     if not isinstance(listed, list) or not listed:
         raise wrong(("recordings",), "needs a list of files, each with its conditions.")
-    planned: list[Planned] = []
+    files: list[CampaignFile] = []
     seen: Counter[tuple[tuple[str, float, str], ...]] = Counter()
     for k, item in enumerate(listed):
         at: Key = ("recordings", k)
@@ -76,16 +76,16 @@ def load_campaign(path: str | Path) -> Campaign:
         for file in _files(path.parent, str(item["file"]), wrong, (*at, "file")):
             key = tuple(sorted((name, *value) for name, value in with_own.conditions.items()))
             seen[key] += 1
-            planned.append(Planned(file, with_own, seen[key]))
-    doubled = next((p for p, n in Counter(planned_.path for planned_ in planned).items() if n > 1), None)
-    if doubled is not None:
-        raise InputError(f"{doubled.name} is listed twice.", file=source, field="recordings")
-    return Campaign(sheet.about, tuple(planned))
+            files.append(CampaignFile(file, with_own, seen[key]))
+    duplicate = next((p for p, n in Counter(one.path for one in files).items() if n > 1), None)
+    if duplicate is not None:
+        raise InputError(f"{duplicate.name} is listed twice.", file=source, field="recordings")
+    return Campaign(sheet.about, tuple(files))
 
 
 def _files(folder: Path, pattern: str, wrong, at: Key) -> list[Path]:
     if Path(pattern).is_absolute() or ".." in Path(pattern).parts:
-        raise wrong(at, f'"{shorten(pattern)}" leads out of the folder of the campaign file.')
+        raise wrong(at, f'"{shorten(pattern)}" is outside the folder of the campaign file.')
     found = sorted(folder.glob(pattern)) if any(c in pattern for c in "*?[") else [folder / pattern]
     if not found or not all(file.is_file() for file in found):
         raise wrong(at, f'there is no file "{shorten(pattern)}" beside the campaign file.')

@@ -1,4 +1,4 @@
-"""Sheets: what a lab knows of its files, in YAML: which column is which quantity, units, signs, zeros, gains."""
+"""Sheets: YAML descriptions of measurement files: the column of each quantity, units, signs, zeros, gains."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,10 +15,10 @@ Repair = Literal["refuse", "drop"]
 
 @dataclass(frozen=True)
 class SheetEntry:
-    """One column: quantity = sign * gain * (reading - zero); readings at the ends of `range` count as saturated."""
+    """One column: quantity = sign * gain * (reading - zero); readings at or beyond `range` count as saturated."""
 
-    column: int | str | None = None  # place from 1, or name in the file; None: the name of the entry
-    unit: str | None = None  # of the reading; None: as the file says
+    column: int | str | None = None  # number from 1, or name in the file; None: the name of the entry
+    unit: str | None = None  # of the reading; None: that of the file
     sign: int = 1
     zero: float = 0.0  # [SI of the reading]
     gain: tuple[float, str] | None = None  # [SI], and its unit as written
@@ -28,18 +28,18 @@ class SheetEntry:
 
 @dataclass(frozen=True)
 class Time:
-    """Where the time comes from: a column, a sampling rate, or nowhere (`absent`)."""
+    """Source of the time: a column, a sampling rate, or none (`absent`)."""
 
     column: int | str | None = None
     unit: str | None = None
     rate: float | None = None  # [Hz]
-    repair: Repair = "refuse"  # rows whose time does not go on
+    repair: Repair = "refuse"  # of rows whose time does not increase
     absent: bool = False
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """All that a sheet says; without `columns` all of a file's columns are taken as they are."""
+    """Content of a sheet; without `columns`, all columns of a file are read as they are."""
 
     about: str = ""
     options: Options = field(default_factory=Options)
@@ -57,7 +57,7 @@ def load_sheet(path: str | Path) -> Sheet:
 
 
 def parse_sheet(data: Any, lines: Mapping[Key, int], source: str, also: tuple[str, ...] = ()) -> Sheet:
-    """Sheet of plain data; fields in `also` are somebody else's. Raises InputError."""
+    """Sheet of plain data; fields in `also` are allowed and ignored. Raises InputError."""
     r = _Reader(data, lines, source)
     top = r.group((), data, ("about", "file", "time", "columns", "conditions", *also))
     columns = r.group(("columns",), top.get("columns") or {}, None)
@@ -73,12 +73,12 @@ def parse_sheet(data: Any, lines: Mapping[Key, int], source: str, also: tuple[st
 
 
 class _Reader:
-    """Reads the parts of a sheet and tells mistakes with their line."""
+    """Reads the parts of a sheet; errors name the line."""
 
     def __init__(self, data: Any, lines: Mapping[Key, int], source: str):
         self.lines, self.source = lines, source
         if not isinstance(data, dict):
-            raise InputError("is no sheet: it has no named fields.", file=source)
+            raise InputError("is not a sheet: it has no named fields.", file=source)
 
     def wrong(self, at: Key, message: str) -> InputError:
         line = next((self.lines[at[:n]] for n in range(len(at), -1, -1) if at[:n] in self.lines), None)
@@ -89,7 +89,7 @@ class _Reader:
             raise self.wrong(at, f'"{shorten(data)}" has no named fields.')
         for name in data:
             if known is not None and name not in known:
-                raise self.wrong((*at, str(name)), f"is not known here.{did_you_mean(str(name), known)}")
+                raise self.wrong((*at, str(name)), f"is not a field here.{did_you_mean(str(name), known)}")
         return {str(name): value for name, value in data.items()}
 
     def options(self, data: Any) -> Options:
@@ -100,7 +100,7 @@ class _Reader:
         if header == "none":
             given["header"] = header = 0
         if header is not None and (isinstance(header, bool) or not isinstance(header, int) or header < 0):
-            raise self.wrong(("file", "header"), f'"{shorten(header)}" is no line. Write a number from 1, or none.')
+            raise self.wrong(("file", "header"), f'"{shorten(header)}" is not a line: write a number from 1, or none.')
         for name in ("encoding", "delimiter", "decimal", "table"):
             if name in given:
                 given[name] = str(given[name])
@@ -116,15 +116,15 @@ class _Reader:
         if ("rate" in given) == ("column" in given):
             raise self.wrong(("time",), "needs either a column or a rate, or the word none.")
         if given.get("repair", "refuse") not in ("refuse", "drop"):
-            raise self.wrong(("time", "repair"), f'"{shorten(given["repair"])}" is not known here: refuse or drop.')
+            raise self.wrong(("time", "repair"), f'"{shorten(given["repair"])}" must be refuse or drop.')
         rate = None
         if "rate" in given:
             rate, unit = self.value(("time", "rate"), given["rate"])
             if unit not in ("Hz", "s-1") or not rate > 0:
-                raise self.wrong(("time", "rate"), f'"{shorten(given["rate"])}" is no rate, as in "1000 Hz".')
+                raise self.wrong(("time", "rate"), f'"{shorten(given["rate"])}" is not a rate, as in "1000 Hz".')
         unit = self.unit(("time", "unit"), given.get("unit"))
         if unit is not None and unit_to_si(unit)[1] != "s":
-            raise self.wrong(("time", "unit"), f'"{shorten(unit)}" is no unit of time, as in "ms".')
+            raise self.wrong(("time", "unit"), f'"{shorten(unit)}" is not a unit of time, as in "ms".')
         return Time(self.column(("time",), given.get("column")), unit, rate, given.get("repair", "refuse"))
 
     def entry(self, name: str, data: Any) -> SheetEntry:
@@ -134,7 +134,7 @@ class _Reader:
         given = self.group(at, data, ("column", "unit", "sign", "zero", "gain", "range", "about"))
         sign = given.get("sign", 1)
         if sign not in (1, -1) or isinstance(sign, bool):
-            raise self.wrong((*at, "sign"), f'"{shorten(sign)}" is no sign: 1 or -1.')
+            raise self.wrong((*at, "sign"), f'"{shorten(sign)}" must be 1 or -1.')
         unit = self.unit((*at, "unit"), given.get("unit"))
         zero = self.of_reading((*at, "zero"), given["zero"], unit) if "zero" in given else 0.0
         limits = None
@@ -151,7 +151,7 @@ class _Reader:
             number, _ = self.value((*at, "gain"), given["gain"])
             gain = (number, str(given["gain"]).partition(" ")[2].strip())
             if number == 0:
-                raise self.wrong((*at, "gain"), "is 0: nothing would be left of the reading.")
+                raise self.wrong((*at, "gain"), "is 0; it must differ from 0.")
             if unit is None and gain[1]:
                 raise self.wrong((*at, "gain"), "needs the unit of the reading beside it, as in unit: V.")
         return SheetEntry(
@@ -160,7 +160,7 @@ class _Reader:
 
     def column(self, at: Key, value: Any) -> int | str | None:
         if isinstance(value, bool) or (isinstance(value, int) and value < 1):
-            raise self.wrong((*at, "column"), f'"{shorten(value)}" is no column. Write its place from 1, or its name.')
+            raise self.wrong((*at, "column"), f'"{shorten(value)}" is not a column: write a number from 1 or a name')
         return value if value is None or isinstance(value, int) else str(value)
 
     def unit(self, at: Key, value: Any) -> str | None:
@@ -179,13 +179,13 @@ class _Reader:
             raise self.wrong(at, str(error)) from None
 
     def of_reading(self, at: Key, value: Any, unit: str | None) -> float:
-        """A value in the unit of the reading; a bare number counts in that unit."""
+        """A value in the unit of the reading; a bare number has that unit."""
         number, si = self.value(at, value)
-        factor, wanted = unit_to_si(unit or "")
-        if si == "" and wanted:
+        factor, expected = unit_to_si(unit or "")
+        if si == "" and expected:
             return number * factor
-        if si != wanted:
-            raise self.wrong(at, f'"{shorten(value)}" is not of the kind of the reading, which is in {unit or "1"}.')
+        if si != expected:
+            raise self.wrong(at, f'"{shorten(value)}" has not the dimension of the reading, {unit or "1"}.')
         return number
 
 

@@ -1,4 +1,4 @@
-"""Columns that grow piece by piece: in memory while they are small, else in a netCDF file that is read when needed."""
+"""Columns that grow piece by piece: in memory while small, else in a netCDF file that is read on demand."""
 
 import tempfile
 from pathlib import Path
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _LIMIT = 100_000_000  # bytes in memory
-_folders: list[tempfile.TemporaryDirectory[str]] = []  # of this process, removed when it ends
+_folders: list[tempfile.TemporaryDirectory[str]] = []  # removed when this process ends
 
 
 class Store:
@@ -32,14 +32,14 @@ class Store:
             self.file.close()
 
     def add(self, along: np.ndarray, values: list[np.ndarray]) -> None:
-        """Take the next rows."""
+        """Append rows."""
         self.pieces.append([along, *values])
         self.bytes += along.nbytes * (1 + len(values))
         if self.bytes > _LIMIT:
             self._flush()
 
     def _flush(self) -> None:
-        """Move what is in memory to the file."""
+        """Move the rows in memory to the file."""
         import h5netcdf
 
         if self.file is None:
@@ -57,7 +57,7 @@ class Store:
         self.pieces, self.bytes = [], 0
 
     def dataset(self) -> "xr.Dataset":
-        """All rows; those in a file are read when they are used."""
+        """All rows; those in a file are read when used."""
         import xarray as xr
 
         if self.file is None:
@@ -67,7 +67,7 @@ class Store:
         self._flush()
         self.file.close()
         self.file = None
-        # an index of the times would hold them all in memory
+        # an index would keep all times in memory
         return xr.open_dataset(
             self.path, engine="h5netcdf", decode_times=False, cache=False, create_default_indexes=False
         )

@@ -1,4 +1,4 @@
-"""What a robot does at one instant, load by load: forces, powers, energies, reactions, and whether they balance."""
+"""Diagnosis of a robot at one time, load by load: forces, powers, energies and reactions."""
 
 from typing import NamedTuple
 
@@ -18,9 +18,9 @@ ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE = "added_mass", "shape_change", "viscou
 
 
 class Diagnosis(NamedTuple):
-    """Forces and powers at one instant; loads of one name on one part are summed."""
+    """Forces and powers at one time; loads with one name on one part are summed."""
 
-    displacement: Float[Array, "nv"]  # of the unknown coordinates, turns as rotation vectors [rad, m]
+    displacement: Float[Array, "nv"]  # of the unknown coordinates, rotations as rotation vectors [rad, m]
     a: Float[Array, "nv"]
     position: Float[Array, "n 3"]  # stations, world frame [m]
     rotation: Float[Array, "n 3 3"]
@@ -28,19 +28,20 @@ class Diagnosis(NamedTuple):
     load_force: Float[Array, "loads parts 3"]  # world frame [N]
     load_power: Float[Array, "loads parts"]  # [W], positive into the robot
     line_force: Float[Array, "loads n 3"]  # station frame [N/m], NaN where a station is no strip
+    missing: Float[Array, "nv"]  # force along the unknown coordinates that balances the rest [N m, N]; 0 in free motion
     reaction: Float[Array, "prescribed"]  # what the drives of prescribed joints give [N m, N]
     reaction_power: Float[Array, "prescribed"]  # [W]
     drive_velocity: Float[Array, "prescribed"]  # of prescribed joints [rad/s, m/s]
     momentum: Float[Array, "3"]  # of the body's own matter, world frame [kg m/s]
     angular_momentum: Float[Array, "3"]  # the same about the world's origin [kg m2/s]
-    energy: Float[Array, "3"]  # kinetic of the body, kinetic of the water it carries, elastic [J]
+    energy: Float[Array, "3"]  # kinetic of the body, kinetic of the added mass, elastic [J]
     part_energy: Float[Array, "parts 3"]  # the same of each part
     energy_rate: Float[Array, ""]  # d/dt of their sum [W]
     bending: Bending
 
 
 def load_names(robot: Robot) -> tuple[str, ...]:
-    """Names of all loads and pairs, in order, then of what the mechanism itself adds."""
+    """Names of all loads and pairs, in order, then of the forces of the mechanism itself."""
     own = dict.fromkeys(a.name for a in robot.loads if not (isinstance(a.load, Load) and a.load.inertial))
     own |= dict.fromkeys(pair.name for pair in robot.pairs)
     reshaped = any(isinstance(a.load, Load) and a.load.reshapes for a in robot.loads)
@@ -48,7 +49,7 @@ def load_names(robot: Robot) -> tuple[str, ...]:
 
 
 def driving(robot: Robot) -> Bool[np.ndarray, "loads parts"]:
-    """Which load powers are those of drives: of driven joints, and of what acts inside rods."""
+    """Mask of the load powers of drives: driven joints, and actuators inside rods."""
     names = load_names(robot)
     out = np.zeros((len(names), len(robot.tree.parts)), bool)
     out[names.index(DRIVE)] = True
@@ -59,7 +60,7 @@ def driving(robot: Robot) -> Bool[np.ndarray, "loads parts"]:
 
 
 def energies(robot: Robot, t: Array, x: State) -> Float[Array, "parts 3"]:
-    """Kinetic energy of each part, of the water it carries (relative to the current), elastic energy of rods [J]."""
+    """Kinetic energy of each part, of its added mass (relative to the current), elastic energy of rods [J]."""
     tree = robot.tree
     q, v, _ = tree.complete(t, x.q, x.v)
     shape = tree.shape(q)
@@ -77,10 +78,15 @@ def energies(robot: Robot, t: Array, x: State) -> Float[Array, "parts 3"]:
     return jnp.stack(found)
 
 
-def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
-    """Forces, powers and energies of the motion through x at time t."""
+def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] | None = None) -> Diagnosis:
+    """Forces, powers and energies of the motion through x at time t.
+
+    Accelerations of the unknown coordinates are those of the equations of motion, or a; `missing` is then what must act
+    along the coordinates besides.
+    """
     tree, names = robot.tree, load_names(robot)
     rate = robot.rates(t, x)
+    rate = rate if a is None else State(rate.q, a, rate.z)
     acting = robot.forces(t, x, rate.v)
     shape, twist = acting.shape, acting.twist
     n, parts = shape.position.shape[0], len(tree.parts)
@@ -108,11 +114,11 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
         return jax.vmap(lambda y: jax.ops.segment_sum(y, belongs, parts))(x)
 
     power = jnp.sum(wrench * twist, axis=-1)
-    # the carried water's kinetic energy counts as energy; only a current gives power through it
+    # the kinetic energy of the added mass is part of the energy; only a current gives power through it
     c = dot_t(shape.rotation, robot.water.flow(t, shape.position)[0])
     power = power.at[names.index(ADDED_MASS)].set(jnp.sum(acting.fluid[:, 3:] * c, axis=-1))
     if acting.reshaping is not None:
-        # of -dA/dt V the carried water's energy V A V / 2 takes one half, the other comes from what changes the shape
+        # half of the power of -dA/dt V goes into the added mass' energy V A V / 2, half comes from the shape change
         relative, _ = robot.relative(t, shape, twist, twist)
         given = jnp.sum(acting.reshaping[:, 3:] * c, axis=-1) + 0.5 * jnp.sum(acting.reshaping * relative, axis=-1)
         wrench = wrench.at[names.index(SHAPE_CHANGE)].set(acting.reshaping)
@@ -137,6 +143,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State) -> Diagnosis:
         load_force=by_part(world),
         load_power=power,
         line_force=line,
+        missing=acting.residual[tree.free_v],
         reaction=reaction,
         reaction_power=reaction * v[tree.prescribed_v],
         drive_velocity=v[tree.prescribed_v],

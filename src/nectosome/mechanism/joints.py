@@ -1,18 +1,19 @@
-r"""Joints: how a body moves relative to the one that carries it.
+r"""Joints: the motion of a body relative to its parent.
 
-Each gives the pose of the child in the parent's joint frame and the motion subspace S in the child's frame, where it
-does not change, so that the relative body twist is S v and its rate S dv/dt. Coordinates q and velocities v differ
-only where a rotation in space is a quaternion (scalar first, any length but zero).
+A joint gives the pose of the child in the parent's joint frame and the motion subspace S in the child's frame. S is
+constant there, so that the relative body twist is S v and its rate S dv/dt. Coordinates q and velocities v differ only
+for a rotation in space, a quaternion (scalar first, any non-zero length).
 """
 
 from abc import abstractmethod
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from nectosome.core.described import number, unit, vector
 from nectosome.core.se3 import (
     cross,
     dot,
@@ -25,6 +26,7 @@ from nectosome.core.se3 import (
     safe_norm,
     skew,
 )
+from nectosome.description import joints as dj
 
 
 class JointMotion(NamedTuple):
@@ -41,6 +43,12 @@ class Joint(eqx.Module):
     nq: ClassVar[int]
     nv: ClassVar[int]
     names: ClassVar[tuple[str, ...]]  # of the velocities
+    described_by: ClassVar[type]
+
+    @classmethod
+    @abstractmethod
+    def from_description(cls, described: Any) -> "Joint":
+        """The joint of a description."""
 
     @abstractmethod
     def motion(self, q: Float[Array, "nq"]) -> JointMotion:
@@ -51,16 +59,20 @@ class Joint(eqx.Module):
         return q + step * v
 
     def displacement(self, q: Float[Array, "nq"]) -> Float[Array, "nv"]:
-        """What a spring feels: the coordinates, or the rotation vector [rad]."""
+        """Displacement for springs: the coordinates, or the rotation vector [rad]."""
         return q
 
+    def coordinates(self, displacement: Float[Array, "nv"]) -> Float[Array, "nq"]:
+        """Coordinates of a displacement."""
+        return displacement
+
     def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
-        """Coordinates, velocities and accelerations of a joint that is made to follow u [nv], by default itself."""
+        """Coordinates, velocities and accelerations of a joint with the prescribed motion u [nv]."""
         return u, du, ddu
 
     @abstractmethod
     def start(self) -> tuple[Float[Array, "nq"], Float[Array, "nv"]]:
-        """Coordinates and velocities to start from."""
+        """Initial coordinates and velocities."""
 
 
 class Fixed(Joint):
@@ -68,52 +80,62 @@ class Fixed(Joint):
 
     nq = nv = 0
     names = ()
+    described_by = dj.FixedJoint
+
+    @classmethod
+    def from_description(cls, described: dj.FixedJoint) -> "Fixed":
+        """Nothing of a description."""
+        return cls()
 
     def motion(self, q: Float[Array, "0"]) -> JointMotion:
         """Identity."""
         return JointMotion(jnp.eye(3), jnp.zeros(3), jnp.zeros((0, 6)))
 
     def start(self) -> tuple[Float[Array, "0"], Float[Array, "0"]]:
-        """Nothing to start."""
+        """Empty."""
         return jnp.zeros(0), jnp.zeros(0)
 
 
-class Revolute(Joint):
-    """Rotation by q [rad] about the unit vector `axis`."""
+class AxialJoint(Joint):
+    """A joint with one coordinate, along or about the unit vector `axis`."""
 
     axis: Float[Array, "3"]
-    position: Float[Array, "1"]  # at the start [rad]
-    velocity: Float[Array, "1"]  # at the start [rad/s]
+    position: Float[Array, "1"]  # at the start [rad or m]
+    velocity: Float[Array, "1"]  # at the start [rad/s or m/s]
     nq = nv = 1
+
+    @classmethod
+    def from_description(cls, described: Any) -> "AxialJoint":
+        """The joint of a description, by its axis and its start."""
+        return cls(unit(described.axis), number(described.position)[None], number(described.velocity)[None])
+
+    def start(self) -> tuple[Float[Array, "1"], Float[Array, "1"]]:
+        """Start coordinate and speed."""
+        return self.position, self.velocity
+
+
+class Revolute(AxialJoint):
+    """Rotation by q [rad] about the unit vector `axis`."""
+
     names = ("angle",)
+    described_by = dj.RevoluteJoint
 
     def motion(self, q: Float[Array, "1"]) -> JointMotion:
         """R = exp(q [axis]), S = (axis, 0)."""
         S = jnp.concatenate([self.axis, jnp.zeros(3)])[None]
         return JointMotion(exp_so3(self.axis * q), jnp.zeros(3), S)
 
-    def start(self) -> tuple[Float[Array, "1"], Float[Array, "1"]]:
-        """Start angle and speed."""
-        return self.position, self.velocity
 
-
-class Prismatic(Joint):
+class Prismatic(AxialJoint):
     """Translation by q [m] along the unit vector `axis`."""
 
-    axis: Float[Array, "3"]
-    position: Float[Array, "1"]  # at the start [m]
-    velocity: Float[Array, "1"]  # at the start [m/s]
-    nq = nv = 1
     names = ("position",)
+    described_by = dj.PrismaticJoint
 
     def motion(self, q: Float[Array, "1"]) -> JointMotion:
         """p = q axis, S = (0, axis)."""
         S = jnp.concatenate([jnp.zeros(3), self.axis])[None]
         return JointMotion(jnp.eye(3), self.axis * q, S)
-
-    def start(self) -> tuple[Float[Array, "1"], Float[Array, "1"]]:
-        """Start position and speed."""
-        return self.position, self.velocity
 
 
 class Planar(Joint):
@@ -127,6 +149,15 @@ class Planar(Joint):
     velocity: Float[Array, "3"]
     nq = nv = 3
     names = ("x", "y", "angle")
+    described_by = dj.PlanarJoint
+
+    @classmethod
+    def from_description(cls, described: dj.PlanarJoint) -> "Planar":
+        """The joint of a description, whose start is in the parent's axes."""
+        frame, start = plane_frame(unit(described.axis)), described.start
+        position = dot_t(frame, vector(start.position)).at[2].set(number(start.angle))
+        velocity = dot_t(frame, vector(start.velocity)).at[2].set(number(start.angular_speed))
+        return cls(frame, position, velocity)
 
     def motion(self, q: Float[Array, "3"]) -> JointMotion:
         """R = exp(angle [axis]), S = ((0, e1), (0, e2), (axis, 0))."""
@@ -136,7 +167,7 @@ class Planar(Joint):
         return JointMotion(exp_so3(n * q[2]), e1 * q[0] + e2 * q[1], S)
 
     def advance(self, q: Float[Array, "3"], v: Float[Array, "3"], step: Float[Array, ""]) -> Float[Array, "3"]:
-        """Implicit step of d(angle)/dt = v3, d(e1, e2)/dt = turned by the angle (v1, v2)."""
+        """Implicit step of d(angle)/dt = v3, d(e1, e2)/dt = R(angle) (v1, v2)."""
         angle = q[2] + step * v[2]
         return jnp.append(q[:2] + step * dot(_turn(angle), v[:2]), angle)
 
@@ -174,7 +205,13 @@ def _rotation_vector(quaternion: Array) -> Array:
     return quaternion[1:] * jnp.where(n > 0, angle / jnp.where(n > 0, n, 1.0), 2 / quaternion[0])
 
 
-def _turning(angles: Array, rates: Array, seconds: Array) -> tuple[Array, Array]:
+def _quaternion(vector: Array) -> Array:
+    """Quaternion (cos(a/2), sin(a/2) n) of a rotation vector a n [rad]."""
+    half = 0.5 * safe_norm(vector)
+    return jnp.concatenate([jnp.cos(half)[None], 0.5 * vector * jnp.sinc(half / jnp.pi)])
+
+
+def _angular_rates(angles: Array, rates: Array, seconds: Array) -> tuple[Array, Array]:
     """Body angular velocity and its rate from roll, pitch, yaw and their derivatives."""
 
     def velocity(angles: Array, rates: Array) -> Array:
@@ -192,6 +229,12 @@ class Spherical(Joint):
     angular_velocity: Float[Array, "3"]  # at the start [rad/s]
     nq, nv = 4, 3
     names = ("wx", "wy", "wz")
+    described_by = dj.SphericalJoint
+
+    @classmethod
+    def from_description(cls, described: dj.SphericalJoint) -> "Spherical":
+        """The joint of a description, by its start."""
+        return cls(vector(described.start.orientation), vector(described.start.angular_velocity))
 
     def motion(self, q: Float[Array, "4"]) -> JointMotion:
         """S = (I, 0)."""
@@ -205,9 +248,13 @@ class Spherical(Joint):
         """Rotation vector [rad]."""
         return _rotation_vector(q)
 
+    def coordinates(self, displacement: Float[Array, "3"]) -> Float[Array, "4"]:
+        """Quaternion of a rotation vector."""
+        return _quaternion(displacement)
+
     def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
         """From roll, pitch, yaw [rad]."""
-        return quaternion_from_rpy(u), *_turning(u, du, ddu)
+        return quaternion_from_rpy(u), *_angular_rates(u, du, ddu)
 
     def start(self) -> tuple[Float[Array, "4"], Float[Array, "3"]]:
         """Start orientation and angular velocity."""
@@ -223,6 +270,13 @@ class Free(Joint):
     velocity: Float[Array, "3"]  # at the start, child frame [m/s]
     nq, nv = 7, 6
     names = ("wx", "wy", "wz", "vx", "vy", "vz")
+    described_by = dj.FreeJoint
+
+    @classmethod
+    def from_description(cls, described: dj.FreeJoint) -> "Free":
+        """The joint of a description, by its start."""
+        start = described.start
+        return cls(*map(vector, (start.position, start.orientation, start.angular_velocity, start.velocity)))
 
     def motion(self, q: Float[Array, "7"]) -> JointMotion:
         """S = I."""
@@ -237,9 +291,13 @@ class Free(Joint):
         """Rotation vector [rad] and position [m]."""
         return jnp.concatenate([_rotation_vector(q[3:]), q[:3]])
 
+    def coordinates(self, displacement: Float[Array, "6"]) -> Float[Array, "7"]:
+        """Position and quaternion."""
+        return jnp.concatenate([displacement[3:], _quaternion(displacement[:3])])
+
     def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
         """From x, y, z [m] and roll, pitch, yaw [rad] in the parent's frame."""
-        w, dw = _turning(u[3:], du[3:], ddu[3:])
+        w, dw = _angular_rates(u[3:], du[3:], ddu[3:])
         R = rotation_from_rpy(u[3:])
         v = dot_t(R, du[:3])
         q = jnp.concatenate([u[:3], quaternion_from_rpy(u[3:])])

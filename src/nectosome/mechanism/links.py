@@ -1,4 +1,4 @@
-"""Rigid links: mass and inertia from shape or given, and the strips along their axis that loads act on."""
+"""Rigid links: mass and inertia (from the shape or given), and the strips along their axis for loads."""
 
 from typing import ClassVar
 
@@ -18,20 +18,20 @@ class Link(eqx.Module):
     The part's frame is at the root, local +x along the (possibly bent) axis.
     """
 
-    rotation: Float[Array, "n 3 3"]  # of the stations in the part's frame
+    rotation: Float[Array, "n 3 3"]  # of the stations in the part frame
     position: Float[Array, "n 3"]  # [m]
-    weight: Float[Array, "n"]  # length a station stands for [m]; 0 for the centre
-    x: Float[Array, "n"]  # place along the axis [m]
+    weight: Float[Array, "n"]  # length of the station's strip [m]; 0 for the centre
+    x: Float[Array, "n"]  # position along the axis [m]
     half_width: Float[Array, "n 2"]
     volume: Float[Array, "n"]  # displaced [m3]
-    inertia: Float[Array, "n 6 6"]  # all of it at the centre
+    inertia: Float[Array, "n 6 6"]  # concentrated at the centre
     tip_rotation: Float[Array, "3 3"]
     tip_position: Float[Array, "3"]
-    nq: ClassVar[int] = 0  # coordinates of its own
+    nq: ClassVar[int] = 0  # number of own coordinates
 
 
 def spatial_inertia(mass: Array, about_com: Array, com: Array) -> Array:
-    r"""Inertia [..., 6, 6] about a frame whose origin sees the centre of mass at `com`, axes parallel.
+    r"""Inertia [..., 6, 6] about a frame with parallel axes, in which the centre of mass is at `com`.
 
     $$ \begin{bmatrix} I - m [c]^2 & m [c] \\ -m [c] & m 1 \end{bmatrix} $$
     """

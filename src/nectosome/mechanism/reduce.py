@@ -1,4 +1,4 @@
-"""The smallest equations that say all of a robot's motion."""
+"""Reduction of a robot to planar equations, if its motion is planar."""
 
 from typing import Any
 
@@ -13,51 +13,51 @@ from nectosome.core.se3 import compose, dot, matmul3
 from .joints import Fixed, Joint, Planar, Prismatic, Revolute, plane_frame
 from .links import Link
 from .plane import InPlane, acting_on
-from .plane_links import Alike, PlaneBody, about_root
+from .plane_links import LinkBatch, PlaneBody, about_root
 from .robot import Robot
 
-_STRAIGHT = 1e-12  # how far an axis may lean
+_STRAIGHT = 1e-12  # largest deviation of an axis from the normal or from the plane
 
 
 def reduced(system: Mechanical) -> Mechanical:
-    """A robot that moves in a plane as `InPlane`, anything else as it is; states are the same."""
+    """`InPlane` for a robot that moves in a plane, any other system unchanged; states are the same."""
     return remembered(in_plane, system) if isinstance(system, Robot) and moves_in_plane(system) else system
 
 
 def moves_in_plane(robot: Robot) -> bool:
-    """Whether nothing of a robot can leave a plane: all joints turn about its normal or slide in it, nothing flows.
+    """Whether a robot can only move in a plane: all joints rotate about its normal or slide in it, without a current.
 
-    Pairs of parts are left to the robot's own equations.
+    Robots with pair loads use the full equations.
     """
     links = all(isinstance(part.body, Link) for part in robot.tree.parts)
     joints = all(isinstance(part.joint, Fixed | Revolute | Prismatic | Planar) for part in robot.tree.parts)
     if not (links and joints and robot.water.current is None and not robot.pairs):
         return False
-    return float(remembered(_lean, robot)) < _STRAIGHT
+    return float(remembered(_deviation, robot)) < _STRAIGHT
 
 
 def in_plane(robot: Robot) -> InPlane:
-    """The robot's equations in the plane; `moves_in_plane` says whether that is all of its motion."""
+    """Planar equations of a robot for which `moves_in_plane` is true."""
     plane = _plane(robot)
-    lying = _lying(robot, plane.T)
-    carriers = _carriers(robot)
+    at_zero = _zero_poses(robot, plane.T)
+    carriers = _rigid_groups(robot)
     order = {k: i for i, k in enumerate(dict.fromkeys(carriers))}
     inertias: dict[int, list[Array]] = {k: [] for k in order}
-    wetted: dict[tuple[int, int], Alike] = {}
+    wetted: dict[tuple[int, int], LinkBatch] = {}
     for k, (carrier, place) in enumerate(zip(carriers, robot.tree.layout, strict=True)):
-        link, R, p = lying[k]
-        rotation, position = matmul3(R, link.rotation), dot(R, link.position) + p - lying[carrier][2]
+        link, R, p = at_zero[k]
+        rotation, position = matmul3(R, link.rotation), dot(R, link.position) + p - at_zero[carrier][2]
         inertia = robot.inertia[place.stations] + robot.added[place.stations]
         inertias[carrier].append(about_root(inertia, rotation, position))
         if acting := acting_on(robot, k):
             own = robot.inertia[place.stations]
-            height = position.at[:, 2].add(lying[carrier][2][2])
-            wetted[k, order[carrier]] = Alike(link, tuple(acting.values()), plane, rotation, height, own)
+            height = position.at[:, 2].add(at_zero[carrier][2][2])
+            wetted[k, order[carrier]] = LinkBatch(link, tuple(acting.values()), plane, rotation, height, own)
     bodies = []
     for k in order:
-        part, (_, R, p) = robot.tree.parts[k], lying[k]
+        part, (_, R, p) = robot.tree.parts[k], at_zero[k]
         parent = carriers[part.parent] if part.parent >= 0 else -1
-        root = lying[parent][2] if parent >= 0 else jnp.zeros(3)
+        root = at_zero[parent][2] if parent >= 0 else jnp.zeros(3)
         slides = tuple(tuple(R[:2] @ axis) for axis in _slides(part.joint))
         turns = tuple(R[2] @ axis for axis in _turns(part.joint))
         bodies.append(
@@ -65,47 +65,47 @@ def in_plane(robot: Robot) -> InPlane:
                 k, order.get(parent, -1), tuple((p - root)[:2]), slides, turns, tuple(sum(inertias[k], jnp.zeros(6)))
             )
         )
-    groups = _alike(wetted)
+    groups = _batches(wetted)
     stacked = tuple(jax.tree.map(lambda *x: jnp.stack(x), *group.values()) for group in groups)
     return InPlane(robot, tuple(bodies), stacked, tuple(tuple(group) for group in groups))
 
 
-def _carriers(robot: Robot) -> list[int]:
-    """The part that each part moves with: itself, or what it is fixed to."""
+def _rigid_groups(robot: Robot) -> list[int]:
+    """Index of the part to which each part is rigidly fixed, or its own."""
     out: list[int] = []
     for k, part in enumerate(robot.tree.parts):
         out.append(out[part.parent] if part.parent >= 0 and isinstance(part.joint, Fixed) else k)
     return out
 
 
-def _alike(wetted: dict[tuple[int, int], Alike]) -> list[dict[tuple[int, int], Alike]]:
-    """Links of one structure together."""
-    groups: dict[Any, dict[tuple[int, int], Alike]] = {}
+def _batches(wetted: dict[tuple[int, int], LinkBatch]) -> list[dict[tuple[int, int], LinkBatch]]:
+    """Group links of one structure."""
+    groups: dict[Any, dict[tuple[int, int], LinkBatch]] = {}
     for k, one in wetted.items():
         numbers, structure = jax.tree.flatten(one)
         groups.setdefault((structure, tuple(x.shape for x in numbers)), {})[k] = one
     return list(groups.values())
 
 
-def _lean(robot: Robot) -> Array:
-    """How far the axis that leans most is from the normal, or from the plane."""
-    leans = [jnp.zeros(())]
-    for part, (_, R, _) in zip(robot.tree.parts, _lying(robot, _plane(robot).T), strict=True):
-        leans += [jnp.abs(R[2] @ axis) for axis in _slides(part.joint)]
-        leans += [jnp.max(jnp.abs((R @ axis)[:2])) for axis in _turns(part.joint)]
-    return jnp.max(jnp.stack(leans))
+def _deviation(robot: Robot) -> Array:
+    """Largest deviation of a joint axis from the normal, or from the plane."""
+    deviations = [jnp.zeros(())]
+    for part, (_, R, _) in zip(robot.tree.parts, _zero_poses(robot, _plane(robot).T), strict=True):
+        deviations += [jnp.abs(R[2] @ axis) for axis in _slides(part.joint)]
+        deviations += [jnp.max(jnp.abs((R @ axis)[:2])) for axis in _turns(part.joint)]
+    return jnp.max(jnp.stack(deviations))
 
 
 def _plane(robot: Robot) -> Float[Array, "3 3"]:
-    """Axes of the plane in the world, as columns; the last is its normal: what the first hinge turns about, else z."""
-    for part, (_, R, _) in zip(robot.tree.parts, _lying(robot, jnp.eye(3)), strict=True):
+    """Axes of the plane in the world, as columns; the last is its normal: the axis of the first hinge, else z."""
+    for part, (_, R, _) in zip(robot.tree.parts, _zero_poses(robot, jnp.eye(3)), strict=True):
         for axis in _turns(part.joint):
             return plane_frame(dot(R, axis))
     return jnp.eye(3)
 
 
-def _lying(robot: Robot, turn: Float[Array, "3 3"]) -> list[tuple[Link, Array, Array]]:
-    """All links, and the poses of their frames where all joints are at 0, in a world that is turned."""
+def _zero_poses(robot: Robot, turn: Float[Array, "3 3"]) -> list[tuple[Link, Array, Array]]:
+    """All links and the poses of their frames at zero joint coordinates, in a world rotated by `turn`."""
     out: list[tuple[Link, Array, Array]] = []
     for part in robot.tree.parts:
         before = turn, jnp.zeros(3)

@@ -1,12 +1,12 @@
-r"""A robot: a tree of parts, the loads on them and between them, and the water; its equations of motion.
+r"""Robot: a tree of parts, loads on parts and between them, and water; its equations of motion.
 
 With the body twists $V = J v$ of all stations, the equations are
 
 $$ \sum J^T \left( \mathcal M (J \dot v + \dot J v) - ad^T_V \mathcal M V - w \right) + K q + D v - \tau = 0 $$
 
-where $\mathcal M$ holds the body's own inertia and the added mass (the latter with the velocity relative to the water)
-and w the wrenches of the loads (Boyer et al. 2021, eq. 44; Armanini et al. 2022). Where a load changes the shape of a
-body, the water's momentum A V changes with its added mass A too, which gives the wrench $-\dot A V$.
+where $\mathcal M$ is the body's own inertia and the added mass (the latter with the velocity relative to the water) and
+w the wrenches of the loads (Boyer et al. 2021, eq. 44; Armanini et al. 2022). If a load changes the shape of a body,
+the momentum A V of the water also changes with its added mass A, which gives the wrench $-\dot A V$.
 """
 
 from dataclasses import replace
@@ -18,7 +18,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import JointLoad, Load, Mechanical, PairLoad, RodLoad, State, Strips, Water
-from nectosome.core.linear import inverse
+from nectosome.core.linear_algebra import inverse
 from nectosome.core.se3 import coadjoint, cross, dot_t
 from nectosome.core.untraced import Untraced
 from nectosome.description import RobotDescription
@@ -28,7 +28,7 @@ from .tree import PartShape, Tree
 
 
 class Attached(eqx.Module):
-    """A load and the part whose stations, or whose joint, it acts on."""
+    """A load and the part on whose stations or joint it acts."""
 
     name: str = eqx.field(static=True)
     part: int = eqx.field(static=True)
@@ -36,7 +36,7 @@ class Attached(eqx.Module):
 
 
 class Paired(eqx.Module):
-    """What acts between two parts."""
+    """A load between two parts."""
 
     name: str = eqx.field(static=True)
     parts: tuple[int, int] = eqx.field(static=True)
@@ -44,34 +44,34 @@ class Paired(eqx.Module):
 
 
 class Forces(NamedTuple):
-    """All that acts at one instant; sums to the residual."""
+    """All forces at one time; their sum is the residual."""
 
     shape: PartShape
     twist: Float[Array, "n 6"]  # of the stations, body frame
     wrenches: tuple[Array | None, ...]  # of each load on its part's stations, station frame
-    inner_forces: tuple[Array | None, ...]  # of each load along its part's velocities: its joint's or its strains'
+    inner_forces: tuple[Array | None, ...]  # of each load along the velocities of its part's joint or strains
     pair_wrenches: tuple[tuple[Array, Array], ...]  # of each pair on the stations of its two parts, station frame
     joint: Float[Array, "nv"]  # sum of those on joints
     active: Float[Array, "nv"]  # sum of those inside rods
     paired: Float[Array, "nv"]  # sum of those of pairs
-    added: Float[Array, "n 6 6"]  # added mass as it is now
-    fluid: Float[Array, "n 6"]  # inertia force of the added mass, the wrench the water gives, station frame
-    reshaping: Float[Array, "n 6"] | None  # the wrench it gives as the added mass changes; None where it never does
+    added: Float[Array, "n 6 6"]  # current added mass
+    fluid: Float[Array, "n 6"]  # inertia force of the added mass, station frame
+    reshaping: Float[Array, "n 6"] | None  # wrench of the changing added mass; None if it is constant
     inertia: Float[Array, "n 6"]  # rate of momentum of the body's own matter
     elastic: Float[Array, "nv"]  # K q of the rods
     viscous: Float[Array, "nv"]  # D v of the rods
     drive: Float[Array, "nv"]  # of driven joints
-    residual: Float[Array, "nv"]  # what is missing: zero at free coordinates, the reaction at prescribed ones
+    residual: Float[Array, "nv"]  # zero at free coordinates, the reaction at prescribed ones
 
 
 class Robot(Mechanical):
-    """A tree of parts in water. `make_robot` fills what depends on the design only."""
+    """A tree of parts in water. `make_robot` computes the data that depend on the design only."""
 
     tree: Tree
     loads: tuple[Attached, ...]
     water: Water
     inertia: Float[Array, "n 6 6"]  # of the body's own matter, at each station
-    added: Float[Array, "n 6 6"]  # added mass, but for what loads change (see `carried`)
+    added: Float[Array, "n 6 6"]  # constant added mass (variable part: see `carried`)
     pairs: tuple[Paired, ...] = ()
     made_from: Untraced = Untraced()
 
@@ -103,7 +103,7 @@ class Robot(Mechanical):
         return tuple(names[i] for i in self.tree.prescribed_v)
 
     def initial(self) -> State:
-        """Joints where they start, rods unstressed and at rest."""
+        """Joints at their start values, rods unstressed and at rest."""
         q, v = self.tree.start()
         return State(q, v, tuple(a.load.initial() if isinstance(a.load, Load) else () for a in self.loads))
 
@@ -112,19 +112,30 @@ class Robot(Mechanical):
         return self.tree.advance(q, v, step)
 
     def displacements(self, q: Float[Array, "nq"]) -> Float[Array, "nv"]:
-        """What the unknown coordinates q are displaced by, velocity by velocity; turns as rotation vectors [rad]."""
+        """Displacements of the unknown coordinates q, one per velocity; rotations as rotation vectors [rad]."""
         out, i = [jnp.zeros(0)], 0
         for part in self.tree.parts:
             if part.prescribed is None and part.joint.nv:
                 out.append(part.joint.displacement(q[i : i + part.joint.nq]))
                 i += part.joint.nq
-            n = part.left.size
+            n = part.free_strains.size
             out.append(q[i : i + n])
             i += n
         return jnp.concatenate(out)
 
+    def coordinates(self, displacements: Float[Array, "nv"]) -> Float[Array, "nq"]:
+        """Unknown coordinates q of `displacements`."""
+        out, i = [jnp.zeros(0)], 0
+        for part in self.tree.parts:
+            if part.prescribed is None and part.joint.nv:
+                out.append(part.joint.coordinates(displacements[i : i + part.joint.nv]))
+                i += part.joint.nv
+            out.append(displacements[i : i + part.free_strains.size])
+            i += part.free_strains.size
+        return jnp.concatenate(out)
+
     def strips(self, part: int, t: Array, shape: PartShape, twist: Array) -> Strips:
-        """Stations of one part as a load sees them."""
+        """Stations of one part for a load, with velocities relative to the water."""
         strips = self.in_world(part, shape, twist)
         if self.water.current is None:
             return strips
@@ -132,7 +143,7 @@ class Robot(Mechanical):
         return eqx.tree_at(lambda s: s.velocity, strips, strips.velocity - c)
 
     def in_world(self, part: int, shape: PartShape, twist: Array) -> Strips:
-        """Stations of one part with their velocities in the world, as a pair sees them."""
+        """Stations of one part for a pair load, with velocities in the world."""
         here, body = self.tree.layout[part].stations, self.tree.parts[part].body
         return Strips(
             rotation=shape.rotation[here],
@@ -147,7 +158,7 @@ class Robot(Mechanical):
         )
 
     def forces(self, t: Array, x: State, a: Float[Array, "nv"], u: Array | None = None) -> Forces:
-        """Everything that acts at time t with accelerations a of the unknown coordinates.
+        """All forces at time t with accelerations a of the unknown coordinates.
 
         u [n] adds to the generalised forces of all unknown coordinates.
         """
@@ -231,7 +242,7 @@ class Robot(Mechanical):
     def carried(
         self, t: Array, shape: PartShape, twist: Array, z: Any
     ) -> tuple[Float[Array, "n 6 6"], Float[Array, "n 6 6"] | None]:
-        """Added mass of all stations with load states z, and its rate; None where it never changes."""
+        """Added mass of all stations with load states z, and its rate; None if it is constant."""
         added, growth = self.added, None
         for attached, own in zip(self.loads, z, strict=True):
             if isinstance(attached.load, Load) and attached.load.reshapes:
@@ -243,7 +254,7 @@ class Robot(Mechanical):
         return added, growth
 
     def relative(self, t: Array, shape: PartShape, twist: Array, rate: Array) -> tuple[Array, Array]:
-        """Twist relative to the water and its rate in the station's frame, after Morison: the water brings Dc/Dt."""
+        """Twist relative to the water and its rate (with Dc/Dt, after Morison), station frame."""
         if self.water.current is None:
             return twist, rate
         c, dc = self.water.flow(t, shape.position)
@@ -300,12 +311,12 @@ class Robot(Mechanical):
 
 
 def times(matrix: Array, x: Array) -> Array:
-    """Product of small matrices with vectors as a broadcast sum."""
+    """Matrix-vector product of small matrices as a broadcast sum."""
     return jnp.sum(matrix * x[..., None, :], axis=-1)
 
 
 def make_robot(tree: Tree, loads: tuple[Attached, ...], water: Water, pairs: tuple[Paired, ...] = ()) -> Robot:
-    """Robot with the inertia of bodies and of the water they carry along gathered at its stations."""
+    """Robot with the inertia and the added mass of its bodies at its stations."""
     inertia = jnp.concatenate([part.body.inertia for part in tree.parts])
     bare = Robot(tree, loads, water, inertia, jnp.zeros_like(inertia))
     x = bare.initial()

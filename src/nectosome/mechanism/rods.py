@@ -22,7 +22,7 @@ STRAINS = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z
 
 
 class Grid(NamedTuple):
-    """Where a rod is sampled, as fractions of its length; static."""
+    """Nodes of a rod, as fractions of its length; static."""
 
     nodes: np.ndarray  # [n] 0, Gauss points and marks in order, 1
     weights: np.ndarray  # [n] Gauss weights that sum to 1; 0 at the ends and at marks
@@ -86,7 +86,7 @@ class SoftRod(eqx.Module):
 
     @property
     def x(self) -> Float[Array, "n"]:
-        """Place of the nodes along the rod [m]."""
+        """Position of the nodes along the rod [m]."""
         return self.length * jnp.asarray(self.nodes)
 
 
@@ -120,7 +120,7 @@ def rod_shape(rod: SoftRod, q: Float[Array, "nq"]) -> RodShape:
 
 
 def rod_added(rod: SoftRod, strains: Array, step: Array, v: Float[Array, "nq"]) -> Float[Array, "k 6"]:
-    r"""Twist that each interval adds, in the frame of its first node: $T(\Omega) \dot\Omega$; linear in v."""
+    r"""Twist increment of each interval, in the frame of its first node: $T(\Omega) \dot\Omega$; linear in v."""
     h = rod.widths[:, None]
     rate = _combine(rod.basis, v)
     turning = bracket(strains[0], rate[1]) - bracket(strains[1], rate[0])
@@ -142,7 +142,7 @@ def rod_added_rate(
 
 
 def bending(rod: SoftRod, q: Float[Array, "nq"]) -> Float[Array, "n 2"]:
-    r"""Strain that bending beyond the rest shape gives at the section's edges +r_y, +r_z of each node."""
+    r"""Bending strain relative to the rest shape at the section's edges +r_y, +r_z of each node."""
     curvature = [jnp.zeros(len(rod.nodes))] * 2
     for row, name in enumerate(("bending_y", "bending_z")):
         there = [i for i, own in enumerate(rod.names) if own.startswith(name)]
@@ -156,7 +156,7 @@ _MAGNUS = np.sqrt(3) / 12
 
 
 def _combine(basis: Float[Array, "2 k 6 nq"], q: Float[Array, "nq"]) -> Float[Array, "2 k 6"]:
-    """Sum of the basis with the coordinates q."""
+    """Linear combination of the basis with the coordinates q."""
     return basis @ q
 
 
@@ -172,9 +172,9 @@ def make_rod(
     points: int,
     marks: tuple[float, ...],
 ) -> SoftRod:
-    r"""Rod from its primary quantities.
+    r"""Build a rod from its primary quantities.
 
-    `sections` at the places that `section_places` names. Stiffness diag(G J_x, E J_y, E J_z, E A, k G A, k G A) with
+    `sections` are at `section_places`. Stiffness diag(G J_x, E J_y, E J_z, E A, k G A, k G A) with
     G = E / (2 (1 + nu)) and Cowper's shear factor k = 6 (1 + nu)/(7 + 6 nu); Kelvin-Voigt damping puts the viscosity
     eta [Pa s] for G and 3 eta for E (Armanini et al. 2022). `rest` holds Legendre coefficients of the stress-free
     curvatures [1/m] and strains [1].
@@ -236,5 +236,5 @@ def _stiffness_rule(orders: dict[str, int], points: int) -> tuple[np.ndarray, np
 
 
 def section_places(orders: dict[str, int], points: int, marks: tuple[float, ...]) -> np.ndarray:
-    """Fractions of the length at which `make_rod` wants the sections: the nodes, then the stiffness rule's points."""
+    """Fractions of the length for the sections of `make_rod`: the nodes, then the stiffness rule's points."""
     return np.concatenate([grid(points, marks).nodes, _stiffness_rule(orders, points)[0]])

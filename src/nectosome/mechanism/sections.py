@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 
 class Sections(eqx.Module):
-    """Sections at n places. y and z are the principal axes; all in SI units."""
+    """Sections at n positions. y and z are the principal axes; all in SI units."""
 
     half_width: Float[Array, "n 2"]  # along y, z [m]
     area: Float[Array, "n"]  # [m2]
@@ -16,7 +16,7 @@ class Sections(eqx.Module):
 
     @property
     def polar_moment(self) -> Float[Array, "n"]:
-        """J_y + J_z [m4], what resists spinning about x."""
+        """Polar second moment J_y + J_z [m4] about x."""
         return self.second_moment_y + self.second_moment_z
 
 

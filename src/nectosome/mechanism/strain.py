@@ -1,4 +1,4 @@
-"""Strain and stress of what bends: along rods, and in the flexible layers of hinges."""
+"""Bending strain and stress of rods, and of the flexible layers of hinges."""
 
 from typing import NamedTuple
 
@@ -12,19 +12,20 @@ from .rods import SoftRod, bending
 
 
 class Bending(NamedTuple):
-    """What bending does at the edges of sections; NaN where nothing bends."""
+    """Bending strain and stress at the edges of sections; NaN for rigid parts."""
 
     strain: Float[Array, "n 2"]  # of each station of a rod, at +r_y and at +r_z of its section
     stress: Float[Array, "n 2"]  # [Pa]
-    hinge_strain: Float[Array, "parts"]  # at the face of the flexible layer on which the part sits
+    hinge_strain: Float[Array, "parts"]  # at the face of the flexible layer of the part's hinge
     hinge_stress: Float[Array, "parts"]  # [Pa]
 
 
 def bending_of(robot: Robot, q: Float[Array, "nq"]) -> Bending:
-    r"""Bending at the coordinates q (all of them, prescribed ones included).
+    r"""Bending at all coordinates q, prescribed ones included.
 
-    Rods: $\epsilon = -\kappa_z r_y$ and $\kappa_y r_z$ with the curvatures beyond those at rest, $\sigma = E \epsilon$.
-    Hinges: the moment $k\theta$ of a layer of thickness h and second moment I gives $\sigma = k \theta h / 2I$.
+    Rods: $\epsilon = -\kappa_z r_y$ and $\kappa_y r_z$ with the curvatures relative to the rest shape, $\sigma = E
+    \epsilon$. Hinges: the moment $k\theta$ of a layer of thickness h and second moment I gives $\sigma = k \theta h /
+    2I$.
     """
     tree = robot.tree
     strains, stresses = [], []

@@ -1,4 +1,4 @@
-"""The tree of parts that joints connect: poses, twists and their rates of all stations."""
+"""The kinematic tree of parts: poses, twists and twist rates of all stations."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -18,39 +18,48 @@ from .rods import SoftRod, rod_added, rod_added_rate, rod_shape
 
 
 class TreePart(eqx.Module):
-    """A body, the joint it hangs on, and where that joint sits on the parent."""
+    """A body, its joint to the parent, and the position of that joint on the parent."""
 
     name: str = eqx.field(static=True)
     parent: int = eqx.field(static=True)  # index of an earlier part; -1: the world
     node: int = eqx.field(static=True)  # -1: the parent's tip; 0: its root; else a node of a parent rod
-    rotation: Float[Array, "3 3"]  # joint frame in the frame of that place
+    rotation: Float[Array, "3 3"]  # joint frame in the frame of that node
     position: Float[Array, "3"]  # [m]
     joint: Joint
     body: Link | SoftRod
     prescribed: Signal | None = None  # the joint's coordinates as a function of time
     drive: Signal | None = None  # generalised force of a driven joint [N m, N]
-    made: tuple[int, ...] = eqx.field(static=True, default=())  # which strain coordinates of a rod are prescribed
-    shaped: tuple[Signal, ...] = ()  # their values as functions of time, in order
+    prescribed_strains: tuple[int, ...] = eqx.field(static=True, default=())  # indices of strain coordinates of a rod
+    strain_signals: tuple[Signal, ...] = ()  # their values as functions of time, in order
 
     @property
-    def left(self) -> np.ndarray:
-        """Which strain coordinates of a rod are free."""
+    def free_strains(self) -> np.ndarray:
+        """Indices of the free strain coordinates of a rod."""
         every = np.arange(self.body.nq)
-        return np.setdiff1d(every, self.made) if self.made else every
+        return np.setdiff1d(every, self.prescribed_strains) if self.prescribed_strains else every
 
     def strains(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
-        """All strain coordinates of a rod, their rates and second rates, from those that are free."""
-        if not self.made:
+        """All strain coordinates of a rod and their first and second rates, from the free ones."""
+        if not self.prescribed_strains:
             return q, v, jnp.zeros(v.shape)
-        made = [jnp.concatenate(x) for x in zip(*(signal(t) for signal in self.shaped), strict=True)]
+        prescribed = [jnp.concatenate(x) for x in zip(*(signal(t) for signal in self.strain_signals), strict=True)]
         free = q, v, jnp.zeros(v.shape)
-        whole = (jnp.zeros(self.body.nq).at[self.left].set(x) for x in free)
-        full_q, full_v, full_a = (x.at[np.array(self.made)].set(y) for x, y in zip(whole, made, strict=True))
+        whole = (jnp.zeros(self.body.nq).at[self.free_strains].set(x) for x in free)
+        full_q, full_v, full_a = (
+            x.at[np.array(self.prescribed_strains)].set(y) for x, y in zip(whole, prescribed, strict=True)
+        )
         return full_q, full_v, full_a
 
 
+def node_at(body: Link | SoftRod, at: str | float) -> int:
+    """The node of a part at its "tip" (-1), its "root" (0) or a mark of a rod."""
+    if at == "tip":
+        return -1
+    return body.nodes.index(at) if isinstance(body, SoftRod) and at != "root" else 0
+
+
 class PartShape(NamedTuple):
-    """Poses of all stations, and the frames in which joints and rod intervals add to the motion."""
+    """Poses of all stations, and the frames of the motion increments of joints and rod intervals."""
 
     rotation: Float[Array, "n 3 3"]  # station frame to world frame
     position: Float[Array, "n 3"]  # [m], world frame
@@ -61,22 +70,22 @@ class PartShape(NamedTuple):
 
 
 class TreeLayout(NamedTuple):
-    """Where a part's numbers sit in the flat arrays; static."""
+    """Slices of a part in the flat arrays; static."""
 
     q: slice  # joint coordinates, then rod coordinates
     v: slice
     stations: slice
-    segments: slice  # increments of motion: the joint, then a rod's intervals
+    segments: slice  # motion increments: the joint, then a rod's intervals
 
 
 class Tree(eqx.Module):
-    """Parts in an order where parents come first."""
+    """Parts, parents first."""
 
     parts: tuple[TreePart, ...]
 
     @property
     def layout(self) -> tuple[TreeLayout, ...]:
-        """One layout a part."""
+        """Layout of each part."""
         out, q, v, n, k = [], 0, 0, 0, 0
         for part in self.parts:
             dq, dv = part.joint.nq + part.body.nq, part.joint.nv + part.body.nq
@@ -103,7 +112,11 @@ class Tree(eqx.Module):
         index = []
         for part, place in zip(self.parts, self.layout, strict=True):
             joint = list(range(place.v.start, place.v.start + part.joint.nv))
-            bent = place.v.start + part.joint.nv + (np.array(part.made, dtype=int) if prescribed else part.left)
+            bent = (
+                place.v.start
+                + part.joint.nv
+                + (np.array(part.prescribed_strains, dtype=int) if prescribed else part.free_strains)
+            )
             index += joint if (part.prescribed is not None) == prescribed else []
             index += bent.tolist()
         return np.array(index, dtype=int)
@@ -119,7 +132,7 @@ class Tree(eqx.Module):
         return self._select(True)
 
     def complete(self, t: Array, q: Array, v: Array) -> tuple[Array, Array, Array]:
-        """Coordinates, velocities and accelerations of all joints: prescribed ones from their signals, a = 0 else."""
+        """Coordinates, velocities and accelerations of all joints: prescribed ones from their signals, else a = 0."""
         full_q, full_v, full_a = [], [], []
         iq = iv = 0
         for part in self.parts:
@@ -130,7 +143,7 @@ class Tree(eqx.Module):
                 nq, nv = part.joint.nq, part.joint.nv
                 joint = q[iq : iq + nq], v[iv : iv + nv], jnp.zeros(nv)
                 iq, iv = iq + nq, iv + nv
-            n = part.left.size
+            n = part.free_strains.size
             bent = part.strains(q[iq : iq + n], v[iv : iv + n], t)
             iq, iv = iq + n, iv + n
             for full, *own in zip((full_q, full_v, full_a), joint, bent, strict=True):
@@ -145,26 +158,26 @@ class Tree(eqx.Module):
                 nq, nv = part.joint.nq, part.joint.nv
                 out.append(part.joint.advance(q[iq : iq + nq], v[iv : iv + nv], step))
                 iq, iv = iq + nq, iv + nv
-            n = part.left.size
+            n = part.free_strains.size
             out.append(q[iq : iq + n] + step * v[iv : iv + n])
             iq, iv = iq + n, iv + n
         return jnp.concatenate([jnp.zeros(0), *out])
 
     def start(self) -> tuple[Array, Array]:
-        """Unknown coordinates and velocities to start from: joints as they say, rods at rest and unstressed."""
+        """Initial unknown coordinates and velocities: joints by their start values, rods at rest and unstressed."""
         qs, vs = [], []
         for part in self.parts:
             if part.prescribed is None:
                 q, v = part.joint.start()
                 qs.append(q)
                 vs.append(v)
-            n = part.left.size
+            n = part.free_strains.size
             qs.append(jnp.asarray(np.zeros(n)))
             vs.append(jnp.asarray(np.zeros(n)))
         return jnp.concatenate([jnp.zeros(0), *qs]), jnp.concatenate([jnp.zeros(0), *vs])
 
     def _over_rods(self, f: Callable, *args: dict[int, Any]) -> dict[int, Any]:
-        """f(rod, *its arguments) for all rods; those of one structure go through one vectorised call."""
+        """f(rod, *its arguments) for all rods, with one vectorised call for rods of one structure."""
         groups: dict[object, list[int]] = {}
         for i in args[0]:
             groups.setdefault(jax.tree.structure(self.parts[i].body), []).append(i)
@@ -229,7 +242,7 @@ class Tree(eqx.Module):
         return jnp.concatenate(out)
 
     def _added(self, shape: PartShape, v: Array) -> Float[Array, "k 6"]:
-        """Spatial twist that each segment adds; linear in v."""
+        """Spatial twist increment of each segment; linear in v."""
         joints = [
             jnp.sum(joint.subspace * v[place.v][: part.joint.nv, None], axis=0)
             for part, place, joint in zip(self.parts, self.layout, shape.joints, strict=True)
@@ -243,8 +256,8 @@ class Tree(eqx.Module):
     def twists(self, shape: PartShape, v: Float[Array, "nv"]) -> Float[Array, "n 6"]:
         r"""Body twists of all stations; linear in v.
 
-        In the world frame the twist of a station is the sum of what the segments before it add, $V = \sum_k S_k v$: a
-        product with the constant matrix of who comes before whom.
+        In the world frame the twist of a station is the sum of the increments of the segments before it,
+        $V = \sum_k S_k v$: a product with the constant ancestor matrix.
         """
         _, before_station = self._ancestors()
         return to_body(shape.rotation, shape.position, before_station @ self._added(shape, v))
@@ -258,8 +271,8 @@ class Tree(eqx.Module):
     ) -> Float[Array, "n 6"]:
         r"""Rates of the body twists along the motion (q, v, a).
 
-        $\dot V = \sum_k ad_{V_{k-1}} S_k v + Ad_{g_k} \dot s_k$ in the world frame, with s_k what segment k
-        adds in its own frame; the same vector, seen from the body, is the rate of the body twist.
+        $\dot V = \sum_k ad_{V_{k-1}} S_k v + Ad_{g_k} \dot s_k$ in the world frame, with the increment s_k of segment k
+        in its own frame; the same vector in the body frame is the rate of the body twist.
         """
         joints = [
             jnp.sum(joint.subspace * a[place.v][: part.joint.nv, None], axis=0)
@@ -274,7 +287,7 @@ class Tree(eqx.Module):
         return to_body(shape.rotation, shape.position, before_station @ total)
 
     def _ancestors(self) -> tuple[Array, Array]:
-        """Which segments come before each segment [k, k], and before or at each station [n, k]."""
+        """Matrices of the segments before each segment [k, k], and before or at each station [n, k]."""
         layout = self.layout
         n, k = layout[-1].stations.stop, layout[-1].segments.stop
         to_segment, to_station = np.zeros((k, k)), np.zeros((n, k))
@@ -283,7 +296,7 @@ class Tree(eqx.Module):
             if part.parent >= 0:
                 parent = layout[part.parent]
                 rows = to_station[parent.stations]
-                # the tip of a link moves with any of its stations
+                # the tip of a link is rigidly connected to its stations
                 inherited = rows[part.node] if isinstance(self.parts[part.parent].body, SoftRod) else rows[0]
             for j, segment in enumerate(range(place.segments.start, place.segments.stop)):
                 to_segment[segment] = inherited

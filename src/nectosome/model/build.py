@@ -14,38 +14,28 @@ from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from nectosome import loads as ld
-from nectosome.core import Constant, Signal, Stack, UniformCurrent, Water
+from nectosome.core import Constant, Signal, Stack, UniformCurrent, Water, signal_of
+from nectosome.core.described import class_for, is_zero, number, vector
 from nectosome.core.remember import remembered
-from nectosome.core.se3 import dot_t, rotation_from_rpy
-from nectosome.description import RobotDescription, get_value, numeric_values, resolve, with_values
-from nectosome.description import joints as dj
-from nectosome.description import loads as dl
+from nectosome.core.se3 import rotation_from_rpy
+from nectosome.description import (
+    RobotDescription,
+    SignalDescription,
+    get_value,
+    numeric_values,
+    resolve,
+    with_values,
+)
 from nectosome.description import parts as dp
 from nectosome.description.structure import changed
-from nectosome.mechanism import (
-    Attached,
-    Fixed,
-    Free,
-    Joint,
-    Link,
-    Paired,
-    Planar,
-    Prismatic,
-    Revolute,
-    Robot,
-    Spherical,
-    Tree,
-    TreePart,
-    make_robot,
-)
+from nectosome.loads.places import Carrier
+from nectosome.mechanism import Attached, Joint, Link, Paired, Robot, Tree, TreePart, make_robot, node_at
 from nectosome.mechanism import links as lk
-from nectosome.mechanism.joints import plane_frame
+from nectosome.mechanism.prescribed import prescribed_strains
 from nectosome.mechanism.sections import Sections, ellipse, rectangle
 
-from .build_base import is_zero, node, number, signal, unit, vector
-from .build_loads import joint_loads, load_of
-from .build_pairs import pair_of
-from .build_rods import rod_of, shape_of
+from .build_loads import joint_loads, load_of, pair_of
+from .build_rods import rod_of
 
 _LONG = 32  # numbers
 
@@ -59,7 +49,7 @@ def build(description: RobotDescription) -> Robot:
     values = numeric_values(description)
     if any(isinstance(value, Tracer) for value in values.values()):
         return _assemble(description)
-    robot = remembered(instantiate, *_blueprint(description, values, ()))
+    robot = remembered(instantiate, *_template(description, values, ()))
     arrays = {path: float(value) for path, value in values.items() if not isinstance(value, float)}
     return robot.described(changed(description, arrays) if arrays else description)
 
@@ -94,11 +84,11 @@ class _Plan:
 
 
 def template_of(description: RobotDescription, also: tuple[str, ...] = ()) -> tuple[Template, Float[Array, "n"]]:
-    """Blueprint of a description, and its numbers: those that are not zero, and those at the paths `also`."""
-    return _blueprint(description, numeric_values(description), also)
+    """Template of a description, and its numbers: those that are not zero, and those at the paths `also`."""
+    return _template(description, numeric_values(description), also)
 
 
-def _blueprint(
+def _template(
     description: RobotDescription, values: dict[str, Any], also: tuple[str, ...]
 ) -> tuple[Template, Float[Array, "n"]]:
     whole = {path for row, ends in _rows(tuple(values)).items() for path in tuple(values)[ends]}
@@ -106,12 +96,12 @@ def _blueprint(
     return Template(_Plan(description, paths)), jnp.array([float(values[path]) for path in paths])
 
 
-def instantiate(blueprint: Template, numbers: Float[Array, "n"] | Sequence[Float[Array, ""]]) -> Robot:
-    """Robot of a blueprint with these numbers, traced.
+def instantiate(template: Template, numbers: Float[Array, "n"] | Sequence[Float[Array, ""]]) -> Robot:
+    """Robot of a template with these numbers, traced.
 
     Numbers one by one let a loop in which some of them change work out once what the others say.
     """
-    plan = blueprint.plan
+    plan = template.plan
     values: dict[str, Any] = {path: numbers[k] for k, path in enumerate(plan.paths)}
     for row, ends in plan.rows.items():
         values = {path: value for path, value in values.items() if path.rpartition(".")[0] != row}
@@ -137,40 +127,47 @@ def _assemble(d: RobotDescription) -> Robot:
     walls = None if d.water.walls is None else (number(d.water.walls[0]), number(d.water.walls[1]))
     water = Water(number(d.water.density), number(d.water.gravity), surface, current, floor, walls)
 
-    limbs: dict[str, dp.Rigid | dp.Rod] = {"body": d.body, **d.limbs}
-    order = list(limbs)
+    order = list(d.parts)
     parts: list[TreePart] = []
     attached: list[Attached] = []
-    for i, (name, limb) in enumerate(limbs.items()):
-        parent = -1 if i == 0 else order.index(limb.on)
-        body = rod_of(limb) if isinstance(limb, dp.Rod) else _link(limb, _needs_strips(limb, weighs, surface))
-        joint, prescribed, drive = _joint(limb.joint)
+    carriers: dict[str, Carrier] = {}
+    for i, (name, limb) in enumerate(d.parts.items()):
+        parent = -1 if name == "body" or limb.on == "world" else order.index(limb.on)
+        strain_indices: tuple[int, ...] = ()
+        strain_signals: tuple[Signal, ...] = ()
+        if isinstance(limb, dp.Rod):
+            body = rod_of(limb)
+            strain_indices, strain_signals = prescribed_strains(limb, body)
+        else:
+            body = _link(limb, _needs_strips(limb, weighs, surface))
+        carriers[name] = Carrier(limb, body)
         parts.append(
             TreePart(
                 name=name,
                 parent=parent,
-                node=-1 if parent < 0 else node(parts[parent].body, limb.at),
+                node=-1 if parent < 0 else node_at(parts[parent].body, limb.at),
                 rotation=rotation_from_rpy(vector(limb.rotation)),
                 position=vector(limb.offset),
-                joint=joint,
+                joint=class_for(limb.joint, Joint).from_description(limb.joint),
                 body=body,
-                prescribed=prescribed,
-                drive=drive,
-                **shape_of(limb, body),
+                prescribed=_signal(getattr(limb.joint, "motion", None)),
+                drive=_signal(getattr(limb.joint, limb.joint.drive_field, None)),
+                prescribed_strains=strain_indices,
+                strain_signals=strain_signals,
             )
         )
-        attached += [Attached(key, i, load_of(load, limb, body)) for key, load in limb.loads.items()]
+        attached += [Attached(key, i, load_of(load, carriers[name])) for key, load in limb.loads.items()]
         attached += joint_loads(limb.joint, i)
         if weighs and not (isinstance(limb, dp.Rigid) and is_zero(limb.mass)):
             attached.append(Attached("weight", i, ld.Weight()))
         if (weighs or current is not None) and not (isinstance(limb, dp.Rigid) and is_zero(limb.volume)):
             attached.append(Attached("buoyancy", i, ld.Buoyancy()))
-    bodies = {part.name: part.body for part in parts}
-    pairs = tuple(
-        Paired(name, (order.index(pair.between[0]), order.index(pair.between[1])), pair_of(pair, limbs, bodies))
-        for name, pair in d.pairs.items()
-    )
-    return make_robot(Tree(tuple(parts)), tuple(attached), water, pairs)
+    pairs = []
+    for name, pair in d.pairs.items():
+        first, second = pair.between
+        acting = pair_of(pair, carriers[first], carriers[second])
+        pairs.append(Paired(name, (order.index(first), order.index(second)), acting))
+    return make_robot(Tree(tuple(parts)), tuple(attached), water, tuple(pairs))
 
 
 def bind(
@@ -198,43 +195,17 @@ def bind(
     return jnp.asarray(theta0), from_vector
 
 
-def _joint(j: dj.Joint) -> tuple[Joint, Signal | None, Signal | None]:
-    """Joint, its prescribed motion, its drive."""
-    if isinstance(j, dj.RevoluteJoint | dj.PrismaticJoint):
-        kind, force = (Revolute, j.torque) if isinstance(j, dj.RevoluteJoint) else (Prismatic, j.force)
-        joint = kind(unit(j.axis), number(j.position)[None], number(j.velocity)[None])
-        return joint, None if j.motion is None else signal(j.motion), None if force is None else signal(force)
-    if isinstance(j, dj.PlanarJoint):
-        frame = plane_frame(unit(j.axis))
-        position = dot_t(frame, vector(j.start.position)).at[2].set(number(j.start.angle))
-        velocity = dot_t(frame, vector(j.start.velocity)).at[2].set(number(j.start.angular_speed))
-        return Planar(frame, position, velocity), *_signals(j)
-    if isinstance(j, dj.SphericalJoint):
-        return Spherical(vector(j.start.orientation), vector(j.start.angular_velocity)), *_signals(j)
-    if isinstance(j, dj.FreeJoint):
-        s = j.start
-        return Free(*(vector(x) for x in (s.position, s.orientation, s.angular_velocity, s.velocity))), *_signals(j)
-    return Fixed(), None, None
-
-
-def _signals(j: dj.PlanarJoint | dj.SphericalJoint | dj.FreeJoint) -> tuple[Signal | None, Signal | None]:
-    """Motion and drive of a joint with several coordinates."""
-
-    def stacked(signals) -> Stack | None:
-        if signals is None:
-            return None
-        each = [getattr(signals, name) for name in type(signals).model_fields]
-        return Stack(tuple(Constant(jnp.zeros(())) if s is None else signal(s) for s in each))
-
-    return stacked(j.motion), stacked(j.drive)
+def _signal(signals: Any) -> Signal | None:
+    """Motion or drive of a joint; of one with several coordinates those that are not given stay at 0."""
+    if signals is None or isinstance(signals, SignalDescription):
+        return None if signals is None else signal_of(signals)
+    each = [getattr(signals, name) for name in type(signals).model_fields]
+    return Stack(tuple(Constant(jnp.zeros(())) if s is None else signal_of(s) for s in each))
 
 
 def _needs_strips(limb: dp.Rigid, weighs: bool, surface: Array | None) -> bool:
     """Whether a rigid part is sampled along its axis: for loads per length, and to stand partly out of the water."""
-    per_length = any(
-        isinstance(x, dl.DragLoad | dl.PlateDragLoad | dl.AddedMassLoad | dl.DistributedForceLoad)
-        for x in limb.loads.values()
-    )
+    per_length = any(load.per_length for load in limb.loads.values())
     return limb.shape != "point" and (per_length or (weighs and surface is not None))
 
 

@@ -29,7 +29,7 @@ def description_of(robot: RobotLike, settings: Iterable[str] = ()) -> RobotDescr
     if isinstance(robot, RobotDescription):
         return apply_settings(robot, settings) if settings else robot
     if not isinstance(robot, Robot):
-        raise InputError(f"{_given(robot)} is given where a robot is expected. {_EXPECTED}{_way_out(robot)}")
+        raise InputError(f"{kind_of(robot)} is given where a robot is expected. {_EXPECTED}{_way_out(robot)}")
     if robot.description is None:
         raise InputError(
             "this robot has no description: it was put together or changed after it was built. Give its description."
@@ -47,7 +47,7 @@ def robot_of(robot: RobotLike, settings: Iterable[str] = ()) -> Robot:
     return build(description_of(robot, settings))
 
 
-def _given(thing: Any) -> str:
+def kind_of(thing: Any) -> str:
     """What something is, for a message: its kind, and a number or text itself."""
     kind = type(thing)
     if thing is None:

@@ -74,7 +74,7 @@ def _kept(
 
     def one(wave: Wave, tangential: Array, x: State) -> tuple[State, Array]:
         swimmer = eqx.tree_at(
-            lambda r: (r.tree.parts[0].shaped[0], r.loads[drag].load.tangential), robot, (wave, tangential)
+            lambda r: (r.tree.parts[0].strain_signals[0], r.loads[drag].load.tangential), robot, (wave, tangential)
         )
         tree, step = swimmer.tree, 1 / wave.frequency / STEPS
 

@@ -86,7 +86,7 @@ class Bench:
 
         - gains: K_p, K_i, K_d in SI. Without them those of a relay experiment on the model, detuned along the
           reference.
-        - model: of the rig, as `identify_hysteresis` finds it.
+        - model: of the rig, as `fit_hysteresis` finds it.
 
         Raises InputError where gains or a model are needed, and for a model of other units or without inverse.
         """

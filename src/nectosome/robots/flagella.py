@@ -2,7 +2,7 @@
 
 import math
 
-from nectosome.description import FreeJoint, RateAngle, RobotDescription, Rod, load_robot
+from nectosome.description import Angle, AngularSpeed, FreeJoint, RateSignal, RobotDescription, Rod, load_robot
 from nectosome.description.loads import GivenAddedMassLoad, LumpedDragLoad
 from nectosome.units import InputError
 
@@ -30,7 +30,7 @@ def flagella(count: int) -> RobotDescription:
     assert isinstance(filament, Rod)
     displaced = 1000.0 * math.pi * _RADIUS**2 * _LENGTH
     across = 1.1 * 2 * _RADIUS * _LENGTH
-    body = one.body.model_copy(
+    body = one.parts["body"].model_copy(
         update={
             "length": _LENGTH,
             "radius": _RADIUS,
@@ -53,7 +53,7 @@ def flagella(count: int) -> RobotDescription:
     limbs = {}
     for k in range(count):
         angle, sense = 2 * math.pi * k / count, 1 if k % 2 == 0 else -1
-        motion = RateAngle(kind="rate", rate=sense * 14.4, start=angle + 0.5 * math.pi)
+        motion = RateSignal[Angle, AngularSpeed](kind="rate", rate=sense * 14.4, start=angle + 0.5 * math.pi)
         offset = (0.0, round(_RING * math.cos(angle), 12), round(_RING * math.sin(angle), 12))
         loads = {
             "drag": hook.loads["drag"].model_copy(update={"lift": -0.1 * sense}),

@@ -60,7 +60,7 @@ class BatchTask(Task):
             )
         wrong = np.flatnonzero((np.isnan(values) | (values == -np.inf)).any(axis=1))
         if wrong.size:
-            at = self.ranges.told(rows[wrong[0]])
+            at = self.ranges.text(rows[wrong[0]])
             raise InputError(f"the objective is no number at {at}. It may be inf where there is no value.")
         return [
             Evaluation(u, float(f[0]), np.zeros(0), others=f[1:])

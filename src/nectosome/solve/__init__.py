@@ -1,10 +1,15 @@
-"""Solvers: simulate through time, static equilibrium, steady and periodic motion."""
+"""Solvers: motion through time and missions, equilibria, small motions, cycles; and what sensors read of them."""
 
+from .account import forces
+from .critical import CriticalValue, critical
 from .cycle_means import CycleMeans, cycle_means, mean_data, means_of, prepare_means
 from .equilibrium import Equilibrium, equilibrium
 from .fixed_step import fixed_step
 from .load_stepping import load_stepping
+from .mission import Flown, Passed, mission_data, run_mission
+from .modes import NaturalModes, modes
 from .periodic import CyclePath, Periodic, periodic
+from .readings import common_readings, reading, reading_of
 from .regime import Regime, regime_of
 from .results import (
     Results,
@@ -17,6 +22,7 @@ from .results import (
     prepare_results,
     results_of,
 )
+from .sampled_plant import SampledPlant
 from .screw import Screw, screw_of
 from .simulate import simulate
 from .static import Static, frozen_drives, static
@@ -24,35 +30,48 @@ from .steady import Steady, steady
 from .symmetry import Symmetry, find_symmetry
 
 __all__ = [
+    "CriticalValue",
     "CycleMeans",
     "CyclePath",
     "Equilibrium",
+    "Flown",
+    "NaturalModes",
+    "Passed",
     "Periodic",
     "Regime",
     "Results",
     "Run",
+    "SampledPlant",
     "Screw",
     "Static",
     "Steady",
     "Symmetry",
     "Trajectory",
     "attributes_of",
+    "common_readings",
+    "critical",
     "cycle_means",
     "diagnose_all",
     "drive_limits",
     "equilibrium",
     "find_symmetry",
     "fixed_step",
+    "forces",
     "frozen_drives",
     "load_stepping",
     "mean_data",
     "means_of",
+    "mission_data",
+    "modes",
     "overloaded",
     "periodic",
     "prepare_means",
     "prepare_results",
+    "reading",
+    "reading_of",
     "regime_of",
     "results_of",
+    "run_mission",
     "screw_of",
     "simulate",
     "static",

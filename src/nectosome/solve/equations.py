@@ -1,4 +1,4 @@
-"""The equations of a steady motion: a residual, its Jacobian and its scale, for displacements and rates together."""
+"""Equations of a steady motion: residual, Jacobian and scale, for displacements and rates together."""
 
 from typing import Any, NamedTuple
 
@@ -15,7 +15,7 @@ from .symmetry import Symmetry
 
 
 class Point(NamedTuple):
-    """What is solved for: coordinates, rates along the symmetry (0 elsewhere), load states."""
+    """Unknowns: coordinates, rates along the symmetry (0 elsewhere), load states."""
 
     q: Float[Array, "nq"]
     rates: Float[Array, "nv"]
@@ -23,7 +23,7 @@ class Point(NamedTuple):
 
 
 class Equations(eqx.Module):
-    """R(y) = 0 near any point, of the robot with sigma."""
+    """Residual R(y) near a point; elastic and joint forces are scaled by exp(sigma)."""
 
     robot: Robot
     symmetry: Symmetry
@@ -40,7 +40,7 @@ class Equations(eqx.Module):
         return Point(self.symmetry.displace(self.robot, p.q, y[:n]), rates, unravel(z + y[n:]))
 
     def residual(self, p: Point, sigma: Float[Array, ""]) -> tuple[Float[Array, "m"], Float[Array, "np"]]:
-        """Unbalanced forces of the unknowns and rates of the load states; and the reactions of prescribed joints."""
+        """Unbalanced forces of the unknowns with the rates of load states, and the reactions of prescribed joints."""
         t, x, tree = jnp.zeros(()), self.state(p), self.robot.tree
         acting = self.robot.forces(t, x, jnp.zeros_like(x.v))
         r = acting.residual + jnp.expm1(sigma) * (acting.elastic - acting.joint)
@@ -61,7 +61,7 @@ class Equations(eqx.Module):
         return self.robot.mass(shape, self.robot.carried(t, shape, still, p.z)[0])
 
     def imbalance(self, p: Point) -> tuple[Float[Array, ""], Float[Array, "np"]]:
-        """Largest residual, each relative to the sum of absolute values of all that acts there; and the reactions."""
+        """Largest residual relative to the sum of magnitudes of all forces on its unknown, and the reactions."""
         t, x = jnp.zeros(()), self.state(p)
         acting = self.robot.forces(t, x, jnp.zeros_like(x.v))
         free, layout = self.robot.tree.free_v, self.robot.tree.layout

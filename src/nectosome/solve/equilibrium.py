@@ -1,11 +1,11 @@
-r"""Relative equilibria: shapes and rates at which all velocities stay as they are.
+r"""Relative equilibria: shapes and rates with constant velocities.
 
-From a guess, Newton's method solves $R(y) = \lambda R(y_0)$ with $\lambda = 0$, or where that fails with adaptive steps
-from 1 to 0. Where there is no guess, or it does not lead there, the robot is first made stiff, then softened: elastic
-and joint forces are taken times $e^\sigma$ while $\sigma$ falls to 0 in adaptive steps with a secant predictor. In
-water, where forces grow with the square of the speed, this is the same as speeding the drives up from nothing. The
-stiff robot, and what is left where softening stalls, is solved by pseudo-transient steps
-$(P/\tau + J)\,\Delta y = -R$ with a growing $\tau$ and P the inertia (Kelley and Keyes 1998).
+From a guess, Newton's method solves $R(y) = \lambda R(y_0)$ with $\lambda = 0$, or if that fails with adaptive steps of
+$\lambda$ from 1 to 0. Without a guess, or if this fails, stiffness continuation follows: elastic and joint forces are
+multiplied by $e^\sigma$, and $\sigma$ falls to 0 in adaptive steps with a secant predictor. In water, with forces
+proportional to the square of the speed, this is equivalent to accelerating the drives from rest. The stiff robot, and a
+stalled continuation, are solved by pseudo-transient steps $(P/\tau + J)\,\Delta y = -R$ with a growing $\tau$ and the
+inertia P (Kelley and Keyes 1998).
 """
 
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float
 
 from nectosome.core import Solution, State, Status
-from nectosome.core.linear import generalised_inverse
+from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.mechanism import Robot
 
 from .equations import Equations, Point
@@ -25,19 +25,19 @@ from .symmetry import Symmetry
 
 _STIFF = 9.0  # sigma of the stiff robot: 8000 times as stiff
 _STEP, _SMALLEST_STEP = 2.0, 0.02  # of sigma
-_SMALLEST_SHARE = 0.05  # of the guess's residual, as a step
-_SLOW = 0.15  # contraction of Newton's correction above which the Jacobian is computed afresh
-_FAR = 0.7  # rad, m, m/s: a correction as large leaves what the Jacobian knows
-_TURN = 0.5  # the largest correction that pseudo-transient steps take
-_EXACT, _ROUGH = 1e-12, 1e-3  # error of the unknowns that ends Newton's method: at the end, on the way
+_SMALLEST_SHARE = 0.05  # smallest step of lambda
+_SLOW = 0.15  # contraction of Newton's correction above which the Jacobian is recomputed
+_FAR = 0.7  # [rad, m, m/s] largest correction for which the Jacobian is valid
+_TURN = 0.5  # [rad, m, m/s] largest correction of a pseudo-transient step
+_EXACT, _ROUGH = 1e-12, 1e-3  # tolerance of Newton's method on the unknowns: at the last step, at earlier ones
 _BALANCED = 1e-10  # largest scaled residual of a solution
 _CORRECTIONS, _TRANSIENTS = 16, 200
-_TAU = 0.05  # s, of the first pseudo-transient step
+_TAU = 0.05  # [s] first pseudo-transient step
 _NEAR, _STIFFEN, _SOFTEN, _TRANSIENT, _DONE = range(5)
 
 
 class Equilibrium(NamedTuple):
-    """A steady motion, and what the drives of prescribed joints give for it."""
+    """A steady motion, and the reactions of prescribed joints."""
 
     state: State
     reaction: Float[Array, "np"]  # [N m, N]
@@ -47,29 +47,29 @@ class _Newton(NamedTuple):
     """Newton's iteration at one sigma."""
 
     p: Point
-    first: Array  # residual it started from
-    weighed: Array  # norm of the last residual
+    first: Array  # residual at the start
+    weighed: Array  # weighted norm of the last residual
     inverted: Array
     size: Array  # of the last correction
-    rate: Array  # of it to the one before
+    rate: Array  # ratio of the last correction to the one before
     tau: Array
-    polished: Array  # the last correction started from an error small enough
+    polished: Array  # the error before the last correction was within tolerance
     k: Array
     jacobians: Array
 
     @property
-    def left(self) -> Array:
-        """Estimate of the error that is left."""
+    def error(self) -> Array:
+        """Estimate of the remaining error."""
         return self.size * jnp.minimum(self.rate / jnp.maximum(1 - self.rate, 1e-3), 1.0)
 
 
 class _Search(NamedTuple):
-    """The search as a whole: on its way from a guess or a stiff robot, `left` of the way is still to go."""
+    """State of the continuation, from a guess (lambda) or from a stiff robot (sigma)."""
 
     p: Point
-    before: Point  # with left_before, for the secant
-    left: Array  # share of the guess's residual, or sigma
-    left_before: Array
+    before: Point  # at parameter_before, for the secant
+    parameter: Array  # lambda or sigma
+    parameter_before: Array
     step: Array
     phase: Array
     found: Array
@@ -83,10 +83,10 @@ class _Search(NamedTuple):
 def equilibrium(robot: Robot, symmetry: Symmetry, guess: State, warm: Bool[Array, ""]) -> Solution:
     """Relative equilibrium from a guess (`warm`) or from rest, with status SOLVED or NO_EQUILIBRIUM.
 
-    `stats` counts Jacobians and residuals; `residual` is the largest one relative to all that acts on its unknown.
+    `stats` counts Jacobians and residuals; `residual` is the largest one relative to the forces on its unknown.
     Works under jit and vmap; derivatives of the value with respect to the robot follow from the implicit function
-    theorem, $dy = -J^{-1} \\partial R$, forward and reverse. What the equations leave open (how far a round body has
-    rolled) stays as it is.
+    theorem, $dy = -J^{-1} \\partial R$, forward and reverse. Undetermined coordinates (the roll of a round body) do not
+    change.
     """
     equations = Equations(robot, symmetry)
     rest = robot.initial()
@@ -95,15 +95,15 @@ def equilibrium(robot: Robot, symmetry: Symmetry, guess: State, warm: Bool[Array
     def advance(s: _Search) -> _Search:
         near, stiffen, soften = s.phase == _NEAR, s.phase == _STIFFEN, s.phase == _SOFTEN
         follows = near | soften
-        target = jnp.where(stiffen, _STIFF, jnp.where(follows, jnp.maximum(s.left - s.step, 0.0), 0.0))
-        span = s.left_before - s.left
-        ahead = jnp.where(follows & (span > 0), (s.left - target) / jnp.where(span > 0, span, 1.0), 0.0)
+        target = jnp.where(stiffen, _STIFF, jnp.where(follows, jnp.maximum(s.parameter - s.step, 0.0), 0.0))
+        span = s.parameter_before - s.parameter
+        ahead = jnp.where(follows & (span > 0), (s.parameter - target) / jnp.where(span > 0, span, 1.0), 0.0)
         guess = jax.tree.map(lambda a, b, c: jnp.where(stiffen, c, a + ahead * (a - b)), s.p, s.before, cold)
         share, sigma = jnp.where(near, target, 0.0), jnp.where(near, 0.0, target)
         it = _newton(
             equations, guess, s.inverted, sigma, share * s.origin, target == 0, stiffen | (s.phase == _TRANSIENT)
         )
-        fits = jnp.isfinite(it.size) & (it.size < _FAR) & (it.left <= _tolerance(target == 0))
+        fits = jnp.isfinite(it.size) & (it.size < _FAR) & (it.error <= _tolerance(target == 0))
         step = s.step * jnp.where(fits, jnp.where(it.k <= 4, 2.0, 1.0), 0.5)
         phase = jnp.select(
             [follows & fits, near, soften, stiffen],
@@ -115,20 +115,20 @@ def equilibrium(robot: Robot, symmetry: Symmetry, guess: State, warm: Bool[Array
             ],
             _DONE,
         )
-        # the stiff robot is the first of its path and has none before it
+        # the stiff robot is the first point of its path
         moved = (it.p, jax.tree.map(lambda a, b: jnp.where(stiffen, b, a), s.p, it.p))
-        moved = (*moved, target, jnp.where(stiffen, target, s.left))
-        stayed = (s.p, s.before, s.left, s.left_before)
-        p, before, left, left_before = jax.tree.map(lambda a, b: jnp.where(fits, a, b), moved, stayed)
+        moved = (*moved, target, jnp.where(stiffen, target, s.parameter))
+        stayed = (s.p, s.before, s.parameter, s.parameter_before)
+        p, before, parameter, parameter_before = jax.tree.map(lambda a, b: jnp.where(fits, a, b), moved, stayed)
         return _Search(
             p=p,
             before=before,
-            left=left,
-            left_before=left_before,
+            parameter=parameter,
+            parameter_before=parameter_before,
             step=jnp.where(follows, step, _STEP),
             phase=phase,
             found=fits & (target == 0),
-            origin=jnp.where(near & (s.left == 1) & (s.step == 1), it.first, s.origin),
+            origin=jnp.where(near & (s.parameter == 1) & (s.step == 1), it.first, s.origin),
             inverted=it.inverted,
             jacobians=s.jacobians + it.jacobians,
             residuals=s.residuals + it.k,
@@ -140,8 +140,8 @@ def equilibrium(robot: Robot, symmetry: Symmetry, guess: State, warm: Bool[Array
     start = _Search(
         p=given,
         before=given,
-        left=one,
-        left_before=one,
+        parameter=one,
+        parameter_before=one,
         step=one,
         phase=jnp.where(warm, _NEAR, _STIFFEN),
         found=jnp.asarray(False),
@@ -173,13 +173,13 @@ def _implicit(primals: tuple, tangents: tuple) -> tuple[Solution, Solution]:
         return equations.state(equations.near(p, y))
 
     values, changes = eqx.filter_jvp(residual, (robot,), (tangents[0],))
-    # None where nothing depends on the robot's numbers, such as the reactions of a robot without drives
+    # None for results independent of the robot's numbers, such as the reactions of a robot without drives
     dr, reaction = (jnp.zeros_like(f) if df is None else df for f, df in zip(values, changes, strict=True))
     dy = -generalised_inverse(J) @ dr
     _, dx = eqx.filter_jvp(state, (robot, jnp.zeros_like(dy)), (tangents[0], dy))
-    still = jax.tree.map(lambda _: None, solution)
+    unchanged = jax.tree.map(lambda _: None, solution)
     change = Equilibrium(dx, reaction + of_reaction @ dy)
-    return solution, eqx.tree_at(lambda s: s.value, still, change, is_leaf=lambda x: x is None)
+    return solution, eqx.tree_at(lambda s: s.value, unchanged, change, is_leaf=lambda x: x is None)
 
 
 def _tolerance(last: Array) -> Array:
@@ -189,9 +189,9 @@ def _tolerance(last: Array) -> Array:
 def _newton(
     equations: Equations, p: Point, inverted: Array, sigma: Array, goal: Array, last: Array, transient: Array
 ) -> _Newton:
-    """Solve R(p) = goal at one sigma, exactly if it is the last on the way.
+    """Solve R(p) = goal at one sigma, exactly if it is the `last` step.
 
-    Newton's method with a Jacobian that is kept while it serves, or pseudo-transient steps.
+    Newton's method, with a Jacobian that is kept while it converges, or pseudo-transient steps.
     """
     m, n = inverted.shape[0], p.rates.shape[0]
     weight = jax.lax.cond(
@@ -201,14 +201,14 @@ def _newton(
 
     def going(it: _Newton) -> Array:
         lost = (it.size > _FAR) | ((it.rate > 1.5) & (it.k > 1))
-        left = (it.left > _tolerance(last)) | (last & ~it.polished)
-        return (it.k == 0) | ((it.k < most) & left & (transient | ~lost) & jnp.isfinite(it.size))
+        unsolved = (it.error > _tolerance(last)) | (last & ~it.polished)
+        return (it.k == 0) | ((it.k < most) & unsolved & (transient | ~lost) & jnp.isfinite(it.size))
 
     def correct(it: _Newton) -> _Newton:
         refresh = transient | (it.k == 0) | (it.rate > _SLOW)
         r = equations.residual(it.p, sigma)[0] - goal
         weighed = jnp.sqrt(jnp.sum(r**2 / weight))
-        # the faster the residual falls, the longer the next step
+        # a faster decrease of the residual gives a longer next step
         fall = jnp.where(it.k == 0, 0.5, it.weighed / jnp.maximum(weighed, 1e-300))
         tau = it.tau * jnp.clip(2 * fall, 0.5, 8.0)
 
@@ -220,9 +220,9 @@ def _newton(
         dy = -inverted @ r
         size = jnp.max(jnp.abs(dy))
         p = equations.near(it.p, dy * jnp.minimum(1.0, _TURN / jnp.maximum(size, 1e-300)))
-        # of a first correction nothing is known but that Newton's method is quadratic
+        # after a first correction, assume quadratic convergence
         rate = jnp.where(it.k == 0, jnp.minimum(0.5 * size, 1.0), size / jnp.maximum(it.size, 1e-300))
-        polished = (it.k > 0) & (it.left <= _EXACT)
+        polished = (it.k > 0) & (it.error <= _EXACT)
         first = jnp.where(it.k == 0, r, it.first)
         return _Newton(p, first, weighed, inverted, size, rate, tau, polished, it.k + 1, it.jacobians + refresh)
 

@@ -1,4 +1,4 @@
-"""Many steps of one length, for motion that contacts break up often: cheaper than steps that look for each of them."""
+"""Fixed-step integration: cheaper than adaptive steps for motion with frequent contacts."""
 
 from collections.abc import Callable
 from typing import Any
@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import State, System
 
-_WHEN, _SHARES = (0.0, 0.5, 0.5, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6)
+_NODES, _WEIGHTS = (0.0, 0.5, 0.5, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6)
 
 
 def fixed_step(
@@ -20,9 +20,9 @@ def fixed_step(
     count: int,
     keep: Callable[[State], Any] | None = None,
 ) -> tuple[State, Any]:
-    """State after `count` steps from (t, x) by the classical Runge-Kutta method, and `keep` of it after each step.
+    """State after `count` steps from (t, x) by the classical Runge-Kutta method, and `keep(state)` after each step.
 
-    A pure function under jit, vmap and forward derivatives; nothing watches the error: halve the step to see it.
+    Works under jit, vmap and forward derivatives. There is no error control: halve the step to estimate the error.
     """
 
     def one(x: State, k: Array) -> tuple[State, Any]:
@@ -32,7 +32,7 @@ def fixed_step(
             return (rate, _ahead(new, rate, at[1] * step)), None
 
         none = jax.tree.map(jnp.zeros_like, x)
-        (_, new), _ = jax.lax.scan(stage, (none, x), jnp.stack([jnp.array(_WHEN), jnp.array(_SHARES)], axis=1))
+        (_, new), _ = jax.lax.scan(stage, (none, x), jnp.stack([jnp.array(_NODES), jnp.array(_WEIGHTS)], axis=1))
         return new, None if keep is None else keep(new)
 
     return jax.lax.scan(one, x, jnp.arange(count, dtype=float))

@@ -1,7 +1,7 @@
-"""Adaptive marching through time: step size control, saved states, a terminal event; works under jit and vmap.
+"""Adaptive time integration: step size control, saved states, a terminal event; works under jit and vmap.
 
-A march can stop after any saved time and go on from there, so that long runs report progress and can be cancelled.
-It carries slopes along where the system and its state bring some (`SensitivitySystem`, `SensitivityState`).
+An integration can stop after any saved time and resume from there, so that long runs report progress and can be
+cancelled. It includes sensitivities for a `SensitivitySystem` and a `SensitivityState`.
 """
 
 from collections.abc import Callable
@@ -24,49 +24,49 @@ Method = Literal["implicit", "explicit"]
 Guard = Callable[[Array, State], Array]
 
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 4.0
-_LEAST = 1e-4  # error, in allowed ones, below which a step does not count as better still
-# The next step is sized by the last error, where stability limits steps also by how errors change (Gustafsson 1991).
+_LEAST = 1e-4  # least error over the tolerance in the step size control
+# I control, for explicit steps PI control, since stability limits these (Gustafsson 1991).
 _CONTROL = {"implicit": (1.0, 0.0), "explicit": (0.7, 0.4)}
-_BLOCK = 16  # times at which lanes of a batch wait for each other
+_BLOCK = 16  # saved times between synchronisations of a batch
 
 
 class Integration(eqx.Module):
-    """Where an integration stands: the last accepted step from (t0, x0) to (t, x), and what comes next."""
+    """State of an integration: the last accepted step from (t0, x0) to (t, x), and the next step."""
 
     t0: Float[Array, ""]
-    x0: Any  # a State, or a Sloped one
+    x0: Any  # a State or a SensitivityState
     rate0: Any
     t: Float[Array, ""]
     x: Any
-    rate: Any  # dx/dt at x; known from the first attempt on
+    rate: Any  # dx/dt at x; unknown before the first attempt
     h: Float[Array, ""]  # size of the next step [s]
     memory: Any
-    held: Bool[Array, ""]  # the last attempt was rejected
-    error: Float[Array, ""]  # of the last accepted step, in allowed errors
-    status: Int[Array, ""]  # of the march so far; SOLVED while it runs
-    end: Float[Array, ""]  # when the event happened or the march gave up [s]; inf while it runs
+    after_rejection: Bool[Array, ""]  # the last attempt was rejected
+    error: Float[Array, ""]  # of the last accepted step over the tolerance
+    status: Int[Array, ""]  # SOLVED while it runs
+    end: Float[Array, ""]  # time of the event or of the failure [s]; inf while it runs
     steps: Int[Array, ""]
     rejected: Int[Array, ""]
 
 
 class Settings(eqx.Module):
-    """How to integrate."""
+    """Settings of an integration."""
 
     method: Method = eqx.field(static=True)
     rtol: Float[Array, ""]
     atol: Float[Array, ""]
     max_steps: Int[Array, ""]
-    longest: Float[Array, ""] | float = np.inf  # step [s]
-    slope_atol: Float[Array, ""] | float = 1e-200  # more than nothing where slopes begin with nothing
+    longest: Float[Array, ""] | float = np.inf  # largest step [s]
+    slope_atol: Float[Array, ""] | float = 1e-200  # of sensitivities; above 0, since these may start at 0
 
 
 def begin(t: Array, x: State | SensitivityState, settings: Settings, h: Array) -> Integration:
-    """March that starts at (t, x) with a first step of size h; the first attempt finds the rate there."""
+    """Integration that starts at (t, x) with a first step of size h; the first attempt computes the rate there."""
     bare = x.x if isinstance(x, SensitivityState) else x
     n = bare.v.size + sum(leaf.size for leaf in jax.tree.leaves(bare.z))
     memory = newton_memory(n) if settings.method == "implicit" else None
-    held, error, solved, end, none = map(jnp.asarray, (False, 1.0, int(Status.SOLVED), jnp.inf, 0))
-    return Integration(t, x, x, t, x, x, h, memory, held, error, solved, end, none, none)
+    after_rejection, error, solved, end, none = map(jnp.asarray, (False, 1.0, int(Status.SOLVED), jnp.inf, 0))
+    return Integration(t, x, x, t, x, x, h, memory, after_rejection, error, solved, end, none, none)
 
 
 def integrate(
@@ -76,9 +76,10 @@ def integrate(
     settings: Settings,
     guard: Guard | None = None,
 ) -> tuple[Integration, Any]:
-    """Go on until the last of `times`; also the states at all of them (NaN where the march had ended before).
+    """Integrate to the last of `times`; also return the states at all of them (NaN after an early end).
 
-    The march ends early with status EVENT where guard(t, x) changes sign, located on the step's cubic to 1e-12 of it.
+    Integration ends early with status EVENT at a sign change of guard(t, x), located on the step's cubic to 1e-12 of
+    it.
     """
     step: Callable[..., Step] = implicit_step if settings.method == "implicit" else explicit_step
     if isinstance(system, SensitivitySystem):
@@ -88,7 +89,7 @@ def integrate(
 
     def attempt(m: Integration) -> Integration:
         s = step(system, m.t, m.h, m.x, m.rate, m.steps > 0, m.memory, _allowed(settings, m.x, m.x))
-        # derivatives are those of the steps taken: how long they are is no part of the motion
+        # derivatives are those of the steps taken, not of the step size control
         error = jax.lax.stop_gradient(_size(s.error, _allowed(settings, m.x, s.x)))
         error = jnp.where(jnp.isfinite(error) & s.converged, error, jnp.inf)
         accepted = error <= 1.0
@@ -100,10 +101,10 @@ def integrate(
             factor = jnp.where((factor > 1.0) & (factor < 1.2), 1.0, factor)
         factor = jnp.where(accepted, factor, jnp.minimum(factor, 0.9))
         factor = jnp.where(s.converged, factor, 0.5)
-        # after a rejection do not grow at once
-        factor = jnp.where(m.held, jnp.minimum(factor, 1.0), factor)
+        # no growth right after a rejection
+        factor = jnp.where(m.after_rejection, jnp.minimum(factor, 1.0), factor)
         values = (s.first, jnp.minimum(m.h * factor, settings.longest), s.memory, ~accepted)
-        kept = eqx.tree_at(lambda m: (m.rate, m.h, m.memory, m.held), m, values)
+        kept = eqx.tree_at(lambda m: (m.rate, m.h, m.memory, m.after_rejection), m, values)
         moved = (m.t, m.x, s.first, m.t + m.h, s.x, s.rate, error)
         new = eqx.tree_at(lambda m: (m.t0, m.x0, m.rate0, m.t, m.x, m.rate, m.error), kept, moved)
         m = jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, kept)
@@ -121,7 +122,7 @@ def integrate(
         return eqx.tree_at(lambda m: (m.status, m.end, m.steps, m.rejected), m, (status, end, steps, rejected))
 
     def passed(m: Integration, block: Array, found: Any) -> Any:
-        """What was found at the times of a block, and what the last step tells of those it went over."""
+        """Add to the saved states of a block those at times within the last step."""
 
         def one(time: Array, old: Any) -> Any:
             here = (m.t0 <= time) & (time <= jnp.minimum(m.t, m.end))
@@ -149,7 +150,7 @@ def integrate(
 
 
 def _allowed(settings: Settings, a: Any, b: Any) -> Any:
-    """Error allowed in each number of a step from a to b."""
+    """Tolerance of each component of a step from a to b."""
     if isinstance(a, SensitivityState):
         return SensitivityState(
             _allowed(settings, a.x, b.x), allowed_sensitivity(settings.rtol, settings.slope_atol, a.slopes, b.slopes)
@@ -158,14 +159,14 @@ def _allowed(settings: Settings, a: Any, b: Any) -> Any:
 
 
 def _size(error: Any, allowed: Any) -> Array:
-    """Root mean square of the error in allowed errors; the largest where the state has slopes, each with its own."""
+    """Root mean square of the error over the tolerance; the largest one of the state and its sensitivities."""
     if isinstance(error, SensitivityState):
         return jnp.maximum(_size(error.x, allowed.x), jnp.max(jax.vmap(_size)(error.slopes, allowed.slopes)))
     return rms(ravel_pytree(jax.tree.map(jnp.divide, error, allowed))[0])
 
 
 def interpolate(m: Integration, time: Array) -> Any:
-    """State at a time within the last step, by the cubic through its ends' values and rates."""
+    """State at a time within the last step, by cubic Hermite interpolation."""
     h = m.t - m.t0
     s = jnp.where(h > 0, (time - m.t0) / jnp.where(h > 0, h, 1.0), 1.0)
     a, b = (1 + 2 * s) * (1 - s) ** 2, s * (1 - s) ** 2
@@ -174,7 +175,7 @@ def interpolate(m: Integration, time: Array) -> Any:
 
 
 def _crossing(m: Integration, guard: Guard) -> tuple[Array, Array]:
-    """Whether the guard changed sign over the last step, and when, by bisection."""
+    """Whether the guard changed sign over the last step, and the time, by bisection."""
     first, last = guard(m.t0, m.x0), guard(m.t, m.x)
     happened = (m.t > m.t0) & (jnp.sign(first) != jnp.sign(last)) & (first != 0)
 

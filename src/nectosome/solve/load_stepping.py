@@ -1,4 +1,4 @@
-"""Static equilibrium by load stepping: loads grow from nothing to full while Newton's method follows."""
+"""Static equilibrium by load stepping: Newton's method at loads that grow from zero to full."""
 
 from typing import NamedTuple
 
@@ -12,14 +12,14 @@ from nectosome.mechanism import Robot
 
 _MOST_ITERATIONS = 25
 _SMALLEST_STEP = 1e-4
-_STILL = 1e-12  # rad, m: a correction as small as this is none, also where all forces vanish
+_STILL = 1e-12  # [rad, m] correction that counts as converged, also if all forces vanish
 
 
 class _Path(NamedTuple):
-    """Where load stepping stands."""
+    """State of the load stepping."""
 
     q: Array
-    load: Array  # share of the loads that q is in equilibrium with
+    load: Array  # fraction of the loads in equilibrium at q
     before: Array  # q of the step before, for the secant
     load_before: Array
     step: Array
@@ -29,14 +29,14 @@ class _Path(NamedTuple):
 def load_stepping(
     robot: Robot, *, initial: State | None = None, first_step: float = 0.1, tolerance: float = 1e-10
 ) -> Solution:
-    """State at rest in which elastic and spring forces balance all loads; drives and prescribed joints as at t = 0.
+    """Static state in which elastic and spring forces balance all loads; drives and prescribed joints as at t = 0.
 
-    What acts between two parts counts as elastic. Loads are scaled from zero to one, with a secant predictor and
-    steps that halve where Newton's method fails and grow where it succeeds. `tolerance`: what may be left of the
-    residual, relative to the largest force in it.
-    Returns a Solution with the State (as far as it came) and status SOLVED or NO_EQUILIBRIUM; `stats` holds the share
-    of the loads reached, the Newton iterations, and the smallest eigenvalue of the tangent stiffness' symmetric part
-    (negative under conservative loads: the equilibrium is unstable). Works under jit and vmap.
+    Forces between two parts count as elastic. Loads are scaled from zero to one, with a secant predictor and steps that
+    halve if Newton's method fails and grow if it succeeds. `tolerance`: largest residual relative to the largest force
+    in it. Returns a Solution with the State (the last one in equilibrium) and status SOLVED or NO_EQUILIBRIUM; `stats`
+    holds the fraction of the loads reached, the Newton iterations, and the smallest eigenvalue of the tangent
+    stiffness' symmetric part (negative under conservative loads: the equilibrium is unstable). Works under jit and
+    vmap.
     """
     x = robot.initial() if initial is None else initial
     return _static(robot, x, jnp.asarray(first_step), jnp.asarray(tolerance))
@@ -47,7 +47,7 @@ def _static(robot: Robot, x: State, first_step: Float[Array, ""], tolerance: Flo
     zero = jnp.zeros_like(x.v)
 
     def balance(q: Array, load: Array) -> tuple[Array, Array]:
-        """Residual at a share of the loads, and the largest force in it."""
+        """Residual at a fraction of the loads, and the largest force in it."""
         acting = robot.forces(jnp.zeros(()), State(q, zero, x.z), zero)
         inner = (acting.elastic - acting.joint - acting.paired)[robot.tree.free_v]
         outer = acting.residual[robot.tree.free_v] - inner
@@ -57,9 +57,9 @@ def _static(robot: Robot, x: State, first_step: Float[Array, ""], tolerance: Flo
         return jax.jacfwd(lambda w: balance(robot.advance(q, w, jnp.ones(())), load)[0])(zero)
 
     def newton(q: Array, load: Array) -> tuple[Array, Array, Int[Array, ""]]:
-        """Solution at a load, whether it converged, and the iterations."""
+        """Solution at a load, whether it converged, and the number of iterations."""
 
-        def left(q: Array) -> Array:
+        def relative_residual(q: Array) -> Array:
             r, scale = balance(q, load)
             return jnp.max(jnp.abs(r)) / jnp.maximum(scale, 1e-30)
 
@@ -70,12 +70,12 @@ def _static(robot: Robot, x: State, first_step: Float[Array, ""], tolerance: Flo
         def correct(it):
             q, _, _, k = it
             dq = -jnp.linalg.solve(stiffness(q, load), balance(q, load)[0])
-            # no more than half a radian (or strain, or metre) at once
+            # at most 0.5 rad (or strain, or m) per correction
             dq = dq * jnp.minimum(1.0, 0.5 / jnp.max(jnp.abs(dq)))
             q = robot.advance(q, dq, jnp.ones(()))
-            return q, left(q), jnp.max(jnp.abs(dq)), k + 1
+            return q, relative_residual(q), jnp.max(jnp.abs(dq)), k + 1
 
-        start = (q, left(q), jnp.asarray(jnp.inf), jnp.zeros((), int))
+        start = (q, relative_residual(q), jnp.asarray(jnp.inf), jnp.zeros((), int))
         q, rest, size, k = jax.lax.while_loop(going, correct, start)
         return q, (rest <= tolerance) | (size <= _STILL), k
 

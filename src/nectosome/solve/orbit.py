@@ -1,16 +1,16 @@
-r"""Periodic orbits by shooting, modulo what the equations do not depend on.
+r"""Periodic orbits by shooting, modulo the symmetry of the equations.
 
-A state x at the start of a cycle is looked for from which the robot comes back to itself after a period T, but for the
-symmetry: a swimmer's place and heading may drift. With the flow $\Phi_T$ and displacements y of the state,
+The unknown is a state x at the start of a cycle that returns to itself after a period T, modulo the symmetry: position
+and heading of a swimmer may drift. With the flow $\Phi_T$ and displacements y of the state,
 
 $$ F(y) = \Phi_T(x \oplus y) \ominus (x \oplus y) = 0, \quad y = -(D\Phi_T - 1)^{-1} F $$
 
-by Newton's method; the derivative goes through the adaptive time steps. It costs many times what the cycle itself does,
-so it is kept while corrections by it bring the ends together quickly, and taken afresh where they have met. Where a
-correction does not bring them closer the robot is left to itself for a cycle instead, as it is for the first cycles.
+by Newton's method; the derivative goes through the adaptive time steps. It costs many times as much as the cycle, so it
+is kept while its corrections close the gap quickly, and recomputed at the solution. If a correction does not reduce the
+gap, one cycle of free motion follows instead, as in the first cycles.
 
-The orbit's derivatives follow from the implicit function theorem, $dy = -(D\Phi_T - 1)^{-1} dF$, with one march over
-the cycle that carries the slopes of its states by y and by what changes, in steps that keep their errors small too.
+The orbit's derivatives follow from the implicit function theorem, $dy = -(D\Phi_T - 1)^{-1} dF$, with one integration
+of the cycle and its sensitivities to y and to the changed parameters, under error control of both.
 """
 
 from typing import Any, NamedTuple
@@ -22,7 +22,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
-from nectosome.core.linear import generalised_inverse
+from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.mechanism import InPlane, Robot
 
 from .integrate import Method, Settings, begin, integrate
@@ -30,30 +30,30 @@ from .sensitivity import SensitivityState, SensitivitySystem
 from .stages import rms
 from .symmetry import Symmetry
 
-Moving = Robot | InPlane
+Model = Robot | InPlane
 
-_WAIT, _CYCLES = 2, 60  # cycles before Newton's method, and in all
+_WAIT, _CYCLES = 2, 60  # cycles before Newton's method, and in total
 _CORRECTIONS = 12
-_QUICK = 0.1  # of the gap that a correction leaves: the derivative is kept
-_NOISE = 20.0  # errors of a step: what the hundreds of steps of a cycle may leave open, where corrections close no more
-_SETTLE = 8  # cycles of a robot that is left to itself
-_FIRST_STEP = 1e-4  # s
-_NOTHING = 1e-9  # of what a cycle does to a disturbance
+_QUICK = 0.1  # ratio of successive gaps up to which the derivative is kept
+_NOISE = 20.0  # [tolerance of a step] accepted gap if corrections no longer reduce it: error of hundreds of steps
+_SETTLE = 8  # most cycles of free motion
+_FIRST_STEP = 1e-4  # [s]
+_NOTHING = 1e-9  # elements of the gap's derivative below this are rounding errors
 
 
 class Orbit(NamedTuple):
-    """A motion that repeats itself."""
+    """A periodic motion."""
 
-    states: State  # at the times asked for, leaves [n, ...]; the first is the start of the cycle
-    monodromy: Float[Array, "m m"]  # derivative of the state after a cycle by that before, in displacements
+    states: State  # at the given times, leaves [n, ...]; the first is the start of the cycle
+    monodromy: Float[Array, "m m"]  # derivative of the state after a cycle by the state before, in displacements
 
 
 class CycleAttempt(NamedTuple):
-    """A cycle from some state on."""
+    """One cycle from a given state."""
 
-    states: State  # at the times asked for
-    gap: Float[Array, "m"]  # between its ends, but for what the equations do not depend on
-    size: Float[Array, ""]  # of the gap, in errors allowed of numbers as large as they get in the cycle; 1 is closed
+    states: State  # at the given times
+    gap: Float[Array, "m"]  # between its ends, modulo the symmetry
+    size: Float[Array, ""]  # of the gap over the tolerance at the largest magnitudes of the cycle; at most 1: closed
     status: Array  # of the time integration
 
     @property
@@ -66,34 +66,34 @@ class _Search(NamedTuple):
     x: State
     found: CycleAttempt
     monodromy: Array
-    inverse: Array  # of the derivative of the gap, where it was last taken
-    derive: Array  # take it in the next cycle
-    best: Array  # size that a correction must halve; inf after a wait, when any gap may be corrected again
+    inverse: Array  # of the last derivative of the gap
+    derive: Array  # recompute it in the next cycle
+    best: Array  # size that a correction must halve; inf after a cycle of free motion
     corrections: Array
     cycles: Array
-    waited: Array  # the last move was to wait
+    waited: Array  # the last step was a cycle of free motion
     closed: Array
     done: Array
 
 
-def near(robot: Moving, x: State, y: Float[Array, "m"]) -> State:
+def near(robot: Model, x: State, y: Float[Array, "m"]) -> State:
     """State displaced by y: coordinates along the velocities, velocities, load states."""
     n = x.v.shape[0]
     z, unravel = ravel_pytree(x.z)
     return State(robot.advance(x.q, y[:n], jnp.ones(())), x.v + y[n : 2 * n], unravel(z + y[2 * n :]))
 
 
-def between(robot: Moving, symmetry: Symmetry, a: State, b: State) -> Float[Array, "m"]:
-    """Displacement from a to b as far as the equations can tell: 0 along the symmetry."""
-    moved = robot.displacements(b.q) - robot.displacements(a.q)
-    moved = jnp.where(symmetry.rates(moved.shape[0]), 0.0, moved)
+def between(robot: Model, symmetry: Symmetry, a: State, b: State) -> Float[Array, "m"]:
+    """Displacement from a to b, 0 along the symmetry."""
+    displacement = robot.displacements(b.q) - robot.displacements(a.q)
+    displacement = jnp.where(symmetry.rates(displacement.shape[0]), 0.0, displacement)
     if symmetry.spin and isinstance(robot, Robot):
-        moved = moved.at[:3].set(symmetry.tilt(robot, a.q, b.q))
-    return jnp.concatenate([moved, b.v - a.v, ravel_pytree(b.z)[0] - ravel_pytree(a.z)[0]])
+        displacement = displacement.at[:3].set(symmetry.tilt(robot, a.q, b.q))
+    return jnp.concatenate([displacement, b.v - a.v, ravel_pytree(b.z)[0] - ravel_pytree(a.z)[0]])
 
 
-def cycle(robot: Moving, symmetry: Symmetry, x: State, times: Float[Array, "n"], settings: Settings) -> CycleAttempt:
-    """States at times that increase from 0 to the period, and how far the last is from the first."""
+def cycle(robot: Model, symmetry: Symmetry, x: State, times: Float[Array, "n"], settings: Settings) -> CycleAttempt:
+    """States at times that increase from 0 to the period, and the gap between the last and the first."""
     m, later = integrate(robot, begin(jnp.zeros(()), x, settings, jnp.asarray(_FIRST_STEP)), times[1:], settings)
     states = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, later)
     gap = between(robot, symmetry, x, jax.tree.map(lambda x: x[-1], later))
@@ -103,20 +103,20 @@ def cycle(robot: Moving, symmetry: Symmetry, x: State, times: Float[Array, "n"],
 
 
 def _before(x: State, times: Float[Array, "n"]) -> CycleAttempt:
-    """What stands for the cycle before the first, which ends at x."""
+    """Placeholder for the cycle before the first; it ends at x."""
     states = jax.tree.map(lambda x: jnp.broadcast_to(x, (times.shape[0], *x.shape)), x)
     gap = jnp.full(ravel_pytree((x.v, x.v, x.z))[0].shape, jnp.inf)
     return CycleAttempt(states, gap, jnp.asarray(jnp.inf), jnp.asarray(int(Status.SOLVED)))
 
 
-def settled_cycle(
-    robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings
+def transient_cycle(
+    robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings
 ) -> Solution:
-    """Cycle that a robot comes to when it is left to itself, with status SETTLED, or NO_PERIOD after a few cycles.
+    """Periodic motion reached by free motion (transient), with status SETTLED, or NO_PERIOD after a few cycles.
 
-    Gaps g that shrink by the share s from cycle to cycle leave g/(1 - s) to go: that, the residual, is what must be
-    within the errors allowed. Quicker than `orbit` where disturbances die out within a cycle, since no derivatives are
-    taken; blind for motions that do not last, and without multipliers.
+    If the gap g shrinks by the factor s per cycle, the remaining distance is g/(1 - s): this residual must be within
+    the tolerance. Faster than `orbit` for disturbances that decay within a cycle, since it needs no derivatives; it
+    cannot find unstable motions and gives no multipliers.
     """
 
     def more(carry: tuple[CycleAttempt, Array, Array]) -> tuple[CycleAttempt, Array, Array]:
@@ -139,30 +139,30 @@ def settled_cycle(
 
 
 def cycle_settings(method: Method, period: Array, rtol: Array | float, atol: Array | float) -> Settings:
-    """How to integrate a cycle: in at least a hundred steps, so that small disturbances are followed at rest too."""
+    """Settings of a cycle: at least a hundred steps, so that small disturbances are resolved also near rest."""
     return Settings(method, *map(jnp.asarray, (rtol, atol, 100_000)), longest=period / 100)
 
 
 def _solved(J: Float[Array, "m m"]) -> Float[Array, "m m"]:
-    """Generalised inverse of DPhi - 1, whose rounding errors are no numbers."""
+    """Generalised inverse of DPhi - 1, with rounding errors set to 0."""
     return generalised_inverse(jnp.where(jnp.abs(J) > _NOTHING, J, 0.0))
 
 
-def orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings) -> Solution:
-    """Periodic orbit from a state nearby, with status SOLVED, SETTLED (Newton's method did not get there) or NO_PERIOD.
+def orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings) -> Solution:
+    """Periodic orbit from a guess, with status SOLVED, SETTLED (by free motion, not by Newton's method) or NO_PERIOD.
 
     `times` increase from 0 to the period. The residual is the root mean square of the gap between the ends of the
-    cycle, in errors allowed by the settings. Works under jit and vmap.
+    cycle, over the tolerance. Works under jit and vmap.
 
-    The states have derivatives, forward mode only, with respect to the robot and to the period, of which `times` keep
-    their shares. Along the symmetry the start stays where it is. They are NaN where no orbit was found. Where a drive's
-    acceleration jumps, they miss what moves the jump to another share of the period.
+    The states have derivatives (forward mode only) with respect to the robot and to the period, at fixed fractions of
+    the period. Along the symmetry the start is fixed. They are NaN if no orbit was found. They do not include the shift
+    of a jump of a drive's acceleration to another fraction of the period.
     """
     return _orbit(robot, symmetry, guess, times, settings)
 
 
 @eqx.filter_custom_jvp
-def _orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings) -> Solution:
+def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings) -> Solution:
     m = ravel_pytree((guess.v, guess.v, guess.z))[0].shape[0]
 
     def gap(x: State, y: Array) -> tuple[Array, CycleAttempt]:
@@ -171,14 +171,14 @@ def _orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, 
 
     def derived(s: _Search) -> tuple[Array, Array, CycleAttempt]:
         J, found = jax.jacfwd(lambda y: gap(s.x, y), has_aux=True)(jnp.zeros(m))
-        # the gap tells places and angles as coordinates, y moves along the velocities
-        told = jax.jacfwd(lambda y: between(robot, symmetry, s.x, near(robot, s.x, y)))(jnp.zeros(m))
-        return generalised_inverse(told) @ J + jnp.eye(m), _solved(J), found
+        # the gap is in coordinates, y along the velocities
+        chart = jax.jacfwd(lambda y: between(robot, symmetry, s.x, near(robot, s.x, y)))(jnp.zeros(m))
+        return generalised_inverse(chart) @ J + jnp.eye(m), _solved(J), found
 
     def kept(s: _Search) -> tuple[Array, Array, CycleAttempt]:
         return s.monodromy, s.inverse, gap(s.x, jnp.zeros(m))[1]
 
-    def look(s: _Search) -> _Search:
+    def advance(s: _Search) -> _Search:
         monodromy, inverse, found = jax.lax.cond(s.derive, derived, kept, s)
         stalled = jnp.isfinite(s.best) & (found.size >= 0.5 * s.best)
         closed = (found.size <= 1.0) | (stalled & (found.size <= _NOISE))
@@ -206,7 +206,7 @@ def _orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, 
 
     none, no, eye = jnp.zeros((), int), jnp.asarray(False), jnp.eye(m)
     start = _Search(guess, _before(guess, times), eye, 0 * eye, no, jnp.asarray(jnp.inf), none, none, no, no, no)
-    s = jax.lax.while_loop(lambda s: ~s.done, look, start)
+    s = jax.lax.while_loop(lambda s: ~s.done, advance, start)
     status = jnp.where(s.waited, int(Status.SETTLED), int(Status.SOLVED))
     status = jnp.where(s.closed, status, int(Status.NO_PERIOD))
     status = jnp.where(s.found.status == int(Status.SOLVED), status, s.found.status)
@@ -215,7 +215,7 @@ def _orbit(robot: Moving, symmetry: Symmetry, guess: State, times: Float[Array, 
 
 
 @_orbit.def_jvp
-def _slopes(primals: tuple, tangents: tuple) -> tuple[Solution, Solution]:
+def _orbit_derivatives(primals: tuple, tangents: tuple) -> tuple[Solution, Solution]:
     robot, symmetry, _, times, settings = primals
     found = _orbit(*primals)
     x = jax.tree.map(lambda x: x[0], found.value.states)
@@ -223,16 +223,16 @@ def _slopes(primals: tuple, tangents: tuple) -> tuple[Solution, Solution]:
     along = _along((robot, symmetry, x, times, settings), tangents[0], d_period)
     solved = (found.status == int(Status.SOLVED)) | (found.status == int(Status.SETTLED))
     along = jax.tree.map(lambda x: jnp.where(solved, x, jnp.nan), along)
-    still = jax.tree.map(lambda _: None, found)
-    return found, eqx.tree_at(lambda s: s.value.states, still, along, is_leaf=lambda x: x is None)
+    unchanged = jax.tree.map(lambda _: None, found)
+    return found, eqx.tree_at(lambda s: s.value.states, unchanged, along, is_leaf=lambda x: x is None)
 
 
 def _along(here: tuple, *change: Any) -> State:
-    """`cycle_slopes` by one change. Under vmap all changes of one robot share a march, which each lane would repeat."""
+    """`cycle_sensitivities` to one change. Under vmap all changes of one robot share one integration."""
     numbers, rest = eqx.partition(here, eqx.is_array)
 
     def slopes(numbers: Any, *changes: Any) -> State:
-        return cycle_slopes(*eqx.combine(numbers, rest), *changes)
+        return cycle_sensitivities(*eqx.combine(numbers, rest), *changes)
 
     def one(numbers: Any, *change: Any) -> State:
         return jax.tree.map(lambda s: s[0], slopes(numbers, *jax.tree.map(lambda d: d[None], change)))
@@ -251,8 +251,8 @@ def _along(here: tuple, *change: Any) -> State:
     return shared(numbers, *change)
 
 
-def cycle_slopes(
-    robot: Moving,
+def cycle_sensitivities(
+    robot: Model,
     symmetry: Symmetry,
     x: State,
     times: Float[Array, "n"],
@@ -260,10 +260,10 @@ def cycle_slopes(
     d_robot: Any,
     d_period: Float[Array, "k"],
 ) -> State:
-    """Derivatives of the states of the orbit through x, leaves [k, n, ...], at times that keep shares of the period.
+    """Derivatives of the states of the orbit through x, leaves [k, n, ...], at fixed fractions of the period.
 
-    `d_robot`: k derivatives of the robot's numbers, leaves [k, ...] or None. The march carries a slope for each
-    displacement of the start, and one for each of these changes.
+    `d_robot`: k derivatives of the robot's numbers, leaves [k, ...] or None. The integration has one sensitivity for
+    each displacement of the start, and one for each of these changes.
     """
     m, k = ravel_pytree((x.v, x.v, x.z))[0].shape[0], d_period.shape[0]
     starts = jax.vmap(lambda y: jax.jvp(lambda y: near(robot, x, y), (jnp.zeros(m),), (y,))[1])(jnp.eye(m + k, m))
@@ -272,11 +272,11 @@ def cycle_slopes(
     _, later = integrate(SensitivitySystem(robot, changes, pace / times[-1]), start, times[1:], settings)
     end = jax.tree.map(lambda x: x[-1], later)
 
-    def gap_slope(change: Any, start: State, slope: State) -> Array:
+    def gap_derivative(change: Any, start: State, slope: State) -> Array:
         here = robot, x, end.x
         return eqx.filter_jvp(lambda r, a, b: between(r, symmetry, a, b), here, (change, start, slope))[1]
 
-    gaps = jax.vmap(gap_slope)(changes, starts, end.slopes)
+    gaps = jax.vmap(gap_derivative)(changes, starts, end.slopes)
     weights = jnp.concatenate([-gaps[m:] @ _solved(gaps[:m].T).T, jnp.eye(k)], axis=1)
     slopes = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), starts, later.slopes)
     return jax.tree.map(lambda s: jnp.einsum("kp,np...->kn...", weights, s), slopes)

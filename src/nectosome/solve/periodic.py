@@ -1,5 +1,6 @@
-"""Periodic motion as a root: the cycle that a robot with periodic drives keeps for ever."""
+"""Periodic motion (limit cycle) of a robot with periodic drives, found as a root, and its stability."""
 
+from collections.abc import Iterable
 from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
@@ -10,33 +11,36 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
-from nectosome.description import RobotDescription
+from nectosome.description import drive_period
 from nectosome.mechanism import Robot, reduced
+from nectosome.model import RobotLike, description_of, robot_of
+from nectosome.units import InputError, read_positive
 
 from .cycle_means import CycleMeans, cycle_means
 from .orbit import cycle_settings, orbit
 from .results import Results, Run, Trajectory
 from .screw import screw_of
+from .simulate import check_tolerances
 from .symmetry import Symmetry, find_symmetry
 
-_SAME = 1e-9  # relative difference of residuals that counts as none
-_STABLE = 1 + 1e-6  # the largest multiplier of a motion that lasts
-_TURNS = 1e-6  # rad in a cycle: less is what its ends are apart
+_SAME = 1e-9  # relative difference of residuals that counts as equal
+_STABLE = 1 + 1e-6  # largest multiplier of a stable motion
+_TURNS = 1e-6  # [rad per cycle] below, rotation is within the gap of the cycle
 
 
 class CyclePath(NamedTuple):
-    """Where cycles take a body: round an axis, and along it."""
+    """Circle or helix along which successive cycles move a body."""
 
     radius: float  # [m]
-    rate: float  # at which it turns [rad/s], less than half a turn a cycle
-    axis: Float[np.ndarray, "3"]  # about which it turns; where it does not, along which it goes
-    pitch: float  # way along the axis in a turn [m]
+    rate: float  # mean angular speed [rad/s], less than half a turn per cycle
+    axis: Float[np.ndarray, "3"]  # of rotation; without rotation, the direction of travel
+    pitch: float  # displacement along the axis per turn [m]
 
 
 class Periodic(Run):
     """A cycle: a Run from t = 0 to the period. `stats["multiplier"]` is the largest magnitude among `multipliers`.
 
-    A disturbance of the state is multiplied by them in each cycle; along the symmetry there is none.
+    A disturbance of the state is multiplied by them in each cycle; directions along the symmetry are excluded.
     """
 
     multipliers: np.ndarray = eqx.field(kw_only=True)  # complex Floquet multipliers, the largest first
@@ -53,7 +57,7 @@ class Periodic(Run):
         return remembered(cycle_means, trajectory.system, trajectory.time, trajectory.state)
 
     def course(self) -> CyclePath:
-        """The circle or helix on which cycle after cycle takes the root body; of radius inf where it does not turn."""
+        """Circle or helix of the root body over the cycles; radius inf without rotation."""
         robot, time, states = self.value.system, self.value.time, self.value.state
         ends = [remembered(_pose, robot, time[k], jax.tree.map(lambda x, k=k: x[k], states)) for k in (0, -1)]
         start, end = ((np.asarray(R), np.asarray(p)) for R, p in ends)
@@ -63,53 +67,57 @@ class Periodic(Run):
         per_turn = 2 * np.pi / screw.angle
         return CyclePath(screw.radius(start[1]), screw.angle / float(time[-1]), screw.axis, per_turn * screw.along)
 
-    def results(self, description: RobotDescription | None = None, settings: dict[str, Any] | None = None) -> Results:
+    def results(self, settings: dict[str, Any] | None = None) -> Results:
         """Results of the cycle as of any run, and its multipliers."""
-        found = super().results(description, settings)
+        found = super().results(settings)
         parts = {"multiplier_real": np.real(self.multipliers), "multiplier_imaginary": np.imag(self.multipliers)}
         return found._replace(data=found.data | {name: (("multiplier",), x, "1") for name, x in parts.items()})
 
 
 def _pose(robot: Robot, t: Array, x: State) -> tuple[Float[Array, "3 3"], Float[Array, "3"]]:
-    """Rotation and place of the root body's first station."""
+    """Rotation and position of the root body's first station."""
     shape = robot.tree.shape(robot.tree.complete(t, x.q, x.v)[0])
     return shape.rotation[0], shape.position[0]
 
 
 def periodic(
-    robot: Robot,
-    period: float,
+    robot: RobotLike,
+    period: float | str | None = None,
     *,
+    settings: Iterable[str] = (),
     guess: State | None = None,
     samples: int = 129,
     rtol: float = 1e-6,
     atol: float = 1e-8,
 ) -> Periodic:
-    """Relative periodic orbit of a robot whose drives repeat themselves with `period` [s].
+    """Relative periodic orbit of a robot whose drives repeat themselves with `period`, seconds or text such as "0.5s".
 
-    All that its equations depend on returns after a period; place and heading may go on. It is looked for from `guess`
-    (a state at t = 0), else from rest. Status SOLVED; SETTLED where it was found by waiting; UNSTABLE where a
-    multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves from the start on, as a
-    stroke with a ramp does not. The ends of the cycle meet within what `rtol` and `atol` allow for one time step, of
-    numbers as large as they get in the cycle; for twenty where the steps let them come no closer (see `residual`).
-    Raises ValueError for a period, sample count or tolerance that makes no sense.
+    The robot is given by name, path, description or built, with `settings` such as "f=2Hz"; without a period, that of
+    its description's drives is taken (see `drive_period`). All that its equations depend on returns after a period;
+    place and heading may go on. It is looked for from `guess` (a state at t = 0), else from rest. Status SOLVED;
+    SETTLED where it was found by waiting; UNSTABLE where a multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the
+    drives do not repeat themselves from the start on, as a stroke with a ramp does not. The ends of the cycle meet
+    within what `rtol` and `atol` allow for one time step, of numbers as large as they get in the cycle; for twenty
+    where the steps let them come no closer (see `residual`). Raises InputError for what is no robot, where its drives
+    have no period, and for a period, sample count or tolerance that makes no sense.
     """
-    if not (np.isfinite(period) and period > 0):
-        raise ValueError(f"periodic: the period is {period} s; it must be a positive number of seconds.")
+    if period is None:
+        period = drive_period(description_of(robot, settings))
+    period = read_positive(period, "time", "period")
     if samples < 2:
-        raise ValueError(f"periodic: {samples} samples; at least 2 are needed, both ends of the cycle.")
-    if not (0 < rtol < 1 and 0 < atol < 1):
-        raise ValueError(f"periodic: tolerances are rtol {rtol}, atol {atol}; they must lie between 0 and 1.")
+        raise InputError(f"{samples} samples; at least 2 are needed, both ends of the cycle.", field="samples")
+    check_tolerances(rtol, atol)
+    robot = robot_of(robot, settings)
     symmetry = find_symmetry(robot)
     x = robot.initial() if guess is None else guess
-    T = jnp.asarray(float(period))
-    settings = cycle_settings("implicit", T, rtol, atol)
+    T = jnp.asarray(period)
+    stepping = cycle_settings("implicit", T, rtol, atol)
     if x.v.size and float(remembered(_change_over, robot, T)) > _SAME:
         one = jax.tree.map(lambda x: jnp.asarray(x)[None], x)
         none = np.zeros(0, complex)
         return _result(robot, T, np.zeros(1), one, Status.OTHER_PERIOD, {}, none, jnp.asarray(jnp.nan))
     times = np.linspace(0.0, period, samples)
-    found: Solution = remembered(orbit, reduced(robot), symmetry, x, jnp.asarray(times), settings)
+    found: Solution = remembered(orbit, reduced(robot), symmetry, x, jnp.asarray(times), stepping)
     status, stats, multipliers = Status(int(found.status)), dict(found.stats), np.zeros(0, complex)
     if status in (Status.SOLVED, Status.SETTLED):
         multipliers = _multipliers(symmetry, x.v.size, np.asarray(found.value.monodromy))
@@ -120,9 +128,9 @@ def periodic(
 
 
 def _change_over(robot: Robot, period) -> jax.Array:
-    """How much the residual at a few states drawn at random changes over a period, relative to itself.
+    """Relative change of the residual over a period, at a few random states.
 
-    The first is just after the start, where a ramp has hardly begun.
+    The first time is just after the start, at the beginning of a ramp.
     """
     rest, shares = robot.initial(), jnp.array([1e-3, 0.29, 0.58, 0.87])
     draws = 0.3 * jax.random.normal(jax.random.key(2), (shares.size, 3, rest.v.shape[0]))
@@ -141,13 +149,13 @@ def _change_over(robot: Robot, period) -> jax.Array:
 
 
 def _multipliers(symmetry: Symmetry, n: int, monodromy: np.ndarray) -> np.ndarray:
-    """Eigenvalues of what a cycle does to disturbances, without those along the symmetry; n velocities."""
+    """Floquet multipliers, without those along the symmetry; n velocities."""
     keep = np.setdiff1d(np.arange(monodromy.shape[0]), np.flatnonzero(symmetry.rates(n)))
     values = np.linalg.eigvals(monodromy[np.ix_(keep, keep)]).astype(complex)
     return values[np.argsort(-np.abs(values), kind="stable")]
 
 
-def _result(robot: Robot, period, times, state: State, status: Status, stats, multipliers, left) -> Periodic:
+def _result(robot: Robot, period, times, state: State, status: Status, stats, multipliers, residual) -> Periodic:
     stats = {key: jnp.asarray(value) for key, value in {"period": period, **stats}.items()}
     trajectory = Trajectory(robot, jnp.asarray(times), state)
-    return Periodic(trajectory, jnp.asarray(int(status)), stats, left, multipliers=multipliers)
+    return Periodic(trajectory, jnp.asarray(int(status)), stats, residual, multipliers=multipliers)

@@ -1,4 +1,4 @@
-"""What a run comes to: a steady motion, an oscillation, neither."""
+"""Regime at the end of a run: a steady motion, an oscillation, or neither."""
 
 from typing import Literal, NamedTuple
 
@@ -8,28 +8,28 @@ from nectosome.core import Status
 
 from .results import Run
 
-_STILL = 1e-3  # of the largest velocity: what swings less has settled
-_ALIKE = 0.98  # correlation of a velocity with itself one period later
+_STILL = 1e-3  # [largest velocity] amplitude that counts as steady
+_ALIKE = 0.98  # autocorrelation of a velocity at one period
 
 
 class Regime(NamedTuple):
-    """How a run ends."""
+    """Kind of motion at the end of a run."""
 
     kind: Literal["steady", "oscillating", "irregular", "lost"]
-    frequency: float  # [Hz], of an oscillation; NaN else
+    frequency: float  # [Hz] of an oscillation; else NaN
 
     def __str__(self) -> str:
         words = {
             "steady": "it settles to a steady motion",
             "oscillating": f"it keeps oscillating at {self.frequency:.3g} Hz (limit cycle)",
             "irregular": "it keeps moving without a period",
-            "lost": "the run does not come to its end (divergence)",
+            "lost": "the run stops before its end (divergence)",
         }
         return words[self.kind]
 
 
 def regime_of(run: Run) -> Regime:
-    """What the last half of a run is like, judged by its velocities, which must be sampled evenly."""
+    """Regime of the last half of a run, from its velocities at even samples."""
     if int(run.status) != Status.SOLVED:
         return Regime("lost", float("nan"))
     v, time = np.asarray(run.value.state.v), np.asarray(run.value.time)

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import prepare, remembered
-from nectosome.description import RevoluteJoint, RobotDescription, ServoLimits, dump_robot
+from nectosome.description import RevoluteJoint, ServoLimits, dump_robot
 from nectosome.io import provenance
 from nectosome.mechanism import Diagnosis, Robot, diagnose, load_names
 
@@ -37,21 +37,22 @@ class Run(Solution):
     title: ClassVar[str] = "simulation"
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__}: {_told(self.status)}, {_span(self.value.time)}>"
+        return f"<{type(self).__name__}: {_describe(self.status)}, {_span(self.value.time)}>"
 
-    def results(self, description: RobotDescription | None = None, settings: dict[str, Any] | None = None) -> "Results":
-        """Results of the run (see `results`); `description` and `settings` go into their attributes."""
-        return results(self, description, settings or {})
+    def results(self, settings: dict[str, Any] | None = None) -> "Results":
+        """Results of the run (see `results_of`); `settings` go into their provenance."""
+        trajectory = self.value
+        return results_of(
+            self, remembered(diagnose_all, trajectory.system, trajectory.time, trajectory.state), settings
+        )
 
-    def to_dataset(
-        self, description: RobotDescription | None = None, settings: dict[str, Any] | None = None
-    ) -> "xr.Dataset":
-        """The results as an `xarray.Dataset`."""
-        return self.results(description, settings).to_dataset()
+    def to_dataset(self, settings: dict[str, Any] | None = None) -> "xr.Dataset":
+        """The results as an `xarray.Dataset` in SI units, with the robot they are of; `settings` go into provenance."""
+        return self.results(settings).to_dataset()
 
 
-def _told(status: Any) -> str:
-    """A status in words; of several, or of one that is traced, there are none."""
+def _describe(status: Any) -> str:
+    """A status in words; its shape for several ones or a traced one."""
     if isinstance(status, Tracer) or np.ndim(status):
         return f"status of shape {np.shape(status)}"
     return f"{Status(int(status)).name}, {Status(int(status)).reason}"
@@ -62,13 +63,13 @@ def _span(time: Any) -> str:
         return f"times of shape {np.shape(time)}"
     if len(time) == 1:
         return f"at {time[0]:g} s"
-    return f"{len(time)} moments from {time[0]:g} s to {time[-1]:g} s"
+    return f"{len(time)} times from {time[0]:g} s to {time[-1]:g} s"
 
 
 Data = dict[str, tuple[tuple[str, ...], np.ndarray, str]]  # dimensions, values, unit
-Names = dict[str, tuple[str, np.ndarray, str]]  # of and along dimensions: dimension, values, unit
+Names = dict[str, tuple[str, np.ndarray, str]]  # labels along dimensions: dimension, values, unit
 
-# what a run has at each moment, and a cycle on the mean
+# quantities of a run at each time, and of a cycle as means
 VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
     "velocity": (("part", "axis"), "m/s"),
     "load_force": (("load", "part", "axis"), "N"),
@@ -84,7 +85,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
 
 
 class Results(NamedTuple):
-    """A run in numbers. Quick answers are made of it as it is: importing xarray takes longer than some of them."""
+    """A run as arrays, for quick answers without the import of xarray, which takes longer than some of them."""
 
     data: Data
     names: Names
@@ -96,28 +97,42 @@ class Results(NamedTuple):
         return {name: values for name, (_, values, _) in (*self.data.items(), *self.names.items())}
 
     def to_dataset(self) -> "xr.Dataset":
-        """The same with labels."""
+        """Convert to a labelled dataset."""
         import xarray as xr
 
-        return xr.Dataset(
-            {name: (dims, values, {"units": unit}) for name, (dims, values, unit) in self.data.items()},
-            coords={name: (dim, values, {"units": u} if u else {}) for name, (dim, values, u) in self.names.items()},
-            attrs=self.attributes,
-        )
+        coords = {name: (dim, values, {"units": u} if u else {}) for name, (dim, values, u) in self.names.items()}
+        if "coordinate" in coords:
+            coords["coordinate"][2]["comment"] = _COORDINATES
+        data = {name: (dims, values, {"units": unit}) for name, (dims, values, unit) in self.data.items()}
+        return xr.Dataset(data, coords=coords, attrs=self.attributes)
+
+
+_COORDINATES = (
+    "q in coordinate_unit, v in it per second; of a rod the Legendre coefficients of strain times length: rad of "
+    "torsion and bending (curvature times length), 1 of extension and shear; of free rotation a rotation vector"
+)
+_METRES, _PLAIN = {"position", "x", "y", "vx", "vy", "vz"}, {"extension", "shear_y", "shear_z"}
+
+
+def coordinate_unit(name: str) -> str:
+    """SI unit of the displacement of a coordinate, by its name such as `tail.bending_z.0`."""
+    words = name.split(".")
+    what = words[-2] if words[-1].isdigit() else words[-1]
+    return "m" if what in _METRES else "1" if what in _PLAIN else "rad"
 
 
 def diagnose_all(robot: Robot, time: Float[Array, "n"], state: State) -> Diagnosis:
-    """Diagnosis at each of n moments, leaves [n, ...]."""
+    """Diagnosis at each of n times, leaves [n, ...]."""
     return jax.lax.map(lambda tx: diagnose(robot, *tx), (time, state))
 
 
 def prepare_results(robot: Robot, samples: int) -> None:
-    """Get `results` ready for runs of that many samples, beside what goes on."""
+    """Compile `results` for runs of that many samples in the background."""
     prepare(diagnose_all, robot, *blank(robot, samples))
 
 
 def blank(robot: Robot, samples: int) -> tuple[np.ndarray, State]:
-    """Times and states of a run that has not been made yet."""
+    """Times and states with the shapes of a run."""
     return np.zeros(samples), jax.tree.map(lambda x: np.broadcast_to(x, (samples, *x.shape)), robot.initial())
 
 
@@ -136,9 +151,10 @@ def labels(robot: Robot) -> Names:
     return {name: (name, np.asarray(values, dtype=str), "") for name, values in names.items()}
 
 
-def drive_limits(robot: Robot, description: RobotDescription | None) -> Data:
+def drive_limits(robot: Robot) -> Data:
     """What the servos of prescribed joints can give at most, NaN for other joints; nothing where no limit is known."""
-    limbs = {} if description is None else {"body": description.body, **description.limbs}
+    description = robot.description
+    limbs = {} if description is None else description.parts
     joints = {f"{part}.angle": limb.joint for part, limb in limbs.items()}
     known = {name: joint.limits for name, joint in joints.items() if isinstance(joint, RevoluteJoint) and joint.limits}
     if not known:
@@ -152,45 +168,38 @@ def drive_limits(robot: Robot, description: RobotDescription | None) -> Data:
 
 
 def overloaded(arrays: Mapping[str, np.ndarray], torque: np.ndarray, speed: np.ndarray) -> list[str]:
-    """A sentence for each servo of which more is asked than it has: the largest torque [N m] or speed [rad/s].
+    """A sentence for each servo beyond its limit of torque [N m] or speed [rad/s].
 
-    `arrays` are those of results with `drive_limits`, where any are known; values are those of their prescribed joints.
+    `arrays` are those of results with `drive_limits`; `torque` and `speed` are the largest ones of prescribed joints.
     """
     if "reaction_limit" not in arrays:
         return []
-    told: list[str] = []
+    sentences: list[str] = []
     limits = arrays["prescribed"], arrays["reaction_limit"], arrays["drive_velocity_limit"]
     for name, most, fastest, given, rate in zip(*limits, torque, speed, strict=True):
         beyond = " and ".join(what for what, over in (("torque", given > most), ("speed", rate > fastest)) if over)
-        told += [f"the servo of {name} cannot do this: more {beyond} than it has"] if beyond else []
-    return told
+        sentences += [f"the servo of {name} would exceed its limit of {beyond}"] if beyond else []
+    return sentences
 
 
-def attributes_of(run: Run, description: RobotDescription | None, settings: dict[str, Any]) -> dict[str, Any]:
-    """Title, robot, status, provenance and the solver's counts."""
-    status = Status(int(run.status))
+def attributes_of(run: Run, settings: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Title, robot, status, provenance and the solver's counts; no robot where it has no description."""
+    status, description = Status(int(run.status)), getattr(run.value.system, "description", None)
     return {
         "title": f"{description.name}: {run.title}" if description else run.title,
         "robot": dump_robot(description) if description else "",
         "status": status.name,
         "status_reason": status.reason,
-        "provenance": json.dumps(provenance(settings)),
+        "provenance": json.dumps(provenance(settings or {})),
         **{key: np.asarray(value).item() for key, value in run.stats.items()},
     }
 
 
-def results(run: Run, description: RobotDescription | None, settings: dict[str, Any]) -> Results:
-    """Motion, forces by load and part, powers, energies and reactions of a robot's run (see `results_of`)."""
-    trajectory = run.value
-    d = remembered(diagnose_all, trajectory.system, trajectory.time, trajectory.state)
-    return results_of(run, d, description, settings)
+def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -> Results:
+    """Motion, forces by load and part, powers, energies and reactions of a run diagnosed as d, leaves [n, ...]; SI.
 
-
-def results_of(run: Run, d: Diagnosis, description: RobotDescription | None, settings: dict[str, Any]) -> Results:
-    """The same of a run that has been diagnosed, leaves [n, ...], in SI units.
-
-    `power_balance` is |dE/dt - sum of powers| relative to the largest sum of |powers| of the run: what rounding
-    leaves, since accelerations, forces and energies are all taken at the saved states.
+    `power_balance` is |dE/dt - sum of powers| relative to the largest sum of |powers| of the run. It is at rounding
+    level, since accelerations, forces and energies are all evaluated at the saved states.
     """
     robot, trajectory = run.value.system, run.value
     d = jax.tree.map(np.asarray, d)
@@ -220,6 +229,7 @@ def results_of(run: Run, d: Diagnosis, description: RobotDescription | None, set
     names = labels(robot) | {
         "time": ("time", np.asarray(trajectory.time), "s"),
         "station_part": ("station", of_stations, ""),
+        "coordinate_unit": ("coordinate", np.array([*map(coordinate_unit, robot.coordinate_names)], dtype=str), ""),
     }
     data = {name: (dims, np.asarray(values), unit) for name, (dims, values, unit) in data.items()}
-    return Results(data | drive_limits(robot, description), names, attributes_of(run, description, settings))
+    return Results(data | drive_limits(robot), names, attributes_of(run, settings))

@@ -1,11 +1,12 @@
-r"""A motion together with its slopes: the derivatives of its states by some numbers, carried through the same steps.
+r"""Forward sensitivities: derivatives of the states by some parameters, integrated in the same steps.
 
-The slopes of a step are its derivatives at the solution of its stages. An embedded estimate of the error is linear in
-the stages, so that its derivative estimates the error of the slopes. They take part in the choice of the steps: those
-short enough for the state alone are too long for its slopes where the equations are hardly smooth, as at a stop.
+The sensitivities of a step are its derivatives at the solution of its stages. The embedded error estimate is linear in
+the stages, so its derivative estimates the error of the sensitivities. Both errors control the step size: near
+equations of low smoothness, such as a joint limit, sensitivities need shorter steps than the state.
 
-Times may move with the numbers, all at one relative pace p: $dt = p\,t$. A slope is then that of the state at a moving
-time, and its rate is $d(\dot x) + p\,\dot x$. Where the equations jump at a share of the period, its slopes stay right.
+Time may scale with the parameters, $dt = p\,t$ with a relative rate p. A sensitivity is then that of the state at a
+scaled time, with the rate $d(\dot x) + p\,\dot x$. This keeps sensitivities right for jumps at a fixed fraction of the
+period.
 """
 
 from collections.abc import Callable
@@ -20,26 +21,26 @@ from nectosome.core import Mechanical, State
 
 from .stages import Step
 
-_SHARE = 1e-6  # of the largest slope of all kinds [by kind: 1, 1/s]
+_SHARE = 1e-6  # least scale of one kind over the largest sensitivity of all kinds [by kind: 1, 1/s]
 
 
 class SensitivityState(eqx.Module):
-    """A state, or its rate, error or allowed error, and the slopes of it."""
+    """A state (or its rate, error or tolerance) and its sensitivities."""
 
     x: State
     slopes: State  # leaves [p, ...]
 
 
 class SensitivitySystem(eqx.Module):
-    """A system, and what becomes of it with each of p numbers."""
+    """A system and its derivatives by p parameters."""
 
     system: Mechanical
     tangents: Any  # derivatives of the system's numbers, leaves [p, ...] or None
-    pace: Float[Array, "p"]  # of all times, relative to them
+    time_scaling: Float[Array, "p"]  # relative derivative of all times
 
 
 def with_sensitivity(step: Callable[..., Step]) -> Callable[..., Step]:
-    """A time step that carries slopes along, made of one that does not."""
+    """Extend a time step to sensitivities."""
 
     def attempt(
         s: SensitivitySystem,
@@ -54,15 +55,15 @@ def with_sensitivity(step: Callable[..., Step]) -> Callable[..., Step]:
         def bare(system: Mechanical, t: Array, h: Array, x: State, rate: State) -> Step:
             return step(system, t, h, x, rate, known, memory, allowed.x)
 
-        def along(tangent: Any, pace: Array, dx: State, slope_of_rate: State) -> tuple[Step, tuple[State, ...]]:
-            def paced(d: State, rate: State, pace: Array = pace) -> State:
-                return jax.tree.map(lambda d, k: d + pace * k, d, rate)
+        def along(tangent: Any, scaling: Array, dx: State, d_rate: State) -> tuple[Step, tuple[State, ...]]:
+            def scaled(d: State, rate: State, scaling: Array = scaling) -> State:
+                return jax.tree.map(lambda d, k: d + scaling * k, d, rate)
 
-            tangents = (tangent, pace * t, pace * h, dx, paced(slope_of_rate, rate.x, -pace))
+            tangents = (tangent, scaling * t, scaling * h, dx, scaled(d_rate, rate.x, -scaling))
             done, d = eqx.filter_jvp(bare, (s.system, t, h, x.x, rate.x), tangents)
-            return done, (d.x, paced(d.first, done.first), paced(d.rate, done.rate), d.error)
+            return done, (d.x, scaled(d.first, done.first), scaled(d.rate, done.rate), d.error)
 
-        done, slopes = jax.vmap(along, out_axes=(None, 0))(s.tangents, s.pace, x.slopes, rate.slopes)
+        done, slopes = jax.vmap(along, out_axes=(None, 0))(s.tangents, s.time_scaling, x.slopes, rate.slopes)
         both = map(SensitivityState, (done.x, done.first, done.rate, done.error), slopes)
         return done._replace(**dict(zip(("x", "first", "rate", "error"), both, strict=True)))
 
@@ -70,10 +71,10 @@ def with_sensitivity(step: Callable[..., Step]) -> Callable[..., Step]:
 
 
 def allowed_sensitivity(rtol: Array, atol: Array | float, a: State, b: State) -> State:
-    """Error allowed in slopes from a to b: atol, and rtol of the largest of one kind.
+    """Tolerance of sensitivities from a to b: atol, and rtol of the largest of one kind.
 
-    Kinds are coordinates, velocities and load states. Where one kind is next to nothing beside the others a small share
-    of these counts: the velocities of a robot that is moved aside change by rounding errors only.
+    Kinds are coordinates, velocities and load states. A kind that is negligible against the others has a small fraction
+    of these as its scale: the velocities of a displaced robot, for instance, change by rounding errors only.
     """
     whole = _largest((a, b))
     assert whole is not None
@@ -89,6 +90,6 @@ def allowed_sensitivity(rtol: Array, atol: Array | float, a: State, b: State) ->
 
 
 def _largest(slopes: Any) -> Float[Array, "p"] | None:
-    """Largest magnitude of each of p slopes; None where there are no numbers."""
+    """Largest magnitude of each of p sensitivities; None for an empty tree."""
     leaves = [jnp.abs(leaf).reshape(leaf.shape[0], -1) for leaf in jax.tree.leaves(slopes) if leaf.size]
     return jnp.max(jnp.concatenate(leaves, axis=1), axis=1) if leaves else None

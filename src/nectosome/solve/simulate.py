@@ -1,7 +1,6 @@
-"""Simulation of a robot through time: the public face, with progress and cancelling."""
+"""Simulation of a robot: the public function, with progress and cancelling."""
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Literal
 
 import equinox as eqx
@@ -13,24 +12,27 @@ from jaxtyping import Array
 from nectosome.core import Mechanical, State, Status
 from nectosome.core.remember import remembered
 from nectosome.mechanism import reduced
+from nectosome.model import RobotLike, robot_of
+from nectosome.units import InputError, read_positive
 
 from .integrate import Guard, Integration, Method, Settings, begin, integrate, interpolate
 from .results import Run, Trajectory
 
-_CHUNKS, _WIDEST = 20, 20  # parts of a run, and how many samples one has at most: between them it can be cancelled
+_CHUNKS, _WIDEST = 20, 20  # number of chunks of a run, most samples of a chunk; it can be cancelled between chunks
 
 
 @eqx.filter_jit
-def _march_until(
+def _integrate_until(
     system: Mechanical, m: Integration, times: Array, settings: Settings, guard: Guard
 ) -> tuple[Integration, State]:
     return integrate(system, m, times, settings, guard)
 
 
 def simulate(
-    system: Mechanical,
-    time: float,
+    robot: RobotLike | Mechanical,
+    time: float | str,
     *,
+    settings: Iterable[str] = (),
     samples: int | Sequence[float] = 201,
     method: Literal["auto", "implicit", "explicit"] = "auto",
     rtol: float = 1e-4,
@@ -40,32 +42,36 @@ def simulate(
     progress: Callable[[float], bool | None] | None = None,
     max_steps: int = 200_000,
 ) -> Run:
-    """Integrate from t = 0 to `time` [s] and keep the states at `samples`.
+    """Motion of a robot from t = 0 to `time`, seconds or text such as "2.5s", with the states at `samples`.
 
+    - robot: a name, the path of a robot file, a description or a built robot, with `settings` such as "E=3MPa"; or any
+      other mechanical system.
     - samples: how many evenly spaced times, or the times themselves, increasing from 0 to `time`; the state at a time
       within a step is that of the step's cubic, as accurate as the steps.
     - method: "implicit" for soft bodies, "explicit" for systems without stiff springs; "auto" takes the implicit one.
-    - until(t, x): the run stops where it changes sign; status EVENT, and the moment is the last time kept.
+    - until(t, x): the run stops where it changes sign; status EVENT, and that time is the last one kept.
     - progress(share): called about twenty times with the share done, of many samples after every twentieth; the run is
       cancelled where it returns False.
 
     Returns a Run, a Solution whose value is a Trajectory up to where the run came; its status says why it ended there.
-    Raises ValueError for a time, sample count or tolerance that makes no sense.
+    Raises InputError for what is no robot, and for a time, sample count or tolerance that makes no sense.
     """
+    time = read_positive(time, "time", "time")
     times = np.linspace(0.0, time, samples) if isinstance(samples, int) else np.asarray(samples, dtype=float)
     _check(time, times, rtol, atol)
+    system = robot if isinstance(robot, Mechanical) else robot_of(robot, settings)
     kind: Method = "implicit" if method == "auto" else method
-    settings = Settings(kind, *map(jnp.asarray, (rtol, atol, max_steps)))
+    stepping = Settings(kind, *map(jnp.asarray, (rtol, atol, max_steps)))
     x = system.initial() if initial is None else initial
     equations = reduced(system)
     chunks = _chunks(times[1:])
-    m = begin(jnp.asarray(0.0), x, settings, jnp.asarray(min(1e-3, 0.1 * times[1])))
+    m = begin(jnp.asarray(0.0), x, stepping, jnp.asarray(min(1e-3, 0.1 * times[1])))
     states, status = [jax.tree.map(lambda x: x[None], x)], Status.SOLVED
     for chunk in chunks:
         if until is None:
-            m, xs = remembered(integrate, equations, m, chunk, settings)
+            m, xs = remembered(integrate, equations, m, chunk, stepping)
         else:
-            m, xs = _march_until(equations, m, jnp.asarray(chunk), settings, until)
+            m, xs = _integrate_until(equations, m, jnp.asarray(chunk), stepping, until)
         states.append(xs)
         status = Status(int(m.status))
         if status != Status.SOLVED:
@@ -92,20 +98,22 @@ def _solution(system: Mechanical, m: Integration, times: np.ndarray, states: lis
 
 
 def _chunks(times: np.ndarray) -> np.ndarray:
-    """Times in equal rows; the last one is filled up with the last time, where a march stands still."""
+    """Times in rows of equal length; the last row is padded with the last time."""
     width = min(-(-times.size // _CHUNKS), _WIDEST)
     rows = -(-times.size // width)
     return np.append(times, np.full(rows * width - times.size, times[-1])).reshape(rows, width)
 
 
 def _check(time: float, times: np.ndarray, rtol: float, atol: float) -> None:
-    if not (math.isfinite(time) and time > 0):
-        raise ValueError(f"simulate: time is {time} s; it must be a positive number of seconds.")
     if times.ndim != 1 or times.size < 2:
-        raise ValueError(
-            f"simulate: samples asks for {times.size} times; at least 2 are needed, the start and the end."
-        )
+        raise InputError(f"{times.size} times; at least 2 are needed, the start and the end.", field="samples")
     if times[0] != 0 or times[-1] != time or not np.all(np.diff(times) > 0):
-        raise ValueError(f"simulate: the times in samples must increase from 0 to {time} s.")
-    if not (0 < rtol < 1 and 0 < atol < 1):
-        raise ValueError(f"simulate: tolerances are rtol {rtol}, atol {atol}; they must lie between 0 and 1.")
+        raise InputError(f"the times must increase from 0 to {time:g} s.", field="samples")
+    check_tolerances(rtol, atol)
+
+
+def check_tolerances(rtol: float, atol: float) -> None:
+    """Raise InputError for tolerances that are not between 0 and 1."""
+    for name, value in (("rtol", rtol), ("atol", atol)):
+        if not 0 < value < 1:
+            raise InputError(f"{value} is out of range: it must be more than 0 and less than 1.", field=name)

@@ -18,7 +18,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Mechanical, State
-from nectosome.core.linear import inverse
+from nectosome.core.linear_algebra import inverse
 
 from .tableaus import ESDIRK4, GAMMA, TSIT5
 
@@ -30,13 +30,13 @@ class Step(NamedTuple):
     first: State  # dx/dt at the start
     rate: State  # dx/dt at the end
     error: State  # estimate of the local error
-    memory: Any  # what the method takes along to the next step
+    memory: Any  # data of the method for the next step
     converged: Bool[Array, ""]
     iterations: Int[Array, ""]
 
 
 class Newton(NamedTuple):
-    """Inverse of the Jacobian of the last refresh, and whether it still serves."""
+    """Inverse of the last Jacobian, and whether it is outdated."""
 
     inverted: Float[Array, "n n"]
     c: Float[Array, ""]
@@ -45,8 +45,8 @@ class Newton(NamedTuple):
 
 
 _MOST_ITERATIONS = 12
-_SLOW = 0.3  # contraction of Newton's correction above which the Jacobian is computed afresh
-_NEWTON_SHARE = 0.02  # of the error tolerance that Newton may leave
+_SLOW = 0.3  # contraction of Newton's correction above which the Jacobian is recomputed
+_NEWTON_SHARE = 0.02  # remaining error of Newton's method over the tolerance
 
 
 class _Iterate(NamedTuple):
@@ -54,15 +54,15 @@ class _Iterate(NamedTuple):
 
     w: Array
     inverted: Array
-    size: Array  # of the last correction, in allowed errors
-    rate: Array  # of it to the one before
-    remaining: Array  # estimate of what is left
+    size: Array  # of the last correction over the tolerance
+    rate: Array  # ratio of the last correction to the one before
+    remaining: Array  # estimate of the remaining error
     k: Array
     refreshes: Array
 
 
 class _Stage(eqx.Module):
-    """The equations of one stage: what it starts from, and c = gamma h."""
+    """The equations of one stage: its base state, and c = gamma h."""
 
     system: Mechanical
     t: Array
@@ -70,36 +70,34 @@ class _Stage(eqx.Module):
     c: Array
 
     def reach(self, w: Array) -> State:
-        """State that the accelerations (and rates of load states) w lead to."""
+        """State of the stage for accelerations (and rates of load states) w."""
         base, c = self.base, self.c
         _, unravel = ravel_pytree((base.v, base.z))
         a, dz = unravel(w)
         v = base.v + c * a
         return State(self.system.advance(base.q, v, c), v, jax.tree.map(lambda z, d: z + c * d, base.z, dz))
 
-    def unbalanced(self, w: Array) -> Array:
-        """What is left of the equations."""
+    def residual(self, w: Array) -> Array:
+        """Residual of the equations."""
         n, x = self.base.v.shape[0], self.reach(w)
         r = self.system.residual(self.t, x, w[:n])
         if w.shape[0] > n:
-            wanted, _ = ravel_pytree(self.system.state_rates(self.t, x))
-            r = jnp.concatenate([r, w[n:] - wanted])
+            rates, _ = ravel_pytree(self.system.state_rates(self.t, x))
+            r = jnp.concatenate([r, w[n:] - rates])
         return r
 
 
 @eqx.filter_custom_jvp
-def _newton(stage: _Stage, w: Array, inverted: Array, must: Array, wanted: Array, tolerance: Array) -> _Iterate:
-    """Solve a stage from w with a kept inverse Jacobian (`must`: not kept); nothing is done unless `wanted`.
+def _newton(stage: _Stage, w: Array, inverted: Array, must: Array, needed: Array, tolerance: Array) -> _Iterate:
+    """Solve a stage from w with a kept inverse Jacobian (`must`: recompute it); skipped unless `needed`.
 
     Derivatives are those of the solution, by the implicit function theorem.
     """
 
     def correct(it: _Iterate) -> _Iterate:
         refresh = jnp.where(it.k == 0, must, (it.k > 1) & (it.rate > _SLOW))
-        inverted = jax.lax.cond(
-            refresh, lambda w: inverse(jax.jacfwd(stage.unbalanced)(w)), lambda w: it.inverted, it.w
-        )
-        dw = -inverted @ stage.unbalanced(it.w)
+        inverted = jax.lax.cond(refresh, lambda w: inverse(jax.jacfwd(stage.residual)(w)), lambda w: it.inverted, it.w)
+        dw = -inverted @ stage.residual(it.w)
         size = rms(stage.c * dw / tolerance)
         rate = jnp.where(it.k == 0, 1.0, size / jnp.maximum(it.size, 1e-300))
         remaining = size * jnp.minimum(rate / jnp.maximum(1 - rate, 1e-3), 1.0)
@@ -107,7 +105,7 @@ def _newton(stage: _Stage, w: Array, inverted: Array, must: Array, wanted: Array
 
     def going(it: _Iterate) -> Array:
         going = (it.k < _MOST_ITERATIONS) & ((it.k == 0) | (it.remaining > _NEWTON_SHARE)) & (it.size < 1e12)
-        return wanted & going
+        return needed & going
 
     infinite = jnp.asarray(jnp.inf)
     start = _Iterate(w, inverted, jnp.zeros(()), jnp.ones(()), infinite, jnp.zeros((), int), jnp.zeros((), int))
@@ -115,14 +113,14 @@ def _newton(stage: _Stage, w: Array, inverted: Array, must: Array, wanted: Array
 
 
 @_newton.def_jvp
-def _newton_slopes(primals: tuple, tangents: tuple) -> tuple[_Iterate, _Iterate]:
-    stage, w, _, _, wanted, _ = primals
+def _newton_derivatives(primals: tuple, tangents: tuple) -> tuple[_Iterate, _Iterate]:
+    stage, w, _, _, needed, _ = primals
     it = _newton(*primals)
-    _, dr = eqx.filter_jvp(lambda stage: stage.unbalanced(it.w), (stage,), (tangents[0],))
+    _, dr = eqx.filter_jvp(lambda stage: stage.residual(it.w), (stage,), (tangents[0],))
     before = jnp.zeros_like(w) if tangents[1] is None else tangents[1]
-    dw = jnp.zeros_like(w) if dr is None else -inverse(jax.jacfwd(stage.unbalanced)(it.w)) @ dr
-    still = jax.tree.map(lambda _: None, it)
-    return it, still._replace(w=jnp.where(wanted, dw, before))
+    dw = jnp.zeros_like(w) if dr is None else -inverse(jax.jacfwd(stage.residual)(it.w)) @ dr
+    unchanged = jax.tree.map(lambda _: None, it)
+    return it, unchanged._replace(w=jnp.where(needed, dw, before))
 
 
 def coordinate_rates(system: Mechanical, q: Array, v: Array) -> Array:
@@ -138,9 +136,9 @@ def newton_memory(n: int) -> Newton:
 def implicit_step(
     system: Mechanical, t: Array, h: Array, x: State, rate: State, known: Array, memory: Newton, allowed: State
 ) -> Step:
-    """Attempt a step of size h from x; `rate` is dx/dt at x if it is known, `allowed` the error allowed in each number.
+    """Attempt a step of size h from x; `rate` is dx/dt at x if it is known, `allowed` the tolerance of each component.
 
-    An unknown rate is found by the first stage, which moves nothing (its c is 0): Newton's method needs one iteration.
+    The first stage computes an unknown rate; its c is 0, so Newton's method needs one iteration.
     """
     w0, unravel = ravel_pytree((rate.v, rate.z))
     A = jnp.asarray(ESDIRK4.A)
@@ -148,19 +146,19 @@ def implicit_step(
 
     def stage(carry, i: Array):
         K, w, inverted, good, most, count = carry
-        wanted = (i > 0) | ~known
+        needed = (i > 0) | ~known
         c = jnp.where(i > 0, GAMMA * h, 0.0)
         must = (i == 0) | ((i == 1) & outdated)
         ti = t + jnp.asarray(ESDIRK4.c)[i] * h
         row = jnp.where(jnp.arange(6) < i, A[i], 0.0)
         base = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), x, K)
 
-        it = _newton(_Stage(system, ti, base, c), w, inverted, must, wanted, tolerance)
+        it = _newton(_Stage(system, ti, base, c), w, inverted, must, needed, tolerance)
         a, dz = unravel(it.w)
         xi = _Stage(system, ti, base, c).reach(it.w)
         Ki = State(coordinate_rates(system, xi.q, xi.v), a, dz)
         K = jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki)
-        good &= ~wanted | (it.remaining <= _NEWTON_SHARE)
+        good &= ~needed | (it.remaining <= _NEWTON_SHARE)
         return (K, it.w, it.inverted, good, jnp.maximum(most, it.k), count + it.refreshes), xi
 
     K = jax.tree.map(lambda k: jnp.zeros((6, *k.shape)), State(x.q, rate.v, rate.z))
@@ -196,5 +194,5 @@ def explicit_step(
 
 
 def rms(x: Array) -> Array:
-    """Root mean square; 0 of nothing."""
+    """Root mean square; 0 for an empty array."""
     return jnp.sqrt(jnp.sum(x * x) / max(x.size, 1))

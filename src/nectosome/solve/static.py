@@ -1,5 +1,6 @@
-"""A robot at rest: its shape under steady loads, with what drives it held."""
+"""Static equilibrium of a robot: its shape under steady loads, with frozen drives."""
 
+from collections.abc import Iterable
 from typing import ClassVar
 
 import equinox as eqx
@@ -11,29 +12,38 @@ from jaxtyping import Array, Float
 from nectosome.core import Constant, Solution, State, Status
 from nectosome.core.remember import remembered
 from nectosome.mechanism import Robot
+from nectosome.model import RobotLike, robot_of
+from nectosome.units import InputError
 
 from .load_stepping import load_stepping
 from .results import Run, Trajectory
 
-_NEUTRAL = 1e-9  # of the largest stiffness: what is as small is rounding
+_NEUTRAL = 1e-9  # [largest stiffness] below, stiffness is rounding
 
 
 class Static(Run):
-    """A robot at rest: a Run of one moment. `stats["load"]` is the share of the loads it was followed to."""
+    """Static equilibrium: a Run of one instant. `stats["load"]` is the share of the loads it was followed to."""
 
-    loose: tuple[str, ...] = eqx.field(static=True, kw_only=True)  # coordinates that nothing holds, where unsolved
+    loose: tuple[str, ...] = eqx.field(static=True, kw_only=True)  # coordinates without stiffness, if unsolved
     title: ClassVar[str] = "at rest"
 
+    @property
+    def state(self) -> State:
+        """State at rest."""
+        return jax.tree.map(lambda x: x[0], self.value.state)
 
-def static(robot: Robot) -> Static:
-    """Shape at rest under weight, buoyancy, a current and other steady loads: see `static`.
 
-    Prescribed joints are held where they are at t = 0; drives push as they do then. Status SOLVED; UNSTABLE where
-    small disturbances grow (the shape is handed over all the same); NO_EQUILIBRIUM where there is none, with the
-    coordinates in `loose` that no load, spring or rod holds. Raises ValueError where nothing is free to move.
+def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
+    """Static equilibrium of a robot under weight, buoyancy, a current and other steady loads, by `load_stepping`.
+
+    The robot is given by name, path, description or built, with `settings` such as "E=3MPa". Prescribed joints are held
+    where they are at t = 0; drives push as they do then. Status SOLVED; UNSTABLE where small disturbances grow (the
+    equilibrium is handed over all the same); NO_EQUILIBRIUM where there is none, with the coordinates in `loose` that
+    no load, spring or rod holds. Raises InputError for what is no robot, and where nothing is free to move.
     """
+    robot = robot_of(robot, settings)
     if not robot.tree.free_v.size:
-        raise ValueError("nothing of this robot is free to move: there is no shape to be found.")
+        raise InputError("nothing of this robot is free to move: there is no shape to be found.")
     robot = frozen_drives(robot)
     found: Solution = remembered(_static_of, robot)
     status, loose = Status(int(found.status)), ()
@@ -48,14 +58,14 @@ def static(robot: Robot) -> Static:
 
 
 def frozen_drives(robot: Robot) -> Robot:
-    """Robot whose prescribed joints stay where they are at t = 0."""
+    """Robot whose prescribed joints stay where they are at t = 0; its description stays that of the moving one."""
     parts = tuple(
         part
         if part.prescribed is None
         else eqx.tree_at(lambda p: p.prescribed, part, Constant(part.prescribed(jnp.zeros(()))[0]))
         for part in robot.tree.parts
     )
-    return eqx.tree_at(lambda r: r.tree.parts, robot, parts)
+    return eqx.tree_at(lambda r: r.tree.parts, robot, parts).described(robot.description)
 
 
 def _static_of(robot: Robot) -> Solution:
@@ -63,11 +73,11 @@ def _static_of(robot: Robot) -> Solution:
 
 
 def _stiffness(robot: Robot, x: State) -> Float[Array, "n n"]:
-    """Change of the residual with the coordinates, under all loads."""
+    """Derivative of the residual by the coordinates, under all loads."""
     zero = jnp.zeros_like(x.v)
 
-    def left(w: Array) -> Array:
+    def residual(w: Array) -> Array:
         moved = State(robot.advance(x.q, w, jnp.ones(())), zero, x.z)
         return robot.residual(jnp.zeros(()), moved, zero)
 
-    return jax.jacfwd(left)(zero)
+    return jax.jacfwd(residual)(zero)

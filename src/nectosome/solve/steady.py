@@ -1,5 +1,6 @@
-"""Steady motion as a root: the shape and the speeds that a robot with steady drives keeps for ever."""
+"""Steady motion (relative equilibrium) of a robot with steady drives, found as a root, and its stability."""
 
+from collections.abc import Iterable
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -10,19 +11,19 @@ import numpy as np
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
 from nectosome.mechanism import Robot
+from nectosome.model import RobotLike, robot_of
+from nectosome.units import InputError
 
 from .equilibrium import equilibrium
 from .regime import Regime, regime_of
 from .results import Run, Trajectory
 from .simulate import simulate
-from .stability import modes
+from .small_motions import NEUTRAL, eigenvalues
 from .symmetry import Symmetry, find_symmetry
-
-_NEUTRAL = 1e-7  # of the largest eigenvalue: a growth as small is rounding
 
 
 class Steady(Run):
-    """Steady motion: a Run of one moment. `stats["growth"]` [1/s] is the largest real part of its eigenvalues."""
+    """Steady motion: a Run with one sample. `stats["growth"]` [1/s] is the largest real part of its eigenvalues."""
 
     eigenvalues: np.ndarray = eqx.field(kw_only=True)  # complex [1/s], the fastest growing first; empty if unsolved
     title: ClassVar[str] = "steady motion"
@@ -33,42 +34,45 @@ class Steady(Run):
         return jax.tree.map(lambda x: x[0], self.value.state)
 
     def instead(self, time: float = 10.0) -> Regime:
-        """What the robot comes to from rest, by simulating so many seconds: where there is no steady motion to keep."""
+        """Regime that the robot reaches from rest in a simulation of `time` [s], for a robot without steady motion."""
         return regime_of(simulate(self.value.system, time, samples=int(100 * time) + 1))
 
 
-def steady(robot: Robot, *, guess: State | None = None) -> Steady:
+def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | None = None) -> Steady:
     """Relative equilibrium of a robot: all that its equations depend on stays as it is, the rest goes on evenly.
 
-    It is looked for from `guess` (a state nearby, such as that of a similar robot), else from rest. Status SOLVED;
-    UNSTABLE where small disturbances grow (the equilibrium is handed over all the same); NO_EQUILIBRIUM where none was
-    found; UNSTEADY_DRIVES where drives or loads change with time. Scaled residual at most 1e-10, else it is not solved.
-    Raises ValueError where nothing is free to move. For derivatives, and under jit and vmap, see `equilibrium`.
+    The robot is given by name, path, description or built, with `settings` such as "E=3MPa". It is looked for from
+    `guess` (a state nearby, such as that of a similar robot), else from rest. Status SOLVED; UNSTABLE where small
+    disturbances grow (the equilibrium is handed over all the same); NO_EQUILIBRIUM where none was found;
+    UNSTEADY_DRIVES where drives or loads change with time. Scaled residual at most 1e-10, else it is not solved. Raises
+    InputError for what is no robot, and where nothing is free to move. For derivatives, and under jit and vmap, see
+    `equilibrium`.
     """
+    robot = robot_of(robot, settings)
     if not robot.tree.free_v.size:
-        raise ValueError("nothing of this robot is free to move: it has no steady state to be found.")
+        raise InputError("nothing of this robot is free to move: it has no steady state to be found.")
     symmetry = find_symmetry(robot)
     x = robot.initial() if guess is None else guess
     if not symmetry.steady:
         return _result(robot, x, Status.UNSTEADY_DRIVES, {}, np.zeros(0), jnp.asarray(jnp.nan))
     found: Solution = remembered(equilibrium_of, robot, symmetry, x, jnp.asarray(guess is not None))
     state, status = found.value.state, Status(int(found.status))
-    eigenvalues = np.zeros(0, complex)
+    values = np.zeros(0, complex)
     stats: dict[str, Any] = dict(found.stats)
     if status == Status.SOLVED:
-        eigenvalues = modes(robot, symmetry, state)
-        stats["growth"] = eigenvalues[0].real if eigenvalues.size else 0.0
-        if stats["growth"] > _NEUTRAL * np.max(np.abs(eigenvalues), initial=0.0):
+        values = eigenvalues(robot, symmetry, state)
+        stats["growth"] = values[0].real if values.size else 0.0
+        if stats["growth"] > NEUTRAL * np.max(np.abs(values), initial=0.0):
             status = Status.UNSTABLE
-    return _result(robot, state, status, stats, eigenvalues, found.residual)
+    return _result(robot, state, status, stats, values, found.residual)
 
 
 def equilibrium_of(robot: Robot, symmetry: Symmetry, guess: State, warm: Any) -> Solution:
-    """Return `equilibrium`, as a plain function of a module."""
+    """Call `equilibrium`, as a module function that `remembered` can name."""
     return equilibrium(robot, symmetry, guess, warm)
 
 
-def _result(robot: Robot, x: State, status: Status, stats: dict[str, Any], eigenvalues: np.ndarray, left) -> Steady:
+def _result(robot: Robot, x: State, status: Status, stats: dict[str, Any], values: np.ndarray, left) -> Steady:
     trajectory = Trajectory(robot, jnp.zeros(1), jax.tree.map(lambda x: jnp.asarray(x)[None], x))
     stats = {key: jnp.asarray(value) for key, value in stats.items()}
-    return Steady(trajectory, jnp.asarray(int(status)), stats, left, eigenvalues=eigenvalues)
+    return Steady(trajectory, jnp.asarray(int(status)), stats, left, eigenvalues=values)

@@ -1,4 +1,4 @@
-"""What the equations of a robot do not depend on: the directions along which a steady motion may go on for ever."""
+"""Symmetry of a robot's equations: the directions along which a steady motion may drift."""
 
 import equinox as eqx
 import jax
@@ -11,15 +11,15 @@ from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot_t, matmul3
 from nectosome.mechanism import Free, Robot, Spherical
 
-_SAME = 1e-9  # relative difference of residuals that counts as none
+_SAME = 1e-9  # relative difference of residuals that counts as equal
 _SAMPLES = 3
 
 
 class Symmetry(eqx.Module):
-    """Directions of the unknown velocities along which the equations stay the same.
+    """Directions of the unknown velocities along which the equations are invariant.
 
-    `drift`: velocities that may stay constant for ever. `spin`: the first three velocities are the angular ones of a
-    root that gravity lets turn about the vertical only. `steady`: drives and loads are the same at all times.
+    `drift`: velocities along invariant directions. `spin`: the first three velocities are the angular velocity of a
+    root, invariant about the vertical only. `steady`: drives and loads do not depend on time.
     """
 
     drift: tuple[int, ...] = eqx.field(static=True)
@@ -27,42 +27,42 @@ class Symmetry(eqx.Module):
     steady: bool = eqx.field(static=True)
 
     def rates(self, n: int) -> np.ndarray:
-        """Which of n unknowns are rates; the others are displacements."""
+        """Mask of the unknowns that are rates; the others are displacements."""
         return np.isin(np.arange(n), [*self.drift, *([2] if self.spin else [])])
 
     def velocities(self, robot: Robot, q: Float[Array, "nq"], rates: Float[Array, "nv"]) -> Float[Array, "nv"]:
-        """Velocities of the motion with those rates: along the drift, rates[2] [rad/s] about the vertical, 0 else."""
+        """Velocities of the motion with these rates: along the drift, rates[2] [rad/s] about the vertical, else 0."""
         v = jnp.where(np.isin(np.arange(rates.shape[0]), self.drift), rates, 0.0)
-        return v.at[:3].set(_turned_back(robot, q, rates[2] * _UP)) if self.spin else v
+        return v.at[:3].set(_in_root_frame(robot, q, rates[2] * _UP)) if self.spin else v
 
     def along(self, robot: Robot, x: State) -> Float[Array, "nv"]:
-        """Rates of a state: its velocities along the symmetry, 0 else."""
+        """Rates of a state: its velocities along the symmetry, else 0."""
         rates = jnp.where(self.rates(x.v.shape[0]), x.v, 0.0)
         if not self.spin:
             return rates
-        up = _turned_back(robot, x.q, jnp.asarray(_UP))
+        up = _in_root_frame(robot, x.q, jnp.asarray(_UP))
         return rates.at[2].set(jnp.sum(up * x.v[:3]))
 
     def displace(self, robot: Robot, q: Float[Array, "nq"], by: Float[Array, "nv"]) -> Float[Array, "nq"]:
-        """Coordinates displaced by those of `by` that are no rates; by[:2] of a spinning root tilts it [rad]."""
+        """Coordinates displaced by the components of `by` that are not rates; by[:2] tilts a spinning root [rad]."""
         by = jnp.where(self.rates(by.shape[0]), 0.0, by)
         if self.spin:
-            by = by.at[:3].set(_turned_back(robot, q, by[:3]))
+            by = by.at[:3].set(_in_root_frame(robot, q, by[:3]))
         return robot.advance(q, by, jnp.ones(()))
 
     def tilt(self, robot: Robot, a: Float[Array, "nq"], b: Float[Array, "nq"]) -> Float[Array, "3"]:
         """Tilt of a spinning root from a to b: the cross product of the verticals in its own frame."""
         up = jnp.asarray(_UP)
-        return jnp.cross(_turned_back(robot, b, up), _turned_back(robot, a, up))
+        return jnp.cross(_in_root_frame(robot, b, up), _in_root_frame(robot, a, up))
 
 
 _UP = np.array([0.0, 0.0, 1.0])
 
 
 def find_symmetry(robot: Robot) -> Symmetry:
-    """Symmetry of a robot, found by moving it: states drawn at random must give the same residual in another place.
+    """Symmetry of a robot, found numerically: random states must have the same residual after a displacement.
 
-    Where nothing is free to move there is none, and nothing steady to be found.
+    A robot without free coordinates has no symmetry and no steady motion.
     """
     if not robot.tree.free_v.size:
         return Symmetry((), False, False)
@@ -80,25 +80,25 @@ def _turns(robot: Robot) -> bool:
     return isinstance(root.joint, Free | Spherical) and root.prescribed is None
 
 
-def _turned_back(robot: Robot, q: Array, vector: Array) -> Array:
-    """Vector of the world in the root's own frame."""
+def _in_root_frame(robot: Robot, q: Array, vector: Array) -> Array:
+    """Vector of the world in the root frame."""
     root = robot.tree.parts[0]
     turned = root.joint.motion(q[: root.joint.nq]).rotation
     return dot_t(matmul3(root.rotation, turned), vector)
 
 
 def _changes(robot: Robot) -> tuple[Array, Array, Array]:
-    """How much the residual changes with each coordinate [nv], with the heading, and with time, relative to itself."""
+    """Relative changes of the residual with each coordinate [nv], with the heading, and with time."""
     rest, one = robot.initial(), jnp.ones(())
     n = rest.v.shape[0]
     draws = 0.3 * jax.random.normal(jax.random.key(1), (_SAMPLES, 3, n))
 
     def residuals(draw: Array) -> Array:
-        """At a state as it is, with each coordinate moved, turned about the vertical, and later [n + 3, nv]."""
+        """At a state, with each coordinate displaced, rotated about the vertical, and at a later time [n + 3, nv]."""
         q, v, a = draw
         q = robot.advance(rest.q, q, one)
         turn = (
-            jnp.zeros(n).at[:3].set(_turned_back(robot, q, jnp.asarray(0.7 * _UP))) if _turns(robot) else jnp.zeros(n)
+            jnp.zeros(n).at[:3].set(_in_root_frame(robot, q, jnp.asarray(0.7 * _UP))) if _turns(robot) else jnp.zeros(n)
         )
         moves = jnp.concatenate([jnp.zeros((1, n)), 0.7 * jnp.eye(n), turn[None], jnp.zeros((1, n))])
         times = jnp.zeros(n + 3).at[-1].set(0.37)

@@ -1,4 +1,4 @@
-"""Coefficients of the Runge-Kutta methods, apart from how they are stepped."""
+"""Coefficients of the Runge-Kutta methods."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 class Tableau(NamedTuple):
-    """Butcher tableau whose last stage is the solution; `error` weighs the stages to the embedded error."""
+    """Butcher tableau whose last stage is the solution; `error` has the stage weights of the embedded error."""
 
     order: int
     A: np.ndarray  # [s, s]

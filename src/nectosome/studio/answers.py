@@ -120,7 +120,7 @@ def _turning(found: Steady, description: RobotDescription, period: float, forwar
     robot, times = found.value.system, jnp.linspace(0.0, period, MOMENTS)
     states, d, means = remembered(turn, robot, found.state, times)
     run = Run(Trajectory(robot, times, states), found.status, {}, found.residual)
-    return _answer(run, description, "steady motion", period, means, results_of(run, d, None, {}), forward)
+    return _answer(run, description, "steady motion", period, means, results_of(run, d), forward)
 
 
 def turn(robot: Robot, x: State, times: Float[Array, "n"]) -> tuple[State, Diagnosis, CycleMeans]:
@@ -167,7 +167,7 @@ def _answer(
 
 def _overloaded(robot: Robot, description: RobotDescription, means: CycleMeans) -> list[str]:
     """Which servos cannot do it."""
-    arrays = Results(drive_limits(robot, description), {}, {}).arrays | {"prescribed": np.array(robot.prescribed_names)}
+    arrays = Results(drive_limits(robot), {}, {}).arrays | {"prescribed": np.array(robot.prescribed_names)}
     return overloaded(arrays, np.asarray(means.reaction_peak), np.asarray(means.drive_velocity_peak))
 
 

@@ -1,4 +1,4 @@
-"""Quantities at the boundary: text with a unit to SI and back, ranges, and the errors that a user sees."""
+"""Quantities with units as text to SI and back, ranges, and input errors."""
 
 from .conversion import (
     expected,
@@ -9,6 +9,7 @@ from .conversion import (
     read_quantity,
     show_quantity,
     shown_unit,
+    split_unit,
     unit_to_si,
 )
 from .dimensions import DIMENSIONS, Dimension, dimension_of
@@ -30,5 +31,6 @@ __all__ = [
     "shorten",
     "show_quantity",
     "shown_unit",
+    "split_unit",
     "unit_to_si",
 ]

@@ -1,10 +1,10 @@
-"""Text with a unit to SI and back, exactly: `parse(format_quantity(x)) == x` for every finite x."""
+"""Text with a unit to SI and back, exactly: `parse_quantity(format_quantity(x)) == x` for every finite x."""
 
 import math
 import re
 from fractions import Fraction
 from functools import cache
-from typing import Any
+from typing import Any, SupportsFloat
 
 from nectosome.units.dimensions import DIMENSIONS, Dimension
 from nectosome.units.errors import shorten
@@ -12,19 +12,26 @@ from nectosome.units.errors import shorten
 from .errors import InputError
 
 
-def read_quantity(text: str, dimension: str, field: str) -> float:
-    """Return the SI value. Raises InputError, which names the field."""
+def read_quantity(given: str | SupportsFloat, dimension: str, field: str) -> float:
+    """Return the SI value of text with a unit, or of a number in SI units. Raises InputError, which names the field."""
     try:
-        return parse_quantity(text, dimension)
+        if isinstance(given, str):
+            return parse_quantity(given, dimension)
+        value = math.nan if isinstance(given, bool) else float(given)
+        if not math.isfinite(value):
+            raise ValueError(f'"{shorten(given)}" is no finite number. {expected(dimension)}')
+        return value
+    except TypeError:
+        raise InputError(f'"{shorten(given)}" is no quantity. {expected(dimension)}', field=field) from None
     except ValueError as error:
         raise InputError(str(error), field=field) from None
 
 
-def read_positive(text: str, dimension: str, field: str) -> float:
-    """Return the SI value, more than 0. Raises InputError, which names the field."""
-    value = read_quantity(text, dimension, field)
+def read_positive(given: str | SupportsFloat, dimension: str, field: str) -> float:
+    """Return the SI value, more than 0, likewise. Raises InputError, which names the field."""
+    value = read_quantity(given, dimension, field)
     if value <= 0:
-        raise InputError(f'"{text}" is out of range: it must be more than 0.', field=field)
+        raise InputError(f'"{given}" is out of range: it must be more than 0.', field=field)
     return value
 
 
@@ -35,7 +42,7 @@ _BETWEEN = r"(?:\s*[*·/]\s*|\s+)"
 _ATOM = rf"(?:{_FACTOR}|1|\({_FACTOR}(?:{_BETWEEN}{_FACTOR})*\))"
 _UNIT = re.compile(rf"(?:{_ATOM}(?:{_BETWEEN}{_ATOM})*)?")
 
-# Only what robots and benches need: pint's own list knows a megapoise, which turns the slip "7.4 MP" into a viscosity.
+# Own unit list: pint's contains a megapoise, which would accept the typing error "7.4 MP" as a viscosity.
 _DEFINITIONS = """
     nano- = 1e-9 = n-
     micro- = 1e-6 = u- = µ- = μ-
@@ -84,12 +91,12 @@ def _registry() -> Any:
 
 @cache
 def _unit(text: str) -> tuple[Fraction, dict[str, int]]:
-    """Return the scale to (gram, metre, second, radian) and the exponents of a unit; ValueError says what is wrong."""
+    """Return the scale to (gram, metre, second, radian) and the exponents of a unit; ValueError with the reason."""
     import pint
 
     text = text.replace("²", "2").replace("³", "3")
     if len(text) > 40 or not _UNIT.fullmatch(text):
-        raise ValueError(f"has no unit that can be read ({shorten(text, 40)})")
+        raise ValueError(f"has no readable unit ({shorten(text, 40)})")
     plain = re.sub(r"(?<=[A-Za-zµμ°])(-?\d)", r"**\1", text.replace("·", "*").replace("^", "**"))
     try:
         registry = _registry()
@@ -99,14 +106,14 @@ def _unit(text: str) -> tuple[Fraction, dict[str, int]]:
     except pint.UndefinedUnitError as error:
         missing = error.unit_names if isinstance(error.unit_names, str) else sorted(error.unit_names)[0]
         raise ValueError(f"has no unit called {missing}") from None
-    except Exception:  # pint hands on whatever its tokenizer raises
-        raise ValueError(f"has no unit that can be read ({text})") from None
+    except Exception:  # pint passes on any exception of its tokenizer
+        raise ValueError(f"has no readable unit ({text})") from None
     return Fraction(scale), exponents
 
 
 @cache
 def _scale(text: str, dimension: Dimension) -> Fraction:
-    """Return the factor from the unit `text` to the SI unit of `dimension`; ValueError if it is of another kind."""
+    """Return the factor from the unit `text` to the SI unit of `dimension`; ValueError for another dimension."""
     scale, exponents = _unit(text)
     for candidate in (dimension, *DIMENSIONS.values()):
         si, expected = _unit(candidate.unit)
@@ -120,9 +127,9 @@ def _scale(text: str, dimension: Dimension) -> Fraction:
 
 
 def unit_to_si(text: str) -> tuple[float, str]:
-    """Return the factor from a unit to SI and the SI unit, as in (1e-3, "m") for "mm"; ValueError says what is wrong.
+    """Return the factor from a unit to SI and the SI unit, as in (1e-3, "m") for "mm"; ValueError with the reason.
 
-    Cycles in a time stay cycles (Hz), all else that turns is told in radians; a sign of percent is a number.
+    Cycles per time stay cycles (Hz), all other angles are in radians; % is a number.
     """
     plain = text.replace("%", "percent")
     scale, exponents = _unit(plain)
@@ -136,7 +143,7 @@ def unit_to_si(text: str) -> tuple[float, str]:
 
 
 def read_any(text: str) -> tuple[float, str]:
-    """Read text such as `20 deg` as an SI number and its SI unit; ValueError with a sentence for people."""
+    """Read text such as `20 deg` as an SI number and its SI unit; ValueError with a sentence for users."""
     match = _NUMBER.fullmatch(text)
     if match is None or len(text) > 100:
         reason = "must be finite" if _NOT_FINITE.match(text) else "is not a number with a unit"
@@ -151,6 +158,14 @@ def read_any(text: str) -> tuple[float, str]:
     return number, si
 
 
+def split_unit(text: str) -> tuple[float, str]:
+    """Split text such as `20 deg` into its number and its unit, as written; ValueError with a sentence for people."""
+    match = _NUMBER.fullmatch(text)
+    if match is None or len(text) > 100:
+        raise ValueError(f'"{shorten(text)}" is not a number with a unit.')
+    return float(match[1]), match[2].strip()
+
+
 _BASE = {
     "[mass]": "kg",
     "[length]": "m",
@@ -162,7 +177,7 @@ _BASE = {
 
 
 def expected(dimension: str) -> str:
-    """Return what should have been written: `Pressure expected, as in "7.4 MPa" or "7.4e6 Pa".`."""
+    """Return the expected input: `Pressure expected, as in "7.4 MPa" or "7.4e6 Pa".`."""
     kind = DIMENSIONS[dimension]
     return f"{kind.name.capitalize()} expected, as in {kind.example}."
 
@@ -170,8 +185,8 @@ def expected(dimension: str) -> str:
 def parse_quantity(text: str, dimension: str) -> float:
     """Read `text` such as `7.4 MPa` as an SI number of the given dimension (a key of `DIMENSIONS`).
 
-    `rad` may be left out of derived units (`N m` for `N m/rad`); a bare number is read only where no unit is needed,
-    except 0. Raises ValueError with a sentence for people: unknown or wrong unit, no unit, not finite.
+    `rad` may be left out of derived units (`N m` for `N m/rad`); a bare number is allowed only for a dimension without
+    a unit, or as 0. Raises ValueError with a sentence for users: unknown or wrong unit, no unit, not finite.
     """
     shown = f'"{shorten(text)}"'
     kind = DIMENSIONS[dimension]
@@ -187,7 +202,7 @@ def parse_quantity(text: str, dimension: str) -> float:
     except ValueError as error:
         raise ValueError(f"{shown} {error}. {expected(dimension)}") from None
     value = float(number)
-    if value and math.isfinite(value):  # the exponent is small enough for a fraction
+    if value and math.isfinite(value):  # only a limited exponent is converted to a fraction
         value = _nearest(Fraction(number) * scale)
     if math.isinf(value):
         raise ValueError(f"{shown} must be finite. {expected(dimension)}")
@@ -195,7 +210,7 @@ def parse_quantity(text: str, dimension: str) -> float:
 
 
 def format_quantity(value: float, dimension: str) -> str:
-    """Write an SI `value` as the shortest text that reads back as exactly the same float, such as `7.4 MPa`."""
+    """Write an SI `value` as the shortest text that is read back as the same float, such as `7.4 MPa`."""
     kind = DIMENSIONS[dimension]
     if not kind.unit:
         return _plain(value)
@@ -213,7 +228,7 @@ def format_quantity(value: float, dimension: str) -> str:
 
 
 def show_quantity(value: float, dimension: str) -> str:
-    """Write an SI `value` with four digits in a unit that people like to read it in, such as `5.83 mm`; not exact."""
+    """Write an SI `value` with four digits in a convenient unit, such as `5.83 mm`; not exact."""
     kind = DIMENSIONS[dimension]
     units = ("deg",) if dimension == "angle" else (kind.unit, *kind.display)
     best = min(units, key=lambda unit: _digits_before(value / float(_scale(unit, kind))))
@@ -221,18 +236,18 @@ def show_quantity(value: float, dimension: str) -> str:
 
 
 def shown_unit(unit: str) -> tuple[float, str]:
-    """Return the factor from an SI unit to the one in which people like to read an axis of it, and that unit."""
+    """Return the factor from an SI unit to the display unit of an axis, and that unit."""
     return (180 / math.pi, "deg") if unit == "rad" else (1.0, unit)
 
 
 def _digits_before(number: float) -> float:
-    """How far a number is from lying between 1 and 1000, in decades."""
+    """Distance of a number from the range 1 to 1000, in decades."""
     decades = math.log10(abs(number)) if number else 0.0
     return max(0.0, -decades, decades - 3)
 
 
 def _nearest(number: Fraction) -> float:
-    """Return the float nearest to `number`, infinite where it is too large for one."""
+    """Return the float nearest to `number`, infinite if it is too large."""
     try:
         return float(number)
     except OverflowError:

@@ -1,11 +1,11 @@
-"""The kinds of quantity a robot has: the SI unit of each, and the units in which people like to read it."""
+"""Dimensions of quantities: the SI unit of each, and its display units."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Dimension:
-    """A kind of quantity: its `name` for people, its SI `unit`, an `example`, and other units for display."""
+    """A dimension: its `name` for users, its SI `unit`, an `example`, and other display units."""
 
     name: str
     unit: str

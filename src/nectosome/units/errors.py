@@ -1,14 +1,14 @@
-"""What a user is told when an input is wrong: one sentence that names the place, the value and the way out."""
+"""Input errors for users: one sentence with the position, the value and the remedy."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
 
 
 class InputError(Exception):
-    """A mistake in what the user gave: a file, a setting, a path. The command line answers with exit code 2.
+    """A mistake in the user's input: a file, a setting, a path. The command line exits with code 2.
 
-    `file` [name], `line` [counted from 1] and `field` [dotted path] say where, as far as it is known; they are put
-    before the message: `robot.yaml, line 14, limbs.filament.young: "7.4 MP" has no unit called MP.`
+    `file` (name), `line` (from 1) and `field` (dotted path), as far as known, precede the message:
+    `robot.yaml, line 14, limbs.filament.young: "7.4 MP" has no unit called MP.`
     """
 
     def __init__(self, message: str, *, file: str | None = None, line: int | None = None, field: str | None = None):
@@ -19,7 +19,7 @@ class InputError(Exception):
 
 
 def did_you_mean(name: str, known: Iterable[str], most: int = 12) -> str:
-    """Return ` Did you mean "..."?` for the nearest of the `known` names, or the list of at most so many if none is."""
+    """Return ` Did you mean "..."?` for the nearest `known` name, else the list of names, if at most `most`."""
     names = list(known)
     near = get_close_matches(name, names, n=1, cutoff=0.6)
     if near:
@@ -30,7 +30,7 @@ def did_you_mean(name: str, known: Iterable[str], most: int = 12) -> str:
 
 
 def shorten(value: object, limit: int = 60) -> str:
-    """Return `value` as one line of at most `limit` characters, for use in a message."""
+    """Return `value` as one line of at most `limit` characters, for messages."""
     if isinstance(value, dict):
         text = "{" + ", ".join(map(str, value)) + "}"
     elif value is None:

@@ -1,6 +1,6 @@
 """Figures of a correction: the grid as simulated and as corrected, and how well experiments are predicted.
 
-They take what `identify.corrected_data` gives.
+They take what `identification.corrected_data` gives.
 """
 
 from collections.abc import Sequence

@@ -96,16 +96,17 @@ def _next(found: "xr.Dataset") -> WordRows:
 
 
 def lines(found: "xr.Dataset", observed: Sequence[Observed]) -> list[str]:
-    """What was told of the parameter, what does not fit, and what the next experiments take."""
-    told, parameter = list[str](), found["parameter_there"]
+    """The estimated parameter, what does not fit, and what the next experiments take."""
+    known, parameter = list[str](), found["parameter_there"]
     if found.attrs["parameter"]:
         low, high = (_number(float(x)) for x in (parameter.min(), parameter.max()))
         ends = f"{low} to {high} {parameter.attrs['units']}".strip()
         nominal = f"{_number(found.attrs['nominal'])} in the simulator as it was"
-        told.append(f"{found.attrs['parameter']}: {ends} where measured, told by {found.attrs['told_by']}; {nominal}")
+        name, source = found.attrs["parameter"], found.attrs["estimated_from"]
+        known.append(f"{name}: {ends} where measured, estimated from {source}; {nominal}")
     if not found.sizes["next"]:
-        told.append("every point of the grid was measured: there is no next experiment")
-    return [*told, *_odd(found), *_cost(found, observed)]
+        known.append("every point of the grid was measured: there is no next experiment")
+    return [*known, *_odd(found), *_cost(found, observed)]
 
 
 def _cost(found: "xr.Dataset", observed: Sequence[Observed]) -> list[str]:
@@ -123,9 +124,9 @@ def _odd(found: "xr.Dataset") -> list[str]:
     lines = []
     for k in np.flatnonzero(off > _ODD * error):
         place = _place([found[f"measured_{name}"][k] for name in found["simulated"].dims], "measured_")
-        value, told = (_number(float(found[name][k])) for name in ("measured", "predicted"))
+        value, predicted = (_number(float(found[name][k])) for name in ("measured", "predicted"))
         far = f"{off[k] / max(error[k], 1e-300):.1f} standard errors"
-        lines.append(f"measure again: {place}: {value}, where the others tell {told}, {far} away")
+        lines.append(f"measure again: {place}: {value}, by the others {predicted}, {far} away")
     return lines or [f"no experiment is more than {_ODD:g} standard errors from what the others tell"]
 
 

@@ -1,6 +1,6 @@
 """Figures of a fit of gaits: how it went, what it found in the ranges, and the motion it comes to.
 
-Data: as `identify.gait_results.gait_data` has it; of several fits one after the other.
+Data: as `identification.gait.fit.gait_data` has it; of several fits one after the other.
 """
 
 import json
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 def show_gait(found: "xr.Dataset", path: str | Path) -> None:
     """Write a page with all figures. Raises InputError where it cannot."""
-    words = "".join(f"<li>{escape(one)}</li>" for one in json.loads(found.attrs["words"]))
+    known = "".join(f"<li>{escape(words)}</li>" for words in json.loads(found.attrs["words"]))
     shown = [history_panel([found]), parameters_panel([found]), motion_panel(found)]
-    write_page(path, str(found.attrs["title"]), [f"<p>What the features identify:</p><ul>{words}</ul>", *shown])
+    write_page(path, str(found.attrs["title"]), [f"<p>Identifiability by the features:</p><ul>{known}</ul>", *shown])
 
 
 def history_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",), aim: float | None = None) -> Panel:
@@ -79,15 +79,15 @@ def parameters_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",))
 
 
 def motion_panel(found: "xr.Dataset") -> Panel:
-    """Heave, surge and tilt of the best candidate in the window, trial by trial."""
+    """Positions and tilt of the best candidate in the window, trial by trial."""
     from plotly.subplots import make_subplots
 
-    titles = ("heave (mm)", "surge (mm)", "tilt (deg)")
+    titles = ("position z (mm)", "position x (mm)", "tilt (deg)")
     fig = make_subplots(1, 3, subplot_titles=titles, horizontal_spacing=0.07)
     for trial in range(found.sizes["trial"]):
         line = {"color": (BLUE, VERMILLION, GREY, BLACK)[trial % 4], "width": 1.5}
         one = found.isel(trial=trial)
-        values = 1e3 * one["heave"].values, 1e3 * one["surge"].values, np.degrees(one["lean"].values)
+        values = 1e3 * one["position.z"].values, 1e3 * one["position.x"].values, np.degrees(one["tilt"].values)
         for col, y in enumerate(values, start=1):
             name = f"trial {trial + 1}"
             x = found["time"].values

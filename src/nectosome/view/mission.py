@@ -1,6 +1,6 @@
-"""Figures of a mission: heave, surge speed, and a ribbon of its modes.
+"""Figures of a mission: height, speed, place, pitch, and a ribbon of its modes.
 
-Data as `model.mission_data` gives it.
+Data as `solve.mission_data` gives it.
 """
 
 from html import escape
@@ -27,30 +27,30 @@ def show_mission(found: "xr.Dataset", path: str | Path) -> None:
     """Write a page about one mission, whole or not at all. Raises InputError where it cannot be written."""
     title = str(found.attrs["title"])
     shown = [mission_panel(found), *([set_panel(found)] if found.sizes["quantity"] else [])]
-    if np.ptp(found["y"].values) > _ASIDE:
+    if np.ptp(found["position"].sel(axis="y").values) > _ASIDE:
         shown.append(above_panel(found))
     write_page(path, title, [f"<p>{escape(str(found.attrs['status_reason']))}</p>", *shown])
 
 
 def mission_panel(found: "xr.Dataset") -> Panel:
-    """Heave, surge speed and place over time, with the modes."""
+    """Height, velocity along the tank, place and pitch over time, with the modes."""
     from plotly.subplots import make_subplots
 
     time = found["time"].values
+    x, z = (found["position"].sel(axis=axis).values for axis in "xz")
     rows = (
-        ("z", "heave (m)", BLUE),
-        ("surge", "surge speed (m/s)", BLUE),
-        ("x", "place along the tank (m)", BLUE),
-        ("pitch", "pitch (deg)", BLUE),
+        ("height", "height z (m)", z),
+        ("velocity", "velocity along x (m/s)", found["velocity"].sel(axis="x").values),
+        ("place", "place x along the tank (m)", x),
+        ("pitch", "pitch (deg)", np.degrees(found["pitch"].values)),
     )
     fig = make_subplots(len(rows), 1, shared_xaxes=True, vertical_spacing=0.035)
-    for row, (name, title, colour) in enumerate(rows, start=1):
-        values = np.degrees(found[name].values) if name == "pitch" else found[name].values
-        line = {"color": colour, "width": 1 if name == "surge" else 1.8}
-        fig.add_scatter(x=time, y=values, name=readable(name), mode="lines", line=line, row=row, col=1)
+    for row, (name, title, values) in enumerate(rows, start=1):
+        line = {"color": BLUE, "width": 1 if name == "velocity" else 1.8}
+        fig.add_scatter(x=time, y=values, name=name, mode="lines", line=line, row=row, col=1)
         fig.update_yaxes(title={"text": title.replace(" (", "<br>("), "font": {"size": 12}}, row=row, col=1)
     ends = [np.searchsorted(time, t).clip(0, time.size - 1) for t in (time - 0.5 * _SMOOTH, time + 0.5 * _SMOOTH)]
-    went = found["x"].values[ends[1]] - found["x"].values[ends[0]]
+    went = x[ends[1]] - x[ends[0]]
     mean = went / np.maximum(time[ends[1]] - time[ends[0]], 1e-9)
     fig.add_scatter(x=time, y=mean, name=f"mean of {_SMOOTH:g} s", line={"color": VERMILLION}, row=2, col=1)
     fig.update_xaxes(title="time (s)", row=len(rows), col=1)
@@ -59,10 +59,10 @@ def mission_panel(found: "xr.Dataset") -> Panel:
     passed = zip(*(found[name].values for name in ("event_mode", "event", "event_time")), strict=True)
     events = ", ".join(f"{mode} until {event} at {t:.2f} s" for mode, event, t in passed)
     caption = (
-        f"Simulated, with a schedule that is synthetic: {events}. Surge speed as it is, and in red the mean over "
+        f"Simulated, with a schedule that is synthetic: {events}. Velocity as it is, and in red the mean over "
         f"{_SMOOTH:g} s; it is negative towards -x."
     )
-    return Panel("Heave and surge of a mission", caption, fig)
+    return Panel("Course of a mission", caption, fig)
 
 
 def above_panel(found: "xr.Dataset") -> Panel:
@@ -70,7 +70,8 @@ def above_panel(found: "xr.Dataset") -> Panel:
     import plotly.graph_objects as go
 
     fig = go.Figure()
-    x, y, heading = (found[name].values for name in ("x", "y", "heading"))
+    x, y = (found["position"].sel(axis=axis).values for axis in "xy")
+    heading = found["heading"].values
     names = found["mode"].values
     for k, mode in enumerate(dict.fromkeys(names)):
         here = names == mode

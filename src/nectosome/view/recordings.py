@@ -42,7 +42,7 @@ def _panel(recording: "xr.Dataset") -> Panel:
     fig.update_xaxes(title="time (s)" if dim == "time" else "row", row=len(names), col=1)
     dress(fig, 90 + 150 * len(names)).update_layout(hovermode="closest")
     fig.update_layout(margin_l=100)
-    said = [*about["repairs"], *about["odd"]]
+    said = [*about["repairs"], *about["warnings"]]
     caption = f"{Path(about['file']).name}, read as {about['reader']}. {'; '.join(said) or 'Nothing odd was found'}."
     return Panel("As read", caption, fig)
 

@@ -1,6 +1,6 @@
 """Figures of a robot that was fitted to recordings: measured, computed, and residuals.
 
-Data: as `identify.robot_results.robot_data` has it.
+Data: as `identification.RobotFit.to_dataset` has it.
 """
 
 from pathlib import Path

@@ -90,5 +90,5 @@ def _continuous(angle: np.ndarray) -> np.ndarray:
 
 
 def _odd(tracked: "xr.Dataset") -> str:
-    said = json.loads(tracked.attrs["provenance"])["odd"]
+    said = json.loads(tracked.attrs["provenance"])["warnings"]
     return f"{'; '.join(said)}." if said else "Nothing odd was found."

@@ -49,7 +49,7 @@ def visible(run: "xr.Dataset", robot: RobotDescription | None) -> "xr.Dataset":
 
     Without the robot, and where anything has a size, the run as it is.
     """
-    limbs = {} if robot is None else {"body": robot.body, **robot.limbs}
+    limbs = {} if robot is None else robot.parts
     points = {name: limb for name, limb in limbs.items() if limb.kind == "rigid" and limb.shape == "point"}
     if robot is None or points.keys() != limbs.keys():
         return run
@@ -116,7 +116,7 @@ def shape_of(robot: RobotDescription | None, part: str) -> str:
     """Shape or section of a part, such as spheroid; a cylinder where it is not known."""
     if robot is None:
         return "cylinder"
-    limb = robot.body if part == "body" else robot.limbs.get(part)
+    limb = robot.parts.get(part)
     if limb is None:
         return "cylinder"
     shape = limb.section if isinstance(limb, Rod) else limb.shape

@@ -1,1 +1,1 @@
-"""Videos and cameras: segments by their colours to angles, markers of several cameras to the pose of a body."""
+"""Videos and cameras: angles of coloured segments, and the pose of a body from markers seen by several cameras."""

@@ -153,20 +153,20 @@ def test_what_stands_beside_or_below_the_table_is_told(sheet):
     assert_array_equal(contents.values, [*far, [1, 2], [1, 3]])
     assert contents.repairs == [
         'row 342: "slipped here" beside the table is left out.',
-        "row 343: rows without anything in the columns of the table are left out.",
+        "row 343: rows that are empty in the columns of the table are left out.",
     ]
-    with pytest.raises(InputError, match=r"line 342, column D: 7 stands beside the table"):
+    with pytest.raises(InputError, match=r"line 342, column D: 7 is beside the table"):
         read(open_excel, sheet(HEAD, *far, [1, 2, None, 7]))
     with pytest.raises(InputError, match=r'line 343, column A \(t\): "mean" is text'):
         read(open_excel, sheet(HEAD, *far, [], ["mean", 2]))
-    with pytest.raises(InputError, match=r"line 342, column C: 5 stands beside the table"):
+    with pytest.raises(InputError, match=r"line 342, column C: 5 is beside the table"):
         read(open_excel, sheet([*HEAD, "remark"], [0, 1, "a"], *far[1:], [1, 2, 5]))
 
 
 def test_a_column_keeps_one_format(sheet):
-    with pytest.raises(InputError, match=r"line 3, column A \(time\): 5 is a number below times"):
+    with pytest.raises(InputError, match=r"line 3, column A \(time\): 5 is a number in a column of times"):
         read(open_excel, sheet(["time", "F"], [time(1), 1], [5, 1]))
-    with pytest.raises(InputError, match=r"line 3, column B \(F\): 01:00:00 is a time below numbers"):
+    with pytest.raises(InputError, match=r"line 3, column B \(F\): 01:00:00 is a time in a column of numbers"):
         read(open_excel, sheet(["t", "F"], [0, 1], [1, time(1)]))
 
 
@@ -244,7 +244,7 @@ def test_what_is_no_workbook_is_told(sheet, tmp_path):
     }
     check_refusals(open_excel, tmp_path, files)
     for empty in ([], [["a", "b"]], [["1,5", "2,5"]]):
-        with pytest.raises(InputError, match=r"no rows of numbers in the first 200 rows of Data\. Numbers kept"):
+        with pytest.raises(InputError, match=r"no rows of numbers in the first 200 rows of Data\. Numbers stored"):
             read(open_excel, sheet(*empty))
 
 

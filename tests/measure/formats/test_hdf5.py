@@ -73,7 +73,7 @@ def test_what_is_left_out_is_told(h5):
         "left out: fs = 1000 (scalar)",
         "left out: note (text)",
         "left out: notes (text)",
-        "left out: virtual (its numbers are in another file)",
+        "left out: virtual (its data are in another file)",
     )
 
 

@@ -125,7 +125,7 @@ def test_objects_are_never_unpickled(save, savez):
         (np.zeros((0, 3)), "empty"),
         (np.float64(3.5), "= 3.5 (scalar)"),
         (np.zeros(4, np.longdouble), "numbers of more than 64 bits"),
-        (np.zeros(4, "V3"), "data without a meaning"),
+        (np.zeros(4, "V3"), "data of an unknown type"),
         (np.zeros(4, [("a", "S2"), ("b", "c8")]), "no numbers"),
     ],
 )

@@ -99,7 +99,7 @@ def test_the_time_is_made_of_the_waveform(write):
     assert contents.names == ["time", "F", "x"]
     assert contents.units == ["s", "N", "mm"]
     assert_array_equal(contents["time"], 2 + 0.5 * np.arange(40))
-    assert contents.found == ("time: made of wf_increment = 0.5 and wf_start_offset = 2",)
+    assert contents.found == ("time: from wf_increment = 0.5 and wf_start_offset = 2",)
 
 
 def test_a_spectrum_runs_along_its_frequency(write):
@@ -226,7 +226,9 @@ def test_what_labview_left_open_is_read_to_its_end(write):
     path.write_bytes(raw)
     contents = read(open_tdms, path)
     assert_array_equal(contents.values, np.transpose([T, F]))
-    assert contents.repairs == ["the file ends within a segment, as when LabVIEW is stopped; 40 whole rows are kept."]
+    assert contents.repairs == [
+        "the file ends within a segment, as if LabVIEW had been stopped; 40 whole rows are kept."
+    ]
 
 
 def test_a_stale_index_beside_the_file_does_no_harm(write, tmp_path):

@@ -216,7 +216,7 @@ def test_it_does_not_matter_where_blocks_are_cut(tmp_path, monkeypatch, delimite
     _, found_lines, values, _, repairs = read(path)
     assert same(values, np.array([*rows[:250], [1.0, 2.0, 3.0], *rows[250:]]))
     assert list(found_lines) == [*range(1, 251), *range(253, 404)]
-    assert repairs == [f'Line 404, the last one, breaks off and is left out: "50.0{delimiter}1".'.replace("\t", " ")]
+    assert repairs == [f'Line 404, the last one, is incomplete and left out: "50.0{delimiter}1".'.replace("\t", " ")]
 
 
 @pytest.mark.parametrize("rows", [1, 3, 10, 11, 1000])
@@ -329,7 +329,9 @@ def test_what_is_told_is_taken_for_granted(tmp_path):
     columns, lines, values, found, _ = read_text(tmp_path, text, **options)
     assert same(values, np.array([[1.5, 2.5, 3.0]]))
     assert list(lines) == [3]
-    assert {"encoding: latin-1, as told", "delimiter: semicolon, as told", "decimal sign: comma, as told"} <= set(found)
+    assert {"encoding: latin-1, as given", "delimiter: semicolon, as given", "decimal sign: comma, as given"} <= set(
+        found
+    )
     columns = read_text(tmp_path, "1,2\n0.5,0.6\n", header=1)[0]
     assert [column.name for column in columns] == ["1", "2"]
     assert read_text(tmp_path, "1,5\n2,5\n", decimal=".")[2].shape == (2, 2)
@@ -340,7 +342,7 @@ def test_a_last_row_that_breaks_off_is_left_out_and_said(tmp_path):
     for end in ("0.2,1", "0.2,1\n", "0.2,1,", "0.2,1,-", "0.2,1,1.2e", "0.2,1,1.2e+", '0.2,1,"3'):
         _, lines, _, _, repairs = read_text(tmp_path, f"a,b,c\n0.0,1.0,2.0\n0.1,1.0,2.0\n{end}")
         assert list(lines) == [2, 3]
-        assert repairs == [f'Line 4, the last one, breaks off and is left out: "{end.strip()}".']
+        assert repairs == [f'Line 4, the last one, is incomplete and left out: "{end.strip()}".']
 
 
 def test_a_last_row_without_line_end_is_kept_and_said(tmp_path):
@@ -348,7 +350,7 @@ def test_a_last_row_without_line_end_is_kept_and_said(tmp_path):
         _, lines, values, _, repairs = read_text(tmp_path, text)
         assert list(lines) == [2, 3]
         assert values[1, 1] == 1.5
-        assert repairs == ["Line 3, the last one, has no line end: its last cell may be cut."]
+        assert repairs == ["Line 3, the last one, has no line end: its last cell may be incomplete."]
 
 
 @pytest.mark.slow

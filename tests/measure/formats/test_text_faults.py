@@ -105,7 +105,7 @@ def test_a_fault_in_the_first_row_does_not_make_it_part_of_the_head(tmp_path):
     error = text_fault(tmp_path, "a,b,c\n0.5,1\n1.5,2,3\n2.5,3,4\n")
     assert (error.line, error.message) == (
         2,
-        "2 cells here, and the rows below have 3. Put # before it if it is no row.",
+        "2 cells here, and the rows below have 3. Put # before it if it is not a row.",
     )
     assert text_fault(tmp_path, "a,b,c\n0.5,1,2,oops\n1.5,2,3\n2.5,3,4\n").line == 2
 
@@ -184,18 +184,20 @@ def test_a_file_without_rows_is_refused(tmp_path):
 def test_nul_bytes_are_refused_with_their_line(tmp_path):
     error = text_fault(tmp_path, b"a,b\n1,2\n3,4\n\0\0\0\0")
     assert error.line == 4
-    assert error.message.startswith("there are NUL bytes: it is no text, or its writing broke off, or its encoding")
+    assert error.message.startswith(
+        "contains NUL bytes: it is not text, its writing was interrupted, or it has another encoding"
+    )
     assert text_fault(tmp_path, "a,b\n1,2\n".encode("utf-16-le")).line == 1
     assert text_fault(tmp_path, b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR").line == 3
 
 
 def test_a_wrong_encoding_is_told(tmp_path):
     error = text_fault(tmp_path, b"a;b\n1;2\n" + b"# 20 \xb0C\n3;4\n", encoding="utf-8")
-    assert (error.line, error.message) == (3, "this is not utf-8. Set encoding, to cp1252 perhaps.")
+    assert (error.line, error.message) == (3, "this is not utf-8. Set encoding, for instance to cp1252.")
     assert text_fault(tmp_path, b"1;2\n3;4\n5", encoding="utf-16").message.startswith("this is not utf-16.")
     error = text_fault(tmp_path, "1;2\n", encoding="utf-99")
-    assert error.message == 'there is no encoding "utf-99"; utf-8, utf-16, cp1252 and latin-1 are usual ones.'
-    assert "no encoding" in text_fault(tmp_path, "1;2\n", encoding="base64").message
+    assert error.message == '"utf-99" is not a known encoding; common ones are utf-8, utf-16, cp1252 and latin-1.'
+    assert "not a known encoding" in text_fault(tmp_path, "1;2\n", encoding="base64").message
 
 
 def test_a_line_without_end_is_refused(tmp_path):
@@ -206,7 +208,7 @@ def test_options_that_do_not_fit_are_refused(tmp_path):
     error = text_fault(tmp_path, "1;2\n", delimiter="slash")
     assert error.message == 'there is no delimiter "slash"; give tab, semicolon, comma, bar, blanks.'
     assert text_fault(tmp_path, "1;2\n", decimal="dot").message == 'there is no decimal sign "dot"; give point, comma.'
-    assert text_fault(tmp_path, "1;2\n", header=7).message == "header is to be line 7, where nothing is."
+    assert text_fault(tmp_path, "1;2\n", header=7).message == "header is set to line 7, which is empty."
     assert "no row of numbers after" in text_fault(tmp_path, "1;2\n3;4\n", header=2).message
     assert text_fault(tmp_path, "1;2\n", table="Sheet1").message == "a text file has one table; leave table out."
     assert "no row of numbers" in text_fault(tmp_path, "1\t2\n3\t4\n", delimiter=";").message

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from nectosome.measure.signals.align import align, align_at
-from nectosome.measure.signals.labels import processing
+from nectosome.measure.signals.metadata import processing
 
 from .made import band_limited, recording
 
@@ -68,10 +68,10 @@ def test_triggers_are_put_over_each_other():
     [
         (lambda a, b: align(a, b, "pulse"), "no pulse in one of the recordings; it has force"),
         (lambda a, b: align(a, b, "force", max_lag=0.2), "end of the search"),
-        (lambda a, b: align(a, -b, "force", max_lag=0.01), "end of the search|none of the lags"),
-        (lambda a, b: align(a, 0 * b, "force"), "none of the lags"),
+        (lambda a, b: align(a, -b, "force", max_lag=0.01), "end of the search|no positive correlation at any lag"),
+        (lambda a, b: align(a, 0 * b, "force"), "no positive correlation at any lag"),
         (lambda a, b: align(a.isel(time=np.r_[:200, 300:600]), b, "force"), "gap from 1.99 s to 3 s"),
-        (lambda a, b: align(a.where(a.time > 0.1), b, "force"), "no finite number"),
+        (lambda a, b: align(a.where(a.time > 0.1), b, "force"), "NaN or infinite"),
         (lambda a, b: align_at(a, b, "force", 100.0), "does not rise through 100"),
     ],
 )

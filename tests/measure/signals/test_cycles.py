@@ -3,7 +3,7 @@ import pytest
 
 from nectosome.measure.signals.cycles import average_cycles, regular_starts, split_cycles
 from nectosome.measure.signals.events import crossings
-from nectosome.measure.signals.labels import processing
+from nectosome.measure.signals.metadata import processing
 from nectosome.measure.signals.period import find_period
 
 from .made import recording
@@ -96,10 +96,10 @@ def test_other_dimensions_and_units_stay():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda x: split_cycles(x, np.array([0.0])), "two or more starts"),
-        (lambda x: split_cycles(x, np.array([20.0, 21.0])), "none of 1 cycles is left: 1 are not wholly recorded"),
+        (lambda x: split_cycles(x, np.array([0.0])), "two or more increasing starts"),
+        (lambda x: split_cycles(x, np.array([20.0, 21.0])), "no cycle of 1 is usable: 1 are not wholly recorded"),
         (lambda x: regular_starts(x, -1.0), "period is -1 s"),
-        (lambda x: average_cycles(split_cycles(x, np.array([1.0, 2.0]))), "there are 1 along the dimension cycle"),
+        (lambda x: average_cycles(split_cycles(x, np.array([1.0, 2.0]))), "dimension cycle has 1 members"),
         (lambda x: average_cycles(split_cycles(x, np.arange(5.0)), coverage=95.0), "coverage is 95"),
     ],
 )

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nectosome.measure.signals.features import features, mean, rms, slope
-from nectosome.measure.signals.labels import processing
+from nectosome.measure.signals.metadata import processing
 
 from .made import recording, signal
 
@@ -75,7 +75,7 @@ def test_repeats_have_features_of_their_own():
     [
         ((0.0, 0.02), {"force": ["mean"]}, "3 samples, and 8 are needed"),
         ((0.0, 1.0), {"pulse": ["mean"]}, "no pulse; there are force"),
-        ((0.0, 1.0), {"force": ["median"]}, "none of mean, rms"),
+        ((0.0, 1.0), {"force": ["median"]}, "not one of mean, rms"),
     ],
 )
 def test_what_is_not_there_is_refused(window, names, message):

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nectosome.measure.signals.filters import detrend, lowpass, smooth
-from nectosome.measure.signals.labels import processing
+from nectosome.measure.signals.metadata import processing
 
 from .made import recording, signal
 

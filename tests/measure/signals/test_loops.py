@@ -49,5 +49,5 @@ def test_what_makes_no_loop_is_refused():
     x = over_phase(np.cos(PHASE), "N")
     with pytest.raises(ValueError, match="same dimensions"):
         loop_area(x, x[:10])
-    with pytest.raises(ValueError, match="nan has no area"):
+    with pytest.raises(ValueError, match="NaN has no area"):
         loop_area(x, x.where(x > 0))

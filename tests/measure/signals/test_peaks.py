@@ -47,7 +47,7 @@ def test_peaks_follow_shifts_and_units():
     ("call", "message"),
     [
         (lambda: peaks(signal(T, T), 0.0), "prominence is 0 N"),
-        (lambda: peaks(signal(T, np.where(T > 5, np.nan, T)), 1.0), "no finite number"),
+        (lambda: peaks(signal(T, np.where(T > 5, np.nan, T)), 1.0), "NaN or infinite"),
         (lambda: peaks(signal(np.r_[T[:50], T[50:] + 1], T), 1.0, distance=0.5), "even steps"),
     ],
 )

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from nectosome.io import load_dataset, save_dataset
 from nectosome.measure.signals.align import align
 from nectosome.measure.signals.filters import smooth
-from nectosome.measure.signals.labels import errors_independent, processing
+from nectosome.measure.signals.metadata import errors_independent, processing
 from nectosome.measure.signals.repeated_runs import average_repeats, combine, propagate
 
 from .made import band_limited, recording
@@ -83,7 +83,7 @@ def test_there_and_back_again_is_the_same():
         (lambda: combine([recording(T, force=T), recording(T, pulse=T)]), "lacking force, pulse"),
         (lambda: combine([recording(T, force=T), recording(T, "V", force=T)]), "in V in recording 1, and in N"),
         (lambda: combine([recording(T, force=T), recording(T + 10, force=T)]), "share no time.* Align"),
-        (lambda: average_repeats(combine([recording(T, force=T)])), "there are 1 along the dimension repeat"),
+        (lambda: average_repeats(combine([recording(T, force=T)])), "dimension repeat has 1 members"),
         (lambda: propagate(recording(T, force=T), "pulse", factor=2.0), "no pulse; there are force"),
         (lambda: propagate(recording(T, force=T), "force", factor=np.nan), "factor is nan"),
     ],

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nectosome.measure.signals.labels import processing
+from nectosome.measure.signals.metadata import processing
 from nectosome.measure.signals.resample import resample
 
 from .made import recording, signal

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from nectosome.measure.signals.events import Window, strokes
-from nectosome.measure.signals.labels import processing
+from nectosome.measure.signals.metadata import processing
 from nectosome.measure.signals.runs import split, split_at_idle, split_at_resets
 
 from .made import recording

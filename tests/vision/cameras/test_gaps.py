@@ -94,13 +94,13 @@ def test_rotations_turn_at_a_constant_rate():
     ("call", "message"),
     [
         (lambda: fill(T, T, 0.0), "longest is 0 s"),
-        (lambda: fill(T, T[:5], 0.1), "do not go with values"),
+        (lambda: fill(T, T[:5], 0.1), "do not match values"),
         (lambda: fill(T[::-1], T, 0.1), "it must increase"),
         (lambda: fill(T, np.where(T == 0.05, np.inf, T), 0.1), "infinite"),
         (lambda: fill(T, T, 0.1, "quintic"), 'how is "quintic"'),  # type: ignore[arg-type]
         (lambda: fill_rotations(T, np.zeros((40, 3)), 0.1), r"\[t, 3, 3\] is expected"),
-        (lambda: fill_rotations(T, np.tile(2 * np.eye(3), (40, 1, 1)), 0.1), "at 0 s there is no rotation"),
-        (lambda: fill_rotations(T, np.tile(np.diag([1.0, 1, -1]), (40, 1, 1)), 0.1), "there is no rotation"),
+        (lambda: fill_rotations(T, np.tile(2 * np.eye(3), (40, 1, 1)), 0.1), " 0 s: not a rotation"),
+        (lambda: fill_rotations(T, np.tile(np.diag([1.0, 1, -1]), (40, 1, 1)), 0.1), "not a rotation"),
     ],
 )
 def test_what_cannot_be_filled_is_refused(call, message):

@@ -15,7 +15,7 @@ THREE = np.array([[0.10, 0.0, 0.02], [-0.05, 0.08, 0.03], [-0.06, -0.07, 0.0]])
 FIVE = np.vstack([THREE, [[0.0, 0.02, 0.09], [0.03, -0.04, -0.05]]])
 
 
-def put(body, rotations, places):
+def project_normalised(body, rotations, places):
     return np.einsum("tij,mj->tmi", rotations, body) + places[:, None]
 
 
@@ -31,7 +31,7 @@ def some(t, seed=0):
 @given(st.integers(0, 10_000), st.sampled_from([THREE, FIVE, FIVE[:4] * [1, 1, 0]]))
 def test_a_pose_is_recovered_exactly(seed, body):
     R, x = some(10, seed)
-    found = pose(put(body, R, x), body)
+    found = pose(project_normalised(body, R, x), body)
     assert np.abs(found.rotation - R).max() < 1e-9 and np.abs(found.place - x).max() < 1e-9
     assert found.residual.max() < 1e-9
 
@@ -40,28 +40,28 @@ def test_angles_are_those_of_robots_here():
     """R = Rz(yaw) Ry(pitch) Rx(roll), as `core.se3` has it, and scipy's intrinsic ZYX."""
     angles = np.array([[0.3, -0.4, 1.0], [-2.5, 1.2, 3.0], [3.1, -1.4, -3.1], [0.0, 0.5, 0.0]])
     R = rpy(angles)
-    found = pose(put(THREE, R, np.zeros((4, 3))), THREE)
+    found = pose(project_normalised(THREE, R, np.zeros((4, 3))), THREE)
     assert found.angles == pytest.approx(angles, abs=1e-9)
     assert Rotation.from_matrix(R).as_euler("ZYX")[:, ::-1] == pytest.approx(found.angles, abs=1e-9)
 
 
 def test_the_rotation_of_noisy_markers_is_that_of_scipy():
     R, x = some(20)
-    places = put(FIVE, R, x) + 0.01 * np.random.default_rng(1).normal(size=(20, 5, 3))
+    places = project_normalised(FIVE, R, x) + 0.01 * np.random.default_rng(1).normal(size=(20, 5, 3))
     found = pose(places, FIVE)
     for k in range(20):
         centred = places[k] - places[k].mean(axis=0), FIVE - FIVE.mean(axis=0)
         best, distance = Rotation.align_vectors(*centred)
         assert found.rotation[k] == pytest.approx(best.as_matrix(), abs=1e-9)
         assert found.residual[k] == pytest.approx(distance / np.sqrt(5), rel=1e-6)
-    off = places - put(FIVE, found.rotation, found.place)
+    off = places - project_normalised(FIVE, found.rotation, found.place)
     assert found.residual == pytest.approx(np.sqrt(np.mean(np.sum(off**2, axis=2), axis=1)))
 
 
 @given(st.integers(0, 1000))
 def test_poses_turn_with_the_world_and_scale_with_the_unit(seed):
     R, x = some(5, seed)
-    places = put(FIVE, R, x) + 0.01 * np.random.default_rng(seed).normal(size=(5, 5, 3))
+    places = project_normalised(FIVE, R, x) + 0.01 * np.random.default_rng(seed).normal(size=(5, 5, 3))
     (turn,), (shift,) = some(1, seed + 1)
     here, there = pose(places, FIVE), pose(1000 * (places @ turn.T + shift), 1000 * FIVE)
     assert there.rotation == pytest.approx(turn @ here.rotation, abs=1e-9)
@@ -71,7 +71,7 @@ def test_poses_turn_with_the_world_and_scale_with_the_unit(seed):
 
 def test_a_marker_may_be_missing():
     R, x = some(4)
-    places = put(FIVE, R, x)
+    places = project_normalised(FIVE, R, x)
     places[0, 3], places[1, [0, 4]], places[2, :3] = np.nan, np.nan, np.nan
     found = pose(places, FIVE, covariance=np.tile(1e-6 * np.eye(3), (4, 5, 1, 1)))
     assert found.status.tolist() == [PlaceStatus.GOOD, PlaceStatus.GOOD, PlaceStatus.FEW_MARKERS, PlaceStatus.GOOD]
@@ -86,7 +86,7 @@ def test_a_marker_may_be_missing():
 def test_markers_on_a_line_that_remain_give_no_pose():
     body = np.vstack([FIVE, (FIVE[0] + FIVE[1]) / 2])
     R, x = some(2)
-    places = put(body, R, x)
+    places = project_normalised(body, R, x)
     places[0, 2:5] = np.nan
     found = pose(places, body)
     assert found.status.tolist() == [PlaceStatus.LINE, PlaceStatus.GOOD]
@@ -101,7 +101,7 @@ def test_standard_errors_are_those_of_many_frames(body):
     root = np.array([rng.normal(size=(3, 3)) * [3, 1, 1] * 2e-4 for _ in range(m)])
     noise = np.einsum("mij,tmj->tmi", root, rng.normal(size=(t, m, 3)))
     R = np.tile(rpy([0.4, -0.9, 2.0]), (t, 1, 1))
-    places = put(body, R, np.tile([0.1, 0.2, -0.3], (t, 1))) + noise
+    places = project_normalised(body, R, np.tile([0.1, 0.2, -0.3], (t, 1))) + noise
     covariance = np.broadcast_to(root @ root.transpose(0, 2, 1), (t, m, 3, 3))
     found = pose(places, body, covariance=covariance)
     assert np.median(found.place_se, axis=0) == pytest.approx(found.place.std(axis=0), rel=0.05)
@@ -113,14 +113,14 @@ def test_standard_errors_hold_where_the_body_does_not_fit():
     t = 10_000
     R, x = np.tile(np.eye(3), (t, 1, 1)), np.zeros((t, 3))
     wrong = FIVE + np.array([[0.02, 0, 0]] + [[0, 0, 0]] * 4)
-    places = put(wrong, R, x) + 1e-4 * np.random.default_rng(3).normal(size=(t, 5, 3))
+    places = project_normalised(wrong, R, x) + 1e-4 * np.random.default_rng(3).normal(size=(t, 5, 3))
     found = pose(places, FIVE, covariance=np.broadcast_to(1e-8 * np.eye(3), (t, 5, 3, 3)))
     assert np.median(found.angles_se, axis=0) == pytest.approx(found.angles.std(axis=0), rel=0.03)
 
 
 def test_without_errors_of_markers_there_are_none_of_the_pose():
     R, x = some(2)
-    found = pose(put(THREE, R, x), THREE)
+    found = pose(project_normalised(THREE, R, x), THREE)
     assert np.isnan(found.place_se).all() and np.isnan(found.angles_se).all()
 
 
@@ -128,24 +128,24 @@ def test_a_mirrored_body_shows_unless_it_is_flat():
     """Five markers in space: nothing turns the one into the other. Three are turned over, and nothing is left."""
     R, x = some(5)
     mirror = np.array([1, -1, 1])
-    space = pose(put(FIVE, R, x), FIVE * mirror)
+    space = pose(project_normalised(FIVE, R, x), FIVE * mirror)
     assert (space.residual > 0.02).all()
     assert np.linalg.det(space.rotation) == pytest.approx(1)
-    assert (pose(put(THREE, R, x), THREE * mirror).residual < 1e-9).all()
+    assert (pose(project_normalised(THREE, R, x), THREE * mirror).residual < 1e-9).all()
 
 
 def test_exchanged_markers_show_unless_the_body_is_as_symmetric():
     R, x = some(5)
-    assert (pose(put(THREE, R, x)[:, [1, 0, 2]], THREE).residual > 0.005).all()
+    assert (pose(project_normalised(THREE, R, x)[:, [1, 0, 2]], THREE).residual > 0.005).all()
     isosceles = np.array([[0.1, 0, 0], [-0.05, 0.06, 0], [-0.05, -0.06, 0]])
-    assert (pose(put(isosceles, R, x)[:, [0, 2, 1]], isosceles).residual < 1e-9).all()
+    assert (pose(project_normalised(isosceles, R, x)[:, [0, 2, 1]], isosceles).residual < 1e-9).all()
 
 
 def test_near_a_pitch_of_90_deg_the_rotation_holds():
     pitch = np.radians([80.0, 89.5, 90.0, -89.5])
     R = np.array([rpy([0.3, p, 0.7]) for p in pitch])
     covariance = np.broadcast_to(1e-8 * np.eye(3), (4, 3, 3, 3))
-    found = pose(put(THREE, R, np.zeros((4, 3))), THREE, covariance=covariance)
+    found = pose(project_normalised(THREE, R, np.zeros((4, 3))), THREE, covariance=covariance)
     assert found.status.tolist() == [PlaceStatus.GOOD, PlaceStatus.GIMBAL, PlaceStatus.GIMBAL, PlaceStatus.GIMBAL]
     assert np.abs(found.rotation - R).max() < 1e-9
     assert found.angles[:, 1] == pytest.approx(pitch, abs=1e-7)
@@ -155,7 +155,7 @@ def test_near_a_pitch_of_90_deg_the_rotation_holds():
 def test_angles_are_unwrapped_only_when_asked():
     turn = np.linspace(0, 4 * np.pi, 60)
     R = Rotation.from_rotvec(np.outer(turn, [0, 0, 1])).as_matrix()
-    places = put(THREE, R, np.zeros((60, 3)))
+    places = project_normalised(THREE, R, np.zeros((60, 3)))
     places[20:25] = np.nan
     there = np.isfinite(places).all(axis=(1, 2))
     plain, whole = pose(places, THREE), pose(places, THREE, unwrap=True)
@@ -169,8 +169,8 @@ def test_angles_are_unwrapped_only_when_asked():
     [
         (THREE[:2], "body", "has 2 markers, and a pose needs three"),
         (THREE * [1, 0.01, 0.01], "body", "has its markers on a line, .* m .rms. off it, .* % of their"),
-        (FIVE[[0, 1, 2, 1]], "body.3", "is the same place as body.1"),
-        (THREE * [1, np.nan, 1], "body", "without a number"),
+        (FIVE[[0, 1, 2, 1]], "body.3", "equals body.1"),
+        (THREE * [1, np.nan, 1], "body", "NaN or infinite"),
     ],
 )
 def test_a_body_that_has_no_pose_is_refused(body, field, message):

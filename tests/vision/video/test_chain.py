@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nectosome.vision.video.chain import told_apart
+from nectosome.vision.video.chain import assign_segments
 from nectosome.vision.video.reasons import Reason
 from nectosome.vision.video.segments import SegmentPose
 
@@ -34,7 +34,7 @@ def off(found, wanted):
 @given(start=st.floats(-3.1, 3.1), bends=turns)
 def test_directions_follow_from_the_neighbours(start, bends):
     poses, wanted = chain(start, bends)
-    row, reasons, found = told_apart([[pose] for pose in poses], [0, 1, 2, 3], None)
+    row, reasons, found = assign_segments([[pose] for pose in poses], [0, 1, 2, 3], None)
     assert row == poses
     assert reasons == [Reason.SEEN] * 4
     assert max(off(a, b) for a, b in zip(found, wanted, strict=True)) < 1e-9
@@ -50,7 +50,7 @@ def test_segments_of_one_colour_are_told_apart_or_a_doubt(start, bends, order):
     """Never one for the other."""
     poses, wanted = chain(start, bends)
     last = [poses[1:][k] for k in order]
-    row, reasons, found = told_apart([[poses[0]], last], [0, 1, 1, 1], None)
+    row, reasons, found = assign_segments([[poses[0]], last], [0, 1, 1, 1], None)
     for k in range(4):
         if reasons[k] == Reason.SEEN:
             assert row[k] is poses[k]
@@ -61,14 +61,14 @@ def test_segments_of_one_colour_are_told_apart_or_a_doubt(start, bends, order):
 
 def test_a_straight_chain_is_no_doubt():
     poses, _ = chain(0.3, [0.05, -0.1, 0.05])
-    row, reasons, _ = told_apart([[poses[0]], [poses[3], poses[1], poses[2]]], [0, 1, 1, 1], None)
+    row, reasons, _ = assign_segments([[poses[0]], [poses[3], poses[1], poses[2]]], [0, 1, 1, 1], None)
     assert row == poses
     assert reasons == [Reason.SEEN] * 4
 
 
 def test_a_segment_without_neighbours_has_a_place_and_no_direction():
     poses, _ = chain(0.3, [0.4, -0.1, 0.05])
-    row, reasons, found = told_apart([[poses[0]], [], [poses[2]], [poses[3]]], [0, 1, 2, 3], None)
+    row, reasons, found = assign_segments([[poses[0]], [], [poses[2]], [poses[3]]], [0, 1, 2, 3], None)
     assert reasons == [Reason.DIRECTION, Reason.LOST, Reason.SEEN, Reason.SEEN]
     assert row[0] is poses[0]
     assert found[:2] == [None, None]
@@ -76,21 +76,21 @@ def test_a_segment_without_neighbours_has_a_place_and_no_direction():
 
 def test_the_base_tells_the_direction_of_the_first():
     poses, wanted = chain(2.0, [0.4, -0.1, 0.05])
-    _, reasons, found = told_apart([[poses[0]], [], [poses[2]], [poses[3]]], [0, 1, 2, 3], np.zeros(2))
+    _, reasons, found = assign_segments([[poses[0]], [], [poses[2]], [poses[3]]], [0, 1, 2, 3], np.zeros(2))
     assert reasons[0] == Reason.SEEN
     assert off(found[0], wanted[0]) < 1e-9
 
 
 def test_more_or_fewer_blobs_than_segments_are_gaps():
     poses, _ = chain(0.3, [0.4, -0.1, 0.05])
-    assert told_apart([[poses[0]], poses[1:3]], [0, 1, 1, 1], None)[1][1:] == [Reason.MERGED] * 3
-    assert told_apart([[poses[0]], [*poses[1:], poses[1]]], [0, 1, 1, 1], None)[1][1:] == [Reason.PIECES] * 3
-    assert told_apart([[poses[0], poses[1]], []], [0, 1], None)[1] == [Reason.PIECES, Reason.LOST]
+    assert assign_segments([[poses[0]], poses[1:3]], [0, 1, 1, 1], None)[1][1:] == [Reason.MERGED] * 3
+    assert assign_segments([[poses[0]], [*poses[1:], poses[1]]], [0, 1, 1, 1], None)[1][1:] == [Reason.PIECES] * 3
+    assert assign_segments([[poses[0], poses[1]], []], [0, 1], None)[1] == [Reason.PIECES, Reason.LOST]
 
 
 def test_what_is_as_wide_as_long_has_no_direction():
     poses, _ = chain(0.3, [0.4, -0.1, 0.05])
     square = SegmentPose(poses[1].middle, 0.0, 0.02, 0.019, 1.0, False)
-    _, reasons, found = told_apart([[poses[0]], [square], [poses[2]], [poses[3]]], [0, 1, 2, 3], None)
+    _, reasons, found = assign_segments([[poses[0]], [square], [poses[2]], [poses[3]]], [0, 1, 2, 3], None)
     assert reasons == [Reason.SEEN, Reason.ROUND, Reason.SEEN, Reason.SEEN]
     assert found[1] is None

@@ -10,7 +10,7 @@ from nectosome.papers.track.render import Port, RenderLens
 from nectosome.papers.track.render import RenderCamera as Seeing
 from nectosome.papers.track.tank import Filming
 from nectosome.units import InputError
-from nectosome.vision.cameras import Camera, Glass, calibrate_behind
+from nectosome.vision.cameras import Camera, Glass, calibrate_through_glass
 from nectosome.vision.video import Reason, track_markers
 from nectosome.vision.video.marker_candidates import Candidate
 from nectosome.vision.video.marker_identity import MarkerBody
@@ -62,7 +62,7 @@ def test_a_camera_that_is_late_is_put_on_the_clock_of_the_first(tmp_path):
     late = tank.tracked(tmp_path, path, how, 0.6, lambda share: None)
     off = tank.marker_errors(late)
     assert np.sqrt(np.nanmean(off**2)) < 1.5e-3
-    assert "cameras see moments up to" in late.attrs["provenance"]
+    assert "frames of the cameras are up to" in late.attrs["provenance"]
 
 
 def test_a_rod_before_one_camera_makes_gaps_which_are_filled_only_on_request(tmp_path):
@@ -168,7 +168,7 @@ def test_reflections_are_no_markers():
 
 
 def test_twins_are_refused():
-    with pytest.raises(InputError, match=r"markers\.a: cannot be told from b: they are of one colour"):
+    with pytest.raises(InputError, match=r"markers\.a: cannot be distinguished from b: they have one colour"):
         MarkerBody(np.array([[0.1, 0, 0], [-0.1, 0, 0], [0, 0.15, 0]]), [0, 0, 1], 2.0, 0.003, list("abc"))
 
 
@@ -178,7 +178,7 @@ def test_cameras_behind_glass_are_found_exactly():
     seeing = Seeing((1280, 720), RenderLens(900), (-0.8, -1.8, 0.7), (0, 0, 0.3), port=port)
     glass = Glass(np.array([0, -0.5, 0.3]), np.array([0, -2.0, 0]), 0.012)
     known = tank.lamps_at()
-    camera = calibrate_behind(known, seeing.sees(known), glass)
+    camera = calibrate_through_glass(known, seeing.sees(known), glass)
     np.testing.assert_allclose(camera.centre, seeing.place, atol=1e-8)
     others = np.random.default_rng(0).uniform([-0.9, -0.4, 0], [0.9, 0.5, 0.6], (50, 3))
     np.testing.assert_allclose(camera.project(others), seeing.aims(others), atol=1e-6)
@@ -189,4 +189,4 @@ def test_points_before_the_glass_are_refused():
     with pytest.raises(InputError, match=r"points\.2: is not behind the glass"):
         moved = known.copy()
         moved[2, 1] = -0.7
-        calibrate_behind(moved, np.zeros((8, 2)), Glass(np.array([0, -0.5, 0.0]), np.array([0, 1.0, 0])))
+        calibrate_through_glass(moved, np.zeros((8, 2)), Glass(np.array([0, -0.5, 0.0]), np.array([0, 1.0, 0])))

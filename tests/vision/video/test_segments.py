@@ -90,7 +90,7 @@ def test_what_is_behind_a_bar_is_a_gap_and_never_a_guess(tmp_path):
     assert np.all(np.isnan(turn) == (why != 0))
     assert np.nanmax(np.abs(turn)) < 3  # of what a bar covers less than a tenth of
     assert np.nanmax(np.abs(place)) < 2.5
-    told = json.loads(tracked.attrs["provenance"])["odd"]
+    told = json.loads(tracked.attrs["provenance"])["warnings"]
     assert any("not seen in" in said for said in told)
 
 
@@ -113,7 +113,7 @@ def test_noise_that_hides_everything_gives_gaps(tmp_path):
 
 
 def test_the_wrong_size_is_refused(rowing):
-    with pytest.raises(InputError, match="320 x 320 pixels, and the sheet is made for 640 x 480"):
+    with pytest.raises(InputError, match="320 x 320 pixels, and the sheet is for 640 x 480"):
         track_segments(rowing[0], sheet_of().model_copy(update={"size": (640, 480)}))
 
 

@@ -7,7 +7,7 @@ import pytest
 from nectosome.units import InputError
 from nectosome.vision.video import Colour, MarkerSheet, SegmentSheet, load_sheet
 from nectosome.vision.video.plane import plane_of
-from nectosome.vision.video.segments import Groups
+from nectosome.vision.video.segments import ColourGroups
 
 SIZE = (200, 120)
 COLOUR = {"hue": (0.0, 1.0)}
@@ -81,28 +81,28 @@ def test_points_that_tell_nothing_or_contradict_are_refused(places, pixels, told
 def test_hues_go_over_the_full_turn():
     """Red lies on both sides of 0 deg."""
     d = np.deg2rad
-    groups = Groups(
+    groups = ColourGroups(
         [Colour(hue=(d(340), d(20)), saturation=(0.5, 1)), Colour(hue=(d(100), d(140)), saturation=(0.5, 1))]
     )
     bgr = np.array([[[0, 0, 255], [40, 0, 255], [0, 60, 255], [0, 255, 0], [200, 200, 255], [255, 0, 0]]], np.uint8)
-    np.testing.assert_array_equal(groups.look(bgr), [[1, 1, 1, 2, 0, 0]])
+    np.testing.assert_array_equal(groups.find(bgr), [[1, 1, 1, 2, 0, 0]])
 
 
 def test_colours_that_are_alike_are_one_group():
     a, b = Colour(hue=(0.0, 1.0)), Colour(hue=(2.0, 3.0))
-    groups = Groups([a, b, a])
+    groups = ColourGroups([a, b, a])
     assert groups.of == [0, 1, 0]
     assert groups.count == 2
 
 
 BAD = {
-    "about: nothing": "says nothing of what to track",
+    "about: nothing": "does not say what to track",
     "segments: {}": "segments",
     "segments: {a: {hue: [10, 20]}}": "Angle expected",
     "segments: {a: {hue: [10 deg, 400 deg]}}": "out of range",
     "segments: {a: {saturation: [0.9, 0.2]}}": "its lower end comes first",
     "segments: {a: {hue: [10 deg, 10 deg]}}": "its ends are the same",
-    "segments: {a: {length: 10 mm}}": "say how large a pixel is",
+    "segments: {a: {length: 10 mm}}": "give the size of a pixel",
     "segments: {a: {huw: [10 deg, 20 deg]}}": "there is no field",
     "pixel: 5\nsegments: {a: {}}": "no unit",
     "pixel: 1 mm\nfit: circle\nsegments: {a: {}}": "fit",

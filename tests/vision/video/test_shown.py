@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from nectosome.io import save_dataset
 from nectosome.measure import read
-from nectosome.vision.video import Clip, Colour, draw_over, proposal_text, propose, track_segments, write_table
-from nectosome.vision.video.segments import Groups
+from nectosome.vision.video import Clip, Colour, draw_over, proposal_text, propose, track_segments
 from nectosome.vision.video.sheet import load_sheet
 
 from . import scenes
@@ -47,7 +47,7 @@ def test_the_table_is_read_back_as_it_was(tracked, tmp_path):
     made = tracked.copy(deep=True)
     made["direction"][3, 1] = np.nan
     path = tmp_path / "t.csv"
-    write_table(made, path)
+    save_dataset(made, path)
     back = read(path)
     np.testing.assert_array_equal(back["time"], made["time"])
     np.testing.assert_array_equal(back["direction first"], made["direction"].sel(segment="first"))
@@ -61,7 +61,7 @@ def test_proposed_colours_find_the_layers(rowing, tmp_path):
     clip = Clip(rowing[0])
     frame = next(clip.frames())
     found = propose(frame.image)
-    bits = Groups([one.colour for one in found]).look(frame.image)
+    bits = ColourGroups([one.colour for one in found]).find(frame.image)
     for ends in scenes.ends(np.array([0.0]))[0]:
         u, v = ends.mean(axis=0) * [500, -500] + 159.5
         assert bits[round(v), round(u)] != 0

@@ -33,10 +33,10 @@ def output_misfit(
     responses: Sequence[Response],
     hold: Literal["first", "zero"] = "first",
 ) -> Misfit:
-    """Output errors of the block that `build` makes of parameters, with exact slopes.
+    """Output errors of the block that `build` makes of parameters, with an exact Jacobian.
 
     What a fit, its identifiability, profiles and Levenberg-Marquardt take. Raises InputError for recordings whose
-    lengths differ, that have no numbers, or no standard error above 0.
+    lengths differ, with NaN or infinite samples, or without a standard error above 0.
     """
     for one in responses:
         if len(one.input) != len(one.output):
@@ -44,7 +44,7 @@ def output_misfit(
         if not 0 <= one.begin < len(one.output):
             raise InputError(f"counts from sample {one.begin} on, and has {len(one.output)}.", field=one.name)
         if not (np.isfinite(one.input).all() and np.isfinite(one.output).all()):
-            raise InputError("has samples that are no numbers.", field=one.name)
+            raise InputError("has samples that are NaN or infinite.", field=one.name)
         if not one.standard_error > 0:
             raise InputError(f"the standard error is {one.standard_error:g}; it must be more than 0.", field=one.name)
     if not responses:
@@ -59,5 +59,5 @@ def output_misfit(
         return jnp.concatenate(parts)
 
     several: Any = jax.jit(jax.vmap(residuals))
-    slopes: Any = jax.jit(jax.jacfwd(residuals))
-    return Misfit(lambda rows: np.asarray(several(rows)), ranges, lambda theta: np.asarray(slopes(theta)))
+    jacobian: Any = jax.jit(jax.jacfwd(residuals))
+    return Misfit(lambda rows: np.asarray(several(rows)), ranges, lambda theta: np.asarray(jacobian(theta)))

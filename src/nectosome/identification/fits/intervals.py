@@ -44,8 +44,8 @@ def profile(misfit: Misfit, theta: Float[np.ndarray, "n"], name: str, coverage: 
     with the quantile c of a chi-squared variable of one degree of freedom, 3.84 for 95 %.
 
     Steps of half a standard error and more lead to both sides as far as the first rise to that threshold, each fit
-    starting from the nearest one. Where the bound comes first the end is not told. Where a better fit is met on the
-    way, all begins anew from it. Raises InputError for an unknown parameter.
+    starting from the nearest one. Where the bound comes first the end is not identifiable. Where a better fit is
+    found meanwhile, all begins anew from it. Raises InputError for an unknown parameter.
     """
     k, threshold = misfit.index(name), float(chdtri(1, 1 - coverage))
     best = misfit.fit(theta, gain=_FITTED)
@@ -62,7 +62,7 @@ def profile(misfit: Misfit, theta: Float[np.ndarray, "n"], name: str, coverage: 
         return found[place].chi2 - best.chi2
 
     def end(bound: float) -> float:
-        """Place where the rise is the threshold, on the way to a bound; the bound where it is not."""
+        """Place where the rise is the threshold, between the best fit and a bound; the bound where there is none."""
         place, step = start, first
         while place != bound:
             before = place
@@ -92,7 +92,7 @@ def bootstrap(
     """Fits to data that the fitted model would give, with other noise (parametric bootstrap, Efron 1979).
 
     Residuals are those of theta's own data plus normal noise of size 1, which is what a standard error says. Intervals
-    are between quantiles of the draws; an end on a bound is not told.
+    are between quantiles of the draws; an end on a bound is not identifiable.
     """
     rng = np.random.default_rng(seed)
     own = misfit.at(misfit.places(theta)[None])[0]

@@ -1,12 +1,13 @@
-r"""Models whose rate is linear in what is not known, $\dot x = H(t, x, u) \theta$, from recordings of x, in four ways.
+r"""Models whose rate is linear in unknown parameters, $\dot x = H(t, x, u) \theta$, fitted to recordings of x.
 
-`increments` is least squares on differences of neighbouring samples, as many papers do it: noise makes it biased, and
-its errors wrong. `windows` takes differences over longer times and the noise as it is; `instruments` takes regressors
-from the model instead of from noisy samples; `output_error` fits the motion itself, and is the one to take.
+Four estimators: `finite_differences` is least squares on differences of neighbouring samples, as often published: noise
+biases it and its standard errors. `integral_windows` integrates over longer times and accounts for the noise;
+`instrumental_variables` takes regressors from the model instead of from noisy samples; `output_error` fits the motion
+itself, and is recommended.
 """
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple, Self
 
 import jax
@@ -17,16 +18,19 @@ from scipy.ndimage import convolve1d
 from scipy.optimize import least_squares
 from scipy.special import ndtri
 
+from nectosome.core import runtime as runtime  # float64
 from nectosome.measure.signals.noise import correlation_time
 
-from .linear_motion import Input, Regressors, at_samples, inputs_between, motion, with_slopes
-
-_ROUNDS = 20  # of instruments
+Regressors = Callable[..., Array]  # (time, state, *inputs) -> [k], for JAX
+Input = Callable[[np.ndarray], np.ndarray]  # of times [s], such as a spline through a recording
+_STEPS = 4  # from sample to sample
+_PLACES = np.linspace(0.0, 1.0, 2 * _STEPS + 1)  # between two samples, at which inputs are evaluated
+_ROUNDS = 20  # of instrumental variables
 _CLOSE = 1e-10  # relative, of parameters from round to round
 _SETTLED = 0.1  # of the state's root mean square: means of the two halves may differ by as much
-_NOISY = 0.1  # of what is left of increments: a share of noise that biases
+_NOISY = 0.1  # of the residuals of differences: a share of noise that biases
 _RAW = np.ones(1)  # kernel of no filter
-_TOGETHER = 5.0  # samples that residuals hang together for: more than noise does by chance
+_TOGETHER = 5.0  # samples over which residuals are correlated: more than noise is by chance
 
 
 class Trial(NamedTuple):
@@ -39,7 +43,7 @@ class Trial(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """Parameters with their covariance; what is left of each equation or sample; and what to beware of."""
+    """Parameters with their covariance, the residual of each equation or sample, and warnings."""
 
     values: Float[np.ndarray, "k"]
     covariance: Float[np.ndarray, "k k"]
@@ -68,29 +72,31 @@ class Estimate(NamedTuple):
         return self._replace(values=np.atleast_1d(f(at)), covariance=J @ self.covariance @ J.T)
 
 
-def increments(trials: Sequence[Trial]) -> Estimate:
+def finite_differences(trials: Sequence[Trial]) -> Estimate:
     r"""Least squares on $x_{k+1} - x_k = h H(t_k, x_k) \theta$ (Giorgio-Serchi et al. 2017, eqs. 4 to 9).
 
-    As it is printed: rectangles, and errors as if those of neighbouring increments had nothing to do with each other.
-    The noise of a sample is in two of them, with opposite signs.
+    As published: rectangles, and standard errors as if neighbouring differences were independent. The noise of a
+    sample is in two of them, with opposite signs.
     """
     y = np.concatenate([np.diff(trial.state) for trial in trials])
     X = np.concatenate([np.diff(trial.time)[:, None] * _rows(trial)[:-1] for trial in trials])
     inverse = np.linalg.inv(X.T @ X)
     values = inverse @ X.T @ y
     left = y - X @ values
-    told = [*_unsettled(trials)]
-    # neighbouring increments of a smooth motion hang together, those of noise go against each other
+    warnings = [*_unsettled(trials)]
+    # neighbouring differences of a smooth motion are correlated, those of noise have opposite signs
     against = -sum(float(a[1:] @ a[:-1]) for a in np.split(left, np.cumsum([len(t.time) - 1 for t in trials])[:-1]))
     if against > _NOISY * (left @ left):
-        told.append("biased: what is left of neighbouring increments has opposite signs, as noise of samples has")
-    return Estimate(values, left @ left / (len(y) - len(values)) * inverse, left, tuple(told))
+        warnings.append("biased: residuals of neighbouring differences have opposite signs, as noise of samples has")
+    return Estimate(values, left @ left / (len(y) - len(values)) * inverse, left, tuple(warnings))
 
 
-def windows(trials: Sequence[Trial], lengths: Sequence[float], kernel: Float[np.ndarray, "w"] = _RAW) -> Estimate:
+def integral_windows(
+    trials: Sequence[Trial], lengths: Sequence[float], kernel: Float[np.ndarray, "w"] = _RAW
+) -> Estimate:
     r"""Least squares on $x(t + T) - x(t) = \int_t^{t + T} H \theta$ for all t and some lengths T [s]: trapezoids.
 
-    Half and whole periods are good lengths: one tells what changes within a period, the other what lasts. Errors are
+    Half and whole periods are good lengths: one shows changes within a period, the other the trend. Errors are
     those of samples with independent noise of one size, $\Sigma = \sigma^2 P D F F^T D^T P^T$ with the differences D,
     the symmetric filter F that state and inputs have gone through alike (its `kernel`), and $P = (X^T X)^{-1} X^T$.
     Raises ValueError for a length that a recording has not.
@@ -98,18 +104,18 @@ def windows(trials: Sequence[Trial], lengths: Sequence[float], kernel: Float[np.
     return _solved(trials, lengths, kernel, None)
 
 
-def instruments(trials: Sequence[Trial], lengths: Sequence[float]) -> Estimate:
-    """As `windows`, with regressors of the model's own motion as instruments, which hold the first sample's noise only.
+def instrumental_variables(trials: Sequence[Trial], lengths: Sequence[float]) -> Estimate:
+    """As `integral_windows`, with regressors of the model's own motion as instruments: free of noise but the first.
 
     From round to round the motion is that of the parameters found before (Young 2011, ch. 8).
     """
-    found = windows(trials, lengths)
+    found = integral_windows(trials, lengths)
     for _ in range(_ROUNDS):
-        motions = [np.asarray(motion(*asked(t), found.values, t.state[0])) for t in trials]
+        motions = [np.asarray(motion(*arguments_of(t), found.values, t.state[0])) for t in trials]
         before, found = found, _solved(trials, lengths, _RAW, motions)
         if np.all(np.abs(found.values - before.values) <= _CLOSE * np.abs(found.values)):
             return found
-    return found._replace(warnings=(*found.warnings, f"not settled after {_ROUNDS} rounds of instruments"))
+    return found._replace(warnings=(*found.warnings, f"not converged after {_ROUNDS} rounds of instrumental variables"))
 
 
 def output_error(trials: Sequence[Trial], start: Float[np.ndarray, "k"]) -> Estimate:
@@ -117,40 +123,40 @@ def output_error(trials: Sequence[Trial], start: Float[np.ndarray, "k"]) -> Esti
 
     $$ \min \sum_k (x_k - x(t_k; \theta, x_0))^2, \quad \Sigma = \tau s^2 (J^T J)^{-1} $$
 
-    Unbiased for noise of samples, however large. With residuals that hang together for $\tau$ samples the model is not
-    all there is; they count as fewer.
+    Unbiased for noise of samples, however large. Residuals that are correlated over $\tau$ samples count as so many
+    fewer: the model lacks something.
     """
     k, m = len(start), len(trials)
     begin = np.concatenate([start, [trial.state[0] for trial in trials]])
     size = np.abs(np.concatenate([start, [np.ptp(trial.state) for trial in trials]]))
     size[size == 0] = 1.0
     longest = max(len(trial.time) for trial in trials)  # of one length all are one program
-    programs = [asked(trial, longest) for trial in trials]
+    programs = [arguments_of(trial, longest) for trial in trials]
     state = np.concatenate([trial.state for trial in trials])
 
-    @lru_cache(maxsize=1)  # the solver asks for residuals and slopes at one place after the other
+    @lru_cache(maxsize=1)  # the solver calls for residuals and Jacobian at one place after the other
     def at(place: bytes) -> tuple[Float[np.ndarray, "r"], Float[np.ndarray, "r q"]]:
         p = np.frombuffer(place) * size
-        states, slopes = [], []
+        states, derivatives = [], []
         for i, (trial, what) in enumerate(zip(trials, programs, strict=True)):
-            x, by = (np.asarray(y)[: len(trial.time)] for y in with_slopes(*what, p[:k], p[k + i]))
+            x, by = (np.asarray(y)[: len(trial.time)] for y in with_derivatives(*what, p[:k], p[k + i]))
             own = np.zeros((len(x), k + m))
             own[:, :k], own[:, k + i] = by[:, :k], by[:, k]
             states.append(x)
-            slopes.append(-own * size)
-        return state - np.concatenate(states), np.concatenate(slopes)
+            derivatives.append(-own * size)
+        return state - np.concatenate(states), np.concatenate(derivatives)
 
     closely: Any = {"method": "lm", "xtol": 1e-12, "ftol": 1e-12, "gtol": 1e-12, "jac": lambda p: at(p.tobytes())[1]}
     found = least_squares(lambda p: at(p.tobytes())[0], begin / size, **closely)
     J, left = found.jac, found.fun
     together = max(correlation_time(left), 1.0)
     covariance = together * left @ left / (len(left) - k - m) * np.linalg.inv(J.T @ J)
-    told = [*_unsettled(trials)]
+    warnings = [*_unsettled(trials)]
     if together > _TOGETHER:
-        told.append(f"residuals hang together for {together:.0f} samples: the model does not hold all that is there")
+        warnings.append(f"residuals are correlated over {together:.0f} samples: the model lacks something")
     if not found.success:
-        told.append(f"not solved: {found.message}")
-    return Estimate(found.x[:k] * size[:k], (covariance * np.outer(size, size))[:k, :k], left, tuple(told))
+        warnings.append(f"not solved: {found.message}")
+    return Estimate(found.x[:k] * size[:k], (covariance * np.outer(size, size))[:k, :k], left, tuple(warnings))
 
 
 def _solved(
@@ -159,7 +165,7 @@ def _solved(
     kernel: Float[np.ndarray, "w"],
     motions: Sequence[Float[np.ndarray, "n"]] | None,
 ) -> Estimate:
-    """`windows`, with instruments from motions if there are any."""
+    """`integral_windows`, with instruments from motions if there are any."""
     own = [None] * len(trials) if motions is None else motions
     parts = [_windowed(trial, lengths, kernel, motion) for trial, motion in zip(trials, own, strict=True)]
     y, X, Z = (np.concatenate([part[i] for part in parts]) for i in range(3))
@@ -188,7 +194,9 @@ def _windowed(
     for length in lengths:
         w = round(length / step)
         if not 0 < w < n:
-            raise ValueError(f"windows: {length:g} s does not fit into a recording of {n} samples, {step:g} s apart.")
+            raise ValueError(
+                f"integral_windows: {length:g} s does not fit into a recording of {n} samples, {step:g} s apart."
+            )
         first.append(np.arange(n - w))
         last.append(np.arange(w, n))
     i, j = np.concatenate(first), np.concatenate(last)
@@ -209,8 +217,8 @@ def _rows(trial: Trial) -> Float[np.ndarray, "n k"]:
     return np.asarray(at_samples(trial.regressors, trial.time, trial.state, inputs))
 
 
-def asked(trial: Trial, samples: int | None = None) -> tuple[Regressors, np.ndarray, tuple[np.ndarray, ...]]:
-    """What `motion` is asked for; with more samples than there are it stands still after the last."""
+def arguments_of(trial: Trial, samples: int | None = None) -> tuple[Regressors, np.ndarray, tuple[np.ndarray, ...]]:
+    """Arguments of `motion`; samples beyond the last one repeat it."""
     more = 0 if samples is None else samples - len(trial.time)
     inputs = inputs_between(trial.time, trial.inputs)
     time = np.pad(trial.time, (0, more), mode="edge")
@@ -224,7 +232,7 @@ def _integral(time: Float[np.ndarray, "n"], H: Float[np.ndarray, "n k"]) -> Floa
 
 
 def _unsettled(trials: Sequence[Trial]) -> tuple[str, ...]:
-    """What is told of trials whose halves have other means."""
+    """Warning of trials whose halves have other means."""
     halves = [[float(np.mean(part)) for part in np.array_split(trial.state, 2)] for trial in trials]
     far = [abs(a - b) > _SETTLED * np.sqrt(np.mean(t.state**2)) for (a, b), t in zip(halves, trials, strict=True)]
     return (f"not settled: {sum(far)} of {len(trials)} recordings change from half to half",) if any(far) else ()
@@ -240,11 +248,11 @@ class Deviation(NamedTuple):
 
 def follow_recording(trial: Trial, values: Float[np.ndarray, "k"]) -> Float[np.ndarray, "n"]:
     """The motion of a model with these parameters, from the first state of least squares to the samples."""
-    what = asked(trial)
+    what = arguments_of(trial)
 
     def at(x0: Float[np.ndarray, "1"]) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n k+1"]]:
-        states, slopes = with_slopes(*what, values, x0[0])
-        return np.asarray(states), np.asarray(slopes)
+        states, derivatives = with_derivatives(*what, values, x0[0])
+        return np.asarray(states), np.asarray(derivatives)
 
     how: Any = {"method": "lm", "jac": lambda x0: at(x0)[1][:, -1:]}
     found = least_squares(lambda x0: at(x0)[0] - trial.state, trial.state[:1], **how)
@@ -255,3 +263,63 @@ def deviation(measured: Float[np.ndarray, "n"], computed: Float[np.ndarray, "n"]
     """Errors of a motion against samples."""
     error = 100 * (measured - computed) / np.sqrt(np.mean(measured**2))
     return Deviation(float(np.mean(error)), float(np.std(error)), float(np.max(np.abs(error))))
+
+
+def inputs_between(time: Float[np.ndarray, "n"], inputs: tuple[Input, ...]) -> tuple[Float[np.ndarray, "n-1 s"], ...]:
+    """Inputs at all times that `motion` needs."""
+    times = time[:-1, None] + np.diff(time)[:, None] * _PLACES
+    return tuple(np.asarray(u(times), float) for u in inputs)
+
+
+@partial(jax.jit, static_argnums=0)
+def at_samples(
+    regressors: Regressors, time: Float[Array, "n"], state: Float[Array, "n"], inputs: tuple[Float[Array, "n"], ...]
+) -> Float[Array, "n k"]:
+    """H at the samples."""
+    return jax.vmap(regressors)(time, state, *inputs)
+
+
+@partial(jax.jit, static_argnums=0)
+def motion(
+    regressors: Regressors,
+    time: Float[Array, "n"],
+    inputs: tuple[Float[Array, "n-1 s"], ...],
+    theta: Float[Array, "k"],
+    x0: Float[Array, ""],
+) -> Float[Array, "n"]:
+    """States at the times: the classical Runge-Kutta method in quarters of a sample."""
+
+    def step(x: Array, ends: tuple[Array, ...]) -> tuple[Array, Array]:
+        start, h, *u = ends
+        h = h / _STEPS
+        for q in range(_STEPS):
+
+            def rate(place: int, x: Array, q: int = q) -> Array:
+                return regressors(start + (q + place / 2) * h, x, *(one[2 * q + place] for one in u)) @ theta
+
+            a = rate(0, x)
+            b = rate(1, x + h / 2 * a)
+            c = rate(1, x + h / 2 * b)
+            x = x + h / 6 * (a + 2 * b + 2 * c + rate(2, x + h * c))
+        return x, x
+
+    _, states = jax.lax.scan(step, x0, (time[:-1], jnp.diff(time), *inputs))
+    return jnp.concatenate([x0[None], states])
+
+
+@partial(jax.jit, static_argnums=0)
+def with_derivatives(
+    regressors: Regressors,
+    time: Float[Array, "n"],
+    inputs: tuple[Float[Array, "n-1 s"], ...],
+    theta: Float[Array, "k"],
+    x0: Float[Array, ""],
+) -> tuple[Float[Array, "n"], Float[Array, "n k+1"]]:
+    """The motion, and its derivatives by parameters and first state."""
+
+    def both(p: Array) -> tuple[Array, Array]:
+        x = motion(regressors, time, inputs, p[:-1], p[-1])
+        return x, x
+
+    derivatives, states = jax.jacfwd(both, has_aux=True)(jnp.append(theta, x0))
+    return states, derivatives

@@ -1,4 +1,4 @@
-"""By how much a model misses data, in standard errors: what a fit makes small, and what tells how good it is."""
+"""Residuals of a model in standard errors: least squares, and what identifiability and intervals are made of."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Misfit:
     """Residuals of a model whose parameters have ranges.
 
     - residuals: rows of parameters [m, n] -> differences from the data [m, r], each divided by its standard error.
-    - jacobian: parameters [n] -> slopes of the residuals [r, n]; finite differences unless given, in one batch of
+    - jacobian: parameters [n] -> derivatives of the residuals [r, n]; finite differences unless given, in one batch of
       2 n + 1 rows.
     - step: of finite differences, as a share of the ranges; larger for residuals that are rough.
 
@@ -43,7 +43,7 @@ class Misfit:
     def __post_init__(self):
         for name, (low, high) in zip(self.ranges.names, self.ranges.bounds, strict=True):
             if low == high:
-                raise InputError(f"is fixed at {low:g}. Leave it out of what is told.", field=name)
+                raise InputError(f"is fixed at {low:g}. Leave it out of the fit.", field=name)
         if not 0 < self.step <= 0.25:
             raise InputError(f"is {self.step:g}; it must be more than 0 and at most 0.25.", field="step")
 
@@ -68,16 +68,16 @@ class Misfit:
             raise ValueError(f"the residuals have the shape {r.shape} for {len(u)} rows of parameters.")
         return r
 
-    def slopes(self, u: Float[np.ndarray, "n"]) -> Float[np.ndarray, "r n"]:
-        """Slopes of the residuals by the places, from within. Raises InputError where these are no numbers."""
+    def derivatives(self, u: Float[np.ndarray, "n"]) -> Float[np.ndarray, "r n"]:
+        """Derivatives of the residuals by the places, from within. Raises InputError where they are NaN or infinite."""
         if self.jacobian is not None:
             x = self.ranges.values(u)
-            found = np.asarray(self.jacobian(x), dtype=float) * self.ranges.slopes(x)
+            found = np.asarray(self.jacobian(x), dtype=float) * self.ranges.derivatives(x)
         else:
             found = self._differences(u)
         if not np.isfinite(found).all():
-            told = self.ranges.told(self.ranges.values(u))
-            raise InputError(f"the residuals, or their slopes, are no numbers at or near {told}.")
+            words = self.ranges.text(self.ranges.values(u))
+            raise InputError(f"the residuals, or their derivatives, are NaN or infinite at or near {words}.")
         return found
 
     def fit(
@@ -90,7 +90,7 @@ class Misfit:
         """Least squares of residuals plus a shift within the ranges, from parameters on, some of them fixed.
 
         A local minimum; or what is found when a step gains less than `gain` of chi2, or no more is to be had. Raises
-        InputError where residuals are no numbers at the start.
+        InputError where residuals are NaN or infinite at the start.
         """
         free = np.array([name not in fixed for name in self.ranges.names])
         start = self.places(theta)
@@ -105,7 +105,7 @@ class Misfit:
 
         first = residuals(start[free])
         if not np.isfinite(first).all():
-            raise InputError(f"the residuals are no numbers at {self.ranges.told(self.ranges.values(start))}.")
+            raise InputError(f"the residuals are NaN or infinite at {self.ranges.text(self.ranges.values(start))}.")
         if not free.any():
             return Fit(self.ranges.values(start), float(first @ first))
         before = float(first @ first)
@@ -119,7 +119,11 @@ class Misfit:
                 raise StopIteration
             before = chi2
 
-        how: Any = {"jac": lambda part: self.slopes(whole(part))[:, free], "bounds": (0.0, 1.0), "callback": enough}
+        how: Any = {
+            "jac": lambda part: self.derivatives(whole(part))[:, free],
+            "bounds": (0.0, 1.0),
+            "callback": enough,
+        }
         found = least_squares(residuals, start[free], **how, xtol=_CLOSE, ftol=_CLOSE, gtol=_CLOSE)
         return Fit(self.ranges.values(whole(found.x)), 2 * float(found.cost))
 
@@ -131,5 +135,5 @@ class Misfit:
         rows = np.concatenate([u[None], u + h * np.diag(near), u + h * np.diag(far)])
         r = self.at(rows)
         middle, one, two = r[:1], r[1 : n + 1], r[n + 1 :]
-        slopes = np.where(side[:, None] == 0, one - two, near[:, None] * (4 * one - two - 3 * middle))
-        return slopes.T / (2 * h)
+        central = np.where(side[:, None] == 0, one - two, near[:, None] * (4 * one - two - 3 * middle))
+        return central.T / (2 * h)

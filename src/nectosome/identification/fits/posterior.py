@@ -23,7 +23,7 @@ from .identifiability import Interval, intervals_of
 
 _SPLIT = 1.01  # chains that differ by more are not of one distribution (Vehtari et al. 2021)
 _FEW = 400  # draws in effect, below which quantiles are rough (same)
-_INSIDE = 2.0  # times further inside than the range alone would put it an end is told by the data
+_INSIDE = 2.0  # times further inside than the range alone would put it an end is known by the data
 _NEAR, _EDGE = 0.05, 1e-3  # of the ranges: how far chains begin from the start, and from the bounds at least
 
 
@@ -31,9 +31,9 @@ class Posterior(NamedTuple):
     """Draws of parameters, and how far they can be trusted."""
 
     draws: Float[np.ndarray, "c d n"]  # chain by chain
-    intervals: tuple[Interval, ...]  # between quantiles; an end that the range alone makes is not told
+    intervals: tuple[Interval, ...]  # between quantiles; an end that the range alone makes is not identifiable
     split: Float[np.ndarray, "n"]  # split R-hat: 1 where the halves of all chains agree
-    effective: Float[np.ndarray, "n"]  # number of independent draws that tell as much
+    effective: Float[np.ndarray, "n"]  # number of independent draws worth as much
     warnings: tuple[str, ...]
 
 
@@ -50,9 +50,9 @@ def posterior(
 ) -> Posterior:
     """Posterior of parameters whose residuals, in standard errors, are a function for JAX; from near theta on.
 
-    Chains run side by side, with derivatives forward. Where the residuals are no numbers the density is 0. Raises
+    Chains run side by side, with derivatives forward. Where the residuals are NaN or infinite the density is 0. Raises
     InputError where numpyro is not installed, for numbers that make no sense, parameters outside of their ranges, and
-    residuals that are no numbers at theta.
+    residuals that are NaN or infinite at theta.
     """
     package("numpyro", "numpyro")
     for name, value, least in (("draws", draws, 4), ("warmup", warmup, 1), ("chains", chains, 1), ("seed", seed, 0)):
@@ -65,7 +65,7 @@ def posterior(
         low, high = ranges.bounds[k]
         raise InputError(f"{theta[k]:g} is not between {low:g} and {high:g}.", field=ranges.names[k])
     if not bool(jnp.isfinite(residuals(jnp.asarray(theta, dtype=float))).all()):
-        raise InputError(f"the residuals are no numbers at {ranges.told(np.asarray(theta))}.")
+        raise InputError(f"the residuals are NaN or infinite at {ranges.text(np.asarray(theta))}.")
     from numpyro.diagnostics import (  # pyright: ignore[reportMissingImports]
         effective_sample_size,
         split_gelman_rubin,
@@ -101,11 +101,11 @@ def posterior(
     split, effective = np.asarray(split_gelman_rubin(u)), np.asarray(effective_sample_size(u))
     half = (1 - coverage) / 2
     low, high = np.quantile(u.reshape(-1, u0.size), [half, 1 - half], axis=0)
-    told = np.stack([low > _INSIDE * half, high < 1 - _INSIDE * half], axis=1)
+    known = np.stack([low > _INSIDE * half, high < 1 - _INSIDE * half], axis=1)
     ends_of = np.stack([ranges.values(low), ranges.values(high)], axis=1)
     diverged = int(np.asarray(sampler.get_extra_fields()["diverging"]).sum())
     warnings = _warnings(ranges, split, effective, diverged, chains * draws)
-    return Posterior(ranges.values(u), intervals_of(ends_of, told), split, effective, warnings)
+    return Posterior(ranges.values(u), intervals_of(ends_of, known), split, effective, warnings)
 
 
 def _warnings(
@@ -116,7 +116,7 @@ def _warnings(
         if not split[k] < _SPLIT:
             out.append(f"{name}: the chains do not agree (split R-hat {split[k]:.3f}). Draw more")
         elif effective[k] < _FEW:
-            out.append(f"{name}: its draws tell as much as {effective[k]:.0f} independent ones. Draw more")
+            out.append(f"{name}: its draws are worth {effective[k]:.0f} independent ones. Draw more")
     if diverged:
         out.append(f"{diverged} of {draws} draws diverged: intervals may be too short")
     return tuple(out)

@@ -29,12 +29,12 @@ class Separable:
     r"""A model $y = \Phi(\theta)\,w$ with weights of at least 0, and what it is to be fitted to.
 
     - basis: theta -> Phi [r, k], as the data; residuals are divided by `standard_error`.
-    - slopes: (theta, w) -> d(Phi w)/d theta [r, n].
+    - jacobian: (theta, w) -> d(Phi w)/d theta [r, n].
     - data: y [r].
     """
 
     basis: Callable[[Float[np.ndarray, "n"]], Float[np.ndarray, "r k"]]
-    slopes: Callable[[Float[np.ndarray, "n"], Float[np.ndarray, "k"]], Float[np.ndarray, "r n"]]
+    jacobian: Callable[[Float[np.ndarray, "n"], Float[np.ndarray, "k"]], Float[np.ndarray, "r n"]]
     data: Float[np.ndarray, "r"]
     ranges: Ranges
     standard_error: float = 1.0
@@ -42,7 +42,7 @@ class Separable:
     def fit(self, theta: Float[np.ndarray, "n"]) -> Separated:
         """Least squares from theta on, the weights being the best ones for each theta. A local minimum in theta.
 
-        Where no weight above 0 is of any use at the start, no way leads on from there; the first descent is then one
+        Where all weights are 0 at the start, their derivatives are 0 too; the first descent is then one
         with weights of either sign.
         """
         if not _Projection(self, np.asarray(theta, dtype=float)).weights.any():
@@ -54,7 +54,7 @@ class Separable:
     def projected(self, signed: bool = False) -> Misfit:
         r"""Residuals $\Phi(\theta) w(\theta) - y$ as functions of theta alone; `signed` weights may be below 0.
 
-        Their slopes are those of Kaufman (1975): $P\, (d\Phi/d\theta)\, w$, P projecting onto what the columns of the
+        Their Jacobian is that of Kaufman (1975): $P\, (d\Phi/d\theta)\, w$, P projecting onto what the columns of the
         weights that are not on their bound leave. That is the whole gradient of the sum of squares.
         """
         latest: list[_Projection] = []
@@ -67,7 +67,7 @@ class Separable:
         def residuals(rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m r"]:
             return np.stack([at(row).residuals for row in rows])
 
-        return Misfit(residuals, self.ranges, lambda theta: at(theta).slopes)
+        return Misfit(residuals, self.ranges, lambda theta: at(theta).jacobian)
 
     def whole(self, most: float) -> Misfit:
         """Residuals as functions of theta and all weights, `w1`, `w2`, ..., each from 0 to `most`."""
@@ -80,14 +80,14 @@ class Separable:
             return np.stack([self.basis(row[:n]) @ row[n:] - self.data for row in rows]) / self.standard_error
 
         def jacobian(row: Float[np.ndarray, "n+k"]) -> Float[np.ndarray, "r n+k"]:
-            both = [self.slopes(row[:n], row[n:]), self.basis(row[:n])]
+            both = [self.jacobian(row[:n], row[n:]), self.basis(row[:n])]
             return np.concatenate(both, axis=1) / self.standard_error
 
         return Misfit(residuals, Ranges(names, low, high, log), jacobian)
 
 
 class _Projection:
-    """The best weights at theta, what is left, and its slopes."""
+    """The best weights at theta, the residuals, and their Jacobian."""
 
     def __init__(self, of: Separable, theta: Float[np.ndarray, "n"], signed: bool = False):
         self.of, self.theta = of, theta
@@ -103,9 +103,9 @@ class _Projection:
         self.residuals = (basis @ self.weights - of.data) / of.standard_error
 
     @property
-    def slopes(self) -> Float[np.ndarray, "r n"]:
+    def jacobian(self) -> Float[np.ndarray, "r n"]:
         """Kaufman's."""
-        along = self.of.slopes(self.theta, self.weights)
+        along = self.of.jacobian(self.theta, self.weights)
         return (along - self.span @ (self.span.T @ along)) / self.of.standard_error
 
 

@@ -13,16 +13,16 @@ _SOONER = 5.0  # for each second that it falls sooner
 
 
 class Gait(NamedTuple):
-    """Features of the motion of a body while it walks."""
+    """Features of the motion of a body that walks."""
 
-    amplitude: Float[Array, "*batch"]  # of the heave, from its lowest to its highest point [m]
-    frequency: Float[Array, "*batch"]  # of the heave [Hz], 0 where it does not come back to its mean
-    speed: Float[Array, "*batch"]  # mean surge speed [m/s]
+    amplitude: Float[Array, "*batch"]  # of the height, from its lowest to its highest value [m]
+    frequency: Float[Array, "*batch"]  # of the height [Hz], 0 where it does not come back to its mean
+    speed: Float[Array, "*batch"]  # mean speed along x [m/s]
     height: Float[Array, "*batch"]  # mean height [m]
 
 
 def gait_of(x: Float[Array, "n"], z: Float[Array, "n"], step: Float[Array, ""]) -> Gait:
-    """Features of surge x and heave z [m], sampled every `step` [s]; the frequency by upward crossings of the mean."""
+    """Features of positions x and z [m], sampled every `step` [s]; the frequency by upward crossings of z's mean."""
     mean = jnp.mean(z)
     below, above = z[:-1] - mean, z[1:] - mean
     up = (below < 0) & (above >= 0)

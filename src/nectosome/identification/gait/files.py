@@ -1,25 +1,90 @@
-"""Files of gaits that a robot must come to: the robot, what of it is unknown, and features of each trial."""
+"""Files of gaits that a robot is fitted to: the robot, its unknown quantities, and features of each trial."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from nectosome.description import RobotDescription, load_robot, numeric_paths, resolve
 from nectosome.description.variables import Variable, read_variable
+from nectosome.designs.design import SEED
+from nectosome.designs.sweep import Progress
 from nectosome.io.yaml_text import Key, read_text, read_yaml
 from nectosome.robots import describe
+from nectosome.search import Start, minimise
 from nectosome.units import InputError, did_you_mean, parse_quantity, shorten
 
+from ..fits.identifiability import Identifiability, identifiability
 from .features import FEATURES, UNITS
-from .fit import GaitFit, GaitTrial
+from .fit import GaitFit, GaitTrial, gait_data, gait_optimiser
+from .walks import Walked
 
-_KNOWN = ("about", "robot", "unknown", "seconds", "window", "error", "trials")
+if TYPE_CHECKING:
+    import xarray as xr
+
+_KNOWN = ("about", "robot", "vary", "seconds", "window", "error", "trials")
 _DIMENSIONS = {"m": "length", "Hz": "frequency", "m/s": "speed"}
+
+
+class GaitResult(NamedTuple):
+    """A walking robot, fitted to features of its gaits."""
+
+    fit: GaitFit
+    search: Start  # all candidates; of several objectives their sum
+    walked: list[Walked]  # the best candidate's walk in each trial
+    identifiability: Identifiability  # by the features
+    as_good: float  # candidates of at most this discrepancy are as good
+
+    def to_dataset(self) -> "xr.Dataset":
+        """Parameters, features, motion and history (`gait_data`)."""
+        return gait_data(self.fit, self.search, self.walked, self.identifiability, self.as_good)
+
+
+def identify_gait(
+    target: str | Path | GaitFit,
+    *,
+    optimiser: str = "cmaes",
+    seed: int = SEED,
+    evaluations: int = 3000,
+    goal: float = 1e-6,
+    folder: str | Path | None = None,
+    progress: Progress | None = None,
+) -> GaitResult:
+    """Find parameters with which a robot on legs has the features of measured gaits, and which are identifiable.
+
+    - target: a file of gaits (`load_gait_fit`), or what it holds.
+    - optimiser: cmaes, genetic, differential, or nsga2, for which each trial is an objective of its own.
+    - evaluations: no iteration is begun after so many walks of each trial; goal: a discrepancy at which it ends.
+    - folder: walks are kept there: the same call goes on from them after an interruption.
+    - progress(what, share): called after each generation; the search ends where it returns False.
+
+    Raises InputError for a file that makes no sense, an unknown optimiser, and where no candidate walks.
+    """
+    fit = target if isinstance(target, GaitFit) else load_gait_fit(target)
+    several = optimiser == "nsga2"
+    if several and len(fit.trials) < 2:
+        raise InputError("nsga2 is between several trials, and there is one. Take another one.", field="optimiser")
+
+    def report(done: int, best: float) -> bool | None:
+        return None if progress is None else progress(f"discrepancy {best:.2g}", done / evaluations)
+
+    found = minimise(
+        fit.task(by_trial=several),
+        gait_optimiser(optimiser, evaluations),
+        seed=seed,
+        target=None if several else goal,
+        folder=folder,
+        progress=report,
+    ).summed()  # of a front, the one with the least sum is the best
+    if found.best is None:
+        raise InputError("no candidate walks: none of them gave features.", field="target")
+    best = fit.ranges.values(found.best.u)
+    known = identifiability(fit.misfit, best)
+    return GaitResult(fit, found, fit.walked(best[None]), known, max(10 * found.value, goal))
 
 
 def load_gait_fit(path: str | Path) -> GaitFit:
     """Read a file of gaits. Raises InputError that names file, line and field.
 
-    `robot` is the name of one that ships or a robot file beside this one; `unknown` gives each quantity a range;
+    `robot` is the name of one that ships or a robot file beside this one; `vary` gives each unknown quantity a range;
     `trials` are a list of features, amplitude, frequency, speed and height, with what differs from the robot in `set`;
     `error` is their relative standard error.
     """
@@ -31,20 +96,20 @@ def load_gait_fit(path: str | Path) -> GaitFit:
     for key in data:
         if key not in _KNOWN:
             raise file.wrong((str(key),), f"is not known here.{did_you_mean(str(key), _KNOWN)}")
-    unknown, trials = data.get("unknown"), data.get("trials")
-    if not isinstance(unknown, dict) or not unknown:
-        raise file.wrong(("unknown",), "needs at least one name with a range.")
+    ranges, trials = data.get("vary"), data.get("trials")
+    if not isinstance(ranges, dict) or not ranges:
+        raise file.wrong(("vary",), "needs at least one name with a range.")
     if not isinstance(trials, list) or not trials:
         raise file.wrong(("trials",), "needs at least one gait, with a dash before it.")
     description = _robot(file, data.get("robot"))
-    variables = tuple(_variable(file, name, span, description) for name, span in unknown.items())
+    variables = tuple(_variable(file, name, span, description) for name, span in ranges.items())
     found = tuple(_trial(file, k, one, description) for k, one in enumerate(trials))
     kinds = {"seconds": "time", "window": "time", "error": "number"}
     numbers = {key: file.quantity((key,), data[key], kind) for key, kind in kinds.items() if key in data}
     try:
         return GaitFit(description, variables, found, **numbers)
     except InputError as error:
-        line = lines.get((error.field or "",)) or lines.get(("unknown", error.field or ""))
+        line = lines.get((error.field or "",)) or lines.get(("vary", error.field or ""))
         raise InputError(error.message, file=str(path), line=line, field=error.field) from None
 
 
@@ -84,7 +149,7 @@ def _variable(file: _File, name: str, span: Any, description: RobotDescription) 
     try:
         return read_variable(name, str(span), description)
     except InputError as error:
-        raise file.wrong(("unknown", name), error.message) from None
+        raise file.wrong(("vary", name), error.message) from None
 
 
 def _trial(file: _File, k: int, one: Any, description: RobotDescription) -> GaitTrial:
@@ -108,7 +173,7 @@ def _trial(file: _File, k: int, one: Any, description: RobotDescription) -> Gait
                 quantities[path].read(str(text), units_required=True) for path in resolve(description, str(name))
             }
         except (InputError, ValueError) as error:
-            told = error.message if isinstance(error, InputError) else str(error)
-            raise file.wrong((*at, "set", str(name)), told) from None
+            words = error.message if isinstance(error, InputError) else str(error)
+            raise file.wrong((*at, "set", str(name)), words) from None
         values[str(name)] = value
     return GaitTrial((a, f, v, z), values)

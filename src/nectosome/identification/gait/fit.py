@@ -32,12 +32,12 @@ class GaitTrial:
 
 @dataclass(frozen=True, eq=False)
 class GaitFit:
-    """A robot, what of it is unknown, and the gaits that it must come to.
+    """A robot, its unknown quantities, and the gaits that it is fitted to.
 
     Raises InputError for what `Walks` refuses, and for what is both unknown and given in a trial.
 
     - seconds: of a walk, a whole number of windows [s]; of the last one features are taken.
-    - error: relative standard error of the features, for what they tell of the parameters.
+    - error: relative standard error of the features, for the identifiability of the parameters.
     """
 
     description: RobotDescription
@@ -63,7 +63,7 @@ class GaitFit:
         return [Walked(*(x[k * m : (k + 1) * m] for x in found)) for k in range(len(self.trials))]
 
     def by_trial(self, rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m trials"]:
-        """Discrepancy of each trial (eq. 13); inf where numbers are none."""
+        """Discrepancy of each trial (eq. 13); inf where it is NaN."""
         targets = [np.array(trial.target) for trial in self.trials]
         walked = zip(self.walked(rows), targets, strict=True)
         found = np.stack([discrepancy(one.gait, target, one.fell, self.seconds) for one, target in walked], axis=1)
@@ -100,7 +100,7 @@ class GaitFit:
         names = tuple(dict.fromkeys(name for trial in self.trials for name in trial.changes))
         for name in names:
             if name in self.ranges.names:
-                raise InputError("is unknown, and cannot be given too.", field=name)
+                raise InputError("varies, and cannot be given too.", field=name)
         own = {name: float(get_value(self.description, name)) for name in names}
         return _Changed(names, [[(own | dict(trial.changes))[name] for name in names] for trial in self.trials])
 
@@ -127,13 +127,14 @@ def gait_optimiser(name: str = "cmaes", evaluations: int = 3000) -> Optimiser:
     return make_optimiser(name, evaluations=evaluations, **everywhere)
 
 
-def gait_data(fit: GaitFit, found: Start, walked: list[Walked], told: Identifiability, as_good: float) -> xr.Dataset:
+def gait_data(fit: GaitFit, found: Start, walked: list[Walked], known: Identifiability, as_good: float) -> xr.Dataset:
     """Parameters, features, motion and history of a fit, in SI units.
 
     - over `parameter`: the best `value`, its range `low` to `high`; `good_low` to `good_high`, between which candidates
-      lie that are as good, of a discrepancy of at most `as_good`; `told`, whether the features tell it.
-    - over `trial` and `feature`: `target`, `reached`. Over `trial` and `sample`: `surge`, `heave`, `lean` in the
-      window.
+      lie that are as good, of a discrepancy of at most `as_good`; `identifiable`, whether
+      the features determine it.
+    - over `trial` and `feature`: `target`, `reached`. Over `trial` and `sample`: `position.x` and `position.z` of the
+      body, and its `tilt`, in the window.
     - over `evaluation`: `discrepancy` (eq. 13), of all trials together.
     """
     summed = found.summed()
@@ -147,13 +148,13 @@ def gait_data(fit: GaitFit, found: Start, walked: list[Walked], told: Identifiab
             "high": ("parameter", fit.ranges.bounds[:, 1]),
             "good_low": ("parameter", good.min(axis=0)),
             "good_high": ("parameter", good.max(axis=0)),
-            "told": ("parameter", told.told),
+            "identifiable": ("parameter", known.identifiable),
             "target": (("trial", "feature"), np.array([trial.target for trial in fit.trials])),
             "reached": (("trial", "feature"), np.stack([one.gait[0] for one in walked])),
             "unit_of_feature": ("feature", list(UNITS)),
-            "surge": (("trial", "sample"), series[..., 0], {"units": "m"}),
-            "heave": (("trial", "sample"), series[..., 1], {"units": "m"}),
-            "lean": (("trial", "sample"), series[..., 2], {"units": "rad"}),
+            "position.x": (("trial", "sample"), series[..., 0], {"units": "m"}),
+            "position.z": (("trial", "sample"), series[..., 1], {"units": "m"}),
+            "tilt": (("trial", "sample"), series[..., 2], {"units": "rad"}),
             "discrepancy": ("evaluation", summed.values),
         },
         {
@@ -162,5 +163,5 @@ def gait_data(fit: GaitFit, found: Start, walked: list[Walked], told: Identifiab
             "time": ("sample", time, {"units": "s"}),
             "unit": ("parameter", [DIMENSIONS[v.dimension].unit for v in fit.variables]),
         },
-        {"rank": told.rank, "as_good": as_good, "good": len(good), "ended": found.message},
+        {"rank": known.rank, "as_good": as_good, "good": len(good), "ended": found.message},
     )

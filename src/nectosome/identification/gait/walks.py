@@ -23,18 +23,18 @@ from .features import gait_of
 
 _FEW, _MANY = 8, 25  # lanes side by side: small generations fill few, large ones go quicker with many
 _THREADS = 2
-_UPRIGHT = 0.5  # cosine of the angle by which a robot leans that has fallen
+_UPRIGHT = 0.5  # cosine of the angle by which a fallen robot tilts
 _LONGEST = 3600.0  # s
 _THIN = 10  # steps from one kept sample to the next
 
 
 class Walked(NamedTuple):
-    """What came of walks; the window is the last part of each."""
+    """Results of walks; the window is the last part of each."""
 
     gait: Float[np.ndarray, "m 4"]  # features in the window, as `Gait` has them
     fell: Float[np.ndarray, "m"]  # when [s]; inf where it did not
     duty: Float[np.ndarray, "m legs"]  # share of the window that each foot is on the ground
-    series: Float[np.ndarray, "m n 3"]  # place along x [m] since the window began, height [m], lean [rad]
+    series: Float[np.ndarray, "m n 3"]  # place along x [m] since the window began, height [m], tilt [rad]
 
 
 class _Steps(eqx.Module):
@@ -50,10 +50,10 @@ class _Steps(eqx.Module):
 class Walks:
     """Walks of a robot whose numbers at `paths` (or aliases) are given row by row.
 
-    - seconds: of each walk, a whole number of windows [s]; of the last one the gait is told.
+    - seconds: of each walk, a whole number of windows [s]; the gait is that of the last one.
     - step [s]: of the classical Runge-Kutta method.
 
-    It has fallen when its body leans by more than 60 degrees or is under the floor. Raises InputError for a robot
+    It has fallen when its body tilts by more than 60 degrees or is under the floor. Raises InputError for a robot
     without legs or floor, for unknown names and those that stand for the same number, and where windows do not fit.
     """
 
@@ -66,14 +66,13 @@ class Walks:
         window: float = 5.0,
         step: float = 1e-3,
     ):
-        limbs = (description.body, *description.limbs.values())
-        walks = any(load.kind == "leg" for limb in limbs for load in limb.loads.values())
+        walks = any(load.kind == "leg" for limb in description.parts.values() for load in limb.loads.values())
         if description.water.floor is None or not walks:
-            told = f"{description.name} has no legs that step on a floor, so it has no gait."
-            raise InputError(told, field="robot")
+            words = f"{description.name} has no legs that step on a floor, so it has no gait."
+            raise InputError(words, field="robot")
         if not 0 < seconds <= _LONGEST:
-            told = f'"{seconds:g} s" is out of range: it must be more than 0 s and at most {_LONGEST:g} s.'
-            raise InputError(told, field="seconds")
+            words = f'"{seconds:g} s" is out of range: it must be more than 0 s and at most {_LONGEST:g} s.'
+            raise InputError(words, field="seconds")
         windows = round(seconds / window) if window > 0 else 0
         if windows < 1 or abs(windows * window - seconds) > 1e-9 * seconds:
             raise InputError(f"is {window:g} s; the {seconds:g} s of a walk must be so many of them.", field="window")
@@ -87,10 +86,10 @@ class Walks:
                     raise InputError(f"is given twice: {taken[path]} stands for it too.", field=name)
                 taken[path] = name
         self.seconds, self.window, self.step = seconds, window, step
-        blueprint, self._numbers = template_of(description, tuple(path for group in groups for path in group))
-        self._blueprint = blueprint
-        places = tuple(tuple(blueprint.paths.index(path) for path in group) for group in groups)
-        flat = moves_in_plane(instantiate(blueprint, self._numbers))
+        template, self._numbers = template_of(description, tuple(path for group in groups for path in group))
+        self._template = template
+        places = tuple(tuple(template.paths.index(path) for path in group) for group in groups)
+        flat = moves_in_plane(instantiate(template, self._numbers))
         self._how = _Steps(windows, round(window / step), flat, places, jnp.asarray(step))
 
     def __call__(self, rows: Float[np.ndarray, "m k"]) -> Walked:
@@ -103,23 +102,23 @@ class Walks:
         return Walked(*(np.concatenate(each)[:m] for each in zip(*parts, strict=True)))
 
     def _lanes(self, rows: Float[np.ndarray, "w k"]) -> tuple[np.ndarray, ...]:
-        found = remembered(side_by_side, self._blueprint, self._how, self._numbers, jnp.asarray(rows))
+        found = remembered(side_by_side, self._template, self._how, self._numbers, jnp.asarray(rows))
         return tuple(np.asarray(x) for x in found)
 
 
 def side_by_side(
-    blueprint: Template, how: _Steps, numbers: Float[Array, "n"], rows: Float[Array, "w k"]
+    template: Template, how: _Steps, numbers: Float[Array, "n"], rows: Float[Array, "w k"]
 ) -> tuple[Array, Array, Array, Array]:
-    """What `Walked` holds, of one lane for each row; numbers that do not change are shared by all."""
-    return jax.vmap(lambda row: _walked(blueprint, how, numbers, row))(rows)
+    """Fields of `Walked`, one lane for each row; numbers that do not change are shared by all."""
+    return jax.vmap(lambda row: _walked(template, how, numbers, row))(rows)
 
 
-def _walked(blueprint: Template, how: _Steps, numbers: Array, row: Array) -> tuple[Array, Array, Array, Array]:
-    own = [numbers[i] for i in range(len(blueprint.paths))]
+def _walked(template: Template, how: _Steps, numbers: Array, row: Array) -> tuple[Array, Array, Array, Array]:
+    own = [numbers[i] for i in range(len(template.paths))]
     for k, places in enumerate(how.places):
         for i in places:
             own[i] = row[k]
-    robot = instantiate(blueprint, own)
+    robot = instantiate(template, own)
     system: Mechanical = in_plane(robot) if how.flat else robot
     length = how.window * how.step
     times = jnp.arange(how.window + 1) * how.step
@@ -138,7 +137,7 @@ def _walked(blueprint: Template, how: _Steps, numbers: Array, row: Array) -> tup
     carry = start, jnp.asarray(jnp.inf), begun
     (_, fell, seen), _ = jax.lax.scan(one, carry, jnp.arange(how.windows, dtype=float))
     gait = gait_of(seen.place[:, 0], seen.place[:, 1], how.step)
-    series = jnp.stack([seen.place[:, 0] - seen.place[0, 0], seen.place[:, 1], seen.lean], axis=-1)[::_THIN]
+    series = jnp.stack([seen.place[:, 0] - seen.place[0, 0], seen.place[:, 1], seen.tilt], axis=-1)[::_THIN]
     return jnp.stack(gait), fell, jnp.mean(seen.on_ground, axis=0), series
 
 
@@ -146,9 +145,9 @@ class _Seen(NamedTuple):
     """What is kept of each step."""
 
     place: Array  # of the body along x and z [m]
-    lean: Array  # [rad]
+    tilt: Array  # [rad]
     on_ground: Array  # 1 for each foot that is
-    fallen: Array  # whether it leans too far, lies under the floor, or its numbers are none
+    fallen: Array  # whether it tilts too far, lies under the floor, or is at NaN
 
 
 def _seen(robot: Robot, x: State) -> _Seen:

@@ -1,28 +1,21 @@
-"""Recordings of pressure and displacement as `identify_hysteresis` takes them: at even times, from rest, unbroken."""
+"""A soft actuator from a campaign of pressures and displacements: recordings at even times, from rest, unbroken."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
+from nectosome.drives import respond
 from nectosome.measure.signals.requirements import is_even
 from nectosome.measure.signals.resample import default_gap, unbroken
 from nectosome.units import InputError, count
 
-from .fit import PressureTrial
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-from typing import TYPE_CHECKING
-
-from nectosome.drives import respond
-
 from ..fits.errors import range_errors
-from .fit import Identified
+from ..recordings import CampaignLike, file_of, fitted_and_test, recordings_of
+from .fit import Identified, PressureTrial, fit_hysteresis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,6 +34,34 @@ class PressureRecording(NamedTuple):
     file: str
 
 
+class HysteresisFit(NamedTuple):
+    """A soft actuator, fitted to recordings."""
+
+    found: Identified
+    recordings: tuple[PressureRecording, ...]  # that were fitted
+    test: tuple[PressureRecording, ...]  # and those that are predicted only
+
+    def to_dataset(self) -> "xr.Dataset":
+        """Parameters, and the model beside the recordings (`hysteresis_data`)."""
+        trials = ([one.trial for one in group] for group in (self.recordings, self.test))
+        return hysteresis_data(self.found, *trials)
+
+
+def identify_hysteresis(
+    campaign: CampaignLike, *, order: int = 2, slew: bool = False, test: Iterable[str] = ()
+) -> HysteresisFit:
+    """Find hysteresis and dynamics of a soft actuator from its `pressure` [Pa] and `displacement` [m].
+
+    - campaign: as `recordings_of` takes it; `test`: file names of recordings that are predicted, not fitted.
+    - order, slew: as in `fit_hysteresis`.
+
+    Raises InputError as `pressure_recordings` and `fit_hysteresis` do.
+    """
+    recordings = pressure_recordings(recordings_of(campaign, _UNITS))
+    fitted, held = fitted_and_test(recordings, test)
+    return HysteresisFit(fit_hysteresis([one.trial for one in fitted], order, slew), tuple(fitted), tuple(held))
+
+
 def pressure_recordings(recordings: "Sequence[xr.Dataset]") -> list[PressureRecording]:
     """Trials of files that have a `pressure` [Pa] and a `displacement` [m].
 
@@ -55,7 +76,7 @@ def pressure_recordings(recordings: "Sequence[xr.Dataset]") -> list[PressureReco
 
 
 def _recording(recording: "xr.Dataset") -> PressureRecording:
-    file = Path(json.loads(recording.attrs["provenance"])["file"]).name
+    file = file_of(recording)
     time, columns = _columns(file, recording)
     known = np.all([np.isfinite(x) for x in columns.values()], axis=0)
     if known.sum() < _LEAST:
@@ -80,7 +101,7 @@ def _recording(recording: "xr.Dataset") -> PressureRecording:
         notes.append(f"put on even steps of {step:.4g} s")
     for name, x in columns.items():
         if np.ptp(x) == 0:
-            raise InputError("is the same all the time: nothing can be told from it.", file=file, field=name)
+            raise InputError("is constant: nothing can be identified from it.", file=file, field=name)
     begun, width = float(columns["displacement"][0]), float(np.ptp(columns["displacement"]))
     if abs(begun) > _REST * width:
         raise InputError(
@@ -106,8 +127,8 @@ def _columns(file: str, recording: "xr.Dataset") -> tuple[Float[np.ndarray, "n"]
         raise InputError("pressure is in m and displacement in Pa: the two columns are swapped.", file=file)
     for name, unit in units.items():
         if unit != _UNITS[name]:
-            told = f"is in {unit or 'no unit'}; {_UNITS[name]} or a multiple is needed. Give its unit in the campaign."
-            raise InputError(told, file=file, field=name)
+            words = f"is in {unit or 'no unit'}; {_UNITS[name]} or a multiple is needed. Give its unit in the campaign."
+            raise InputError(words, file=file, field=name)
     return recording["time"].values.astype(float), {name: recording[name].values.astype(float) for name in _UNITS}
 
 
@@ -159,7 +180,7 @@ def hysteresis_data(
 def saved_model(data: "xr.Dataset") -> Identified:
     """The model that `hysteresis_data` holds; its intervals stay there. Raises InputError for data of another kind."""
     if not {"value", "low", "high", "threshold"} <= set(data) or "order" not in data.attrs:
-        raise InputError("holds no hysteresis: a file that `nectosome identify fishtail --save` wrote is needed.")
+        raise InputError("holds no hysteresis: a file that `nectosome identify hysteresis --save` wrote is needed.")
     names = [str(name) for name in data["parameter"].values]
     slopes = np.array([name.startswith("slope") for name in names])
     value = data["value"].values
@@ -174,6 +195,6 @@ def saved_model(data: "xr.Dataset") -> Identified:
     )
 
 
-# of what is told: scale and unit by the unit in SI
+# of parameters: scale and unit by the unit in SI
 BENCH_UNITS = {"m/Pa": (1e8, "mm/bar"), "Pa/s": (1e-5, "bar/s"), "rad/s": (1.0, "rad/s"), "": (1.0, "")}
 _PARAMETER_UNITS = {"frequency": "rad/s", "damping": "", "slew": "Pa/s", "slope": "m/Pa"}

@@ -5,7 +5,7 @@ $$ y(s) = G(s) \sum_j S_j (H_j - H_{j+1}), \quad G = \frac{\omega_n^2}{s^2 + 2\z
 (of another order with as many such factors, and one of a single pole where it is odd), with plays H_j of growing width
 (H_0 = p) and slopes S_j, the sums of the first weights (Xiong et al. 2025, eqs. 2 to 5). The displacement is linear in
 the slopes, which must not be negative: where one is, the hysteresis has no inverse. Gains of hysteresis and transfer
-function are one: of the paper's 14 numbers, data can tell 11.
+function are one: of the paper's 14 numbers 11 are identifiable.
 """
 
 from collections.abc import Sequence
@@ -37,7 +37,7 @@ _HIGHEST = 6  # order of the transfer function
 _STEP = 1e-3  # relative, of differences by the slew limit
 Ratio = tuple[Float[np.ndarray, "m"], Float[np.ndarray, "n"]]  # numbers above and below, highest power first
 _LEAST = 50  # samples
-_CORRELATED = 0.5  # of neighbouring residuals: they are not noise
+_CORRELATED = 0.5  # of neighbouring residuals: they are no white noise
 _SEEN = 0.98  # of the steepest command: a slew limit above is none that is seen
 
 
@@ -51,13 +51,13 @@ class PressureTrial(NamedTuple):
 
 
 class Identified(NamedTuple):
-    """What recordings tell of the actuator."""
+    """The actuator's parameters that fit recordings."""
 
     theta: dict[str, float]  # frequency [rad/s] and damping of each part, slew [Pa/s] if fitted
-    intervals: dict[str, Interval]  # of these and of the slopes: 95 %, if what is left is noise
+    intervals: dict[str, Interval]  # of these and of the slopes: 95 %, if residuals are white noise
     thresholds: Float[np.ndarray, "k"]  # r [Pa], growing from above 0
     slopes: Float[np.ndarray, "k+1"]  # S [m/Pa]
-    noise: float  # root mean square of what is left [m]
+    noise: float  # root mean square of the residuals [m]
     order: int
     warnings: tuple[str, ...]
 
@@ -76,7 +76,7 @@ class Identified(NamedTuple):
         return TransferFunction(*(jnp.asarray(x) for x in _ratio(np.array([*self.theta.values()]), self.order)))
 
 
-def identify_hysteresis(
+def fit_hysteresis(
     trials: Sequence[PressureTrial],
     order: int = 2,
     slew: bool = False,
@@ -88,7 +88,7 @@ def identify_hysteresis(
 
     `order` is that of the transfer function. With `slew` the pressure is a command that the valve follows at a limited
     rate, which is fitted too. `start` are frequency and damping of each part [rad/s, -], and the slew limit [Pa/s].
-    Raises InputError for recordings that are too short, constant, or no numbers, for a start out of its range, and
+    Raises InputError for recordings that are too short, constant, NaN or infinite, for a start out of its range, and
     where the displacement goes against the pressure.
     """
     if not 1 <= order <= _HIGHEST:
@@ -102,7 +102,7 @@ def identify_hysteresis(
     if first.shape != (len(model.names),):
         raise InputError(f"{first.size} numbers, where {', '.join(model.names)} are needed.", field="start")
     found = model.problem.fit(first)
-    return model.told(found.theta, found.weights, found.chi2)
+    return model.identified(found.theta, found.weights, found.chi2)
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ class HysteresisModel:
         return self.ranges.values(u)
 
     def begun(self) -> Float[np.ndarray, "n"]:
-        """Where to begin. A slew limit is the best of some that are held: from one far too low no way leads on."""
+        """Where to begin. A slew limit is the best of some fixed ones: far too low ones are no start."""
         if not self.slew:
             return self.start
         projected, found = self.problem.projected(), []
@@ -175,14 +175,14 @@ class HysteresisModel:
     def problem(self) -> Separable:
         """Displacements of all recordings, one after the other."""
         data = np.concatenate([trial.displacement for trial in self.trials])
-        return Separable(self.basis, self.slopes, data, self.ranges)
+        return Separable(self.basis, self.jacobian, data, self.ranges)
 
     def basis(self, theta: Float[np.ndarray, "n"]) -> Float[np.ndarray, "r k+1"]:
         """Displacement by unit slopes."""
         return self._filtered(_ratio(theta, self.order), self._driven(theta))
 
-    def slopes(self, theta: Float[np.ndarray, "n"], weights: Float[np.ndarray, "k+1"]) -> Float[np.ndarray, "r n"]:
-        """Slopes of the displacement by theta: those of the transfer function are transfer functions too."""
+    def jacobian(self, theta: Float[np.ndarray, "n"], weights: Float[np.ndarray, "k+1"]) -> Float[np.ndarray, "r n"]:
+        """Jacobian of the displacement by theta: derivatives of the transfer function are transfer functions too."""
         inputs = [driven @ weights for driven in self._driven(theta)]
         columns = [self._filtered(ratio, inputs) for ratio in _derivatives(theta, self.order)]
         if self.slew:
@@ -192,7 +192,7 @@ class HysteresisModel:
             columns.append((ends[0] - ends[1]) / way)
         return np.stack(columns, axis=1)
 
-    def told(
+    def identified(
         self,
         theta: Float[np.ndarray, "n"],
         slopes: Float[np.ndarray, "k+1"],
@@ -206,23 +206,23 @@ class HysteresisModel:
         count = len(self.problem.data)
         noise = float(np.sqrt(chi2 / max(count - len(theta) - len(slopes), 1)))
         error = max(noise, 1e-9 * self.largest * self.gain)  # some, where the model has made the data
-        scaled = Separable(self.basis, self.slopes, self.problem.data, self.ranges, error)
+        scaled = Separable(self.basis, self.jacobian, self.problem.data, self.ranges, error)
         whole = scaled.whole(2 * float(slopes.max()))
         everything = np.concatenate([theta, slopes])
-        told = identifiability(whole, everything).intervals()
+        intervals = identifiability(whole, everything).intervals()
         left = whole.at(whole.places(everything)[None])[0]
         more = list(warnings)
         if float(left[1:] @ left[:-1]) > _CORRELATED * float(left @ left):
-            more.append("what is left is no noise: the model lacks something, and intervals are too short")
+            more.append("residuals are correlated: the model lacks something, and intervals are too short")
         on = np.flatnonzero(slopes <= 1e-6 * slopes.max())
         if len(on):
             more.append(f"slopes {', '.join(str(k) for k in on)} are at 0: the hysteresis has no inverse there")
         if self.slew and theta[-1] > _SEEN * self.steepest:
-            more.append("no slew limit is seen: the valve follows all that is commanded")
+            more.append("no slew limit is seen: the valve follows every command")
         names = (*self.names, *(f"slope{k}" for k in range(len(slopes))))
         values = dict(zip(self.names, theta.tolist(), strict=True))
         return Identified(
-            values, dict(zip(names, told, strict=True)), self.thresholds, slopes, noise, self.order, tuple(more)
+            values, dict(zip(names, intervals, strict=True)), self.thresholds, slopes, noise, self.order, tuple(more)
         )
 
     def _filtered(self, ratio: Ratio, inputs: list[Float[np.ndarray, "n *k"]]) -> Float[np.ndarray, "r *k"]:
@@ -264,7 +264,7 @@ def _plays(pressure: Array, most: Array, thresholds: Array) -> Float[Array, "tri
 
 
 def _parts(theta: Float[np.ndarray, "n"], order: int) -> list[tuple[Ratio, list[Ratio]]]:
-    """Of each factor of G: itself, and its relative slopes by the logarithms of what it depends on."""
+    """Of each factor of G: itself, and its relative derivatives by the logarithms of its parameters."""
     parts: list[tuple[Ratio, list[Ratio]]] = []
     for k in range(order // 2):
         w, z = theta[2 * k : 2 * k + 2]
@@ -328,6 +328,6 @@ def _check(trial: PressureTrial) -> None:
     for what, values in (("pressure", trial.pressure), ("displacement", trial.displacement)):
         if not np.isfinite(values).all():
             k = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise InputError(f"the {what} is no number at sample {k + 1}.", field=trial.name)
+            raise InputError(f"the {what} is NaN or infinite at sample {k + 1}.", field=trial.name)
         if np.ptp(values) == 0:
-            raise InputError(f"the {what} is {values[0]:g} throughout: it tells nothing.", field=trial.name)
+            raise InputError(f"the {what} is {values[0]:g} throughout: it identifies nothing.", field=trial.name)

@@ -1,13 +1,14 @@
-r"""What is unknown of a robot, from recordings of it: least squares of its simulated motion, by exact slopes.
+r"""Unknown quantities of a robot from recordings of it: least squares of its simulated motion, with an exact Jacobian.
 
 $$ \min_\theta \sum_{ck} \left( \frac{y_c(t_k; \theta) - y_{ck}}{\sigma_c} \right)^2 $$
 
-over columns c and samples k. Standard errors that are not given are those that the fit itself leaves. Intervals count
-residuals that hang together for $\tau$ samples as so many fewer.
+over columns c and samples k. Standard errors that are not given are the root mean squares of the residuals. Residuals
+that are correlated over $\tau$ samples count as so many fewer in the intervals.
 """
 
 import json
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import CancelledError
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -15,31 +16,37 @@ from jaxtyping import Float
 from scipy.stats import qmc
 
 from nectosome.description import RobotDescription, get_value, resolve, with_values
-from nectosome.description.variables import Variable
+from nectosome.description.variables import Variable, read_variable
+from nectosome.designs.design import STARTS
+from nectosome.designs.sweep import Progress
 from nectosome.measure.signals.noise import correlation_time
-from nectosome.units import DIMENSIONS, InputError
+from nectosome.model import build
+from nectosome.model.inputs import RobotLike, description_of
+from nectosome.units import DIMENSIONS, InputError, read_positive
 
 from ..fits.errors import range_errors
 from ..fits.identifiability import Identifiability, identifiability
 from ..fits.misfit import Fit
+from ..recordings import CampaignLike, fitted_and_test, recordings_of
 from .misfit import RobotMisfit
-from .trials import Compared, RobotTrial
+from .trials import Compared, RobotTrial, read_compared, robot_trials
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-_ROUNDS = 3  # of fits, each with the standard errors that the last one left
-_EXACT = 1e-6  # of a column's range: the model has made the data, and this stands for a standard error
+_ROUNDS = 3  # of fits, each with the standard errors of the residuals of the last one
+_EXACT = 1e-6  # of a column's range: stands for the standard error where the model has made the data
 _COARSE = 1e-3  # gain of chi2 by the last step of a fit that only shows where to go on, in rounds
-_SAME = 0.02  # of a range: ends of two starts that are one
-_TOGETHER = 5.0  # samples that residuals hang together for: more than noise does by chance
-_OFTEN = 3.0  # times the standard error that was given: what is left is more
+_SAME = 0.02  # of a range: results of two starts that are one
+CORRELATED = 5.0  # samples over which residuals are correlated: more than noise is by chance
+_OFTEN = 3.0  # times the standard error that was given: residuals are larger than noise
 
 
 class RobotFit(NamedTuple):
-    """What recordings tell of a robot."""
+    """Unknown quantities of a robot, fitted to recordings."""
 
+    description: RobotDescription  # with its own values
     variables: tuple[Variable, ...]
     compared: tuple[Compared, ...]
     trials: tuple[RobotTrial, ...]
@@ -47,15 +54,98 @@ class RobotFit(NamedTuple):
     before: Float[np.ndarray, "p"]  # as the robot was described
     errors: Float[np.ndarray, "k"]  # standard error of each column
     computed: tuple[Float[np.ndarray, "k n"], ...]  # of each trial
-    told: Identifiability
+    identifiability: Identifiability
     starts: int
     agree: int  # starts that came to the same parameters
     warnings: tuple[str, ...]
+    test: tuple[tuple[RobotTrial, Float[np.ndarray, "k n"]], ...] = ()  # trials that were not fitted, and the model's
 
-    def described(self, description: RobotDescription) -> RobotDescription:
-        """A robot with what was found."""
+    @property
+    def robot(self) -> RobotDescription:
+        """The robot with the values that were found."""
         values = zip(self.variables, self.theta, strict=True)
-        return with_values(description, {p: float(x) for v, x in values for p in resolve(description, v.name)})
+        found = {p: float(x) for v, x in values for p in resolve(self.description, v.name)}
+        return with_values(self.description, found)
+
+    def to_dataset(self) -> "xr.Dataset":
+        """Parameters, and the robot beside recordings that were fitted and others, in SI units.
+
+        - over `parameter` (`unit`): `value`, its 95 % interval `low` to `high`, `identifiable`, and `before`, as the
+          robot was described.
+        - over `column` (`reading`, `units_of`): `error`, its standard error.
+        - over `recording` (`used`: train or test) and `column`: `e_rmsp`, `e_mp` [percent of its range].
+        - over `sample`: `time`, `measured`, `computed`; `of` and `of_column` are places of its recording and column.
+
+        Attributes: `starts`, `agree`, and `words`, `warnings`, `notes` as JSON.
+        """
+        return _dataset(self)
+
+
+def identify(
+    robot: RobotLike,
+    campaign: CampaignLike,
+    settings: Iterable[str] = (),
+    *,
+    vary: Mapping[str, str | Sequence[float]],
+    compare: Mapping[str, str],
+    drive: Mapping[str, str] | None = None,
+    errors: Mapping[str, str | float] | None = None,
+    skip: float = 0.0,
+    test: Iterable[str] = (),
+    starts: int = STARTS,
+    progress: Progress | None = None,
+) -> RobotFit:
+    """Find unknown quantities of a robot: its simulated motion is fitted to recordings by least squares.
+
+        ns.identify("fin.yaml", "campaign.yaml", vary={"k": "0.05..0.5N m/rad"}, compare={"angle": "fin.angle"})
+
+    - robot: a name, a path, a description or a built robot, with `settings` such as "A=30deg".
+    - campaign: as `recordings_of` takes it: a campaign file, recordings, or arrays. Conditions of a recording are
+      quantities of the robot by their paths or aliases.
+    - vary: what is unknown, by path or alias, and its range: text such as "1..9MPa log", or two numbers in SI.
+    - compare: columns of the recordings and the readings of the robot that they measure, such as "-force.x".
+    - drive: columns that drove the robot, and the paths of the signals that they replace.
+    - errors: standard errors of columns, numbers in SI or text with a unit; of others, those of the residuals.
+    - skip: nothing is compared in the first seconds of each recording [s].
+    - test: file names of recordings that are predicted, not fitted.
+    - starts: fits from the robot's own values and from others that are spread evenly over the ranges.
+    - progress(what, share): called between fits; where it returns False, CancelledError is raised.
+
+    Raises InputError that names the field, or file and column, for what is missing, unknown or does not fit together,
+    and where the robot cannot be simulated at any start.
+    """
+    if starts < 1:
+        raise InputError(f"is {starts}; it must be at least 1.", field="starts")
+    description = description_of(robot, settings)
+    built = build(description)
+    variables = [read_variable(name, span, description) for name, span in vary.items()]
+    compared = [read_compared(column, reading, built) for column, reading in compare.items()]
+    for field, given in (("vary", variables), ("compare", compared)):
+        if not given:
+            raise InputError("is empty: at least one is needed.", field=field)
+    paths = [path for v in variables for path in resolve(description, v.name)]
+    double = next((path for path in paths if paths.count(path) > 1), None)
+    if double is not None:
+        raise InputError(f"{double} is named twice.", field="vary")
+    sizes = {column: _standard_error(column, size, compared) for column, size in (errors or {}).items()}
+    units = {one.column: one.reading.unit for one in compared}
+    trials = robot_trials(recordings_of(campaign, units), description, compared, drive or {}, skip)
+    fitted, held = fitted_and_test(trials, test)
+    found = fit_robot(description, variables, fitted, compared, sizes, starts=starts, progress=progress)
+    predicted = RobotMisfit(held, variables, compared).computed(found.theta) if held else []
+    return found._replace(test=tuple(zip(held, predicted, strict=True)))
+
+
+def _standard_error(column: str, size: str | float, compared: Sequence[Compared]) -> float:
+    """A standard error in SI. Raises InputError."""
+    one = next((one for one in compared if one.column == column), None)
+    if one is None:
+        raise InputError(f"{column} is not compared.", field="error")
+    if isinstance(size, str):
+        return read_positive(size, one.reading.dimension, f"error of {column}")
+    if not size > 0:
+        raise InputError(f"of {column} is {size:g}; it must be more than 0.", field="error")
+    return float(size)
 
 
 def fit_robot(
@@ -66,15 +156,14 @@ def fit_robot(
     errors: Mapping[str, float],
     *,
     starts: int = 1,
-    progress: Callable[[str, float], bool | None] = lambda _what, _share: None,
+    progress: Progress | None = None,
 ) -> RobotFit:
-    """Fit variables within their ranges, from the robot's own values on, and from others that are spread evenly.
+    """Fit variables within their ranges to trials; errors [SI], starts and progress as in `identify`."""
 
-    - errors: standard errors of columns, in SI; those of others are taken from what is left.
-    - progress(what, share): called between fits and evaluations.
+    def report(what: str, share: float) -> None:
+        if progress is not None and progress(what, share) is False:
+            raise CancelledError
 
-    Raises InputError where the robot cannot be simulated at any start.
-    """
     problem = RobotMisfit(trials, variables, compared)
     before = np.array([get_value(description, resolve(description, v.name)[0]) for v in variables], float)
     own = problem.box.places(before)
@@ -85,7 +174,7 @@ def fit_robot(
     sigma, fits = np.where(np.isnan(given), sizes, given), list[Fit]()
     reasons: InputError | None = None
     for k, place in enumerate(begun):
-        progress(f"start {k + 1} of {starts}", 0.6 * k / starts)
+        report(f"start {k + 1} of {starts}", 0.6 * k / starts)
         try:
             fits.append(problem.misfit(sigma).fit(problem.box.values(place), gain=_COARSE))
         except InputError as error:
@@ -98,15 +187,15 @@ def fit_robot(
     agree = int(np.sum(np.abs(ends - problem.box.places(best.theta)).max(axis=1) < _SAME))
     theta = best.theta
     for k in range(_ROUNDS):
-        progress("fitting", 0.6 + 0.1 * k)
-        sigma = np.where(np.isnan(given), _left(problem, theta, sizes), given)
+        report("fitting", 0.6 + 0.1 * k)
+        sigma = np.where(np.isnan(given), _rms_residuals(problem, theta, sizes), given)
         theta = problem.misfit(sigma).fit(theta).theta
-    progress("intervals", 0.9)
-    residuals = problem.residuals(theta)
-    left = [[row[np.isfinite(row)] for row in rows] for rows in residuals]
-    together = np.array([max(correlation_time(rows[c]) for rows in left) for c in range(len(compared))])
-    told = identifiability(problem.misfit(sigma * np.sqrt(together)), theta)
+    report("intervals", 0.9)
+    residuals = [[row[np.isfinite(row)] for row in rows] for rows in problem.residuals(theta)]
+    correlated = np.array([max(correlation_time(rows[c]) for rows in residuals) for c in range(len(compared))])
+    known = identifiability(problem.misfit(sigma * np.sqrt(correlated)), theta)
     return RobotFit(
+        description,
         tuple(variables),
         tuple(compared),
         tuple(trials),
@@ -114,21 +203,23 @@ def fit_robot(
         before,
         sigma,
         tuple(problem.computed(theta)),
-        told,
+        known,
         starts,
         agree,
-        tuple(_warnings(problem, theta, given, left, together, (starts, agree))),
+        tuple(_warnings(problem, theta, given, residuals, correlated, (starts, agree))),
     )
 
 
 def _columns(trials: Sequence[RobotTrial]) -> list[list[Float[np.ndarray, "_"]]]:
-    """Of each column what was measured in each trial, from its mean."""
+    """Measured values of each column in each trial, less their mean."""
     rows = zip(*(trial.measured for trial in trials), strict=True)
     return [[row - np.nanmean(row) for row in column] for column in rows]
 
 
-def _left(problem: RobotMisfit, theta: Float[np.ndarray, "p"], sizes: Float[np.ndarray, "k"]) -> Float[np.ndarray, "k"]:
-    """Root mean square of what is left in each column, for as many degrees of freedom as there are."""
+def _rms_residuals(
+    problem: RobotMisfit, theta: Float[np.ndarray, "p"], sizes: Float[np.ndarray, "k"]
+) -> Float[np.ndarray, "k"]:
+    """Root mean square of the residuals of each column, by their degrees of freedom."""
     columns = [np.concatenate(rows) for rows in zip(*problem.residuals(theta), strict=True)]
     count = sum(int(np.isfinite(row).sum()) for row in columns)
     free = count / max(count - len(theta), 1)
@@ -139,18 +230,18 @@ def _warnings(
     problem: RobotMisfit,
     theta: Float[np.ndarray, "p"],
     given: Float[np.ndarray, "k"],
-    left: list[list[Float[np.ndarray, "_"]]],
-    together: Float[np.ndarray, "k"],
+    residuals: list[list[Float[np.ndarray, "_"]]],
+    correlated: Float[np.ndarray, "k"],
     starts: tuple[int, int],
 ) -> list[str]:
     out = []
     for c, one in enumerate(problem.compared):
-        rms = float(np.sqrt(np.mean(np.concatenate([rows[c] for rows in left]) ** 2)))
-        if together[c] > _TOGETHER:
-            hang = f"what is left of {one.column} hangs together for {together[c]:.0f} samples"
-            out.append(f"{hang}: the model does not hold all that is there")
+        rms = float(np.sqrt(np.mean(np.concatenate([rows[c] for rows in residuals]) ** 2)))
+        if correlated[c] > CORRELATED:
+            samples = f"{correlated[c]:.0f} samples"
+            out.append(f"residuals of {one.column} are correlated over {samples}: the model lacks something")
         if rms > _OFTEN * given[c]:
-            out.append(f"what is left of {one.column} is {rms / given[c]:.1f} times its standard error")
+            out.append(f"residuals of {one.column} are {rms / given[c]:.1f} times its standard error")
     for name, place in zip(problem.box.names, problem.box.places(theta), strict=True):
         if not 1e-4 < place < 1 - 1e-4:
             out.append(f"{name} is at the end of its range")
@@ -159,32 +250,23 @@ def _warnings(
     return out
 
 
-def robot_data(found: RobotFit, held_out: "Collection[tuple[RobotTrial, np.ndarray]]" = ()) -> "xr.Dataset":
-    """Parameters, and the robot beside recordings that were fitted and others, in SI units.
-
-    - over `parameter` (`unit`): `value`, its 95 % interval `low` to `high`, `told`, and `before`, as it was described.
-    - over `column` (`reading`, `units_of`): `error`, its standard error.
-    - over `recording` (`used`: train or test) and `column`: `e_rmsp`, `e_mp` [percent of its range].
-    - over `sample`: `time`, `measured`, `computed`; `of` and `of_column` are places of its recording and its column.
-
-    Attributes: `starts`, `agree`, and `words`, `warnings`, `notes` as JSON.
-    """
+def _dataset(found: RobotFit) -> "xr.Dataset":
     import xarray as xr
 
-    rows = [*zip(found.trials, found.computed, strict=True), *held_out]
+    rows = [*zip(found.trials, found.computed, strict=True), *found.test]
     of, column, time, measured, computed = [], [], [], [], []
     errors = np.full((len(rows), len(found.compared), 2), np.nan)
     for i, (trial, y) in enumerate(rows):
         for c in range(len(found.compared)):
             there = np.isfinite(trial.measured[c]) & np.isfinite(y[c])
-            if there.any():  # a robot that was held out may be one that cannot be simulated
+            if there.any():  # a robot may be one that cannot be simulated in a trial that was not fitted
                 errors[i, c] = range_errors(y[c][there], trial.measured[c][there])
             of += [i] * trial.time.size
             column += [c] * trial.time.size
             time.append(trial.time)
             measured.append(trial.measured[c])
             computed.append(y[c])
-    low, high = np.array([(one.low, one.high) for one in found.told.intervals()]).T
+    low, high = np.array([(one.low, one.high) for one in found.identifiability.intervals()]).T
     notes = [f"{trial.file}: {note}" for trial, _ in rows for note in trial.notes]
     return xr.Dataset(
         {
@@ -192,7 +274,7 @@ def robot_data(found: RobotFit, held_out: "Collection[tuple[RobotTrial, np.ndarr
             "low": ("parameter", low),
             "high": ("parameter", high),
             "before": ("parameter", found.before),
-            "told": ("parameter", found.told.told),
+            "identifiable": ("parameter", found.identifiability.identifiable),
             "error": ("column", found.errors),
             "e_rmsp": (("recording", "column"), errors[..., 0], {"units": "percent"}),
             "e_mp": (("recording", "column"), errors[..., 1], {"units": "percent"}),
@@ -214,7 +296,7 @@ def robot_data(found: RobotFit, held_out: "Collection[tuple[RobotTrial, np.ndarr
         attrs={
             "starts": found.starts,
             "agree": found.agree,
-            "words": json.dumps(found.told.words()),
+            "words": json.dumps(found.identifiability.words()),
             "warnings": json.dumps(found.warnings),
             "notes": json.dumps(notes),
         },

@@ -1,4 +1,4 @@
-"""By how much a simulated robot misses recordings of it, with exact slopes by what is unknown of it."""
+"""Residuals of a simulated robot against recordings of it, with an exact Jacobian by its unknown quantities."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -25,22 +25,22 @@ _FIRST_STEP = 1e-4  # s
 
 
 class RobotMisfit:
-    """Trials of one robot, and what of it is unknown."""
+    """Trials of one robot, and its unknown quantities."""
 
     def __init__(self, trials: Sequence[RobotTrial], variables: Sequence[Variable], compared: Sequence[Compared]):
         self.trials, self.box, self.compared = tuple(trials), Box(tuple(variables)), tuple(compared)
         self._groups = [list(resolve(trials[0].description, v.name)) for v in variables]
         also = tuple(path for group in self._groups for path in group)
-        self._prints = [template_of(trial.description, also) for trial in trials]
+        self._templates = [template_of(trial.description, also) for trial in trials]
         self._longest = max(trial.time.size for trial in trials)
-        self._flat = moves_in_plane(instantiate(*self._prints[0]))
+        self._flat = moves_in_plane(instantiate(*self._templates[0]))
 
     def computed(self, theta: Float[np.ndarray, "p"]) -> list[Float[np.ndarray, "k n"]]:
-        """What the robot with these parameters gives in each trial; NaN from where its motion could not be computed.
+        """Readings of the robot with these parameters in each trial; NaN from where its motion could not be computed.
 
         A heading goes on beyond half a turn, by as many turns as the measured one.
         """
-        return [self._turned(np.array(_computed(*self._asked(i, theta))), t) for i, t in enumerate(self.trials)]
+        return [self._turned(np.array(_computed(*self._arguments(i, theta))), t) for i, t in enumerate(self.trials)]
 
     def _turned(self, values: Float[np.ndarray, "k m"], trial: RobotTrial) -> Float[np.ndarray, "k n"]:
         values = values[:, : trial.time.size]
@@ -58,7 +58,7 @@ class RobotMisfit:
         def residuals(rows: Float[np.ndarray, "m p"]) -> Float[np.ndarray, "m r"]:
             return np.stack([self._residuals(self.computed(row), errors) for row in rows])
 
-        return Misfit(residuals, self.box, lambda theta: self._slopes(theta, errors))
+        return Misfit(residuals, self.box, lambda theta: self._derivatives(theta, errors))
 
     def residuals(self, theta: Float[np.ndarray, "p"]) -> list[Float[np.ndarray, "k n"]]:
         """Computed less measured of each trial, NaN where nothing is compared; of a heading the shorter way round."""
@@ -75,38 +75,38 @@ class RobotMisfit:
         rows = zip(computed, self.trials, strict=True)
         return np.concatenate([(self._left(y, one) / errors[:, None])[np.isfinite(one.measured)] for y, one in rows])
 
-    def _slopes(self, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]) -> Float[np.ndarray, "r p"]:
+    def _derivatives(self, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]) -> Float[np.ndarray, "r p"]:
         parts = []
         for i, trial in enumerate(self.trials):
-            found = np.asarray(_slopes(*self._asked(i, theta), directions=self._directions(i, theta)))
+            found = np.asarray(_jacobian(*self._arguments(i, theta), directions=self._directions(i, theta)))
             parts.append((found[..., : trial.time.size] / errors[:, None])[:, np.isfinite(trial.measured)])
-        return np.concatenate(parts, axis=1).T / self.box.slopes(theta)
+        return np.concatenate(parts, axis=1).T / self.box.derivatives(theta)
 
-    def _asked(self, i: int, theta: Float[np.ndarray, "p"]) -> tuple[Any, ...]:
-        """What a trial is computed from. Times are filled up so that all trials of a kind share a program."""
-        blueprint, numbers = self._prints[i]
+    def _arguments(self, i: int, theta: Float[np.ndarray, "p"]) -> tuple[Any, ...]:
+        """Arguments of the programs of a trial. Times are padded so that trials of one structure share a program."""
+        template, numbers = self._templates[i]
         for x, group in zip(theta, self._groups, strict=True):
             for path in group:
-                numbers = numbers.at[blueprint.paths.index(path)].set(float(x))
+                numbers = numbers.at[template.paths.index(path)].set(float(x))
         time = self.trials[i].time
         times = jnp.asarray(np.pad(time, (0, self._longest - time.size), mode="edge"))
-        return self._flat, self.compared, blueprint, numbers, times
+        return self._flat, self.compared, template, numbers, times
 
     def _directions(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[Array, "p n"]:
-        """Derivatives of a blueprint's numbers by the parameters' places in their ranges."""
-        paths, wide = self._prints[i][0].paths, self.box.slopes(theta)
+        """Derivatives of a template's numbers by the parameters' places in their ranges."""
+        paths, wide = self._templates[i][0].paths, self.box.derivatives(theta)
         rows = zip(self._groups, wide, strict=True)
         return jnp.array([[float(x) if path in group else 0.0 for path in paths] for group, x in rows])
 
 
 def _settings() -> Settings:
-    """How to integrate; slopes are those by places in the ranges, so that they are allowed errors as states are."""
+    """How to integrate; derivatives are those by places in the ranges, so that their tolerances are those of states."""
     return Settings("implicit", *map(jnp.asarray, (_RTOL, _ATOL, _MOST)), slope_atol=_ATOL)
 
 
-def _made(flat: bool, blueprint: Template, numbers: Array) -> tuple[Any, Robot, State]:
+def _made(flat: bool, template: Template, numbers: Array) -> tuple[Any, Robot, State]:
     """Equations of motion, the robot, and how it begins."""
-    robot = instantiate(blueprint, numbers)
+    robot = instantiate(template, numbers)
     return (in_plane(robot) if flat else robot), robot, robot.initial()
 
 
@@ -118,11 +118,11 @@ def _read(compared: tuple[Compared, ...], robot: Robot, t: Array, x: State) -> F
 def _computed(
     flat: bool,
     compared: tuple[Compared, ...],
-    blueprint: Template,
+    template: Template,
     numbers: Float[Array, "n"],
     times: Float[Array, "t"],
 ) -> Float[Array, "k t"]:
-    moving, robot, x = _made(flat, blueprint, numbers)
+    moving, robot, x = _made(flat, template, numbers)
     end, later = integrate(
         moving, begin(jnp.zeros(()), x, _settings(), jnp.asarray(_FIRST_STEP)), times[1:], _settings()
     )
@@ -132,20 +132,20 @@ def _computed(
 
 
 @eqx.filter_jit
-def _slopes(
+def _jacobian(
     flat: bool,
     compared: tuple[Compared, ...],
-    blueprint: Template,
+    template: Template,
     numbers: Float[Array, "n"],
     times: Float[Array, "t"],
     directions: Float[Array, "p n"],
 ) -> Float[Array, "p k t"]:
-    """Derivatives of what is compared, carried through the time steps."""
-    made = _made(flat, blueprint, numbers)
+    """Derivatives of the readings, carried through the time steps."""
+    made = _made(flat, template, numbers)
 
     def change(direction: Array) -> Any:
         def numbers_of(numbers: Array) -> Any:
-            return eqx.filter(_made(flat, blueprint, numbers), eqx.is_inexact_array)
+            return eqx.filter(_made(flat, template, numbers), eqx.is_inexact_array)
 
         return jax.jvp(numbers_of, (numbers,), (direction,))[1]
 

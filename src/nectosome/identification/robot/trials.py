@@ -1,6 +1,5 @@
 """Recordings as trials of a robot: what it was like, what drove it, what was measured of its motion."""
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -8,19 +7,19 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.description import RobotDescription, apply_settings, numeric_paths
+from nectosome.description import RobotDescription, Samples, apply_settings, numeric_paths, with_recordings
 from nectosome.mechanism import Robot
-from nectosome.model.readings import Reading, reading_of
-from nectosome.units import InputError, count, did_you_mean, shorten
+from nectosome.solve.readings import Reading, reading_of
+from nectosome.units import InputError, count, did_you_mean
 
-from ..sim2real.observe import unit_of
+from ..recordings import file_of, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _LEAST = 10  # samples of a column
-_KNOTS = 1000  # of an input at most, joined by straight lines
-_ROUGH = 1e-3  # of an input's range: what fewer knots may leave out and nobody need be told of
+_KNOTS = 1000  # of an input at most
+_ROUGH = 1e-3  # of an input's range: fewer knots are noted where they leave out more
 
 
 class Compared(NamedTuple):
@@ -47,16 +46,16 @@ class RobotTrial(NamedTuple):
     file: str
 
 
-def read_compared(text: str, robot: Robot) -> Compared:
-    """Read `column=reading`, as in `push=-force.y`. Raises InputError for what the robot does not have."""
-    column, equals, reading = (part.strip() for part in text.partition("="))
-    if not (column and equals and reading.lstrip("-")):
-        raise InputError(f'"{shorten(text)}" must be a column, = and what of the robot it is, as in "push=-force.x".')
+def read_compared(column: str, reading: str, robot: Robot) -> Compared:
+    """What a column measures: a reading, with a minus before it where the sensor reads the other way.
+
+    Raises InputError for what the robot does not have.
+    """
     try:
-        found = reading_of(robot, reading.removeprefix("-").strip())
+        found = reading_of(robot, reading.strip().removeprefix("-").strip())
     except InputError as error:
         raise InputError(error.message, field=column) from None
-    return Compared(column, found, -1.0 if reading.startswith("-") else 1.0)
+    return Compared(column, found, -1.0 if reading.strip().startswith("-") else 1.0)
 
 
 def robot_trials(
@@ -69,8 +68,8 @@ def robot_trials(
     """Trials of a robot.
 
     Conditions of a recording are quantities of the robot by their paths or aliases. `inputs`: columns that drove the
-    robot, and the paths of the signals for which they stand, joined by straight lines between at most 1000 samples.
-    Nothing is compared in the first `skip` [s] of each recording.
+    robot, and the paths of the signals for which they stand, at most 1000 samples of each; forces are joined by
+    straight lines, motions by a smooth curve. Nothing is compared in the first `skip` [s] of each recording.
 
     Raises InputError that names file and column for what is missing, unknown, constant, in another unit or too short.
     """
@@ -86,24 +85,26 @@ def _trial(
     inputs: Mapping[str, str],
     skip: float,
 ) -> RobotTrial:
-    file = Path(json.loads(recording.attrs["provenance"])["file"]).name
+    file = file_of(recording)
     if "time" not in recording.dims:
         raise InputError("has no time. Say in the campaign which column it is, or its rate.", file=file)
     time = recording["time"].values.astype(float)
     if time.size < _LEAST:
         raise InputError(f"has {count(time.size, 'row')}; at least {_LEAST} are needed.", file=file)
     time = time - time[0]
-    driven, notes = list[str](), list[str]()
+    driven, notes = dict[str, Samples](), list[str]()
     for column, path in inputs.items():
         if path in numeric_paths(description) or path in description.aliases:
             raise InputError("is a number: no recording can drive it. Name a signal.", file=file, field=path)
         values, unit = _column(recording, column, file)
-        setting, left_out = _driven(path, time, values, unit)
-        driven.append(setting)
+        driven[path], left_out = _driven(time, values, unit)
         if left_out > _ROUGH:
-            notes.append(f"{column}: joined by {_KNOTS} lines, which leave out {100 * left_out:.2g} % of its range")
+            notes.append(
+                f"{column}: {_KNOTS} samples drive the robot, which leave out {100 * left_out:.2g} % of its range"
+            )
     try:
-        described = apply_settings(_without_names(apply_settings(description, _conditions(recording)), inputs), driven)
+        standing = _without_names(apply_settings(description, _conditions(recording)), inputs)
+        described = with_recordings(standing, driven) if driven else standing
     except InputError as error:
         raise InputError(error.message, file=file, field=error.field) from None
     measured = np.stack([_measured(recording, one, file) for one in compared])
@@ -138,22 +139,21 @@ def _conditions(recording: "xr.Dataset") -> list[str]:
     return out
 
 
-def _driven(path: str, time: Float[np.ndarray, "n"], values: Float[np.ndarray, "n"], unit: str) -> tuple[str, float]:
-    """Setting that makes a signal what was recorded; and the largest share of its range that this leaves out."""
+def _driven(time: Float[np.ndarray, "n"], values: Float[np.ndarray, "n"], unit: str) -> tuple[Samples, float]:
+    """Samples of a signal, and the largest share of its range that they leave out."""
     known = np.isfinite(values)
     at = time if time.size <= _KNOTS else np.linspace(0.0, time[-1], _KNOTS)
     knots = np.interp(at, time[known], values[known])
     left_out = np.abs(np.interp(time[known], at, knots) - values[known]).max() / (np.ptp(values[known]) or 1.0)
-    times, said = (f"[{', '.join(f'{float(x)!r} {u}'.strip() for x in row)}]" for row, u in ((at, "s"), (knots, unit)))
-    return f"{path}={{kind: recording, times: {times}, values: {said}}}", float(left_out)
+    return Samples(at.tolist(), knots.tolist(), unit), float(left_out)
 
 
 def _measured(recording: "xr.Dataset", one: Compared, file: str) -> Float[np.ndarray, "n"]:
-    values, told = _column(recording, one.column, file)
-    wanted = one.reading.unit
-    if told != wanted:
+    values, given = _column(recording, one.column, file)
+    expected = one.reading.unit
+    if given != expected:
         how = "Give its unit in the campaign, or compare it with something else."
-        what = f"is in {told or 'no unit'}, and {one.reading.name} in {wanted or 'no unit'}. {how}"
+        what = f"is in {given or 'no unit'}, and {one.reading.name} in {expected or 'no unit'}. {how}"
         raise InputError(what, file=file, field=one.column)
     if one.reading.turns:
         known = np.isfinite(values)
@@ -172,7 +172,7 @@ def _column(recording: "xr.Dataset", column: str, file: str) -> tuple[Float[np.n
     known = values[np.isfinite(values)]
     if known.size < 2:
         what = "has 1 value" if known.size else "has no values"
-        raise InputError(f"{what}: nothing can be told from it.", file=file, field=column)
+        raise InputError(f"{what}: nothing can be identified from it.", file=file, field=column)
     if np.ptp(known) == 0:
-        raise InputError("is the same all the time: nothing can be told from it.", file=file, field=column)
+        raise InputError("is constant: nothing can be identified from it.", file=file, field=column)
     return values.copy(), unit_of(recording[column])

@@ -19,7 +19,7 @@ _NO_SHARE = 1e-4  # of the largest: draws that count as nothing
 
 
 class Surface(NamedTuple):
-    """What is told of a function at some points."""
+    """A function at some points, and how well it is known there."""
 
     mean: Float[np.ndarray, "n"]
     error: Float[np.ndarray, "n"]  # standard deviation of the function, without the noise of measuring it
@@ -45,15 +45,15 @@ def gaussian_process(
 
     $$ y = \sum_b s_b(x) (c_b + g_b(x)) + \epsilon $$
 
-    with constants $c_b$, normal with the standard deviation $A_b$ that a term's `size` tells, and functions $g_b$ of
+    with constants $c_b$, normal with the standard deviation $A_b$ that is a term's `size`, and functions $g_b$ of
     zero mean and covariance $a_b^2 k(r)$, $k = (1 + \sqrt5 r + \tfrac53 r^2) e^{-\sqrt5 r}$ (Matern 5/2),
     $r^2 = \sum_i (x_i - x'_i)^2/l_{bi}^2$. Without `terms` there is one, whose shape is 1. What is doubted has besides
     its noise an error of the size `doubt`, times a factor for all of them that is not known.
 
-    Few points do not tell the sizes a, the lengths l and that factor: they are not fitted but averaged over, so that
-    the error holds what is not known of them (Rasmussen and Williams 2006, ch. 5). Each of 512 draws is weighed by its
+    Few points do not identify the sizes a, the lengths l and that factor: they are not fitted but averaged over, so
+    that the error contains their uncertainty (Rasmussen and Williams 2006, ch. 5). Each of 512 draws is weighed by its
     likelihood. The first draws are from log-normal priors, a quarter of A by a factor of e, 2 boxes by one of 2.2, and
-    1 by one of 4.5; they tell where the second ones are taken (Cappe et al. 2004). Raises ValueError without points,
+    1 by one of 4.5; they set where the second ones are taken (Cappe et al. 2004). Raises ValueError without points,
     and for what is no finite number.
     """
     if not len(x):

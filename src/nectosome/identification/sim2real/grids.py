@@ -72,7 +72,7 @@ class GridTable:
     def simulated(
         self, points: Float[np.ndarray, "m d"], parameter: Float[np.ndarray, "m"] | None = None
     ) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m"]]:
-        """Values at conditions with a parameter at each, else the nominal one; and their slopes by the parameter.
+        """Values at conditions with a parameter at each, else the nominal one; and their derivatives by the parameter.
 
         Raises InputError where the parameter is outside of the table.
         """
@@ -106,11 +106,11 @@ class GridTable:
             roots = CubicSpline(self.parameter, curve).solve(value, extrapolate=False)
             if roots.size and np.isfinite(roots).all():
                 found[i] = roots[np.argmin(np.abs(roots - self.nominal))]
-        known, told = np.isfinite(found), np.full(len(values), np.nan)
+        known, found_errors = np.isfinite(found), np.full(len(values), np.nan)
         slope = np.abs(self.simulated(points[known], found[known])[1])
         with np.errstate(divide="ignore"):
-            told[known] = errors[known] / slope
-        return found, told
+            found_errors[known] = errors[known] / slope
+        return found, found_errors
 
 
 def table_of(simulated: "xr.DataArray", parameter: str | None = None, nominal: float = 1.0) -> GridTable:
@@ -134,7 +134,7 @@ def table_of(simulated: "xr.DataArray", parameter: str | None = None, nominal: f
     missing = int(np.sum(~np.isfinite(values)))
     if missing:
         raise InputError(
-            f"{missing} of {values.size} values of the simulated grid are no numbers.", field=str(simulated.name)
+            f"{missing} of {values.size} values of the simulated grid are NaN or infinite.", field=str(simulated.name)
         )
     if parameter is None:
         return GridTable(names, tuple(levels), values[..., None], np.array([nominal]), nominal, unit=unit)
@@ -237,7 +237,7 @@ def parameter_of(
     if name not in dims:
         raise InputError(f'"{name}" is no dimension of the grid, which has {", ".join(dims)}.', field="parameter")
     if name in conditions:
-        raise InputError(f"{name} is a condition of the campaign, and so no parameter to be told.", field="parameter")
+        raise InputError(f"{name} is a condition of the campaign, and so no parameter to estimate.", field="parameter")
     return name, _given(values, name, text) if text else _own(name, robot)
 
 
@@ -257,7 +257,7 @@ def _given(values: "xr.DataArray", name: str, text: str) -> float:
 def _own(name: str, robot: str) -> float:
     way = f"Give what the simulator takes it to be, as in {name}=1."
     if not robot:
-        raise InputError(f"the grid does not hold the robot, which would tell {name}. {way}", field="parameter")
+        raise InputError(f"the grid does not hold the robot, which would give {name}. {way}", field="parameter")
     try:
         return float(get_value(parse_robot(robot, "the grid's robot"), name))
     except (InputError, TypeError, ValueError):

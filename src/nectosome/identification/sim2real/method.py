@@ -1,4 +1,4 @@
-"""A simulator made to agree with a few experiments: one of its parameters told by them, then what is left corrected."""
+"""A simulator made to agree with a few experiments: a parameter is estimated, then residuals are corrected."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,11 +9,22 @@ from jaxtyping import Float
 
 from nectosome.units import InputError, did_you_mean
 
-from .conditions import Experiments
+from .experiments import Experiments
 from .gaussian_process import Surface
 from .grids import GridTable
-from .parameter import ParameterField, field_of
-from .residuals import Correction, Given, Simulated, affine, gaussian, nothing, rigid, rigid_raw, thin_plate
+from .residuals import (
+    Correction,
+    Given,
+    ParameterField,
+    Simulated,
+    affine,
+    field_of,
+    gaussian,
+    nothing,
+    rigid,
+    rigid_raw,
+    thin_plate,
+)
 
 _BLOCK = 1000  # conditions at once: memory goes with them
 
@@ -21,8 +32,8 @@ _BLOCK = 1000  # conditions at once: memory goes with them
 class Method(NamedTuple):
     """How a simulator is corrected."""
 
-    parameter: bool  # whether its parameter is told first
-    residual: Callable[[Given], Correction]  # what is then done with what is left
+    parameter: bool  # whether its parameter is estimated first
+    residual: Callable[[Given], Correction]  # how residuals are then corrected
 
 
 METHODS = {
@@ -45,27 +56,27 @@ class Corrected:
     """A simulator that was corrected."""
 
     table: GridTable
-    field: ParameterField | None  # of the parameter, where it was told
+    field: ParameterField | None  # of the parameter, where it was estimated
     correction: Correction
 
     def simulated(self, conditions: Float[np.ndarray, "n d"]) -> Simulated:
-        """The simulator with its parameter as told."""
+        """The simulator with its parameter as estimated."""
         x, none = self.table.in_box(conditions), np.zeros(len(conditions))
         if self.field is None:
             return Simulated(conditions, x, self.table.simulated(conditions)[0], Surface(none, none), none)
         field = self.field.at(x)
         parameter, steep = self.field.parameter(field.mean)
-        values, slopes = self.table.simulated(conditions, parameter)
-        return Simulated(conditions, x, values, field, slopes * steep)
+        values, derivatives = self.table.simulated(conditions, parameter)
+        return Simulated(conditions, x, values, field, derivatives * steep)
 
     def predict(self, conditions: Float[np.ndarray, "n d"]) -> Surface:
-        """Corrected values, and their errors where the method tells them (NaN else). Raises InputError off the grid."""
+        """Corrected values, and their errors where the method gives them (NaN else). Raises InputError off the grid."""
         blocks = [conditions[k : k + _BLOCK] for k in range(0, max(len(conditions), 1), _BLOCK)]
         found = [self.correction(self.simulated(block)) for block in blocks]
         return Surface(*(np.concatenate(x) for x in zip(*found, strict=True)))
 
     def parameter(self, conditions: Float[np.ndarray, "n d"]) -> Surface:
-        """The parameter and its error: the nominal one where none is told."""
+        """The parameter and its error: the nominal one where none is estimated."""
         if self.field is None:
             return Surface(np.full(len(conditions), self.table.nominal), np.full(len(conditions), np.nan))
         field = self.field.at(self.table.in_box(conditions))
@@ -77,9 +88,9 @@ class Corrected:
 class SimToReal:
     """How to correct a simulator; `fit` does it.
 
-    "cn" takes the table's parameter, whatever it is, from what the experiments tell of it; "svd", "affine",
-    "thin-plate" and "gp" correct what is left (`residuals`). "cn-svd" is the method of Hu et al. 2024, "cn-svd-raw" as
-    they print it; only "gp" and "cn-gp" tell errors. Raises InputError for a method that there is not.
+    "cn" estimates the table's parameter, whatever it is, from the experiments; "svd", "affine",
+    "thin-plate" and "gp" correct the residuals. "cn-svd" is the method of Hu et al. 2024, "cn-svd-raw" as
+    they print it; only "gp" and "cn-gp" give errors. Raises InputError for a method that there is not.
     """
 
     method: str = "cn-gp"
@@ -92,28 +103,28 @@ class SimToReal:
         """The corrected simulator; without experiments the simulator as it is. Raises InputError (`field_of`)."""
         if not len(experiments.values):
             return Corrected(table, None, nothing())
-        told, residual = METHODS[self.method]
-        field = field_of(table, experiments) if told else None
+        estimated, residual = METHODS[self.method]
+        field = field_of(table, experiments) if estimated else None
         there = Corrected(table, field, nothing()).simulated(experiments.conditions)
         return Corrected(table, field, residual(Given(there, experiments.values, experiments.errors, field)))
 
 
 def leave_one_out(how: SimToReal, table: GridTable, experiments: Experiments) -> Surface:
-    """What the others tell of each experiment: the error that a user can know who has no more of them.
+    """Each experiment predicted by the others: the error of a prediction that can be known without more experiments.
 
-    Raises InputError for fewer than two experiments, and where only one of them tells a parameter.
+    Raises InputError for fewer than two experiments, and where a parameter is estimated from one of them only.
     """
     m = len(experiments.values)
     if m < 2:
         raise InputError(f"{m} experiment; two are needed to leave one out.")
-    rows, told = np.arange(m), experiments.told
+    rows, estimate = np.arange(m), experiments.estimate
     known = (
         None
-        if told is None or not METHODS[how.method].parameter
-        else np.isfinite(told.errors) & table.holds(told.values)
+        if estimate is None or not METHODS[how.method].parameter
+        else np.isfinite(estimate.errors) & table.holds(estimate.values)
     )
     if known is not None and known.sum() == 1:
-        only = f"only experiment {np.flatnonzero(known)[0] + 1} tells it, and without it none does"
+        only = f"only experiment {np.flatnonzero(known)[0] + 1} determines it, and without that one none does"
         raise InputError(f"{only}. Measure more, or take a method that needs none, such as gp.", field=table.called)
     found = [how.fit(table, experiments.take(rows != k)).predict(experiments.conditions[[k]]) for k in rows]
     return Surface(*(np.concatenate(x) for x in zip(*found, strict=True)))

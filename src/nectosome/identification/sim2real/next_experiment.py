@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 from scipy.special import ndtr
 
 from ..fits.errors import SIDES
-from .conditions import Experiments
+from .experiments import Experiments
 from .gaussian_process import Surface
 from .grids import GridTable
 from .method import Corrected, SimToReal
@@ -23,7 +23,7 @@ class Next(NamedTuple):
 
     conditions: Float[np.ndarray, "d"]
     expected: float
-    error: float  # of what is expected; NaN where the method tells none
+    error: float  # of what is expected; NaN where the method gives none
     reason: str
 
 
@@ -49,7 +49,7 @@ def next_experiments(
 
     Each is chosen as if those before it had given what is expected of them. For "error" it is where the corrected
     simulator is known least; for "highest" or "lowest" where the best value may be bettered most (expected improvement,
-    Jones et al. 1998). Where the method tells no errors it is the point farthest from all experiments.
+    Jones et al. 1998). Where the method gives no errors it is the point farthest from all experiments.
     """
     x, chosen = table.in_box(table.points), list[Next]()
     for _ in range(count):
@@ -91,20 +91,20 @@ def _best(found: Surface, fitted: Corrected, experiments: Experiments, aim: Aim)
 
 def _believing(fitted: Corrected, experiments: Experiments, one: Next) -> Experiments:
     """The experiments with one more that gave what is expected of it, with the noise that the others have."""
-    noise, told = _noise(experiments.errors, experiments.values), experiments.told
-    if told is not None:
+    noise, estimate = _noise(experiments.errors, experiments.values), experiments.estimate
+    if estimate is not None:
         parameter = fitted.parameter(one.conditions[None])
-        values = np.append(told.values, parameter.mean)
-        told = replace(
-            told,
+        values = np.append(estimate.values, parameter.mean)
+        estimate = replace(
+            estimate,
             values=values,
-            errors=np.append(told.errors, _noise(told.errors, told.values) * np.abs(parameter.mean)),
+            errors=np.append(estimate.errors, _noise(estimate.errors, estimate.values) * np.abs(parameter.mean)),
         )
     return Experiments(
         np.concatenate([experiments.conditions, one.conditions[None]]),
         np.append(experiments.values, one.expected),
         np.append(experiments.errors, noise * abs(one.expected)),
-        told,
+        estimate,
     )
 
 

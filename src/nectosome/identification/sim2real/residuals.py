@@ -1,28 +1,90 @@
-"""What is left between a simulator and experiments, made a function of the conditions in one way or another.
+"""Corrections of a simulator: its unknown parameter as a field over the conditions, and the residuals as a function.
 
-Each way takes what is `Given` and gives a function that corrects the simulator at other conditions.
+Each correction takes what is `Given` and returns a function that corrects the simulator at other conditions.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy.interpolate import RBFInterpolator
 
+from nectosome.units import InputError
+
 from .alignment import align_inliers, align_points
+from .experiments import Experiments, ParameterEstimate
 from .gaussian_process import Surface, Term, gaussian_process
-from .parameter import ParameterField
+from .grids import GridTable
+
+_DOUBT = 0.1  # of a parameter: how far off an estimate usually may be
+
+
+@dataclass(frozen=True)
+class ParameterField:
+    r"""A parameter over the conditions, as $u = \ln\frac{p - p_0}{p_1 - p} - \ln\frac{p_n - p_0}{p_1 - p_n}$.
+
+    The table's ends $p_0$ and $p_1$ are never passed, and u is 0 where the parameter is the nominal $p_n$.
+    """
+
+    table: GridTable
+    x: Float[np.ndarray, "m d"]  # conditions in the unit box, of experiments that determine it
+    u: Float[np.ndarray, "m"]
+    errors: Float[np.ndarray, "m"]  # of u
+    doubt: Float[np.ndarray, "m"]  # what a tenth of the parameter is of u
+    apart: bool
+
+    def at(self, x: Float[np.ndarray, "n d"]) -> Surface:
+        """The field u at conditions in the unit box."""
+        return gaussian_process(self.x, self.u, self.errors, x)
+
+    def parameter(self, u: Float[np.ndarray, "n"]) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
+        """Parameter of a field, and its derivative by u."""
+        low, high = self.table.parameter[[0, -1]]
+        share = 1 / (1 + np.exp(-u) * (high - self.table.nominal) / (self.table.nominal - low))
+        return low + (high - low) * share, (high - low) * share * (1 - share)
+
+
+def field_of(table: GridTable, experiments: Experiments) -> ParameterField:
+    """Field of the table's parameter. Raises InputError where there is none, or where no experiment determines it."""
+    if table.parameter.size == 1:
+        raise InputError(
+            "the simulated grid has no axis of a parameter. Simulate several values of one, or take a method that "
+            "needs none, such as gp.",
+            field="method",
+        )
+    estimate = experiments.estimate or matched(table, experiments)
+    low, high = table.parameter[[0, -1]]
+    known = np.isfinite(estimate.errors) & table.holds(estimate.values)
+    if not known.any():
+        raise InputError(
+            f"no experiment determines it within the simulated grid, {low:g} to {high:g}. Simulate more values of it, "
+            "or take a method that needs none, such as gp.",
+            field=table.called,
+        )
+    p, n = estimate.values[known], table.nominal
+    u = np.log((p - low) / (high - p)) - np.log((n - low) / (high - n))
+    steep = (high - low) / ((p - low) * (high - p))
+    x = table.in_box(experiments.conditions[known])
+    return ParameterField(table, x, u, steep * estimate.errors[known], steep * _DOUBT * np.abs(p), estimate.apart)
+
+
+def matched(table: GridTable, experiments: Experiments) -> ParameterEstimate:
+    """The parameter with which the simulator gives the measured values themselves."""
+    return ParameterEstimate(
+        *table.matching(experiments.conditions, experiments.values, experiments.errors), apart=False
+    )
 
 
 class Simulated(NamedTuple):
-    """What a simulator gives at some conditions, with its parameter as told."""
+    """Values of a simulator at some conditions, with its parameter as estimated."""
 
     conditions: Float[np.ndarray, "n d"]
     x: Float[np.ndarray, "n d"]  # in the unit box
     values: Float[np.ndarray, "n"]
-    field: Surface  # of the parameter, its u; zeros where none is told
-    slopes: Float[np.ndarray, "n"]  # of the values by u
+    field: Surface  # of the parameter, its u; zeros where none is estimated
+    derivatives: Float[np.ndarray, "n"]  # of the values by u
 
 
 class Given(NamedTuple):
@@ -41,7 +103,7 @@ Correction = Callable[[Simulated], Surface]
 
 
 def nothing(given: Given | None = None) -> Correction:
-    """The simulator as it is, with its parameter as told."""
+    """The simulator as it is, with its parameter as estimated."""
     return lambda there: Surface(there.values, _no_error(there))
 
 
@@ -122,25 +184,25 @@ def _spans(x: Float[np.ndarray, "m d"]) -> bool:
 
 
 def gaussian(given: Given) -> Correction:
-    r"""Gaussian processes of what is left: one that is added, one that scales, and one of the parameter.
+    r"""Gaussian processes of the residuals: one that is added, one that scales, and one of the parameter.
 
     $$ y = F + F' (u - \bar u) + F g_1 + g_2 $$
 
-    with the simulator's values F and slopes F' at the told parameter $\bar u$ (after Kennedy and O'Hagan 2001, whose
-    scale is constant). Where something else than y tells u, such as peaks, that is measured too, but doubted: so errors
-    of the parameter are counted once, and what does not fit the values counts for little. A thousandth of F is never
-    known: a table is no smoother.
+    with the simulator's values F and derivatives F' at the estimated parameter $\bar u$ (after Kennedy and O'Hagan
+    2001, whose scale is constant). Where u is estimated from something else than y, such as peaks, that is measured
+    too, but doubted: so errors of the parameter are counted once, and what does not fit the values counts for little.
+    A thousandth of F always stays unknown: a table is no smoother.
     """
     at, field = given.simulated, given.field
     left, rough = given.measured - at.values, _ROUGH * np.abs(at.values)
     size, of = max(_rms(left), float(given.errors.mean()), _TINY), _rms(at.values)
     scale = size / of if of > _TINY else 1.0
     none = np.zeros(0)
-    told = (field.x, field.u, field.errors, field.doubt) if field and field.apart else (at.x[:0], none, none, none)
-    x, before, after = np.concatenate([told[0], at.x]), np.zeros(len(told[0])), np.ones(len(at.x))
-    y = np.concatenate([told[1], left + at.slopes * at.field.mean])
-    noise = np.concatenate([told[2], np.hypot(given.errors, rough)])
-    doubt = np.concatenate([told[3], 0 * after])
+    known = (field.x, field.u, field.errors, field.doubt) if field and field.apart else (at.x[:0], none, none, none)
+    x, before, after = np.concatenate([known[0], at.x]), np.zeros(len(known[0])), np.ones(len(at.x))
+    y = np.concatenate([known[1], left + at.derivatives * at.field.mean])
+    noise = np.concatenate([known[2], np.hypot(given.errors, rough)])
+    doubt = np.concatenate([known[3], 0 * after])
 
     def corrected(there: Simulated) -> Surface:
         terms = [
@@ -149,9 +211,9 @@ def gaussian(given: Given) -> Correction:
         ]
         if field:
             spread = max(_rms(field.u), float(field.errors.mean()), _TINY)
-            terms.append(Term(spread, np.concatenate([before + 1, at.slopes]), there.slopes))
+            terms.append(Term(spread, np.concatenate([before + 1, at.derivatives]), there.derivatives))
         found = gaussian_process(x, y, noise, there.x, terms, doubt)
-        mean = there.values - there.slopes * there.field.mean + found.mean
+        mean = there.values - there.derivatives * there.field.mean + found.mean
         return Surface(mean, np.hypot(found.error, _ROUGH * np.abs(there.values)))
 
     return corrected

@@ -19,17 +19,25 @@ from scipy.signal import savgol_coeffs, savgol_filter
 from nectosome.measure.signals import find_period
 from nectosome.units import InputError, did_you_mean
 
-from ..fits.linear import Estimate, Trial, follow_recording, increments, instruments, output_error, windows
+from ..fits.linear import (
+    Estimate,
+    Trial,
+    finite_differences,
+    follow_recording,
+    instrumental_variables,
+    integral_windows,
+    output_error,
+)
 
-Method = Literal["output-error", "instruments", "windows", "printed"]
-METHODS: tuple[Method, ...] = ("output-error", "instruments", "windows", "printed")
+Method = Literal["output_error", "instrumental_variables", "integral_windows", "finite_differences"]
+METHODS: tuple[Method, ...] = ("output_error", "instrumental_variables", "integral_windows", "finite_differences")
 _ORDER = 3  # of the polynomials of the Savitzky-Golay filter
-_TOLD = 3.0  # standard errors that gamma must be from 0
+_FROM_ZERO = 3.0  # standard errors that gamma must be away from 0
 _PART = 0.1  # of the shortest recording: a window where the thrust has no period
 
 BIASED = (
     "bias expected: rectangles from sample to sample, and a filter on the speed alone, change both parameters; "
-    "intervals are of no use either. Take output-error"
+    "intervals are of no use either. Take output_error"
 )
 STATIC = (
     "the thrust was recorded apart, with the robot held: it leaves out what a changing shape does when it swims, and "
@@ -56,7 +64,7 @@ class SurgeRecording(NamedTuple):
 
 
 class Surge(NamedTuple):
-    """What recordings tell of the model."""
+    """The model with the parameters that fit recordings."""
 
     method: Method
     mass: float  # M [kg]
@@ -69,44 +77,44 @@ class Surge(NamedTuple):
         return follow_recording(recording.trial, self.rate.values)
 
 
-def surge(
-    recordings: Sequence[SurgeRecording], mass: float, method: str = "output-error", smooth: float | None = None
+def fit_surge(
+    recordings: Sequence[SurgeRecording], mass: float, method: str = "output_error", smooth: float | None = None
 ) -> Surge:
     """Added mass and drag of a body of known mass [kg], one fit to all recordings.
 
-    - `output-error`: the speed itself, by least squares; noise of samples does no harm. Take this one.
-    - `instruments`, `windows`: differences of the speed over half and whole periods of the thrust.
-    - `printed`: differences of neighbouring samples, as the paper has it (eqs. 4 to 9).
+    - `output_error`: least squares of the speed itself, unbiased by noise of samples; recommended.
+    - `instrumental_variables`, `integral_windows`: differences of the speed over half and whole periods of the thrust.
+    - `finite_differences`: differences of neighbouring samples, as published (eqs. 4 to 9).
 
-    `smooth` [s] is the window of a Savitzky-Golay filter: on the speed alone for `printed`, as the paper has it, on
-    both signals for `windows`; the others take none. Raises InputError where the speed goes against the thrust,
-    nothing fits, or a window does not.
+    `smooth` [s] is the window of a Savitzky-Golay filter: on the speed alone for `finite_differences`, as published, on
+    both signals for `integral_windows`; the others take none. Raises InputError where the speed goes against the
+    thrust, nothing fits, or a window does not.
     """
     if method not in METHODS:
         raise InputError(f'"{method}" is no method.{did_you_mean(method, METHODS)}', field="method")
-    if smooth is not None and method not in ("printed", "windows"):
+    if smooth is not None and method not in ("finite_differences", "integral_windows"):
         raise InputError(f"{method} takes recordings as they are: leave it out.", field="smooth")
     trials = [recording.trial for recording in recordings]
-    told: list[str] = []
+    warnings: list[str] = []
     try:
-        found = _estimate(trials, method, smooth, told)
+        found = _estimate(trials, method, smooth, warnings)
     except (ValueError, np.linalg.LinAlgError) as error:
         raise InputError(f"nothing was found by {method}: {str(error).rstrip('.')}.", field="method") from None
     if not np.isfinite(found.covariance).all():
         raise InputError("no motion of the model fits the recordings.", field="method")
     gamma, error = found.values[1], found.errors[1]
-    if -_TOLD * error < gamma <= 0:
+    if -_FROM_ZERO * error < gamma <= 0:
         raise InputError("the speed does not follow the thrust: they are not of one motion, or noise hides it.")
     if gamma <= 0:
         turned = "the speed falls where the thrust pushes: one of them has the other sign"
         raise InputError(f"{turned}. Turn it in the campaign (sign: -1).", field="thrust")
     bodily = physical(found, mass)
-    told += [*found.warnings, *_odd(bodily, mass)]
-    if gamma < _TOLD * error:
-        told.append("the speed hardly follows the thrust: the added mass is not known, and its interval is too short")
-    told += [BIASED] if method == "printed" else []
-    told += [STATIC] if any(recording.static for recording in recordings) else []
-    return Surge(method, mass, found, bodily, tuple(told))
+    warnings += [*found.warnings, *_odd(bodily, mass)]
+    if gamma < _FROM_ZERO * error:
+        warnings.append("the speed hardly follows the thrust: the added mass is unknown, and its interval too short")
+    warnings += [BIASED] if method == "finite_differences" else []
+    warnings += [STATIC] if any(recording.static for recording in recordings) else []
+    return Surge(method, mass, found, bodily, tuple(warnings))
 
 
 def physical(rate: Estimate, mass: float) -> Estimate:
@@ -119,25 +127,26 @@ def _bodily(theta: Array, mass: float) -> Array:
     return jnp.stack([1 / theta[1] - mass, -theta[0] / theta[1]])
 
 
-def _estimate(trials: Sequence[Trial], method: str, smooth: float | None, told: list[str]) -> Estimate:
-    """The parameters by a method; `told` takes what there is to say."""
-    if method == "printed":
-        return increments([_smoothed(trial, smooth, 1)[0] for trial in trials] if smooth else trials)
+def _estimate(trials: Sequence[Trial], method: str, smooth: float | None, warnings: list[str]) -> Estimate:
+    """The parameters by a method; `warnings` takes what else there is to say."""
+    if method == "finite_differences":
+        return finite_differences([_smoothed(trial, smooth, 1)[0] for trial in trials] if smooth else trials)
     lengths, period = _lengths(trials)
-    if period is None and method != "output-error":
-        told.append(f"the thrust has no period: differences are taken over {lengths[0]:.3g} s and {lengths[1]:.3g} s")
-    if method == "windows" and smooth:
+    if period is None and method != "output_error":
+        warnings.append(f"the thrust has no period: windows are of {lengths[0]:.3g} s and {lengths[1]:.3g} s")
+    if method == "integral_windows" and smooth:
         filtered, kernels = zip(*(_smoothed(trial, smooth, 2) for trial in trials), strict=True)
         if len({len(kernel) for kernel in kernels}) > 1:
             raise ValueError("recordings of several rates cannot go through one filter: leave smooth out")
-        return windows(filtered, lengths, kernels[0])
-    if method != "output-error":
-        return {"windows": windows, "instruments": instruments}[method](trials, lengths)
-    return output_error(trials, _start(trials, windows(trials, lengths)))
+        return integral_windows(filtered, lengths, kernels[0])
+    if method != "output_error":
+        found = integral_windows if method == "integral_windows" else instrumental_variables
+        return found(trials, lengths)
+    return output_error(trials, _start(trials, integral_windows(trials, lengths)))
 
 
 def _start(trials: Sequence[Trial], near: Estimate) -> Float[np.ndarray, "2"]:
-    """Parameters near those of windows, of which noise may have turned a sign."""
+    """Parameters near those of `integral_windows`, with the signs that noise may have turned."""
     alpha, gamma = near.values
     return np.array([-abs(alpha), gamma if gamma > 0 else near.errors[1]])
 
@@ -169,12 +178,14 @@ def _smoothed(trial: Trial, window: float, signals: int) -> tuple[Trial, Float[n
 
 def _odd(physical: Estimate, mass: float) -> list[str]:
     """Parameters that no body has."""
-    (added, drag), told = physical.values, []
+    (added, drag), warnings = physical.values, []
     if added < 0:
-        told.append(f"the added mass is negative: the robot moves as if it had {mass + added:.3g} kg. Check its mass")
+        warnings.append(
+            f"the added mass is negative: the robot moves like one of {mass + added:.3g} kg. Check its mass"
+        )
     if drag < 0:
-        told.append("the drag is negative: thrust or speed is not what it seems, or too short to tell")
-    return told
+        warnings.append("the drag is negative: thrust or speed is not what it seems, or too short to tell")
+    return warnings
 
 
 def _rate(t: Array, v: Array, thrust: Array) -> Array:

@@ -1,7 +1,7 @@
-"""Recordings of speed and thrust as `surge` takes them: paired, on one clock, in unbroken stretches."""
+"""Added mass and drag from a campaign of speeds and thrusts: recordings paired, on one clock, in unbroken stretches."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,24 +12,18 @@ from scipy.signal import savgol_filter
 
 from nectosome.measure.signals.requirements import is_even
 from nectosome.measure.signals.resample import default_gap, unbroken
-from nectosome.units import InputError, count
-
-from .estimators import SurgeRecording
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-from typing import TYPE_CHECKING
+from nectosome.units import InputError, count, did_you_mean
 
 from ..fits.linear import deviation
-from .estimators import Surge
+from ..recordings import CampaignLike, file_of, fitted_and_test, recordings_of
+from .estimators import METHODS, Surge, SurgeRecording, fit_surge
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 _UNITS = {"speed": "m/s", "position": "m", "thrust": "N", "crank": "rad"}
-_SHIFT = "shift"  # the condition that tells how much later things happen on a file's own clock
+_SHIFT = "shift"  # the condition by how much a file's own clock is ahead
 _LEAST = 20  # samples of a stretch
 _WINDOW, _ORDER = 11, 3  # samples and order of the filter on positions
 
@@ -42,11 +36,45 @@ class _Signal(NamedTuple):
     values: Float[np.ndarray, "n"]
 
 
+class SurgeFit(NamedTuple):
+    """Added mass and drag of a body, fitted to recordings."""
+
+    found: Surge
+    recordings: tuple[SurgeRecording, ...]  # that were fitted
+    test: tuple[SurgeRecording, ...]  # and those that are predicted only
+
+    def to_dataset(self) -> "xr.Dataset":
+        """Parameters, and the model beside the recordings (`surge_data`)."""
+        return surge_data(self.found, self.recordings, self.test)
+
+
+def identify_surge(
+    campaign: CampaignLike,
+    mass: float,
+    *,
+    method: str = "output_error",
+    smooth: float | None = None,
+    test: Iterable[str] = (),
+) -> SurgeFit:
+    """Find added mass and drag of a body of known mass [kg] from its `speed` [m/s] and `thrust` [N].
+
+    - campaign: as `recordings_of` takes it; `test`: file names of speeds that are predicted, not fitted.
+    - method, smooth: as in `fit_surge`.
+
+    Raises InputError as `surge_recordings` and `fit_surge` do.
+    """
+    if method not in METHODS:
+        raise InputError(f'"{method}" is no method.{did_you_mean(method, METHODS)}', field="method")
+    recordings = surge_recordings(recordings_of(campaign, _UNITS))
+    fitted, held = fitted_and_test(recordings, test)
+    return SurgeFit(fit_surge(fitted, mass, method, smooth), tuple(fitted), tuple(held))
+
+
 def surge_recordings(recordings: "Sequence[xr.Dataset]") -> list[SurgeRecording]:
     """Pairs of `speed` [m/s] and `thrust` [N], each in one file or in two of the same conditions.
 
     Where there is a `position` [m] instead, position and thrust go through the same Savitzky-Golay filter, over 11
-    samples of the position, and the speed is the slope of the spline through what comes out. Files have one clock,
+    samples of the position, and the speed is the derivative of the spline through the result. Files have one clock,
     unless both have the angle `crank` [rad], by which the thrust is then put where the crank was as far, or a condition
     `shift` [s], which is taken off the file's time. Only what both signals cover is taken, in stretches without gaps;
     times that are not even are made so. Each recording's `notes` say what was done.
@@ -54,7 +82,7 @@ def surge_recordings(recordings: "Sequence[xr.Dataset]") -> list[SurgeRecording]
     Raises InputError that names file and column for what is missing, constant, swapped or in another unit, and where
     nothing is left.
     """
-    files = {_name(recording): recording for recording in recordings}
+    files = {file_of(recording): recording for recording in recordings}
     for file, recording in files.items():
         _check(file, recording)
     both = [file for file, recording in files.items() if _moves(recording) and "thrust" in recording.data_vars]
@@ -76,12 +104,8 @@ def surge_recordings(recordings: "Sequence[xr.Dataset]") -> list[SurgeRecording]
 
 
 def _moves(recording: "xr.Dataset") -> str:
-    """Name of the column that tells how the body moves, empty where there is none."""
+    """Name of the column with the body's motion, empty where there is none."""
     return next((name for name in ("speed", "position") if name in recording.data_vars), "")
-
-
-def _name(recording: "xr.Dataset") -> str:
-    return Path(json.loads(recording.attrs["provenance"])["file"]).name
 
 
 def _check(file: str, recording: "xr.Dataset") -> None:
@@ -104,7 +128,7 @@ def _check(file: str, recording: "xr.Dataset") -> None:
                 field=name,
             )
         if np.ptp(_signal(file, recording, name).values) == 0:
-            raise InputError("is the same all the time: nothing can be told from it.", file=file, field=name)
+            raise InputError("is constant: nothing can be identified from it.", file=file, field=name)
 
 
 def _signal(file: str, recording: "xr.Dataset", name: str) -> _Signal:
@@ -172,12 +196,12 @@ def _stretches(file: str, recording: "xr.Dataset", other: str, force: "xr.Datase
     out, stem = [], Path(file).stem
     for k, (part, push) in enumerate(parts, start=1):
         part, said = _even(part)
-        told = [*(notes if k == 1 else ()), *said]
+        own = [*(notes if k == 1 else ()), *said]
         if moves == "position":
             part, push = _differentiated(part, push)
-            told.append(f"speed from positions smoothed over {_WINDOW} samples, the thrust alike")
+            own.append(f"speed from positions smoothed over {_WINDOW} samples, the thrust alike")
         name = stem if len(parts) == 1 else f"{stem}, part {k}"
-        out.append(SurgeRecording(name, *part[1:], *push[1:], other != file, tuple(told), file))
+        out.append(SurgeRecording(name, *part[1:], *push[1:], other != file, tuple(own), file))
     return out
 
 
@@ -196,7 +220,11 @@ def _differentiated(part: _Signal, push: _Signal) -> tuple[_Signal, _Signal]:
 def _on_clock(recording: "xr.Dataset", force: "xr.Dataset", speed: _Signal, thrust: _Signal) -> tuple[_Signal, str]:
     """The thrust at the times when the crank of the swimming robot was as far, or as it is; and what was done."""
     if not all("crank" in one.data_vars for one in (recording, force)):
-        how = "shifted as told" if _SHIFT in {*recording.coords, *force.coords} else "taken to be on the same clock"
+        how = (
+            "shifted as the campaign says"
+            if _SHIFT in {*recording.coords, *force.coords}
+            else "taken to be on the same clock"
+        )
         return thrust, f"thrust of {thrust.file}, {how}"
     swims, holds = (_turning(_signal(x.file, of, "crank")) for x, of in ((speed, recording), (thrust, force)))
     angle = np.interp(thrust.time, holds.time, holds.values)

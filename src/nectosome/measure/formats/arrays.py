@@ -1,4 +1,4 @@
-"""Columns that are arrays in a file: whatever can be sliced by rows becomes columns of floats, piece by piece."""
+"""Columns of arrays in a file: an array that can be sliced by rows becomes columns of floats, piece by piece."""
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -6,16 +6,16 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from nectosome.measure.formats.faults import damage_told
+from nectosome.measure.formats.file_errors import damage_as_input_error
 from nectosome.measure.formats.headings import distinct
 from nectosome.measure.formats.source import Column, Piece, Source
 from nectosome.units import InputError
 
-_EXACT = 2**53  # the largest integer below which every one is a float
+_EXACT = 2**53  # up to this, every integer is a float
 
 
 class ArrayRows(Protocol):
-    """An array that gives some of its rows: of NumPy, of h5py, or one that a reader makes."""
+    """An array that can be sliced by rows: of NumPy, of h5py, or of a reader."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -24,33 +24,33 @@ class ArrayRows(Protocol):
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        """What it is made of."""
+        """Type of its elements."""
         ...
 
     def __getitem__(self, rows: slice, /) -> np.ndarray:
-        """Some of its rows."""
+        """Return these rows."""
         ...
 
 
 def refusal(dtype: np.dtype[Any]) -> str:
-    """Return what an array of this type holds instead of numbers, or "" if it holds numbers; fields are looked into."""
+    """Return what an array of this type, or all of its fields, holds instead of numbers; "" if it holds numbers."""
     if dtype.names is not None:
         return "no numbers" if all(refusal(leaf) for _, leaf in _leaves(dtype)) else ""
     base = dtype.base
     if base.kind in "biuf":
         return "" if base.itemsize <= 8 else "numbers of more than 64 bits"
     words = {"c": "complex numbers", "O": "objects", "S": "text", "U": "text", "T": "text", "M": "", "m": ""}
-    return words.get(base.kind, "data without a meaning")
+    return words.get(base.kind, "data of an unknown type")
 
 
 class RowBlock:
-    """An array with rows as columns of floats: one, several, or its fields.
+    """An array as columns of floats: one, several, or one per field.
 
-    Times become seconds since the first one, booleans 0 and 1, integers beyond 2^53 the nearest float.
+    Date-times become seconds since the first one, booleans 0 and 1, integers beyond 2^53 the nearest float.
     """
 
     def __init__(self, name: str, array: ArrayRows, unit: str = "", labels: Sequence[str] = (), whole: bool = True):
-        """`labels` name the columns of a matrix; `whole`: fields keep their own names, else they follow `name`."""
+        """`labels` name the columns of a matrix; `whole`: fields have no prefix `name`."""
         self.rows = array.shape[0]
         self.found: list[str] = []
         self._array, self._parts = array, list[_Part]()
@@ -66,10 +66,10 @@ class RowBlock:
         self.columns = [column for part in self._parts for column in part.columns]
 
     def read(self, start: int, stop: int, tell: Callable[[str], None]) -> np.ndarray:
-        """Return the rows from `start` to before `stop` as floats, a column each; `tell` hears what was mended."""
+        """Return the rows `start` to `stop` - 1 as floats; `tell` receives the repairs."""
         rows = self._array[start:stop]
         if len(rows) != stop - start:
-            raise ValueError("fewer rows than announced")
+            raise ValueError("fewer rows than the shape says")
         return np.concatenate([part.floats(rows, start, tell) for part in self._parts], axis=1)
 
     def _origin(self, path: tuple[str, ...], dtype: np.dtype[Any], name: str) -> np.datetime64 | None:
@@ -77,17 +77,17 @@ class RowBlock:
             return None
         first = np.ravel(_at(self._array[0:1], path))[0]
         if np.isnat(first):
-            raise InputError("the first time is missing, from which the others would be counted.", field=name)
+            raise InputError("the first time is missing; the others are relative to it.", field=name)
         self.found.append(f"{name}: seconds since {first}")
         return first
 
 
 class _Part:
-    """The columns that one field of an array gives, or the array itself."""
+    """The columns of one field of an array, or of the array itself."""
 
     def __init__(self, path: tuple[str, ...], columns: list[Column], origin: np.datetime64 | None):
         self.path, self.origin = path, origin
-        self._rounded: set[int] = set()  # columns of which it was told
+        self._rounded: set[int] = set()  # columns already reported
         self.columns = columns
 
     def floats(self, rows: np.ndarray, start: int, tell: Callable[[str], None]) -> np.ndarray:
@@ -106,7 +106,7 @@ class _Part:
 
 
 class ArraySource(Source):
-    """A table of blocks of one length."""
+    """A table of blocks of equal length."""
 
     def __init__(
         self,
@@ -123,23 +123,23 @@ class ArraySource(Source):
         self._path, self._blocks, self._close = path, list(blocks), close
 
     def pieces(self, rows: int) -> Iterator[Piece]:
-        """All rows in order; Piece.rows are samples, from 1."""
+        """Yield all rows in order; Piece.rows are sample numbers, from 1."""
         length = self._blocks[0].rows
         for start in range(0, length, rows):
             stop = min(start + rows, length)
-            with damage_told(self._path, f" from row {start + 1} on"):
+            with damage_as_input_error(self._path, f" from row {start + 1} on"):
                 values = np.concatenate(
                     [block.read(start, stop, self.repairs.append) for block in self._blocks], axis=1
                 )
             yield Piece(np.arange(start + 1, stop + 1), values)
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._close()
 
 
 def _leaves(dtype: np.dtype[Any], path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], np.dtype[Any]]]:
-    """The fields of records, the way to each, and its type; an array of plain numbers is one field without a name."""
+    """The path and type of each field of a record type; a plain type is one field without a name."""
     if dtype.names is None:
         yield path, dtype
         return

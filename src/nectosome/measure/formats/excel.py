@@ -1,4 +1,4 @@
-"""Excel workbooks: the table of one worksheet, row by row."""
+"""Excel workbooks: their worksheets row by row, and the table of one worksheet as a Source."""
 
 import re
 import warnings
@@ -12,7 +12,7 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from nectosome.measure.formats.faults import damage_told, foreign, head
+from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
 from nectosome.measure.formats.headings import distinct
 from nectosome.measure.formats.source import Options, Piece, Source
 from nectosome.measure.formats.worksheet import (
@@ -31,18 +31,19 @@ _LAST = 2**20  # row of a worksheet
 _BATCH = 1000  # rows
 _MARK = re.compile(rb'<(?:\w+:)?(?:(f)[\s>/]|mergeCell\s[^>]*?ref="([^"]+)")')
 _OVERLAP = 200  # bytes, longer than a mark
+_TOP = 200  # rows within which the table must begin
 
 
 @dataclass(frozen=True)
 class Worksheet:
-    """What openpyxl does not tell of a worksheet that it streams: whether it has formulas, and its merged cells."""
+    """Whether a worksheet has formulas, and its merged cells; openpyxl does not give these of a streamed one."""
 
     formulas: bool
     merged: tuple[Merged, ...]
 
 
 class Book:
-    """A workbook, opened once for its values and, where a worksheet has formulas, once for those."""
+    """A workbook, opened once for its values, and a second time for formulas if a worksheet has any."""
 
     def __init__(self, path: Path):
         self._path, self._files = path, ExitStack()
@@ -51,24 +52,24 @@ class Book:
         self.titles = [sheet.title for sheet in self._values.worksheets]
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._files.close()
 
     def sheet(self, title: str) -> Worksheet:
-        """Look through the text of a worksheet."""
+        """Return what the XML of a worksheet says of it."""
         if title not in self._sheets:
             with self._values._archive.open(self._values[title]._worksheet_path) as xml:
-                self._sheets[title] = _look_through(xml)
+                self._sheets[title] = _scan(xml)
         return self._sheets[title]
 
     def rows(self, title: str) -> Iterator[tuple[int, Row]]:
-        """The rows of a worksheet with their numbers, from 1; empty ones as well."""
+        """Yield all rows of a worksheet with their numbers, from 1, empty ones included."""
         numbered = enumerate(
             self._with_formulas(title) if self.sheet(title).formulas else _rows(self._values[title]), 1
         )
         while True:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # of formats that are not for reading
+                warnings.simplefilter("ignore")  # about cell formats
                 batch = list(islice(numbered, _BATCH))
             if not batch:
                 return
@@ -77,14 +78,14 @@ class Book:
             yield from batch
 
     def _with_formulas(self, title: str) -> Iterator[Row]:
-        """Rows in which a formula without a value is told."""
+        """Rows with UNCALCULATED for each formula without a value."""
         self._formulas = self._formulas or self._load(values=False)
         values = self._values[title]
         values.reset_dimensions()
         for row, formulas in zip(values.iter_rows(), _rows(self._formulas[title]), strict=True):
             yield [
                 UNCALCULATED if cell.value is None and formula is not None and cell.data_type != "str" else cell.value
-                for cell, formula in zip(row, formulas, strict=True)  # "str": a formula that gives an empty text
+                for cell, formula in zip(row, formulas, strict=True)  # "str": a formula with an empty text as its value
             ]
 
     def _load(self, values: bool) -> Any:
@@ -99,11 +100,11 @@ class Book:
 
 
 def _rows(sheet: Any) -> Iterator[Row]:
-    sheet.reset_dimensions()  # some programs write wrong ones, and openpyxl would stop there
+    sheet.reset_dimensions()  # some programs write wrong dimensions, and openpyxl would stop there
     return sheet.iter_rows(values_only=True)
 
 
-def _look_through(xml: IO[bytes]) -> Worksheet:
+def _scan(xml: IO[bytes]) -> Worksheet:
     from openpyxl.utils import range_boundaries
 
     formulas, refs, tail = False, dict[str, None](), b""
@@ -112,30 +113,27 @@ def _look_through(xml: IO[bytes]) -> Worksheet:
         for mark in _MARK.finditer(text):
             formulas = formulas or mark[1] is not None
             if mark[2] is not None:
-                refs[mark[2].decode("ascii")] = None  # those in the overlap are seen twice
+                refs[mark[2].decode("ascii")] = None  # matches in the overlap occur twice
         tail = text[-_OVERLAP:]
     merged: list[Any] = [range_boundaries(ref) for ref in refs]
     return Worksheet(formulas, tuple(Merged(top, left, bottom, right) for left, top, right, bottom in merged))
 
 
-_LOOK = 200  # rows at the top, in which the table begins
-
-
 def open_excel(path: Path, options: Options) -> Source:
-    """Open a workbook (.xlsx, .xlsm): its only worksheet with rows of numbers, or the one named in `options.table`.
+    """Open a workbook (.xlsx, .xlsm): its only worksheet with rows of numbers, or the one that `options.table` names.
 
-    Raises InputError for what is no such file, is damaged, or has no such worksheet or several.
+    Raises InputError for another format, a damaged file, and no such worksheet or several.
     """
-    start = head(path)
+    start = first_bytes(path)
     if not start.startswith(b"PK\x03\x04"):
-        raise foreign(path, "an Excel workbook (.xlsx)", start)
-    with damage_told(path), ExitStack() as stack:
+        raise wrong_format(path, "an Excel workbook (.xlsx)", start)
+    with damage_as_input_error(path), ExitStack() as stack:
         with ZipFile(path) as archive:
             members = archive.namelist()
         if "xl/workbook.bin" in members:
             raise InputError("this is a binary workbook (.xlsb). Save it as .xlsx.")
         if "[Content_Types].xml" not in members:
-            raise foreign(path, "an Excel workbook (.xlsx)", start)
+            raise wrong_format(path, "an Excel workbook (.xlsx)", start)
         book = Book(path)
         stack.callback(book.close)
         source = ExcelSource(path, book, *_choose(book, options))
@@ -144,22 +142,22 @@ def open_excel(path: Path, options: Options) -> Source:
 
 
 def _choose(book: Book, options: Options) -> tuple[str, SheetLayout]:
-    """The worksheet with the table, and where in it the table is."""
+    """The title of the worksheet with the table, and the position of the table."""
     if options.table is not None and options.table not in book.titles:
-        wanted = shorten(options.table)
-        raise InputError(f'there is no worksheet called "{wanted}".{did_you_mean(wanted, book.titles)}')
+        name = shorten(options.table)
+        raise InputError(f'there is no worksheet called "{name}".{did_you_mean(name, book.titles)}')
     titles = book.titles if options.table is None else [options.table]
-    look = _LOOK + (options.header or 0)
+    top = _TOP + (options.header or 0)
     layouts: dict[str, SheetLayout] = {}
     for title in titles:
-        rows = [row for _, row in islice(book.rows(title), look)]
+        rows = [row for _, row in islice(book.rows(title), top)]
         layout = lay_out(rows, options.header, book.sheet(title).merged)
         if layout is not None:
             layouts[title] = layout
     if not layouts:
-        below = f"below names in row {options.header}" if options.header else f"in the first {look} rows"
+        below = f"below names in row {options.header}" if options.header else f"in the first {top} rows"
         where = f"{below} of {', '.join(titles)}"
-        raise InputError(f"there are no rows of numbers {where}. Numbers kept as text are no numbers.")
+        raise InputError(f"there are no rows of numbers {where}. Numbers stored as text do not count.")
     if len(layouts) > 1:
         first = next(iter(layouts))
         listed = ", ".join(layouts)
@@ -183,17 +181,17 @@ class ExcelSource(Source):
         self._refuse_merged()
 
     def pieces(self, rows: int) -> Iterator[Piece]:
-        """All rows with anything in the columns of the table; what else there is below it is told in `repairs`."""
+        """Yield all rows that are not empty in the columns of the table; `repairs` lists what else is below it."""
         numbered = self._numbered()
         while True:
-            with damage_told(self._path):
+            with damage_as_input_error(self._path):
                 batch = list(islice(numbered, rows))
             if not batch:
                 return
             yield Piece(np.array([n for n, _ in batch]), np.array([values for _, values in batch]))
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._book.close()
 
     def _numbered(self) -> Iterator[tuple[int, list[float]]]:
@@ -201,12 +199,12 @@ class ExcelSource(Source):
         for number, row in self._book.rows(self._title):
             if number < self._layout.first:
                 continue
-            self._look_beside(number, row)
+            self._check_beside(number, row)
             if all(p.index >= len(row) or kind(row[p.index]) == "empty" for p in self._layout.places):
                 empty.append(number)
                 continue
             if empty:
-                self._tell(f"row {empty[0]}: rows without anything in the columns of the table are left out.")
+                self._note(f"row {empty[0]}: rows that are empty in the columns of the table are left out.")
             yield number, [self._number(number, row, place) for place in self._layout.places]
 
     def _number(self, number: int, row: Row, place: TablePlace) -> float:
@@ -215,22 +213,22 @@ class ExcelSource(Source):
         except (ValueError, OverflowError) as error:
             raise self._error(number, place.index, f"{error}.") from None
 
-    def _look_beside(self, number: int, row: Row) -> None:
-        """Tell what stands in a row beside the table, or refuse it."""
+    def _check_beside(self, number: int, row: Row) -> None:
+        """Note text beside the table in `repairs`; refuse numbers there."""
         if len(row) <= self._dense:
             return
         for index, cell in enumerate(row):
             what = kind(cell) if index not in self._indices else "empty"
             if what in ("number", "time"):
-                raise self._error(number, index, f"{cell} stands beside the table. Empty the cell, or name its column.")
+                raise self._error(number, index, f"{cell} is beside the table. Empty the cell, or name its column.")
             if what == "text" and index not in self._layout.texts:
-                self._tell(f'row {number}: "{shorten(cell)}" beside the table is left out.')
+                self._note(f'row {number}: "{shorten(cell)}" beside the table is left out.')
 
     def _refuse_merged(self) -> None:
         for top, left, bottom, right in self._book.sheet(self._title).merged:
             for index in sorted(self._indices):
                 if bottom >= self._layout.first and left <= index + 1 <= right:
-                    what = "one number cannot stand in several cells. Unmerge them, and fill each"
+                    what = "one number cannot be in several cells. Unmerge them, and fill each"
                     raise self._error(max(top, self._layout.first), index, f"the cells are merged, and {what}.")
 
     def _error(self, number: int, index: int, message: str) -> InputError:
@@ -240,6 +238,6 @@ class ExcelSource(Source):
         field = f"column {get_column_letter(index + 1)}{f' ({name})' if name else ''}"
         return InputError(message, file=str(self._path), line=number, field=field)
 
-    def _tell(self, sentence: str) -> None:
-        if sentence not in self.repairs:  # pieces may be read again
+    def _note(self, sentence: str) -> None:
+        if sentence not in self.repairs:  # pieces may be read repeatedly
             self.repairs.append(sentence)

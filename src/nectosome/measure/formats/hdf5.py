@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nectosome.measure.formats.arrays import ArraySource
-from nectosome.measure.formats.conventions import described, text
-from nectosome.measure.formats.faults import damage_told, foreign, head
-from nectosome.measure.formats.items import Item, Other
+from nectosome.measure.formats.cf_attributes import described, text
+from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
+from nectosome.measure.formats.named_arrays import NamedArray, SkippedEntry
 from nectosome.measure.formats.netcdf3 import open_netcdf3
 from nectosome.measure.formats.source import Options, Source
 from nectosome.measure.formats.tables import choose
@@ -17,29 +17,29 @@ if TYPE_CHECKING:
     import h5py
 
 _CACHE = 2**25  # bytes
-_MERE_DIMENSION = "This is a netCDF dimension but not a netCDF variable"  # its dataset holds no data
+_MERE_DIMENSION = "This is a netCDF dimension but not a netCDF variable"  # a dataset without data
 
 
 def open_hdf5(path: Path, options: Options) -> Source:
-    """Open an HDF5 file (.h5, .hdf5) or netCDF file (.nc, classic ones as well).
+    """Open an HDF5 file (.h5, .hdf5) or netCDF file (.nc, classic or netCDF-4).
 
-    Raises InputError for what is no such file, is damaged, or holds no table or several.
+    Raises InputError for another format, a damaged file, and for no table or several.
     """
     import h5py
 
-    start = head(path)
+    start = first_bytes(path)
     if start.startswith((b"CDF\x01", b"CDF\x02", b"CDF\x05")):
         return open_netcdf3(path, options)
-    with damage_told(path), ExitStack() as stack:
+    with damage_as_input_error(path), ExitStack() as stack:
         if not h5py.is_hdf5(path):
-            raise foreign(path, "an HDF5 or netCDF file", start)
-        file = stack.enter_context(opened(path))
+            raise wrong_format(path, "an HDF5 or netCDF file", start)
+        file = stack.enter_context(open_cached(path))
         table = choose(_inventory(file), options.table)
         return ArraySource("hdf5", path, table.blocks(), table.found, close=stack.pop_all().close)
 
 
-def opened(path: Path) -> "h5py.File":
-    """Open an HDF5 file whose datasets together do not keep more than `_CACHE` of what was read of them."""
+def open_cached(path: Path) -> "h5py.File":
+    """Open an HDF5 file with a chunk cache of at most `_CACHE` for all its datasets together."""
     import h5py
 
     with h5py.File(path, "r") as file:
@@ -48,7 +48,7 @@ def opened(path: Path) -> "h5py.File":
 
 
 def _datasets(file: "h5py.File") -> "dict[str, h5py.Dataset]":
-    """All datasets of a file by their paths. Links to other files are not followed."""
+    """All datasets of a file by path, without those of linked files."""
     import h5py
 
     datasets: dict[str, h5py.Dataset] = {}
@@ -61,14 +61,14 @@ def _datasets(file: "h5py.File") -> "dict[str, h5py.Dataset]":
     return datasets
 
 
-def _inventory(file: "h5py.File") -> list[Item | Other]:
-    """Everything in a file that is no group."""
+def _inventory(file: "h5py.File") -> list[NamedArray | SkippedEntry]:
+    """All datasets of a file as arrays or skipped entries."""
     datasets = _datasets(file)
     labels = {path: _labels(dataset) for path, dataset in datasets.items() if dataset.is_scale}
-    return [thing for path, dataset in datasets.items() if (thing := _thing(path, dataset, labels)) is not None]
+    return [entry for path, dataset in datasets.items() if (entry := _entry(path, dataset, labels)) is not None]
 
 
-def _thing(path: str, dataset: "h5py.Dataset", labels: Mapping[str, Sequence[str]]) -> Item | Other | None:
+def _entry(path: str, dataset: "h5py.Dataset", labels: Mapping[str, Sequence[str]]) -> NamedArray | SkippedEntry | None:
     import h5py
 
     group, _, name = path.rpartition("/")
@@ -76,20 +76,20 @@ def _thing(path: str, dataset: "h5py.Dataset", labels: Mapping[str, Sequence[str
     if text(attributes.get("NAME", "")).startswith(_MERE_DIMENSION):
         return None
     if dataset.shape is None:
-        return Other(name, "empty", group)
+        return SkippedEntry(name, "empty", group)
     if dataset.is_virtual or dataset.external:
-        return Other(name, "its numbers are in another file", group)
+        return SkippedEntry(name, "its data are in another file", group)
     try:
         dataset.dtype  # noqa: B018
     except TypeError:
-        return Other(name, "a type that NumPy does not know", group)
+        return SkippedEntry(name, "a type unknown to NumPy", group)
     if h5py.check_string_dtype(dataset.dtype):
-        return Other(name, "text", group)  # not read: HDF5 can hang in a damaged heap of texts
+        return SkippedEntry(name, "text", group)  # not read: HDF5 can hang in a damaged heap of strings
     return described(name, dataset, group, attributes, _dimensions(path, dataset), labels)
 
 
 def _dimensions(path: str, dataset: "h5py.Dataset") -> list[str]:
-    """The paths of the scales along which a dataset lies; [] where it has none."""
+    """The paths of a dataset's dimension scales; [] without any."""
     if dataset.is_scale:
         return [path] if len(dataset.shape) == 1 else []
     scales = [str(dimension[0].name).strip("/") if len(dimension) else "" for dimension in dataset.dims]
@@ -97,7 +97,7 @@ def _dimensions(path: str, dataset: "h5py.Dataset") -> list[str]:
 
 
 def _labels(dataset: "h5py.Dataset") -> Sequence[str]:
-    """The texts of a scale that holds texts."""
+    """The labels of a dimension scale that holds text."""
     import h5py
 
     is_text = dataset.shape is not None and len(dataset.shape) == 1 and h5py.check_string_dtype(dataset.dtype)

@@ -1,4 +1,4 @@
-"""What the heading of a column says beside its name: a unit in brackets, or that the column is the time."""
+"""Column headings: the name, the unit in brackets, and whether the column is the time."""
 
 import re
 from collections.abc import Iterable
@@ -27,9 +27,9 @@ _TIME = re.compile(
 
 
 def split_unit(heading: str) -> Column:
-    """Return the column of `force [N]` or `time (ms)`.
+    """Return name and unit of a heading such as `force [N]` or `time (ms)`.
 
-    Round brackets must hold a unit, as they do not in `force (left)`; square ones must not hold an index.
+    Round brackets count only if they hold a unit, unlike `force (left)`; square ones only if they hold no index.
     """
     heading = heading.strip()
     square = _SQUARE.fullmatch(heading)
@@ -42,23 +42,23 @@ def split_unit(heading: str) -> Column:
 
 
 def is_unit(cell: str) -> bool:
-    """Whether a cell reads as a unit, known to anyone or not: `N`, `[m/s]`, `(°C)`, `%`, and `-` for none."""
+    """Whether a cell looks like a unit: `N`, `[m/s]`, `(°C)`, `%`, `-` for none."""
     return cell.strip().startswith("[") or _UNIT.fullmatch(bare_unit(cell)) is not None
 
 
 def is_bracketed(cell: str) -> bool:
-    """Whether all of a cell is in brackets."""
+    """Whether the whole cell is in brackets."""
     return _BRACKETED.fullmatch(cell.strip()) is not None
 
 
 def bare_unit(cell: str) -> str:
-    """Return what is within the brackets of a cell, or the cell where it has none."""
+    """Return a cell without its brackets."""
     found = _BRACKETED.fullmatch(cell.strip())
     return (found[1] or found[2] or "").strip() if found else cell.strip()
 
 
 def distinct(columns: Iterable[Column]) -> tuple[Column, ...]:
-    """Return the columns with `force`, `force` made `force`, `force (2)`."""
+    """Return the columns with distinct names: a second `force` becomes `force (2)`."""
     columns = list(columns)
     taken, given = {column.name for column in columns}, set[str]()
     for i, column in enumerate(columns):
@@ -71,5 +71,5 @@ def distinct(columns: Iterable[Column]) -> tuple[Column, ...]:
 
 
 def is_time(name: str) -> bool:
-    """Whether a column is the time by its name: `t`, `Time`, `time_s`, `Zeit [s]`; a `T` is a temperature or torque."""
+    """Whether a name means the time: `t`, `Time`, `time_s`, `Zeit [s]`; `T` is a temperature or torque."""
     return _TIME.fullmatch(name.strip()) is not None

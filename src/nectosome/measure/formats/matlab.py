@@ -1,4 +1,4 @@
-"""MAT-files: variables, fields of a struct, or what Simulink logged, as columns."""
+"""MAT-files of all versions: variables, fields of a struct, or a Simulink log as columns."""
 
 from contextlib import ExitStack
 from dataclasses import replace
@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nectosome.measure.formats.arrays import ArraySource
-from nectosome.measure.formats.conventions import text
-from nectosome.measure.formats.faults import damage_told, foreign, head, is_text
-from nectosome.measure.formats.hdf5 import opened
-from nectosome.measure.formats.items import Item, Other, item_of, join
+from nectosome.measure.formats.cf_attributes import text
+from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, is_text, wrong_format
+from nectosome.measure.formats.hdf5 import open_cached
 from nectosome.measure.formats.matlab_binary import Unread, Value, opaque, read_mat4, read_mat5
+from nectosome.measure.formats.named_arrays import NamedArray, SkippedEntry, classify, join
 from nectosome.measure.formats.source import Options, Source
 from nectosome.measure.formats.tables import choose
 from nectosome.units import shorten
@@ -20,9 +20,11 @@ from nectosome.units import shorten
 if TYPE_CHECKING:
     import h5py
 
+_SIGNATURES = (b"PK\x03\x04", b"CDF", b"\x93NUMPY", b"TDS", b"\xd0\xcf\x11\xe0")
 
-class Transposed:
-    """A dataset with MATLAB's order of dimensions, which HDF5 has the other way round."""
+
+class ReversedAxes:
+    """A dataset with MATLAB's order of dimensions, the reverse of HDF5's."""
 
     def __init__(self, dataset: "h5py.Dataset"):
         self.shape, self.dtype, self._dataset = dataset.shape[::-1], dataset.dtype, dataset
@@ -34,39 +36,39 @@ class Transposed:
 
 
 def read_mat73(file: "h5py.File") -> dict[str, Value]:
-    """Return the variables of a file by name; the arrays among them are read later."""
+    """Return the variables of a version 7.3 file by name; arrays are read later."""
     return {name: _value(name, file, node) for name, node in file.items() if not name.startswith("#")}
 
 
 def _value(name: str, file: "h5py.File", node: Any, depth: int = 0) -> Value:
     import h5py
 
-    said = dict(node.attrs)
-    kind = text(said.get("MATLAB_class", ""))
+    attributes = dict(node.attrs)
+    kind = text(attributes.get("MATLAB_class", ""))
     if depth > 20:
         return Unread("nested too deeply")
-    if "MATLAB_object_decode" in said and kind != "function_handle":
+    if "MATLAB_object_decode" in attributes and kind != "function_handle":
         return opaque(name, kind)
-    if "MATLAB_sparse" in said:
+    if "MATLAB_sparse" in attributes:
         return Unread("a sparse matrix: save full(...) of it")
     if isinstance(node, h5py.Group):
         return _struct(name, file, node, depth)
     if kind == "function_handle":
         return Unread("a function")
-    if "MATLAB_empty" in said or node.shape is None:
+    if "MATLAB_empty" in attributes or node.shape is None:
         return "" if kind == "char" else Unread("empty")
     if kind == "cell" or node.dtype.kind == "O":
         return Unread("cells")
     if kind == "char":
-        letters = Transposed(node)[:]
+        letters = ReversedAxes(node)[:]
         return "\n".join("".join(map(chr, row)) for row in np.atleast_2d(letters))
     if node.dtype.names is not None and set(node.dtype.names) == {"real", "imag"}:
         return Unread("complex numbers")
-    return Transposed(node)
+    return ReversedAxes(node)
 
 
 def _struct(name: str, file: "h5py.File", group: "h5py.Group", depth: int) -> Value:
-    """A struct; or an array of them, whose fields are lists of references."""
+    """A struct, or an array of structs, whose fields are lists of references."""
     import h5py
 
     listed = {
@@ -84,70 +86,67 @@ def _struct(name: str, file: "h5py.File", group: "h5py.Group", depth: int) -> Va
     ]
 
 
-_SIGNATURES = (b"PK\x03\x04", b"CDF", b"\x93NUMPY", b"TDS", b"\xd0\xcf\x11\xe0")
-
-
 def open_matlab(path: Path, options: Options) -> Source:
-    """Open a .mat file of any version: vectors of one length, a matrix, a struct of them, or Simulink's log.
+    """Open a .mat file of any version: vectors of equal length, a matrix, a struct of them, or a Simulink log.
 
-    Raises InputError for what is no such file, is damaged, or holds no table, several, or objects of MATLAB alone.
+    Raises InputError for another format, a damaged file, no table or several, and objects that only MATLAB can read.
     """
     import h5py
 
-    start = head(path)
-    with damage_told(path), ExitStack() as stack:
+    start = first_bytes(path)
+    with damage_as_input_error(path), ExitStack() as stack:
         if h5py.is_hdf5(path):
-            values = read_mat73(stack.enter_context(opened(path)))
+            values = read_mat73(stack.enter_context(open_cached(path)))
         elif start.startswith(_SIGNATURES) or (is_text(start) and not start.startswith(b"MATLAB")):
-            raise foreign(path, "a MAT-file", start)
+            raise wrong_format(path, "a MAT-file", start)
         else:
             values = read_mat4(path) if 0 in start[:4] else read_mat5(path.read_bytes())
-        things = [thing for name, value in values.items() for thing in _things(name, value, "")]
-        wanted = options.table.replace(".", "/") if options.table is not None else None
-        table = choose(things, wanted)
+        entries = [entry for name, value in values.items() for entry in _entries(name, value, "")]
+        name = options.table.replace(".", "/") if options.table is not None else None
+        table = choose(entries, name)
         return ArraySource("matlab", path, table.blocks(), table.found, close=stack.pop_all().close)
 
 
-def _things(name: str, value: Value, group: str) -> list[Item | Other]:
-    """What a variable or field holds, and what is inside of it."""
+def _entries(name: str, value: Value, group: str) -> list[NamedArray | SkippedEntry]:
+    """The entries of a variable or field."""
     if isinstance(value, str):
-        return [Other(name, "text", group, f'"{shorten(value)}"')]
+        return [SkippedEntry(name, "text", group, f'"{shorten(value)}"')]
     if isinstance(value, Unread):
-        return [Other(name, value.what, group)]
+        return [SkippedEntry(name, value.what, group)]
     if isinstance(value, list):
-        return [Other(name, f"an array of {len(value)} structs", group)]
+        return [SkippedEntry(name, f"an array of {len(value)} structs", group)]
     if not isinstance(value, dict):
-        return [item_of(name, value, group)]
+        return [classify(name, value, group)]
     inside = join(group, name)
     if {"time", "signals"} <= value.keys():
         return _logged(value, inside)
     lower = {field.lower(): field for field in value}
     if {"time", "data"} <= lower.keys():
         return _series(name, value, lower, inside)
-    return [thing for field, inner in value.items() for thing in _things(field, inner, inside)]
+    return [entry for field, inner in value.items() for entry in _entries(field, inner, inside)]
 
 
-def _logged(struct: dict[str, Value], group: str) -> list[Item | Other]:
+def _logged(struct: dict[str, Value], group: str) -> list[NamedArray | SkippedEntry]:
     """Simulink's structure with time: `time`, and for each of the `signals` its `values`, `label` and `blockName`."""
     signals = struct["signals"]
-    things = _things("time", struct["time"], group)
+    entries = _entries("time", struct["time"], group)
     for i, signal in enumerate(signals if isinstance(signals, list) else [signals]):
         if isinstance(signal, dict) and "values" in signal:
             names = [signal.get("label"), signal.get("blockName")]
             name = next((n.rpartition("/")[2] for n in names if isinstance(n, str) and n.strip()), f"signals({i + 1})")
-            things += _things(name, signal["values"], group)
-    return things
+            entries += _entries(name, signal["values"], group)
+    return entries
 
 
-def _series(name: str, struct: dict[str, Value], fields: dict[str, str], group: str) -> list[Item | Other]:
-    """A timeseries as a struct: `Time`, and `Data`, which takes the name of the struct; their infos know the units."""
+def _series(name: str, struct: dict[str, Value], fields: dict[str, str], group: str) -> list[NamedArray | SkippedEntry]:
+    """A timeseries as a struct: `Time`, `Data` (with the name of the struct), and their infos with the units."""
     units = {fields[key]: _unit(struct.get(info)) for key, info in (("time", "TimeInfo"), ("data", "DataInfo"))}
-    things: list[Item | Other] = []
+    entries: list[NamedArray | SkippedEntry] = []
     for field, value in struct.items():
         if field not in ("TimeInfo", "DataInfo"):
-            inside = _things(name if field == fields["data"] else field, value, group)
-            things += [replace(x, unit=units.get(field, "")) if isinstance(x, Item) else x for x in inside]
-    return things
+            inside = _entries(name if field == fields["data"] else field, value, group)
+            entries += [replace(x, unit=units.get(field, "")) if isinstance(x, NamedArray) else x for x in inside]
+    return entries
 
 
 def _unit(info: "Value | None") -> str:

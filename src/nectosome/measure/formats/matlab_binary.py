@@ -1,6 +1,6 @@
-"""MAT-files of the versions 5 to 7.2 (MathWorks, "MAT-File Format", chapter 1).
+"""Variables of MAT-files up to version 7.2 (MathWorks, "MAT-File Format", chapter 1).
 
-Every length and type is checked here: scipy trusts them, and takes the interpreter down with it where one is damaged.
+Version 5 files are parsed here with every length and type checked: scipy crashes the interpreter on damaged ones.
 """
 
 import zlib
@@ -18,14 +18,6 @@ from nectosome.measure.formats.arrays import ArrayRows
 Value: TypeAlias = "ArrayRows | str | dict[str, Value] | list[dict[str, Value]] | Unread"
 """A dict is a struct, a list an array of structs."""
 
-
-@dataclass(frozen=True)
-class Unread:
-    """A value that is no array of numbers, text or struct."""
-
-    what: str
-
-
 _AS_ARRAYS = {
     "timetable": "t = seconds({0}.Properties.RowTimes - {0}.Properties.RowTimes(1)); data = {0}.Variables; "
     "save('new.mat', 't', 'data')",
@@ -36,17 +28,32 @@ _AS_ARRAYS = {
     "datetime": "t = seconds({0} - {0}(1)); save('new.mat', 't', '-append')",
     "duration": "t = seconds({0}); save('new.mat', 't', '-append')",
 }
+_Element: TypeAlias = "tuple[int, memoryview]"  # type, data
+_MATRIX, _COMPRESSED = 14, 15
+_WHOLE, _NAME = (5, 6), (1, 16)  # types of dimensions and of names
+_NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+_LETTERS = {1: "latin-1", 2: "latin-1", 4: "utf-16-{}", 16: "utf-8", 17: "utf-16-{}", 18: "utf-32-{}"}
+_CELL, _STRUCT, _OBJECT, _CHAR, _SPARSE, _FUNCTION, _OPAQUE = 1, 2, 3, 4, 5, 16, 17
+_ARRAYS = range(6, 16)  # double to uint64
+_COMPLEX = 0x800
+
+
+@dataclass(frozen=True)
+class Unread:
+    """A value other than numbers, text or a struct."""
+
+    what: str
 
 
 def opaque(name: str, kind: str) -> Unread:
-    """Return what is told of an object that only MATLAB reads, with the commands that save it as arrays."""
-    way_out = _AS_ARRAYS.get(kind)
-    hint = f": there, {way_out.format(name)}" if way_out else ": save its numbers as arrays"
+    """Return the entry of an object that only MATLAB reads, with the commands that save it as arrays."""
+    commands = _AS_ARRAYS.get(kind)
+    hint = f": there, {commands.format(name)}" if commands else ": save its numbers as arrays"
     return Unread(f"an object of the class {kind}, which only MATLAB reads{hint}")
 
 
 def read_mat4(path: Path) -> dict[str, Value]:
-    """Return the variables of a file by name: matrices and texts. Raises whatever scipy does where it is damaged."""
+    """Return the variables of a version 4 file by name. Raises any exception of scipy for a damaged file."""
     from scipy.io import loadmat
     from scipy.sparse import issparse
 
@@ -59,31 +66,19 @@ def read_mat4(path: Path) -> dict[str, Value]:
     return values
 
 
-_Element: TypeAlias = "tuple[int, memoryview]"  # its type, its data
-
-_MATRIX, _COMPRESSED = 14, 15
-_WHOLE, _NAME = (5, 6), (1, 16)  # types of dimensions and of names
-_NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
-_LETTERS = {1: "latin-1", 2: "latin-1", 4: "utf-16-{}", 16: "utf-8", 17: "utf-16-{}", 18: "utf-32-{}"}
-
-_CELL, _STRUCT, _OBJECT, _CHAR, _SPARSE, _FUNCTION, _OPAQUE = 1, 2, 3, 4, 5, 16, 17
-_ARRAYS = range(6, 16)  # double to uint64
-_COMPLEX = 0x800
-
-
 def read_mat5(raw: bytes) -> dict[str, Value]:
-    """Return the variables of a file by name. Raises ValueError, zlib.error or struct.error where it is damaged."""
+    """Return the variables of a file by name. Raises ValueError, zlib.error or struct.error for a damaged file."""
     order = {b"IM": "<", b"MI": ">"}.get(raw[126:128])
     if order is None:
-        raise ValueError("no mark of the order of bytes")
+        raise ValueError("no byte order mark")
     values: dict[str, Value] = {}
     for kind, data in _elements(memoryview(raw)[128:], order):
         if kind == _COMPRESSED:
             ((kind, data),) = _elements(memoryview(zlib.decompress(data)), order)
         if kind != _MATRIX:
-            raise ValueError(f"type {kind} is no variable")
+            raise ValueError(f"type {kind} is not a variable")
         name, value = _variable(data, order, "")
-        if name:  # what functions and objects need has none
+        if name:  # data of functions and objects have none
             values[name] = value
     return values
 
@@ -100,12 +95,12 @@ def _elements(data: memoryview, order: str) -> Iterator[_Element]:
             start = at + 8
             at = start + size + (-size % 8 if kind != _COMPRESSED else 0)
         if start + size > min(at, len(data)):
-            raise ValueError("an element is longer than what it is in")
+            raise ValueError("an element is longer than its container")
         yield kind, data[start : start + size]
 
 
 def _variable(data: memoryview, order: str, field: str) -> tuple[str, Value]:
-    """The name and value of a variable; `field` is the path of one inside of a struct, which has no name itself."""
+    """The name and value of a variable; `field` is the path of one in a struct, which has no name."""
     if not data:
         return "", Unread("empty")
     parts = _elements(data, order)
@@ -153,10 +148,10 @@ def _struct(parts: Iterator[_Element], order: str, shape: tuple[int, ...], name:
     values = []
     for kind, data in parts:
         if kind != _MATRIX:
-            raise ValueError("a field is no variable")
+            raise ValueError("a field is not a variable")
         values.append(_variable(data, order, f"{name}.{fields[len(values) % len(fields)]}")[1])
     if len(values) != prod(shape) * len(fields):
-        raise ValueError("a struct misses fields")
+        raise ValueError("a struct lacks fields")
     structs = [dict(zip(fields, values[i : i + len(fields)], strict=True)) for i in range(0, len(values), len(fields))]
     return structs[0] if len(structs) == 1 else structs
 
@@ -166,21 +161,21 @@ def _text(parts: Iterator[_Element], order: str, shape: tuple[int, ...]) -> str:
         return ""
     kind, data = _next(parts)
     letters = bytes(data).decode(_LETTERS[kind].format("le" if order == "<" else "be"), "replace")
-    rows = shape[0] if len(letters) == prod(shape) else 1  # they stand column by column
+    rows = shape[0] if len(letters) == prod(shape) else 1  # stored column by column
     return "\n".join(letters[i::rows] for i in range(rows))
 
 
 def _next(parts: Iterator[_Element]) -> _Element:
     element = next(parts, None)
     if element is None:
-        raise ValueError("a variable breaks off")
+        raise ValueError("a variable is cut off")
     return element
 
 
 def _numbers(parts: Iterator[_Element], order: str, expected: tuple[int, ...] = ()) -> np.ndarray:
     kind, data = _next(parts)
     if kind not in _NUMBERS or (expected and (kind not in expected or not data)):
-        raise ValueError(f"type {kind} is not a number, or another than expected")
+        raise ValueError(f"type {kind} is not the expected type of number")
     return np.frombuffer(data, order + _NUMBERS[kind])
 
 

@@ -6,15 +6,15 @@ from typing import Any
 import numpy as np
 
 from nectosome.measure.formats.arrays import ArraySource
-from nectosome.measure.formats.conventions import described
-from nectosome.measure.formats.faults import damage_told, head
+from nectosome.measure.formats.cf_attributes import described
+from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes
 from nectosome.measure.formats.source import Options, Source
 from nectosome.measure.formats.tables import choose
 from nectosome.units import InputError
 
 
 class NetcdfVariable:
-    """A variable of a file that is mapped anew for each piece, so that what was read does not stay in memory."""
+    """A variable of a file that is mapped again for each piece, so that read data do not stay in memory."""
 
     def __init__(self, path: Path, name: str, shape: tuple[int, ...], dtype: np.dtype[Any]):
         self.shape, self.dtype, self._path, self._name = shape, dtype, path, name
@@ -27,14 +27,14 @@ class NetcdfVariable:
 
 
 def open_netcdf3(path: Path, options: Options) -> Source:
-    """Open a file of the classic netCDF format (1 and 2). Raises InputError where it is damaged or holds no table."""
+    """Open a classic netCDF file (format 1 or 2). Raises InputError if it is damaged or holds no table."""
     from scipy.io import netcdf_file
 
-    if head(path).startswith(b"CDF\x05"):
-        raise InputError("is of the netCDF format CDF-5. Convert it: nccopy -k nc4 old.nc new.nc.", file=str(path))
-    with damage_told(path):
+    if first_bytes(path).startswith(b"CDF\x05"):
+        raise InputError("has the netCDF format CDF-5. Convert it: nccopy -k nc4 old.nc new.nc.", file=str(path))
+    with damage_as_input_error(path):
         with netcdf_file(path, mmap=True) as file:
-            things = [
+            entries = [
                 described(
                     name,
                     NetcdfVariable(path, name, variable.data.shape, variable.data.dtype),
@@ -44,5 +44,5 @@ def open_netcdf3(path: Path, options: Options) -> Source:
                 )
                 for name, variable in file.variables.items()
             ]
-        table = choose(things, options.table)
+        table = choose(entries, options.table)
         return ArraySource("netcdf3", path, table.blocks(), table.found)

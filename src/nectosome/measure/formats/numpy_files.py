@@ -1,4 +1,4 @@
-"""NumPy's own files: one array (.npy), or several with names (.npz). Nothing is unpickled."""
+"""NumPy files: one array (.npy), or several named ones (.npz). Nothing is unpickled."""
 
 from pathlib import Path
 from typing import IO, Any
@@ -7,8 +7,8 @@ from zipfile import ZipFile
 import numpy as np
 
 from nectosome.measure.formats.arrays import ArraySource
-from nectosome.measure.formats.faults import damage_told, foreign, head
-from nectosome.measure.formats.items import Item, Other, item_of
+from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
+from nectosome.measure.formats.named_arrays import NamedArray, SkippedEntry, classify
 from nectosome.measure.formats.source import Options, Source
 from nectosome.measure.formats.tables import choose
 from nectosome.units import InputError
@@ -17,7 +17,7 @@ _OBJECTS = "Python objects, which are not read from files. Save arrays of number
 
 
 class Mapped:
-    """The array of a .npy file, mapped anew for each piece, so that what was read does not stay in memory."""
+    """The array of a .npy file, mapped again for each piece, so that read data do not stay in memory."""
 
     def __init__(self, path: Path):
         self._path = path
@@ -32,45 +32,45 @@ class Mapped:
 
 
 def open_numpy(path: Path, options: Options) -> Source:
-    """Open a .npy file (a vector, a matrix, records) or a .npz file (vectors of one length, or a matrix).
+    """Open a .npy file (a vector, a matrix, records) or a .npz file (vectors of equal length, or a matrix).
 
-    Raises InputError for what is no such file, is damaged, or holds Python objects.
+    Raises InputError for another format, a damaged file, and Python objects.
     """
-    start = head(path)
+    start = first_bytes(path)
     if start.startswith(b"\x93NUMPY"):
-        with damage_told(path):
+        with damage_as_input_error(path):
             return _single(path, options)
     if start.startswith(b"PK\x03\x04"):
-        with damage_told(path):
+        with damage_as_input_error(path):
             return _archive(path, options)
-    raise foreign(path, "a NumPy file", start)
+    raise wrong_format(path, "a NumPy file", start)
 
 
 def _single(path: Path, options: Options) -> Source:
     if options.table is not None:
-        raise InputError(f'a .npy file is one array without a name: leave table="{options.table}" out.')
+        raise InputError(f'a .npy file has one array without a name: leave table="{options.table}" out.')
     with path.open("rb") as file:
         if _dtype(file).hasobject:
             raise InputError(f"holds {_OBJECTS}.")
-    table = choose([item_of("", Mapped(path))], None)
+    table = choose([classify("", Mapped(path))], None)
     return ArraySource("numpy", path, table.blocks(), table.found)
 
 
 def _archive(path: Path, options: Options) -> Source:
-    things: list[Item | Other] = []
+    entries: list[NamedArray | SkippedEntry] = []
     with ZipFile(path) as archive:
         members = [name for name in archive.namelist() if name.endswith(".npy")]
         if not members:
-            raise foreign(path, "a NumPy file", head(path))
+            raise wrong_format(path, "a NumPy file", first_bytes(path))
         for member in members:
             name = member.removesuffix(".npy")
             with archive.open(member) as file:
                 if _dtype(file).hasobject:
-                    things.append(Other(name, _OBJECTS))
+                    entries.append(SkippedEntry(name, _OBJECTS))
                     continue
             with archive.open(member) as file:
-                things.append(item_of(name, np.lib.format.read_array(file, allow_pickle=False)))
-    table = choose(things, options.table)
+                entries.append(classify(name, np.lib.format.read_array(file, allow_pickle=False)))
+    table = choose(entries, options.table)
     return ArraySource("numpy", path, table.blocks(), table.found)
 
 

@@ -1,4 +1,4 @@
-"""Which reader opens a file: by its ending, else by its first bytes."""
+"""Choice of the reader of a file: by its ending, else by its first bytes."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from nectosome.units import InputError
 
-from .faults import head
+from .file_errors import first_bytes
 from .source import Options, Source
 
 _READERS = {
@@ -30,7 +30,7 @@ _BEGINNINGS = {b"\x89HDF": "hdf5", b"CDF": "hdf5", b"TDSm": "tdms", b"\x93NUMPY"
 
 
 def open_source(path: Path, options: Options) -> Source:
-    """Open a file with the reader that fits. Raises InputError where it cannot be read."""
+    """Open a file with the reader of its format. Raises InputError if it cannot be read."""
     kind = _ENDINGS.get(path.suffix.lower()) or _by_beginning(path)
     module, name = _READERS[kind]
     opens: Callable[[Path, Options], Source] = getattr(import_module(f"nectosome.measure.formats.{module}"), name)
@@ -38,9 +38,7 @@ def open_source(path: Path, options: Options) -> Source:
 
 
 def _by_beginning(path: Path) -> str:
-    first = head(path)
+    first = first_bytes(path)
     if path.suffix.lower() in (".xls", ".ods", ".mdf", ".mf4"):
-        raise InputError(
-            f"files of the kind {path.suffix} are not read here. Save it as .xlsx or .csv.", file=str(path)
-        )
+        raise InputError(f"{path.suffix} files are not supported. Save it as .xlsx or .csv.", file=str(path))
     return next((kind for mark, kind in _BEGINNINGS.items() if first.startswith(mark)), "text")

@@ -1,4 +1,4 @@
-"""What the reader of a file hands over: columns, and their numbers in pieces that fit into memory."""
+"""Contract of the readers: the columns of a file, and their numbers in pieces that fit into memory."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
@@ -11,22 +11,22 @@ from jaxtyping import Float, Int
 
 @dataclass(frozen=True)
 class Column:
-    """A column as its file has it."""
+    """Name and unit of a column."""
 
-    name: str  # "column 3" where the file says none
-    unit: str = ""  # as it is written there
+    name: str  # "column 3" if the file gives none
+    unit: str = ""  # as written in the file
 
 
 class Piece(NamedTuple):
     """Consecutive rows."""
 
-    rows: Int[np.ndarray, "n"]  # where they are in the file, from 1: lines of a text, else samples
-    values: Float[np.ndarray, "n k"]  # nan where a cell is empty or says so
+    rows: Int[np.ndarray, "n"]  # line numbers of a text file, else sample numbers; from 1
+    values: Float[np.ndarray, "n k"]  # NaN for an empty or missing cell
 
 
 @dataclass(frozen=True)
 class Options:
-    """What a reader is to take for granted instead of finding out; None: find out."""
+    """Given properties of a file; None: the reader finds the property out."""
 
     encoding: str | None = None
     delimiter: str | None = None
@@ -36,12 +36,12 @@ class Options:
 
 
 class Source(ABC):
-    """An opened file with one table of numbers; to be used in a `with` statement.
+    """An open file with one table of numbers, for use in a `with` statement.
 
     - columns: in the order of the values.
-    - found: what the reader found out about the file, a phrase each: "delimiter: tab", "no header".
-    - repairs: what was mended, a sentence each with its row; filled while pieces are read.
-    - reader: name of the format, "text", "tdms".
+    - found: properties that the reader found, one phrase each: "delimiter: tab", "no header".
+    - repairs: repairs, one sentence with its row each; filled while pieces are read.
+    - reader: name of the format: "text", "tdms".
     """
 
     reader: str
@@ -51,11 +51,11 @@ class Source(ABC):
 
     @abstractmethod
     def pieces(self, rows: int) -> Iterator[Piece]:
-        """All rows in order, so many at a time; may be called again. Raises InputError that names file, row, column."""
+        """Yield all rows in order, `rows` at a time; repeatable. Raises InputError that names file, row, column."""
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
 
     def __enter__(self) -> Self:
         return self

@@ -1,13 +1,20 @@
-"""LabVIEW's TDMS files: the channels of one group as columns."""
+"""LabVIEW's TDMS files: the channels of one group as columns, with a time column from their clocks."""
 
 import logging
+import math
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from nectosome.measure.formats.arrays import ArraySource
-from nectosome.measure.formats.faults import damage_told, foreign, head
-from nectosome.measure.formats.items import Item, Other
+from nectosome.measure.formats.cf_attributes import text
+from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
+from nectosome.measure.formats.headings import is_time
+from nectosome.measure.formats.named_arrays import NamedArray, SkippedEntry
 from nectosome.measure.formats.source import Options, Source
 from nectosome.measure.formats.tables import choose
 from nectosome.measure.formats.tdms_channels import Bytes, channel_of, whole_rows
@@ -16,15 +23,6 @@ from nectosome.units import InputError
 if TYPE_CHECKING:
     from nptdms import TdmsFile
     from nptdms.tdms_segment import TdmsSegment
-
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-
-import numpy as np
-
-from nectosome.measure.formats.conventions import text
-from nectosome.measure.formats.headings import is_time
 
 _Properties = Mapping[str, Any]
 
@@ -41,7 +39,7 @@ class Ramp:
 
 @dataclass(frozen=True)
 class _Clock:
-    """When, or where, the values of a channel were taken; equal for channels that belong together."""
+    """Sampling instants (or positions) of a channel; equal for channels of one table."""
 
     start: float
     step: float
@@ -52,17 +50,17 @@ class _Clock:
     def __str__(self) -> str:
         return f"every {self.step:g} {self.unit}{f' from {self.start:g}' if self.start else ''}"
 
-    def item(self, group: str) -> Item:
-        """The column of it."""
-        note = f"{self.name}: made of wf_increment = {self.step:g} and wf_start_offset = {self.start:g}"
+    def item(self, group: str) -> NamedArray:
+        """Return it as a column."""
+        note = f"{self.name}: from wf_increment = {self.step:g} and wf_start_offset = {self.start:g}"
         ramp = Ramp(self.start, self.step, self.rows)
-        return Item(self.name, ramp, self.unit, group=group, along=str(self), first=True, notes=[note])
+        return NamedArray(self.name, ramp, self.unit, group=group, along=str(self), first=True, notes=[note])
 
 
-def with_clock(items: Sequence[Item], properties: Mapping[str, _Properties]) -> list[Item]:
-    """Return the channels of a group, and before them their times where no channel is the time.
+def with_clock(items: Sequence[NamedArray], properties: Mapping[str, _Properties]) -> list[NamedArray]:
+    """Return the channels of a group, after their times if no channel is the time.
 
-    `properties` are those of the channels, by name. Channels with different clocks get a different `along`.
+    `properties` are those of the channels, by name. Channels with different clocks have different `along`.
     """
     times = {item.array.shape for item in items if item.first}
     if any(item.array.shape in times for item in items if not item.first):
@@ -71,13 +69,13 @@ def with_clock(items: Sequence[Item], properties: Mapping[str, _Properties]) -> 
     clocks = {item.name: _clock(item.array.shape[0], properties[item.name], zero) for item in items}
     known = list(dict.fromkeys(clock for clock in clocks.values() if clock is not None))
     by_rows = {rows: [clock for clock in known if clock.rows == rows] for rows in {clock.rows for clock in known}}
-    told = []
+    timed = []
     for item in items:
         clock = clocks[item.name]
-        if clock is None and len(by_rows.get(item.array.shape[0], [])) == 1:  # a channel computed from the others
+        if clock is None and len(by_rows.get(item.array.shape[0], [])) == 1:  # computed from the others
             clock = by_rows[item.array.shape[0]][0]
-        told.append(item if clock is None else replace(item, along=str(clock)))
-    return [*(clock.item(items[0].group) for clock in known), *told]
+        timed.append(item if clock is None else replace(item, along=str(clock)))
+    return [*(clock.item(items[0].group) for clock in known), *timed]
 
 
 def _clock(rows: int, properties: _Properties, zero: np.datetime64 | None) -> _Clock | None:
@@ -85,7 +83,7 @@ def _clock(rows: int, properties: _Properties, zero: np.datetime64 | None) -> _C
     if not (math.isfinite(step) and step > 0 and math.isfinite(start)):
         return None
     later = _seconds(properties.get("wf_start_time", zero), zero)
-    if abs(later) > step / 2:  # less is the jitter with which tasks start
+    if abs(later) > step / 2:  # less is jitter of the start
         start += later
     name, unit = (text(properties.get(key, "")) for key in ("wf_xname", "wf_xunit_string"))
     other = name and not is_time(name)
@@ -102,47 +100,47 @@ def _seconds(time: Any, zero: Any) -> float:
 
 
 def open_tdms(path: Path, options: Options) -> Source:
-    """Open a .tdms file, also one that LabVIEW did not finish; what is kept of that is told in `repairs`.
+    """Open a .tdms file; of an unfinished one, the whole rows are kept and `repairs` says so.
 
-    Raises InputError for what is no such file, is damaged, or whose channels have no common length and clock.
+    Raises InputError for another format, a damaged file, and channels without a common length and clock.
     """
     from nptdms import TdmsFile
     from nptdms.log import log_manager
 
-    start = head(path)
+    start = first_bytes(path)
     if not start.startswith(b"TDSm"):
-        raise foreign(path, "a LabVIEW file (.tdms)", start)
-    log_manager.set_level(logging.ERROR)  # what it warns of is told in `repairs`
-    with damage_told(path), ExitStack() as stack:
+        raise wrong_format(path, "a LabVIEW file (.tdms)", start)
+    log_manager.set_level(logging.ERROR)  # its warnings are in `repairs`
+    with damage_as_input_error(path), ExitStack() as stack:
         stream = stack.enter_context(path.open("rb"))
-        file = TdmsFile.open(stream)  # a stream, so that a stale .tdms_index beside it is not looked at
+        file = TdmsFile.open(stream)  # a stream, so that npTDMS does not read a stale .tdms_index
         lost = _lost(file, path.stat().st_size)
-        things = _inventory(file, Bytes(stream))
-        if lost and not any(isinstance(thing, Item) for thing in things):
-            raise InputError("holds no whole row of numbers: it is cut off before.")
-        table = choose(things, options.table, beside=False)
+        entries = _inventory(file, Bytes(stream))
+        if lost and not any(isinstance(entry, NamedArray) for entry in entries):
+            raise InputError("holds no whole row of numbers: it is cut off.")
+        table = choose(entries, options.table, beside=False)
         repairs = [f"{lost}; {table.rows} whole rows are kept."] if lost else []
         return ArraySource("tdms", path, table.blocks(), table.found, repairs, stack.pop_all().close)
 
 
-def _inventory(file: "TdmsFile", stream: Bytes) -> list[Item | Other]:
+def _inventory(file: "TdmsFile", stream: Bytes) -> list[NamedArray | SkippedEntry]:
     """The channels of all groups, with the time of each group."""
     segments, rows = _segments(file), whole_rows(file)
-    things: list[Item | Other] = []
+    entries: list[NamedArray | SkippedEntry] = []
     for group in file.groups():
         channels = {channel.name: channel for channel in group.channels()}
         inside = [channel_of(file, group, c, stream, segments, rows.get(c.path, len(c))) for c in channels.values()]
         properties = {name: channel.properties for name, channel in channels.items()}
-        things += with_clock([thing for thing in inside if isinstance(thing, Item)], properties)
-        things += [thing for thing in inside if isinstance(thing, Other)]
-    return things
+        entries += with_clock([entry for entry in inside if isinstance(entry, NamedArray)], properties)
+        entries += [entry for entry in inside if isinstance(entry, SkippedEntry)]
+    return entries
 
 
 def _lost(file: "TdmsFile", size: int) -> str:
-    """How a file breaks off; "" if it does not."""
+    """What is missing at the end of a file; "" for a complete one."""
     segments = _segments(file)
     if file.file_status.incomplete_final_segment:
-        return "the file ends within a segment, as when LabVIEW is stopped"
+        return "the file ends within a segment, as if LabVIEW had been stopped"
     end = segments[-1].next_segment_pos if segments else 0
     return f"the last {size - end} bytes are the beginning of a segment that was not written" if end < size else ""
 

@@ -1,42 +1,39 @@
-"""The channels of a TDMS file as arrays: scaled as npTDMS does it, times as seconds since the first."""
+"""Channels of a TDMS file as arrays: raw values from the file, scaled by npTDMS, times in seconds since the first."""
 
 from collections import defaultdict
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
 from nectosome.measure.formats.arrays import ArrayRows
-from nectosome.measure.formats.conventions import text
+from nectosome.measure.formats.cf_attributes import text
 from nectosome.measure.formats.headings import is_time
-from nectosome.measure.formats.items import Item, Other, item_of
+from nectosome.measure.formats.named_arrays import NamedArray, SkippedEntry, classify
 
 if TYPE_CHECKING:
     from nptdms import TdmsChannel, TdmsFile, TdmsGroup
     from nptdms.tdms_segment import TdmsSegment
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, BinaryIO
-
-if TYPE_CHECKING:
-    from nptdms.tdms_segment import TdmsSegment
-
-
 _SPAN = np.dtype([(name, np.int64) for name in ("base", "stride", "offset", "count", "chunks", "big")])
-_WIDE = 2**16  # bytes of a chunk from which on a channel's part of it is read alone
-_BATCH = 2**25  # bytes read at once at most
+_WIDE = 2**16  # bytes of a chunk from which on a channel's part is read by itself
+_BATCH = 2**25  # most bytes read at once
 
 STAMP = np.dtype([("fractions", "<u8"), ("seconds", "<i8")])
-"""A time: seconds since 1904, and 2^-64 of seconds."""
+"""A time: seconds since 1904, and fractions of 2^-64 s."""
+
+_EPOCH = np.datetime64("1904-01-01T00:00:00", "us")
+_UNITS = ("unit_string", "unit", "NI_UnitDescription")
 
 
 class Bytes:
-    """A file that remembers what it read last, which in interleaved data is wanted by each channel."""
+    """A file that caches its last read, which every channel of interleaved data needs."""
 
     def __init__(self, file: BinaryIO):
         self._file, self._last, self._read = file, (0, 0), b""
 
     def read(self, position: int, size: int) -> bytes:
-        """Return `size` bytes from `position` on. Raises EOFError where there are fewer."""
+        """Return `size` bytes from `position` on. Raises EOFError if there are fewer."""
         if self._last != (position, size):
             self._file.seek(position)
             self._last, self._read = (position, size), self._file.read(size)
@@ -48,8 +45,8 @@ class Bytes:
 class Spans:
     """The raw values of a channel, in runs of equal chunks.
 
-    A chunk has `stride` bytes, of which from `offset` on `count` values belong to the channel; a run of `chunks` begins
-    at byte `base`. An interleaved segment is a run of chunks with one value of each channel.
+    A run of `chunks` begins at byte `base`. Each chunk has `stride` bytes; `count` values of the channel begin at its
+    byte `offset`. An interleaved segment is a run of chunks with one value of each channel.
     """
 
     def __init__(self, file: Bytes, spans: list[tuple[int, ...]], dtype: np.dtype[Any]):
@@ -72,15 +69,15 @@ class Spans:
     def _fill(
         self, values: np.ndarray, first: int, base: int, stride: int, offset: int, count: int, chunks: int, big: int
     ) -> None:
-        """Read values of one run, from its `first` on."""
+        """Read values of one run, from its value number `first` on."""
         dtype = _big_endian(self.dtype) if big else self.dtype
         done = 0
         while done < len(values):
             chunk, skip = divmod(first + done, count)
             if stride >= _WIDE:
-                wanted = min(count - skip, len(values) - done, _BATCH // dtype.itemsize)
+                needed = min(count - skip, len(values) - done, _BATCH // dtype.itemsize)
                 position = base + chunk * stride + offset + skip * dtype.itemsize
-                read = np.frombuffer(self._file.read(position, wanted * dtype.itemsize), dtype)
+                read = np.frombuffer(self._file.read(position, needed * dtype.itemsize), dtype)
             else:
                 several = min(-(-(skip + len(values) - done) // count), _BATCH // stride)
                 raw = np.frombuffer(self._file.read(base + chunk * stride, several * stride), np.uint8)
@@ -91,7 +88,7 @@ class Spans:
 
 
 def spans(segments: "list[TdmsSegment]", path: str) -> list[tuple[int, ...]] | None:
-    """Return the runs of the channel of that `path` for `Spans`; None if some of it is raw data of DAQmx."""
+    """Return the runs of the channel at `path` for `Spans`; None if some data are raw DAQmx data."""
     from nptdms.common import toc_properties
     from nptdms.daqmx import DaqmxSegmentObject
 
@@ -108,7 +105,7 @@ def spans(segments: "list[TdmsSegment]", path: str) -> list[tuple[int, ...]] | N
 
 
 def _runs(segment: Any, path: str, interleaved: int) -> Iterator[tuple[int, int, int, int, int]]:
-    """Base, stride, offset, count, chunks of the runs in a segment: its whole chunks, and a last one cut short."""
+    """Base, stride, offset, count, chunks of the runs in a segment: its whole chunks, and an incomplete last one."""
     objects = [o for o in segment.ordered_objects if o.has_data]
     at = next(i for i, o in enumerate(objects) if o.path == path)
     here, before = objects[at], objects[:at]
@@ -134,12 +131,8 @@ def _big_endian(dtype: np.dtype[Any]) -> np.dtype[Any]:
     return np.dtype([("seconds", ">i8"), ("fractions", ">u8")]) if dtype.names else dtype.newbyteorder(">")
 
 
-_EPOCH = np.datetime64("1904-01-01T00:00:00", "us")
-_UNITS = ("unit_string", "unit", "NI_UnitDescription")
-
-
 class Scaled:
-    """A channel in the unit of its sensor."""
+    """A channel with its sensor's scaling."""
 
     def __init__(self, raw: Spans, scaling: Any):
         self.shape, self.dtype, self._raw, self._scaling = raw.shape, np.dtype(float), raw, scaling
@@ -151,7 +144,7 @@ class Scaled:
 
 
 class Stamps:
-    """A channel of times, in seconds since its first one."""
+    """A channel of times, in seconds since the first."""
 
     def __init__(self, raw: Spans):
         self.shape, self.dtype, self._raw, self._first = raw.shape, np.dtype(float), raw, raw[0:1]
@@ -168,8 +161,8 @@ class Stamps:
         return (times["seconds"] - self._first["seconds"]) + fractions
 
 
-class Whole:
-    """The first rows of an array: those that all channels have where a file breaks off."""
+class FirstRows:
+    """The first rows of an array: those that all channels of an incomplete file have."""
 
     def __init__(self, array: ArrayRows, rows: int):
         self.shape, self.dtype, self._array = (rows,), array.dtype, array
@@ -178,8 +171,8 @@ class Whole:
         return self._array[rows]
 
 
-class _Sliced:
-    """Raw data of DAQmx, which npTDMS takes apart."""
+class _DaqmxRaw:
+    """Raw DAQmx data, decoded by npTDMS."""
 
     def __init__(self, channel: "TdmsChannel"):
         self.shape, self.dtype, self._channel = (len(channel),), channel.dtype, channel
@@ -195,35 +188,35 @@ def channel_of(
     stream: Bytes,
     segments: "list[TdmsSegment]",
     rows: int,
-) -> Item | Other:
-    """Return a channel with that many rows as a column, or what it is instead."""
+) -> NamedArray | SkippedEntry:
+    """Return the first `rows` of a channel as a column, or the reason to skip it."""
     from nptdms import types
     from nptdms.scaling import get_scaling
 
     name, kind = channel.name, channel.data_type
     if kind is types.String:
-        return Other(name, "text", group.name)
+        return SkippedEntry(name, "text", group.name)
     if kind is None or not rows:
-        return Other(name, "empty", group.name)
+        return SkippedEntry(name, "empty", group.name)
     unit = next((u for key in _UNITS if (u := text(channel.properties.get(key, "")))), "")
     runs = spans(segments, channel.path)
     if runs is None:
-        return item_of(name, Whole(_Sliced(channel), rows), group.name, unit=unit)
+        return classify(name, FirstRows(_DaqmxRaw(channel), rows), group.name, unit=unit)
     stamped = kind is types.TimeStamp
     raw = Spans(stream, runs, STAMP if stamped else np.dtype(kind.nptype).newbyteorder("<"))
     if raw.shape != (len(channel),):
-        raise ValueError("the channel is not where its length says")
+        raise ValueError("the position of the channel does not agree with its length")
     if stamped:
         times = Stamps(raw)
         note = f"{name}: seconds since {times.first} UTC"
-        return item_of(name, Whole(times, rows), group.name, unit="s", notes=[note], first=True)
+        return classify(name, FirstRows(times, rows), group.name, unit="s", notes=[note], first=True)
     scaling = get_scaling(channel.properties, group.properties, file.properties)
-    values = Whole(raw if scaling is None or raw.dtype.kind == "c" else Scaled(raw, scaling), rows)
-    return item_of(name, values, group.name, unit=unit, first=is_time(name))
+    values = FirstRows(raw if scaling is None or raw.dtype.kind == "c" else Scaled(raw, scaling), rows)
+    return classify(name, values, group.name, unit=unit, first=is_time(name))
 
 
 def whole_rows(file: "TdmsFile") -> dict[str, int]:
-    """Return how many rows all channels have that were written together, by path, where the file breaks off."""
+    """Return the common number of rows of channels that were written together, by path, for an incomplete file."""
     statuses = file.file_status.channel_statuses or {}
     ends: dict[tuple[str, int, int], dict[str, int]] = defaultdict(dict)
     for group in file.groups():

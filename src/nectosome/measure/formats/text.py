@@ -1,4 +1,4 @@
-"""Tables of numbers as text: comma, tab, semicolon, bar or blanks between cells, as laboratories hand them over."""
+"""Text files with a table of numbers: their encoding, their blocks of lines, and the table as a Source."""
 
 import codecs
 import io
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nectosome.io.atomic import reason
-from nectosome.measure.formats.faults import foreign, head, is_binary
+from nectosome.measure.formats.file_errors import first_bytes, is_binary, wrong_format
 from nectosome.measure.formats.headings import distinct, split_unit
 from nectosome.measure.formats.source import Column, Options, Piece, Source
 from nectosome.measure.formats.text_dialect import COMMENT, DECIMALS, DELIMITERS, MISSING, CellKind, kind, split
@@ -20,25 +20,26 @@ from nectosome.units import InputError, shorten
 BLOCK = 1 << 20  # [bytes], about where pandas is fastest
 _LONGEST = 1 << 24  # line [characters]
 _BOMS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
+_SAMPLE = 2000  # lines from which the layout is found
 
 
 class TextBlock(NamedTuple):
-    """Consecutive lines, each with its end; only the last of the file may lack it."""
+    """Consecutive lines with their line ends; only the last line of the file may lack one."""
 
-    line: int  # where the first one is in the file, from 1
+    line: int  # number of the first one, from 1
     raw: bytes  # UTF-8, lines end in LF
-    lines: int  # how many end here
-    last: bool  # whether the file ends here
+    lines: int  # number of line ends
+    last: bool  # whether this is the end of the file
 
 
 def find_encoding(head: bytes) -> str:
-    """Return the encoding of a text that begins with `head`: what its byte order mark says, or UTF-8 if it can be."""
+    """Return the encoding of a text that begins with `head`: that of its byte order mark, else UTF-8 if possible."""
     for mark, encoding in _BOMS.items():
         if head.startswith(mark):
             return encoding
     for encoding in ("utf-8", "cp1252"):
         try:
-            # a character may be cut at the end, which is no fault
+            # incremental, since `head` may end within a character
             codecs.getincrementaldecoder(encoding)().decode(head)
         except UnicodeDecodeError:
             continue
@@ -47,13 +48,13 @@ def find_encoding(head: bytes) -> str:
 
 
 def check_encoding(encoding: str, path: Path) -> None:
-    """Raise InputError if there is no such encoding."""
+    """Raise InputError for an unknown encoding."""
     try:
-        " ".encode(encoding)  # refuses codecs that are not for text
+        " ".encode(encoding)  # fails for codecs that are not for text
         codecs.getincrementaldecoder(encoding)
     except (LookupError, ValueError):
-        known = "utf-8, utf-16, cp1252 and latin-1 are usual ones"
-        raise InputError(f'there is no encoding "{shorten(encoding)}"; {known}.', file=str(path)) from None
+        known = "common ones are utf-8, utf-16, cp1252 and latin-1"
+        raise InputError(f'"{shorten(encoding)}" is not a known encoding; {known}.', file=str(path)) from None
 
 
 def line_ends(head: bytes, encoding: str) -> str:
@@ -65,57 +66,54 @@ def line_ends(head: bytes, encoding: str) -> str:
 
 
 def read_blocks(path: Path, encoding: str) -> Iterator[TextBlock]:
-    """Yield the file block by block; the last line that is not blank is always in the last block.
+    """Yield the file block by block; the last non-blank line is always in the last block.
 
-    Raises InputError where the file cannot be read or decoded, holds NUL, or has a line without end.
+    Raises InputError if the file cannot be read or decoded, contains NUL bytes, or has an endless line.
     """
-    file, line, held = str(path), 1, ""
+    file, line, pending = str(path), 1, ""
     decoder = io.IncrementalNewlineDecoder(codecs.getincrementaldecoder(encoding)(), translate=True)
     try:
         with path.open("rb") as stream:
             raw = stream.read(BLOCK)
             while raw:
                 ahead = stream.read(BLOCK)
-                text = held + decoder.decode(raw, final=not ahead)
+                text = pending + decoder.decode(raw, final=not ahead)
                 if line == 1:
-                    text = text.removeprefix("\ufeff")  # a byte order mark that the encoding does not take away
+                    text = text.removeprefix("\ufeff")  # a byte order mark that the codec kept
                 if "\0" in text:
                     line += text[: text.index("\0")].count("\n")
-                    why = "it is no text, or its writing broke off, or its encoding is another one, such as utf-16-le"
-                    raise InputError(f"there are NUL bytes: {why}.", file=file, line=line)
+                    why = "it is not text, its writing was interrupted, or it has another encoding such as utf-16-le"
+                    raise InputError(f"contains NUL bytes: {why}.", file=file, line=line)
                 cut = text.rfind("\n", 0, len(text.rstrip())) + 1 if ahead else len(text)
                 if len(text) - cut > _LONGEST:
                     line += text.count("\n", 0, cut)
-                    raise InputError("this line does not end; the file is no table.", file=file, line=line)
+                    raise InputError("this line does not end; the file is not a table.", file=file, line=line)
                 if cut:
                     whole = text[:cut].encode()
-                    # several times as fast as bytes.count where lines are short
+                    # several times as fast as bytes.count for short lines
                     count = int(np.count_nonzero(np.frombuffer(whole, np.uint8) == ord("\n")))
                     yield TextBlock(line, whole, count, not ahead)
                     line += count
-                held, raw = text[cut:], ahead
+                pending, raw = text[cut:], ahead
     except UnicodeDecodeError as error:
-        line += held.count("\n") + error.object[: error.start].count(b"\n")
-        why = "Set encoding, to cp1252 perhaps" if encoding.startswith("utf-8") else "Set another encoding"
+        line += pending.count("\n") + error.object[: error.start].count(b"\n")
+        why = "Set encoding, for instance to cp1252" if encoding.startswith("utf-8") else "Set another encoding"
         raise InputError(f"this is not {encoding}. {why}.", file=file, line=line) from None
     except OSError as error:
         raise InputError(f"cannot be read: {reason(error)}.", file=file) from None
 
 
-_SAMPLE = 2000  # lines by which the layout is found
-
-
 def open_text(path: Path, options: Options) -> Source:
-    """Return the table in a text file, its layout found out where `options` do not say it.
+    """Return the table in a text file; layout that `options` do not give is found from the first lines.
 
-    A column of date-times becomes seconds since the first one; a column of other text is left out, and `found` says so.
-    Raises InputError where the file cannot be read, holds no table, or can be read in more than one way.
+    A column of date-times becomes seconds since the first one; a text column is left out and listed in `found`.
+    Raises InputError if the file cannot be read, holds no table, or is ambiguous.
     """
     if options.table is not None:
         raise InputError("a text file has one table; leave table out.", file=str(path))
-    start = head(path, BLOCK)
+    start = first_bytes(path, BLOCK)
     if is_binary(start):
-        raise foreign(path, "a text file", start)
+        raise wrong_format(path, "a text file", start)
     encoding = options.encoding or find_encoding(start)
     check_encoding(encoding, path)
     block = next(read_blocks(path, encoding), None)
@@ -128,16 +126,16 @@ def open_text(path: Path, options: Options) -> Source:
 
 
 class _TextSource(Source):
-    """A text file; it is opened whenever it is read."""
+    """A text file; each pass opens it again."""
 
     reader = "text"
 
     def __init__(self, path: Path, encoding: str, layout: TextLayout, about: list[str]):
         self._path, self._encoding, self._layout = path, encoding, layout
-        columns, told = _columns(layout)
+        columns, notes = _columns(layout)
         self._rows = TextRows(layout, [column.name for column in columns], str(path))
         self.columns = tuple(columns[j] for j in self._rows.used)
-        self.found = (*about, *told)
+        self.found = (*about, *notes)
         self.repairs: list[str] = []
 
     def pieces(self, rows: int) -> Iterator[Piece]:
@@ -145,11 +143,11 @@ class _TextSource(Source):
         return _regroup(self._read(), rows)
 
     def close(self) -> None:
-        """Nothing is held open."""
+        """Do nothing: no file stays open."""
 
     def _read(self) -> Iterator[Piece]:
         for line, raw, count, last in read_blocks(self._path, self._encoding):
-            above = max(0, self._layout.first - line)  # lines before the table, all in the first block
+            above = max(0, self._layout.first - line)  # lines above the table, all in the first block
             if above or last:
                 text = raw.decode().split("\n", above)[-1]
                 raw = (self._mend_end(text, line + above) if last else text).encode()
@@ -158,7 +156,7 @@ class _TextSource(Source):
                 yield self._rows.read(raw, line + above, count)
 
     def _mend_end(self, text: str, line: int) -> str:
-        """Return the last lines of the file up to its last row, each with an end; without that row if it breaks off."""
+        """Return the last lines up to the last row, each with a line end; drop that row if it is incomplete."""
         lines, layout = text.split("\n"), self._layout
         ended = False
         while lines and not self._rows.is_row(lines[-1]):
@@ -173,15 +171,15 @@ class _TextSource(Source):
         except ValueError:
             cells = []
         if len(cells) < needed or (not ended and self._is_cut(cells[needed - 1])):
-            self.repairs.append(f'{where} breaks off and is left out: "{shorten(lines.pop())}".')
+            self.repairs.append(f'{where} is incomplete and left out: "{shorten(lines.pop())}".')
         else:
             lines[-1] += layout.delimiter * (layout.width - len(cells))
             if not ended:
-                self.repairs.append(f"{where} has no line end: its last cell may be cut.")
+                self.repairs.append(f"{where} has no line end: its last cell may be incomplete.")
         return "".join(f"{row}\n" for row in lines)
 
     def _is_cut(self, cell: str) -> bool:
-        """Whether the last cell of a line without end is less than a value."""
+        """Whether the last cell of a line without line end is incomplete."""
         what = self._layout.kinds[-1]
         if what == CellKind.TEXT:
             return False
@@ -191,8 +189,8 @@ class _TextSource(Source):
 
 
 def _columns(layout: TextLayout) -> tuple[tuple[Column, ...], list[str]]:
-    """Return all columns, also those of text, and what is to be said about them."""
-    head, count, told = layout.head, len(layout.kinds), []
+    """Return all columns, text columns included, and notes about them."""
+    head, count, notes = layout.head, len(layout.kinds), []
     plain = [split_unit(text) for text in head.names or [""] * count]
     plain = [replace(column, name=column.name or f"column {j}") for j, column in enumerate(plain, 1)]
     columns = list(distinct(plain))
@@ -200,14 +198,14 @@ def _columns(layout: TextLayout) -> tuple[tuple[Column, ...], list[str]]:
         if head.units and head.units[j]:
             columns[j] = replace(column, unit=head.units[j])
         if column.name != plain[j].name:
-            told.append(f"column {j + 1} is another {plain[j].name}, named {column.name}")
+            notes.append(f"column {j + 1} is another {plain[j].name}, named {column.name}")
     for j, column in enumerate(columns):
         if layout.kinds[j] == CellKind.TEXT:
-            told.append(f"{_column(column.name)} is text, left out")
-        if layout.kinds[j] == CellKind.MOMENT:
-            told.append(f"{_column(column.name)}: date-times, now seconds since {layout.moments[j]}")
+            notes.append(f"{_column(column.name)} is text, left out")
+        if layout.kinds[j] == CellKind.DATE_TIME:
+            notes.append(f"{_column(column.name)}: date-times, now seconds since {layout.first_times[j]}")
             columns[j] = replace(column, unit="s")
-    return tuple(columns), told
+    return tuple(columns), notes
 
 
 def _column(name: str) -> str:
@@ -215,19 +213,19 @@ def _column(name: str) -> str:
 
 
 def _about_file(head: bytes, encoding: str, layout: TextLayout, options: Options) -> list[str]:
-    """Return what was found out about the file as a whole."""
+    """Return notes about the file as a whole."""
 
-    def told(option: object) -> str:
-        return "" if option is None else ", as told"
+    def given(option: object) -> str:
+        return "" if option is None else ", as given"
 
     guessed = ", as it is not UTF-8" if options.encoding is None and encoding in ("cp1252", "latin-1") else ""
     delimiter = DELIMITERS[layout.delimiter] if layout.width > 1 else "none, one column"
     about = [
-        f"encoding: {encoding}{guessed}{told(options.encoding)}",
+        f"encoding: {encoding}{guessed}{given(options.encoding)}",
         f"line ends: {line_ends(head, encoding)}",
-        f"delimiter: {delimiter}{told(options.delimiter)}",
-        f"decimal sign: {DECIMALS[layout.decimal]}{told(options.decimal)}",
-        f"names: line {layout.head.names_line}{told(options.header)}" if layout.head.names else "no names",
+        f"delimiter: {delimiter}{given(options.delimiter)}",
+        f"decimal sign: {DECIMALS[layout.decimal]}{given(options.decimal)}",
+        f"names: line {layout.head.names_line}{given(options.header)}" if layout.head.names else "no names",
     ]
     if layout.head.units:
         about.append(f"units: line {layout.head.units_line}")
@@ -240,18 +238,18 @@ def _about_file(head: bytes, encoding: str, layout: TextLayout, options: Options
 
 
 def _regroup(pieces: Iterable[Piece], rows: int) -> Iterator[Piece]:
-    """Yield the same rows, so many at a time."""
-    held: list[Piece] = []
+    """Yield the same rows in pieces of `rows`."""
+    pending: list[Piece] = []
     for piece in pieces:
-        held.append(piece)
-        count = sum(len(part.rows) for part in held)
+        pending.append(piece)
+        count = sum(len(part.rows) for part in pending)
         if count >= rows:
-            whole = _join(held)
+            whole = _join(pending)
             full = count - count % rows
             for start in range(0, full, rows):
                 yield Piece(whole.rows[start : start + rows], whole.values[start : start + rows])
-            held = [Piece(whole.rows[full:], whole.values[full:])]
-    rest = _join(held) if held else None
+            pending = [Piece(whole.rows[full:], whole.values[full:])]
+    rest = _join(pending) if pending else None
     if rest is not None and len(rest.rows):
         yield rest
 

@@ -1,4 +1,4 @@
-"""Cells of a line of text, and what each of them is."""
+"""Dialect of a text table: its delimiter, its decimal sign, and the kinds of its cells."""
 
 import csv
 import re
@@ -18,7 +18,7 @@ COMMENT = ("#", "%")
 # fmt: off
 MISSING = frozenset([
     "", "-", "--", "nan", "NaN", "NAN", "Nan", "-nan", "-NaN", "+nan", "NA", "N/A", "n/a", "#N/A", "null", "NULL",
-    "None", "1.#QNAN", "-1.#IND",  # as old C libraries on Windows write nan
+    "None", "1.#QNAN", "-1.#IND",  # NaN of old C libraries on Windows
 ])
 # fmt: on
 
@@ -26,27 +26,30 @@ _EXPONENT = r"(?:[eE][-+]?\d+)?"
 _INFINITE = r"(?i:inf(?:inity)?)"
 _NUMBER = {
     ".": re.compile(rf"[-+]?(?:(?:\d+\.?\d*|\.\d+){_EXPONENT}|{_INFINITE})", re.ASCII),
-    # no digit left out after a comma: "1, 2" is two cells, not a number with a decimal comma and another
+    # a decimal comma needs a digit after it: "1, 2" is two cells
     ",": re.compile(rf"[-+]?(?:(?:\d+(?:,\d+)?|,\d+){_EXPONENT}|{_INFINITE})", re.ASCII),
 }
 _THOUSANDS = re.compile(
     r"[-+]?[1-9]\d{0,2}(?:(?:,\d{3})+\.\d*|(?:\.\d{3})+,\d*|(?:,\d{3}){2,}|(?:\.\d{3}){2,})", re.ASCII
 )
-_MOMENT = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\.\d{1,9})?)?(?:Z|[-+]\d\d:?\d\d)?", re.ASCII)
+_DATE_TIME = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\.\d{1,9})?)?(?:Z|[-+]\d\d:?\d\d)?", re.ASCII)
 _GAP = re.compile("[ \t]+")
+DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma", "|": "bar", BLANKS: "blanks"}  # most probable first
+DECIMALS = {".": "point", ",": "comma"}
+_GROUPED = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}", re.ASCII)  # could also be a number with a decimal comma
 
 
 class CellKind(Enum):
-    """What a cell is, or the cells of a column."""
+    """Kind of a cell, or of all cells of a column."""
 
     NUMBER = "number"
     MISSING = "missing"
-    MOMENT = "date-time"
+    DATE_TIME = "date-time"
     TEXT = "text"
 
 
 def split(line: str, delimiter: str) -> list[str]:
-    """Return the cells of `line` without quotation marks and blanks around them; ValueError if a quotation is open."""
+    """Return the cells of `line`, stripped of quotation marks and blanks; ValueError for an open quotation."""
     if delimiter == BLANKS:
         line = line.strip(" \t")
     if '"' in line:
@@ -61,16 +64,16 @@ def split(line: str, delimiter: str) -> list[str]:
 
 
 def kind(cell: str, decimal: str) -> CellKind:
-    """Return what a cell is where `decimal` is the decimal sign."""
+    """Return the kind of a cell, with `decimal` as the decimal sign."""
     if cell in MISSING:
         return CellKind.MISSING
     if _NUMBER[decimal].fullmatch(cell):
         return CellKind.NUMBER
-    return CellKind.MOMENT if _MOMENT.fullmatch(cell) else CellKind.TEXT
+    return CellKind.DATE_TIME if _DATE_TIME.fullmatch(cell) else CellKind.TEXT
 
 
 def number(cell: str, decimal: str) -> float:
-    """Return the number in a cell, nan where it is missing; ValueError with the way out where it is none."""
+    """Return the number in a cell, NaN for a missing value; ValueError for anything else, with the remedy."""
     if cell in MISSING:
         return float("nan")
     if _NUMBER[decimal].fullmatch(cell):
@@ -78,10 +81,10 @@ def number(cell: str, decimal: str) -> float:
     raise ValueError(not_a_number(cell, decimal))
 
 
-def moment(cell: str) -> pd.Timestamp:
-    """Return the time in a cell, UTC where it names no zone; ValueError where it is none."""
+def date_time(cell: str) -> pd.Timestamp:
+    """Return the time in a cell, in UTC unless it names a zone; ValueError for anything else."""
     time = None
-    if _MOMENT.fullmatch(cell):
+    if _DATE_TIME.fullmatch(cell):
         with suppress(ValueError):
             time = pd.Timestamp(cell)
     if not isinstance(time, pd.Timestamp):
@@ -95,7 +98,7 @@ def count_cells(count: int) -> str:
 
 
 def not_a_number(cell: str, decimal: str) -> str:
-    """Return why a cell is not a number, and the way out."""
+    """Return why a cell is not a number, and the remedy."""
     shown = f'"{shorten(cell)}"'
     if has_thousands(cell):
         return f"{shown} has separators between thousands. Write the file without them."
@@ -108,78 +111,75 @@ def not_a_number(cell: str, decimal: str) -> str:
 
 
 def has_thousands(cell: str) -> bool:
-    """Whether a cell is a number with separators between thousands, beyond doubt."""
+    """Whether a cell is certainly a number with thousands separators."""
     return _THOUSANDS.fullmatch(cell) is not None
 
 
 def other_decimal(cell: str, decimal: str) -> bool:
-    """Whether a cell would be a number with the other decimal sign only."""
+    """Whether a cell is a number only with the other decimal sign."""
     other = "," if decimal == "." else "."
     return other in cell and _NUMBER[other].fullmatch(cell) is not None
 
 
-DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma", "|": "bar", BLANKS: "blanks"}  # the likeliest first
-DECIMALS = {".": "point", ",": "comma"}
-SURE = (CellKind.NUMBER, CellKind.MOMENT)
-_GROUPED = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}", re.ASCII)  # as well as a number with a decimal comma
+NUMERIC = (CellKind.NUMBER, CellKind.DATE_TIME)
 
 
-class _Reading(NamedTuple):
-    """One way to cut lines into cells, and what speaks for it."""
+class _Dialect(NamedTuple):
+    """A candidate dialect, and how well it fits the lines."""
 
     delimiter: str
     decimal: str
     width: int  # cells of most rows
-    score: float  # share of the lines that are rows of that width, weighed by their share of numbers
-    named: int  # lines of text of that width
+    score: float  # share of the lines that are rows of that width, weighted by their share of numbers
+    named: int  # text lines of that width
 
 
 def choose(lines: list[str], options: Options, file: str) -> tuple[str, str, int]:
-    """Return delimiter, decimal sign and number of cells under which most of the lines are numbers."""
-    delimiters = list(DELIMITERS) if options.delimiter is None else [_told(options.delimiter, DELIMITERS, file)]
-    decimals = list(DECIMALS) if options.decimal is None else [_told(options.decimal, DECIMALS, file)]
-    readings = [_read(lines, delimiter, decimal) for delimiter in delimiters for decimal in decimals]
-    best = max(readings, key=lambda reading: (reading.score, reading.named))  # of equals the first
-    if best.delimiter == BLANKS:  # to which a row with a tab too many is as good as any
-        tabs = (x for x in readings if x.delimiter == "\t" and x.decimal == best.decimal)
+    """Return the delimiter, decimal sign and cells per row with which most lines are numbers."""
+    delimiters = list(DELIMITERS) if options.delimiter is None else [_sign(options.delimiter, DELIMITERS, file)]
+    decimals = list(DECIMALS) if options.decimal is None else [_sign(options.decimal, DECIMALS, file)]
+    dialects = [_read(lines, delimiter, decimal) for delimiter in delimiters for decimal in decimals]
+    best = max(dialects, key=lambda dialect: (dialect.score, dialect.named))  # the first of equals
+    if best.delimiter == BLANKS:  # blanks also accept a row with one tab too many
+        tabs = (x for x in dialects if x.delimiter == "\t" and x.decimal == best.decimal)
         best = next((x for x in tabs if x.width > 1 and x.score > 0.8 * best.score), best)
     if best.score == 0.0:
-        said = f' Its last line reads "{shorten(lines[-1])}".' if lines else ""
-        raise InputError(f"there is no row of numbers.{said}", file=file)
+        message = f' Its last line reads "{shorten(lines[-1])}".' if lines else ""
+        raise InputError(f"there is no row of numbers.{message}", file=file)
     if options.decimal is None:
-        best = _check_commas(lines, best, readings, file)
+        best = _check_commas(lines, best, dialects, file)
     return best.delimiter, best.decimal, best.width
 
 
-def _check_commas(lines: list[str], best: _Reading, readings: list[_Reading], file: str) -> _Reading:
-    """Return the reading to take; InputError where `1,5` or `1,234` could as well be something else."""
-    pairs = next((x for x in readings if x[:3] == (",", ".", 2) and x.score > 0.0), None)
-    single = next((x for x in readings if x.decimal == "," and x.width == 1), None)
+def _check_commas(lines: list[str], best: _Dialect, dialects: list[_Dialect], file: str) -> _Dialect:
+    """Return the dialect to use; InputError if `1,5` or `1,234` is ambiguous."""
+    pairs = next((x for x in dialects if x[:3] == (",", ".", 2) and x.score > 0.0), None)
+    single = next((x for x in dialects if x.decimal == "," and x.width == 1), None)
     if pairs and single and best in (pairs, single) and min(pairs.score, single.score) > best.score / 2:
         if pairs.named and any(re.search(r",\S", line) for line in lines if not _has_number(line)):
-            return pairs  # as its names are
+            return pairs  # its names are separated by commas, too
         if not any(re.search(r",0\d", line) for line in lines):
             number = next(line for line in reversed(lines) if "," in line and _has_number(line))
-            way_out = 'Set decimal to "comma" or "point".'
-            raise InputError(f'"{shorten(number)}" is one number with a decimal comma, or two. {way_out}', file=file)
+            remedy = 'Set decimal to "comma" or "point".'
+            raise InputError(f'"{shorten(number)}" is one number with a decimal comma, or two. {remedy}', file=file)
         return single
     if best.decimal == ",":
-        cells = (cell for line in lines for cell in cut(line, best.delimiter))
+        cells = (cell for line in lines for cell in split_or_whole(line, best.delimiter))
         marked = [cell for cell in cells if "," in cell and kind(cell, ",") == CellKind.NUMBER]
         if marked and all(_GROUPED.fullmatch(cell) for cell in marked):
-            said = f'"{marked[0]}" has a decimal comma, or a separator between thousands'
-            way_out = 'Set decimal to "comma", or write the file without separators between thousands.'
-            raise InputError(f"{said}. {way_out}", file=file)
+            message = f'"{marked[0]}" has a decimal comma, or a separator between thousands'
+            remedy = 'Set decimal to "comma", or write the file without separators between thousands.'
+            raise InputError(f"{message}. {remedy}", file=file)
     return best
 
 
 def _has_number(line: str) -> bool:
-    """Whether a line, cut at its commas, has cells that are numbers."""
-    return any(kind(cell, ".") == CellKind.NUMBER for cell in cut(line, ","))
+    """Whether a line, split at its commas, has numeric cells."""
+    return any(kind(cell, ".") == CellKind.NUMBER for cell in split_or_whole(line, ","))
 
 
-def _told(value: str, known: dict[str, str], file: str) -> str:
-    """Return the sign for what an option says, which is the sign itself or its name."""
+def _sign(value: str, known: dict[str, str], file: str) -> str:
+    """Return the sign that an option gives by itself or by its name."""
     signs = {name: sign for sign, name in known.items()}
     if value in signs:
         return signs[value]
@@ -189,24 +189,24 @@ def _told(value: str, known: dict[str, str], file: str) -> str:
     raise InputError(f'there is no {what} "{shorten(value)}"; give {", ".join(signs)}.', file=file)
 
 
-def _read(lines: list[str], delimiter: str, decimal: str) -> _Reading:
-    rows = [cut(line, delimiter) for line in lines]
+def _read(lines: list[str], delimiter: str, decimal: str) -> _Dialect:
+    rows = [split_or_whole(line, delimiter) for line in lines]
     found = [[kind(cell, decimal) for cell in row] for row in rows]
-    sure = [sum(cell in SURE for cell in row) for row in found]
-    widths = Counter(len(row) for row, count in zip(rows, sure, strict=True) if count)
+    numeric = [sum(cell in NUMERIC for cell in row) for row in found]
+    widths = Counter(len(row) for row, count in zip(rows, numeric, strict=True) if count)
     width = widths.most_common(1)[0][0] if widths else 0
     score = 0.0
-    for row, what, count in zip(rows, found, sure, strict=True):
+    for row, what, count in zip(rows, found, numeric, strict=True):
         if count and len(row) == width:
             texts = [cell for cell, is_ in zip(row, what, strict=True) if is_ == CellKind.TEXT]
-            uncut = sum(any(sign in cell for sign in "\t;|") for cell in texts)  # hardly a text, rather several cells
+            uncut = sum(any(sign in cell for sign in "\t;|") for cell in texts)  # probably several cells, not one text
             score += count / (count + len(texts) + 2 * uncut)
-    named = sum(len(row) == width for row, count in zip(rows, sure, strict=True) if not count)
-    return _Reading(delimiter, decimal, width, score / max(1, len(lines)), named)
+    named = sum(len(row) == width for row, count in zip(rows, numeric, strict=True) if not count)
+    return _Dialect(delimiter, decimal, width, score / max(1, len(lines)), named)
 
 
-def cut(line: str, delimiter: str) -> list[str]:
-    """Return the cells of a line, or all of it where it cannot be cut."""
+def split_or_whole(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line, or the whole line if it cannot be split."""
     try:
         return split(line, delimiter)
     except ValueError:

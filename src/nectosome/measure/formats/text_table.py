@@ -1,4 +1,4 @@
-"""How the table of a text file is laid out: found out from its first lines, or taken as told."""
+"""Table of a text file: its layout, found from the first lines or given by options, and its rows as numbers."""
 
 import io
 import re
@@ -15,28 +15,35 @@ from nectosome.measure.formats.text_dialect import (
     BLANKS,
     COMMENT,
     MISSING,
-    SURE,
+    NUMERIC,
     CellKind,
     choose,
     count_cells,
-    cut,
+    date_time,
     has_thousands,
     kind,
-    moment,
     not_a_number,
     number,
     other_decimal,
     split,
+    split_or_whole,
 )
 from nectosome.units import InputError, shorten
 
 _WIDE_GAP = re.compile(r"\t+| {2,}")
 _BEFORE_BRACKET = re.compile(r"[ \t]+(?=[\[(])")
+_JUDGED = 200  # lines that decide the delimiter
+_LABVIEW = "***End_of_Header***"
+Lines = list[tuple[int, str]]  # line numbers and lines
+Cells = list[tuple[int, list[str]]]
+_SECOND = np.timedelta64(1, "s")
+_MARKS = ('"', *COMMENT)
+_READ_CSV: Any = pd.read_csv  # its annotations allow neither names by range nor types by position
 
 
 @dataclass(frozen=True)
 class Head:
-    """Cells of the lines that hold names and units, and where these lines are, 0 for none."""
+    """Cells of the lines with names and units, and the numbers of these lines (0 for none)."""
 
     names: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
@@ -45,11 +52,11 @@ class Head:
 
 
 def find_head(above: list[tuple[int, str]], delimiter: str, decimal: str, widths: range) -> Head:
-    """Return what the numbered lines above the first row say, if they have as many cells as `widths` allows."""
+    """Return names and units from the numbered lines above the first row; cells per line must be in `widths`."""
 
     def fitting(line: str) -> list[str]:
         cells = name_cells(line, delimiter, widths)
-        return [] if any(kind(cell, decimal) in (CellKind.NUMBER, CellKind.MOMENT) for cell in cells) else cells
+        return [] if any(kind(cell, decimal) in (CellKind.NUMBER, CellKind.DATE_TIME) for cell in cells) else cells
 
     plain: list[tuple[int, list[str]]] = []
     comments: list[tuple[int, list[str]]] = []
@@ -72,82 +79,75 @@ def find_head(above: list[tuple[int, str]], delimiter: str, decimal: str, widths
 
 
 def name_cells(line: str, delimiter: str, widths: range) -> list[str]:
-    """Return the cells of a line of names, none if they are not as many as `widths` allows.
+    """Return the cells of a line of names, none if their number is not in `widths`.
 
-    Between blanks, names may hold blanks themselves: two blanks or a tab then end a name, or a unit in brackets does.
+    With blanks as the delimiter, a name may contain blanks: two blanks, a tab or a unit in brackets then end it.
     """
-    ways = [line]
+    variants = [line]
     if delimiter == BLANKS:
-        ways = [line, _WIDE_GAP.sub(" ", _glue(line)), _BEFORE_BRACKET.sub("\0", line)]
-    for way in ways:
+        variants = [line, _WIDE_GAP.sub(" ", _glue(line)), _BEFORE_BRACKET.sub("\0", line)]
+    for variant in variants:
         try:
-            cells = [cell.replace("\0", " ") for cell in split(way, delimiter)]
+            cells = [cell.replace("\0", " ") for cell in split(variant, delimiter)]
         except ValueError:
             continue
         if len(cells) == widths[-1] + 1 and cells[-1] == "Comment":
-            cells.pop()  # LabVIEW heads a column of comments, and ends the rows before it
-        said = max((k for k, cell in enumerate(cells, 1) if cell), default=0)
-        count = max(said, widths[0])
-        if said and count in widths and count <= len(cells):
+            cells.pop()  # LabVIEW names a column of comments that its rows do not have
+        named = max((k for k, cell in enumerate(cells, 1) if cell), default=0)
+        count = max(named, widths[0])
+        if named and count in widths and count <= len(cells):
             return cells[:count]
     return []
 
 
 def units_of(cells: list[str], count: int) -> tuple[str, ...]:
-    """Return the units in a row of them, as many as there are columns."""
+    """Return the units in a row of units, padded to one per column."""
     return tuple(bare_unit(cell) for cell in [*cells, *[""] * count][:count])
 
 
 def uncomment(line: str) -> str:
-    """Return a line without the sign that makes it a comment."""
+    """Return a line without its comment sign."""
     return line.lstrip().lstrip("".join(COMMENT)).lstrip() if line.lstrip().startswith(COMMENT) else line
 
 
 def _glue(line: str) -> str:
-    """Replace single blanks, which are within a name where two or more are between names."""
+    """Replace single blanks, which belong to a name if two or more separate names."""
     return re.sub(r"(?<! ) (?! )", "\0", line.strip())
 
 
 def is_unit_row(cells: list[str]) -> bool:
-    """Whether every cell is empty or reads as a unit."""
+    """Whether every cell is empty or a unit."""
     return all(is_unit(cell) for cell in cells if cell)
-
-
-_JUDGED = 200  # lines by which the delimiter is judged
-_LABVIEW = "***End_of_Header***"
-
-Lines = list[tuple[int, str]]  # with their numbers
-Cells = list[tuple[int, list[str]]]
 
 
 @dataclass(frozen=True)
 class TextLayout:
-    """Where the table is and how its rows are cut into cells."""
+    """Position of the table, and how its rows are split into cells."""
 
     delimiter: str
     decimal: str
     width: int  # cells of a row
-    spare: int  # of these, empty ones behind the last column
+    spare: int  # of these, empty cells behind the last column
     first: int  # line of the first row
-    kinds: tuple[CellKind, ...]  # of the columns: NUMBER, MOMENT or TEXT
+    kinds: tuple[CellKind, ...]  # of the columns: NUMBER, DATE_TIME or TEXT
     head: Head
-    moments: dict[int, str]  # the first one of each column of date-times
+    first_times: dict[int, str]  # first time of each column of date-times
 
 
 def find_layout(text: str, options: Options, file: str) -> TextLayout:
-    """Return the layout of a text of whole lines; InputError where there is no table or more than one reading."""
+    """Return the layout of a text of whole lines; InputError if there is no table or the dialect is ambiguous."""
     lines = [(n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip()]
     if not lines:
         raise InputError("is empty.", file=file)
     _check_header(options.header, lines, file)
-    # LabVIEW heads its files, then their first part
+    # LabVIEW writes a header for the file and one for its first section
     ends = [n for n, line in lines if line.startswith(_LABVIEW)][:2]
     if not options.header:
         lines = [(n, line) for n, line in lines if n > max(ends, default=0)]
     bare = [(n, line) for n, line in lines if not line.lstrip().startswith(COMMENT)]
     delimiter, decimal, width = choose([line for _, line in bare[-_JUDGED:]], options, file)
 
-    cells = [(n, cut(line, delimiter)) for n, line in bare if n > (options.header or 0)]
+    cells = [(n, split_or_whole(line, delimiter)) for n, line in bare if n > (options.header or 0)]
     kinds = _kinds([row for _, row in cells[-_JUDGED:] if len(row) == width], decimal, width)
     start = next((i for i, (_, row) in enumerate(cells) if _fits(row, kinds, decimal) and not _counts(row)), None)
     if start is None:
@@ -167,63 +167,63 @@ def find_layout(text: str, options: Options, file: str) -> TextLayout:
     for column, what in enumerate(kinds):
         if what == CellKind.TEXT:
             _check_no_numbers(column, cells[start:], decimal, head, file)
-    moments = {
-        j: next(row[j] for row in rows if kind(row[j], decimal) == CellKind.MOMENT)
+    first_times = {
+        j: next(row[j] for row in rows if kind(row[j], decimal) == CellKind.DATE_TIME)
         for j, what in enumerate(kinds)
-        if what == CellKind.MOMENT
+        if what == CellKind.DATE_TIME
     }
-    return TextLayout(delimiter, decimal, width, spare, first, kinds, head, moments)
+    return TextLayout(delimiter, decimal, width, spare, first, kinds, head, first_times)
 
 
 def _kinds(rows: list[list[str]], decimal: str, width: int) -> tuple[CellKind, ...]:
-    """Return of each column what its cells are: numbers or date-times if any are, numbers if there are none."""
+    """Return the kind of each column: number or date-time if any cell is one, number if all cells are missing."""
 
     def of(column: int) -> CellKind:
         found = Counter(kind(row[column], decimal) for row in rows)
-        if any(found[sure] for sure in SURE):
-            return max(SURE, key=lambda sure: found[sure])
+        if any(found[numeric] for numeric in NUMERIC):
+            return max(NUMERIC, key=lambda numeric: found[numeric])
         return CellKind.TEXT if found[CellKind.TEXT] else CellKind.NUMBER
 
     return tuple(of(column) for column in range(width))
 
 
 def _fits(row: list[str], kinds: tuple[CellKind, ...], decimal: str) -> bool:
-    """Whether a line is a row of the table: as many cells, of the kinds of their columns, at least one of them sure."""
+    """Whether a line is a row: each cell of its column's kind, at least one a number or date-time."""
     if len(row) != len(kinds):
         return False
     found = [kind(cell, decimal) for cell in row]
-    return any(cell in SURE for cell in found) and all(
+    return any(cell in NUMERIC for cell in found) and all(
         what == CellKind.TEXT or cell in (what, CellKind.MISSING) for cell, what in zip(found, kinds, strict=True)
     )
 
 
 def _is_missing(row: list[str], width: int) -> bool:
-    """Whether a row has no value, and a word for that, as names and units have not."""
+    """Whether a row has only missing values, at least one of them as a word such as nan."""
     return len(row) == width and all(cell in MISSING for cell in row) and any(cell.strip("+-") for cell in row)
 
 
 def _counts(row: list[str]) -> bool:
-    """Whether these are the names that pandas writes for columns without: nothing over its index, then 0, 1, 2."""
+    """Whether these are pandas' names of unnamed columns: empty above the index, then 0, 1, 2."""
     return len(row) > 1 and row == ["", *map(str, range(len(row) - 1))]
 
 
 def _check_no_row(line: int, row: list[str], kinds: tuple[CellKind, ...], decimal: str, file: str) -> None:
-    """Refuse a line above the first row that seems to be a row with a fault, so that none is lost."""
+    """Refuse a line above the first row that is probably a faulty row, so that no row is lost."""
     found = [kind(cell, decimal) for cell in row]
-    if _counts(row) or not any(cell in SURE for cell in found):
+    if _counts(row) or not any(cell in NUMERIC for cell in found):
         return
     if len(row) == len(kinds):
         cells = zip(row, found, kinds, strict=True)
         wrong = next(cell for cell, is_, what in cells if what != CellKind.TEXT and is_ not in (what, CellKind.MISSING))
-        way_out = f" If this line has the names, set header to {line}." if wrong[:1].isalpha() else ""
-        raise InputError(f"{not_a_number(wrong, decimal)}{way_out}", file=file, line=line)
-    if 2 * sum(cell in SURE for cell in found) > len(row):
-        said = f"{count_cells(len(row))} here, and the rows below have {len(kinds)}"
-        raise InputError(f"{said}. Put # before it if it is no row.", file=file, line=line)
+        remedy = f" If this line has the names, set header to {line}." if wrong[:1].isalpha() else ""
+        raise InputError(f"{not_a_number(wrong, decimal)}{remedy}", file=file, line=line)
+    if 2 * sum(cell in NUMERIC for cell in found) > len(row):
+        message = f"{count_cells(len(row))} here, and the rows below have {len(kinds)}"
+        raise InputError(f"{message}. Put # before it if it is not a row.", file=file, line=line)
 
 
 def _check_no_numbers(column: int, cells: Cells, decimal: str, head: Head, file: str) -> None:
-    """Refuse a column that would be left out as text because its numbers are written in another way."""
+    """Refuse a text column whose cells are numbers in another notation."""
     field = (head.names[column] if head.names else "") or f"column {column + 1}"
     for line, row in cells:
         if column < len(row) and (has_thousands(row[column]) or other_decimal(row[column], decimal)):
@@ -232,18 +232,18 @@ def _check_no_numbers(column: int, cells: Cells, decimal: str, head: Head, file:
 
 def _check_header(header: int | None, lines: Lines, file: str) -> None:
     if header and header not in dict(lines):
-        raise InputError(f"header is to be line {header}, where nothing is.", file=file)
+        raise InputError(f"header is set to line {header}, which is empty.", file=file)
 
 
 def _head(above: Lines, options: Options, delimiter: str, decimal: str, widths: range, file: str) -> Head:
-    """Return names and units, checked against the number of columns."""
+    """Return names and units; their number must match the columns."""
     if options.header == 0:
         return Head()
     if options.header is not None:
         names = name_cells(uncomment(dict(above)[options.header]), delimiter, widths)
         if not names:
-            said = f"there are not {widths[-1]} names in this line"
-            raise InputError(f"{said}. Give the line that has them, or 0.", file=file, line=options.header)
+            message = f"there are not {widths[-1]} names in this line"
+            raise InputError(f"{message}. Give the line that has them, or 0.", file=file, line=options.header)
         line, below = above[-1]
         units = name_cells(uncomment(below), delimiter, widths) if line > options.header else []
         if not units or not is_unit_row(units):
@@ -252,33 +252,27 @@ def _head(above: Lines, options: Options, delimiter: str, decimal: str, widths: 
     head = find_head(above, delimiter, decimal, widths)
     if not head.names and not head.units and above and delimiter != BLANKS:
         line, text = above[-1]
-        row = cut(text, delimiter)
-        sure = any(kind(cell, decimal) in SURE for cell in row)
-        if len(row) > 1 and all(row) and not sure and len(row) in (widths[0] - 1, widths[-1] + 1):
-            said = f"{len(row)} names here, and the rows have {count_cells(widths[-1])}"
-            raise InputError(f"{said}. Name each column, or set header to 0.", file=file, line=line)
+        row = split_or_whole(text, delimiter)
+        numeric = any(kind(cell, decimal) in NUMERIC for cell in row)
+        if len(row) > 1 and all(row) and not numeric and len(row) in (widths[0] - 1, widths[-1] + 1):
+            message = f"{len(row)} names here, and the rows have {count_cells(widths[-1])}"
+            raise InputError(f"{message}. Name each column, or set header to 0.", file=file, line=line)
     return head
 
 
-_SECOND = np.timedelta64(1, "s")
-_MARKS = ('"', *COMMENT)
-
-_READ_CSV: Any = pd.read_csv  # its annotations know neither names by range nor types by place
-
-
 class TextRows:
-    """Turns lines of one table into numbers; `names` of the columns are for messages."""
+    """Converts lines of one table to numbers; the column `names` are for messages."""
 
     def __init__(self, layout: TextLayout, names: list[str], file: str):
         self.layout, self.names, self.file = layout, names, file
         self.used = [j for j, what in enumerate(layout.kinds) if what != CellKind.TEXT]
-        self._starts = {j: self._start(j) for j in layout.moments}
+        self._starts = {j: self._start(j) for j in layout.first_times}
         spare = list(range(layout.width - layout.spare, layout.width))
         self._dtypes = {j: str if j in self._starts else np.float64 for j in self.used + spare}
         self._columns = self.used + spare if CellKind.TEXT in layout.kinds else None  # None: all
 
     def read(self, raw: bytes, line: int, count: int) -> Piece:
-        """Return the rows of so many whole lines, of which the first is `line` of the file. Raises InputError."""
+        """Return the rows of `count` whole lines; `line` is the number of the first one. Raises InputError."""
         values = self._by_pandas(raw, count) if self._is_plain(raw, count) else None
         if values is not None:
             return Piece(np.arange(line, line + count), values)
@@ -321,9 +315,9 @@ class TextRows:
             except ValueError as error:
                 raise InputError(str(error), file=self.file, line=n) from None
             if count != width:
-                said = f"{count_cells(count)} here, {width} expected"
-                way_out = "Correct this line, or put # before it to leave it out."
-                raise InputError(f"{said}. {way_out}", file=self.file, line=n)
+                message = f"{count_cells(count)} here, {width} expected"
+                remedy = "Correct this line, or put # before it to leave it out."
+                raise InputError(f"{message}. {remedy}", file=self.file, line=n)
             rows.append((n, row))
         return rows
 
@@ -370,19 +364,19 @@ class TextRows:
                     raise InputError(str(error), file=self.file, line=n, field=self.names[j]) from None
             beyond = next((cell for cell in cells[self.layout.width - self.layout.spare :] if cell), None)
             if beyond is not None:
-                said = f'"{shorten(beyond)}" stands behind the last column'
-                raise InputError(f"{said}. Name its column, or delete it.", file=self.file, line=n)
+                message = f'"{shorten(beyond)}" stands behind the last column'
+                raise InputError(f"{message}. Name its column, or delete it.", file=self.file, line=n)
         return values
 
     def _start(self, column: int) -> pd.Timestamp:
         try:
-            return moment(self.layout.moments[column])
+            return date_time(self.layout.first_times[column])
         except ValueError as error:
             raise InputError(str(error), file=self.file, field=self.names[column]) from None
 
     def _value(self, cell: str, column: int) -> float:
         if column in self._starts and cell not in MISSING:
-            return (moment(cell) - self._starts[column]) / _SECOND
+            return (date_time(cell) - self._starts[column]) / _SECOND
         return number(cell, self.layout.decimal)
 
 

@@ -1,4 +1,4 @@
-"""Where in a worksheet the table is: its names, units, columns and first row, found in the rows at its top."""
+"""Cells of a worksheet, and the position of its table: names, units, columns and first row, found in its top rows."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,11 +12,12 @@ Kind: TypeAlias = Literal["empty", "missing", "number", "time", "text"]
 
 _MISSING = {"nan", "n/a", "na", "#n/a", "-", "--", "null", "none"}
 _DAY = 86400.0  # seconds
+Row = Sequence[Any]
 
 
 @dataclass(frozen=True)
 class Broken:
-    """A cell that should have a number, but has none: why, and what helps."""
+    """A cell that lacks its number: the reason and the remedy."""
 
     why: str
 
@@ -25,7 +26,7 @@ UNCALCULATED = Broken("has a formula without a value. Open the workbook in Excel
 
 
 def kind(cell: Any) -> Kind:
-    """Return what a cell holds; a broken one counts as a number, "n/a" and the like as missing."""
+    """Return the kind of a cell; a broken one is a number, "n/a" and the like are missing."""
     if cell is None:
         return "empty"
     if isinstance(cell, datetime | date | time | timedelta):
@@ -37,21 +38,21 @@ def kind(cell: Any) -> Kind:
 
 
 def count(row: Sequence[Any], *kinds: Kind) -> int:
-    """Return how many cells of a row are of these kinds."""
+    """Return the number of cells of these kinds in a row."""
     return sum(kind(cell) in kinds for cell in row)
 
 
 def seconds(cell: Any) -> float:
-    """Return a time as seconds since the zero of Excel's days."""
+    """Return a time in seconds since Excel's day 0."""
     from openpyxl.utils.datetime import to_excel
 
     return float(to_excel(cell)) * _DAY
 
 
 def as_number(cell: Any, origin: float | None) -> float:
-    """Return the number in a cell, nan where it is empty; in a column of times, seconds since its `origin`.
+    """Return the number in a cell, NaN for an empty one; in a column of times, seconds since its `origin`.
 
-    Raises ValueError that says why there is none.
+    Raises ValueError with the reason for any other cell.
     """
     if origin is None and type(cell) in (int, float):  # most cells
         return float(cell)
@@ -63,18 +64,15 @@ def as_number(cell: Any, origin: float | None) -> float:
     if what == "text":
         raise ValueError(f'"{cell.strip()}" is text, not a number. Correct the cell, or empty it')
     if what == "time" and origin is not None:
-        return round(seconds(cell) - origin, 3)  # as fine as openpyxl reads times
+        return round(seconds(cell) - origin, 3)  # the resolution of openpyxl
     if (what == "time") != (origin is not None):
         here, above = ("a time", "numbers") if what == "time" else ("a number", "times")
-        raise ValueError(f"{cell} is {here} below {above}. Give the whole column one format")
+        raise ValueError(f"{cell} is {here} in a column of {above}. Give the whole column one format")
     return float(cell)
 
 
-Row = Sequence[Any]
-
-
 class Merged(NamedTuple):
-    """Merged cells: rows and columns from 1, the last ones included."""
+    """Merged cells: first and last row and column, from 1."""
 
     top: int
     left: int
@@ -84,7 +82,7 @@ class Merged(NamedTuple):
 
 @dataclass(frozen=True)
 class TablePlace:
-    """A column of the table: where it is in the sheet [from 0], and from when its times count [s], if it has times."""
+    """A column of the table: its index in the sheet (from 0), and the origin of its times [s], if it has times."""
 
     index: int
     column: Column
@@ -93,7 +91,7 @@ class TablePlace:
 
 @dataclass(frozen=True)
 class SheetLayout:
-    """The table of a worksheet: where its rows begin [from 1], its columns, columns of text, and what was found."""
+    """The table of a worksheet: its first row (from 1), its columns, indices of text columns, and notes."""
 
     first: int
     places: tuple[TablePlace, ...]
@@ -102,9 +100,9 @@ class SheetLayout:
 
 
 def lay_out(rows: Sequence[Row], header: int | None, merged: Sequence[Merged]) -> SheetLayout | None:
-    """Return where the table is in a sheet that begins with these rows; None where it has no row of numbers.
+    """Return the table of a sheet that begins with `rows`; None without a row of numbers.
 
-    `header` is the row with the names [from 1; 0: there is none], None: find it.
+    `header` is the row with the names (from 1), 0 for none, None to find it.
     """
     rows = _unmerged(rows, merged)
     if header and not (header <= len(rows) and _filled(rows[header - 1])):
@@ -149,8 +147,8 @@ def _place(j: int, column: Column, cells: Sequence[Any]) -> TablePlace:
 def _first(rows: Sequence[Row], header: int | None) -> int | None:
     """The index of the first row of the table.
 
-    It has numbers and no texts, or texts only after its numbers, and below it there is no row of more texts than the
-    rows above had numbers: that would begin another table. Rows between it and its names belong to it in any case.
+    It has numbers, and texts only after its numbers. No row below it has only texts and more of them than the rows
+    above have numbers: that would begin another table. Rows between it and its names belong to the table in any case.
     """
     if header is not None:
         return next((i for i in range(header, len(rows)) if _numbers(rows[i])), None)
@@ -165,7 +163,7 @@ def _first(rows: Sequence[Row], header: int | None) -> int | None:
 
 
 def _below_names(rows: Sequence[Row], first: int | None) -> int | None:
-    """The first row right below names for all of it, with nothing but rows of numbers from it to `first`."""
+    """The first row below names for all its cells with only rows of numbers from it to `first`; else `first`."""
     for i, row in enumerate(rows[:first]):
         if not _numbers(row):
             continue
@@ -175,7 +173,7 @@ def _below_names(rows: Sequence[Row], first: int | None) -> int | None:
                 break
             names.update(_filled(above))
         below = [_numbers(r) for r in rows[i:first] if _filled(r)]
-        alone = first is None and len(below) < 2  # a note and its value
+        alone = first is None and len(below) < 2  # a label and its value
         if names.issuperset(_filled(row)) and all(below) and not alone:
             return i
     return first
@@ -186,7 +184,7 @@ def _numbers(row: Row) -> int:
 
 
 def _filled(row: Row) -> list[int]:
-    """The columns in which a row has anything."""
+    """The columns in which a row has a value."""
     return [j for j, cell in enumerate(row) if kind(cell) not in ("empty", "missing")]
 
 
@@ -210,7 +208,7 @@ def _are_units(row: Row) -> bool:
 
 
 def _covers(upper: Row, lower: Row) -> bool:
-    """Whether a row has texts wherever the other has anything."""
+    """Whether the upper row has text wherever the lower one is not empty."""
     return all(j < len(upper) and kind(upper[j]) == "text" for j, cell in enumerate(lower) if kind(cell) != "empty")
 
 
@@ -221,7 +219,7 @@ def _text(rows: Sequence[Row], i: int | None, j: int) -> str:
 
 
 def _unmerged(rows: Sequence[Row], merged: Sequence[Merged]) -> Sequence[Row]:
-    """Move texts that fill several cells of a column down to the last of them, beside the names of the others."""
+    """Move the text of cells merged within a column to the last of them, into the row of the other names."""
     rows = [list(row) for row in rows]
     for top, left, bottom, right in merged:
         highest = rows[top - 1] if left == right and top < bottom <= len(rows) else []
@@ -233,11 +231,11 @@ def _unmerged(rows: Sequence[Row], merged: Sequence[Merged]) -> Sequence[Row]:
 
 
 def _groups(rows: Sequence[Row], names: int | None, merged: Sequence[Merged]) -> Mapping[int, str]:
-    """What stands above several names at once, right above them, by column: "force" above x, y and z."""
+    """Text of merged cells right above several names, by column: "force" above x, y and z."""
     groups: dict[int, str] = {}
     named = set(_filled(rows[names])) if names else set()
     for top, left, bottom, right in merged:
         inside = range(left - 1, right)
-        if top == bottom == names and named.difference(inside):  # one over all of them is a title
+        if top == bottom == names and named.difference(inside):  # one over all names is a title
             groups |= dict.fromkeys(inside, _text(rows, top - 1, left - 1))
     return groups

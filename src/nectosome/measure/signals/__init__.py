@@ -1,18 +1,18 @@
-"""Signals made of recordings: pure functions that carry standard errors along and write down their settings."""
+"""Signal processing of recordings: pure functions that propagate standard errors and record their settings."""
 
 from .align import Alignment, align, align_at
 from .cycles import average_cycles, regular_starts, split_cycles
 from .events import StrokeWindow, Window, crossings, strokes, windows_where
 from .features import features, mean, rms, slope
 from .filters import detrend, lowpass, smooth
-from .labels import SE, processing
 from .loops import loop_area
+from .metadata import SE, processing
 from .peaks import peaks
 from .period import Period, find_period
 from .repeated_runs import average_repeats, combine, propagate
 from .resample import resample
 from .runs import split, split_at_idle, split_at_resets
-from .sine import FittedSine, SineEstimate, sine
+from .sine import FittedSine, ValueWithError, sine
 from .spectra import dominant_frequency, spectrum
 
 __all__ = [
@@ -20,8 +20,8 @@ __all__ = [
     "Alignment",
     "FittedSine",
     "Period",
-    "SineEstimate",
     "StrokeWindow",
+    "ValueWithError",
     "Window",
     "align",
     "align_at",

@@ -1,4 +1,4 @@
-"""Recordings on one clock: the lag between two of them, from what they have in common or from a trigger."""
+"""Recordings on one clock: the lag between two of them, from their correlation or from a trigger."""
 
 from typing import Any, NamedTuple
 
@@ -9,37 +9,36 @@ from scipy.interpolate import CubicSpline
 
 from .correlation import Peak, correlations, parabola_top, part_to_fit, top_width
 from .events import crossings
-from .labels import SE, with_step
+from .metadata import SE, with_step
 from .requirements import positive, single
 from .resample import between, default_gap, unbroken
 
-_POINTS = 9  # of the correlation's top, at least
+_POINTS = 9  # least number of points in the fit of the correlation's peak
 
 
 class Alignment(NamedTuple):
-    """A recording on the clock of another."""
+    """A recording on the clock of another one."""
 
     recording: xr.Dataset
-    lag: float  # [s] how much later things happen on its own clock; taken off its time
-    lag_se: float  # [s] nan where nothing is known
-    correlation: float  # at that lag, 1 for the same signal; nan for a trigger
+    lag: float  # [s] delay of its own clock, subtracted from its time
+    lag_se: float  # [s] NaN if unknown
+    correlation: float  # at that lag, 1 for the same signal; NaN for a trigger
 
 
 def align(a: xr.Dataset, b: xr.Dataset, name: str, *, max_lag: float | None = None) -> Alignment:
-    """Put `b` on the clock of `a`, by the lag at which their variables `name` are correlated best.
+    """Put `b` on the clock of `a`, by the lag with the highest correlation of their variables `name`.
 
     The recording with the wider steps keeps its samples; the other one is interpolated at them (cubic spline).
-    Pearson's r over the samples that meet, at least half of the shorter recording, is highest at some whole step,
-    within `max_lag` [s] where it is given; the lag is the vertex of the parabola of least squares through the top of
-    r, evaluated between steps. Its standard error, for errors that are independent from sample to sample,
+    Pearson's r is taken over the overlap, at least half of the shorter recording, at whole steps (within `max_lag` [s]
+    if given). The lag is the vertex of the least-squares parabola through the peak of r, evaluated between steps. Its
+    standard error, for errors independent from sample to sample,
 
     $$ s^2 = \\frac{1 - r^2}{N\\, r\\, (-r'')} $$
 
-    is the Cramer-Rao bound of a delay (Kay, Fundamentals of Statistical Signal Processing, vol. 1, ex. 3.13) with
-    the noise and the slope of the signal taken from the correlation; interpolation adds up to a fiftieth of a step
-    where a signal has frequencies near half the rate. A signal that repeats itself has as many such lags as periods:
-    give `max_lag`. Raises ValueError for nan, gaps, a constant signal, no positive correlation, and where r is
-    highest at the end of the search.
+    is the Cramer-Rao bound of a delay (Kay, Fundamentals of Statistical Signal Processing, vol. 1, ex. 3.13), with the
+    signal's noise and derivative from the correlation. For frequencies near half the rate, interpolation adds up to
+    1/50 of a step. A periodic signal has one such lag per period: give `max_lag`. Raises ValueError for NaN, gaps, a
+    constant signal, no positive correlation, and a peak at the end of the search.
     """
     ours, theirs = _Samples.of(a, name), _Samples.of(b, name)
     swapped = ours.step < theirs.step
@@ -52,10 +51,10 @@ def align(a: xr.Dataset, b: xr.Dataset, name: str, *, max_lag: float | None = No
 
 
 def align_at(a: xr.Dataset, b: xr.Dataset, name: str, level: float, *, hysteresis: float = 0.0) -> Alignment:
-    """Put `b` on the clock of `a`, by the first rise of their variables `name` through `level` (`crossings`).
+    """Put `b` on the clock of `a`, by the first rising crossing of `level` of their variables `name` (`crossings`).
 
-    The standard error follows from those of `name` where both recordings have them, over the slope at the crossing;
-    else it is nan. Raises ValueError where one of them does not rise through the level.
+    The standard error is that of `name` over its time derivative at the crossing; NaN unless both recordings have
+    standard errors. Raises ValueError if one of them does not cross the level.
     """
     found = []
     for recording, which in ((a, "first"), (b, "second")):
@@ -93,14 +92,14 @@ class _Samples(NamedTuple):
         return cls(time, x, step)
 
     def even(self, step: float) -> Float[np.ndarray, "k"]:
-        """Values at even steps from the first time on."""
+        """Values at equal steps from the first time on."""
         count = int((self.time[-1] - self.time[0]) / step * (1 + 1e-9)) + 1
         grid = np.minimum(self.time[0] + step * np.arange(count), self.time[-1])
         return between(self.time, self.values, grid, "cubic")
 
 
 def _best_lag(a: _Samples, b: _Samples, name: str, max_lag: float | None) -> tuple[Peak, int]:
-    """Peak of the correlation over the lag [s] of b behind a, and the samples that met there; a has the wider steps."""
+    """Correlation peak over the lag [s] of b behind a, and the samples in the overlap; a has the wider steps."""
     u, v = a.even(a.step), b.even(a.step)
     lags, r = correlations(u, v, max(8, min(len(u), len(v)) // 2))
     delays = lags * a.step + b.time[0] - a.time[0]
@@ -110,19 +109,19 @@ def _best_lag(a: _Samples, b: _Samples, name: str, max_lag: float | None) -> tup
         delays, r = delays[near], r[near]
     best = int(np.argmax(r)) if len(r) else 0
     if len(r) == 0 or r[best] <= 0:
-        raise ValueError(f"align: {name} of the two recordings is correlated at none of the lags that are searched.")
+        raise ValueError(f"align: {name} of the two recordings has no positive correlation at any lag searched.")
     if best in (0, len(r) - 1):
         raise ValueError(
-            f"align: the correlation of {name} is highest at the end of the search, {delays[best]:.6g} s: give a "
-            "larger max_lag, or cut the recordings so that they share more."
+            f"align: the correlation of {name} is highest at the end of the search, {delays[best]:.6g} s: set a "
+            "larger max_lag, or cut the recordings to a longer overlap."
         )
     peak = parabola_top(delays[best - 1 : best + 2], r[best - 1 : best + 2])
     widest = max(0.5, top_width(r, best)) * a.step
     spline, count, found = CubicSpline(b.time, b.values), 0, np.nan
-    for _ in range(4):  # what is fitted of the top moves to its vertex, and is no wider than noise asks for
+    for _ in range(4):  # the fitted part of the peak moves to its vertex; its width follows from the noise
         width = widest * part_to_fit(peak.height)
         near = np.abs(delays - peak.lag) <= width
-        enough = np.count_nonzero(near) >= _POINTS  # whole steps will do
+        enough = np.count_nonzero(near) >= _POINTS  # whole steps suffice
         tried = delays[near] if enough else peak.lag + np.linspace(-width, width, _POINTS)
         inside = (a.time + tried[0] >= b.time[0]) & (a.time + tried[-1] <= b.time[-1])
         count = int(np.count_nonzero(inside))
@@ -132,7 +131,7 @@ def _best_lag(a: _Samples, b: _Samples, name: str, max_lag: float | None) -> tup
         found, peak = peak.lag, peak._replace(lag=float(np.clip(peak.lag, tried[0], tried[-1])))
     if peak.curvature > 0 and peak.lag == found:
         return peak, count
-    raise ValueError(f"align: the correlation of {name} has no clear top: smooth or low-pass the recordings first.")
+    raise ValueError(f"align: the correlation of {name} has no clear peak: smooth or low-pass the recordings first.")
 
 
 def _crossing_se(recording: xr.Dataset, name: str, at: float) -> float:

@@ -1,4 +1,4 @@
-"""Correlation of two signals against the delay between them, and where it is highest."""
+"""Correlation of two signals over their lag, and the peak of it."""
 
 from typing import NamedTuple
 
@@ -6,11 +6,11 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.signal import correlate
 
-TOP = 0.8  # of the highest correlation: what is above it belongs to the top of the peak
+TOP = 0.8  # [highest correlation]: correlations above belong to the peak
 
 
 class Peak(NamedTuple):
-    """Top of a correlation."""
+    """Peak of a correlation."""
 
     lag: float
     height: float
@@ -20,10 +20,9 @@ class Peak(NamedTuple):
 def correlations(
     a: Float[np.ndarray, "n"], b: Float[np.ndarray, "m"], least: int
 ) -> tuple[Int[np.ndarray, "k"], Float[np.ndarray, "k"]]:
-    """Pearson's r of a_i and b_{i+lag} over the samples that meet, for every lag at which at least so many do.
+    """Pearson's r of a_i and b_{i+lag} over their overlap, for every lag with an overlap of at least `least` samples.
 
-    Each lag has its own means and spreads: a short overlap is not taken for a low correlation. 0 where one of them is
-    constant.
+    Means and variances are those of the overlap, so that a short one does not lower r. r = 0 for a constant signal.
     """
     a, b = a - a.mean(), b - b.mean()
     one_a, one_b = np.ones_like(a), np.ones_like(b)
@@ -43,24 +42,24 @@ def correlations(
 
 
 def top_width(r: Float[np.ndarray, "n"], at: int) -> float:
-    """Half the width of the top around index `at`, in lags: the shorter way to 0.8 of its height; 1 at the end."""
+    """Half width [lags] of the peak at index `at`: the smaller distance to 0.8 of its height; 1 at an end."""
     level = TOP * r[at]
-    ways = []
+    widths = []
     for side in (r[at:], r[at::-1]):
         below = np.flatnonzero(side < level)
         if len(below):
             i = below[0]
-            ways.append(i - 1 + (side[i - 1] - level) / (side[i - 1] - side[i]))
-    return float(min(ways, default=1.0))
+            widths.append(i - 1 + (side[i - 1] - level) / (side[i - 1] - side[i]))
+    return float(min(widths, default=1.0))
 
 
 def part_to_fit(height: float) -> float:
-    """How much of the half width to fit: all where noise leaves no more than 0.95 of the height, else less."""
+    """Fraction of the half width to fit: 1 for a peak of at most 0.95 (noise), less for a higher one."""
     return float(np.sqrt(np.clip(4 * (1 - height) / (1 - TOP), 0.01, 1.0)))
 
 
 def parabola_top(lag: Float[np.ndarray, "n"], r: Float[np.ndarray, "n"]) -> Peak:
-    """Vertex of the parabola of least squares; the lag is nan where it opens upwards."""
+    """Vertex of the least-squares parabola; the lag is NaN if it opens upwards."""
     centre = float(lag.mean())
     scale = float(np.ptp(lag)) / 2
     c2, c1, c0 = np.polyfit((lag - centre) / scale, r, 2)

@@ -1,4 +1,4 @@
-"""When something happens: crossings of a level, stretches in which a condition holds, strokes."""
+"""Events in time: crossings of a level, windows in which a condition holds, strokes."""
 
 from itertools import pairwise
 from typing import Literal, NamedTuple
@@ -7,23 +7,23 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from .labels import history, with_step
+from .metadata import history, with_step
 from .requirements import positive, single, time_of
 
 
 class Window(NamedTuple):
-    """A stretch of time, both ends within it; `recording.sel(time=slice(*window))` is what was recorded in it."""
+    """A closed interval of time; `recording.sel(time=slice(*window))` selects its samples."""
 
     start: float  # [s]
     end: float  # [s]
 
 
 class StrokeWindow(NamedTuple):
-    """A motion in one direction, from a turning point to the next."""
+    """A monotonic motion from one turning point to the next."""
 
     start: float  # [s]
     end: float  # [s]
-    change: float  # of the signal over it, in its unit; negative where it goes down
+    change: float  # of the signal, in its unit; negative for a falling signal
 
 
 def crossings(
@@ -35,9 +35,9 @@ def crossings(
 ) -> xr.DataArray:
     """Times [s] at which a signal rises (falls) through `level`, along the dimension `event`.
 
-    A rise counts when the signal has come from level - hysteresis / 2 or below to level + hysteresis / 2 or above;
-    its time is where the straight line between samples last met the level on the way. Noise smaller than half the
-    hysteresis makes no crossing of its own. Raises ValueError for nan and a hysteresis below 0.
+    A rise counts if it goes from level - hysteresis / 2 or below to level + hysteresis / 2 or above; its time is the
+    last crossing of the level before, by linear interpolation between samples. Noise smaller than half the hysteresis
+    makes no extra crossing. Raises ValueError for NaN and a negative hysteresis.
     """
     time, x = single(signal, "crossings")
     if direction not in ("rising", "falling"):
@@ -56,10 +56,10 @@ def crossings(
 
 
 def windows_where(condition: xr.DataArray, minimum: float = 0.0) -> list[Window]:
-    """Stretches of `minimum` [s] or longer in which a condition holds, from the first such sample to the last.
+    """Windows of `minimum` [s] or longer in which a condition holds, from the first such sample to the last.
 
-    `windows_where(abs(speed) < 1e-3, 0.5)` are the times at rest. Comparisons with nan do not hold. Raises ValueError
-    for what is not true or false.
+    `windows_where(abs(speed) < 1e-3, 0.5)` gives the times at rest. Comparisons with NaN are false. Raises ValueError
+    for a condition that is not boolean.
     """
     time = time_of(condition, "windows_where")
     if condition.dtype.kind != "b" or condition.dims != ("time",):
@@ -74,12 +74,11 @@ def windows_where(condition: xr.DataArray, minimum: float = 0.0) -> list[Window]
 
 
 def strokes(signal: xr.DataArray, excursion: float) -> list[StrokeWindow]:
-    """Motions in one direction of at least `excursion`, in the signal's unit, from one turning point to the next.
+    """Strokes of at least `excursion` [the signal's unit] between turning points.
 
-    A turning point is an extreme from which the signal then goes back by the excursion or more; smaller motions
-    belong to the stroke they are in. The first stroke starts at the extreme before it, the last one ends at the
-    extreme that the signal reaches. No strokes where it moves less. Raises ValueError for nan and an excursion that
-    is not positive.
+    A turning point is an extreme after which the signal reverses by the excursion or more; smaller reversals belong to
+    the stroke they are in. The first stroke starts at the extreme before it, the last one ends at the last extreme. No
+    strokes for a smaller motion. Raises ValueError for NaN and an excursion that is not positive.
     """
     positive(excursion, "excursion", str(signal.attrs.get("units", "")), "strokes")
     time, x = single(signal, "strokes")
@@ -88,7 +87,7 @@ def strokes(signal: xr.DataArray, excursion: float) -> list[StrokeWindow]:
 
 
 def _turning_points(x: Float[np.ndarray, "n"], excursion: float) -> list[int]:
-    """Indices of the extremes between which a signal goes by `excursion` or more."""
+    """Indices of the extremes between which a signal moves by `excursion` or more."""
     local = np.flatnonzero(np.diff(np.sign(np.diff(x)), prepend=2, append=2)) if len(x) > 1 else np.zeros(0, int)
     values = x[local].tolist()
     turns: list[int] = []

@@ -1,4 +1,4 @@
-"""Numbers of a signal in a window, each with its standard error."""
+"""Features of a signal in a window, each with its standard error."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, get_args
@@ -7,55 +7,54 @@ import numpy as np
 import xarray as xr
 
 from .events import StrokeWindow
-from .labels import SE, history, units, with_step
+from .metadata import SE, history, units, with_step
 from .noise import correlation_time
 from .requirements import single, time_of
-from .sine import SineEstimate, sine
+from .sine import ValueWithError, sine
 from .unit_text import product
 
 Feature = Literal["mean", "rms", "slope", "amplitude", "frequency", "phase"]
 
 
-def mean(signal: xr.DataArray) -> SineEstimate:
-    """Mean over time: each sample counts for the time around it, equally where sampling is even.
+def mean(signal: xr.DataArray) -> ValueWithError:
+    """Mean over time, by the trapezoidal rule; equal weights for even sampling.
 
-    The standard error is that of as many independent samples as there are correlation times (`correlation_time`).
-    Raises ValueError for nan.
+    The standard error counts one independent sample per correlation time (`correlation_time`). Raises ValueError for
+    NaN.
     """
     time, x = single(signal, "mean")
     return _mean(time, x)
 
 
-def rms(signal: xr.DataArray) -> SineEstimate:
-    """Root mean square over time, as `mean`; A / sqrt(2) of a sine over whole periods. Raises ValueError for nan."""
+def rms(signal: xr.DataArray) -> ValueWithError:
+    """Root mean square over time, as `mean`; A / sqrt(2) of a sine over whole periods. Raises ValueError for NaN."""
     time, x = single(signal, "rms")
     square = _mean(time, x**2)
     root = float(np.sqrt(square.value))
-    return SineEstimate(root, square.se / (2 * root) if root > 0 else 0.0)
+    return ValueWithError(root, square.se / (2 * root) if root > 0 else 0.0)
 
 
-def slope(signal: xr.DataArray) -> SineEstimate:
-    """Slope of the straight line of least squares [unit/s]: the speed, of a position.
+def slope(signal: xr.DataArray) -> ValueWithError:
+    """Slope of the least-squares line [unit/s]: the mean speed, for a position.
 
-    The standard error takes residuals that hang together as fewer (`correlation_time`). Raises ValueError for nan and
-    fewer than three samples.
+    The standard error allows for correlated residuals (`correlation_time`). Raises ValueError for NaN and fewer than
+    three samples.
     """
     time, x = single(signal, "slope", least=3)
     t = time - time.mean()
     value = float(t @ (x - x.mean()) / (t @ t))
     residuals = x - x.mean() - value * t
     variance = residuals @ residuals / (len(t) - 2) * correlation_time(residuals) / (t @ t)
-    return SineEstimate(value, float(np.sqrt(variance)))
+    return ValueWithError(value, float(np.sqrt(variance)))
 
 
 def features(
     recording: xr.Dataset, window: tuple[float, float] | StrokeWindow, names: Mapping[str, Sequence[Feature]]
 ) -> xr.Dataset:
-    """Numbers of a recording between two times [s], for instance `{"force": ["mean", "amplitude"], "x": ["slope"]}`.
+    """Features of a recording between two times [s], for instance `{"force": ["mean", "amplitude"], "x": ["slope"]}`.
 
-    Gives `force_mean`, `force_mean_se`, `force_amplitude`, ... of `mean`, `rms`, `slope` and `sine`; other dimensions
-    than time stay. Raises ValueError for a variable or a feature that there is not, and a window with fewer than 8
-    samples.
+    Returns `force_mean`, `force_mean_se`, `force_amplitude`, ... of `mean`, `rms`, `slope` and `sine`; dimensions other
+    than time remain. Raises ValueError for an unknown variable or feature, and a window of fewer than 8 samples.
     """
     time_of(recording, "features")
     start, end = window[:2]
@@ -66,14 +65,14 @@ def features(
             f"needed; the recording lasts from {float(recording.time[0]):g} s to {float(recording.time[-1]):g} s."
         )
     new = {}
-    for name, wanted in names.items():
+    for name, chosen in names.items():
         if name not in recording.data_vars:
             raise ValueError(f"features: there is no {name}; there are {', '.join(map(str, recording.data_vars))}.")
         x = inside[name].transpose(..., "time")
-        for feature in wanted:
+        for feature in chosen:
             if feature not in get_args(Feature):
-                raise ValueError(f'features: "{feature}" is none of {", ".join(get_args(Feature))}.')
-        for feature, (value, se) in _of_each(x, wanted).items():
+                raise ValueError(f'features: "{feature}" is not one of {", ".join(get_args(Feature))}.')
+        for feature, (value, se) in _of_each(x, chosen).items():
             unit = _unit(feature, units(x))
             for key, values in ((f"{name}_{feature}", value), (f"{name}_{feature}{SE}", se)):
                 new[key] = xr.DataArray(values, dims=x.dims[:-1], attrs=unit)
@@ -82,15 +81,15 @@ def features(
     return with_step(xr.Dataset(new, coords, history(recording)), "features", **settings)
 
 
-def _of_each(x: xr.DataArray, wanted: Sequence[Feature]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """The features of every signal along time, as arrays over the other dimensions, with their standard errors."""
-    plain: dict[str, Callable[[xr.DataArray], SineEstimate]] = {"mean": mean, "rms": rms, "slope": slope}
-    found = {feature: (np.empty(x.shape[:-1]), np.empty(x.shape[:-1])) for feature in wanted}
+def _of_each(x: xr.DataArray, chosen: Sequence[Feature]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """The features of every signal along time and their standard errors, as arrays over the other dimensions."""
+    simple: dict[str, Callable[[xr.DataArray], ValueWithError]] = {"mean": mean, "rms": rms, "slope": slope}
+    found = {feature: (np.empty(x.shape[:-1]), np.empty(x.shape[:-1])) for feature in chosen}
     for i in np.ndindex(x.shape[:-1]):
         one = x[i]
-        fit = sine(one) if set(wanted) - set(plain) else None
+        fit = sine(one) if set(chosen) - set(simple) else None
         for feature, (value, se) in found.items():
-            value[i], se[i] = plain[feature](one) if feature in plain else getattr(fit, feature)
+            value[i], se[i] = simple[feature](one) if feature in simple else getattr(fit, feature)
     return found
 
 
@@ -102,11 +101,11 @@ def _unit(feature: str, unit: str | None) -> dict[str, str]:
     return {"units": product((unit, 1), ("s", -1)) if feature == "slope" else unit}
 
 
-def _mean(time: np.ndarray, x: np.ndarray) -> SineEstimate:
+def _mean(time: np.ndarray, x: np.ndarray) -> ValueWithError:
     steps = np.diff(time)
     weights = np.concatenate([steps[:1], (steps[1:] + steps[:-1]) / 2, steps[-1:]])
     weights = weights / weights.sum()
     value = float(weights @ x)
     residuals = x - value
     variance = residuals @ residuals / (len(x) - 1) * (weights @ weights) * correlation_time(residuals)
-    return SineEstimate(value, float(np.sqrt(variance)))
+    return ValueWithError(value, float(np.sqrt(variance)))

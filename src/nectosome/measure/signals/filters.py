@@ -1,4 +1,4 @@
-"""Trends taken away, noise smoothed, rates of change: filters without delay."""
+"""Filters without delay: detrending, smoothing and differentiation, zero-phase low-pass."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.signal import butter, savgol_coeffs, savgol_filter, sosfiltfilt, zpk2sos
 
-from .labels import CORRELATED, SE, R, RecordedSignal, each, errors_independent, with_step
+from .metadata import CORRELATED, SE, R, RecordedSignal, each, errors_independent, with_step
 from .noise import Weights, filtered_se
 from .requirements import even_step, positive, refuse_nan, time_of
 from .unit_text import product
@@ -16,13 +16,13 @@ from .unit_text import product
 
 @dataclass(frozen=True)
 class ZeroPhase:
-    """Low-pass of samples `step` [s] apart, with amplitude 1/sqrt(2) at `cutoff` [Hz] after both passes of `order`.
+    """Two-pass Butterworth low-pass of samples `step` [s] apart: gain 1/sqrt(2) at `cutoff` [Hz] after both passes.
 
     $$ |H| = \\left[ 1 + (\\sqrt 2 - 1) \\left( \\frac{\\tan \\pi f h}{\\tan \\pi f_c h} \\right)^{2 n} \\right]^{-1} $$
 
-    A single pass has its own cutoff higher by that much (Winter, Biomechanics and Motor Control of Human Movement,
-    ch. 3). Beyond its ends a signal goes on turned about its end point, 2 x_0 - x_j, so that the first and last
-    sample stay as they are.
+    The cutoff of a single pass is higher accordingly (Winter, Biomechanics and Motor Control of Human Movement, ch. 3).
+    Beyond its ends a signal is extended by point reflection, 2 x_0 - x_j, so that the first and last sample do not
+    change.
     """
 
     cutoff: float  # [Hz], below 1 / (2 step)
@@ -31,8 +31,8 @@ class ZeroPhase:
 
     @cached_property
     def _zpk(self) -> Any:
-        wanted = np.tan(np.pi * self.cutoff * self.step)
-        own = np.arctan(wanted / (np.sqrt(2) - 1) ** (0.5 / self.order)) / np.pi  # of one pass, in cycles a sample
+        tangent = np.tan(np.pi * self.cutoff * self.step)
+        own = np.arctan(tangent / (np.sqrt(2) - 1) ** (0.5 / self.order)) / np.pi  # of one pass, in cycles a sample
         return butter(self.order, 2 * own, output="zpk")
 
     @cached_property
@@ -41,18 +41,18 @@ class ZeroPhase:
 
     @property
     def reach(self) -> int:
-        """Samples after which the answer to an impulse has died down to a thousandth; a signal must be longer."""
+        """Samples after which the impulse response has decayed to 1/1000; a signal must be longer."""
         return int(np.ceil(np.log(1e-3) / np.log(np.max(np.abs(self._zpk[1])))))
 
     def __call__(self, values: Float[np.ndarray, "*batch n"]) -> Float[np.ndarray, "*batch n"]:
         """Filter along the last axis."""
         rise = np.linspace(0.0, 1.0, values.shape[-1])
-        line = values[..., :1] * (1 - rise) + values[..., -1:] * rise  # stays as it is, and would take long to settle
+        line = values[..., :1] * (1 - rise) + values[..., -1:] * rise  # passes unchanged, without a transient
         return line + sosfiltfilt(self._sos, values - line, axis=-1, padtype="odd", padlen=self.reach)
 
     @cached_property
     def weights(self) -> Weights:
-        """Weights of the samples, cut off where they have died down."""
+        """Weights of the samples, truncated where they have decayed."""
         m = self.reach
         impulse = np.zeros(4 * m + 1)
         impulse[2 * m] = 1.0
@@ -70,10 +70,10 @@ class ZeroPhase:
 
 
 def detrend(recording: R, kind: Literal["constant", "linear"] = "constant") -> R:
-    """Take away the mean or the straight line of least squares over time, which need not be even.
+    """Subtract the mean or the least-squares line over time; uneven sampling is allowed.
 
-    Standard errors stay as they are: an upper bound, since what is taken away takes some of the error with it. Raises
-    ValueError for nan.
+    Standard errors do not change: they are an upper bound, since the trend removes part of the error. Raises ValueError
+    for NaN.
     """
     time = time_of(recording, "detrend")
     degree = {"constant": 0, "linear": 1}.get(kind)
@@ -90,17 +90,15 @@ def detrend(recording: R, kind: Literal["constant", "linear"] = "constant") -> R
 
 
 def smooth(recording: R, window: float, *, order: int = 3, derivative: int = 0) -> R:
-    """Savitzky-Golay filter: the polynomial of least squares over `window` [s] around each sample, or its derivative.
+    """Savitzky-Golay filter: the least-squares polynomial over `window` [s] around each sample, or its derivative.
 
-    Exact for polynomials up to `order`. The window is the nearest odd number of samples; over the first and last half
-    of a window the polynomial of the whole window serves. `derivative` 1 gives units per second, 2 per second
-    squared: velocity and acceleration from a position. Source: Savitzky, Golay, Anal. Chem. 36 (1964) 1627; ends as
-    in `scipy.signal.savgol_filter(mode="interp")`.
+    Exact for polynomials up to `order`. The window is the nearest odd number of samples; the first and last half window
+    use the polynomial of the whole window. `derivative` 1 gives units per second, 2 per second squared. Source:
+    Savitzky, Golay, Anal. Chem. 36 (1964) 1627; ends as in `scipy.signal.savgol_filter(mode="interp")`.
 
-    Standard errors follow the weights of the samples (`filtered_se`), as of independent errors in the first filter,
-    with the gain sqrt(sum h^2) away from the ends; as a bound for any correlation after a step that has mixed errors.
-    Raises ValueError for uneven sampling, nan, and a window of no more samples than the polynomial needs or longer
-    than the signal.
+    Standard errors follow from the weights of the samples (`filtered_se`): for independent errors in the first filter
+    (gain sqrt(sum h^2) away from the ends), as a bound for any correlation after an earlier filter. Raises ValueError
+    for uneven sampling, NaN, and a window that is too short for the polynomial or longer than the signal.
     """
     step = even_step(recording, "smooth")
     positive(window, "window", "s", "smooth")
@@ -121,7 +119,7 @@ def smooth(recording: R, window: float, *, order: int = 3, derivative: int = 0) 
     independent = errors_independent(recording)
 
     def change(name: str, signal: RecordedSignal) -> RecordedSignal:
-        _complete(signal, name, time, "smooth")
+        _refuse_missing(signal, name, time, "smooth")
         values = savgol_filter(signal.values, samples, order, deriv=derivative, delta=step, axis=-1, mode="interp")
         return RecordedSignal(
             np.asarray(values),
@@ -134,15 +132,13 @@ def smooth(recording: R, window: float, *, order: int = 3, derivative: int = 0) 
 
 
 def lowpass(recording: R, cutoff: float, *, order: int = 2) -> R:
-    """Butterworth low-pass, run forwards and backwards: no delay, amplitude 1/sqrt(2) at `cutoff` [Hz] (`ZeroPhase`).
+    """Butterworth low-pass, run forwards and backwards: no delay, gain 1/sqrt(2) at `cutoff` [Hz] (`ZeroPhase`).
 
-    `order` is that of one pass; two passes of order 2 are the usual filter of fourth order. The first and last sample
-    stay as they are, so that noise is not reduced there.
+    `order` is that of one pass; two passes of order 2 are the usual fourth-order filter. The first and last sample do
+    not change, so noise is not reduced there.
 
-    Standard errors follow the weights of the samples (`filtered_se`), as of independent errors in the first filter,
-    with the gain sqrt(sum h^2) away from the ends; as a bound for any correlation after a step that has mixed errors.
-    Raises ValueError for uneven sampling, nan, a cutoff that is not below half the rate, and a signal shorter than
-    the filter's memory.
+    Standard errors as in `smooth`. Raises ValueError for uneven sampling, NaN, a cutoff that is not below half the
+    sampling rate, and a signal shorter than the filter's impulse response.
     """
     step = even_step(recording, "lowpass")
     positive(cutoff, "cutoff", "Hz", "lowpass")
@@ -163,7 +159,7 @@ def lowpass(recording: R, cutoff: float, *, order: int = 2) -> R:
     independent = errors_independent(recording)
 
     def change(name: str, signal: RecordedSignal) -> RecordedSignal:
-        _complete(signal, name, time, "lowpass")
+        _refuse_missing(signal, name, time, "lowpass")
         se = None if signal.se is None else filtered_se(signal.se, filter.weights, independent)
         return signal._replace(values=filter(signal.values), se=se)
 
@@ -171,7 +167,7 @@ def lowpass(recording: R, cutoff: float, *, order: int = 2) -> R:
     return with_step(each(recording, change), "lowpass", **settings, **CORRELATED)
 
 
-def _complete(signal: RecordedSignal, name: str, time: Float[np.ndarray, "n"], function: str) -> None:
+def _refuse_missing(signal: RecordedSignal, name: str, time: Float[np.ndarray, "n"], function: str) -> None:
     refuse_nan(signal.values, name, time, function)
     if signal.se is not None:
         refuse_nan(signal.se, name + SE, time, function)

@@ -1,9 +1,9 @@
-"""Loops that two signals draw against each other: the area is the work, or the hysteresis, of a cycle."""
+"""Loops of one signal against another: the area is the work, or the hysteresis, of a cycle."""
 
 import numpy as np
 import xarray as xr
 
-from .labels import SE, history, units, with_step
+from .metadata import SE, history, units, with_step
 from .unit_text import product
 
 
@@ -12,10 +12,10 @@ def loop_area(x: xr.DataArray, y: xr.DataArray) -> xr.Dataset:
 
     $$ A = \\tfrac12 \\sum_k (x_k y_{k+1} - x_{k+1} y_k) = \\oint x\\, dy $$
 
-    `loop_area(force, displacement)` is the work that the force does in a cycle. The signals run along `phase` (or
-    `time`), once around; of several cycles, along the dimension `cycle`, `area` has all and `area_mean` with
-    `area_mean_se`, `area_std` their mean and spread. n points of an ellipse, even in phase, give sin(2 pi / n) / (2
-    pi / n) of its area. Raises ValueError for nan and signals that do not share their dimensions.
+    `loop_area(force, displacement)` is the work of the force in a cycle. The signals run along `phase` (or `time`) for
+    one turn. With a dimension `cycle`, `area` has one value per cycle, `area_mean` with `area_mean_se` and `area_std`
+    their mean and spread. n points of an ellipse, even in phase, give sin(2 pi / n) / (2 pi / n) of its area. Raises
+    ValueError for NaN and signals with different dimensions.
     """
     along = next((dim for dim in ("phase", "time") if dim in x.dims), None)
     if along is None or x.sizes != y.sizes or x.sizes[along] < 3:
@@ -27,8 +27,8 @@ def loop_area(x: xr.DataArray, y: xr.DataArray) -> xr.Dataset:
     axis = x.get_axis_num(along)
     u, v = x.values.astype(float), y.values.astype(float)
     if not (np.isfinite(u).all() and np.isfinite(v).all()):
-        raise ValueError("loop_area: a loop with nan has no area; leave out such cycles, as split_cycles does.")
-    u, v = u - u.mean(axis, keepdims=True), v - v.mean(axis, keepdims=True)  # far from the origin digits are lost
+        raise ValueError("loop_area: a loop with NaN has no area; leave out such cycles, as split_cycles does.")
+    u, v = u - u.mean(axis, keepdims=True), v - v.mean(axis, keepdims=True)  # against rounding far from the origin
     area = 0.5 * np.sum(u * np.roll(v, -1, axis) - np.roll(u, -1, axis) * v, axis)
     ux, uy = units(x), units(y)
     unit = {"units": product((ux, 1), (uy, 1))} if ux is not None and uy is not None else {}

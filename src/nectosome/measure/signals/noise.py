@@ -1,4 +1,4 @@
-"""Errors of samples: how many of them are worth one independent one, and what a filter leaves of them."""
+"""Errors of samples: their correlation time, and their propagation through a filter."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,10 +11,10 @@ from scipy.signal import oaconvolve
 
 @dataclass(frozen=True)
 class Weights:
-    """A linear filter of even samples, as the weights that an output gives to the inputs around it.
+    """A linear filter of even samples, as the weights of an output's inputs.
 
     - kernel: of the samples n - m to n + m, for an output n away from the ends.
-    - first(i): of the samples 0, 1, ..., for the output i < m; those at the other end are its mirror image.
+    - first(i): of the samples 0, 1, ..., for the output i < m; the other end is the mirror image.
     """
 
     kernel: Float[np.ndarray, "w"]  # w = 2 m + 1
@@ -29,10 +29,10 @@ class Weights:
 def filtered_se(
     se: Float[np.ndarray, "*batch n"], weights: Weights, independent: bool
 ) -> Float[np.ndarray, "*batch n"]:
-    """Standard error behind a filter, with the filter's own weights near the ends, where it averages less.
+    """Standard error after a filter, with the filter's own weights near the ends.
 
-    sqrt(sum_k w_nk^2 se_k^2) where the errors of samples are `independent`; else sum_k |w_nk| se_k, which no
-    correlation can exceed.
+    sqrt(sum_k w_nk^2 se_k^2) for `independent` errors of samples; else sum_k |w_nk| se_k, the bound for any
+    correlation.
     """
     power = 2 if independent else 1
     n, m = se.shape[-1], len(weights.kernel) // 2
@@ -42,7 +42,7 @@ def filtered_se(
     if n > 2 * m:
         row = kernel.reshape(*[1] * (se.ndim - 1), -1)
         after[..., m : n - m] = oaconvolve(before, row, mode="valid", axes=-1)
-    for i in range(min(m, (n + 1) // 2)):  # each output has weights of its own
+    for i in range(min(m, (n + 1) // 2)):  # each output has its own weights
         row = np.abs(weights.first(i)[:n]) ** power
         after[..., i] = before[..., : len(row)] @ row
         after[..., n - 1 - i] = before[..., ::-1][..., : len(row)] @ row
@@ -50,12 +50,12 @@ def filtered_se(
 
 
 def correlation_time(residuals: Float[np.ndarray, "n"]) -> float:
-    """Number of samples that are worth one independent one, at least 1.
+    """Integrated autocorrelation time: samples per independent sample, at least 1.
 
     $$ \\tau = 1 + 2 \\sum_k \\rho_k $$
 
-    over the lags up to the first pair of autocorrelations whose sum is not positive (Geyer 1992, Practical Markov chain
-    Monte Carlo, sec. 3.3: initial positive sequence). Errs on the large side for residuals that oscillate.
+    over the lags up to the first pair of autocorrelations with a sum that is not positive (Geyer 1992, Practical Markov
+    chain Monte Carlo, sec. 3.3: initial positive sequence). Too large for oscillating residuals.
     """
     n = len(residuals)
     x = residuals - residuals.mean()

@@ -5,17 +5,17 @@ import xarray as xr
 from jaxtyping import Float, Int
 from scipy.signal import find_peaks
 
-from .labels import history, units, with_step
+from .metadata import history, units, with_step
 from .requirements import even_step, positive, single
 
 
 def peaks(signal: xr.DataArray, prominence: float, *, distance: float = 0.0) -> xr.Dataset:
-    """Maxima that stand out by `prominence` [the signal's unit] and are `distance` [s] or more apart, along `peak`.
+    """Maxima of at least `prominence` [the signal's unit], `distance` [s] or more apart, along `peak`.
 
-    `time` [s] and `height` are those of the vertex of the parabola through the highest sample and its neighbours (a
-    sample's own on a flat top), `prominence` is scipy's: how far the signal goes down on both sides before it gets
-    higher. Minima are the peaks of -signal. The first and last sample are no peaks. Raises ValueError for nan; for
-    uneven sampling with a `distance`.
+    `time` [s] and `height` are those of the vertex of the parabola through the highest sample and its neighbours (of
+    the sample itself on a flat top). `prominence` is scipy's: the drop on both sides before the signal gets higher.
+    Minima are the peaks of -signal. The first and last sample are not peaks. Raises ValueError for NaN, and for uneven
+    sampling with a `distance`.
     """
     time, x = single(signal, "peaks", least=3)
     positive(prominence, "prominence", units(signal) or "", "peaks")

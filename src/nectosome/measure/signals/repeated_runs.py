@@ -1,4 +1,4 @@
-"""Repeats of an experiment as one recording, and their mean with its standard error."""
+"""Repeats of an experiment as one recording, means over repeats or cycles, and linear rescaling, with errors."""
 
 from collections.abc import Sequence
 
@@ -7,28 +7,25 @@ import xarray as xr
 from jaxtyping import Float
 from scipy.special import stdtrit
 
-from .labels import CORRELATED, SE, processing, quantities, units, with_step
+from .metadata import CORRELATED, SE, processing, quantities, units, with_step
 from .requirements import time_of
 from .resample import Method, resample
 
 
 def average(recording: xr.Dataset, dim: str, function: str, coverage: float) -> xr.Dataset:
-    """Mean over a dimension, whose members count as independent measurements of the same.
+    """Mean over a dimension of independent measurements of the same quantity.
 
-    For each variable `force` along it: the mean `force`, the standard deviation of a single one `force_std`,
+    For each variable `force` along it: the mean `force`, the standard deviation of a single member `force_std`,
     `force_se` = std / sqrt(n), and `force_lower`, `force_upper` = mean -+ t se, with Student's t of n - 1 degrees of
-    freedom: the band holds the true mean with probability `coverage`, at each point by itself. Standard errors of
-    single samples are left aside, since what they stand for is in the scatter. nan where one member is nan. Raises
-    ValueError for fewer than two.
+    freedom: the pointwise band of probability `coverage` for the true mean. Standard errors of single samples are not
+    used, since the scatter includes them. NaN if one member is NaN. Raises ValueError for fewer than two members.
     """
     n = recording.sizes.get(dim, 0)
     if n < 2:
-        raise ValueError(
-            f"{function}: there are {n} along the dimension {dim}, and two or more are needed for a spread."
-        )
+        raise ValueError(f"{function}: the dimension {dim} has {n} members; two or more are needed for a spread.")
     if not 0 < coverage < 1:
         raise ValueError(f"{function}: coverage is {coverage:g}; it must lie between 0 and 1.")
-    wide = float(stdtrit(n - 1, 0.5 + coverage / 2))
+    student = float(stdtrit(n - 1, 0.5 + coverage / 2))
     new = {}
     for name in quantities(recording, dim):
         x = recording[name]
@@ -36,7 +33,7 @@ def average(recording: xr.Dataset, dim: str, function: str, coverage: float) -> 
         se = std / np.sqrt(n)
         unit = {k: v for k, v in x.attrs.items() if k == "units"}
         new[name] = mean.drop_attrs().assign_attrs(x.attrs)
-        for part, values in (("_std", std), (SE, se), ("_lower", mean - wide * se), ("_upper", mean + wide * se)):
+        for part, values in (("_std", std), (SE, se), ("_lower", mean - student * se), ("_upper", mean + student * se)):
             new[name + part] = values.drop_attrs(deep=False).assign_attrs(unit)
     averaged = recording.drop_dims(dim).assign(new).assign_attrs({f"{dim}s": n})
     return with_step(averaged, function, coverage=coverage, **{f"{dim}s": n}, **CORRELATED)
@@ -49,18 +46,18 @@ def combine(
     method: Method = "linear",
     gap: float | None = None,
 ) -> xr.Dataset:
-    """Put recordings onto common times, with a dimension `repeat` first.
+    """Resample recordings at common times, with `repeat` as the first dimension.
 
-    Without `times` [s] these are the times of the first recording that lie within all of them. Each is taken there as
-    by `resample`; their clocks must agree (`align`). Raises ValueError where quantities or units differ or no time is
-    common.
+    The default `times` [s] are those of the first recording that lie within all recordings. Values are those of
+    `resample`; the clocks must agree (`align`). Raises ValueError for different quantities or units, and no common
+    time.
     """
     if not recordings:
         raise ValueError("combine: there are no recordings.")
     first = recordings[0]
     spans = [time_of(recording, "combine")[[0, -1]] for recording in recordings]
     for i, recording in enumerate(recordings):
-        _same(first, recording, i)
+        _check_alike(first, recording, i)
     if times is None:
         start, end = max(a for a, _ in spans), min(b for _, b in spans)
         old = first["time"].values
@@ -87,10 +84,10 @@ def combine(
 
 
 def average_repeats(repeats: xr.Dataset, *, coverage: float = 0.95) -> xr.Dataset:
-    """Mean over the dimension `repeat` at each time, with its standard error and band (`average`).
+    """Mean over the dimension `repeat` at each time, with standard error and band (`average`).
 
-    What differs from repeat to repeat lasts over neighbouring samples: their errors are not independent. Raises
-    ValueError for fewer than two repeats.
+    Deviations of a repeat last over neighbouring samples, so their errors are correlated. Raises ValueError for fewer
+    than two repeats.
     """
     return average(repeats, "repeat", "average_repeats", coverage)
 
@@ -98,10 +95,10 @@ def average_repeats(repeats: xr.Dataset, *, coverage: float = 0.95) -> xr.Datase
 def propagate(
     recording: xr.Dataset, name: str, *, factor: float = 1.0, offset: float = 0.0, units: str | None = None
 ) -> xr.Dataset:
-    """Replace a variable x by factor x + offset, in new `units` where given; its standard error by |factor| times it.
+    """Replace a variable x by factor x + offset (in new `units`, if given), and its standard error by |factor| se.
 
-    The factor and the offset count as exact. Raises ValueError for a variable that there is not, and for a factor or
-    an offset that is not finite.
+    The factor and the offset are exact. Raises ValueError for an unknown variable, and a factor or offset that is not
+    finite.
     """
     if name not in recording.data_vars:
         raise ValueError(f"propagate: there is no {name}; there are {', '.join(map(str, recording.data_vars))}.")
@@ -116,7 +113,7 @@ def propagate(
     return with_step(recording.assign(new), "propagate", name=name, factor=factor, offset=offset)
 
 
-def _same(first: xr.Dataset, other: xr.Dataset, number: int) -> None:
+def _check_alike(first: xr.Dataset, other: xr.Dataset, number: int) -> None:
     ours, theirs = set(first.data_vars), set(other.data_vars)
     if ours != theirs:
         raise ValueError(

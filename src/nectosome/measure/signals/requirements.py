@@ -1,4 +1,4 @@
-"""What a signal has to be before it is worked on; each refusal says the number, what is allowed, and the way out."""
+"""Requirements of signals before processing; each error names the value, what is allowed, and the remedy."""
 
 import numpy as np
 import xarray as xr
@@ -8,11 +8,11 @@ UNEVEN = 0.01  # largest deviation of a time step from the mean one that still c
 
 
 def time_of(recording: xr.Dataset | xr.DataArray, function: str, least: int = 2) -> Float[np.ndarray, "n"]:
-    """Times of a recording [s]. Raises ValueError where there are none, too few, or they do not increase."""
+    """Times of a recording [s]. Raises ValueError for no time, too few samples, or times that do not increase."""
     if "time" not in recording.dims or "time" not in recording.coords:
         raise ValueError(
-            f"{function}: there is no time; a dimension and a coordinate of that name are needed, and there are "
-            f"{', '.join(map(str, recording.dims)) or 'no dimensions'}."
+            f"{function}: there is no time; a dimension and a coordinate of that name are needed. The dimensions are "
+            f"{', '.join(map(str, recording.dims)) or 'none'}."
         )
     time = recording["time"].values.astype(float)
     if len(time) < least:
@@ -28,18 +28,18 @@ def time_of(recording: xr.Dataset | xr.DataArray, function: str, least: int = 2)
 
 
 def mean_step(time: Float[np.ndarray, "n"]) -> float:
-    """Mean time from sample to sample [s]."""
+    """Mean sampling interval [s]."""
     return float((time[-1] - time[0]) / (len(time) - 1))
 
 
 def is_even(time: Float[np.ndarray, "n"]) -> bool:
-    """Whether all time steps are the mean one, within a hundredth."""
+    """Whether all time steps equal the mean one within 1 %."""
     step = mean_step(time)
     return bool(np.all(np.abs(np.diff(time) - step) <= UNEVEN * step))
 
 
 def even_step(recording: xr.Dataset | xr.DataArray, function: str) -> float:
-    """Time from sample to sample [s]. Raises ValueError where it differs by more than a hundredth."""
+    """Sampling interval [s]. Raises ValueError if it varies by more than 1 %."""
     time = time_of(recording, function)
     if not is_even(time):
         steps = np.diff(time)
@@ -51,12 +51,12 @@ def even_step(recording: xr.Dataset | xr.DataArray, function: str) -> float:
 
 
 def refuse_nan(values: Float[np.ndarray, "*batch n"], name: str, time: Float[np.ndarray, "n"], function: str) -> None:
-    """Raise ValueError where a value is not finite; the way out is a stretch without such values."""
+    """Raise ValueError for values that are not finite."""
     bad = ~np.isfinite(values)
     if bad.any():
         first = time[np.flatnonzero(bad.reshape(-1, bad.shape[-1]).any(axis=0))[0]]
         raise ValueError(
-            f"{function}: {name} has {np.count_nonzero(bad)} values that are no finite number, the first at "
+            f"{function}: {name} has {np.count_nonzero(bad)} values that are NaN or infinite, the first at "
             f"{first:.6g} s, and none is allowed: take a stretch without them, as found by windows_where(x.notnull())."
         )
 
@@ -64,17 +64,17 @@ def refuse_nan(values: Float[np.ndarray, "*batch n"], name: str, time: Float[np.
 def single(
     signal: xr.DataArray, function: str, least: int = 2
 ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-    """Times [s] and values of one signal. Raises ValueError for more dimensions than time, nan, or too few samples."""
+    """Times [s] and values of one signal. Raises ValueError for more dimensions than time, NaN, or too few samples."""
     time = time_of(signal, function, least)
     if signal.dims != ("time",):
         others = ", ".join(str(dim) for dim in signal.dims if dim != "time")
-        raise ValueError(f"{function}: the signal has dimensions beside time ({others}): take one of them with isel.")
+        raise ValueError(f"{function}: the signal has dimensions beside time ({others}): select one with isel.")
     values = signal.values.astype(float)
     refuse_nan(values, str(signal.name or "the signal"), time, function)
     return time, values
 
 
 def positive(value: float, name: str, unit: str, function: str) -> None:
-    """Raise ValueError where a setting is no positive number."""
+    """Raise ValueError for a setting that is not a positive number."""
     if not (np.isfinite(value) and value > 0):
         raise ValueError(f"{function}: {name} is {value:g} {unit}; it must be a positive number.")

@@ -1,4 +1,4 @@
-"""The same signals at other times: between samples, never beyond the ends or across a gap."""
+"""Resampling of signals: interpolation between samples, never beyond the ends or across a gap."""
 
 from typing import Literal
 
@@ -8,14 +8,14 @@ from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
 
 from .filters import ZeroPhase
-from .labels import CORRELATED, R, RecordedSignal, each, errors_independent, with_step
+from .metadata import CORRELATED, R, RecordedSignal, each, errors_independent, with_step
 from .noise import filtered_se
 from .requirements import is_even, mean_step, positive, time_of
 
 Method = Literal["linear", "cubic"]
-_GAP = 5  # median time steps: what is further apart is a gap where nothing else is said
+_GAP = 5  # [median time step]: a longer step is a gap by default
 _BAND = 0.4  # cutoff of the anti-alias filter over the new rate
-_ORDER = 8  # of the anti-alias filter, each pass: 1/270 of what would come back below the cutoff is left
+_ORDER = 8  # of each pass of the anti-alias filter: it leaves 1/270 of what would alias below the cutoff
 
 
 def resample(
@@ -26,17 +26,17 @@ def resample(
     method: Method = "linear",
     gap: float | None = None,
 ) -> R:
-    """Interpolate onto even times at `rate` [Hz] from the first sample on, or onto the given `times` [s].
+    """Interpolate at even times of `rate` [Hz] from the first sample on, or at the given `times` [s].
 
-    Where samples are further apart than `gap` [s] (5 median steps where it is not given), around nan, and beyond the
-    ends the result is nan. Where the new rate (of `times`: one over the median step) is lower than the old one by a
-    tenth or more, a zero-phase low-pass (`ZeroPhase`, order 8, cutoff 0.4 times the new rate) comes first, on even
-    steps: a stretch without gaps that is shorter than the filter's memory gives nan. "cubic" is a spline through the
-    samples of a stretch.
+    The result is NaN between samples further apart than `gap` [s] (default: 5 median steps), around NaN, and beyond the
+    ends. If the new rate (for `times`: one over the median step) is lower than the old one by a tenth or more, a
+    zero-phase low-pass (`ZeroPhase`, order 8, cutoff 0.4 times the new rate) is applied first, on even steps; a stretch
+    without gaps that is shorter than its impulse response gives NaN. "cubic" is a spline through the samples of a
+    stretch.
 
-    Standard errors are interpolated linearly, which for interpolation along straight lines no correlation can exceed,
-    after they have gone through the filter. Raises ValueError unless just one of `rate` and `times` is given, for
-    times that do not increase, and where no stretch is long enough for the filter.
+    Standard errors pass the filter and are interpolated linearly, which is a bound for any correlation with linear
+    interpolation. Raises ValueError unless exactly one of `rate` and `times` is given, for times that do not increase,
+    and if no stretch is long enough for the filter.
     """
     old = time_of(recording, "resample")
     new = _new_times(old, rate, times)
@@ -77,12 +77,12 @@ def resample(
 
 
 def default_gap(time: Float[np.ndarray, "n"]) -> float:
-    """Distance of samples [s] above which there is a gap, where nothing else is said: 5 median steps."""
+    """Default time between samples [s] that counts as a gap: 5 median steps."""
     return _GAP * float(np.median(np.diff(time)))
 
 
 def unbroken(time: Float[np.ndarray, "n"], valid: Bool[np.ndarray, "n"], gap: float) -> list[slice]:
-    """Stretches of valid samples that follow each other at no more than `gap` [s]."""
+    """Stretches of valid samples at most `gap` [s] apart."""
     at = np.flatnonzero(valid)
     if len(at) == 0:
         return []
@@ -94,7 +94,7 @@ def unbroken(time: Float[np.ndarray, "n"], valid: Bool[np.ndarray, "n"], gap: fl
 def between(
     time: Float[np.ndarray, "n"], values: Float[np.ndarray, "n"], new: Float[np.ndarray, "m"], method: Method
 ) -> Float[np.ndarray, "m"]:
-    """Values of one unbroken stretch at new times within it."""
+    """Values of one stretch without gaps, at new times within it."""
     if len(time) == 0 or len(new) == 0:
         return np.zeros(0)
     if method == "linear" or len(time) < 3:
@@ -126,7 +126,7 @@ def _without_alias(
     method: Method,
     independent: bool,
 ) -> tuple[Float[np.ndarray, "k"], Float[np.ndarray, "k"], Float[np.ndarray, "k"] | None]:
-    """A stretch low-passed, on even times; empty where it is too short for that."""
+    """A low-passed stretch at even times; empty if it is too short."""
     nothing = np.zeros(0)
     if len(t) < 2:
         return nothing, nothing, nothing

@@ -1,4 +1,4 @@
-"""A long log cut into runs."""
+"""Splitting of a long log into runs."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -7,11 +7,11 @@ import numpy as np
 import xarray as xr
 
 from .events import StrokeWindow, Window, windows_where
-from .labels import with_step
+from .metadata import with_step
 
 
 def split(recording: xr.Dataset, windows: Sequence[Window | StrokeWindow]) -> list[xr.Dataset]:
-    """Part of the recording in each window, both ends included. Raises ValueError for a window without a sample."""
+    """Part of the recording in each window, both ends included. Raises ValueError for a window without samples."""
     parts = []
     for i, window in enumerate(windows):
         part = recording.sel(time=slice(window.start, window.end))
@@ -25,10 +25,10 @@ def split(recording: xr.Dataset, windows: Sequence[Window | StrokeWindow]) -> li
 
 
 def split_at_idle(recording: xr.Dataset, idle: xr.DataArray, minimum: float) -> list[xr.Dataset]:
-    """Runs between idle times, the stretches of `minimum` [s] or longer in which the condition `idle` holds.
+    """Runs between idle times: windows of `minimum` [s] or longer in which the condition `idle` holds.
 
-    `split_at_idle(log, abs(log.speed) < 1e-3, 2.0)`; a run may hold shorter pauses. Raises ValueError for a condition
-    that is not true or false over the recording's time.
+    `split_at_idle(log, abs(log.speed) < 1e-3, 2.0)`; a run may contain shorter pauses. Raises ValueError for a
+    condition that is not boolean over the recording's time.
     """
     if idle.sizes.get("time") != recording.sizes["time"]:
         raise ValueError(
@@ -43,9 +43,9 @@ def split_at_idle(recording: xr.Dataset, idle: xr.DataArray, minimum: float) -> 
 
 
 def split_at_resets(recording: xr.Dataset) -> list[xr.Dataset]:
-    """Parts whose time increases: a new one starts wherever time goes back, as where a log was started anew.
+    """Parts with increasing time: a new one starts wherever time decreases, as after a restart of the log.
 
-    Raises ValueError where time stands still, since it is then not known what came first.
+    Raises ValueError for equal times, since their order is unknown.
     """
     time = recording["time"].values.astype(float)
     steps = np.diff(time)
@@ -53,8 +53,8 @@ def split_at_resets(recording: xr.Dataset) -> list[xr.Dataset]:
     if len(still):
         i = still[0]
         raise ValueError(
-            f"split_at_resets: time is {time[i]:.9g} s and {time[i + 1]:.9g} s in samples {i} and {i + 1}; it must go "
-            "on or back: drop one of the two with isel."
+            f"split_at_resets: time is {time[i]:.9g} s and {time[i + 1]:.9g} s in samples {i} and {i + 1}; it must "
+            "increase or decrease: drop one of the two with isel."
         )
     edges = [0, *(np.flatnonzero(steps < 0) + 1), len(time)]
     return [

@@ -1,4 +1,4 @@
-"""The sine of a signal, by least squares, with standard errors."""
+"""Least-squares fit of a sine, with standard errors."""
 
 from typing import Any, NamedTuple
 
@@ -12,8 +12,8 @@ from .requirements import is_even, single
 from .spectra import highest_frequency
 
 
-class SineEstimate(NamedTuple):
-    """A number and its standard error."""
+class ValueWithError(NamedTuple):
+    """A value and its standard error."""
 
     value: float
     se: float
@@ -22,20 +22,20 @@ class SineEstimate(NamedTuple):
 class FittedSine(NamedTuple):
     """offset + amplitude sin(2 pi frequency t + phase)."""
 
-    amplitude: SineEstimate  # above 0, in the signal's unit
-    frequency: SineEstimate  # [Hz]
-    phase: SineEstimate  # [rad] in (-pi, pi], at time 0
-    offset: SineEstimate  # in the signal's unit
+    amplitude: ValueWithError  # above 0, in the signal's unit
+    frequency: ValueWithError  # [Hz]
+    phase: ValueWithError  # [rad] in (-pi, pi], at time 0
+    offset: ValueWithError  # in the signal's unit
 
 
 def sine(signal: xr.DataArray) -> FittedSine:
-    """Fit offset + amplitude sin(2 pi frequency t + phase) by least squares; the dominant sine where there are several.
+    """Fit offset + amplitude sin(2 pi frequency t + phase) by least squares; the dominant sine of several.
 
-    The covariance is s^2 (J^T J)^-1, s^2 = RSS / (n - 4): for white noise that of the Cramer-Rao bound, var(2 pi f h)
-    = 24 s^2 / (A^2 n (n^2 - 1)), var(A) = 2 s^2 / n (Rife, Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591, for a
-    real signal). Where residuals hang together over several samples it is larger by their `correlation_time`. The
-    phase is that at time 0: its error is large where that is far from the samples. Times need not be even. Raises
-    ValueError for nan, fewer than 8 samples, a constant signal, and less than one period.
+    The covariance is s^2 (J^T J)^-1, s^2 = RSS / (n - 4): for white noise that of the Cramer-Rao bound, var(2 pi f h) =
+    24 s^2 / (A^2 n (n^2 - 1)), var(A) = 2 s^2 / n (Rife, Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591, for a real
+    signal). For correlated residuals it is multiplied by their `correlation_time`. The phase is that at time 0; its
+    error is large if time 0 is far from the samples. Times may be uneven. Raises ValueError for NaN, fewer than 8
+    samples, a constant signal, and less than one period.
     """
     time, x = single(signal, "sine", least=8)
     if np.ptp(x) == 0:
@@ -46,11 +46,11 @@ def sine(signal: xr.DataArray) -> FittedSine:
     scale = float(x.std())
 
     def model(p: Float[np.ndarray, "4"]) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n 4"]]:
-        """Sine of a cos, b sin, frequency and offset, and its derivatives; frequency in 1/span."""
+        """a cos + b sin + offset and its Jacobian by (a, b, frequency in 1/span, offset)."""
         angle = 2 * np.pi * (frequency + p[2] / span) * t
         c, s = np.cos(angle), np.sin(angle)
-        slope = 2 * np.pi * t / span * (p[1] * c - p[0] * s)
-        return p[0] * c + p[1] * s + p[3], np.stack([c, s, slope, np.ones_like(t)], axis=1)
+        by_frequency = 2 * np.pi * t / span * (p[1] * c - p[0] * s)
+        return p[0] * c + p[1] * s + p[3], np.stack([c, s, by_frequency, np.ones_like(t)], axis=1)
 
     a, b, offset = _linear(t, x / scale, frequency)
     jacobian: Any = lambda p: model(p)[1]  # noqa: E731
@@ -80,10 +80,10 @@ def sine(signal: xr.DataArray) -> FittedSine:
     phase = np.arctan2(a, b) - 2 * np.pi * frequency_found * middle
     phase = np.pi - (np.pi - phase) % (2 * np.pi)
     return FittedSine(
-        SineEstimate(size * scale, float(se[0]) * scale),
-        SineEstimate(float(frequency_found), float(se[1])),
-        SineEstimate(float(phase), float(se[2])),
-        SineEstimate(float(offset) * scale, float(se[3]) * scale),
+        ValueWithError(size * scale, float(se[0]) * scale),
+        ValueWithError(float(frequency_found), float(se[1])),
+        ValueWithError(float(phase), float(se[2])),
+        ValueWithError(float(offset) * scale, float(se[3]) * scale),
     )
 
 
@@ -94,13 +94,13 @@ def _linear(t: Float[np.ndarray, "n"], x: Float[np.ndarray, "n"], frequency: flo
 
 
 def _start(t: Float[np.ndarray, "n"], x: Float[np.ndarray, "n"], span: float) -> float:
-    """Frequency [Hz] near the best one: the highest of the spectrum, or a better one within a bin of it."""
+    """Initial frequency [Hz]: the peak of the spectrum, or a better one near it."""
     even, y = t, x
     if not is_even(t):
         even = np.linspace(t[0], t[-1], len(t))
         y = np.interp(even, t, x)
     guess = highest_frequency(y, span / (len(t) - 1))
-    near = guess + np.linspace(-1.5, 1.5, 13) / span  # a window's main lobe hides what a few periods are
+    near = guess + np.linspace(-1.5, 1.5, 13) / span  # for few periods the window's main lobe is too wide
     near = near[(near * span >= 0.5) & (near * span < 0.499 * (len(t) - 1))]
 
     def misfit(f: float) -> float:

@@ -1,4 +1,4 @@
-"""How a signal is spread over frequencies."""
+"""Spectra of signals."""
 
 from typing import Literal
 
@@ -7,7 +7,7 @@ import xarray as xr
 from jaxtyping import Float
 from scipy.signal import get_window, welch
 
-from .labels import R, RecordedSignal, each, with_step
+from .metadata import R, RecordedSignal, each, with_step
 from .requirements import even_step, positive, refuse_nan, single, time_of
 from .unit_text import product
 
@@ -17,7 +17,7 @@ _WINDOW = "hann"
 def spectrum(recording: R, segment: float | None = None, *, scaling: Literal["density", "amplitude"] = "density") -> R:
     """One-sided spectrum over `frequency` [Hz] by Welch's method: Hann windows that overlap by half, each without mean.
 
-    `segment` [s] is the length of one, hence the resolution 1 / segment; the whole signal where it is not given.
+    `segment` [s] is the length of a segment (default: the whole signal); the resolution is 1 / segment.
     "density" is the power spectral density [unit^2/Hz], whose integral over frequency is the variance (Parseval),
     with the standard error
 
@@ -44,7 +44,7 @@ def spectrum(recording: R, segment: float | None = None, *, scaling: Literal["de
         )
     frequency = np.fft.rfftfreq(samples, step)
     relative = _relative_se(samples, n)
-    doubled = np.full(len(frequency), 2.0)  # a line is in two halves, but for zero and half the rate
+    doubled = np.full(len(frequency), 2.0)  # one-sided, except at zero and half the rate
     doubled[0] = 1.0
     if samples % 2 == 0:
         doubled[-1] = 1.0
@@ -64,11 +64,11 @@ def spectrum(recording: R, segment: float | None = None, *, scaling: Literal["de
 
 
 def dominant_frequency(signal: xr.DataArray) -> float:
-    """Frequency [Hz] at which a signal has most power, without its mean: `sine` says it with a standard error.
+    """Frequency [Hz] of a signal's highest power, without its mean; `sine` gives it with a standard error.
 
-    The vertex of the parabola through the logarithm of the highest bin and its neighbours, of the whole signal under
-    a Hann window: a sine of many periods is found within a hundredth of a bin. Raises ValueError for uneven sampling,
-    nan, fewer than 8 samples, and a constant signal.
+    The vertex of the parabola through the logarithm of the highest bin and its neighbours, for the whole signal with a
+    Hann window; accurate to 1/100 of a bin for a sine of many periods. Raises ValueError for uneven sampling, NaN,
+    fewer than 8 samples, and a constant signal.
     """
     step = even_step(signal, "dominant_frequency")
     _, x = single(signal, "dominant_frequency", least=8)
@@ -78,7 +78,7 @@ def dominant_frequency(signal: xr.DataArray) -> float:
 
 
 def highest_frequency(x: Float[np.ndarray, "n"], step: float) -> float:
-    """As `dominant_frequency`, of even samples that are not constant; with four times the bins."""
+    """As `dominant_frequency`, for even samples that are not constant, with four times the bins."""
     length = 4 * len(x)
     power = np.abs(np.fft.rfft((x - x.mean()) * get_window(_WINDOW, len(x)), length)) ** 2
     k = int(np.argmax(power[1:-1])) + 1

@@ -1,4 +1,4 @@
-"""Products of units as they are written in `attrs["units"]`: symbols and their powers, without any conversion."""
+"""Products of unit texts in `attrs["units"]`: symbols and their powers, without conversion."""
 
 import re
 
@@ -6,9 +6,9 @@ _FACTOR = re.compile(r"([^\W\d_]+|%)(-?\d+)?")
 
 
 def product(*factors: tuple[str, int]) -> str:
-    """Unit of a product of powers: `product(("m/s", 2), ("Hz", -1))` is `m2/(s2 Hz)`; "1" where nothing is left.
+    """Unit of a product of powers: `product(("m/s", 2), ("Hz", -1))` is `m2/(s2 Hz)`; "1" if all cancel.
 
-    A text that is not made of symbols, powers, one slash and blanks counts as one symbol, in parentheses.
+    A text with anything but symbols, powers, one slash and blanks counts as one symbol, in parentheses.
     """
     powers: dict[str, int] = {}
     for text, power in factors:
@@ -26,7 +26,7 @@ def _read(text: str) -> dict[str, int]:
     if below.startswith("(") and below.endswith(")"):
         below = below[1:-1]
     elif " " in below:
-        return {f"({text})": 1}  # "N/m s" says two things
+        return {f"({text})": 1}  # "N/m s" is ambiguous
     powers: dict[str, int] = {}
     for part, sign in ((above, 1), (below, -1)):
         for factor in part.split():

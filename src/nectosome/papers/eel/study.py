@@ -53,7 +53,7 @@ def swum(more_friction: float = 1.0, settings: tuple[str, ...] = ()) -> Swims:
     description = describe("kern_eel", settings)
     book = printed(NAME)
     made = [build(with_values(description, _bending(book[f"{NAME}/{gait}/speed"]))) for gait in _GAITS]
-    waves: list[Wave] = [robot.tree.parts[0].shaped[0] for robot in made]  # pyright: ignore[reportAssignmentType]
+    waves: list[Wave] = [robot.tree.parts[0].strain_signals[0] for robot in made]  # pyright: ignore[reportAssignmentType]
     length = float(get_value(description, "body.length"))
     reynolds = np.full(len(_GAITS), length**2 / VISCOSITY)
     return swims(made[0], waves, reynolds, more_friction)

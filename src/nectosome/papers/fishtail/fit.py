@@ -6,7 +6,7 @@ import xarray as xr
 from nectosome.drives import respond
 from nectosome.identification.fits.errors import range_errors
 from nectosome.identification.hysteresis.files import hysteresis_data
-from nectosome.identification.hysteresis.fit import HysteresisModel, Identified, PressureTrial, identify_hysteresis
+from nectosome.identification.hysteresis.fit import HysteresisModel, Identified, PressureTrial, fit_hysteresis
 
 from ..study import Progress, StudyPart
 from .plant import BAR, LARGEST, MM, plant
@@ -25,10 +25,10 @@ def part(quick: bool, progress: Progress) -> StudyPart:
     train = [recorded(f) for f in TRAIN]
     held_out = {f"val{round(10 * f):02d}": recorded(f) for f in HELD_OUT}
     progress("fits", 0.2)
-    ignored, fitted = identify_hysteresis(train), identify_hysteresis(train, slew=True)
+    ignored, fitted = fit_hysteresis(train), fit_hysteresis(train, slew=True)
     progress("starts", 0.5)
     clean = [recorded(f, limit=False) for f in TRAIN]
-    best = identify_hysteresis(clean)
+    best = fit_hysteresis(clean)
     progress("loops", 0.9)
     numbers: dict[str, float | None] = {
         "fishtail/table1/omega_n": fitted.theta["frequency"],
@@ -68,7 +68,7 @@ def _same(trials: list[PressureTrial], best: Identified, count: int) -> float:
     """Share of starts, drawn from the ranges, that end where the default one does [percent]."""
     model = HysteresisModel(tuple(trials))
     starts = model.ranges.values(np.random.default_rng(0).uniform(*_SPAN, size=(count, 2)))
-    ends = [identify_hysteresis(trials, start=start).noise for start in starts]
+    ends = [fit_hysteresis(trials, start=start).noise for start in starts]
     return 100 * sum(abs(end / best.noise - 1) < _SAME for end in ends) / count
 
 

@@ -39,9 +39,9 @@ def levenberg(
     r = misfit.at(u[None])[0]
     chi2, damping = float(r @ r), 0.0
     if not np.isfinite(chi2):
-        raise InputError(f"the residuals are no numbers at {misfit.ranges.told(misfit.ranges.values(u))}.")
+        raise InputError(f"the residuals are NaN or infinite at {misfit.ranges.text(misfit.ranges.values(u))}.")
     for done in range(iterations):
-        J = misfit.slopes(u)
+        J = misfit.derivatives(u)
         A, b = J.T @ J, J.T @ r
         if done == 0:
             damping = _DAMPING * float(np.mean(np.diagonal(A)))
@@ -65,11 +65,11 @@ def levenberg(
 def identify_as_printed(model: HysteresisModel, start: Float[np.ndarray, "n"] | None = None) -> Identified:
     """Fit of all parameters of the hysteresis model at once (Xiong et al. 2025, section 3.2); slopes start alike.
 
-    `start` as in `identify_hysteresis`, which finds the same with less care about where it starts.
+    `start` as in `fit_hysteresis`, which finds the same with less care about where it starts.
     """
     first = model.begun() if start is None else np.asarray(start, dtype=float)
     gain = 4 * model.gain
     weights = np.full(len(model.thresholds) + 1, 0.25 * gain)
     ended = levenberg(model.problem.whole(gain), np.concatenate([first, weights]))
     warnings = () if ended.settled else (f"the sum of squares still changed after {ended.iterations} iterations",)
-    return model.told(ended.theta[: len(first)], ended.theta[len(first) :], ended.chi2, warnings)
+    return model.identified(ended.theta[: len(first)], ended.theta[len(first) :], ended.chi2, warnings)

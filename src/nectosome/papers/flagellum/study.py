@@ -106,7 +106,7 @@ def _integrate(jobs: "dict[str, _Job]", rtol: float, progress: Progress, executo
 
 def _run_from_rest(label: str, description: RobotDescription, duration: float, rtol: float) -> "xr.Dataset":
     solution = simulate(build(description), duration, rtol=rtol, atol=rtol * 1e-2)
-    run = solution.to_dataset(description, {"time": duration, "rtol": rtol})
+    run = solution.to_dataset({"time": duration, "rtol": rtol})
     run.attrs["label"] = label
     return run
 

@@ -71,7 +71,7 @@ def swum(name: str, quick: bool = False) -> "xr.Dataset":
     rtol = _QUICK_RTOL if quick else _RTOL
     robot = build(description)
     solution = simulate(robot, periods * period, samples=A_PERIOD * periods + 1, rtol=rtol, atol=1e-2 * rtol)
-    made = solution.to_dataset(description, {"robot": name, "periods": periods, "quick": quick, "rtol": rtol})
+    made = solution.to_dataset({"robot": name, "periods": periods, "quick": quick, "rtol": rtol})
     if made.attrs["status"] != "SOLVED":
         raise RuntimeError(f"gallery: {name} did not swim: {made.attrs['status_reason']}")
     made.attrs |= numbers(robot, made, period) | {"label": entry.title, "period": period}

@@ -51,10 +51,9 @@ class HeadingControl(NamedTuple):
 def disturbed(robot: RobotDescription, moment: float = 0.01, share: float = 0.9) -> RobotDescription:
     """The robot with a steady yaw moment [N m] on its hull, and a first left paddle with a share of the others' Cn."""
     steady = ForceLoad(kind="force", force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, moment))
-    body = robot.body.model_copy(update={"loads": {**robot.body.loads, "disturbance": steady}})
     drags = [path for path in resolve(robot, "Cn") if path.startswith(f"limbs.{PADDLES[0]}_")]
     values = {path: share * get_value(robot, path) for path in drags}
-    return with_values(robot.model_copy(update={"body": body}), values)
+    return with_values(robot.with_part("body", loads=robot.parts["body"].loads | {"disturbance": steady}), values)
 
 
 def swim(robot: RobotDescription, strokes: int, control: Control | None = None, seed: int = 0) -> xr.Dataset:

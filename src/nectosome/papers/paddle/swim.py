@@ -46,7 +46,7 @@ def on_a_slide(robot: RobotDescription) -> RobotDescription:
         name: tuple(path for path in paths if path.startswith(("body.", f"limbs.{first}_")))
         for name, paths in robot.aliases.items()
     }
-    body = robot.body.model_copy(update={"joint": PrismaticJoint(kind="prismatic", axis=(1.0, 0.0, 0.0))})
+    body = robot.parts["body"].model_copy(update={"joint": PrismaticJoint(kind="prismatic", axis=(1.0, 0.0, 0.0))})
     one = robot.model_copy(
         update={"body": body, "limbs": limbs, "aliases": {name: paths for name, paths in aliases.items() if paths}}
     )

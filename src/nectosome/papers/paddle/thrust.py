@@ -80,7 +80,7 @@ def cycle(joints: int, frequency: float) -> xr.Dataset:
     found = periodic(build(description), 1 / frequency, samples=SAMPLES)
     if int(found.status) != Status.SOLVED:
         raise RuntimeError(f"cycle of {joints} joints at {frequency} Hz: {Status(int(found.status)).reason}")
-    run = found.to_dataset(description, {"samples": SAMPLES})
+    run = found.to_dataset({"samples": SAMPLES})
     run.attrs |= {"label": f"FP{joints}JP", "frequency": frequency}
     return run
 

@@ -1,6 +1,6 @@
 """Figures of PoseiDRONE's crawling: searches, identifiability of the parameters, gaits over density and buoyancy.
 
-Data of the study: `crawl_fit_0`, ... as `identify.gait_results.gait_data` has them; `crawl_told`: error (data,
+Data of the study: `crawl_fit_0`, ... as `identification.gait.fit.gait_data` has them; `crawl_told`: error (data,
 parameter) as shares of the ranges, rank, words; `crawl_profile`: value and rise (data, point), unless it was left out
 for time; `crawl_gaits`: speed, feet (density, distance, angle).
 """
@@ -22,7 +22,7 @@ _THRESHOLD = 3.84  # 95 % quantile of chi-squared, one degree of freedom
 Sets = Mapping[str, "xr.Dataset"]
 _DATA = {
     "features": "four features, 1 %",
-    "series": "heave and surge over time, 1 mm",
+    "series": "positions over time, 1 mm",
     "both": "with tilt, 1 deg, and a second density",
 }
 
@@ -39,7 +39,7 @@ def panels(sets: Sets) -> list[Panel]:
         told_panel(sets["crawl_told"]),
         *([profile_panel(sets["crawl_profile"])] if "crawl_profile" in sets else []),
         helpful_panel(sets["crawl_helpful"]),
-        motion._replace(title="Crawling: heave, surge and tilt", caption=caption),
+        motion._replace(title="Crawling: positions and tilt", caption=caption),
         held_out_panel(sets["crawl_held_out"]),
         gaits_panel(sets["crawl_gaits"]),
     ]

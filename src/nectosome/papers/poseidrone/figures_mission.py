@@ -1,6 +1,6 @@
 """Figures of PoseiDRONE's missions: that of Fig. 6, and the shortest one across the tank and back.
 
-Data of the study: `mission`, `mission_turning`, `schedule_assumed`, `schedule_shortest` as `model.mission_data` has
+Data of the study: `mission`, `mission_turning`, `schedule_assumed`, `schedule_shortest` as `solve.mission_data` has
 them; `schedule_cranks`: time (speed), best (variable) in words.
 """
 
@@ -43,7 +43,7 @@ def path_panel(sets: Mapping[str, "xr.Dataset"]) -> Panel:
             line = {"color": colour, "width": 2}
             fig.add_scatter(
                 x=found["time"].values,
-                y=found[of].values,
+                y=found["position"].sel(axis=of).values,
                 mode="lines",
                 line=line,
                 name=f"{name}: {float(found['time'][-1]):.1f} s",
@@ -55,7 +55,7 @@ def path_panel(sets: Mapping[str, "xr.Dataset"]) -> Panel:
         at = found.sel(time=~found.indexes["time"].duplicated()).interp(time=ends)
         fig.add_scatter(
             x=ends,
-            y=at["z"].values,
+            y=at["position"].sel(axis="z").values,
             text=[f"{mode} ends" for mode in found["event_mode"].values],
             mode="markers",
             marker={"color": colour, "size": 8},

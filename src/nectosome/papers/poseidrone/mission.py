@@ -6,8 +6,8 @@ The parameters are those of Tables 1 and 3; the schedule is that of the mission 
 import numpy as np
 
 from nectosome.description.mission import load_mission
-from nectosome.model import Flown, mission_data, run_mission
 from nectosome.robots import describe, mission_of
+from nectosome.solve import Flown, mission_data, run_mission
 
 from ..study import Progress, StudyPart
 
@@ -17,7 +17,7 @@ _STEP, _QUICK = 5e-4, 1e-3  # s
 
 
 def part(quick: bool, progress: Progress) -> StudyPart:
-    """Rows `mission`; data `mission`, as `model.mission_data` has it."""
+    """Rows `mission`; data `mission`, as `solve.mission_data` has it."""
     description, path = describe(ROBOT), mission_of(ROBOT)
     assert path is not None
     mission = load_mission(path, description)
@@ -43,12 +43,12 @@ def _turning(progress: Progress) -> Flown:
 
 
 def crawl_speed(flown: Flown, mode: str = "crawl") -> float | None:
-    """Mean surge speed [m/s] over the last ten turns of the cranks in a mode; None where it does not last."""
+    """Mean speed [m/s] along x over the last ten turns of the cranks in a mode; None where it does not last."""
     end, (crank,) = flown.event_time(mode), [m for m in flown.mission.modes if m.name == mode]
     speed = crank.changes["body.loads.front.speed"].value
     began = flown.time[flown.mode == flown.mission.modes.index(crank)][0]
     length = _TURNS * 2 * np.pi / abs(speed)
     if end is None or end - length < began:
         return None
-    x = np.interp([end - length, end], flown.time, flown.measures.x)
+    x = np.interp([end - length, end], flown.time, flown.measures.position[:, 0])
     return float(x[1] - x[0]) / length

@@ -8,9 +8,9 @@ import xarray as xr
 
 from nectosome.description.schedule import get_schedule
 from nectosome.designs import ScheduleDesign, shipped_problem
-from nectosome.model import mission_data, run_mission
 from nectosome.robots import describe
 from nectosome.search import CmaEs, Evaluation, minimise
+from nectosome.solve import mission_data, run_mission
 from nectosome.units import show_quantity
 
 from ..study import Progress, StudyPart

@@ -15,11 +15,10 @@ import xarray as xr
 from jaxtyping import Array, Float
 from scipy.interpolate import CubicSpline
 
-from nectosome.description import RobotDescription, drive_period, get_value
+from nectosome.description import ConstantSignal, Coordinate, RobotDescription, drive_period, get_value
 from nectosome.description.joints import FixedJoint, PrismaticJoint, RevoluteJoint
 from nectosome.description.loads import CrankMotor
 from nectosome.description.parts import Rigid
-from nectosome.description.signals import ConstantLength
 from nectosome.identification.fits.linear import Regressors, Trial, output_error
 from nectosome.loads import Jet, Motor, Pulse
 from nectosome.mechanism import Robot
@@ -41,8 +40,8 @@ _TURNS, _SETTLED = 8, 150  # turns of the motor, and of the crank until a swim h
 
 def held(description: RobotDescription) -> RobotDescription:
     """The robot held still."""
-    motion = ConstantLength(kind="constant", value=0.0)
-    return _on(description, PrismaticJoint(kind="prismatic", axis=(1.0, 0.0, 0.0), motion=motion))
+    motion = ConstantSignal[Coordinate](kind="constant", value=0.0)
+    return description.with_part("body", joint=PrismaticJoint(kind="prismatic", axis=(1.0, 0.0, 0.0), motion=motion))
 
 
 def on_pivot(description: RobotDescription) -> RobotDescription:
@@ -52,7 +51,7 @@ def on_pivot(description: RobotDescription) -> RobotDescription:
     damping = 0.1 * np.sqrt(stiffness * inertia)  # a twentieth of what stops it from ringing
     hinge = RevoluteJoint(kind="revolute", axis=(0.0, 1.0, 0.0), stiffness=stiffness, damping=damping)
     shaft = Rigid(kind="rigid", shape="point", mass=1e-3, joint=hinge)
-    robot = description.body.model_copy(
+    robot = description.parts["body"].model_copy(
         update={"on": "body", "offset": (0.0, 0.0, -ARM), "joint": FixedJoint(kind="fixed")}
     )
     return description.model_copy(update={"body": shaft, "limbs": {"robot": robot}, "aliases": {}})
@@ -60,14 +59,9 @@ def on_pivot(description: RobotDescription) -> RobotDescription:
 
 def with_motor(description: RobotDescription, motor: CrankMotor = MOTOR) -> RobotDescription:
     """The robot whose crank a motor turns."""
-    loads = description.body.loads
+    loads = description.parts["body"].loads
     jet = loads["jet"].model_copy(update={"crank": None, "motor": motor})
-    body = description.body.model_copy(update={"loads": {**loads, "jet": jet}})
-    return description.model_copy(update={"body": body, "aliases": {}})
-
-
-def _on(description: RobotDescription, joint: PrismaticJoint) -> RobotDescription:
-    return description.model_copy(update={"body": description.body.model_copy(update={"joint": joint})})
+    return description.with_part("body", loads=loads | {"jet": jet}).model_copy(update={"aliases": {}})
 
 
 def jet_of(robot: Robot) -> Jet:

@@ -7,7 +7,7 @@ import xarray as xr
 from jaxtyping import Float
 
 from nectosome.identification.fits.linear import Estimate
-from nectosome.identification.surge.estimators import Surge, SurgeRecording, physical, surge
+from nectosome.identification.surge.estimators import Surge, SurgeRecording, fit_surge, physical
 from nectosome.identification.surge.files import surge_data
 
 from ..study import Progress, StudyPart, printed
@@ -27,11 +27,11 @@ class SwimEstimator(NamedTuple):
 
 
 ESTIMATORS = {
-    "as printed": SwimEstimator("printed", "printed", _SMOOTH),
-    "printed, unfiltered": SwimEstimator("", "printed"),
-    "windows": SwimEstimator("", "windows"),
-    "instruments": SwimEstimator("", "instruments"),
-    "output error": SwimEstimator("recommended", "output-error"),
+    "as printed": SwimEstimator("printed", "finite_differences", _SMOOTH),
+    "printed, unfiltered": SwimEstimator("", "finite_differences"),
+    "windows": SwimEstimator("", "integral_windows"),
+    "instruments": SwimEstimator("", "instrumental_variables"),
+    "output error": SwimEstimator("recommended", "output_error"),
 }
 
 
@@ -52,7 +52,7 @@ def part(quick: bool, progress: Progress) -> StudyPart:
 
 
 def _found(estimator: SwimEstimator, mass: float, swum: SurgeRecording) -> Surge:
-    return surge([swum], mass, estimator.method, estimator.smooth)
+    return fit_surge([swum], mass, estimator.method, estimator.smooth)
 
 
 def draws(count: int, progress: Progress) -> xr.Dataset:

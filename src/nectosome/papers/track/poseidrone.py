@@ -15,10 +15,10 @@ from scipy.interpolate import CubicSpline
 
 from nectosome.description import get_value
 from nectosome.identification.gait.features import gait_of
-from nectosome.identification.surge.estimators import Surge, surge
+from nectosome.identification.surge.estimators import Surge, fit_surge
 from nectosome.identification.surge.files import surge_recordings
+from nectosome.io import save_dataset
 from nectosome.measure import load_campaign
-from nectosome.vision.video import write_table
 
 from ..poseidrone.crawl import fit
 from ..poseidrone.recordings import OMEGA, body, settled, thrust
@@ -74,12 +74,12 @@ def identified(found: xr.Dataset, name: str, seconds: float) -> dict[str, Surge]
     out = {}
     for suffix in ("csv", "tdms"):
         with tempfile.TemporaryDirectory() as folder:
-            write_table(found, Path(folder) / "track.csv")
+            save_dataset(found, Path(folder) / "track.csv")
             _write_thrust(Path(folder) / f"thrust.{suffix}", OMEGA[name], seconds)
             campaign = Path(folder) / "campaign.yaml"
             campaign.write_text(_CAMPAIGN.format(suffix=suffix), encoding="utf-8")
             recordings = surge_recordings(load_campaign(campaign).recordings())
-            out[suffix] = surge(recordings, body()[0])
+            out[suffix] = fit_surge(recordings, body()[0])
     return out
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from nectosome.controllers import CommandRange
 from nectosome.core import Status
-from nectosome.model import build, common_readings, reading_of
+from nectosome.model import build
+from nectosome.solve import common_readings, reading_of
 from nectosome.studio.work import Progress, errors_shown, labelled
 from nectosome.units import InputError, shorten
 from nectosome.view.closed_loop import signals_panel
@@ -20,6 +21,7 @@ from .control_request import (
     ControlRequest,
     PreparedLoop,
     commands_of,
+    first_joint,
     first_measured,
     first_range,
     has_beat,
@@ -90,11 +92,11 @@ class Control:
             self._place.visible = False
         self._model = build(description)
         commands = commands_of(description)
-        kind, fixed = description.body.joint.kind, is_fixed(description)
+        kind, fixed = first_joint(description).kind, is_fixed(description)
         readings = common_readings(self._model)
         first = first_measured(description, self._session.problem.forward)
         self._command.options, self._measure.options = commands, tuple(readings)
-        chosen = [name for name in self._session.problem.variables if fixed and name in commands]
+        chosen = [name for name in self._session.problem.vary if fixed and name in commands]
         self._command.value, self._measure.value = (chosen or commands)[0], first
         self._mean.value = (fixed or kind in ("free", "planar", "prismatic")) and has_beat(description)
         self._command_chosen()

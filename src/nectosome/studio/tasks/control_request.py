@@ -6,8 +6,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from nectosome import controllers
-from nectosome.description import RobotDescription, drive_period, get_value, numeric_paths, resolve
-from nectosome.model.readings import Reading
+from nectosome.description import (
+    JointDescription,
+    PrismaticJoint,
+    RobotDescription,
+    drive_period,
+    get_value,
+    numeric_paths,
+    resolve,
+)
+from nectosome.solve.readings import Reading
 from nectosome.studio.sliders import scales_of
 from nectosome.studio.work import Progress
 from nectosome.units import InputError, read_quantity
@@ -24,7 +32,7 @@ if TYPE_CHECKING:
 CONSTANT = "constant"
 SHAPES = ("sine", "triangle")  # that go on until the run is stopped
 _TUNED = 10.0  # s of the reference, along which gains are detuned
-_SPEEDS = ("surge", "sway", "climb")
+_SPEEDS = ("velocity.x", "velocity.y", "velocity.z")
 _MOST, _NOTHING = 0.8, 1e-4  # of a speed or force; m/s, N
 _SHARE = 0.5  # of a drive's amplitude, that its offset may be
 
@@ -94,7 +102,7 @@ def commands_of(description: RobotDescription) -> tuple[str, ...]:
 def first_range(session: "Desk", command: str) -> str:
     """Initial range of a command: that of its slider, or of an offset half the amplitude of its drive."""
     description = session.description
-    for scale in scales_of(description, session.problem.variables):
+    for scale in scales_of(description, session.problem.vary):
         if scale.name == command:
             return f"{scale.low:g}..{scale.high:g} {scale.unit}".strip()
     path = resolve(description, command)[0]
@@ -107,9 +115,14 @@ def first_range(session: "Desk", command: str) -> str:
     return f"-{number}..{number} {unit}".strip() if most else ""
 
 
+def first_joint(description: RobotDescription) -> JointDescription:
+    """The joint of the body, or of the first limb on the world."""
+    return next(iter(description.parts.values())).joint
+
+
 def is_fixed(description: RobotDescription) -> bool:
-    """Whether the body is fixed, or its motion is prescribed."""
-    joint = description.body.joint
+    """Whether the first part is fixed, or its motion is prescribed."""
+    joint = first_joint(description)
     return joint.kind == "fixed" or getattr(joint, "motion", None) is not None
 
 
@@ -118,14 +131,14 @@ def first_measured(description: RobotDescription, forward: str) -> str:
 
     Of a fixed body the force on its mount along `forward`; on a spring its position, on a hinge its angle.
     """
-    joint = description.body.joint
+    joint, part = first_joint(description), next(iter(description.parts))
     if is_fixed(description):
         return f"force.{forward.lstrip('-') or 'x'}"
     if joint.kind in ("free", "planar", "spherical"):
         return "heading"
-    if joint.kind == "prismatic":
-        return "body.position" if joint.stiffness else _SPEEDS[int(np.argmax(np.abs(joint.axis)))]
-    return "body.angle"
+    if isinstance(joint, PrismaticJoint):
+        return f"{part}.position" if joint.stiffness else _SPEEDS[int(np.argmax(np.abs(joint.axis)))]
+    return f"{part}.angle"
 
 
 def most_of(run: "xr.Dataset", reading: Reading) -> str:

@@ -11,7 +11,8 @@ from nectosome.identification.robot.fit import RobotFit, fit_robot, robot_data
 from nectosome.identification.robot.trials import read_compared, robot_trials
 from nectosome.identification.sim2real.observe import unit_of
 from nectosome.measure import read
-from nectosome.model import build, common_readings
+from nectosome.model import build
+from nectosome.solve import common_readings
 from nectosome.studio.folder import received
 from nectosome.studio.sliders import around
 from nectosome.studio.work import Progress, errors_shown

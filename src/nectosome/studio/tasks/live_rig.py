@@ -12,7 +12,8 @@ from jaxtyping import Float
 from nectosome.controllers import ClosedLoopRecord, ClosedLoopRun, Controller, SensorModel
 from nectosome.core import Status
 from nectosome.mechanism import Diagnosis
-from nectosome.model import SampledPlant, build
+from nectosome.model import build
+from nectosome.solve import SampledPlant
 from nectosome.studio.work import Progress
 from nectosome.view.start import standing
 

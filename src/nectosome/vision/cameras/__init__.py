@@ -1,6 +1,6 @@
-"""Cameras that were calibrated by known points, places from their pixels, poses of bodies, and gaps in them."""
+"""Cameras calibrated by known points, triangulation, poses of bodies, and filling of gaps."""
 
-from .calibration import calibrate, calibrate_behind
+from .calibration import calibrate, calibrate_through_glass
 from .camera import Camera, Glass, Lens, Report
 from .gaps import fill, fill_rotations
 from .pose import BodyPose, pose
@@ -15,7 +15,7 @@ __all__ = [
     "Report",
     "Triangulated",
     "calibrate",
-    "calibrate_behind",
+    "calibrate_through_glass",
     "fill",
     "fill_rotations",
     "pose",

@@ -1,4 +1,4 @@
-"""A camera from known points (direct linear transformation), through glass and water as well as in air."""
+"""Camera calibration by known points (direct linear transformation), in air or through glass and water."""
 
 from dataclasses import replace
 from typing import Any, Literal
@@ -10,7 +10,8 @@ from scipy.stats import chi2
 from nectosome.units import InputError
 
 from .camera import Camera, Glass, Lens, Report
-from .known_points import (
+from .least_squares import CameraFit, fit, project_normalised
+from .point_checks import (
     axes,
     refuse_few,
     refuse_misread,
@@ -20,31 +21,34 @@ from .known_points import (
     refuse_swapped,
     smallest_found,
 )
-from .least_squares import CameraFit, fit, put
 
 _ROUNDS = 200
-_SETTLED = 1e-10  # of the distance from the points
+_TOLERANCE = 1e-10  # [distance from the points]
+Estimated = Literal["k1", "k1 k2"]
+_STARTS = (0.0, -0.1, 0.1)  # initial k1 r^2: a single start misses 2 % of lenses with eight points
+_CONDITION = 1e3  # of the linear equations; 4 to 20 for points around a workspace
+_DETERMINED = 1e-5  # least singular value ratio of the Jacobian, with the lens
 
 
-def calibrate_behind(
+def calibrate_through_glass(
     points: Float[np.ndarray, "n 3"], pixels: Float[np.ndarray, "n 2"], glass: Glass, **settings: Any
 ) -> Camera:
-    """Camera that puts `points` [m] behind a pane where their `pixels` were read; `settings` are those of `calibrate`.
+    """Camera for `points` [m] behind a pane and their `pixels`; `settings` are those of `calibrate`.
 
-    Where points seem to be depends on where the camera is: `calibrate` is asked again with the points as they seem from
-    the centre that it found, until that rests. Each round brings it about five times closer, and its numbers, with the
-    glass known, hold beyond the points too. Raises what `calibrate` raises, and InputError where the centre comes to no
-    rest or points are on the camera's side of the pane.
+    The apparent positions of the points depend on the camera's centre: `calibrate` is iterated with the apparent
+    positions from the last centre until the centre converges, about five times closer per iteration. With the glass
+    known, the camera is valid beyond the points, too. Raises as `calibrate`, and InputError if the centre does not
+    converge or points are on the camera's side of the pane.
     """
     points = np.asarray(points, float)
     side = (points - glass.point) @ glass.normal
     side = side if abs(side.max()) > abs(side.min()) else -side
     for k in np.flatnonzero(side < glass.thickness):
-        raise InputError("is not behind the glass, where all others are.", field=f"points.{k}")
+        raise InputError("is not behind the glass like the others.", field=f"points.{k}")
     rough: dict[str, Any] = settings | {"chance": 0.0}
     centre = calibrate(points, pixels, **rough).centre
     if (centre - glass.point) @ glass.normal * np.sign((points[0] - glass.point) @ glass.normal) > 0:
-        # refraction draws the centre nearer to the pane, seldom through it
+        # refraction moves the centre towards the pane, seldom through it
         depth = abs((centre - points.mean(axis=0)) @ glass.normal)
         centre = centre - np.sign((points[0] - glass.point) @ glass.normal) * glass.normal * depth
     for _ in range(_ROUNDS):
@@ -54,13 +58,13 @@ def calibrate_behind(
         found = calibrate(seen, pixels, **rough).centre
         step = float(np.linalg.norm(found - centre))
         centre = found
-        if step < _SETTLED * float(np.linalg.norm(points - centre, axis=1).max()):
+        if step < _TOLERANCE * float(np.linalg.norm(points - centre, axis=1).max()):
             camera = calibrate(glass.apparent(centre, points)[0], pixels, **settings)
             assert camera.report is not None
-            notes = (*camera.report.notes, f"the glass is known: the camera is {_away(camera, glass):.4g} m before it")
+            notes = (*camera.report.notes, f"known glass: the camera is {_away(camera, glass):.4g} m in front of it")
             return replace(camera, glass=glass, report=replace(camera.report, notes=notes))
     raise InputError(
-        "fit no camera behind this glass: look at the glass's place, normal and thickness, and at the points.",
+        "fit no camera through this glass: check the glass's point, normal and thickness, and the points.",
         field="points",
     )
 
@@ -78,28 +82,28 @@ def report_on(
     chance: float,
     doubt: str,
 ) -> Report:
-    """Numbers and notes; `terms` of the lens were estimated, `doubt` is that of a misreading."""
+    """Report of a fit; `terms` lens coefficients were estimated, `doubt` is a note on a possible misreading."""
     freedom = found.residual.size - 11 - terms
     sd = float(np.sqrt(found.squares / freedom))
     agree = sd_px is not None and bool(chi2.sf(found.squares / sd_px**2, freedom) > 0.01)
     covariance = (sd_px if sd_px is not None and agree else sd) ** 2 * found.covariance
-    notes = [f"direct linear transformation of {len(points)} points, then least squares of what they are off"]
+    notes = [f"direct linear transformation of {len(points)} points, then least squares of the residuals"]
     lens = found.camera.lens
     if lens is not None and terms:
         for k in range(terms):
             value, error = float(lens.distortion[k]), float(np.sqrt(covariance[12 + k, 12 + k]))
-            unsure = ", not told apart from 0" if abs(value) < 2 * error else ""
+            unsure = ", not distinguishable from 0" if abs(value) < 2 * error else ""
             notes.append(f"k{k + 1} = {value:.3g} +- {error:.1g} estimated{unsure}")
     elif lens is not None:
-        notes.append("the lens was known")
+        notes.append("the lens is known")
     if sd_px is not None and not agree:
         notes.append(
-            f"the points are {sd:.2g} px off where {sd_px:.2g} px were expected: refraction, the lens, or their places"
+            f"residuals are {sd:.2g} px instead of {sd_px:.2g} px: refraction, the lens, or errors of the points"
         )
     if doubt:
         notes.append(doubt)
     if chance > 0:
-        notes.append(_unseen(found, pixels, freedom, chance))
+        notes.append(_undetected(found, pixels, freedom, chance))
     return Report(
         rms=float(np.sqrt(found.squares / len(points))),
         residual=found.residual,
@@ -112,30 +116,25 @@ def report_on(
     )
 
 
-def _unseen(found: CameraFit, pixels: Float[np.ndarray, "n 2"], freedom: int, chance: float) -> str:
-    """How large a misreading may be that nothing shows."""
+def _undetected(found: CameraFit, pixels: Float[np.ndarray, "n 2"], freedom: int, chance: float) -> str:
+    """Note on the largest misreading that would not be detected."""
     least, where = smallest_found(found, freedom, chance)
     known = least < np.sqrt(np.sum(axes(pixels) ** 2))
     limit = f"of less than {least:.2g} px (at points.{where})" if known else "of any size"
     more = "1 more equation" if freedom == 1 else f"{freedom} more equations"
-    return f"{more} than unknowns: a misreading {limit} may stay unseen"
+    return f"{more} than unknowns: a misreading {limit} may be undetected"
 
 
 def _place_se(found: CameraFit, middle: Float[np.ndarray, "3"], terms: int) -> float:
-    """Standard error across the view [m] of what a place there is, for errors of 1 px in the known points' pixels."""
+    """Standard error across the view [m] at `middle`, for errors of 1 px in the known points' pixels."""
     camera = found.camera
     own = camera.lens.distortion[:terms] if camera.lens is not None else np.empty(0)
-    _, by_matrix, by_lens = put(camera.matrix, own, np.array([[*middle, 1.0]]), None if terms else camera.lens)
-    slope = np.concatenate([by_matrix, by_lens], axis=2)[0]
-    back = np.linalg.pinv(camera.projected(middle[None])[1][0])
-    return float(np.sqrt(np.trace(back @ slope @ found.covariance @ slope.T @ back.T) / 2))
-
-
-Estimated = Literal["k1", "k1 k2"]
-
-_STARTS = (0.0, -0.1, 0.1)  # of k1 r^2: from one of them alone 2 % of lenses seen by eight points are missed
-_CONDITION = 1e3  # of the linear equations; points around a workspace have 4 to 20
-_DETERMINED = 1e-5  # of the derivatives, with the lens
+    _, by_matrix, by_lens = project_normalised(
+        camera.matrix, own, np.array([[*middle, 1.0]]), None if terms else camera.lens
+    )
+    jacobian = np.concatenate([by_matrix, by_lens], axis=2)[0]
+    back = np.linalg.pinv(camera.project_with_jacobian(middle[None])[1][0])
+    return float(np.sqrt(np.trace(back @ jacobian @ found.covariance @ jacobian.T @ back.T) / 2))
 
 
 def calibrate(
@@ -147,19 +146,18 @@ def calibrate(
     sd_px: float | None = None,
     chance: float = 0.01,
 ) -> Camera:
-    r"""Camera that puts known `points` [m], right-handed, where their `pixels` (u right, v down) were read.
+    r"""Camera that maps known `points` [m], right-handed, to their measured `pixels` (u right, v down).
 
-    The linear solution (Abdel-Aziz & Karara 1971) is refined until the sum of |read - put|^2 [px^2] is least (Hartley &
-    Zisserman 2004, algorithm 7.1). Its eleven numbers take up a part of what refraction at a flat glass does: it holds
-    within the space that the points enclose. `lens` is known, or estimated as k1, or k1 and k2, of OpenCV's. `size` is
-    (width, height) of the picture, `sd_px` the standard error of a coordinate that is read, where it is known. The
-    report has the residuals, the covariance (by `sd_px` where residuals agree with it, by what they say else) and how
-    well the points determine the camera.
+    The linear solution (Abdel-Aziz & Karara 1971) is refined to the least sum of |measured - projected|^2 [px^2]
+    (Hartley & Zisserman 2004, algorithm 7.1). Its eleven parameters absorb part of the refraction at a flat glass, so
+    it is valid within the volume of the points. `lens` is known, or estimated as k1, or k1 and k2, of OpenCV. `size` is
+    (width, height) of the picture, `sd_px` the standard error of a measured coordinate, if known. The report has the
+    residuals, the covariance (scaled by `sd_px` if the residuals agree with it, else by the residuals) and how well the
+    points determine the camera.
 
-    Raises InputError, `field` telling which point (counted from 0), for too few points, points on a line, in a plane or
-    twice the same, badly conditioned ones, a point far off the others or swapped with another (at a `chance` of
-    refusing readings that are right; 0: no such test), points that fit no camera, and points that are seen as in a
-    mirror; ValueError for wrong shapes and settings.
+    Raises InputError, with the point (from 0) in `field`, for too few points, points on a line, in a plane or equal,
+    ill-conditioned ones, an outlier or two swapped points (at the significance level `chance`; 0: no test), points that
+    fit no camera, and mirrored points; ValueError for wrong shapes and settings.
     """
     points, pixels = np.array(points, float), np.array(pixels, float)
     known, terms = _lens(lens)
@@ -203,10 +201,10 @@ def _lens(lens: Lens | Estimated | None) -> tuple[Lens | None, int]:
 
 
 def _refuse_unseen(lens: Lens, pixels: Float[np.ndarray, "n 2"]) -> None:
-    for k in np.flatnonzero(np.isnan(lens.straightened(pixels)).any(axis=1)):
+    for k in np.flatnonzero(np.isnan(lens.undistort(pixels)).any(axis=1)):
         raise InputError(
-            f"({pixels[k, 0]:g}, {pixels[k, 1]:g}) is where this lens shows nothing: look at its coefficients, and "
-            "whether they belong to this size of the picture.",
+            f"({pixels[k, 0]:g}, {pixels[k, 1]:g}) is outside the image of this lens: check its coefficients, and "
+            "whether they belong to this picture size.",
             field=f"pixels.{k}",
         )
 
@@ -214,7 +212,7 @@ def _refuse_unseen(lens: Lens, pixels: Float[np.ndarray, "n 2"]) -> None:
 def _refuse_condition(found: CameraFit) -> None:
     if found.condition > _CONDITION:
         raise InputError(
-            f"do not determine a camera: its equations have a condition of {found.condition:.2g}, and up to "
+            f"do not determine a camera: its equations have a condition number of {found.condition:.2g}, and up to "
             f"{_CONDITION:g} is allowed. Choose points all around the workspace, near and far.",
             field="points",
         )
@@ -224,7 +222,7 @@ def _refuse_undetermined(found: CameraFit, terms: int) -> None:
     if found.determined < _DETERMINED:
         what = "the lens beside the camera" if terms else "a camera"
         raise InputError(
-            f"do not determine {what}: its least squares have a condition of {1 / found.determined:.2g}, and up to "
+            f"do not determine {what}: the fit has a condition number of {1 / found.determined:.2g}, and up to "
             f"{1 / _DETERMINED:g} is allowed. Add points, some near the middle of the picture and some near its edge.",
             field="points",
         )
@@ -234,19 +232,19 @@ def _refuse_mirrored(found: CameraFit, points: Float[np.ndarray, "n 3"]) -> None
     depth = found.camera.depth(points)
     if (depth < 0).all():
         raise InputError(
-            "are seen as in a mirror: x, y, z are left-handed, or u and v are exchanged, or v is counted from the "
+            "are mirrored: x, y, z are left-handed, or u and v are exchanged, or v is counted from the "
             "bottom, or points and pixels are in different orders.",
             field="points",
         )
-    _, _, shown = found.camera.projected(points)
+    _, _, shown = found.camera.project_with_jacobian(points)
     if (depth > 0).all() and not (shown > 0).all():
         raise InputError(
-            f"tell no lens: the one that fits best turns back before points.{int(np.argmin(shown))}. Add points, or "
-            "say what the lens is.",
+            f"determine no lens: the best fit folds back before points.{int(np.argmin(shown))}. Add points, or "
+            "give the lens.",
             field="points",
         )
     if not (depth > 0).all():
         raise InputError(
-            f"points.{int(np.argmin(depth))} comes out behind the camera: see that points and pixels belong together.",
+            f"points.{int(np.argmin(depth))} is behind the fitted camera: check that points and pixels correspond.",
             field="points",
         )

@@ -1,7 +1,7 @@
-r"""A camera as eleven numbers: a matrix from the world to pixels, and what its lens does to straight lines.
+r"""Camera model: a projection matrix from the world to pixels, the distortion of its lens, and a flat pane of glass.
 
-The world is right-handed, in metres, z up; pixels are (u, v), u to the right, v down, counted from the middle of the
-first one. Pixels are those of the file, with the lens's distortion, unless "straight" is said.
+The world is right-handed, in metres, z up; pixels are (u, v), u to the right, v down, from the centre of the first
+pixel. Pixels are those of the file, with the lens's distortion, unless named "straight" (undistorted).
 """
 
 from dataclasses import dataclass, replace
@@ -9,14 +9,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+_STEPS = 60  # of Newton's method; four to eight suffice if there is a solution
+_NEWTON_STEPS = 50
+_TOLERANCE = 1e-15
+
 
 def zeros(n: int, *shape: int) -> Float[np.ndarray, "n *shape"]:
-    """Zeros [n, *shape], of which each element of all n lies together."""
+    """Zeros [n, *shape] with contiguous memory along n."""
     return np.moveaxis(np.zeros((*shape, n)), -1, 0)
 
 
 def inverse(a: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "n 3 3"]:
-    """Inverses of symmetric matrices by cofactors; NaN or inf where there is none."""
+    """Inverses of symmetric matrices by cofactors; NaN or inf for singular ones."""
     xx, yy, zz, xy, xz, yz = a[:, 0, 0], a[:, 1, 1], a[:, 2, 2], a[:, 0, 1], a[:, 0, 2], a[:, 1, 2]
     out = zeros(len(a), 3, 3)
     out[:, 0, 0] = yy * zz - yz * yz
@@ -32,7 +36,7 @@ def inverse(a: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "n 3 3"]:
 
 
 def times(a: Float[np.ndarray, "n k m"], b: Float[np.ndarray, "n m l"]) -> Float[np.ndarray, "n k l"]:
-    """Products of matrices."""
+    """Matrix products."""
     out = zeros(len(a), a.shape[1], b.shape[2])
     for i in range(a.shape[1]):
         for j in range(b.shape[2]):
@@ -42,24 +46,21 @@ def times(a: Float[np.ndarray, "n k m"], b: Float[np.ndarray, "n m l"]) -> Float
 
 
 def apply(a: Float[np.ndarray, "n k m"], x: Float[np.ndarray, "n m"]) -> Float[np.ndarray, "n k"]:
-    """Products of matrices and vectors."""
+    """Matrix-vector products."""
     return times(a, x[:, :, None])[:, :, 0]
-
-
-_STEPS = 60  # of Newton's method, which needs four to eight where there is a solution
 
 
 @dataclass(frozen=True, eq=False)
 class Lens:
-    r"""Distortion of a lens, as OpenCV's calibration with a chessboard gives it.
+    r"""Lens distortion by Brown's model, as in OpenCV.
 
-    With $(x, y, 1) = K^{-1} (u, v, 1)$ of a straight pixel and $r^2 = x^2 + y^2$, the pixel that is seen is K times
+    With $(x, y, 1) = K^{-1} (u, v, 1)$ of a straight pixel and $r^2 = x^2 + y^2$, the distorted pixel is K times
 
     $$ x' = x\,(1 + k_1 r^2 + k_2 r^4 + k_3 r^6) + 2 p_1 x y + p_2 (r^2 + 2 x^2) $$
     $$ y' = y\,(1 + k_1 r^2 + k_2 r^4 + k_3 r^6) + p_1 (r^2 + 2 y^2) + 2 p_2 x y $$
 
     (OpenCV, "Camera calibration and 3D reconstruction"). Raises ValueError for a K that is not upper triangular with
-    focal lengths above 0 and 1 in its corner, and for coefficients that are not five finite numbers.
+    positive focal lengths and a last element of 1, and unless there are five finite coefficients.
     """
 
     intrinsics: Float[np.ndarray, "3 3"]  # K [px]: focal lengths, skew (0 in OpenCV), centre
@@ -77,27 +78,27 @@ class Lens:
         object.__setattr__(self, "intrinsics", K)
         object.__setattr__(self, "distortion", d)
 
-    def bent(
+    def distort(
         self, pixels: Float[np.ndarray, "n 2"]
     ) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n 2 2"], Float[np.ndarray, "n"]]:
-        """Pixels that are seen of straight ones, their derivatives, and whether the lens shows them (above 0).
+        """Distorted pixels of straight ones, their Jacobian, and visibility (above 0: visible).
 
-        Far from the centre the polynomials turn back: what lies there is not seen, wherever they put it.
+        Far from the centre the polynomials fold back; points there are not visible.
         """
-        return bent(self.intrinsics, self.distortion, pixels)
+        return distort(self.intrinsics, self.distortion, pixels)
 
-    def straightened(self, pixels: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
-        """Straight pixels of those that are seen, by Newton's method; NaN where the lens shows nothing there."""
+    def undistort(self, pixels: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
+        """Straight pixels of distorted ones, by Newton's method; NaN outside the image of the lens."""
         scale, centre = self.intrinsics[:2, :2], self.intrinsics[:2, 2]
         seen = (np.asarray(pixels, float) - centre) @ np.linalg.inv(scale).T
         x = seen.copy()
         todo = np.flatnonzero(np.isfinite(seen).all(axis=1))
         for _ in range(_STEPS):
-            out, slope, _ = _brown(x[todo], self.distortion)
-            left = seen[todo] - out
-            a, b, c, d = slope[:, 0, 0], slope[:, 0, 1], slope[:, 1, 0], slope[:, 1, 1]
+            out, jacobian, _ = _brown(x[todo], self.distortion)
+            r = seen[todo] - out
+            a, b, c, d = jacobian[:, 0, 0], jacobian[:, 0, 1], jacobian[:, 1, 0], jacobian[:, 1, 1]
             det = a * d - b * c
-            turned = np.stack([d * left[:, 0] - b * left[:, 1], a * left[:, 1] - c * left[:, 0]], axis=1)
+            turned = np.stack([d * r[:, 0] - b * r[:, 1], a * r[:, 1] - c * r[:, 0]], axis=1)
             step = turned / np.where(np.abs(det) > 1e-3, det, 1e-3)[:, None]
             step *= np.minimum(1, 0.5 / np.maximum(_size(step), 1e-300))[:, None]
             x[todo] += step
@@ -109,14 +110,14 @@ class Lens:
         return x @ scale.T + centre
 
 
-def bent(
+def distort(
     K: Float[np.ndarray, "3 3"], distortion: Float[np.ndarray, "5"], pixels: Float[np.ndarray, "n 2"]
 ) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n 2 2"], Float[np.ndarray, "n"]]:
-    """What `Lens.bent` returns, of numbers that may still be wrong."""
+    """As `Lens.distort`, with unchecked parameters."""
     scale, centre = K[:2, :2], K[:2, 2]
     inverse = np.linalg.inv(scale)
-    out, slope, shown = _brown((pixels - centre) @ inverse.T, distortion)
-    by_pixels = inverse.T @ np.tensordot(scale, np.moveaxis(slope, 0, -1), 1)
+    out, jacobian, shown = _brown((pixels - centre) @ inverse.T, distortion)
+    by_pixels = inverse.T @ np.tensordot(scale, np.moveaxis(jacobian, 0, -1), 1)
     return out @ scale.T + centre, np.moveaxis(by_pixels, -1, 0), shown
 
 
@@ -128,7 +129,7 @@ def _size(xy: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n"]:
 def _brown(
     xy: Float[np.ndarray, "n 2"], distortion: Float[np.ndarray, "5"]
 ) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n 2 2"], Float[np.ndarray, "n"]]:
-    """Bent x, y, their derivatives, and the smaller of the radial factor and the derivatives' determinant."""
+    """Distorted x, y, their Jacobian, and the smaller one of the radial factor and the Jacobian's determinant."""
     k1, k2, p1, p2, k3 = distortion
     x, y = xy[:, 0], xy[:, 1]
     r2 = x * x + y * y
@@ -138,22 +139,18 @@ def _brown(
         [x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x), y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y],
         axis=1,
     )
-    slope = zeros(len(xy), 2, 2)
-    slope[:, 0, 0] = radial + rise * x * x + 2 * p1 * y + 6 * p2 * x
-    slope[:, 0, 1] = slope[:, 1, 0] = rise * x * y + 2 * p1 * x + 2 * p2 * y
-    slope[:, 1, 1] = radial + rise * y * y + 6 * p1 * y + 2 * p2 * x
-    return out, slope, np.minimum(radial, slope[:, 0, 0] * slope[:, 1, 1] - slope[:, 0, 1] ** 2)
-
-
-_NEWTON_STEPS = 50
-_SETTLED = 1e-15
+    jacobian = zeros(len(xy), 2, 2)
+    jacobian[:, 0, 0] = radial + rise * x * x + 2 * p1 * y + 6 * p2 * x
+    jacobian[:, 0, 1] = jacobian[:, 1, 0] = rise * x * y + 2 * p1 * x + 2 * p2 * y
+    jacobian[:, 1, 1] = radial + rise * y * y + 6 * p1 * y + 2 * p2 * x
+    return out, jacobian, np.minimum(radial, jacobian[:, 0, 0] * jacobian[:, 1, 1] - jacobian[:, 0, 1] ** 2)
 
 
 @dataclass(frozen=True, eq=False)
 class Glass:
-    """A pane: a `point` of the face towards the air [m], its normal in either direction, thickness [m], indices [-].
+    """A flat pane: a `point` on its face towards the air [m], its normal (either sign), thickness [m], indices [-].
 
-    The index of the air is 1. Raises ValueError for a normal without length, a thickness below 0, an index below 1.
+    The refractive index of air is 1. Raises ValueError for a zero normal, a negative thickness, an index below 1.
     """
 
     point: Float[np.ndarray, "3"]
@@ -166,7 +163,7 @@ class Glass:
         point, normal = np.asarray(self.point, float), np.asarray(self.normal, float)
         length = float(np.linalg.norm(normal))
         if not (np.isfinite(point).all() and np.isfinite(length) and length > 0):
-            raise ValueError(f"Glass: point {point.tolist()} and normal {normal.tolist()} are no plane.")
+            raise ValueError(f"Glass: point {point.tolist()} and normal {normal.tolist()} define no plane.")
         if not (self.thickness >= 0 and self.glass >= 1 and self.water >= 1):
             raise ValueError(
                 f"Glass: thickness is {self.thickness:g} m (0 or more), the indices {self.glass:g} and {self.water:g} "
@@ -178,11 +175,11 @@ class Glass:
     def apparent(
         self, centre: Float[np.ndarray, "3"], points: Float[np.ndarray, "n 3"]
     ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3 3"]]:
-        r"""Where points in the water seem to be from a camera's centre, as deep as they are, and the derivatives.
+        r"""Apparent positions, from a camera's centre, of points in the water, and their Jacobian.
 
         $$ x' = c + h n + h \frac{\tau}{L} l, \quad h = n \cdot (x - c), \quad l = x - c - h n, \quad L = |l| $$
 
-        A camera without the pane sees x' where this one sees x. NaN for points that are not behind the pane.
+        x' has the depth of x. A camera without the pane sees x' at the pixel of x. NaN for points not behind the pane.
         """
         n = self.normal
         a = float((self.point - centre) @ n)
@@ -197,7 +194,7 @@ class Glass:
         near = 1e-9 * np.abs(h) > L
         wide = np.where(near, 1.0, L)
         ratio = np.where(near, straight, tau / wide)
-        by_side = np.where(near, 0.0, (1 / slope - ratio) / wide)  # of the ratio by L, and by the depth
+        by_side = np.where(near, 0.0, (1 / slope - ratio) / wide)  # derivatives of the ratio by L, and by the depth
         by_depth = np.where(near, -(straight**2) / self.water, -water / slope / wide)
         seen = centre + h[:, None] * n + (h * ratio)[:, None] * side
         across = np.eye(3) - np.outer(n, n)
@@ -211,7 +208,7 @@ class Glass:
     ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
         """Tangent tau of the angle in the air, dF/dtau [m], and the tangent in the water, by Newton's method.
 
-        F rises and bends down, so that steps from below the root never pass it.
+        F is increasing and concave, so that steps from below the root do not overshoot.
         """
         tau = L / np.maximum(a + self.thickness + np.nan_to_num(b), 1e-300)
         slope, water = np.ones_like(L), np.zeros_like(L)
@@ -223,39 +220,39 @@ class Glass:
                 water = tau / root
             step = left / slope
             tau = tau - step
-            if not np.any(np.abs(step) > _SETTLED * (1 + tau)):
+            if not np.any(np.abs(step) > _TOLERANCE * (1 + tau)):
                 break
         return tau, slope, water
 
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """How a camera was calibrated, and how well."""
+    """Quality of a calibration."""
 
-    rms: float  # [px] of the distances between where the points are read and where the camera puts them
-    residual: Float[np.ndarray, "n 2"]  # [px], read less put
-    sd: float  # [px] of one coordinate of a reading: sqrt(sum of squares / freedom)
-    freedom: int  # equations less unknowns
+    rms: float  # [px] reprojection error
+    residual: Float[np.ndarray, "n 2"]  # [px], measured - projected
+    sd: float  # [px] of one measured coordinate: sqrt(sum of squares / freedom)
+    freedom: int  # degrees of freedom: equations - unknowns
     condition: float  # largest over smallest singular value of the linear equations, after normalisation
-    place_se: float  # [m/px]: standard error across the view, in the middle of the points, per px of sd
+    place_se: float  # [m/px]: standard error across the view, at the centroid of the points, per px of sd
     covariance: Float[np.ndarray, "p p"]  # of the matrix, row by row, then the lens's estimated coefficients
-    notes: tuple[str, ...]  # what was done, and what to keep in mind
+    notes: tuple[str, ...]  # methods and cautions
 
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    r"""Where the world's points are in the picture:
+    r"""Projection of the world's points to the picture:
 
     $$ w\,(u, v, 1)^T = P\,(x, y, z, 1)^T $$ for straight pixels, then the lens.
 
-    P is scaled so that w is the depth in front of the camera [m]: the first three numbers of its last row have length
-    1, and the determinant of its first three columns is above 0. Raises ValueError where that cannot be.
+    P is scaled so that w is the depth in front of the camera [m]: the first three elements of its last row have norm 1,
+    and the determinant of its first three columns is positive. Raises ValueError for a matrix that cannot be scaled so.
     """
 
     matrix: Float[np.ndarray, "3 4"]
     lens: Lens | None = None
     size: tuple[int, int] | None = None  # width, height of the picture [px]
-    report: Report | None = None  # None: it was not calibrated here
+    report: Report | None = None  # None: not calibrated here
     glass: Glass | None = None  # a pane between the camera and the points; P is then of rays in the air
 
     def __post_init__(self) -> None:
@@ -264,44 +261,44 @@ class Camera:
             raise ValueError(f"Camera: a matrix of 3 x 4 finite numbers is expected, and there is {P.tolist()}.")
         singular = np.linalg.svd(P[:, :3], compute_uv=False)
         if singular[2] <= 1e-14 * singular[0]:
-            raise ValueError("Camera: the first three columns of the matrix have no inverse: it has no place.")
+            raise ValueError("Camera: the first three columns of the matrix are singular: it has no centre.")
         P = P / (np.linalg.norm(P[2, :3]) * np.sign(np.linalg.det(P[:, :3] / singular[0])))
         object.__setattr__(self, "matrix", P)
 
     @property
     def centre(self) -> Float[np.ndarray, "3"]:
-        """Place of the camera in the world [m], through which all rays go; with refraction, where they seem to meet."""
+        """Centre of projection in the world [m]; with refraction, the apparent one."""
         return -np.linalg.solve(self.matrix[:, :3], self.matrix[:, 3])
 
     def project(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 2"]:
-        """Pixels of points [m]; NaN for what is behind the camera or too far aside for its lens."""
-        pixels, _, depth = self.projected(points)
+        """Pixels of points [m]; NaN for points behind the camera or outside the image of its lens."""
+        pixels, _, depth = self.project_with_jacobian(points)
         pixels[~(depth > 0)] = np.nan
         return pixels
 
-    def projected(
+    def project_with_jacobian(
         self, points: Float[np.ndarray, "n 3"]
     ) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n 2 3"], Float[np.ndarray, "n"]]:
-        """Pixels of points, their derivatives [px/m], and depth [m]; not above 0: they are not seen."""
+        """Pixels of points, their Jacobian [px/m], and depth [m] (not positive: not visible)."""
         if self.glass is not None:
-            seen, seem = self.glass.apparent(self.centre, points)
-            pixels, slope, depth = replace(self, glass=None).projected(seen)
-            return pixels, times(slope, seem), np.where(np.isfinite(depth), depth, -1.0)
+            seen, by_point = self.glass.apparent(self.centre, points)
+            pixels, jacobian, depth = replace(self, glass=None).project_with_jacobian(seen)
+            return pixels, times(jacobian, by_point), np.where(np.isfinite(depth), depth, -1.0)
         M = self.matrix[:, :3]
         h = M @ np.asarray(points, float).T + self.matrix[:, 3:]
         depth = h[2]
         w = np.where(depth == 0, np.nan, depth)
         straight = h[:2] / w
-        slope = np.moveaxis((M[:2, :, None] - straight[:, None] * M[2, :, None]) / w, -1, 0)
+        jacobian = np.moveaxis((M[:2, :, None] - straight[:, None] * M[2, :, None]) / w, -1, 0)
         if self.lens is None:
-            return straight.T, slope, depth
-        pixels, bend, shown = self.lens.bent(straight.T)
-        return pixels, times(bend, slope), np.where(shown > 0, depth, np.minimum(depth, 0))
+            return straight.T, jacobian, depth
+        pixels, by_straight, shown = self.lens.distort(straight.T)
+        return pixels, times(by_straight, jacobian), np.where(shown > 0, depth, np.minimum(depth, 0))
 
-    def straightened(self, pixels: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
-        """Pixels as a lens without distortion would show them; NaN where the lens shows nothing."""
-        return np.array(pixels, float) if self.lens is None else self.lens.straightened(pixels)
+    def undistort(self, pixels: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
+        """Pixels without distortion; NaN outside the image of the lens."""
+        return np.array(pixels, float) if self.lens is None else self.lens.undistort(pixels)
 
     def depth(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n"]:
-        """How far in front of the camera points are, along its axis [m]."""
+        """Depth of points in front of the camera, along its axis [m]."""
         return np.asarray(points, float) @ self.matrix[2, :3] + self.matrix[2, 3]

@@ -1,4 +1,4 @@
-"""The camera whose pixels are nearest to those that were read, by least squares from the linear one."""
+"""Least-squares fit of a camera to measured pixels, started from the linear solution."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,11 +8,15 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import least_squares
 
-from .camera import Camera, Lens, bent
+from .camera import Camera, Lens, distort
+
+_EXACT = 1e-15
+_STEPS = 100  # 5 to 30 for correct readings
+_SINGULAR = 1e-9  # singular value ratio of a normalised matrix; cameras have more than 1e-4
 
 
 def normaliser(x: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "d+1 d+1"]:
-    """Shift and scale that put points around 0 at a mean square distance of d (Hartley, PAMI 19 (1997) 580)."""
+    """Shift and scale to centroid 0 and mean square distance d (Hartley, PAMI 19 (1997) 580)."""
     middle = x.mean(axis=0)
     scale = np.sqrt(x.shape[1] / np.mean(np.sum((x - middle) ** 2, axis=1)))
     out = np.diag([*np.full(x.shape[1], scale), 1.0])
@@ -20,19 +24,19 @@ def normaliser(x: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "d+1 d+1"]:
     return out
 
 
-def moved(matrix: Float[np.ndarray, "d1 d1"], x: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "n d"]:
-    """Points after a shift and a scale."""
+def transformed(matrix: Float[np.ndarray, "d1 d1"], x: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "n d"]:
+    """Points after shift and scale."""
     return x @ matrix[:-1, :-1].T + matrix[:-1, -1]
 
 
 def linear(
     points: Float[np.ndarray, "n 3"], pixels: Float[np.ndarray, "n 2"]
 ) -> tuple[Float[np.ndarray, "3 4"], float]:
-    r"""Matrix P of length 1 for which $\sum |p_1 X - u\,p_3 X|^2 + |p_2 X - v\,p_3 X|^2$ is least, X = (x, y, z, 1).
+    r"""Matrix P of norm 1 that minimises $\sum |p_1 X - u\,p_3 X|^2 + |p_2 X - v\,p_3 X|^2$, X = (x, y, z, 1).
 
-    Returns also the condition of the equations, the largest over the smallest but one of their singular values.
+    Also returns the condition number of the equations: their largest over their second smallest singular value.
     Abdel-Aziz & Karara, Symposium on Close-Range Photogrammetry (1971), as in Hartley & Zisserman (2004), algorithm
-    7.1, of points and pixels that were normalised.
+    7.1, for normalised points and pixels.
     """
     X = np.column_stack([points, np.ones(len(points))])
     rows = np.zeros((len(X), 2, 3, 4))
@@ -45,7 +49,7 @@ def linear(
 def intrinsics(
     matrix: Float[np.ndarray, "3 4"],
 ) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "12 3 3"]]:
-    r"""K of P = K [R | t], upper triangular, its focal lengths above 0, and its derivatives by P's numbers.
+    r"""K of P = K [R | t], upper triangular with positive focal lengths, and its derivatives by the elements of P.
 
     With rows $m_i$ of P's first three columns, $K K^T = W$, $W_{ij} = m_i \cdot m_j / |m_3|^2$ (Hartley & Zisserman
     2004, section 6.2.4): $W_{13} = c_x$, $W_{23} = c_y$, $f_y^2 = W_{22} - c_y^2$, $s f_y = W_{12} - c_x c_y$,
@@ -70,25 +74,20 @@ def intrinsics(
     return np.array([[fx, s, cx], [0, fy, cy], [0, 0, 1]]), dK
 
 
-_EXACT = 1e-15
-_STEPS = 100  # readings that are right need 5 to 30
-_SINGULAR = 1e-9  # of a normalised matrix's singular values; those of cameras here are above 1e-4
-
-
 @dataclass(frozen=True, eq=False)
 class CameraFit:
-    """A camera, and what least squares say of it."""
+    """A camera, and the statistics of its least-squares fit."""
 
     camera: Camera
-    residual: Float[np.ndarray, "n 2"]  # [px], read less put
-    leverage: Float[np.ndarray, "n 2 2"]  # how much of a reading's error goes into where the camera puts it
+    residual: Float[np.ndarray, "n 2"]  # [px], measured - projected
+    leverage: Float[np.ndarray, "n 2 2"]  # derivative of the projected pixel by the measured one
     covariance: Float[np.ndarray, "p p"]  # of the matrix, row by row, and the lens, for errors of 1 px
-    condition: float  # of the linear equations: largest over smallest singular value but that of the solution
-    determined: float  # smallest over largest singular value of the derivatives, their columns of length 1
+    condition: float  # of the linear equations: largest over second smallest singular value
+    determined: float  # smallest over largest singular value of the Jacobian with columns of norm 1
 
     @property
     def squares(self) -> float:
-        """Sum of the squares of the residuals [px^2]."""
+        """Sum of squared residuals [px^2]."""
         return float(np.sum(self.residual**2))
 
 
@@ -99,37 +98,36 @@ def fit(
     terms: int = 0,
     starts: Sequence[float] = (0.0,),
 ) -> CameraFit:
-    r"""Minimise the sum of |read - put|^2 over P (Hartley & Zisserman 2004, algorithm 7.1) and `terms` of k1, k2.
+    r"""Minimise sum |measured - projected|^2 over P (Hartley & Zisserman 2004, algorithm 7.1) and `terms` of k1, k2.
 
-    P moves in the plane that touches the sphere |P| = 1 in the linear solution. Where the lens is estimated, K is that
-    of P: eleven numbers and `terms`, the best of what is found from several `starts`, k1 r^2 of the pixel that is
-    furthest out [-]. All is normalised; the derivatives are exact. Pixels at random may fit best to what is no camera,
-    a point or a line: then it is the linear solution.
+    P varies in the tangent plane of the sphere |P| = 1 at the linear solution: eleven parameters. An estimated lens has
+    the K of P and `terms` coefficients, the best fit of several `starts` (k1 r^2 of the outermost pixel [-]). Data are
+    normalised, derivatives exact. If the best fit is not a camera (random pixels), the linear solution is returned.
     """
     S = normaliser(points)
-    straight = pixels if lens is None else lens.straightened(pixels)
+    straight = pixels if lens is None else lens.undistort(pixels)
     T = normaliser(straight)
-    X, seen = moved(S, points), moved(T, pixels)
-    start, condition = linear(X, moved(T, straight))
+    X, seen = transformed(S, points), transformed(T, pixels)
+    start, condition = linear(X, transformed(T, straight))
     chart = np.linalg.svd(start.reshape(1, 12))[2][1:].T
     own = None if lens is None else Lens(_upper(T @ lens.intrinsics), lens.distortion)
     X1 = np.column_stack([X, np.ones(len(X))])
 
-    last: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}  # residuals and derivatives are asked for one after the other
+    last: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}  # scipy evaluates residuals and Jacobian separately
 
     def model(p: Float[np.ndarray, "p"]) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m p"]]:
         key = p.tobytes()
         if key in last:
             return last[key]
         last.clear()
-        at, by_matrix, by_lens = put((start.ravel() + chart @ p[:11]).reshape(3, 4), p[11:], X1, own)
-        slopes = np.concatenate([by_matrix @ chart, by_lens], axis=2).reshape(at.size, -1)
-        return last.setdefault(key, ((at - seen).ravel(), slopes))
+        at, by_matrix, by_lens = project_normalised((start.ravel() + chart @ p[:11]).reshape(3, 4), p[11:], X1, own)
+        derivatives = np.concatenate([by_matrix @ chart, by_lens], axis=2).reshape(at.size, -1)
+        return last.setdefault(key, ((at - seen).ravel(), derivatives))
 
     jacobian: Any = lambda p: model(p)[1]  # noqa: E731
     with np.errstate(all="ignore"):
         least, best = np.inf, np.zeros(11 + terms)
-        for begin in _starts(start, chart, X, moved(T, straight), terms, starts):
+        for begin in _starts(start, chart, X, transformed(T, straight), terms, starts):
             found = least_squares(
                 lambda p: model(p)[0],
                 begin,
@@ -143,13 +141,13 @@ def fit(
             matrix = (start.ravel() + chart @ found.x[:11]).reshape(3, 4)
             if found.cost < least and _is_camera(matrix, *model(found.x)):
                 least, best = found.cost, found.x
-    left, slopes = model(best)
+    left, derivatives = model(best)
     scale = T[0, 0]
-    length = np.linalg.norm(slopes, axis=0)
-    U, d, V = np.linalg.svd(slopes / length, full_matrices=False)
+    length = np.linalg.norm(derivatives, axis=0)
+    U, d, V = np.linalg.svd(derivatives / length, full_matrices=False)
     whitened = (V.T / np.maximum(d, 1e-16 * d[0])) / length[:, None] * scale
     matrix = (start.ravel() + chart @ best[:11]).reshape(3, 4)
-    camera, carry = _in_the_world(matrix, best[11:], T, S, lens)
+    camera, carry = _denormalised(matrix, best[11:], T, S, lens)
     carry = np.block([[carry @ chart, np.zeros((12, terms))], [np.zeros((terms, 11)), np.eye(terms)]]) @ whitened
     parts = U.reshape(len(X), 2, -1)
     return CameraFit(
@@ -165,14 +163,14 @@ def _starts(
     terms: int,
     starts: Sequence[float],
 ) -> Iterator[Float[np.ndarray, "p"]]:
-    """Where to start from: the linear solutions of pixels that lenses with K of the first one and k1 make straight."""
+    """Initial parameters: linear solutions of pixels undistorted by lenses with the first K and each k1."""
     for start in starts if terms else (0.0,):
         begin = np.zeros(11 + terms)
         if start:
             K, _ = intrinsics(matrix)
             ends = (np.column_stack([seen, np.ones(len(seen))]) @ np.linalg.inv(K).T)[:, :2]
             begin[11] = start / np.max(np.sum(ends**2, axis=1))
-            straight = Lens(_upper(K), _distortion(begin[11:12])).straightened(seen)
+            straight = Lens(_upper(K), _distortion(begin[11:12])).undistort(seen)
             if np.isnan(straight).any():
                 continue
             other = linear(X, straight)[0].ravel()
@@ -180,48 +178,48 @@ def _starts(
         yield begin
 
 
-def _is_camera(matrix: Float[np.ndarray, "3 4"], *made: np.ndarray) -> bool:
-    """Whether all that was made of a matrix is finite, and it has a place."""
+def _is_camera(matrix: Float[np.ndarray, "3 4"], *derived: np.ndarray) -> bool:
+    """Whether a matrix has a centre of projection and all derived values are finite."""
     d = np.linalg.svd(matrix[:, :3], compute_uv=False)
-    return bool(d[2] > _SINGULAR * d[0] and all(np.isfinite(x).all() for x in made))
+    return bool(d[2] > _SINGULAR * d[0] and all(np.isfinite(x).all() for x in derived))
 
 
-def put(
+def project_normalised(
     matrix: Float[np.ndarray, "3 4"], terms: Float[np.ndarray, "k"], X: Float[np.ndarray, "n 4"], lens: Lens | None
 ) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n 2 12"], Float[np.ndarray, "n 2 k"]]:
-    """Pixels, and their derivatives by the matrix and by the lens's terms."""
+    """Pixels, and their derivatives by the matrix and by the lens coefficients."""
     h = X @ matrix.T
     straight = h[:, :2] / h[:, 2:]
     near = X / h[:, 2:]
-    slope = np.zeros((len(X), 2, 3, 4))
-    slope[:, 0, 0] = slope[:, 1, 1] = near
-    slope[:, :, 2] = -straight[:, :, None] * near[:, None]
-    slope = slope.reshape(-1, 2, 12)
+    by_matrix = np.zeros((len(X), 2, 3, 4))
+    by_matrix[:, 0, 0] = by_matrix[:, 1, 1] = near
+    by_matrix[:, :, 2] = -straight[:, :, None] * near[:, None]
+    by_matrix = by_matrix.reshape(-1, 2, 12)
     if lens is not None:
-        at, bend, _ = lens.bent(straight)
-        return at, bend @ slope, np.empty((len(X), 2, 0))
+        at, by_straight, _ = lens.distort(straight)
+        return at, by_straight @ by_matrix, np.empty((len(X), 2, 0))
     if not len(terms):
-        return straight, slope, np.empty((len(X), 2, 0))
+        return straight, by_matrix, np.empty((len(X), 2, 0))
     K, dK = intrinsics(matrix)
-    at, bend, _ = bent(K, _distortion(terms), straight)
+    at, by_straight, _ = distort(K, _distortion(terms), straight)
     scale, centre = K[:2, :2], K[:2, 2]
     before, after = (np.linalg.solve(scale, (x - centre).T).T for x in (straight, at))
-    # at = A b(A^-1 (q - c)) + c: A and c of K move as well as q
+    # at = A b(A^-1 (q - c)) + c: A and c of K vary as well as q
     aside = np.einsum("kij,nj->nik", dK[:, :2, :2], after) + dK[:, :2, 2].T
     through = np.einsum("kij,nj->nik", dK[:, :2, :2], before) + dK[:, :2, 2].T
     r2 = np.sum(before**2, axis=1)
     powers = r2[:, None] ** np.arange(1, len(terms) + 1)
-    return at, bend @ (slope - through) + aside, (before @ scale.T)[:, :, None] * powers[:, None]
+    return at, by_straight @ (by_matrix - through) + aside, (before @ scale.T)[:, :, None] * powers[:, None]
 
 
-def _in_the_world(
+def _denormalised(
     matrix: Float[np.ndarray, "3 4"],
     terms: Float[np.ndarray, "k"],
     T: Float[np.ndarray, "3 3"],
     S: Float[np.ndarray, "4 4"],
     lens: Lens | None,
 ) -> tuple[Camera, Float[np.ndarray, "12 12"]]:
-    """Camera of a normalised matrix, and derivatives of its matrix by that one."""
+    """Camera of a normalised matrix, and derivatives of its matrix by the normalised one."""
     back = np.linalg.inv(T)
     P = back @ matrix @ S
     if len(terms):
@@ -241,6 +239,6 @@ def _distortion(terms: Float[np.ndarray, "k"]) -> Float[np.ndarray, "5"]:
 
 
 def _upper(K: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "3 3"]:
-    """K with what rounding left below its diagonal taken away."""
+    """K without rounding errors below its diagonal."""
     K = np.triu(K)
     return K / K[2, 2]

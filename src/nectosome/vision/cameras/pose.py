@@ -1,4 +1,4 @@
-"""The pose of a body from the places of its markers, with standard errors."""
+"""Pose of a rigid body from the positions of its markers, with standard errors."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int8
 from nectosome.units import InputError
 
 from .camera import inverse
-from .known_points import FLAT, axes, refuse_same
+from .point_checks import FLAT, axes, refuse_same
 from .triangulate import PlaceStatus
 
 _GIMBAL = 0.02  # cosine of pitch, about 1 deg from 90 deg
@@ -16,13 +16,13 @@ _GIMBAL = 0.02  # cosine of pitch, about 1 deg from 90 deg
 
 @dataclass(frozen=True, eq=False)
 class BodyPose:
-    """Where a body is in the world. What is not known is NaN, and `status` says why."""
+    """Pose of a body in the world; unknown values are NaN, with the reason in `status`."""
 
     place: Float[np.ndarray, "t 3"]  # of the body frame's origin [m]
-    rotation: Float[np.ndarray, "t 3 3"]  # from the body's frame to the world's
+    rotation: Float[np.ndarray, "t 3 3"]  # from the body frame to the world
     angles: Float[np.ndarray, "t 3"]  # roll, pitch, yaw [rad]
-    residual: Float[np.ndarray, "t"]  # [m] rms over the markers of the distance between seen and put
-    place_se: Float[np.ndarray, "t 3"]  # [m]; NaN without errors of the markers
+    residual: Float[np.ndarray, "t"]  # [m] rms distance between measured and fitted markers
+    place_se: Float[np.ndarray, "t 3"]  # [m]; NaN without a covariance of the markers
     angles_se: Float[np.ndarray, "t 3"]  # [rad]
     status: Int8[np.ndarray, "t"]  # a `PlaceStatus`
 
@@ -36,16 +36,16 @@ def pose(
 ) -> BodyPose:
     r"""Rotation R and origin x that minimise $\sum_i |p_i - x - R b_i|^2$ (Kabsch 1976; Umeyama, PAMI 13 (1991) 376).
 
-    p_i are `places` of markers in the world [m], NaN where there is none, b_i the same markers in the `body`'s frame.
-    R = Rz(yaw) Ry(pitch) Rx(roll), det R = 1; pitch in [-pi/2, pi/2], roll and yaw in (-pi, pi], or with `unwrap`
-    without jumps of 2 pi from frame to frame, over gaps too. `covariance` [m2] is that of each marker, their errors
-    independent of each other; those of the pose follow linearly. Within 1.1 deg of pitch = +-pi/2 roll and yaw cannot
-    be told apart (Status.GIMBAL): the rotation holds, their standard errors are large.
+    p_i are `places` of markers in the world [m] (NaN: unknown), b_i the same markers in the `body` frame. R = Rz(yaw)
+    Ry(pitch) Rx(roll), det R = 1; pitch in [-pi/2, pi/2], roll and yaw in (-pi, pi], or with `unwrap` continuous from
+    frame to frame, also over gaps. `covariance` [m2] is that of each marker, with independent errors; the errors of the
+    pose follow by linear propagation. Within 1.1 deg of pitch = +-pi/2, roll and yaw are not separable
+    (PlaceStatus.GIMBAL): the rotation is valid, the standard errors of the angles are large.
 
-    A frame needs three markers that are not on a line. Markers that were exchanged show in the residual, except where
-    the body is as symmetric; so does a body that was given as in a mirror, but for one whose markers lie in a plane, as
-    three do: that is turned over, and the residual says nothing. Raises InputError for a body of fewer than three
-    markers, on a line or twice the same; ValueError for shapes that do not go together.
+    A frame needs three markers that are not on a line. Exchanged markers show in the residual, unless the body has that
+    symmetry. A mirrored body shows in the residual, unless its markers lie in a plane, as three do: then the body is
+    turned over. Raises InputError for fewer than three markers, markers on a line, and equal markers; ValueError for
+    shapes that do not match.
     """
     p, b = np.array(places, float), np.array(body, float)
     t, m = len(p), len(b)
@@ -85,7 +85,7 @@ def pose(
 
 def _refuse_body(b: Float[np.ndarray, "m 3"]) -> None:
     if not np.isfinite(b).all():
-        raise InputError("has a marker without a number.", field="body")
+        raise InputError("has a marker with NaN or infinite coordinates.", field="body")
     if len(b) < 3:
         raise InputError(f"has {len(b)} markers, and a pose needs three.", field="body")
     refuse_same(b, "body")
@@ -93,13 +93,13 @@ def _refuse_body(b: Float[np.ndarray, "m 3"]) -> None:
     if spread[1] < FLAT * spread[0]:
         raise InputError(
             f"has its markers on a line, {spread[1]:.2g} m (rms) off it, {100 * spread[1] / spread[0]:.2g} % of their "
-            f"spread of {spread[0]:.3g} m: they do not tell how it turns about that. Put one clearly off it.",
+            f"spread of {spread[0]:.3g} m: the rotation about it is unknown. Put one clearly off it.",
             field="body",
         )
 
 
 def _status(there: Bool[np.ndarray, "t m"], b: Float[np.ndarray, "m 3"]) -> Int8[np.ndarray, "t"]:
-    """Whether the markers of each frame give a pose."""
+    """Status of the pose of each frame by its visible markers."""
     seen, which = np.unique(there, axis=0, return_inverse=True)
     kinds = np.full(len(seen), PlaceStatus.GOOD, np.int8)
     for k, markers in enumerate(seen):
@@ -113,7 +113,7 @@ def _status(there: Bool[np.ndarray, "t m"], b: Float[np.ndarray, "m 3"]) -> Int8
 
 
 def _rotations(h: Float[np.ndarray, "t 3 3"]) -> Float[np.ndarray, "t 3 3"]:
-    """R that makes tr(R^T h) largest, without mirroring."""
+    """Rotation R that maximises tr(R^T h)."""
     U, _, V = np.linalg.svd(h)
     U[:, :, 2] *= np.linalg.det(U @ V)[:, None]
     return U @ V
@@ -133,9 +133,9 @@ def _errors(
     w: Float[np.ndarray, "t m"],
     marker: Float[np.ndarray, "t m 3 3"],
 ) -> tuple[Float[np.ndarray, "t 3"], Float[np.ndarray, "t 3"]]:
-    r"""Standard errors of place [m] and angles [rad].
+    r"""Standard errors of position [m] and angles [rad].
 
-    With q_i = R (b_i - mean b) and p_i from their mean, errors e_i turn the body by $\theta = G^{-1} \sum q_i \times
+    With q_i = R (b_i - mean b) and p_i from their mean, errors e_i rotate the body by $\theta = G^{-1} \sum q_i \times
     e_i$ (world frame), $G = \sum (q_i \cdot p_i) 1 - p_i q_i^T$, and move its origin by $\bar e - \theta \times R
     \bar b$.
     """
@@ -160,7 +160,7 @@ def _cross(x: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3 3"]:
 
 
 def _spread(values: Float[np.ndarray, "k *shape"], use: Bool[np.ndarray, "t"]) -> Float[np.ndarray, "t *shape"]:
-    """Values of the frames that have them, NaN in the others."""
+    """Values of the frames in `use`, NaN in the others."""
     out = np.full((len(use), *values.shape[1:]), np.nan)
     out[use] = values
     return out

@@ -1,4 +1,4 @@
-"""Places from the pixels of several cameras, with standard errors."""
+"""Triangulation: positions from the pixels of several cameras, with standard errors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,48 +10,47 @@ from jaxtyping import Float, Int8
 
 from .camera import Camera, apply, inverse, zeros
 
+_STEPS = 20
+_TOLERANCE = 1e-10  # last step over the distance from the cameras; the next one would be far smaller
+_ENOUGH = 1e-6  # largest last step of a valid position over the distance from the cameras
+
 
 class PlaceStatus(IntEnum):
-    """What became of a place or a pose; 0: it holds."""
+    """Status of a position or a pose; 0: valid."""
 
     GOOD = 0
     FEW_CAMERAS = 1
     PARALLEL = 2
     BEHIND = 3
-    UNSETTLED = 4
+    NOT_CONVERGED = 4
     FEW_MARKERS = 5
     LINE = 6
     GIMBAL = 7
 
     @property
     def words(self) -> str:
-        """What is told to people."""
+        """Description for messages."""
         return _WORDS[self]
 
 
 _WORDS = {
     PlaceStatus.GOOD: "good",
     PlaceStatus.FEW_CAMERAS: "seen by fewer than two cameras",
-    PlaceStatus.PARALLEL: "seen along rays that are nearly parallel",
+    PlaceStatus.PARALLEL: "its rays are nearly parallel",
     PlaceStatus.BEHIND: "its rays meet behind a camera",
-    PlaceStatus.UNSETTLED: "its rays do not come near each other",
-    PlaceStatus.FEW_MARKERS: "fewer than three markers have a place",
-    PlaceStatus.LINE: "the markers that have a place lie on a line",
-    PlaceStatus.GIMBAL: "pitch is near 90 deg: roll and yaw are not told apart, its rotation holds",
+    PlaceStatus.NOT_CONVERGED: "its rays do not meet",
+    PlaceStatus.FEW_MARKERS: "fewer than three markers have a position",
+    PlaceStatus.LINE: "the markers with a position lie on a line",
+    PlaceStatus.GIMBAL: "pitch is near 90 deg: roll and yaw are not separable, the rotation is valid",
 }
-
-
-_STEPS = 20
-_SETTLED = 1e-10  # of the distance from the cameras: the step after that one is far below
-_ENOUGH = 1e-6  # of the distance from the cameras: a place that still moves by more is none
 
 
 @dataclass(frozen=True, eq=False)
 class Triangulated:
-    """Where points are in the world. A place that does not hold is NaN, and `status` says why."""
+    """Positions of points in the world; invalid ones are NaN, with the reason in `status`."""
 
     place: Float[np.ndarray, "*batch 3"]  # [m]
-    residual: Float[np.ndarray, "*batch"]  # [px] rms over the cameras of the distance between read and put
+    residual: Float[np.ndarray, "*batch"]  # [px] rms reprojection error over the cameras
     covariance: Float[np.ndarray, "*batch 3 3"]  # [m2]
     status: Int8[np.ndarray, "*batch"]  # a `PlaceStatus`
 
@@ -68,16 +67,16 @@ def triangulate(
     sd_px: float | Float[np.ndarray, "cameras"],
     least_angle: float = np.radians(1.0),
 ) -> Triangulated:
-    r"""Places that minimise $\sum |read - put|^2 / sd^2$ over the cameras, from their linear solution by Gauss-Newton.
+    r"""Positions that minimise $\sum |measured - projected|^2 / sd^2$ over the cameras, by Gauss-Newton.
 
-    Pixels are those of the file, with the lens's distortion; NaN: that camera does not see the point. `sd_px` is the
-    standard error of one coordinate of a pixel, of all cameras or of each; cov = (J^T J / sd^2)^-1 (Hartley & Zisserman
-    2004, sections 5.2.3 and 12.2). Errors of the calibration are not in it: they are the same for all frames. A point
-    that was taken for another in one of the cameras shows in the residual, unless it lies on the other's epipolar line.
+    The start is the linear solution. Pixels are those of the file, with the lens's distortion; NaN: not visible in that
+    camera. `sd_px` is the standard error of one coordinate of a pixel, for all cameras or one each; cov = (J^T J /
+    sd^2)^-1 (Hartley & Zisserman 2004, sections 5.2.3 and 12.2), without the calibration's errors, which are constant
+    over all frames. A wrong match in one camera shows in the residual, unless it lies on the epipolar line.
 
-    There is no place (NaN, and a status) with fewer than two cameras, where rays meet behind a camera or come nowhere
-    near each other, and where no two of them differ by `least_angle` [rad].
-    Raises ValueError for shapes that do not go together and errors that are not above 0.
+    The position is NaN, with a status, for fewer than two cameras, rays that meet behind a camera or not at all, and no
+    two rays that differ by `least_angle` [rad]. Raises ValueError for shapes that do not match and errors that are not
+    positive.
     """
     pixels = np.asarray(pixels, float)
     if pixels.ndim < 2 or len(pixels) != len(cameras) or pixels.shape[-1] != 2:
@@ -91,7 +90,7 @@ def triangulate(
         raise ValueError(f"triangulate: least_angle is {least_angle:g} rad; it must be between 0 and pi/2.")
     batch = pixels.shape[1:-1]
     read = pixels.reshape(len(cameras), -1, 2)
-    straight = np.stack([camera.straightened(p) for camera, p in zip(cameras, read, strict=True)])
+    straight = np.stack([camera.undistort(p) for camera, p in zip(cameras, read, strict=True)])
     weight = np.isfinite(straight).all(axis=-1) / np.broadcast_to(sd[..., None], (len(cameras), 1)) ** 2
     status = np.full(read.shape[1], PlaceStatus.GOOD, np.int8)
     status[np.count_nonzero(weight, axis=0) < 2] = PlaceStatus.FEW_CAMERAS
@@ -102,11 +101,11 @@ def triangulate(
     if len(todo):
         chosen = read[:, todo], weight[:, todo]
         x = _linear(cameras, straight[:, todo], chosen[1])
-        with np.errstate(all="ignore"):  # what comes nowhere near may run away
-            x, settled = _refined(cameras, *chosen, x)
+        with np.errstate(all="ignore"):  # diverging points
+            x, converged = _refined(cameras, *chosen, x)
             normal, _, squares, depth = _equations(cameras, *chosen, x)
-        status[todo[~settled]] = PlaceStatus.UNSETTLED
-        status[todo[settled & (np.where(chosen[1] > 0, depth, 1) <= 0).any(axis=0)]] = PlaceStatus.BEHIND
+        status[todo[~converged]] = PlaceStatus.NOT_CONVERGED
+        status[todo[converged & (np.where(chosen[1] > 0, depth, 1) <= 0).any(axis=0)]] = PlaceStatus.BEHIND
         good = status[todo] == PlaceStatus.GOOD
         place[todo[good]], covariance[todo[good]] = x[good], inverse(normal[good])
         residual[todo[good]] = np.sqrt(squares[good] / np.count_nonzero(chosen[1][:, good], axis=0))
@@ -116,7 +115,7 @@ def triangulate(
 
 
 def _angle(cameras: Sequence[Camera], straight: Float[np.ndarray, "c n 2"]) -> Float[np.ndarray, "n"]:
-    """Largest angle between the lines of two rays [rad], at most pi/2; 0 where there are no two."""
+    """Largest angle between two rays [rad], at most pi/2; 0 without two rays."""
     rays = []
     for camera, pixels in zip(cameras, straight, strict=True):
         ends = np.column_stack([pixels, np.ones(len(pixels))]) @ np.linalg.inv(camera.matrix[:, :3]).T
@@ -130,7 +129,7 @@ def _angle(cameras: Sequence[Camera], straight: Float[np.ndarray, "c n 2"]) -> F
 def _linear(
     cameras: Sequence[Camera], straight: Float[np.ndarray, "c n 2"], weight: Float[np.ndarray, "c n"]
 ) -> Float[np.ndarray, "n 3"]:
-    """Least squares of (m_1 - u m_3) (x, 1) = 0 and that of v, m_i the matrix's rows."""
+    """Linear least squares of (m_1 - u m_3) (x, 1) = 0, (m_2 - v m_3) (x, 1) = 0, m_i the matrix's rows."""
     n = straight.shape[1]
     normal, right = zeros(n, 3, 3), zeros(n, 3)
     about = np.mean([camera.centre for camera in cameras], axis=0)
@@ -149,7 +148,7 @@ def _refined(
     weight: Float[np.ndarray, "c n"],
     x: Float[np.ndarray, "n 3"],
 ) -> tuple[Float[np.ndarray, "n 3"], np.ndarray]:
-    """Places after Gauss-Newton, and whether they came to rest."""
+    """Positions after Gauss-Newton, and whether it converged."""
     x = x.copy()
     last = np.full(len(x), np.inf)
     todo = np.arange(len(x))
@@ -158,7 +157,7 @@ def _refined(
         step = apply(inverse(normal), right)
         x[todo] += step
         last[todo] = np.linalg.norm(step, axis=1) / np.abs(depth).max(axis=0)
-        todo = todo[last[todo] > _SETTLED]
+        todo = todo[last[todo] > _TOLERANCE]
         if not len(todo):
             break
     return x, last < _ENOUGH
@@ -170,16 +169,16 @@ def _equations(
     weight: Float[np.ndarray, "c n"],
     x: Float[np.ndarray, "n 3"],
 ) -> tuple[Float[np.ndarray, "n 3 3"], Float[np.ndarray, "n 3"], Float[np.ndarray, "n"], Float[np.ndarray, "c n"]]:
-    """J^T W J, J^T W (read - put), the sum of |read - put|^2 [px^2], and depths."""
+    """J^T W J, J^T W (measured - projected), the sum of |measured - projected|^2 [px^2], and depths."""
     normal, right, squares = zeros(len(x), 3, 3), zeros(len(x), 3), np.zeros(len(x))
     depths = np.empty(weight.shape)
     for k, camera in enumerate(cameras):
-        put, slope, depths[k] = camera.projected(x)
+        projected, jacobian, depths[k] = camera.project_with_jacobian(x)
         w = weight[k]
         for i in range(2):
-            left = np.where(w > 0, read[k, :, i] - put[:, i], 0)
-            squares += left * left
-            _add(normal, right, w, slope[:, i].T, left)
+            residual = np.where(w > 0, read[k, :, i] - projected[:, i], 0)
+            squares += residual * residual
+            _add(normal, right, w, jacobian[:, i].T, residual)
     return normal, right, squares, depths
 
 
@@ -190,7 +189,7 @@ def _add(
     row: Float[np.ndarray, "3 n"],
     value: Float[np.ndarray, "n"],
 ) -> None:
-    """Put one more equation row . x = value into the normal equations."""
+    """Add one equation row . x = value to the normal equations."""
     for i in range(3):
         weighted = weight * row[i]
         right[:, i] += weighted * value

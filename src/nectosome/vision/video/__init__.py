@@ -1,11 +1,11 @@
-"""Videos: segments by their colours to angles and places, markers of several cameras to the pose of a body."""
+"""Videos: positions and angles of coloured segments, and the pose of a body from markers of several cameras."""
 
 from .angles import track_segments
 from .clip import Clip, Frame
 from .markers import track_markers
 from .overlay import draw_over
 from .propose import Proposal, proposal_text, propose
-from .reasons import Reason, write_table
+from .reasons import Reason
 from .sheet import Colour, MarkerSheet, SegmentSheet, load_sheet
 
 __all__ = [
@@ -22,5 +22,4 @@ __all__ = [
     "propose",
     "track_markers",
     "track_segments",
-    "write_table",
 ]

@@ -1,38 +1,35 @@
-"""Segments of a video over time: places, directions and angles of joints, with a quality and a reason for each gap."""
+"""Tracking of a chain of segments in a video: positions, directions and joint angles, with quality and reasons."""
 
 import json
 from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import IntEnum
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int, UInt8
 
 from nectosome.io import provenance
 from nectosome.units import InputError
 
+from .chain import assign_segments
 from .clip import Clip, Progress, intervals
-from .plane import MotionPlane
-from .reasons import Reason, lost
-from .sheet import SegmentSheet
+from .plane import MotionPlane, plane_of
+from .reasons import Reason, loss_notes
+from .segments import ColourGroups, blobs, pose
+from .sheet import Segment, SegmentSheet
 
 if TYPE_CHECKING:
     import xarray as xr
 
-from dataclasses import dataclass
-from enum import IntEnum
-
-from jaxtyping import Bool, UInt8
-
-from .chain import told_apart
-from .plane import plane_of
-from .segments import Groups, blobs, pose
-from .sheet import Segment
+_SCATTERS = 6.0  # accepted standard deviations
+_DOUBTFUL = 0.1  # relative deviation from a given size that casts doubt on the scale
 
 
 class SegmentField(IntEnum):
-    """What is known of a segment; lengths in the unit of the plane, direction in rad."""
+    """Measured values of a segment; lengths in the unit of the plane, direction in rad."""
 
     X = 0
     Y = 1
@@ -43,21 +40,21 @@ class SegmentField(IntEnum):
 
 
 @dataclass(frozen=True)
-class Seen:
-    """Segments of one picture."""
+class FrameSegments:
+    """Segments in one picture."""
 
-    values: Float[np.ndarray, "segments 6"]  # see Field; nan where there is a reason why not
+    values: Float[np.ndarray, "segments 6"]  # see SegmentField; NaN if a reason says so
     reasons: list[Reason]
 
 
-class Eye:
-    """What finds the segments of a sheet in pictures of one size."""
+class SegmentFinder:
+    """Finds the segments of a sheet in pictures of one size."""
 
     def __init__(self, sheet: SegmentSheet, size: tuple[int, int]):
         self.sheet = sheet
         self.plane: MotionPlane = plane_of(sheet, size)
         segments = list(sheet.segments.values())
-        self._groups = Groups(segments)
+        self._groups = ColourGroups(segments)
         of = self._groups.of
         self._across = [_across(segments[of.index(k)]) for k in range(self._groups.count)]
         self._alone = [of.count(k) == 1 for k in range(self._groups.count)]
@@ -66,15 +63,15 @@ class Eye:
             u, v = (min(max(round(x), 0), n - 1) for x, n in zip(sheet.base, size, strict=True))
             self._base = self.plane.grid[v, u]
 
-    def look(self, image: UInt8[np.ndarray, "height width 3"]) -> Seen:
-        """Segments in a picture (blue, green, red); each picture is looked at by itself."""
-        bits = self._groups.look(image)
+    def find(self, image: UInt8[np.ndarray, "height width 3"]) -> FrameSegments:
+        """Segments in a picture (blue, green, red), independent of other pictures."""
+        bits = self._groups.find(image)
         found = blobs(bits, self._alone, self.sheet.smallest)
         poses = [
             [one for blob in of_colour if (one := pose(blob, image, bits, self.plane, self.sheet.fit, across)).area > 0]
             for of_colour, across in zip(found, self._across, strict=True)
         ]
-        row, reasons, directions = told_apart(poses, self._groups.of, self._base)
+        row, reasons, directions = assign_segments(poses, self._groups.of, self._base)
         values = np.full((len(row), len(SegmentField)), np.nan)
         for s, (seen, direction) in enumerate(zip(row, directions, strict=True)):
             if seen is None:
@@ -84,27 +81,26 @@ class Eye:
                 reasons[s] = Reason.EDGE
             elif direction is not None:
                 values[s, SegmentField.DIRECTION] = direction
-        return Seen(values, reasons)
+        return FrameSegments(values, reasons)
 
 
 def _across(segment: Segment) -> bool:
     return segment.length is not None and segment.width is not None and segment.length < segment.width
 
 
-_SIZES = {
+_SIZES = {  # least and most deviation (of the logarithm) that is accepted
     SegmentField.LENGTH: (0.04, 0.1),
     SegmentField.WIDTH: (0.15, 0.3),
     SegmentField.AREA: (0.06, 0.2),
-}  # least and most let pass
-_SCATTERS = 6.0  # standard deviations that are let pass
+}
 
 
-def judged(values: Float[np.ndarray, "t s 6"], why: Int[np.ndarray, "t s"]) -> Float[np.ndarray, "t s"]:
-    """Quality of each segment from 0 to 1; `why` gets MERGED or COVERED where length, width or area is not the usual.
+def size_quality(values: Float[np.ndarray, "t s 6"], why: Int[np.ndarray, "t s"]) -> Float[np.ndarray, "t s"]:
+    """Quality of each segment from 0 to 1; sets MERGED or COVERED in `why` for an unusual length, width or area.
 
-    The usual size is the median over all frames; how far one may be off is told by the scatter of all frames (the
-    median deviation), within limits. The quality is the ratio of area and usual area, times that of length and usual
-    length, each the smaller one to the larger one: 1 where a segment is as always.
+    The usual size is the median over all frames; the accepted deviation follows from the scatter (median absolute
+    deviation) of all frames, within limits. The quality is the product of the ratios of area and length to their usual
+    values, each ratio at most 1.
     """
     quality = np.zeros(why.shape)
     for s in range(why.shape[1]):
@@ -127,16 +123,13 @@ def judged(values: Float[np.ndarray, "t s 6"], why: Int[np.ndarray, "t s"]) -> F
 def unusual(
     off: Float[np.ndarray, "t"], known: Bool[np.ndarray, "t"], least: float, most: float
 ) -> tuple[Bool[np.ndarray, "t"], Bool[np.ndarray, "t"]]:
-    """Where logarithms of sizes over the usual one are too large, and too small, for the scatter of those known.
+    """Masks of too large and too small sizes, from the logarithms of size over usual size and their scatter.
 
-    From `least` to `most` is let pass, whatever the scatter.
+    The accepted deviation is at least `least` and at most `most`.
     """
     scatter = 1.4826 * float(np.median(np.abs(off[known])))
     allowed = min(max(_SCATTERS * scatter, least), most)
     return known & (off > allowed), known & ~(off >= -allowed)
-
-
-_ODD = 0.1  # of a stated size, beyond which the scale is doubted
 
 
 def track_segments(
@@ -146,40 +139,44 @@ def track_segments(
 ) -> "xr.Dataset":
     """Track a chain of segments through a video.
 
-    The dataset has, over `time` [s]: `position` (segment, axis) of each segment's middle [m; px without a scale] and
-    its `direction` [rad] from its start to its end, counter-clockwise from x, `joint_angle` (joint) [rad], what a
-    direction has more than the one before, from -pi to pi; `length` and `width`; `quality` of each segment from 0 to 1,
-    and `reason` (segment), one of `Reason`. What has a reason is nan, but for the place and size of a segment of which
-    only the direction is not known. Missing frames leave no row: `gaps` says where. Raises InputError.
+    The dataset has, over `time` [s]: `position` (segment, axis) of each segment's centre [m; px without a scale];
+    `direction` [rad] from its start to its end, counter-clockwise from x; `joint_angle` (joint) [rad], the direction
+    relative to the segment before, from -pi to pi; `length` and `width`; `quality` of each segment from 0 to 1;
+    `reason` (segment), one of `Reason`. Values with a reason are NaN, except position and size of a segment with only
+    its direction unknown. Missing frames have no row; `gaps` lists them. Raises InputError.
     """
     clip = Clip(Path(video), sheet.rate)
     if sheet.size is not None and sheet.size != clip.size:
         (w, h), (a, b) = sheet.size, clip.size
         raise InputError(
-            f"its pictures are {a} x {b} pixels, and the sheet is made for {w} x {h}. Pixels of the sheet (points, "
-            "origin, base, lens) would lie elsewhere.",
+            f"its pictures are {a} x {b} pixels, and the sheet is for {w} x {h}. Pixels of the sheet (points, "
+            "origin, base, lens) would be wrong.",
             file=str(video),
         )
-    eye = Eye(sheet, clip.size)
+    finder = SegmentFinder(sheet, clip.size)
     times: list[float] = []
     values: list[Float[np.ndarray, "segments 6"]] = []
     reasons: list[list[Reason]] = []
     for frame in clip.frames(progress):
-        seen = eye.look(frame.image)
+        seen = finder.find(frame.image)
         times.append(frame.time)
         values.append(seen.values)
         reasons.append(seen.reasons)
-    return _dataset(clip, eye, np.array(times), np.array(values), np.array(reasons, np.int8))
+    return _dataset(clip, finder, np.array(times), np.array(values), np.array(reasons, np.int8))
 
 
 def _dataset(
-    clip: Clip, eye: Eye, time: Float[np.ndarray, "t"], values: Float[np.ndarray, "t s 6"], why: Int[np.ndarray, "t s"]
+    clip: Clip,
+    finder: SegmentFinder,
+    time: Float[np.ndarray, "t"],
+    values: Float[np.ndarray, "t s 6"],
+    why: Int[np.ndarray, "t s"],
 ) -> "xr.Dataset":
     import xarray as xr
 
-    sheet, unit = eye.sheet, eye.plane.unit
+    sheet, unit = finder.sheet, finder.plane.unit
     names = list(sheet.segments)
-    quality = judged(values, why)
+    quality = size_quality(values, why)
     bad = why != Reason.SEEN
     values = values.copy()
     values[~np.isin(why, (Reason.SEEN, Reason.DIRECTION, Reason.ROUND))] = np.nan
@@ -195,9 +192,9 @@ def _dataset(
             provenance({"sheet": sheet.model_dump(mode="json")})
             | {
                 "file": str(clip.path),
-                "reader": clip.said,
-                "found": _found(eye.plane),
-                "odd": [*odd, *_sizes(sheet, values, bad), *lost(names, why)],
+                "reader": clip.description,
+                "found": _found(finder.plane),
+                "warnings": [*odd, *_sizes(sheet, values, bad), *loss_notes(names, why)],
             }
         ),
     }
@@ -217,8 +214,8 @@ def _dataset(
 
 
 def _found(plane: MotionPlane) -> list[str]:
-    said = [f"a pixel is {1e3 * plane.pixel:.4g} mm"] if plane.unit == "m" else ["no scale: places are in pixels"]
-    return said + ([f"known points are {plane.residual:.2g} px off (rms)"] if plane.residual is not None else [])
+    notes = [f"a pixel is {1e3 * plane.pixel:.4g} mm"] if plane.unit == "m" else ["no scale: places are in pixels"]
+    return notes + ([f"known points are {plane.residual:.2g} px off (rms)"] if plane.residual is not None else [])
 
 
 def _sizes(sheet: SegmentSheet, values: Float[np.ndarray, "t s 6"], bad: np.ndarray) -> Iterator[str]:
@@ -228,9 +225,9 @@ def _sizes(sheet: SegmentSheet, values: Float[np.ndarray, "t s 6"], bad: np.ndar
             stated = getattr(segment, what)
             if stated is not None and len(seen):
                 usual = float(np.median(seen[:, k]))
-                if abs(usual / stated - 1) > _ODD and (what == "length" or usual > 1.5 * stated):
-                    told = f"{1e3 * usual:.3g} mm in the pictures and {1e3 * stated:.3g} mm in the sheet"
-                    yield f"{name}: its {what} is {told}. Is a pixel as large as the sheet says?"
+                if abs(usual / stated - 1) > _DOUBTFUL and (what == "length" or usual > 1.5 * stated):
+                    sizes = f"{1e3 * usual:.3g} mm in the pictures and {1e3 * stated:.3g} mm in the sheet"
+                    yield f"{name}: its {what} is {sizes}. Check the pixel size in the sheet."
 
 
 def _wrapped(angle: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:

@@ -1,4 +1,4 @@
-"""Which blob is which segment of a chain, and which way each one points."""
+"""Assignment of blobs to the segments of a chain, and the direction of each segment."""
 
 from collections.abc import Sequence
 from itertools import permutations, product
@@ -9,17 +9,17 @@ from jaxtyping import Float
 from .reasons import Reason
 from .segments import SegmentPose
 
-_ROUND = 1.25  # a segment must be longer than wide by this, to have a direction
-_CLOSE = 1.5  # sums of gaps that differ by less than this factor are a doubt
+_ROUND = 1.25  # least ratio of length to width for a direction
+_CLOSE = 1.5  # sums of gaps that differ by a smaller factor are ambiguous
 
 
-def told_apart(
+def assign_segments(
     poses: Sequence[Sequence[SegmentPose]], colours: Sequence[int], base: Float[np.ndarray, "2"] | None
 ) -> tuple[list[SegmentPose | None], list[Reason], list[float | None]]:
     """Pose, reason and direction [rad] of each segment, whose colour is `colours[segment]`.
 
-    `poses` are by colour. Segments of one colour are told apart, and the directions of all, by the way through all seen
-    ones in which the gaps from end to start, the first of them from `base`, are smallest in sum.
+    `poses` are by colour. The order of segments of one colour, and all directions, are those with the smallest sum of
+    gaps along the chain from the end of a segment to the start of the next one; the first gap is from `base`.
     """
     n = len(colours)
     reasons = [Reason.SEEN] * n
@@ -37,7 +37,7 @@ def told_apart(
         for k, order in zip(usable, orders, strict=True):
             for s, pose in zip(places[k], order, strict=True):
                 row[s] = pose
-        total, directions = _directed(row, base)
+        total, directions = _directions(row, base)
         if best is None or total < best[0]:
             second = best[0] if best is not None else np.inf
             best = (total, row, directions)
@@ -57,10 +57,10 @@ def told_apart(
     return row, reasons, directions
 
 
-def _directed(
+def _directions(
     row: Sequence[SegmentPose | None], base: Float[np.ndarray, "2"] | None
 ) -> tuple[float, list[float | None]]:
-    """Least sum of gaps, and the directions that have it; None where no neighbour is seen."""
+    """Least sum of gaps, and its directions; None for a segment without visible neighbours."""
     directions: list[float | None] = [None] * len(row)
     total = 0.0
     run: list[int] = []
@@ -70,16 +70,18 @@ def _directed(
             continue
         start = base if run and run[0] == 0 else None
         if len(run) > 1 or (run and start is not None):
-            gaps, found = _run([row[k] for k in run], start)
+            gaps, found = _shortest_chain([row[k] for k in run], start)
             total += gaps
             directions[run[0] : run[-1] + 1] = found
         run = []
     return total, directions
 
 
-def _run(poses: Sequence[SegmentPose | None], start: Float[np.ndarray, "2"] | None) -> tuple[float, list[float | None]]:
-    """Shortest way through segments that follow each other, by dynamic programming over their two directions."""
-    ends = None  # where the one before ends, for each of its directions
+def _shortest_chain(
+    poses: Sequence[SegmentPose | None], start: Float[np.ndarray, "2"] | None
+) -> tuple[float, list[float | None]]:
+    """Shortest chain of successive segments, by dynamic programming over their two directions."""
+    ends = None  # end of the segment before, for each of its directions
     cost = np.zeros(2)
     came: list[list[int]] = []
     for pose in poses:
@@ -93,14 +95,14 @@ def _run(poses: Sequence[SegmentPose | None], start: Float[np.ndarray, "2"] | No
             gaps = np.array(
                 [[c + float(np.linalg.norm(p - e)) for e, c in zip(ends, cost, strict=True)] for p in starts]
             )
-            came.append([int(np.argmin(way)) for way in gaps])
+            came.append([int(np.argmin(row)) for row in gaps])
             cost = gaps.min(axis=1)
         ends = [pose.middle + half, pose.middle - half]
-    way = int(np.argmin(cost))
-    total = float(cost[way])
+    turned = int(np.argmin(cost))
+    total = float(cost[turned])
     found: list[float | None] = []
     for pose, back in zip(reversed(poses), reversed(came), strict=True):
         assert pose is not None
-        found.append(pose.axis + np.pi * way)
-        way = back[way]
+        found.append(pose.axis + np.pi * turned)
+        turned = back[turned]
     return total, found[::-1]

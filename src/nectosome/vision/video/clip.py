@@ -1,4 +1,4 @@
-"""A video file as frames with their own times, one at a time: memory does not grow with its length."""
+"""Video files: frames with their own times, read one at a time; gaps between frames; writing."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
@@ -13,52 +13,55 @@ from nectosome.io.atomic import reason
 from nectosome.io.extras import package
 from nectosome.units import InputError, shorten
 
-Progress = Callable[[str, float], None]  # what is done, and the share of it from 0 to 1
+Progress = Callable[[str, float], None]  # step, and the fraction done from 0 to 1
+_LATE = 1.5  # [median frame interval]: above, a frame is missing
+_UNEVEN = 0.2  # [median frame interval] accepted range of the other intervals
+_BASE = Fraction(1, 90_000)  # [s] resolution of time stamps
 
 
 @dataclass(frozen=True)
 class Frame:
-    """One picture; `time` [s] since the first one, on the camera's clock."""
+    """One picture; `time` [s] since the first one, by the camera's clock."""
 
     time: float
-    image: UInt8[np.ndarray, "height width 3"]  # blue, green, red, as OpenCV has it
+    image: UInt8[np.ndarray, "height width 3"]  # blue, green, red, as in OpenCV
 
 
 @dataclass
 class Clip:
     """A video file.
 
-    `rate` [Hz] is that of the camera, where the file is played slower or faster than it was filmed; None: the times of
-    the file hold. What was odd is in `damaged`, the number of packets that could not be decoded, once `frames` ended.
+    `rate` [Hz] is that of the camera, for a file in slow or fast motion; None: the times of the file are right.
+    `damaged` is the number of packets that could not be decoded, after `frames` has ended.
     """
 
     path: Path
     rate: float | None = None
     size: tuple[int, int] = field(init=False)  # width, height [px], as shown
     stored_rate: float = field(init=False)  # mean rate of the file [Hz]
-    expected: int = field(init=False)  # frames, as far as the file says; 0: it does not
+    expected: int = field(init=False)  # frames by the file; 0: unknown
     codec: str = field(init=False)
     damaged: int = field(init=False, default=0)
 
     def __post_init__(self) -> None:
-        """Look into the file. Raises InputError where it is no video that can be read."""
+        """Open the file. Raises InputError if it is not a readable video."""
         if not self.path.is_file():
-            what = "is a folder" if self.path.is_dir() else "is not there"
+            what = "is a folder" if self.path.is_dir() else "does not exist"
             raise InputError(f"{what}.", file=str(self.path))
         first = next(self._pictures(), None)
         if first is None:
-            raise self._wrong("there is no frame in it that can be read.")
+            raise self._wrong("it contains no readable frame.")
         height, width = _upright(first).shape[:2]
         self.size = (width, height)
         self.damaged = 0
 
     @property
-    def said(self) -> str:
-        """How it was read."""
+    def description(self) -> str:
+        """Codec, size and rate in words."""
         return f"{self.codec}, {_by(self.size)}, {self.stored_rate:g} frames a second"
 
     def frames(self, progress: Progress = lambda what, share: None) -> Iterator[Frame]:
-        """All frames in their order. Raises InputError where the times do not go on or the size changes."""
+        """Yield all frames in order. Raises InputError if the times do not increase or the size changes."""
         self.damaged = 0
         begin: float | None = None
         last = -1.0
@@ -72,8 +75,8 @@ class Clip:
             time = (stamp - begin) * slower
             if time <= last:
                 raise self._wrong(
-                    f"the times of its frames do not go on: frame {k + 1} is at {time:.6g} s, the one before at "
-                    f"{last:.6g} s. Convert it with ffmpeg, which gives frames new times."
+                    f"the times of its frames do not increase: frame {k + 1} is at {time:.6g} s, the one before at "
+                    f"{last:.6g} s. Convert it with ffmpeg, which writes new times."
                 )
             image = _upright(picture)
             if image.shape[1::-1] != self.size:
@@ -88,13 +91,13 @@ class Clip:
         try:
             container = av.open(str(self.path))
         except (av.error.FFmpegError, ValueError, OSError) as error:
-            raise self._wrong(f"it is no video that can be read ({_said(error)}).") from None
+            raise self._wrong(f"it is not a readable video ({shorten(reason(error))}).") from None
         with container:
             if not container.streams.video:
-                raise self._wrong("there is no picture in it, only sound or text.")
+                raise self._wrong("it contains no pictures, only sound or text.")
             stream = container.streams.video[0]
             if stream.codec_context is None:
-                raise self._wrong("it is in a codec that is not known here. Convert it, for instance to H.264.")
+                raise self._wrong("its codec is unknown. Convert it, for instance to H.264.")
             stream.thread_type = "AUTO"
             self.codec = str(stream.codec_context.name)
             rate = stream.average_rate or stream.guessed_rate or Fraction(25)
@@ -122,7 +125,7 @@ class Clip:
 
 
 def _upright(picture: Any) -> UInt8[np.ndarray, "height width 3"]:
-    """Pixels as a player shows them: a phone on its side says by how much to turn them."""
+    """Pixels rotated as a player shows them, by the rotation stored in the file."""
     image = picture.to_ndarray(format="bgr24")
     turns = round(picture.rotation / 90) % 4
     return np.ascontiguousarray(np.rot90(image, turns)) if turns else image
@@ -140,28 +143,23 @@ def _said(error: Exception) -> str:
     return shorten(reason(error))
 
 
-_LATE = 1.5  # of the usual time between frames, beyond which one is missing
-_UNEVEN = 0.2  # of it, by which the rest may differ
-
-
 def intervals(time: Float[np.ndarray, "t"], clip: Clip) -> tuple[list[list[float]], list[str]]:
-    """Gaps as [from, to, row after it, from 1], and what is odd, in words."""
-    odd = [f"{clip.damaged} packets could not be decoded: their frames are missing"] if clip.damaged else []
+    """Gaps as [start, end, row after it (from 1)], and warnings."""
+    warnings = [f"{clip.damaged} packets could not be decoded: their frames are missing"] if clip.damaged else []
     if len(time) < 3:
-        return [], odd
+        return [], warnings
     steps = np.diff(time)
     usual = float(np.median(steps))
     late = np.flatnonzero(steps > _LATE * usual)
     regular = np.delete(steps, late)
     if np.ptp(regular) > _UNEVEN * usual:
-        odd.append(f"the rate of frames varies: {1e3 * steps.min():.3g} to {1e3 * steps.max():.3g} ms between frames")
+        warnings.append(
+            f"the rate of frames varies: {1e3 * steps.min():.3g} to {1e3 * steps.max():.3g} ms between frames"
+        )
     if late.size:
         missing = int(np.sum(np.round(steps[late] / usual) - 1))
-        odd.append(f"about {missing} frames are missing, the first after {time[late[0]]:.4g} s")
-    return [[float(time[k]), float(time[k + 1]), int(k) + 2] for k in late], odd
-
-
-_BASE = Fraction(1, 90_000)  # s, of time stamps
+        warnings.append(f"about {missing} frames are missing, the first after {time[late[0]]:.4g} s")
+    return [[float(time[k]), float(time[k + 1]), int(k) + 2] for k in late], warnings
 
 
 def write_video(
@@ -169,7 +167,7 @@ def write_video(
 ) -> None:
     """Write frames (blue, green, red) with their times [s], which increase; odd sizes lose their last row or column.
 
-    `rate` [1/s] of frames that come evenly tells how long the last one is shown.
+    `rate` [1/s], for even frames, sets the duration of the last one.
     """
     av = package("av", "video")
     with av.open(str(path), "w", format="mp4") as container:

@@ -1,4 +1,4 @@
-"""What may be a marker in a picture: blobs of its colour, with their middles to a fraction of a pixel."""
+"""Marker candidates in a picture: blobs of a marker's colour, with centroids to a fraction of a pixel."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from .segments import Groups, blobs, coverage
+from .segments import ColourGroups, blobs, coverage
 from .sheet import Colour
 
 _TOUCH = 2  # px
@@ -14,25 +14,25 @@ _TOUCH = 2  # px
 
 @dataclass(frozen=True)
 class Candidate:
-    """A blob: its middle [px], weighted with the share of each pixel that it covers, and its area [px].
+    """A blob: its centroid [px], weighted by the coverage of each pixel, and its area [px].
 
-    The area is 0 where something of another colour touches it, which may cover a part.
+    The area is 0 if another colour touches the blob, which may then be partly covered.
     """
 
     pixel: tuple[float, float]
     area: float
 
 
-class MarkerEye:
-    """What finds candidates in pictures; markers of one colour are a group."""
+class MarkerFinder:
+    """Finds candidates in pictures; markers of one colour form a group."""
 
     def __init__(self, colours: Sequence[Colour], smallest: int):
-        self.groups = Groups(colours)
+        self.groups = ColourGroups(colours)
         self._smallest = smallest
 
-    def look(self, image: UInt8[np.ndarray, "height width 3"]) -> list[list[Candidate]]:
-        """Candidates of each group in a picture (blue, green, red), the largest first; none that its edge cuts off."""
-        bits = self.groups.look(image)
+    def find(self, image: UInt8[np.ndarray, "height width 3"]) -> list[list[Candidate]]:
+        """Candidates of each group in a picture (blue, green, red), the largest first, without those at its edge."""
+        bits = self.groups.find(image)
         height, width = bits.shape
         found: list[list[Candidate]] = []
         for of_colour in blobs(bits, [False] * self.groups.count, self._smallest):
@@ -43,7 +43,7 @@ class MarkerEye:
                     continue
                 (rows, columns), share = coverage(blob, image, bits)
                 total = float(share.sum())
-                if not total:  # it does not stand out of its surroundings
+                if not total:  # no contrast
                     continue
                 u = columns.start + float(share.sum(0) @ np.arange(share.shape[1])) / total
                 v = rows.start + float(share.sum(1) @ np.arange(share.shape[0])) / total
@@ -63,13 +63,13 @@ class Sightings:
     groups: list[list[list[Candidate]]] = field(default_factory=list)  # of each frame
 
     def add(self, time: float, groups: list[list[Candidate]]) -> None:
-        """Take the next frame."""
+        """Add the next frame."""
         self.time.append(time)
         self.groups.append(groups)
 
 
-def without(groups: list[list[Candidate]], lamps: Float[np.ndarray, "n 2"], near: float) -> list[list[Candidate]]:
-    """Candidates that are no lamp: those within `near` [px] of one are left out."""
+def without_lamps(groups: list[list[Candidate]], lamps: Float[np.ndarray, "n 2"], near: float) -> list[list[Candidate]]:
+    """Candidates that are not within `near` [px] of a lamp."""
     if not len(lamps):
         return groups
     return [

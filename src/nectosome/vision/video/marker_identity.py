@@ -1,4 +1,4 @@
-"""Which candidates of several cameras are which markers of a body: those whose places have the body's distances."""
+"""Identification of a body's markers among the candidates of several cameras, by the distances between markers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,15 +13,18 @@ from nectosome.vision.cameras import Camera, triangulate
 from .marker_candidates import Candidate, Sightings
 from .reasons import Reason
 
-_MOST = 20_000  # ways to tell candidates apart that are looked at in a frame
-_CLEAR = 2.0  # the next best way must fit worse by this factor
+_MOST = 20_000  # assignments tried in a frame
+_CLEAR = 2.0  # factor by which the second best assignment must fit worse
 
 Found = tuple[Int[np.ndarray, "cameras markers"], list[Reason]]
-_Option = tuple[Int[np.ndarray, "cameras"], Float[np.ndarray, "3"]]  # candidates by camera, -1: none, and their place
+_Option = tuple[
+    Int[np.ndarray, "cameras"], Float[np.ndarray, "3"]
+]  # candidate of each camera, -1: none, and their position
+_TOGETHER = 0.02  # [frame interval]: cameras within this are simultaneous
 
 
 class MarkerBody:
-    """Markers on a rigid body, and the way to find them among candidates."""
+    """Markers on a rigid body; finds them among candidates."""
 
     def __init__(
         self, at: Float[np.ndarray, "m 3"], groups: Sequence[int], misfit: float, tolerance: float, names: Sequence[str]
@@ -31,7 +34,7 @@ class MarkerBody:
         self._refuse_twins(names)
 
     def _refuse_twins(self, names: Sequence[str]) -> None:
-        """Raise InputError where two markers of one colour could be exchanged and nothing would show it."""
+        """Raise InputError for two markers of one colour that can be exchanged unnoticed."""
         for a, b in combinations(range(len(self.at)), 2):
             if self.groups[a] != self.groups[b]:
                 continue
@@ -40,37 +43,39 @@ class MarkerBody:
             off = np.abs(self.distances[np.ix_(order, order)] - self.distances).max()
             if off < 2 * self.tolerance:
                 raise InputError(
-                    f"cannot be told from {names[b]}: they are of one colour, and exchanged the distances of all "
-                    f"markers are the same within {1e3 * off:.2g} mm, where the tolerance is {1e3 * self.tolerance:.2g}"
+                    f"cannot be distinguished from {names[b]}: they have one colour, and exchanging them changes "
+                    f"distances by {1e3 * off:.2g} mm at most, with a tolerance of {1e3 * self.tolerance:.2g}"
                     " mm. Give them colours of their own, or move one.",
                     field=f"markers.{names[a]}",
                 )
 
     def find(self, cameras: Sequence[Camera], seen: Sequence[Sequence[Sequence[Candidate]]]) -> Found:
-        """Number of each marker's candidate by camera, -1 where there is none; and the reason where it has no place.
+        """Index of each marker's candidate by camera, -1 for none, and the reason if it has no position.
 
-        `seen` has the candidates by camera and group. Places are where the rays of two or more cameras meet within
-        `misfit`; of all ways to give markers places the one is taken whose distances are those of the body, within
-        `tolerance`, for as many markers as possible. Where a second way does as well there is none.
+        `seen` has the candidates by camera and group. Positions are where the rays of two or more cameras meet within
+        `misfit`. The assignment of positions to markers is the one with the body's distances, within `tolerance`, for
+        as many markers as possible; if a second assignment fits as well, there is none.
         """
         m = len(self.at)
         picked = np.full((len(cameras), m), -1)
         reasons = [Reason.LOST] * m
-        by_group = [self._meet(cameras, [groups[g] for groups in seen]) for g in range(max(self.groups) + 1)]
+        by_group = [self._matches(cameras, [groups[g] for groups in seen]) for g in range(max(self.groups) + 1)]
         options = [by_group[g] for g in self.groups]
         for count in range(m, 2, -1):
-            ways = [w for markers in combinations(range(m), count) for w in self._ways(markers, options)]
-            if not ways:
+            assignments = [w for markers in combinations(range(m), count) for w in self._assignments(markers, options)]
+            if not assignments:
                 continue
-            ways.sort(key=lambda way: way[0])
-            best = ways[0]
-            if any(_other(best, way) and way[0] < max(_CLEAR * best[0], 0.5 * self.tolerance) for way in ways[1:]):
+            assignments.sort(key=lambda one: one[0])
+            best = assignments[0]
+            if any(
+                _differ(best, one) and one[0] < max(_CLEAR * best[0], 0.5 * self.tolerance) for one in assignments[1:]
+            ):
                 return picked, [Reason.DOUBT if options[k] else Reason.LOST for k in range(m)]
             for marker, option in best[1].items():
                 picked[:, marker] = options[marker][option][0]
                 reasons[marker] = Reason.SEEN
             return picked, reasons
-        for k in range(m):  # fewer than three: a place of its own for a marker that cannot be another one
+        for k in range(m):  # fewer than three: only a marker that cannot be another one gets a position
             alone = self.groups.count(self.groups[k]) == 1
             if alone and len(options[k]) == 1:
                 picked[:, k], reasons[k] = options[k][0][0], Reason.SEEN
@@ -78,8 +83,8 @@ class MarkerBody:
                 reasons[k] = Reason.DOUBT
         return picked, reasons
 
-    def _meet(self, cameras: Sequence[Camera], seen: Sequence[Sequence[Candidate]]) -> list[_Option]:
-        """Candidates of one group that belong together, by the most cameras, and their places."""
+    def _matches(self, cameras: Sequence[Camera], seen: Sequence[Sequence[Candidate]]) -> list[_Option]:
+        """Matching candidates of one group, those of most cameras first, and their positions."""
         rows = [row for row in product(*(range(-1, len(group)) for group in seen)) if sum(k >= 0 for k in row) > 1]
         if not rows:
             return []
@@ -94,18 +99,18 @@ class MarkerBody:
         good = (places.status == 0) & (places.residual < self.misfit)
         kept: list[_Option] = []
         for k in sorted(np.flatnonzero(good), key=lambda k: (-np.count_nonzero(numbers[k] >= 0), places.residual[k])):
-            # what is a part of a match of more cameras is that match
+            # skip part of a match of more cameras
             if not any(np.all((numbers[k] < 0) | (numbers[k] == row)) for row, _ in kept):
                 kept.append((numbers[k], places.place[k]))
         return kept
 
-    def _ways(
+    def _assignments(
         self, markers: tuple[int, ...],
         options: Sequence[Sequence[_Option]],
     ) -> list[tuple[float, dict[int, int]]]:  # fmt: skip
-        """Ways to give these markers places, with the rms by which distances differ from the body's [m]."""
-        ways: list[tuple[float, dict[int, int]]] = []
-        wanted = self.distances[np.ix_(markers, markers)]
+        """Assignments of positions to these markers, with the rms deviation of distances from the body's [m]."""
+        assignments: list[tuple[float, dict[int, int]]] = []
+        expected = self.distances[np.ix_(markers, markers)]
         pairs = np.triu_indices(len(markers), 1)
         for looked, choice in enumerate(product(*(range(len(options[k])) for k in markers))):
             if looked >= _MOST:
@@ -113,10 +118,10 @@ class MarkerBody:
             rows = np.array([options[k][j][0] for k, j in zip(markers, choice, strict=True)])
             if self._shared(markers, rows):
                 continue
-            off = _distances(np.array([options[k][j][1] for k, j in zip(markers, choice, strict=True)])) - wanted
+            off = _distances(np.array([options[k][j][1] for k, j in zip(markers, choice, strict=True)])) - expected
             if np.abs(off).max() < self.tolerance:
-                ways.append((float(np.sqrt(np.mean(off[pairs] ** 2))), dict(zip(markers, choice, strict=True))))
-        return ways
+                assignments.append((float(np.sqrt(np.mean(off[pairs] ** 2))), dict(zip(markers, choice, strict=True))))
+        return assignments
 
     def _shared(self, markers: tuple[int, ...], rows: Int[np.ndarray, "k cameras"]) -> bool:
         """Whether two markers of a group take the same candidate."""
@@ -126,7 +131,7 @@ class MarkerBody:
         )
 
 
-def _other(a: tuple[float, dict[int, int]], b: tuple[float, dict[int, int]]) -> bool:
+def _differ(a: tuple[float, dict[int, int]], b: tuple[float, dict[int, int]]) -> bool:
     return a[1] != b[1]
 
 
@@ -134,25 +139,22 @@ def _distances(places: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "m m"]:
     return np.linalg.norm(places[:, None] - places[None], axis=2)
 
 
-_TOGETHER = 0.02  # of the time between frames: cameras that differ by less see the same moment
-
-
 @dataclass(frozen=True)
 class Tracks:
-    """Markers in the pictures: nan where a camera does not see one, and the reason where too few cameras do."""
+    """Markers in the pictures: NaN if not visible in a camera, with the reason if too few cameras see it."""
 
-    time: Float[np.ndarray, "t"]  # [s], of the first camera's frames that all of them cover
+    time: Float[np.ndarray, "t"]  # [s], of the first camera's frames in the common time
     pixels: Float[np.ndarray, "c t m 2"]
     areas: Float[np.ndarray, "c t m"]  # [px]
     reasons: Int[np.ndarray, "t m"]
-    late: float  # most that frames taken together differ in time [s]; 0: the same moments
+    late: float  # largest time difference of matched frames [s]; 0: simultaneous
 
 
-def followed(cameras: Sequence[Camera], seen: Sequence[Sightings], body: MarkerBody) -> Tracks:
-    """Follow a body's markers through all frames; raises InputError where the videos have no time together.
+def identify_markers(cameras: Sequence[Camera], seen: Sequence[Sightings], body: MarkerBody) -> Tracks:
+    """Identify a body's markers in all frames; raises InputError if the videos have no common time.
 
-    Frames are taken together that are nearest in time. Where cameras do not see the same moments, pixels of the others
-    are taken at the first one's, straight between two frames that are next to each other.
+    Frames nearest in time are matched. If cameras are not simultaneous, pixels of the other cameras are interpolated
+    linearly, between consecutive frames, at the times of the first one.
     """
     clocks = [np.array(own.time) for own in seen]
     begin, end = max(clock[0] for clock in clocks), min(clock[-1] for clock in clocks)
@@ -160,7 +162,7 @@ def followed(cameras: Sequence[Camera], seen: Sequence[Sightings], body: MarkerB
     first = np.flatnonzero((clocks[0] >= begin - 0.5 * usual) & (clocks[0] <= end + 0.5 * usual))
     if not first.size:
         raise InputError(
-            f"the videos have no time together: one begins at {begin:.4g} s, another ends at {end:.4g} s. Look at the "
+            f"the videos have no common time: one begins at {begin:.4g} s, another ends at {end:.4g} s. Check the "
             "offsets of the cameras.",
             field="cameras",
         )
@@ -196,7 +198,7 @@ def _nearest(clock: Float[np.ndarray, "n"], time: Float[np.ndarray, "t"]) -> Int
 def _at(
     time: Float[np.ndarray, "t"], own: Float[np.ndarray, "t"], pixels: Float[np.ndarray, "t m 2"], gap: float
 ) -> Float[np.ndarray, "t m 2"]:
-    """Pixels at the first camera's times, straight between frames of this one that are next to each other."""
+    """Pixels at the first camera's times, by linear interpolation between consecutive frames of this camera."""
     out = np.full_like(pixels, np.nan)
     for k in range(pixels.shape[1]):
         known = np.flatnonzero(np.isfinite(pixels[:, k, 0]))

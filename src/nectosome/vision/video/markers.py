@@ -1,4 +1,4 @@
-"""Markers of a body in the videos of several cameras: their places, and the pose of the body, over time."""
+"""Tracking of a body by its markers in the videos of several cameras: calibration, marker positions, pose."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -7,47 +7,57 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, UInt8
 
 from nectosome.io import provenance
 from nectosome.units import InputError
-from nectosome.vision.cameras import Camera, PlaceStatus, Triangulated, fill, fill_rotations, pose, triangulate
+from nectosome.vision.cameras import (
+    Camera,
+    PlaceStatus,
+    Triangulated,
+    calibrate,
+    calibrate_through_glass,
+    fill,
+    fill_rotations,
+    pose,
+    triangulate,
+)
 
 from .angles import unusual
 from .clip import Clip, Progress, intervals
-from .marker_candidates import MarkerEye, Sightings, without
-from .marker_identity import MarkerBody, Tracks, followed
-from .reasons import Reason, lost
+from .marker_candidates import MarkerFinder, Sightings, without_lamps
+from .marker_identity import MarkerBody, Tracks, identify_markers
+from .reasons import Reason, loss_notes
 from .sheet import MarkerSheet
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-from jaxtyping import UInt8
+_FIRST = 10  # frames in which lamps are measured
+_AREA = (0.1, 0.5)  # limits of a marker's area, see `unusual`
+_SD = 0.1  # [px] assumed error of a marker's centroid before residuals are known
 
-from nectosome.vision.cameras import calibrate, calibrate_behind
 
-
-def camera_of(
+def calibrate_camera(
     sheet: MarkerSheet, name: str, size: tuple[int, int], pictures: Sequence[UInt8[np.ndarray, "h w 3"]]
 ) -> tuple[Camera, Float[np.ndarray, "n 2"]]:
-    """A camera by the known points that it sees, and their pixels. Raises InputError that names the point.
+    """Camera calibrated by its visible known points, and their pixels. Raises InputError that names the point.
 
-    With a `lamp` each point is the mean over `pictures` of the middle of the one blob within `near` px of `seen`.
+    With a `lamp` each pixel is the mean over `pictures` of the centroid of the one blob within `near` px of `seen`.
     """
     known = [point for point in sheet.points if name in sheet.points[point].seen]
     at = np.array([sheet.points[point].at for point in known]).reshape(-1, 3)
     pixels = np.array([sheet.points[point].seen[name] for point in known], float).reshape(-1, 2)
     if sheet.lamp is not None:
-        pixels = _measured(sheet, name, known, pixels, pictures)
+        pixels = _lamp_pixels(sheet, name, known, pixels, pictures)
     lens = sheet.cameras[name].lens
-    made = lens if lens is None or isinstance(lens, str) else lens.made()
+    built = lens if lens is None or isinstance(lens, str) else lens.build()
     try:
         if sheet.glass is not None:
-            camera = calibrate_behind(at, pixels, sheet.glass.made(), lens=made, size=size)
+            camera = calibrate_through_glass(at, pixels, sheet.glass.build(), lens=built, size=size)
         else:
-            camera = calibrate(at, pixels, lens=made, size=size)
+            camera = calibrate(at, pixels, lens=built, size=size)
     except InputError as error:
         what, _, number = (error.field or "").partition(".")
         which = f".{known[int(number)]}" if number.isdigit() and int(number) < len(known) else ""
@@ -55,32 +65,27 @@ def camera_of(
     return camera, pixels
 
 
-def _measured(
+def _lamp_pixels(
     sheet: MarkerSheet, name: str, known: Sequence[str], pixels: Float[np.ndarray, "n 2"],
     pictures: Sequence[UInt8[np.ndarray, "h w 3"]],
 ) -> Float[np.ndarray, "n 2"]:  # fmt: skip
     assert sheet.lamp is not None
-    eye = MarkerEye([sheet.lamp], sheet.smallest)
-    found = [np.array([c.pixel for c in eye.look(image)[0]]).reshape(-1, 2) for image in pictures]
+    finder = MarkerFinder([sheet.lamp], sheet.smallest)
+    found = [np.array([c.pixel for c in finder.find(image)[0]]).reshape(-1, 2) for image in pictures]
     out = np.empty_like(pixels)
     for k, point in enumerate(known):
         inside = [near[np.hypot(*(near - pixels[k]).T) <= sheet.near] for near in found]
         single = [near[0] for near in inside if len(near) == 1]
         if len(single) < 0.5 * len(inside):
             most = max(len(near) for near in inside)
-            what = "no lamp" if most == 0 else f"{most} blobs of its colour" if most > 1 else "seldom a lamp"
+            what = "no lamp" if most == 0 else f"{most} blobs of its colour" if most > 1 else "a lamp in few frames"
             raise InputError(
-                f"there is {what} within {sheet.near:g} px of ({pixels[k, 0]:g}, {pixels[k, 1]:g}). Look at the "
-                "pixel, and at the range of colours of the lamp.",
+                f"there is {what} within {sheet.near:g} px of ({pixels[k, 0]:g}, {pixels[k, 1]:g}). Check the "
+                "pixel, and the lamp's range of colours.",
                 field=f"points.{point}.seen.{name}",
             )
         out[k] = np.mean(single, axis=0)
     return out
-
-
-_FIRST = 10  # frames in which lamps are measured
-_AREA = (0.1, 0.5)  # least and most that a marker's area may be off, see `unusual`
-_SD = 0.1  # px, of a marker's middle, until residuals tell
 
 
 def track_markers(
@@ -90,40 +95,40 @@ def track_markers(
 ) -> "xr.Dataset":
     """Track the markers of a body through videos, in the order of the sheet's cameras.
 
-    The dataset has, over `time` [s] (that of the first camera): `marker` (marker, axis), places in the tank [m], with
-    `marker_se`, `residual` [px] and `reason` (marker), one of `Reason`; `position` (axis) [m] of the origin of the
-    body's frame and `angle` [rad] (roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll)), with `position_se` and
-    `angle_se`; `misfit` [m], the rms of what markers are off the body; `quality` from 0 to 1, the usual misfit over
-    this one; `status`, one of `PlaceStatus`; and `filled`. What has a reason is nan. Standard errors are of the pixels'
-    scatter, which the residuals tell; those of the calibration are not in them. Raises InputError.
+    The dataset has, over `time` [s] (of the first camera): `marker` (name, axis), positions in the tank [m], with
+    `marker_se`, `residual` [px] and `reason` (name), one of `Reason`; `position` (axis) [m] of the origin of the body
+    frame and `angle` [rad] (roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll)), with `position_se` and `angle_se`;
+    `misfit` [m], the rms distance of the markers from the fitted body; `quality` from 0 to 1, the median misfit over
+    the misfit; `status`, one of `PlaceStatus`; and `filled`. Values with a reason are NaN. Standard errors are those of
+    the pixels' scatter, from the residuals, without the calibration's errors. Raises InputError.
     """
     names = list(sheet.cameras)
     if len(videos) != len(names):
         raise InputError(
             f"the sheet has {len(names)} cameras ({', '.join(names)}), and there are {len(videos)} videos."
         )
-    eye = MarkerEye(list(sheet.markers.values()), sheet.smallest)
+    finder = MarkerFinder(list(sheet.markers.values()), sheet.smallest)
     at = np.array([marker.at for marker in sheet.markers.values()])
-    body = MarkerBody(at, eye.groups.of, sheet.misfit, sheet.tolerance, list(sheet.markers))
+    body = MarkerBody(at, finder.groups.of, sheet.misfit, sheet.tolerance, list(sheet.markers))
     clips = [_clip(video, sheet, name) for video, name in zip(videos, names, strict=True)]
     cameras: list[Camera] = []
     seen: list[Sightings] = []
     for k, (clip, name) in enumerate(zip(clips, names, strict=True)):
         pictures = [frame.image for frame in islice(clip.frames(), _FIRST)]
-        camera, lamps = camera_of(sheet, name, clip.size, pictures)
+        camera, lamps = calibrate_camera(sheet, name, clip.size, pictures)
         cameras.append(camera)
         own = Sightings()
         for frame in clip.frames(_part(progress, name, k, len(clips))):
-            found = eye.look(frame.image)
+            found = finder.find(frame.image)
             lit = lamps if sheet.lamp is not None else np.zeros((0, 2))
-            own.add(frame.time + sheet.cameras[name].offset, without(found, lit, sheet.near))
+            own.add(frame.time + sheet.cameras[name].offset, without_lamps(found, lit, sheet.near))
         seen.append(own)
     progress("places", 0.9)
-    return _dataset(sheet, clips, cameras, followed(cameras, seen, body), at)
+    return _dataset(sheet, clips, cameras, identify_markers(cameras, seen, body), at)
 
 
 def _part(progress: Progress, name: str, k: int, n: int) -> Progress:
-    """Progress of camera `k` of `n` as a share of all that is to do."""
+    """Progress of camera `k` of `n` as a fraction of the whole."""
     return lambda what, share: progress(f"{name}, {what}", 0.9 * (k + share) / n)
 
 
@@ -146,12 +151,12 @@ def _dataset(
     import xarray as xr
 
     time, why = tracks.time, tracks.reasons.copy()
-    covered = _odd_areas(cameras, triangulate(cameras, tracks.pixels, sd_px=_SD), tracks.areas, why)
+    covered = _unusual_areas(cameras, triangulate(cameras, tracks.pixels, sd_px=_SD), tracks.areas, why)
     pixels = np.where(covered[..., None], np.nan, tracks.pixels)
     places = triangulate(cameras, pixels, sd_px=_SD)
     there = places.status == PlaceStatus.GOOD
     why = np.where((why == Reason.SEEN) & ~there, Reason.LOST, why)
-    # two cameras leave one number too many for a place: residuals tell what a pixel's error is
+    # two cameras give one redundant equation per position: residuals estimate the error of a pixel
     sd = _pixel_error(pixels, places) or _SD
     places = triangulate(cameras, pixels, sd_px=sd)
     found = pose(places.place, at, covariance=places.covariance, unwrap=True)
@@ -163,15 +168,15 @@ def _dataset(
     if sheet.fill > 0:
         position, gaps_filled = fill(time, position, sheet.fill)
         filled = gaps_filled[:, 0]
-        angle = _turned(fill_rotations(time, found.rotation, sheet.fill)[0], angle, filled)
-    gaps, odd = intervals(time, clips[0])
+        angle = _filled_angles(fill_rotations(time, found.rotation, sheet.fill)[0], angle, filled)
+    gaps, warnings = intervals(time, clips[0])
     for clip, name in list(zip(clips, sheet.cameras, strict=True))[1:]:
-        odd += [f"{name}: {clip.damaged} packets could not be decoded"] if clip.damaged else []
+        warnings += [f"{name}: {clip.damaged} packets could not be decoded"] if clip.damaged else []
     about = {
         "file": ", ".join(str(clip.path) for clip in clips),
-        "reader": "; ".join(clip.said for clip in clips),
-        "found": [*_said(sheet, cameras, tracks), f"a marker's middle is known to {sd:.2g} px"],
-        "odd": [*odd, *lost(list(sheet.markers), why), *_gone(found.status)],
+        "reader": "; ".join(clip.description for clip in clips),
+        "found": [*_notes(sheet, cameras, tracks), f"a marker's centroid has an error of {sd:.2g} px"],
+        "warnings": [*warnings, *loss_notes(list(sheet.markers), why), *_status_notes(found.status)],
     }
     attrs = {
         "title": sheet.about or clips[0].path.name,
@@ -206,10 +211,10 @@ def _dataset(
     )
 
 
-def _odd_areas(
+def _unusual_areas(
     cameras: Sequence[Camera], places: Triangulated, areas: Float[np.ndarray, "c t m"], why: Int[np.ndarray, "t m"]
 ) -> np.ndarray:
-    """Which pixels are of a marker that is covered or merged: its area times depth squared is not the usual one."""
+    """Mask of the pixels of covered or merged markers, by an unusual area times depth squared."""
     strange = np.zeros(areas.shape, bool)
     for c, camera in enumerate(cameras):
         flat = places.place.reshape(-1, 3)
@@ -230,7 +235,7 @@ def _odd_areas(
 
 
 def _pixel_error(pixels: Float[np.ndarray, "c t m 2"], places: Triangulated) -> float | None:
-    """Standard error of a pixel's coordinate, from the residuals; None without any."""
+    """Standard error of a pixel coordinate, from the residuals; None if they are too few."""
     count = np.sum(np.isfinite(pixels[..., 0]), axis=0)
     good = places.status == PlaceStatus.GOOD
     freedom = np.sum(2 * count[good] - 3)
@@ -239,10 +244,10 @@ def _pixel_error(pixels: Float[np.ndarray, "c t m 2"], places: Triangulated) -> 
     return float(np.sqrt(np.sum(count[good] * places.residual[good] ** 2) / freedom))
 
 
-def _turned(
+def _filled_angles(
     rotation: Float[np.ndarray, "t 3 3"], angle: Float[np.ndarray, "t 3"], filled: Bool[np.ndarray, "t"]
 ) -> Float[np.ndarray, "t 3"]:
-    """Angles, with those of rotations that were filled in."""
+    """Angles, including those of filled rotations."""
     R, out = rotation[filled], angle.copy()
     out[filled] = np.column_stack(
         [np.arctan2(R[:, 2, 1], R[:, 2, 2]), -np.arcsin(np.clip(R[:, 2, 0], -1, 1)), np.arctan2(R[:, 1, 0], R[:, 0, 0])]
@@ -250,16 +255,16 @@ def _turned(
     return out
 
 
-def _said(sheet: MarkerSheet, cameras: Sequence[Camera], tracks: Tracks) -> Iterator[str]:
+def _notes(sheet: MarkerSheet, cameras: Sequence[Camera], tracks: Tracks) -> Iterator[str]:
     for name, camera in zip(sheet.cameras, cameras, strict=True):
         assert camera.report is not None
         yield f"{name}: points are {camera.report.rms:.2g} px off (rms)"
         yield from (f"{name}: {note}" for note in camera.report.notes)
     if tracks.late:
-        yield f"cameras see moments up to {1e3 * tracks.late:.3g} ms apart: pixels are taken between frames"
+        yield f"frames of the cameras are up to {1e3 * tracks.late:.3g} ms apart: pixels are interpolated"
 
 
-def _gone(status: Int[np.ndarray, "t"]) -> list[str]:
+def _status_notes(status: Int[np.ndarray, "t"]) -> list[str]:
     return [
         f"body: {kind.words} in {np.sum(status == kind)} of {len(status)} frames"
         for kind in PlaceStatus

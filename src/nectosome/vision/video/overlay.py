@@ -1,4 +1,4 @@
-"""What was tracked, drawn over the video: rectangles, angles, quality, and why there is a gap."""
+"""Overlay of tracked segments on the video: rectangles, angles, quality, and reasons of gaps."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -18,16 +18,16 @@ from .sheet import SegmentSheet
 if TYPE_CHECKING:
     import xarray as xr
 
-# blue, green, red of colours that the colour-blind can tell apart (Okabe and Ito)
+# blue, green, red of a colour-blind-safe palette (Okabe and Ito)
 _COLOURS = ((178, 114, 0), (0, 94, 213), (115, 158, 0), (167, 121, 204), (0, 159, 230), (233, 180, 86), (66, 228, 240))
-_AWAY = 5.0  # px, of outlines from the segment, in a picture 720 px high
+_AWAY = 5.0  # [px] distance of outlines from the segment, in a picture 720 px high
 _WHITE, _BLACK = (255, 255, 255), (0, 0, 0)
 
 
 def draw_over(
     video: str | Path, sheet: SegmentSheet, tracked: "xr.Dataset", path: Path, progress: Callable[[str, float], None]
 ) -> None:
-    """Write the video again (.mp4) with what was tracked. Raises InputError where it cannot be written."""
+    """Write the video (.mp4) with an overlay of the tracked segments. Raises InputError if it cannot be written."""
     clip = Clip(Path(video), sheet.rate)
     plane = plane_of(sheet, clip.size)
     count = tracked.sizes["time"]
@@ -41,7 +41,7 @@ def draw_over(
 
 
 def draw(image: UInt8[np.ndarray, "h w 3"], plane: MotionPlane, at: "xr.Dataset") -> UInt8[np.ndarray, "h w 3"]:
-    """A picture with the segments of one moment."""
+    """A picture with the segments at one time."""
     cv2 = package("cv2", "video")
     image = image.copy()
     scale = max(image.shape[0] / 720, 0.5)
@@ -56,12 +56,12 @@ def draw(image: UInt8[np.ndarray, "h w 3"], plane: MotionPlane, at: "xr.Dataset"
             continue
         quality = float(at["quality"].values[s])
         lines.append((f"{name}: {np.rad2deg(direction[s]):.1f} deg, quality {quality:.2f}", colour))
-        away = _AWAY * scale * plane.pixel  # so that what is tracked stays to be seen
+        away = _AWAY * scale * plane.pixel  # so that the segment stays visible
         corners = plane.pixels(_corners(centre[s], direction[s], length[s], width[s] + 2 * away))
         outline = [np.round(corners * 16).astype(np.int32)]
         cv2.polylines(image, outline, True, _WHITE, round(3 * scale), cv2.LINE_AA, 4)
         cv2.polylines(image, outline, True, colour, max(round(1.5 * scale), 1), cv2.LINE_AA, 4)
-        end = np.round(corners[[0, 3]].mean(0) * 16).astype(int)  # where it points to
+        end = np.round(corners[[0, 3]].mean(0) * 16).astype(int)  # the segment's end
         cv2.circle(image, (int(end[0]), int(end[1])), round(4 * scale * 16), colour, -1, cv2.LINE_AA, 4)
     for k, (text, colour) in enumerate(lines):
         _write(image, text, (round(12 * scale), round((28 + 26 * k) * scale)), colour, scale)
@@ -75,7 +75,7 @@ def _corners(middle: Float[np.ndarray, "2"], direction: float, length: float, wi
 
 
 def _write(image: Any, text: str, place: tuple[int, int], colour: tuple[int, int, int], scale: float) -> None:
-    """White text on black, after a mark of its colour."""
+    """Write white text on black, after a mark of its colour."""
     cv2 = package("cv2", "video")
     font, size, bold = cv2.FONT_HERSHEY_SIMPLEX, 0.6 * scale, max(round(1.5 * scale), 1)
     side, edge = round(14 * scale), round(5 * scale)

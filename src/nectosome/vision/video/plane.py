@@ -1,7 +1,7 @@
-"""From pixels to places in the plane of motion: a scale, or known points; a lens in OpenCV's terms.
+"""Mapping of pixels to positions in the plane of motion, by a scale or by known points, with lens distortion.
 
-x goes to the right of the picture, y up (seen from above) or down (seen from below), so that angles about the vertical
-are positive counter-clockwise, seen from above. Pixels are counted from the middle of the first one.
+x points to the right of the picture, y up (camera above) or down (camera below), so that angles about the vertical are
+positive counter-clockwise, seen from above. Pixels are counted from the centre of the first one.
 """
 
 from dataclasses import dataclass
@@ -15,28 +15,28 @@ from nectosome.vision.cameras import Lens
 
 from .sheet import SegmentSheet, SheetPlace
 
-_FAR = 3.0  # px: a known point that is further off than this was misread
+_FAR = 3.0  # [px] residual above which a known point is misread
 
 
 @dataclass(frozen=True)
 class MotionPlane:
-    """Where each pixel is in the plane of motion."""
+    """Positions of pixels in the plane of motion."""
 
-    grid: Float[np.ndarray, "height width 2"]  # x, y of each pixel's middle [`unit`]
-    unit: str  # m, or px where nothing says how large a pixel is
+    grid: Float[np.ndarray, "height width 2"]  # x, y of each pixel's centre [`unit`]
+    unit: str  # m, or px without a scale
     pixel: float  # side of a pixel in the middle of the picture [`unit`]
-    residual: float | None  # rms of what known points are off [px]; None without any
-    to_pixels: Float[np.ndarray, "3 3"]  # homography from places to pixels of a straight lens
+    residual: float | None  # [px] rms residual of known points; None without any
+    to_pixels: Float[np.ndarray, "3 3"]  # homography from positions to undistorted pixels
     lens: Lens | None
 
     def pixels(self, places: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
-        """Pixels that show places."""
+        """Pixels of positions."""
         straight = _mapped(self.to_pixels, places)
-        return straight if self.lens is None else self.lens.bent(straight)[0]
+        return straight if self.lens is None else self.lens.distort(straight)[0]
 
 
 def plane_of(sheet: SegmentSheet, size: tuple[int, int]) -> MotionPlane:
-    """Plane of a picture of a `size` (width, height) [px]. Raises InputError for points that do not fit."""
+    """Plane of a picture of `size` (width, height) [px]. Raises InputError for points that do not fit."""
     width, height = size
     lens, residual = _lens(sheet), None
     if sheet.points is not None:
@@ -58,38 +58,38 @@ def plane_of(sheet: SegmentSheet, size: tuple[int, int]) -> MotionPlane:
 
 
 def _lens(sheet: SegmentSheet) -> Lens | None:
-    return sheet.lens.made() if sheet.lens is not None else None
+    return sheet.lens.build() if sheet.lens is not None else None
 
 
 def _straight(pixels: Float[np.ndarray, "n 2"], lens: Lens | None) -> Float[np.ndarray, "n 2"]:
-    return pixels if lens is None else lens.straightened(pixels)
+    return pixels if lens is None else lens.undistort(pixels)
 
 
 def _mapped(matrix: Float[np.ndarray, "3 3"], points: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
-    made = np.column_stack([points, np.ones(len(points))]) @ matrix.T
-    return made[:, :2] / made[:, 2:]
+    mapped = np.column_stack([points, np.ones(len(points))]) @ matrix.T
+    return mapped[:, :2] / mapped[:, 2:]
 
 
 def _homography(points: tuple[SheetPlace, ...], lens: Lens | None) -> tuple[Float[np.ndarray, "3 3"], float]:
-    """Matrix from places to pixels, by least squares, and the rms of what the points are off [px]."""
+    """Homography from positions to pixels by least squares, and the rms residual of the points [px]."""
     seen = _straight(np.array([point.seen for point in points], float), lens)
     places = np.array([point.at for point in points], float)
     for what, known in (("at", places), ("seen", seen)):
         spread = np.linalg.svd(known - known.mean(0), compute_uv=False)
         if spread[1] < 0.02 * spread[0]:
             raise InputError(
-                f"lie on a line ({what}): they tell nothing across it. Choose points around the motion.", field="points"
+                f"lie on a line ({what}): nothing is known across it. Choose points around the motion.", field="points"
             )
-    scale = np.ptp(places)  # OpenCV does better with numbers of one size
+    scale = np.ptp(places)  # better conditioned
     matrix, _ = package("cv2", "video").findHomography(places / scale, seen, 0)
     if matrix is None or abs(np.linalg.det(matrix)) < 1e-9:
-        raise InputError("three of four lie on a line: choose them around the motion.", field="points")
+        raise InputError("three of four lie on a line: choose points around the motion.", field="points")
     to_pixels = matrix @ np.diag([1 / scale, 1 / scale, 1.0])
     off = np.linalg.norm(_mapped(to_pixels, places) - seen, axis=1)
     if off.max() > _FAR:
         worst = int(np.argmax(off))
         raise InputError(
-            f"does not fit the others: it is {off[worst]:.1f} px off. Look at its pixel, its place and their signs.",
+            f"does not fit the others: it is {off[worst]:.1f} px off. Check its pixel, its position and their signs.",
             field=f"points.{worst}",
         )
     return to_pixels, float(np.sqrt(np.mean(off**2)))

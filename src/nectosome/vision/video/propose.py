@@ -1,4 +1,4 @@
-"""Ranges of colours for a sheet, proposed from one picture: where its hues gather."""
+"""Proposal of colour ranges for a sheet, from the hue histogram of one picture."""
 
 from dataclasses import dataclass
 
@@ -8,31 +8,31 @@ from jaxtyping import Float, UInt8
 from nectosome.io.extras import package
 
 from .clip import Clip
-from .segments import MOST, Groups, blobs
+from .segments import MOST, ColourGroups, blobs
 from .sheet import Colour
 
-_SMOOTH = 2.5  # of 256 parts of a turn
-_LOW = 0.05  # of a peak: there it ends
-_WIDER = 3  # of 256 parts of a turn, on both sides of what is found
-_BROAD = 0.1  # of saturation and value, on both sides
-_MOST_OF_IT = 0.15  # of the picture: what is larger is no segment
+_SMOOTH = 2.5  # [1/256 turn] standard deviation of the smoothing
+_LOW = 0.05  # [peak] level at which a peak ends
+_WIDER = 3  # [1/256 turn] margin of hue on both sides
+_BROAD = 0.1  # margin of saturation and value on both sides
+_MOST_OF_IT = 0.15  # [picture] largest area of a segment
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """A colour in a picture, and the blobs that it gives [px]."""
+    """A colour range and its blobs in a picture."""
 
     colour: Colour
-    pixels: list[int]  # of each blob
-    middles: list[tuple[float, float]]  # of each blob's box
+    pixels: list[int]  # number of pixels of each blob
+    middles: list[tuple[float, float]]  # [px] centre of each blob's box
 
 
 def propose(image: UInt8[np.ndarray, "height width 3"], smallest: int = 20) -> list[Proposal]:
-    """Colours that stand out of a picture (blue, green, red), those with most pixels first; at most eight.
+    """Salient colours of a picture (blue, green, red), those with most pixels first; at most eight.
 
-    Hues are counted with the chroma S V of their pixels, above the threshold that parts it best (Otsu 1979). Each peak
-    is a colour, from where it falls to a twentieth on either side; saturation and value are those of nearly all its
-    pixels, and a tenth more to either side. What covers more than a seventh of the picture is taken for background.
+    The histogram of hues is weighted by the chroma S V of the pixels, above Otsu's threshold (Otsu 1979). Each peak is
+    a colour, down to 1/20 of it on either side; saturation and value span 96 % of its pixels and a margin of 0.1. A
+    colour of more than 15 % of the picture is background.
     """
     cv2 = package("cv2", "video")
     hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV_FULL)
@@ -54,7 +54,7 @@ def propose(image: UInt8[np.ndarray, "height width 3"], smallest: int = 20) -> l
             saturation=(round(saturation[0], 2), round(saturation[1], 2)),
             value=(round(value[0], 2), round(value[1], 2)),
         )
-        bits = Groups([colour]).look(image)
+        bits = ColourGroups([colour]).find(image)
         if np.count_nonzero(bits) > _MOST_OF_IT * bits.size:
             continue
         seen = blobs(bits, [False], smallest)[0]
@@ -65,14 +65,14 @@ def propose(image: UInt8[np.ndarray, "height width 3"], smallest: int = 20) -> l
 
 
 def _smooth(counts: Float[np.ndarray, "256"]) -> Float[np.ndarray, "256"]:
-    """Around the circle of hues, by a Gaussian."""
+    """Circular Gaussian smoothing."""
     offset = np.minimum(np.arange(256), 256 - np.arange(256))
     kernel = np.exp(-0.5 * (offset / _SMOOTH) ** 2)
     return np.fft.irfft(np.fft.rfft(counts) * np.fft.rfft(kernel / kernel.sum()), 256)
 
 
 def _peaks(counts: Float[np.ndarray, "256"]) -> list[tuple[int, int]]:
-    """Ranges of hues, of 256 parts of a turn, around peaks; the highest first. The first may be above the second."""
+    """Ranges of hue [1/256 turn] around peaks, the highest first; a range may wrap around 0."""
     left = counts.copy()
     found: list[tuple[int, int]] = []
     while len(found) < 2 * MOST and left.max() > max(0.01 * counts.max(), 1e-9):
@@ -80,7 +80,7 @@ def _peaks(counts: Float[np.ndarray, "256"]) -> list[tuple[int, int]]:
         ends = []
         for step in (-1, 1):
             k, lowest = 0, left[top]
-            # on to where the peak ends, or the next one begins
+            # to the end of the peak, or the start of the next one
             while k < 127:
                 level = left[(top + step * (k + 1)) % 256]
                 if level <= _LOW * left[top] or level > 1.5 * lowest + 0.01 * left[top]:
@@ -95,11 +95,11 @@ def _peaks(counts: Float[np.ndarray, "256"]) -> list[tuple[int, int]]:
 
 
 def proposal_text(found: list[Proposal], clip: Clip, time: float) -> str:
-    """Proposed colours as they stand in a sheet, each with what it finds in the frame."""
+    """Proposed colours as text of a sheet, each with its blobs in the frame."""
     if not found:
-        return f"At {time:.4g} s no colour stands out. Try another frame, with --at."
-    lines = [f"# colours that stand out at {time:.4g} s; keep those of segments, in their order along the chain"]
-    lines += [f"size: [{clip.size[0]}, {clip.size[1]}]", "pixel: 1 mm # what a pixel shows in the plane of motion"]
+        return f"At {time:.4g} s no colour is salient. Try another frame, with --at."
+    lines = [f"# salient colours at {time:.4g} s; keep those of segments, in their order along the chain"]
+    lines += [f"size: [{clip.size[0]}, {clip.size[1]}]", "pixel: 1 mm # side of a pixel in the plane of motion"]
     lines += ["segments:"]
     for k, one in enumerate(found):
         c = one.colour

@@ -1,50 +1,14 @@
-"""Why there is no number: the reasons of gaps in what was tracked."""
+"""Reasons of missing values in tracked data, and the table (.csv) of tracked data."""
 
-import csv
-import io
 from collections.abc import Iterator, Sequence
 from enum import IntEnum
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float, Int
-
-from nectosome.io import write_atomic
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-
-def write_table(tracked: "xr.Dataset", path: str | Path) -> None:
-    """Write all that goes over time (.csv), as `nectosome measure` reads it. Raises InputError where it cannot."""
-    heads, columns = ["time (s)"], [tracked["time"].values]
-    for name, variable in tracked.data_vars.items():
-        unit = variable.attrs["units"]
-        flat = variable.values.reshape(variable.shape[0], -1)
-        for label, column in zip(_labels(variable), flat.T, strict=True):
-            heads.append(f"{name}{label}" + (f" ({unit})" if unit != "1" else ""))
-            columns.append(column)
-    text = io.StringIO(newline="")
-    out = csv.writer(text, lineterminator="\n")
-    out.writerow(heads)
-    out.writerows([_cell(column[k]) for column in columns] for k in range(len(columns[0])))
-    write_atomic(path, text.getvalue().encode())
-
-
-def _labels(variable: "xr.DataArray") -> list[str]:
-    labels = [""]
-    for dim in variable.dims[1:]:
-        labels = [f"{label} {value}" for label in labels for value in variable[dim].values]
-    return labels
-
-
-def _cell(value: Float[np.ndarray, ""]) -> str:
-    return "" if np.isnan(value) else repr(value.item())
+from jaxtyping import Int
 
 
 class Reason(IntEnum):
-    """Why a frame has no value; 0: it has one."""
+    """Reason of a missing value in a frame; 0: not missing."""
 
     SEEN = 0
     LOST = 1
@@ -58,25 +22,25 @@ class Reason(IntEnum):
 
     @property
     def words(self) -> str:
-        """What is told to people."""
+        """Description for messages."""
         return _WORDS[self]
 
 
 _WORDS = {
     Reason.SEEN: "seen",
     Reason.LOST: "not seen",
-    Reason.PIECES: "seen in more pieces than there are",
+    Reason.PIECES: "seen in too many pieces",
     Reason.MERGED: "larger than usual: merged with something else",
-    Reason.COVERED: "smaller than usual: covered in part",
+    Reason.COVERED: "smaller than usual: partly covered",
     Reason.EDGE: "cut off by the edge of the picture",
     Reason.ROUND: "as wide as long: it has no direction",
-    Reason.DIRECTION: "no neighbour tells which of its ends is which",
-    Reason.DOUBT: "two ways to tell it apart are as likely",
+    Reason.DIRECTION: "no visible neighbour gives its direction",
+    Reason.DOUBT: "two assignments are equally likely",
 }
 
 
-def lost(names: Sequence[str], why: Int[np.ndarray, "t n"]) -> Iterator[str]:
-    """What was not tracked, in words."""
+def loss_notes(names: Sequence[str], why: Int[np.ndarray, "t n"]) -> Iterator[str]:
+    """Notes on frames without a value."""
     for k, name in enumerate(names):
         for reason in Reason:
             count = int(np.sum(why[:, k] == reason))

@@ -1,12 +1,12 @@
-r"""A segment in a picture: its middle, axis, length and width, from the pixels of its colour.
+r"""A segment in a picture: its centre, axis, length and width, from the pixels of its colour.
 
-`moments`: pixels count with the share $w$ that the segment covers of them, told by where their colour lies between that
-of the segment and that of its surroundings; middle and axes are those of the moments
+`moments`: each pixel has the weight $w$, its fraction covered by the segment, from its colour between that of the
+segment and that of its surroundings; centre and axes are those of the moments
 
 $$ c = \sum w p / \sum w, \quad C = \sum w (p - c)(p - c)^T / \sum w, \quad L = \sqrt{12 \lambda_1} $$
 
 of a rectangle with the same second moments. `rectangle`: the smallest rectangle around the pixels in the colour's range
-(OpenCV's minAreaRect, Hu et al. 2024, section 3.2), which knows whole pixels only.
+(OpenCV's minAreaRect, Hu et al. 2024, section 3.2), of whole pixels.
 """
 
 import math
@@ -21,29 +21,36 @@ from nectosome.io.extras import package
 from .plane import MotionPlane
 from .sheet import Colour, Fit
 
-MOST = 8  # colours at once: a pixel's are the bits of a byte
+MOST = 8  # most colours: one bit of a byte each
+_MARGIN = 2  # [px] around a blob that may be partly covered
+_RING = 3  # [px] around these: the surroundings
+_TRUST = np.array([1.0, 0.5, 0.5], np.float32)  # weights of brightness and colour (videos subsample colour)
+_NEAR = 11  # [px] side of the square for local means
+_GRAIN = 1.0  # [counts] least noise
+_FAINT = 0.1  # least coverage of a pixel that its colour can show
+_Rectangle = tuple[Float[np.ndarray, "2"], float, float, float, float]
 
 
-class Groups:
-    """Up to eight ranges of colours, looked up for all pixels at once; those that are alike are one group."""
+class ColourGroups:
+    """Up to eight colour ranges, looked up for all pixels at once; equal ranges are one group."""
 
-    def __init__(self, wanted: Sequence[Colour]):
+    def __init__(self, ranges: Sequence[Colour]):
         colours: list[Colour] = []
-        self.of: list[int] = []  # group of each of them
-        for colour in wanted:
+        self.of: list[int] = []  # group of each range
+        for colour in ranges:
             same = (k for k, known in enumerate(colours) if _range(known) == _range(colour))
             self.of.append(next(same, len(colours)))
             if self.of[-1] == len(colours):
                 colours.append(colour)
         self.count = len(colours)
         if not 1 <= self.count <= MOST:
-            raise ValueError(f"Groups: {self.count} colours; from 1 to {MOST} are possible.")
+            raise ValueError(f"ColourGroups: {self.count} colours; from 1 to {MOST} are possible.")
         self._cv2 = package("cv2", "video")
         table = np.zeros((1, 256, 3), np.uint8)
         level = np.arange(256)
         for k, colour in enumerate(colours):
             low, high = (edge / (2 * math.pi) * 256 for edge in colour.hue)
-            # a hue of n stands for n to n + 1 of 256 parts of a turn
+            # a hue n means n to n + 1 of 256 parts of a turn
             middle = level + 0.5
             hues = (middle >= low) & (middle <= high) if low < high else (middle >= low) | (middle <= high)
             parts = [hues]
@@ -53,8 +60,8 @@ class Groups:
                 table[0, part, channel] |= 1 << k
         self._table = table
 
-    def look(self, image: UInt8[np.ndarray, "height width 3"]) -> UInt8[np.ndarray, "height width"]:
-        """Bit k of a pixel is set where it is of the k-th group; `image` is blue, green, red."""
+    def find(self, image: UInt8[np.ndarray, "height width 3"]) -> UInt8[np.ndarray, "height width"]:
+        """Return the groups of each pixel as bits: bit k is the k-th group; `image` is blue, green, red."""
         cv2 = self._cv2
         hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV_FULL)
         found = cv2.LUT(hsv, self._table)
@@ -66,17 +73,9 @@ def _range(colour: Colour) -> tuple[object, ...]:
     return colour.hue, colour.saturation, colour.value
 
 
-_MARGIN = 2  # px around a blob that it may cover in part
-_RING = 3  # px around these, which show the surroundings
-_TRUST = np.array([1.0, 0.5, 0.5], np.float32)  # in brightness and colour: videos keep colours of every second pixel
-_NEAR = 11  # px, side of the square that is near
-_GRAIN = 1.0  # counts, of noise that is there at least
-_FAINT = 0.1  # share of a pixel below which its colour tells nothing
-
-
 @dataclass(frozen=True)
 class Blob:
-    """Pixels of one colour that hang together."""
+    """Connected pixels of one colour."""
 
     colour: int
     left: int
@@ -89,7 +88,7 @@ class Blob:
 
 @dataclass(frozen=True)
 class SegmentPose:
-    """A segment's rectangle in the plane; the axis goes along `length` in either direction."""
+    """A segment's rectangle in the plane; the axis is along `length`, without a sign."""
 
     middle: Float[np.ndarray, "2"]
     axis: float  # [rad], counter-clockwise from x
@@ -102,7 +101,7 @@ class SegmentPose:
 def blobs(bits: UInt8[np.ndarray, "height width"], alone: Sequence[bool], smallest: int) -> list[list[Blob]]:
     """Blobs of each colour with at least `smallest` pixels, the largest first.
 
-    Of a colour that is `alone`, which one thing has, what is parted by a pixel or two hangs together.
+    For a colour that is `alone` (of one object), gaps of a pixel or two are closed.
     """
     cv2 = package("cv2", "video")
     found: list[list[Blob]] = [[] for _ in alone]
@@ -112,7 +111,7 @@ def blobs(bits: UInt8[np.ndarray, "height width"], alone: Sequence[bool], smalle
         return found
     crop = bits[top : top + height, left : left + width]
     for k, single in enumerate(alone):
-        mask = crop & np.uint8(1 << k)  # OpenCV's own takes a row of four for one colour
+        mask = crop & np.uint8(1 << k)  # NumPy scalar: OpenCV takes a sequence of four as one colour
         if single:
             mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, square)
         count, labels, boxes, _ = cv2.connectedComponentsWithStats(mask, connectivity=8, ltype=cv2.CV_32S)
@@ -141,15 +140,12 @@ def pose(
     return SegmentPose(middle, float(direction % np.pi), longer, shorter, area, cut)
 
 
-_Rectangle = tuple[Float[np.ndarray, "2"], float, float, float, float]
-
-
 def _by_moments(blob: Blob, image: np.ndarray, bits: np.ndarray, plane: MotionPlane) -> _Rectangle:
     window, share = coverage(blob, image, bits)
     places = plane.grid[window].reshape(-1, 2)
     weight = share.ravel()
     total = weight.sum()
-    if not total:  # it does not stand out of its surroundings
+    if not total:  # no contrast
         return np.zeros(2), 0.0, 0.0, 0.0, 0.0
     middle = weight @ places / total
     off = places - middle
@@ -161,7 +157,7 @@ def _by_moments(blob: Blob, image: np.ndarray, bits: np.ndarray, plane: MotionPl
 
 
 def coverage(blob: Blob, image: np.ndarray, bits: np.ndarray) -> tuple[tuple[slice, slice], Float[np.ndarray, "h w"]]:
-    """Window around a blob, and the share of each of its pixels that the segment covers."""
+    """Window around a blob, and the coverage of each of its pixels by the segment."""
     cv2 = package("cv2", "video")
     wide = _MARGIN + _RING
     height, width = bits.shape
@@ -180,7 +176,7 @@ def coverage(blob: Blob, image: np.ndarray, bits: np.ndarray) -> tuple[tuple[sli
     inside = colour[core].mean(0)
     ground = _ground(colour, around)
     contrast = inside - ground
-    # what the surroundings vary in tells little (Fisher 1936)
+    # weights by the scatter of the surroundings (Fisher 1936)
     left = (colour - ground)[around]
     scatter = left.T @ left / max(len(left), 1) + _GRAIN**2 * np.eye(3)
     weighted = contrast @ np.linalg.inv(scatter)
@@ -190,7 +186,7 @@ def coverage(blob: Blob, image: np.ndarray, bits: np.ndarray) -> tuple[tuple[sli
 
 
 def _ground(colour: Float[np.ndarray, "h w 3"], around: Bool[np.ndarray, "h w"]) -> Float[np.ndarray, "h w 3"]:
-    """Surroundings of each pixel: means over what of the ring is near, since a floor is seldom even."""
+    """Background colour at each pixel: local means over the ring, since a floor is seldom uniform."""
     cv2 = package("cv2", "video")
     there = around.astype(np.float32)
     if not there.any():
@@ -207,7 +203,7 @@ def _by_rectangle(blob: Blob, plane: MotionPlane) -> _Rectangle:
     pixels = np.concatenate(outline)[:, 0, :]
     places = plane.grid[blob.top + pixels[:, 1], blob.left + pixels[:, 0]]
     corner = places[0]
-    scaled = ((places - corner) / plane.pixel).astype(np.float32)  # floats lose little near 0
+    scaled = ((places - corner) / plane.pixel).astype(np.float32)  # little rounding near 0
     middle, (first, second), degrees = cv2.minAreaRect(scaled)
     direction = np.deg2rad(degrees) + (0.0 if first >= second else np.pi / 2)
     longer, shorter = (plane.pixel * (side + 1.0) for side in (max(first, second), min(first, second)))

@@ -1,4 +1,4 @@
-"""What a `track.yaml` says: which colours are what, how large a pixel is, how the camera looks."""
+"""Sheets of tracking (`track.yaml`): colours of segments or markers, scale, cameras."""
 
 import math
 from pathlib import Path
@@ -19,10 +19,13 @@ Rate = Annotated[float, Quantity("frequency", minimum=0, exclusive=True)]
 Count = Annotated[int, Field(ge=1, le=1_000_000)]
 
 Fit = Literal["moments", "rectangle"]
+Length0 = Annotated[float, Quantity("length", minimum=0)]
+Index = Annotated[float, Quantity("number", minimum=1, maximum=3)]
+_LEAST = "It needs segments, for one video; or cameras, points and markers, for several."
 
 
 class Colour(Described):
-    """A range of colours: hue [rad], which may go over 360 deg to 0, saturation and value, each from low to high."""
+    """A colour range: hue [rad], which may wrap around 360 deg, saturation and value, each from low to high."""
 
     hue: tuple[_Hue, _Hue] = (0.0, 2 * math.pi)
     saturation: tuple[Fraction, Fraction] = (0.0, 1.0)
@@ -40,28 +43,28 @@ class Colour(Described):
 
 
 class Segment(Colour):
-    """A rigid layer of one colour; `length` along it and `width` across [m], where they are known."""
+    """A rigid layer of one colour; `length` along it and `width` across [m], if known."""
 
     length: Length | None = None
     width: Length | None = None
 
 
 class SheetPlace(Described):
-    """A known point of the plane, `at` x, y [m], and the pixel where it is `seen`, from the left and from the top."""
+    """A known point of the plane, `at` x, y [m], and its pixel `seen`, from the left and from the top."""
 
     at: tuple[Coordinate, Coordinate]
     seen: tuple[Number, Number]
 
 
 class LensSheet(Described):
-    """A camera's lens as OpenCV calibrates it: focal lengths and centre [px], k1, k2, p1, p2, k3."""
+    """A camera's lens in OpenCV's model: focal lengths and centre [px], k1, k2, p1, p2, k3."""
 
     focal: tuple[PositiveNumber, PositiveNumber]
     centre: tuple[Number, Number]
     distortion: tuple[Number, Number, Number, Number, Number]
 
-    def made(self) -> Lens:
-        """The lens itself."""
+    def build(self) -> Lens:
+        """Build the lens."""
         (fx, fy), (cx, cy) = self.focal, self.centre
         return Lens(np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]]), np.array(self.distortion))
 
@@ -85,25 +88,21 @@ class SegmentSheet(Described):
     @model_validator(mode="after")
     def _one_scale(self) -> "SegmentSheet":
         if self.pixel is not None and self.points is not None:
-            raise wrong("pixel", "is not needed beside points, which say how large a pixel is.")
+            raise wrong("pixel", "is not needed beside points, which give the scale.")
         if self.origin is not None and self.points is not None:
-            raise wrong("origin", "is not needed beside points, which say where the origin is.")
+            raise wrong("origin", "is not needed beside points, which give the origin.")
         if self.pixel is None and self.points is None:
             for name, segment in self.segments.items():
                 if segment.length is not None or segment.width is not None:
-                    raise wrong(f"segments.{name}", "has a size; say how large a pixel is, as in pixel: 2 mm.")
+                    raise wrong(f"segments.{name}", "has a size; give the size of a pixel, as in pixel: 2 mm.")
         return self
-
-
-Length0 = Annotated[float, Quantity("length", minimum=0)]
-Index = Annotated[float, Quantity("number", minimum=1, maximum=3)]
 
 
 class CameraSheet(Described):
     """A camera: its clock, its picture and its lens, known or estimated from the points.
 
-    `offset` [s] is what its first frame is later than that of the first camera; `rate` [Hz] where the file is played
-    slower or faster than it was filmed.
+    `offset` [s] is the delay of its first frame after that of the first camera; `rate` [Hz] is that of the camera, for
+    a file in slow or fast motion.
     """
 
     offset: Time = 0.0
@@ -113,7 +112,7 @@ class CameraSheet(Described):
 
 
 class Pane(Described):
-    """The tank's flat glass that all cameras look through, or the water's surface (without a thickness).
+    """The tank's flat glass in front of all cameras, or the water's surface (thickness 0).
 
     `point` on its face towards the air [m] and `normal`, in the tank's frame; `index` of the glass, and of the water.
     """
@@ -124,20 +123,20 @@ class Pane(Described):
     index: Index = 1.52
     water: Index = 1.333
 
-    def made(self) -> Glass:
-        """The pane itself."""
+    def build(self) -> Glass:
+        """Build the pane."""
         return Glass(np.array(self.point), np.array(self.normal), self.thickness, self.index, self.water)
 
 
 class KnownPoint(Described):
-    """A point whose place is known, `at` x, y, z [m] in the tank, and the pixel where each camera has it."""
+    """A point with a known position, `at` x, y, z [m] in the tank, and its pixel in each camera."""
 
     at: Position
     seen: dict[Name, tuple[Number, Number]] = Field(min_length=1)
 
 
 class Marker(Colour):
-    """A marker on the body, `at` x, y, z [m] in its frame, whose origin is what is tracked, and its colour."""
+    """A marker on the body, `at` x, y, z [m] in its frame, and its colour; the frame's origin is tracked."""
 
     at: Position
 
@@ -145,10 +144,9 @@ class Marker(Colour):
 class MarkerSheet(Described):
     """Markers of one body, seen by two or more cameras, in the order of their videos.
 
-    `lamp`, a colour, says that the known points are lamps: `seen` is then only near them, within `near` [px], and they
-    are measured in the first frames. `misfit` [px] is the most that a marker's pixels may be off their place,
-    `tolerance` [m] the most that the distances of markers may differ from those of the body. `fill` [s]: gaps up to
-    that long are filled.
+    `lamp`, a colour: the known points are lamps; they are measured in the first frames, within `near` [px] of `seen`.
+    `misfit` [px] is the largest reprojection error of a marker, `tolerance` [m] the largest deviation of the markers'
+    distances from those of the body. Gaps up to `fill` [s] are filled.
     """
 
     about: str = ""
@@ -173,14 +171,11 @@ class MarkerSheet(Described):
         return self
 
 
-_LEAST = "It needs segments, for one video; or cameras, points and markers, for several."
-
-
 def load_sheet(path: str | Path) -> SegmentSheet | MarkerSheet:
     """Read a sheet. Raises InputError that names file, line and field."""
     source = str(path)
     data, lines = read_yaml(read_text(path), source)
     if isinstance(data, dict) and not {"segments", "cameras", "markers"} & set(data):
-        raise InputError(f"says nothing of what to track. {_LEAST}", file=source)
+        raise InputError(f"does not say what to track. {_LEAST}", file=source)
     model = MarkerSheet if isinstance(data, dict) and {"cameras", "markers"} & set(data) else SegmentSheet
     return validate_as(model, data, _LEAST, file=source, lines=lines)

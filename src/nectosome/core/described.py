@@ -1,0 +1,61 @@
+"""From a description to arrays, traced or not: its numbers, and the classes that say which description they are of.
+
+A class that is `described_by` the class of a description is made of one by `from_description`; where it says nothing
+else, of the fields of the same names.
+"""
+
+from collections.abc import Iterator
+from dataclasses import fields
+from typing import Any, TypeVar
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+T = TypeVar("T")
+
+
+def number(x) -> Float[Array, ""]:
+    """A number of a description."""
+    return jnp.asarray(x, dtype=float)
+
+
+def vector(xs) -> Float[Array, "n"]:
+    """Numbers of a description; long rows of them are arrays already."""
+    if isinstance(xs, Array):
+        return xs
+    return jnp.stack([number(x) for x in xs])
+
+
+def unit(xs) -> Float[Array, "3"]:
+    """An axis, one long."""
+    axis = vector(xs)
+    return axis / jnp.sqrt(jnp.sum(axis * axis))
+
+
+def is_zero(x) -> bool:
+    """Whether a number is plainly zero, so that what it stands for is left out."""
+    return isinstance(x, float | int) and x == 0
+
+
+def numbers(described: Any, *names: str) -> dict[str, Array]:
+    """Numbers and rows of numbers of a description by name."""
+    values = {name: getattr(described, name) for name in names}
+    return {n: (vector if isinstance(x, tuple) or jnp.ndim(x) else number)(x) for n, x in values.items()}
+
+
+def same_named(cls: type[T], described: Any) -> T:
+    """An instance of a class whose fields are all numbers, of the fields of the same names in a description."""
+    return cls(**numbers(described, *(field.name for field in fields(cls))))  # pyright: ignore[reportArgumentType]
+
+
+def class_for(described: Any, *bases: type[T]) -> type[T]:
+    """The class below some bases that is `described_by` the class of a description, or by the nearest one above it."""
+    every = [cls for base in bases for cls in _below(base)]
+    known = {cls.__dict__["described_by"]: cls for cls in every if "described_by" in cls.__dict__}
+    return next(known[cls] for cls in type(described).__mro__ if cls in known)
+
+
+def _below(base: type[T]) -> Iterator[type[T]]:
+    for cls in base.__subclasses__():
+        yield cls
+        yield from _below(cls)

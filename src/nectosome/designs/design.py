@@ -1,0 +1,130 @@
+"""Design: the numbers of a robot with which its motion is best, or with which its mission takes least time."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nectosome.description import RobotDescription, dump_robot
+from nectosome.description.mission import Mission
+from nectosome.io.yaml_text import read_text
+from nectosome.model.inputs import RobotLike, description_of
+from nectosome.robots import mission_of
+from nectosome.search import Evaluation, Optimiser, Result, make_optimiser, multistart
+from nectosome.units import InputError
+
+from .constraints import Constraint
+from .motion import MotionDesign, Varied
+from .problem import Problem, RangeLike, load_problem, problem_of
+from .schedule import ScheduleDesign
+from .sweep import Progress
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STARTS, SEED = 4, 1
+
+
+@dataclass(frozen=True, eq=False)
+class DesignResult:
+    """What a search for a design found."""
+
+    task: Varied
+    search: Result  # all starts with their evaluations
+
+    @property
+    def best(self) -> Evaluation | None:
+        """The best design that keeps all limits; None where none was found."""
+        return next((start.best for start in self.search.best()), None)
+
+    @property
+    def robot(self) -> RobotDescription | None:
+        """The robot of the best design; None where none was found."""
+        if self.best is None:
+            return None
+        return self.task.robot_at(self.best.u) if isinstance(self.task, MotionDesign) else self.task.description
+
+    @property
+    def mission(self) -> Mission | None:
+        """The mission of the best design; None where none was found, or where the design is of a motion."""
+        if self.best is None or not isinstance(self.task, ScheduleDesign):
+            return None
+        return self.task.mission_at(self.best.u)
+
+    @property
+    def text(self) -> str:
+        """The robot or mission file of the best design; empty where none was found."""
+        return "" if self.best is None else self.task.chosen(self.best.u)
+
+    def to_dataset(self) -> "xr.Dataset":
+        """All evaluations, start after start, as `Result.to_dataset` has them."""
+        return self.search.to_dataset()
+
+
+def design(
+    robot: RobotLike,
+    settings: Iterable[str] = (),
+    *,
+    problem: Problem | str | Path | None = None,
+    vary: Mapping[str, RangeLike] | None = None,
+    maximise: str = "",
+    minimise: str = "",
+    keep: Iterable[str | Constraint] = (),
+    forward: str = "",
+    mission: str | Path = "",
+    optimiser: str | Optimiser = "",
+    starts: int = STARTS,
+    seed: int = SEED,
+    own_first: bool = False,
+    folder: str | Path | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> DesignResult:
+    """Find the numbers of a robot with which a quantity of its motion is largest or smallest, or its mission shortest.
+
+        ns.design("flagellum", keep=["torque <= 0.4 N m"])
+        ns.design("robot.yaml", vary={"limbs.fin.length": "50..90mm"}, maximise="efficiency", forward="-x")
+
+    - robot: a name, a path, a description or a built robot; `settings` such as "omega=14rad/s" fix quantities of it.
+    - problem: in words, or the path of a problem file; unless given that of the robot (`problem_of`). `vary`,
+      `maximise` or `minimise`, `keep`, `forward` and `mission`, a file or the name of one that ships, change it
+      (`Problem`).
+    - optimiser: gradient, pattern or cmaes, or one with options; gradient unless given, cmaes for a mission.
+    - starts, seed: how many searches from designs drawn at random, and the seed of the draws; with `own_first` the
+      first search begins with the robot's own numbers.
+    - folder: evaluations are kept there: the same call goes on from them after an interruption.
+    - workers: processes; one a processor unless given.
+    - progress(what, share): called twice a second; the search is cancelled where it returns False.
+
+    Raises InputError for words that do not fit the robot or each other, and for a folder of another search.
+    """
+    for name, number, least in (("starts", starts, 1), ("seed", seed, 0)):
+        if number < least:
+            raise InputError(f"is {number}; it must be at least {least}.", field=name)
+    settings = [settings] if isinstance(settings, str) else [*settings]
+    description = description_of(robot, settings)
+    if not isinstance(problem, Problem):
+        named = robot if isinstance(robot, str | Path) else description.name
+        problem = problem_of(named) if problem is None else load_problem(problem)
+    text = read_text(mission_of(str(mission)) or mission) if str(mission) else ""
+    words = {"maximise": maximise, "minimise": minimise, "forward": forward, "mission": text}
+    fixed = [setting.partition("=")[0].strip() for setting in settings]
+    asked = problem.changed(description, fixed=fixed, vary=vary, keep=keep, **words)
+    if not asked.vary:
+        raise InputError("nothing varies. Give vary PATH=LOW..HIGH, or a problem file with ranges.", field="vary")
+    task = asked.task(description)
+    if isinstance(optimiser, str):
+        optimiser = make_optimiser(optimiser or ("cmaes" if asked.mission else "gradient"))
+    if optimiser.derivatives and asked.mission:
+        raise InputError("a mission has no derivatives. Take cmaes or pattern.", field="optimiser")
+    task.prepare()  # mistakes come before anything is begun
+
+    def pulse(done: int, best: Evaluation | None, evaluations: int) -> bool | None:
+        found = "" if best is None else f"best {task.objective} {task.shown(best)}, "
+        return None if progress is None else progress(f"{found}{evaluations} evaluations", done / starts)
+
+    first = task.own if own_first else None
+    about = {"robot": dump_robot(description), "problem": asdict(asked) | {"keep": [*map(str, asked.keep)]}}
+    options = {"first": first, "folder": folder, "about": about, "workers": workers}
+    found = multistart(task, optimiser, starts, seed, progress=pulse, **options)
+    return DesignResult(task, found)

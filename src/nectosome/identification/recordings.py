@@ -1,0 +1,98 @@
+"""Recordings that fits take: those of a campaign, datasets, or arrays; and which of them are only predicted."""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+import numpy as np
+
+from nectosome.measure import load_campaign
+from nectosome.measure.campaign import Campaign
+from nectosome.units import InputError, did_you_mean, unit_to_si
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CampaignLike = str | Path | Campaign | Iterable["xr.Dataset | Mapping[str, Any]"]
+
+
+class HasFile(Protocol):
+    """Anything read from a file."""
+
+    @property
+    def file(self) -> str:
+        """Name of its file."""
+        ...
+
+
+_T = TypeVar("_T", bound=HasFile)
+
+
+def recordings_of(campaign: CampaignLike, units: Mapping[str, str] | None = None) -> "list[xr.Dataset]":
+    """Recordings of a campaign, of a campaign file, or given one by one, as datasets or as arrays by name.
+
+    Arrays are `{"time": t, "angle": y, ...}`: each an array, or a pair of an array and its unit. An array without a
+    unit is in SI; its unit is that of `units`. A single number with its unit is a condition. The k-th recording
+    of arrays is called `recording k`. Raises InputError for files that cannot be read, and for arrays without a time or
+    of another length than it.
+    """
+    if isinstance(campaign, str | Path):
+        campaign = load_campaign(campaign)
+    if isinstance(campaign, Campaign):
+        return campaign.recordings()
+    import xarray as xr
+
+    each = enumerate(campaign, start=1)
+    return [one if isinstance(one, xr.Dataset) else _of_arrays(one, f"recording {k}", units or {}) for k, one in each]
+
+
+def _of_arrays(arrays: Mapping[str, Any], name: str, units: Mapping[str, str]) -> "xr.Dataset":
+    import xarray as xr
+
+    if "time" not in arrays:
+        raise InputError(f"has no time, but {', '.join(arrays)}.", file=name)
+    found: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]] = {}
+    for key, given in arrays.items():
+        values, unit = given if isinstance(given, tuple) and isinstance(given[-1], str) else (given, units.get(key, ""))
+        try:
+            factor, si = unit_to_si("s" if key == "time" and not unit else unit)
+        except ValueError as error:
+            raise InputError(f"its unit {error}.", file=name, field=key) from None
+        values = factor * np.asarray(values, dtype=float)
+        found[key] = (("time",) if values.ndim else (), values, {"units": si})
+    samples = found["time"][1].size
+    for key, (dims, values, _) in found.items():
+        if dims and values.shape != (samples,):
+            raise InputError(f"has the shape {values.shape}, and there are {samples} times.", file=name, field=key)
+    numbers = {key for key, (dims, *_) in found.items() if not dims}
+    data = {key: one for key, one in found.items() if key not in numbers | {"time"}}
+    coords = {key: found[key] for key in ("time", *numbers)}
+    about = {"file": name, "repairs": [], "odd": []}
+    return xr.Dataset(data, coords, {"provenance": json.dumps(about)})
+
+
+def file_of(recording: "xr.Dataset") -> str:
+    """Name of a recording's file; "recording" where it has none."""
+    return Path(json.loads(recording.attrs.get("provenance", "{}")).get("file", "recording")).name
+
+
+def unit_of(quantity: "xr.DataArray") -> str:
+    """SI unit of a quantity; of several ways to write one always the same."""
+    unit = str(quantity.attrs.get("units", ""))
+    return {"1": "", "s-1": "Hz", "1/s": "Hz"}.get(unit, unit)
+
+
+def fitted_and_test(recordings: Sequence[_T], test: Iterable[str]) -> tuple[list[_T], list[_T]]:
+    """Recordings to fit, and those of the files named in `test`, which are predicted only.
+
+    Raises InputError for a name that no recording has, and where nothing is left to fit.
+    """
+    names, files = [test] if isinstance(test, str) else [*test], [one.file for one in recordings]
+    for name in names:
+        if name not in files:
+            raise InputError(f'"{name}" is no recording here.{did_you_mean(name, files)}', field="test")
+    fitted = [one for one in recordings if one.file not in names]
+    if not fitted:
+        raise InputError("all recordings are named: none is left to fit.", field="test")
+    return fitted, [one for one in recordings if one.file in names]

@@ -1,0 +1,135 @@
+"""Anomalies of recorded data, found piece by piece: times out of order, gaps, missing and saturated values."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from nectosome.units import InputError
+
+from .sheet import Repair
+
+_GAP = 5.0  # [median interval]
+_STUCK = 10  # consecutive samples at the largest or smallest value that suggest saturation
+
+
+@dataclass
+class TimeCheck:
+    """Checks that times increase, and records their intervals."""
+
+    file: str
+    column: str
+    repair: Repair = "refuse"
+    count: int = 0
+    first: float = np.nan
+    last: float = np.nan
+    median_step: float = np.nan  # [s], of the first piece
+    shortest: float = np.inf
+    longest: float = 0.0
+    dropped: list[int] = field(default_factory=list)  # rows
+    gaps: list[tuple[float, float, int]] = field(default_factory=list)  # start, end [s], row after it
+
+    def keep(self, rows: Int[np.ndarray, "n"], time: Float[np.ndarray, "n"]) -> Bool[np.ndarray, "n"]:
+        """Mask of the rows whose time increases. Raises InputError for the first other row, unless they are dropped."""
+        before = -np.inf if self.count == 0 else self.last
+        valid = np.isfinite(time)
+        highest = np.maximum.accumulate(np.where(valid, time, -np.inf))
+        valid &= time > np.maximum(before, np.concatenate([[-np.inf], highest[:-1]]))
+        if not valid.all():
+            if self.repair == "refuse":
+                raise self._refusal(int(np.argmin(valid)), rows, time, before)
+            self.dropped += rows[~valid].tolist()
+        self._record(rows[valid], time[valid])
+        return valid
+
+    def _refusal(self, k: int, rows: np.ndarray, time: np.ndarray, before: float) -> InputError:
+        previous = time[k - 1] if k else before
+        if not np.isfinite(time[k]):
+            what = "the time is missing" if np.isnan(time[k]) else "the time is infinite"
+        elif time[k] == previous:
+            what = f"the time {time[k]:.9g} s occurs twice"
+        else:
+            what = f"the time {time[k]:.9g} s comes after {previous:.9g} s"
+        remedy = "Correct the file, or write repair: drop under time in a sheet to leave such rows out."
+        return InputError(f"{what}. {remedy}", file=self.file, line=int(rows[k]), field=self.column)
+
+    def _record(self, rows: np.ndarray, time: np.ndarray) -> None:
+        if not time.size:
+            return
+        joined = time if self.count == 0 else np.concatenate([[self.last], time])
+        after = rows[1:] if self.count == 0 else rows
+        steps = np.diff(joined)
+        if np.isnan(self.median_step) and steps.size:
+            self.median_step = float(np.median(steps))
+        if steps.size:
+            self.shortest, self.longest = min(self.shortest, steps.min()), max(self.longest, steps.max())
+            for k in np.flatnonzero(steps > _GAP * self.median_step):
+                self.gaps.append((float(joined[k]), float(joined[k + 1]), int(after[k])))
+        if self.count == 0:
+            self.first = float(time[0])
+        self.last, self.count = float(time[-1]), self.count + time.size
+
+    @property
+    def even(self) -> bool:
+        """Whether all intervals are equal within 1 in 1000."""
+        return self.count > 2 and self.longest - self.shortest <= 1e-3 * self.median_step
+
+
+@dataclass
+class ValueCheck:
+    """Records of one quantity its missing and saturated values, its minimum, maximum and mean."""
+
+    name: str
+    count: int = 0
+    total: float = 0.0
+    smallest: float = np.inf
+    largest: float = -np.inf
+    missing: list[int] = field(default_factory=list)  # the first rows
+    missing_count: int = 0
+    saturated_count: int = 0
+    saturated: int | None = None  # first row
+    stuck: dict[float, tuple[int, int]] = field(default_factory=dict)  # by extreme: longest run of samples, its row
+
+    def check(
+        self, rows: Int[np.ndarray, "n"], cells: Float[np.ndarray, "n"], low: float, high: float
+    ) -> Float[np.ndarray, "n"]:
+        """Cells with NaN in place of saturated or infinite values; all of these are counted."""
+        lost = ~np.isfinite(cells) | (cells <= low) | (cells >= high)
+        present = cells
+        if lost.any():
+            present, missing = cells[~lost], np.isnan(cells)
+            self.missing_count += int(missing.sum())
+            self.missing += rows[missing][: max(0, 5 - len(self.missing))].tolist()
+            over = lost & ~missing
+            if over.any():
+                self.saturated_count += int(over.sum())
+                self.saturated = int(rows[np.argmax(over)]) if self.saturated is None else self.saturated
+                cells = np.where(over, np.nan, cells)
+        if present.size:
+            self.count, self.total = self.count + present.size, self.total + float(present.sum())
+            ends = float(present.min()), float(present.max())
+            self.smallest, self.largest = min(self.smallest, ends[0]), max(self.largest, ends[1])
+            for extreme in ends:
+                self._count_stuck(rows, cells == extreme, extreme)
+        return cells
+
+    def _count_stuck(self, rows: np.ndarray, at: np.ndarray, extreme: float) -> None:
+        if np.count_nonzero(at) < _STUCK:
+            return
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], at.astype(np.int8), [0]])))
+        lengths = edges[1::2] - edges[::2]
+        k = int(np.argmax(lengths))
+        if lengths[k] >= _STUCK and lengths[k] > self.stuck.get(extreme, (0, 0))[0]:
+            self.stuck[extreme] = (int(lengths[k]), int(rows[edges[2 * k]]))
+
+    @property
+    def mean(self) -> float:
+        """Mean of the values present."""
+        return self.total / self.count if self.count else np.nan
+
+    def clipped(self) -> list[tuple[float, int, int]]:
+        """Extremes [cell unit] at which the reading stayed, the number of samples, and the first row."""
+        if self.smallest == self.largest:
+            return []
+        ends = {self.smallest, self.largest}
+        return [(value, n, row) for value, (n, row) in self.stuck.items() if value in ends]

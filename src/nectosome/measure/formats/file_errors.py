@@ -1,0 +1,69 @@
+"""Errors of files before any number is read: missing, empty, of another format, damaged."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from nectosome.io.atomic import reason
+from nectosome.units import InputError
+
+_KINDS = {
+    b"PK\x03\x04": "a zip file (.xlsx, .npz and .ods are such files)",
+    b"\xd0\xcf\x11\xe0": "an old .xls workbook, or one with a password. Save it as .xlsx without a password",
+    b"\x89HDF\r\n\x1a\n": "an HDF5 file (.h5, .nc, or .mat of version 7.3)",
+    b"CDF": "a netCDF file (.nc)",
+    b"MATLAB": "a MAT-file (.mat)",
+    b"\x93NUMPY": "a NumPy array (.npy)",
+    b"TDSm": "a LabVIEW file (.tdms)",
+    b"TDSh": "the index of a LabVIEW file. Open the .tdms file beside it",
+}
+_TEXT = {*b"\t\n\r\f", *range(32, 127), *range(128, 256)}
+
+
+def first_bytes(path: Path, size: int = 512) -> bytes:
+    """Return the first bytes of a file. Raises InputError if it is missing, a folder, not readable or empty."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(size)
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot be read: {reason(error)}.", file=str(path)) from None
+    if not start:
+        raise InputError("is empty.", file=str(path))
+    return start
+
+
+def is_binary(start: bytes) -> bool:
+    """Whether a file that begins with `start` has a known binary format."""
+    return b"\0" in start and start.startswith(tuple(_KINDS))
+
+
+def is_text(start: bytes) -> bool:
+    """Whether these bytes can be the beginning of a text in an 8-bit encoding."""
+    return _TEXT.issuperset(start)
+
+
+def wrong_format(path: Path, expected: str, start: bytes) -> InputError:
+    """Return the error for a file that begins with `start` and is not `expected`, such as "a LabVIEW file"."""
+    kind = next((kind for mark, kind in _KINDS.items() if start.startswith(mark)), "")
+    if not kind and is_text(start):
+        kind = "a text file. If it holds a table, name it .csv or .txt"
+    return InputError(
+        f"this is not {expected}{f' but {kind}' if kind else ', or its beginning is damaged'}.", file=str(path)
+    )
+
+
+@contextmanager
+def damage_as_input_error(path: Path, where: str = "") -> Iterator[None]:
+    """Turn any exception inside into an InputError: libraries raise arbitrary ones for a damaged file."""
+    try:
+        yield
+    except InputError as error:
+        if error.file is not None:
+            raise
+        raise InputError(error.message, file=str(path), line=error.line, field=error.field) from error.__cause__
+    except MemoryError as error:
+        raise InputError(f"does not fit into memory{where}, or is damaged.", file=str(path)) from error
+    except Exception as error:
+        system = isinstance(error, OSError) and error.errno
+        why = reason(error) if system else "the file is damaged or cut off"
+        raise InputError(f"cannot be read{where}: {why}.", file=str(path)) from error

@@ -1,0 +1,113 @@
+"""What acts on a robot at one instant, at a pose that is given: loads, powers, reactions, and what is missing."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, ClassVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import State, Status
+from nectosome.core.remember import remembered
+from nectosome.mechanism import Diagnosis, Robot, diagnose
+from nectosome.model import RobotLike, robot_of
+from nectosome.units import InputError, count, did_you_mean, read_quantity, shorten
+
+from .results import Run, Trajectory, coordinate_unit, results_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Values = Mapping[str, float | str] | Sequence[float] | np.ndarray | Array | float
+
+_OF_UNIT = {"rad": ("angle", "angular_speed"), "m": ("length", "speed"), "1": ("number", "number")}
+
+
+class _Instant(Run):
+    title: ClassVar[str] = "forces at one instant"
+
+
+def forces(
+    robot: RobotLike,
+    q: Values | None = None,
+    v: Values = 0.0,
+    a: Values | None = 0.0,
+    *,
+    settings: Iterable[str] = (),
+    time: float | str = 0.0,
+) -> "xr.Dataset":
+    """Forces, powers, energies and reactions at one instant, by load and part, as in the dataset of a run.
+
+    - robot: a name, the path of a robot file, a description or a built robot, with `settings` such as "E=3MPa".
+    - q, v, a: displacements [rad, m], velocities [rad/s, m/s] and accelerations of the free coordinates, as `q`, `v`
+      and `a` of a run's dataset: one number for all, an array in the order of `coordinate`, or those that differ by
+      name, `{"arm.angle": "30 deg"}`. Without q the robot is where it starts; names change that, too. What v and a
+      do not name is 0. With a = None the accelerations are those of free motion.
+    - time: of drives, prescribed joints and the current; seconds or text such as "0.2s".
+
+    `missing_force` [N m, N] is what must act along each free coordinate besides, so that the robot accelerates by a:
+    the generalised force of inverse dynamics, with `missing_power`. Loads with a state (legs, jets) are as at the
+    start. Raises InputError for what is no robot, an unknown coordinate, a wrong unit or a wrong count.
+    """
+    built = robot_of(robot, settings)
+    start = built.initial()
+    rest = np.asarray(remembered(_displacements, built, start))
+    shape = remembered(_coordinates, built, jnp.asarray(_values(built, "q", q, rest, 0))) if q is not None else start.q
+    state = State(shape, jnp.asarray(_values(built, "v", v, np.zeros_like(rest), 1)), start.z)
+    t = jnp.asarray(read_quantity(time, "time", "time"))
+    if a is None:
+        d = remembered(diagnose, built, t, state)
+    else:
+        d = remembered(diagnose, built, t, state, jnp.asarray(_values(built, "a", a, np.zeros_like(rest), 2)))
+    one = jax.tree.map(lambda x: jnp.asarray(x)[None], (t, state, d))
+    run = _Instant(Trajectory(built, *one[:2]), jnp.asarray(int(Status.SOLVED)), {}, jnp.zeros(()))
+    return _with_missing(run, one[2])
+
+
+def _with_missing(run: Run, d: Diagnosis) -> "xr.Dataset":
+    """Results at one instant with the forces that are missing, whose power counts in the balance."""
+    d = jax.tree.map(np.asarray, d)
+    data = results_of(run, d).to_dataset().isel(time=0)
+    power = d.missing[0] * run.value.state.v[0]
+    powers = np.concatenate([data["load_power"].values.ravel(), d.reaction_power[0], power])
+    off = abs(float(d.energy_rate[0]) - powers.sum()) / max(np.abs(powers).sum(), np.finfo(float).tiny)
+    return data.assign(
+        missing_force=("coordinate", d.missing[0], {"units": "N m or N"}),
+        missing_power=("coordinate", power, {"units": "W"}),
+        power_balance=((), off, {"units": "1"}),
+    )
+
+
+def _values(robot: Robot, what: str, given: Values, default: Float[np.ndarray, "n"], order: int) -> np.ndarray:
+    """Values of all free coordinates [SI]; `order` is that of the time derivative."""
+    names = robot.coordinate_names
+    if not isinstance(given, Mapping):
+        try:
+            values = np.asarray(given, dtype=float)
+        except (TypeError, ValueError):
+            raise InputError(
+                f'"{shorten(given)}" is neither numbers nor values by coordinate, as in {{"{names[0]}": 0.1}}.',
+                field=what,
+            ) from None
+        if values.ndim and values.shape != default.shape:
+            here = count(len(names), "coordinate")
+            raise InputError(f"{values.size} numbers, where the robot has {here} that are free.", field=what)
+        return np.broadcast_to(values, default.shape)
+    values = default.copy()
+    for name, value in given.items():
+        if name not in names:
+            raise InputError(f'there is no free coordinate "{shorten(name)}".{did_you_mean(name, names)}', field=what)
+        kinds = _OF_UNIT[coordinate_unit(name)]
+        if order == 2 and isinstance(value, str):
+            raise InputError(f'"{shorten(value)}" must be a number in SI units per s2.', field=f"{what}.{name}")
+        values[names.index(name)] = read_quantity(value, kinds[min(order, 1)], f"{what}.{name}")
+    return values
+
+
+def _displacements(robot: Robot, x: State) -> Float[Array, "nv"]:
+    return robot.displacements(x.q)
+
+
+def _coordinates(robot: Robot, displacements: Float[Array, "nv"]) -> Float[Array, "nq"]:
+    return robot.coordinates(displacements)

@@ -1,0 +1,181 @@
+"""One idea, one spelling: every option of every command is in the table below, and means there what it says."""
+
+from collections import defaultdict
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from cyclopts import App
+
+from nectosome.cli.app import app
+
+SPELLINGS = {
+    # what all commands share
+    "--set": "set a quantity of the robot: PATH=VALUE",
+    "--vary": "a quantity between two values: PATH=LOW..HIGH, in a design or unknown",
+    "--over": "an axis of a sweep: PATH=LOW..HIGH:STEP or a list",
+    "--save": "write the data, or the video, to a file",
+    "--plot": "write a page with figures to a file",
+    "--out": "write results to a folder, where an interrupted run continues",
+    "--force": "overwrite files",
+    "--campaign": "recordings and their conditions",
+    "--test": "recordings that are predicted, not fitted",
+    "--config": "settings of a device or a tracker",
+    "--seed": "random numbers",
+    "--starts": "number of starting points of a search",
+    # of motions
+    "--time": "length of a motion",
+    "--samples": "number of times that are kept",
+    "--mission": "modes that a robot goes through",
+    "--period": "period of the drives",
+    "--method": "the method of a computation",
+    "--rtol": "relative tolerance of a time step",
+    "--step": "length of a time step",
+    "--loads": "print each load on each part",
+    # of designs
+    "--optimiser": "the optimiser",
+    "--maximise": "the quantity that a design makes as large as possible",
+    "--minimise": "the quantity that a design makes as small as possible",
+    "--keep": "a limit that a design keeps",
+    "--forward": "direction in which speed counts",
+    "--problem": "file of a design problem",
+    # of recordings and fits
+    "--compare": "a column and the reading that it measures",
+    "--drive": "a column and the signal that it drives",
+    "--error": "standard error of a column",
+    "--skip": "time at the beginning that is not compared",
+    "--write": "write the robot with what was found to a file",
+    "--mass": "mass of a swimmer",
+    "--smooth": "window of a filter",
+    "--order": "order of a transfer function",
+    "--slew": "fit the slew rate of a valve",
+    "--target": "file of gaits that a robot should have",
+    "--evaluations": "at most so many evaluations of each trial",
+    "--goal": "discrepancy at which a search ends",
+    # of corrections
+    "--sim": "a grid that was simulated before",
+    "--next": "number of experiments to propose",
+    "--aim": "purpose of the proposed experiments",
+    "--quantity": "the quantity that is corrected",
+    "--parameter": "the parameter that the simulator takes",
+    "--lowpass": "cutoff frequency for the peaks of recordings",
+    # of control
+    "--command": "the quantity that a controller sets, and its range",
+    "--measure": "the reading that is measured",
+    "--reference": "the reference of the reading",
+    "--amplitude": "amplitude of a reference",
+    "--frequency": "frequency of a reference",
+    "--to": "last frequency of a chirp",
+    "--column": "quantity of a recording that is the reference",
+    "--gains": "gains of a PID",
+    "--rate": "sampling rate",
+    "--mean": "average a measurement over a beat",
+    "--noise": "standard deviation of a measurement",
+    "--delay": "delay of a measurement",
+    "--controller": "the kind of controller",
+    "--model": "an identified model",
+    "--rounds": "runs of a learning controller",
+    # of videos and pictures
+    "--overlay": "write the video with what was tracked drawn over it",
+    "--propose": "print colours that stand out",
+    "--at": "time of a frame or a picture",
+    "--size": "width and height in pixels",
+    "--fps": "frames per second",
+    "--speed": "speed of a video over real time",
+    "--camera": "position of the camera",
+    # of the studio and of studies
+    "--folder": "folder in which the studio opens and saves files",
+    "--host": "address of the studio",
+    "--port": "port of the studio",
+    "--browser": "open the browser",
+    "--quick": "shorter computations",
+}
+SAME_HELP = (
+    "--set",
+    "--vary",
+    "--over",
+    "--plot",
+    "--force",
+    "--campaign",
+    "--test",
+    "--write",
+    "--loads",
+    "--seed",
+    "--starts",
+)
+WRITING = ("--save", "--plot", "--out", "--overlay", "--write")  # each with --force
+
+
+def commands(within: App, path: tuple[str, ...] = ()) -> Iterator[tuple[str, App]]:
+    for name in within:
+        if name not in (*within.help_flags, *within.version_flags):
+            here = within[name]
+            if here.default_command is not None:
+                yield " ".join((*path, name)), here
+            yield from commands(here, (*path, name))
+
+
+COMMANDS = {name: command for name, command in commands(app) if not name.startswith("--")}
+
+
+def arguments(command: App) -> list[Any]:
+    every = command.assemble_argument_collection(default_parameter=app.default_parameter)
+    return [argument for argument in every if argument.show]
+
+
+def options() -> Iterator[tuple[str, str, Any]]:
+    """Command, option and what is known of it."""
+    for name, command in COMMANDS.items():
+        for argument in arguments(command):
+            long = next((spelling for spelling in argument.names if spelling.startswith("--")), None)
+            if long is not None:
+                yield name, long, argument
+
+
+def test_the_commands_are_found():
+    assert {"simulate", "identify", "identify gait", "control", "control rig"} <= {*COMMANDS}
+
+
+def test_every_option_is_in_the_table():
+    unknown = [f"{command} {option}" for command, option, _ in options() if option not in SPELLINGS]
+    assert unknown == [], "add it to the table, or spell it as another command does"
+
+
+def test_every_idea_has_one_spelling():
+    assert len({*SPELLINGS.values()}) == len(SPELLINGS)
+    assert {*SPELLINGS} - {option for _, option, _ in options()} == set()
+
+
+def test_every_command_argument_and_option_has_help():
+    assert [name for name, command in COMMANDS.items() if not command.help] == []
+    bare = [
+        f"{name} {argument.names[0]}"
+        for name, command in COMMANDS.items()
+        for argument in arguments(command)
+        if not (argument.parameter.help or "").endswith(".")
+    ]
+    assert bare == []
+
+
+@pytest.mark.parametrize("option", SAME_HELP)
+def test_an_option_has_the_same_help_in_all_commands(option):
+    found = defaultdict(list)
+    for command, name, argument in options():
+        if name == option:
+            found[argument.parameter.help].append(command)
+    assert len(found) == 1, dict(found)
+
+
+def test_what_writes_files_can_be_forced():
+    given = defaultdict(set)
+    for command, option, _ in options():
+        given[command].add(option)
+    assert [name for name, all_ in given.items() if all_ & {*WRITING} and "--force" not in all_] == []
+
+
+@pytest.mark.parametrize("command", sorted(COMMANDS))
+def test_help_fits_into_80_columns(command, nectosome, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    answer = nectosome(*command.split(), "--help")
+    assert answer.code == 0
+    assert [line for line in answer.out.splitlines() if len(line) > 80] == []

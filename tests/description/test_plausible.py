@@ -1,0 +1,49 @@
+# ruff: noqa: E501  (tables: one case a line)
+"""Values that no material and no water has, and that no robot that ships has either."""
+
+import pytest
+
+from nectosome.description import parse_robot
+from nectosome.description.plausible import implausible
+from nectosome.robots import describe, names
+
+ROD = """
+name: a
+water: {density: WATER}
+body: {kind: rod, section: circle, length: 0.3 m, radius: 5 mm, young: YOUNG, density: DENSITY, strains: {bending_y: 1}}
+"""
+
+
+def told(water: str = "1000 kg/m3", young: str = "1 MPa", density: str = "1080 kg/m3") -> list[tuple[str, str]]:
+    text = ROD.replace("WATER", water).replace("YOUNG", young).replace("DENSITY", density)
+    return list(implausible(parse_robot(text)))
+
+
+def test_rubber_in_water_is_plausible():
+    assert not told()
+
+
+@pytest.mark.parametrize(
+    ("values", "path", "said"),
+    [
+        ({"density": "1.08 kg/m3"}, "body.density", "1.08 kg/m3 is far outside of materials, foam to osmium (10 kg/m3 to 23000 kg/m3)."),
+        ({"young": "450 GPa"}, "body.young", "450 GPa is far outside of materials, gels to tungsten (100 Pa to 420 GPa)."),
+        ({"water": "1 kg/m3"}, "water.density", "1 kg/m3 is far outside of water, fresh to saturated with salt (950 kg/m3 to 1300 kg/m3)."),
+    ],
+)  # fmt: skip
+def test_a_slip_of_a_unit_is_told_with_its_path_and_the_range(values, path, said):
+    assert told(**values) == [(path, f"{said} Check the value and its unit.")]
+
+
+def test_a_fast_current_is_told_by_its_axis():
+    text = (
+        ROD.replace("density: WATER", "current: [0 m/s, 30 m/s, 0 m/s]")
+        .replace("YOUNG", "1 MPa")
+        .replace("DENSITY", "1 g/cm3")
+    )
+    assert [path for path, _ in implausible(parse_robot(text))] == ["water.current.1"]
+
+
+@pytest.mark.parametrize("name", names())
+def test_robots_that_ship_are_plausible(name):
+    assert not list(implausible(describe(name)))

@@ -1,0 +1,124 @@
+"""Robots whose command is held from sample to sample: what goes on, what is read, what is refused."""
+
+import numpy as np
+import pytest
+
+from nectosome.core import Status
+from nectosome.description import parse_robot
+from nectosome.model import build
+from nectosome.robots import describe
+from nectosome.solve import SampledPlant
+from nectosome.solve.readings import reading_of
+from nectosome.units import InputError
+
+MASS, WEIGHT, FORCE, SWING, ARM, DT = 2.0, 0.5, 3.0, 0.5, 0.1, 0.37
+# a slide that a force shakes, and a weight on it that is made to turn to and fro; `f` is the frequency of both
+WAGGING = parse_robot(f"""
+name: wagging
+water: {{gravity: 0 m/s2}}
+body:
+  kind: rigid
+  shape: point
+  mass: {MASS} kg
+  volume: 0 m3
+  inertia: [1 kg m2, 1 kg m2, 1 kg m2]
+  joint:
+    kind: prismatic
+    axis: x
+    force: {{kind: sine, amplitude: {FORCE} N, frequency: 1.3 Hz, phase: 0.4 rad}}
+limbs:
+  arm:
+    on: body
+    kind: rigid
+    shape: point
+    mass: {WEIGHT} kg
+    volume: 0 m3
+    joint: {{kind: revolute, axis: z, motion: {{kind: sine, amplitude: {SWING} rad, frequency: 1.3 Hz}}}}
+  tip: {{on: arm, offset: [{ARM} m, 0 m, 0 m], kind: rigid, shape: point, mass: 0 kg, volume: 0 m3}}
+aliases:
+  f: [body.joint.force.frequency, limbs.arm.joint.motion.frequency]
+""")
+
+
+@pytest.fixture(scope="module")
+def wagged():
+    """Frequencies, and what was seen under them."""
+    robot = SampledPlant(WAGGING, "f", "body.position.rate", DT, moments=40, rtol=1e-9, atol=1e-10)
+    standing, first = robot.start()
+    held, commands = [first], (1.3, 2.1, 0.7, 0.7)
+    for command in commands:
+        standing, one, status = robot.hold(standing, command)
+        assert status == Status.SOLVED and one is not None
+        held.append(one)
+    return robot, commands, held
+
+
+def turned(commands) -> np.ndarray:
+    """Turns that have passed at each moment."""
+    rates = np.repeat(commands, 40)
+    return np.append(0.0, np.cumsum(rates * DT / 40))
+
+
+def test_a_drive_goes_on_where_it_is_when_its_frequency_changes(wagged):
+    """(m + w) dv/dt = F sin(phi + 2 pi turns): within a sample v goes with the cosine."""
+    _, commands, held = wagged
+    angle = 0.4 + 2 * np.pi * turned(commands)
+    rates = 2 * np.pi * np.repeat(commands, 40)
+    exact = np.append(0.0, np.cumsum(FORCE / (MASS + WEIGHT) * (np.cos(angle[:-1]) - np.cos(angle[1:])) / rates))
+    np.testing.assert_allclose(np.concatenate([one.reading for one in held]), exact, atol=1e-7)
+
+
+def test_a_motion_goes_over_within_a_sample(wagged):
+    """At the end of each sample it is where the turns so far say; no acceleration jumps where samples meet.
+
+    Left to itself the velocity would jump there by 2.5 rad/s, and the acceleration, by moments, by its largest value.
+    """
+    robot, commands, held = wagged
+    position = np.concatenate([one.position for one in held])
+    hand = position[:, robot.parts.index("tip")] - position[:, robot.parts.index("arm")]
+    angle = np.arctan2(hand[:, 1], hand[:, 0])
+    ends = SWING * np.sin(2 * np.pi * turned(commands)[::40])
+    np.testing.assert_allclose(angle[::40], ends, atol=1e-9)
+    acceleration = np.diff(angle, 2)
+    jumps = [abs(acceleration[40 * k] - acceleration[40 * k - 1]) for k in (1, 2, 3)]
+    assert max(jumps) < 0.3 * np.abs(acceleration).max()
+
+
+def test_the_program_does_not_know_the_command(wagged, monkeypatch):
+    """Whatever is commanded, and whenever, nothing is compiled anew."""
+    from nectosome.core import remember
+
+    monkeypatch.setattr(remember, "_program", lambda *_: pytest.fail("compiled anew"))
+    standing, _ = wagged[0].start()
+    for command in (0.5, 3.0):
+        standing, *_ = wagged[0].hold(standing, command)
+    assert standing.sample == 2
+
+
+@pytest.mark.parametrize(
+    ("command", "reading", "message"),
+    [
+        ("freq", "velocity.x", 'there is no quantity called "freq" in wagging'),
+        ("body.joint.position", "velocity.x", "body.joint.position: says how the robot starts"),
+        ("f", "heeding", '"heeding" is nothing that can be measured. Did you mean "heading"?'),
+        ("f", "depth", '"depth" needs a surface of the water, and there is none. Measure position.z.'),
+    ],
+)
+def test_what_makes_no_sense_is_refused(command, reading, message):
+    with pytest.raises(InputError) as told:
+        SampledPlant(WAGGING, command, reading, DT)
+    assert str(told.value).startswith(message)
+
+
+def test_all_that_can_be_read_is_named_once():
+    """Of the eel: places of its body, its joint's angle, and its strains, with their kinds."""
+    eel = build(describe("eel"))
+    expected = {
+        "heading": "angle",
+        "body.position.z": "length",
+        "body.angle": "angle",
+        "body.angle.rate": "angular_speed",
+    }
+    assert {name: reading_of(eel, name).dimension for name in expected} == expected
+    assert reading_of(eel, "body.bending_z.2").dimension == "angle"  # curvature times length
+    assert reading_of(eel, "heading").turns and not reading_of(eel, "body.angle").turns

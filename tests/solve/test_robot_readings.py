@@ -1,0 +1,158 @@
+"""What is read off a robot is what its results say."""
+
+import numpy as np
+import pytest
+
+from nectosome.description import parse_robot
+from nectosome.io import load_dataset, save_dataset
+from nectosome.model import build
+from nectosome.solve import reading, reading_of, simulate
+from nectosome.units import InputError
+
+# a body that is held, with a driven arm, and a fin that follows on a spring
+ROWER = """
+name: rower
+body: {kind: rigid, shape: point, mass: 1 kg, joint: {kind: planar, axis: z, motion: {}}}
+limbs:
+  arm:
+    kind: rigid
+    shape: cylinder
+    length: 100 mm
+    radius: 5 mm
+    density: 1200 kg/m3
+    joint: {kind: revolute, axis: z, motion: {kind: sine, amplitude: 40 deg, frequency: 1 Hz}}
+    loads: &wet {drag: {kind: drag, normal: 1.2}, water: {kind: added_mass, normal: 1}}
+  fin:
+    on: arm
+    kind: rigid
+    shape: cylinder
+    length: 80 mm
+    radius: 4 mm
+    density: 1200 kg/m3
+    joint: {kind: revolute, axis: z, stiffness: 0.02 N m/rad, damping: 1 mN m s/rad}
+    loads: *wet
+"""
+
+
+NAMES = {
+    "force.x": "N",
+    "force.y": "N",
+    "reaction.body.x": "N",
+    "reaction.body.y": "N",
+    "reaction.arm.angle": "N m",
+    "fin.tip.position.y": "m",
+    "fin.position.x": "m",
+    "fin.velocity.x": "m/s",
+    "fin.surge": "m/s",
+    "fin.sway": "m/s",
+    "fin.heave": "m/s",
+    "fin.tilt": "rad",
+    "fin.turn_rate": "rad/s",
+    "fin.tip.velocity.y": "m/s",
+    "arm.angle": "rad",
+    "fin.heading": "rad",
+    "fin.angle": "rad",
+    "fin.angle.rate": "rad/s",
+}
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return build(parse_robot(ROWER))
+
+
+@pytest.fixture(scope="module")
+def rowed(robot):
+    """What is read, by name, and the results."""
+    run = simulate(robot, 0.5, samples=6)
+    return {name: reading(run, name) for name in NAMES}, run.to_dataset()
+
+
+def test_a_load_cell_feels_what_holds_the_body(rowed):
+    """The robot gives to it what its reactions give to the robot, with the other sign."""
+    for axis in "xy":
+        assert np.abs(rowed[0][f"force.{axis}"]).max() > 0.01
+        np.testing.assert_allclose(rowed[0][f"force.{axis}"], -rowed[0][f"reaction.body.{axis}"], atol=1e-10)
+
+
+def test_readings_are_those_of_the_results(rowed):
+    found, data = rowed
+    stations = np.flatnonzero(data["station_part"].values == "fin")
+    expected = {
+        "fin.tip.position.y": data["position"].values[:, stations[-1], 1],
+        "fin.position.x": data["position"].values[:, stations[0], 0],
+        "fin.velocity.x": data["velocity"].sel(part="fin", axis="x").values,
+        "fin.heading": np.arctan2(*data["rotation"].values[:, stations[0], [1, 0], 0].T),
+        "fin.angle": data["q"].sel(coordinate="fin.angle").values,
+        "fin.angle.rate": data["v"].sel(coordinate="fin.angle").values,
+        "reaction.arm.angle": data["reaction"].sel(prescribed="arm.angle").values,
+    }
+    for name, values in expected.items():
+        np.testing.assert_allclose(found[name], values, atol=1e-12, err_msg=name)
+
+
+def test_surge_sway_and_heave_are_along_the_axes_of_the_body(rowed):
+    """Of a level fin with the heading p: surge = v_x cos p + v_y sin p, sway = v_y cos p - v_x sin p."""
+    found, data = rowed
+    vx, vy, vz = (data["velocity"].sel(part="fin", axis=axis).values for axis in "xyz")
+    c, s = np.cos(found["fin.heading"]), np.sin(found["fin.heading"])
+    assert np.abs(found["fin.sway"]).max() > 0.1
+    np.testing.assert_allclose(found["fin.surge"], vx * c + vy * s, atol=1e-12)
+    np.testing.assert_allclose(found["fin.sway"], vy * c - vx * s, atol=1e-12)
+    np.testing.assert_allclose(found["fin.heave"], vz, atol=1e-12)
+    np.testing.assert_allclose(found["fin.tilt"], 0.0, atol=1e-7)
+
+
+def test_a_saved_run_reads_as_the_run_itself(rowed, tmp_path):
+    """Held values as they are; the rest of its robot, built again, at its coordinates."""
+    save_dataset(rowed[1], tmp_path / "rowed.nc")
+    saved = load_dataset(tmp_path / "rowed.nc")
+    for name, values in rowed[0].items():
+        np.testing.assert_allclose(reading(saved, name), values, rtol=1e-9, atol=1e-9, err_msg=name)
+
+
+def test_a_saved_run_of_a_body_that_turns_freely_reads_as_the_run_itself(drifter):
+    run = simulate(drifter, 0.2, samples=3)
+    for name in ("turn_rate", "heading", "body.tip.velocity.z", "body.tip.tilt", "body.bending_y.1", "heave"):
+        np.testing.assert_allclose(reading(run.to_dataset(), name), reading(run, name), rtol=1e-8, atol=1e-10)
+
+
+def test_what_is_no_run_is_said_to_be_none(as_users_run, rowed):
+    data = rowed[1]
+    for wrong, said in (
+        (data.drop_vars("rotation"), "a dataset without rotation is given where a run is expected"),
+        ("rower.nc", "a str without time is given where a run is expected"),
+        (data.assign_attrs(robot=""), "this dataset does not tell its robot"),
+    ):
+        with pytest.raises(InputError, match=said):
+            reading(wrong, "heading")
+    followed = data.assign(command=("sample", [0.0]))
+    assert reading(followed, "fin.velocity.x").size == 6
+    with pytest.raises(InputError, match=r'"arm.angle" was not saved with this run'):
+        reading(followed, "arm.angle")  # the controller moved it
+
+
+def test_coordinates_tell_their_units(rowed, drifter):
+    assert rowed[1]["coordinate_unit"].sel(coordinate="fin.angle") == "rad"
+    data = simulate(drifter, 0.01, samples=2).to_dataset()
+    units = dict(zip(data["coordinate"].values, data["coordinate_unit"].values, strict=True))
+    assert (units["body.vx"], units["body.wz"], units["body.bending_y.0"]) == ("m", "rad", "rad")
+    assert "strain times length" in data["coordinate"].attrs["comment"]
+
+
+def test_a_heading_goes_on_beyond_half_a_turn():
+    spinner = ROWER.replace("sine, amplitude: 40 deg, frequency: 1 Hz", "rate, rate: 10 rad/s")
+    run = simulate(build(parse_robot(spinner)), 2.0, samples=21)
+    np.testing.assert_allclose(reading(run, "arm.heading"), 10.0 * run.value.time, rtol=1e-9, atol=1e-9)
+
+
+def test_readings_tell_their_units(robot):
+    assert {name: reading_of(robot, name).unit for name in NAMES} == NAMES
+
+
+@pytest.mark.parametrize(
+    "name", ["arm.anlge", "force.w", "reaction.fin.angle", "depth", "tip.position.x", "fin.x", "fin.climb", ""]
+)
+def test_what_cannot_be_read_is_told(robot, name):
+    with pytest.raises(InputError):
+        reading_of(robot, name)
