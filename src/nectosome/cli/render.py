@@ -53,8 +53,8 @@ def render(
                 raise InputError("is for a video. Leave it out.", field=option)
     elif at is not None:
         raise InputError("is for a picture (.png, .svg). Leave it out.", field="--at")
-    pixels, rate = _read_size(size), read_count(fps or _FPS, "--fps", least=1, most=120)
-    pace = read_quantity(speed or _SPEED, "number", "--speed")
+    pixels, rate = _read_size(size), read_count(_FPS if fps is None else fps, "--fps", least=1, most=120)
+    pace = read_quantity(_SPEED if speed is None else speed, "number", "--speed")
     if not 1 / _FASTEST <= pace <= _FASTEST:
         raise InputError(f'"{speed}" is out of range: {1 / _FASTEST:g} to {_FASTEST:g} are allowed.', field="--speed")
     seconds = None if time is None else read_positive(time, "time", "--time")

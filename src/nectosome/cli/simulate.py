@@ -53,13 +53,15 @@ def simulate(
                 raise InputError(
                     "is not for a mission, which takes even steps until its modes end. Leave it out.", field=option
                 )
-        return _run_mission(robot, settings, mission, read_positive(step or _STEP, "time", "--step"), outputs)
+        return _run_mission(
+            robot, settings, mission, read_positive(_STEP if step is None else step, "time", "--step"), outputs
+        )
     if step is not None:
         raise InputError("is for a --mission; without one, --rtol sets the steps. Leave it out.", field="--step")
-    seconds = read_positive(time or _TIME, "time", "--time")
-    count = read_count(samples or _SAMPLES, "--samples", least=2, most=_MOST_SAMPLES)
-    tolerance = read_quantity(rtol or _RTOL, "number", "--rtol")
-    method = method or _METHOD
+    seconds = read_positive(_TIME if time is None else time, "time", "--time")
+    count = read_count(_SAMPLES if samples is None else samples, "--samples", least=2, most=_MOST_SAMPLES)
+    method = _METHOD if method is None else method
+    tolerance = read_quantity(_RTOL if rtol is None else rtol, "number", "--rtol")
     if not 0 < tolerance < 1:
         raise InputError(f'"{rtol}" is out of range: it must be more than 0 and less than 1.', field="--rtol")
 
