@@ -27,7 +27,7 @@ from nectosome.mechanism import InPlane, Robot
 
 from .integrate import Method, Settings, begin, integrate
 from .sensitivity import SensitivityState, SensitivitySystem
-from .stages import rms
+from .step import rms
 from .symmetry import Symmetry
 
 Model = Robot | InPlane
