@@ -115,7 +115,7 @@ def test_a_start_outside_of_the_ranges_is_refused(start):
 
 def test_a_loop_without_a_finite_error_is_refused():
     """Dead time beyond what the block can keep is NaN."""
-    with pytest.raises(InputError, match="no numbers"):
+    with pytest.raises(InputError, match="NaN or infinite"):
         tune(integral, RANGE, np.array([2.0]), together(delayed(0.5)), [STEP])
 
 

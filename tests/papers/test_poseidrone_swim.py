@@ -91,7 +91,7 @@ def test_the_report_shows_the_recordings_and_the_estimators(quick, tmp_path):
     write_report([quick], tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert page.count("<figure>") == 3
-    for words in ("as Fig. 9", "as Fig. 10", "What estimators are worth", "Printed, unfiltered the drag is off by 3"):
+    for words in ("as Fig. 9", "as Fig. 10", "Errors of the estimators", "Printed, unfiltered the drag is off by 3"):
         assert words in page
     assert page.count("this one is synthetic") == 2
 

@@ -6,13 +6,13 @@ import pytest
 from nectosome.papers.track.render import (
     Film,
     Lamps,
-    Mirror,
     Port,
     RenderCamera,
     RenderLens,
     RodSolid,
     TankScene,
     TankWater,
+    WaterMirror,
 )
 
 SIZE = (160, 120)
@@ -118,7 +118,7 @@ def test_a_moving_marker_is_smeared_over_its_way():
 
 def test_a_mirror_shows_markers_again_weakly():
     """Under a surface at z = 0.05 a marker at z = 0 is seen again at z = 0.1, with a fifth of its light."""
-    mirror = Mirror((0, 0, 0.05), (0, 0, 1), 0.2)
+    mirror = WaterMirror((0, 0, 0.05), (0, 0, 1), 0.2)
     frame = TankScene(camera(), Film(), resting((0.0, 0.0, 0.0)), Lamps(0.012, [WHITE]), water=BLACK, mirror=mirror)
     upper = frame.frame(0.0)
     upper[40:] = 0

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from nectosome.description import parse_robot
 from nectosome.model import build
 from nectosome.solve import simulate
-from nectosome.view.stage.bodies import (
+from nectosome.view.display.bodies import (
     AROUND,
     RigidMesh,
     Soft,

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from scipy.spatial.transform import Rotation
 
-from nectosome.view.stage.playback import Playback, repeated
+from nectosome.view.display.playback import Playback, repeated
 
 PERIOD, RATE, PITCH, RADIUS = 0.5, 0.8, 0.3, 0.7  # s, rad/s, m/s, m
 TIMES = np.linspace(0.0, PERIOD, 11)

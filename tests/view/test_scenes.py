@@ -12,9 +12,9 @@ from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, chromium
 from nectosome.description import dump_robot
 from nectosome.robots import describe
 from nectosome.view import scenes, show_run, show_still
+from nectosome.view.display.bodies import bodies_of
 from nectosome.view.page import write_page
 from nectosome.view.scenes import Actor, last_periods, picture_interval, run_scene, side_by_side
-from nectosome.view.stage.bodies import bodies_of
 from nectosome.view.style import Panel
 from nectosome.view.tubes import description
 
@@ -54,7 +54,7 @@ def test_a_long_run_has_fewer_pictures_a_second():
 
 def test_robots_side_by_side_have_equal_scales_stay_in_place_and_apart(runs, monkeypatch):
     put = []
-    monkeypatch.setattr("nectosome.view.stage.recorder.recording", lambda fill, camera: put.append(fill) or "")
+    monkeypatch.setattr("nectosome.view.display.offline.recording", lambda fill, camera: put.append(fill) or "")
     run = runs["swims"]
     times = np.linspace(0.2, 0.8, 7)
     actors = [Actor(run, times, label) for label in "abcd"]

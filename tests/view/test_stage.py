@@ -8,8 +8,8 @@ from viser import _messages as messages
 from nectosome.description import parse_robot
 from nectosome.model import build
 from nectosome.solve import simulate
-from nectosome.view.stage.bodies import linear
-from nectosome.view.stage.stage import CAMERAS, Look, Stage
+from nectosome.view.display.bodies import linear
+from nectosome.view.display.scene_graph import CAMERAS, Look, Stage
 from nectosome.view.start import standing
 
 MOVING = """

@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError, core_schema
 from nectosome.units import DIMENSIONS, expected, format_quantity, parse_quantity, shorten
 
 
-class Source(NamedTuple):
+class QuantitySource(NamedTuple):
     """Validation context of text from people: a bare number is refused where a unit is needed."""
 
     folder: Path = Path()  # to which names of other files are relative
@@ -75,7 +75,7 @@ class Quantity:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         def validate(value: Any, info: ValidationInfo) -> float:
             try:
-                return self.read(value, units_required=isinstance(info.context, Source))
+                return self.read(value, units_required=isinstance(info.context, QuantitySource))
             except ValueError as error:
                 raise PydanticCustomError("quantity", "{why}", {"why": str(error)}) from None
 

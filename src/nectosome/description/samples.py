@@ -55,7 +55,7 @@ def read_samples(
 
 def _said(recording: "xr.Dataset") -> list[str]:
     provenance = json.loads(recording.attrs["provenance"])
-    return [*provenance["odd"], *provenance["repairs"]]
+    return [*provenance["warnings"], *provenance["repairs"]]
 
 
 def _check_unit(values: "xr.DataArray", file: str, dimension: str) -> None:

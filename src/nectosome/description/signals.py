@@ -19,8 +19,8 @@ from nectosome.description.fields import (
     Length,
     NonNegativeNumber,
     Quantity,
+    QuantitySource,
     Share,
-    Source,
     Speed,
     Time,
     Torque,
@@ -192,7 +192,7 @@ class RecordingSignal(SignalDescription, Generic[Q]):
                 raise wrong("times" if self.times else "values", "the file has the samples. Leave one of the two out.")
             if self.column is None:
                 raise wrong("column", "is missing. Say which column of the file it is.")
-            folder = info.context.folder if isinstance(info.context, Source) else Source().folder
+            folder = info.context.folder if isinstance(info.context, QuantitySource) else QuantitySource().folder
             times, values = read_samples(self.file, self.column, self.sheet, folder, self.dimension, self.smooth)
             read = {"times": times, "values": values, "file": None, "column": None, "sheet": None}
             for name, value in read.items():

@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from nectosome.description.fields import Source
+from nectosome.description.fields import QuantitySource
 from nectosome.description.messages import Spot, sentence
 from nectosome.description.robot import RobotDescription
 from nectosome.description.structure import slot
@@ -33,7 +33,7 @@ def validate_as(
     found: list[Any] = []
     description = None
     try:
-        description = model.model_validate(data, context=Source(Path(file or "").parent))
+        description = model.model_validate(data, context=QuantitySource(Path(file or "").parent))
     except ValidationError as error:
         found = error.errors(include_url=False)
     unknown = next((mistake for mistake in found if mistake["type"] == "extra_forbidden"), None)

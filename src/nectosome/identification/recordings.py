@@ -68,7 +68,7 @@ def _of_arrays(arrays: Mapping[str, Any], name: str, units: Mapping[str, str]) -
     numbers = {key for key, (dims, *_) in found.items() if not dims}
     data = {key: one for key, one in found.items() if key not in numbers | {"time"}}
     coords = {key: found[key] for key in ("time", *numbers)}
-    about = {"file": name, "repairs": [], "odd": []}
+    about = {"file": name, "repairs": [], "warnings": []}
     return xr.Dataset(data, coords, {"provenance": json.dumps(about)})
 
 

@@ -18,7 +18,7 @@ from nectosome.units import InputError
 from .anomalies import TimeCheck, ValueCheck
 from .channels import Channel, find_channels, find_time
 from .formats.open_file import open_source
-from .formats.source import Source
+from .formats.source import TableSource
 from .sheet import Sheet, Time, load_sheet
 from .store import Store
 
@@ -43,7 +43,7 @@ def read(path: str | Path, sheet: Sheet | str | Path | None = None) -> "xr.Datas
 class _Reader:
     """Reads one file piece by piece."""
 
-    def __init__(self, path: Path, sheet: Sheet, source: Source):
+    def __init__(self, path: Path, sheet: Sheet, source: TableSource):
         self.path, self.sheet, self.source = path, sheet, source
         file = str(path)
         self.time, assumed = find_time(source.columns, sheet.time, file)

@@ -16,8 +16,8 @@ from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Mechanical, State, Status
 
+from .runge_kutta import Step, explicit_step, implicit_step, newton_memory, rms
 from .sensitivity import SensitivityState, SensitivitySystem, allowed_sensitivity, with_sensitivity
-from .stages import Step, explicit_step, implicit_step, newton_memory, rms
 from .tableaus import ESDIRK4, TSIT5
 
 Method = Literal["implicit", "explicit"]

@@ -26,8 +26,8 @@ from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.mechanism import InPlane, Robot
 
 from .integrate import Method, Settings, begin, integrate
+from .runge_kutta import rms
 from .sensitivity import SensitivityState, SensitivitySystem
-from .stages import rms
 from .symmetry import Symmetry
 
 Model = Robot | InPlane

@@ -19,7 +19,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Mechanical, State
 
-from .stages import Step
+from .runge_kutta import Step
 
 _SHARE = 1e-6  # least scale of one kind over the largest sensitivity of all kinds [by kind: 1, 1/s]
 

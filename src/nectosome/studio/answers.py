@@ -1,4 +1,4 @@
-"""What the studio shows of a robot: the motion that it keeps, as instants of one period, and its numbers."""
+"""What the studio shows of a robot: its lasting motion, as instants of one period, and its numbers."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 MOMENTS = 65  # of a period that are shown
 _FINER = 4  # by so much are those finer that numbers of a cycle are means of: as many as a sweep takes
 _BEGINNING = 5.0  # s, of a robot that keeps no motion
-_STANDS = 1e-8  # m/s: what is left of a body that is held
+_STANDS = 1e-8  # m/s: a body that is slower is held
 Direction = tuple[float, float, float]  # of the world
 _SHOWN = (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)
 

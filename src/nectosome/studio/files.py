@@ -11,8 +11,8 @@ from nectosome.io.atomic import write_atomic
 from nectosome.io.extras import package
 from nectosome.robots.shipped import file_names
 from nectosome.units import InputError
+from nectosome.view.display.playback import repeated
 from nectosome.view.film import write_film, write_still
-from nectosome.view.stage.playback import repeated
 
 from .answers import Answer
 from .desk import Desk
@@ -153,7 +153,7 @@ class Files:
         return answer.run.assign_attrs(robot=dump_robot(answer.robot))
 
     def _save_page(self) -> str:
-        from nectosome.view.stage.recorder import page_of
+        from nectosome.view.display.offline import page_of
 
         path = self._folder.target(self._name.value, ".html")
         answer = self._shown()

@@ -1,6 +1,6 @@
 """The working folder as the studio's page sees it: names go in, paths within the folder come out.
 
-What a page sends is a name, never a path, and is checked before the disk is asked. Links are resolved and have to end
+What a page sends is a name, never a path, and is checked before the disk is read. Links are resolved and have to end
 within the folder. That holds when a page asks: who can change the folder itself can put a link there later, and
 needs no page for it. Files are written by `write_atomic`, whose renaming follows no link.
 """
@@ -49,14 +49,14 @@ class WorkFolder:
 
         `suffixes`, as in ".yaml", choose among them, in any case of letters; without them all are listed.
         """
-        wanted = tuple(suffix.lower() for suffix in suffixes)
+        endings = tuple(suffix.lower() for suffix in suffixes)
         found = _entries(self.root)
         for folder in tuple(found):
             if len(found) >= _LOOKED_AT:
                 break
             with suppress(InputError):  # a link that leads out, a name that is none
                 found += [f"{folder}/{name}" for name in _entries(self._within(folder))]
-        chosen = (name for name in sorted(found) if not wanted or name.lower().endswith(wanted))
+        chosen = (name for name in sorted(found) if not endings or name.lower().endswith(endings))
         return list(islice(filter(self._is_file, chosen), _LISTED))
 
     def existing(self, name: str) -> Path:
@@ -151,7 +151,7 @@ def harmless(name: str) -> str:
 
 
 def _parts(name: str) -> list[str]:
-    """Return the parts of a name, each of which is one on any platform. Raises InputError."""
+    """Return the parts of a name; each is a single part on any platform. Raises InputError."""
     parts = name.split("/")
     if not name or len(name) > _LONGEST:
         why = f"it has {len(name)} characters, 1 to {_LONGEST} are allowed"

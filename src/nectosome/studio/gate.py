@@ -1,6 +1,6 @@
 """Who may come into the studio: nobody but this machine's own user, or whoever was given the token.
 
-A page anywhere may make a browser ask 127.0.0.1 for something, so being asked from this machine proves nothing:
+A page anywhere may make a browser ask 127.0.0.1 for something, so a request from this machine proves nothing:
 
 - A name that someone else's server gave this address (DNS rebinding) shows in `Host`, which has to be ours.
 - A page of another origin shows in `Origin`, which a browser always sends with a websocket, and which has to be `Host`.
@@ -211,7 +211,7 @@ def _response(answer: Reply) -> Response:
 
 
 def _onwards(*headers: tuple[str, str]) -> Reply:
-    """Return a page that goes on to the address without a query.
+    """Return a page that leads on to the address without a query.
 
     A redirection by status would belong to the page with the link, and a strict cookie would not be sent along.
     """
@@ -219,7 +219,7 @@ def _onwards(*headers: tuple[str, str]) -> Reply:
 
 
 def _one(headers: Headers, name: str) -> str | None:
-    """Return a header that is there once; None where it is missing, or there are several of which any may count."""
+    """Return a header that is there once; None where it is missing or there are several."""
     values = headers.get_all(name)
     return values[0] if len(values) == 1 else None
 

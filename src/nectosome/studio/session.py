@@ -17,8 +17,8 @@ from nectosome.io import load_dataset
 from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.units import InputError, show_quantity
+from nectosome.view.display.scene_graph import Stage
 from nectosome.view.saved import check_drawable, check_run
-from nectosome.view.stage.stage import Stage
 from nectosome.view.start import standing
 
 from .answers import Answer, AnswerSolver

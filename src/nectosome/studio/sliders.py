@@ -67,7 +67,7 @@ def _scale_of(description: RobotDescription, v: Variable, to_the_ends: bool) -> 
 
 
 def _value(description: RobotDescription, name: str) -> float:
-    """Value [SI] of what a name stands for; 0 where its paths differ, so that one slider would not tell."""
+    """Value [SI] of a name; 0 where the values of its paths differ: one slider could not show them."""
     values = {float(get_value(description, path)) for path in resolve(description, name)}
     return values.pop() if len(values) == 1 else 0.0
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import UInt8
 
-from nectosome.view.stage.stage import CAMERAS, COLOURINGS, UNITS, Look, Stage
+from nectosome.view.display.scene_graph import CAMERAS, COLOURINGS, UNITS, Look, Stage
 
 if TYPE_CHECKING:
     import viser

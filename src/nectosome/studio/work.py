@@ -23,9 +23,9 @@ _DOUBLE = 1.0  # s, within which a button that is pressed again was clicked twic
 
 @contextmanager
 def errors_shown(tell: Tell) -> Iterator[None]:
-    """Tell on the page what goes wrong: bad input with its reason, mistakes of ours in the terminal.
+    """Show errors on the page: bad input with its reason; of failures of the studio the traceback is in the terminal.
 
-    Files go by their names: the page knows no other folder than its own.
+    Files are called by their names alone: the page shows no other folder than its own.
     """
     try:
         yield
@@ -34,12 +34,12 @@ def errors_shown(tell: Tell) -> Iterator[None]:
         tell(str(InputError(error.message, file=file, line=error.line, field=error.field)), True)
     except Exception:
         traceback.print_exc()
-        tell("The studio made a mistake, which stands in its terminal.", True)
+        tell("The studio has failed: see the error in its terminal.", True)
 
 
 @contextmanager
 def labelled(labels: Mapping[str, str]) -> Iterator[None]:
-    """Have bad input told by the label that its field has on the page; `labels` by the first word of its name."""
+    """Name bad input by the label of its field on the page; `labels` by the first word of its name."""
     try:
         yield
     except InputError as error:
@@ -50,7 +50,7 @@ def labelled(labels: Mapping[str, str]) -> Iterator[None]:
 
 
 class Work:
-    """Lays out a bar, a line and a button, which are seen while something is under way."""
+    """Lays out a bar, a line and a button, which are shown while work is under way."""
 
     def __init__(self, gui: "viser.GuiApi", tell: Tell):
         self._tell = tell
@@ -58,17 +58,17 @@ class Work:
         self._line = gui.add_html("", visible=False)
         self._button = gui.add_button("Cancel", visible=False)
         self._button.on_click(lambda _: self.cancel())
-        self._end = threading.Event()  # of what is under way
+        self._end = threading.Event()  # of the work under way
         self._lock = threading.Lock()
         self._name, self._began = "", 0.0
-        self._refused = False  # whether something was, while this is under way
+        self._refused = False  # whether other work was refused meanwhile
 
     def begin(self, name: str, compute: Callable[[Progress], _T], done: Callable[[_T], None]) -> None:
         """Call done(compute(progress)) in a thread of its own. Raises InputError while something else is under way.
 
         The same again within a second is a double click: nothing is done.
-        Compute has to look at what `progress` returns, and to end soon, with what there is, where it is False; its
-        result is taken all the same. Where it raises, the reason is told. What was refused is told until then.
+        `compute` has to end soon, with the result so far, once `progress` returns False; that result is used all the
+        same. The reason of an exception is shown. The message of a refusal is shown until the end.
         """
         with self._lock:
             twice = self._name == name and time.perf_counter() - self._began < _DOUBLE
@@ -81,12 +81,12 @@ class Work:
             self._name, self._began, self._end = name, time.perf_counter(), threading.Event()
             self._refused = False
         self._show(0.0, "")
-        self._tell("", False)  # what was wrong before is no longer of interest
+        self._tell("", False)  # an older message is of no interest now
         # no daemon: the interpreter must not end under a program that is being compiled
         threading.Thread(target=self._run, args=(compute, done, self._end), name=_THREAD).start()
 
     def cancel(self) -> None:
-        """Ask what is under way to end."""
+        """Make the work under way end."""
         self._end.set()
         if self._name:
             self._line.content = _line(f"{self._name}: ending")
@@ -121,7 +121,7 @@ class Work:
 
 
 def wait_for_work(seconds: float) -> None:
-    """Wait for what was asked to end, so long at most: until then its files and processes are there."""
+    """Wait at most so long until the work ends: until then its files and processes exist."""
     until = time.perf_counter() + seconds
     for thread in threading.enumerate():
         if thread.name == _THREAD:

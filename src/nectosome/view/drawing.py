@@ -42,7 +42,7 @@ _LENGTHS = [m * 10.0**k for k in range(-9, 9) for m in (1, 2, 5)]  # of grids an
 class GridPlane(NamedTuple):
     """A plane with a grid on it."""
 
-    normal: int  # the axis that stands on it
+    normal: int  # the axis across it
     place: float  # along that axis [m]
     colour: Float[np.ndarray, "3"]
     strength: float  # of the lines, from 0 to 1
@@ -55,7 +55,7 @@ class Scene:
     Pictures have `size` [px].
 
     The camera keeps its direction and its distance, such that the robot stays in the picture at all times, and goes
-    along with the middle of the robot, smoothed. `note` stands beside the time, which has so many `decimals`.
+    along with the middle of the robot, smoothed. `note` is written beside the time, which has so many `decimals`.
     Raises InputError where no part has a size.
     """
 
@@ -223,11 +223,11 @@ class Scene:
         return size * self._size[1] / 720
 
     def _write(self, canvas: Raster | Vector, time: float) -> None:
-        """Name, time and scale, the length of which holds where the camera looks."""
+        """Name, time and scale; the scale is that of the point that the camera looks at."""
         edge, size = self._pixels(36), max(self._pixels(25), 9)
         canvas.text(self._title, edge, edge + size / 2, size, True, _INK)
-        told = f"{time:.{self._decimals}f} s" + (f"   {self._note}" if self._note else "")
-        canvas.text(told, edge, edge + 2 * size, size, False, _INK)
+        words = f"{time:.{self._decimals}f} s" + (f"   {self._note}" if self._note else "")
+        canvas.text(words, edge, edge + 2 * size, size, False, _INK)
         per_metre = self._focal / self._away
         length = max(x for x in _LENGTHS if x * per_metre <= 0.2 * self._size[0])
         low = self._size[1] - edge

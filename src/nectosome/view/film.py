@@ -31,7 +31,7 @@ def write_film(
 ) -> int:
     """Write a video (.mp4) of a run until `end` [s], `rate` frames a second, at `speed` times real time.
 
-    `size` [px] is even. `progress` is told the share of frames done; what it raises ends it, and no file is left.
+    `size` [px] is even. `progress` gets the share of frames done; an exception in it ends the film, and no file stays.
     Returns how many frames they are. Raises InputError where nothing is to be seen or nothing can be written.
     """
     start = float(run["time"].values[0])

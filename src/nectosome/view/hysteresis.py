@@ -3,8 +3,6 @@
 Data: as `identify.hysteresis_results.hysteresis_data` has it.
 """
 
-import json
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +10,7 @@ import numpy as np
 
 from nectosome.identification.hysteresis.files import BENCH_UNITS
 
-from .page import write_page
+from .page import write_fit
 from .style import BLACK, BLUE, Panel, dress
 
 if TYPE_CHECKING:
@@ -23,12 +21,10 @@ _MM, _BAR = 1e3, 1e-5
 
 def show_hysteresis(found: "xr.Dataset", path: str | Path) -> None:
     """Write a page with a figure for each recording. Raises InputError where it cannot."""
-    warnings = [f"<p><b>Beware:</b> {escape(words)}.</p>" for words in json.loads(found.attrs["warnings"])]
-    panels = [recording_panel(found, k) for k in range(found.sizes["recording"])]
-    write_page(path, str(found.attrs["title"]), [f"<p>{escape(told_of(found))}</p>", *warnings, *panels])
+    write_fit(found, path, parameter_sentence(found), recording_panel)
 
 
-def told_of(found: "xr.Dataset") -> str:
+def parameter_sentence(found: "xr.Dataset") -> str:
     """What the displacement is not linear in, with intervals, in a sentence."""
     parts = []
     for name in found["parameter"].values:

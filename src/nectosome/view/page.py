@@ -1,7 +1,7 @@
 """Pages that need nothing but themselves: HTML with the programs inside that draw its figures and scenes."""
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from itertools import count
 from pathlib import Path
@@ -13,6 +13,7 @@ from .style import Panel, Scenes
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
+    import xarray as xr
 
 _CSS = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; margin: 0 auto; max-width: 1240px; padding: 0 24px 64px; }
@@ -57,6 +58,15 @@ def write_page(path: str | Path, title: str, parts: Iterable[str | Panel]) -> No
     if any(isinstance(figure, Scenes) for figure in figures):
         programs.append(_player())
     _write(path, title, [f"<script>{program}</script>" for program in programs], [f"<h1>{escape(title)}</h1>", *parts])
+
+
+def write_fit(
+    found: "xr.Dataset", path: str | Path, sentence: str, panel: "Callable[[xr.Dataset, int], Panel]"
+) -> None:
+    """Write the page of a fit: its parameters in a sentence, its warnings, a panel for each recording."""
+    warnings = [f"<p><b>Beware:</b> {escape(words)}.</p>" for words in json.loads(found.attrs["warnings"])]
+    panels = [panel(found, k) for k in range(found.sizes["recording"])]
+    write_page(path, str(found.attrs["title"]), [f"<p>{escape(sentence)}</p>", *warnings, *panels])
 
 
 def write_panels(folder: Path, panels: Iterable[tuple[str, Panel]]) -> None:
@@ -124,6 +134,6 @@ def _plotter() -> str:
 
 
 def _player() -> str:
-    from .stage.recorder import player_page
+    from .display.offline import player_page
 
     return _PLAY.replace("PAGE", json.dumps(player_page()).replace("<", "\\u003c"))

@@ -10,7 +10,7 @@ from nectosome.io.extras import package
 Picture = UInt8[np.ndarray, "h w 3"]  # blue, green, red
 
 FINER = 2  # by which it is larger while it is painted
-_SHIFT = 4  # bits of a pixel's fraction that OpenCV is told
+_SHIFT = 4  # bits of a pixel's fraction in OpenCV's coordinates
 
 
 class Raster:

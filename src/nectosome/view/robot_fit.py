@@ -1,16 +1,14 @@
-"""Figures of a robot that was brought to recordings: what was measured and what is computed, and what is left.
+"""Figures of a robot that was fitted to recordings: measured, computed, and residuals.
 
 Data: as `identification.RobotFit.to_dataset` has it.
 """
 
-import json
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .page import write_page
+from .page import write_fit
 from .style import BLACK, BLUE, Panel, dress
 
 if TYPE_CHECKING:
@@ -22,12 +20,10 @@ _PREFIXED = ("m", "N", "m/s", "N m", "W", "Pa")
 
 def show_robot_fit(found: "xr.Dataset", path: str | Path) -> None:
     """Write a page with a figure for each recording. Raises InputError where it cannot."""
-    warnings = [f"<p><b>Beware:</b> {escape(words)}.</p>" for words in json.loads(found.attrs["warnings"])]
-    panels = [recording_panel(found, k) for k in range(found.sizes["recording"])]
-    write_page(path, str(found.attrs["title"]), [f"<p>{escape(told_of(found))}</p>", *warnings, *panels])
+    write_fit(found, path, parameter_sentence(found), recording_panel)
 
 
-def told_of(found: "xr.Dataset") -> str:
+def parameter_sentence(found: "xr.Dataset") -> str:
     """Parameters with their intervals, in a sentence."""
     parts = []
     for name in found["parameter"].values:
@@ -45,7 +41,7 @@ def recording_panel(found: "xr.Dataset", k: int) -> Panel:
     heights = [0.65, 0.35] * count
     fig = make_subplots(2 * count, 1, shared_xaxes=True, row_heights=heights, vertical_spacing=0.2 / (2 * count))
     lines = {"measured": {"color": BLACK, "width": 3}, "computed": {"color": BLUE, "width": 1.5, "dash": "dash"}}
-    told = []
+    errors = []
     for c, column in enumerate(map(str, found["column"].values)):
         part = found.isel(sample=np.flatnonzero((found["of"].values == k) & (found["of_column"].values == c)))
         factor, unit = _scale(part["measured"].values, str(found["units_of"].values[c]))
@@ -59,12 +55,12 @@ def recording_panel(found: "xr.Dataset", k: int) -> Panel:
         fig.update_yaxes(title=f"{column} ({unit})" if unit else column, row=2 * c + 1)
         fig.update_yaxes(title=f"error ({unit})" if unit else "error", row=2 * c + 2)
         off = (f"{float(one[key][c]):.3g} %" for key in ("e_rmsp", "e_mp"))
-        told.append(f"{column} is off by {next(off)} of its range in the root mean square, {next(off)} at most")
+        errors.append(f"{column} is off by {next(off)} of its range in the root mean square, {next(off)} at most")
     fig.update_xaxes(title="time (s)", row=2 * count)
     dress(fig, 120 + 300 * count).update_layout(showlegend=True, hovermode="closest", margin_t=50)
     used = "that was fitted" if one["used"].item() == "train" else "that was not fitted"
     name = one["recording"].item()
-    return Panel(f"Recording {name}", f"A recording {used}, {name}: {'; '.join(told)}.", fig)
+    return Panel(f"Recording {name}", f"A recording {used}, {name}: {'; '.join(errors)}.", fig)
 
 
 def _scale(values: np.ndarray, unit: str) -> tuple[float, str]:

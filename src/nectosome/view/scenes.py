@@ -16,14 +16,14 @@ from .tubes import between, description, nearest_rotation
 if TYPE_CHECKING:
     import xarray as xr
 
-    from .stage.stage import Stage
+    from .display.scene_graph import Stage
 
 _PERIODS = 3
 _SECONDS = 5.0  # of a motion that is not periodic
 _CAMERA = (-0.25, -1.0, 0.35)  # direction of the camera on robots side by side
 _APART = 0.25  # of the largest robot, between robots
 _ABOVE = 0.03  # of the largest robot, from one to its label
-_BOXED = 3  # pictures, of which one tells how much room a robot takes
+_BOXED = 3  # every third picture is used to find the room that a robot takes
 
 
 class Actor(NamedTuple):
@@ -37,15 +37,15 @@ class Actor(NamedTuple):
 
 def run_scene(run: "xr.Dataset") -> Scenes:
     """Record a whole run, or one instant, in its own time, with a camera that goes along with the body."""
-    from .stage.recorder import recording
-    from .stage.stage import Look
+    from .display.offline import recording
+    from .display.scene_graph import Look
 
     return Scenes({"": recording(lambda stage: stage.load(run, description(run), 0.0, Look()))})
 
 
 def picture_interval(times: Float[np.ndarray, "t"]) -> float:
     """Time between two pictures of the scene of a run that is saved at these times [s]."""
-    from .stage.recorder import pictures
+    from .display.offline import pictures
 
     seconds = float(times[-1] - times[0])
     return max(seconds / max(pictures(seconds) - 1, 1), seconds / max(len(times) - 1, 1))
@@ -59,10 +59,10 @@ def last_periods(runs: "Mapping[str, xr.Dataset]") -> Scenes | None:
 
 def side_by_side(actors: Sequence[Actor], seconds: float, columns: int = 3) -> Scenes:
     """Record robots in one scene, row under row, each in `seconds` whatever its own time is."""
-    from .stage.bodies import Arrows, bodies_of
-    from .stage.playback import Playback
-    from .stage.recorder import recording
-    from .stage.stage import Look
+    from .display.bodies import Arrows, bodies_of
+    from .display.offline import recording
+    from .display.playback import Playback
+    from .display.scene_graph import Look
 
     def put(stage: "Stage") -> None:
         bodies, boxes, steps = [], [], len(actors[0].times)

@@ -49,7 +49,7 @@ class LineEnd(NamedTuple):
 def source_lines(names: Sequence[str]) -> list[dict[str, str]]:
     """Colour and dash of each of several loads and drives, no two alike.
 
-    What is in most robots has the same colour in all figures; the others take what is left, drives before loads.
+    Sources that most robots have keep their colour in all figures; the others take free ones, drives before loads.
     """
     free = [(colour, dash) for dash in ("solid", "dash", "longdashdot") for colour in CYCLE]
     found: dict[str, tuple[str, str]] = {name: (_SOURCES[name], "solid") for name in names if name in _SOURCES}

@@ -3,32 +3,28 @@
 Data as `identification.surge_data` has it.
 """
 
-import json
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
 
-from .page import write_page
+from .page import write_fit
 from .style import BLACK, BLUE, GREY, VERMILLION, Panel, dress
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_SHOWN = 3.0  # s of thrust and speed at first: cycles can be told apart
+_SHOWN = 3.0  # s of thrust and speed at first: single cycles can be seen
 PARAMETERS = {"added_mass": "added mass", "drag": "drag"}
 
 
 def show_surge(found: "xr.Dataset", path: str | Path) -> None:
     """Write a page with a figure for each recording. Raises InputError where it cannot."""
-    warnings = [f"<p><b>Beware:</b> {escape(words)}.</p>" for words in json.loads(found.attrs["warnings"])]
-    panels = [recording_panel(found, k) for k in range(found.sizes["recording"])]
-    write_page(path, str(found.attrs["title"]), [f"<p>{escape(told_of(found))}</p>", *warnings, *panels])
+    write_fit(found, path, parameter_sentence(found), recording_panel)
 
 
-def told_of(found: "xr.Dataset") -> str:
+def parameter_sentence(found: "xr.Dataset") -> str:
     """The parameters with their intervals, in a sentence."""
     parts = []
     for name in PARAMETERS:

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _CAPTIONS = {
-    "speed": "How fast the body's place goes on.",
+    "speed": "Mean speed of the body.",
     "force": "What pushes the robot along the world's {}, and what holds it has to hold.",
     "power": "What all drives give.",
-    "efficiency": "The share of the power that goes on with the body.",
+    "efficiency": "Share of the power that moves the body on.",
     "cost_of_transport": "Power over weight in air and speed.",
     "turn_rate": "How fast the body's heading turns.",
 }

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
-from nectosome.measure.formats.source import Options, Source
+from nectosome.measure.formats.source import Options, TableSource
 from nectosome.units import InputError
 
-Opener = Callable[[Path, Options], Source]
+Opener = Callable[[Path, Options], TableSource]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from nectosome.measure.formats.file_errors import damage_as_input_error
 from nectosome.measure.formats.headings import distinct
-from nectosome.measure.formats.source import Column, Piece, Source
+from nectosome.measure.formats.source import Column, Piece, TableSource
 from nectosome.units import InputError
 
 _EXACT = 2**53  # up to this, every integer is a float
@@ -105,7 +105,7 @@ class _Part:
         return values.astype(float)
 
 
-class ArraySource(Source):
+class ArraySource(TableSource):
     """A table of blocks of equal length."""
 
     def __init__(

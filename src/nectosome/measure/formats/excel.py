@@ -1,4 +1,4 @@
-"""Excel workbooks: their worksheets row by row, and the table of one worksheet as a Source."""
+"""Excel workbooks: their worksheets row by row, and the table of one worksheet as a TableSource."""
 
 import re
 import warnings
@@ -14,7 +14,7 @@ import numpy as np
 
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
 from nectosome.measure.formats.headings import distinct
-from nectosome.measure.formats.source import Options, Piece, Source
+from nectosome.measure.formats.source import Options, Piece, TableSource
 from nectosome.measure.formats.worksheet import (
     UNCALCULATED,
     Merged,
@@ -119,7 +119,7 @@ def _scan(xml: IO[bytes]) -> Worksheet:
     return Worksheet(formulas, tuple(Merged(top, left, bottom, right) for left, top, right, bottom in merged))
 
 
-def open_excel(path: Path, options: Options) -> Source:
+def open_excel(path: Path, options: Options) -> TableSource:
     """Open a workbook (.xlsx, .xlsm): its only worksheet with rows of numbers, or the one that `options.table` names.
 
     Raises InputError for another format, a damaged file, and no such worksheet or several.
@@ -166,7 +166,7 @@ def _choose(book: Book, options: Options) -> tuple[str, SheetLayout]:
     return layouts.popitem()
 
 
-class ExcelSource(Source):
+class ExcelSource(TableSource):
     """The table of a worksheet; Piece.rows are the rows of the sheet."""
 
     reader = "excel"

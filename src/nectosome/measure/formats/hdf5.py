@@ -10,7 +10,7 @@ from nectosome.measure.formats.cf_attributes import described, text
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
 from nectosome.measure.formats.named_arrays import NamedArray, SkippedEntry
 from nectosome.measure.formats.netcdf3 import open_netcdf3
-from nectosome.measure.formats.source import Options, Source
+from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import choose
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ _CACHE = 2**25  # bytes
 _MERE_DIMENSION = "This is a netCDF dimension but not a netCDF variable"  # a dataset without data
 
 
-def open_hdf5(path: Path, options: Options) -> Source:
+def open_hdf5(path: Path, options: Options) -> TableSource:
     """Open an HDF5 file (.h5, .hdf5) or netCDF file (.nc, classic or netCDF-4).
 
     Raises InputError for another format, a damaged file, and for no table or several.

@@ -13,7 +13,7 @@ from nectosome.measure.formats.file_errors import damage_as_input_error, first_b
 from nectosome.measure.formats.hdf5 import open_cached
 from nectosome.measure.formats.matlab_binary import Unread, Value, opaque, read_mat4, read_mat5
 from nectosome.measure.formats.named_arrays import NamedArray, SkippedEntry, classify, join
-from nectosome.measure.formats.source import Options, Source
+from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import choose
 from nectosome.units import shorten
 
@@ -86,7 +86,7 @@ def _struct(name: str, file: "h5py.File", group: "h5py.Group", depth: int) -> Va
     ]
 
 
-def open_matlab(path: Path, options: Options) -> Source:
+def open_matlab(path: Path, options: Options) -> TableSource:
     """Open a .mat file of any version: vectors of equal length, a matrix, a struct of them, or a Simulink log.
 
     Raises InputError for another format, a damaged file, no table or several, and objects that only MATLAB can read.

@@ -8,7 +8,7 @@ import numpy as np
 from nectosome.measure.formats.arrays import ArraySource
 from nectosome.measure.formats.cf_attributes import described
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes
-from nectosome.measure.formats.source import Options, Source
+from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import choose
 from nectosome.units import InputError
 
@@ -26,7 +26,7 @@ class NetcdfVariable:
             return np.array(file.variables[self._name].data[rows])
 
 
-def open_netcdf3(path: Path, options: Options) -> Source:
+def open_netcdf3(path: Path, options: Options) -> TableSource:
     """Open a classic netCDF file (format 1 or 2). Raises InputError if it is damaged or holds no table."""
     from scipy.io import netcdf_file
 

@@ -9,7 +9,7 @@ import numpy as np
 from nectosome.measure.formats.arrays import ArraySource
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
 from nectosome.measure.formats.named_arrays import NamedArray, SkippedEntry, classify
-from nectosome.measure.formats.source import Options, Source
+from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import choose
 from nectosome.units import InputError
 
@@ -31,7 +31,7 @@ class Mapped:
         return np.lib.format.open_memmap(self._path, mode="r")
 
 
-def open_numpy(path: Path, options: Options) -> Source:
+def open_numpy(path: Path, options: Options) -> TableSource:
     """Open a .npy file (a vector, a matrix, records) or a .npz file (vectors of equal length, or a matrix).
 
     Raises InputError for another format, a damaged file, and Python objects.
@@ -46,7 +46,7 @@ def open_numpy(path: Path, options: Options) -> Source:
     raise wrong_format(path, "a NumPy file", start)
 
 
-def _single(path: Path, options: Options) -> Source:
+def _single(path: Path, options: Options) -> TableSource:
     if options.table is not None:
         raise InputError(f'a .npy file has one array without a name: leave table="{options.table}" out.')
     with path.open("rb") as file:
@@ -56,7 +56,7 @@ def _single(path: Path, options: Options) -> Source:
     return ArraySource("numpy", path, table.blocks(), table.found)
 
 
-def _archive(path: Path, options: Options) -> Source:
+def _archive(path: Path, options: Options) -> TableSource:
     entries: list[NamedArray | SkippedEntry] = []
     with ZipFile(path) as archive:
         members = [name for name in archive.namelist() if name.endswith(".npy")]

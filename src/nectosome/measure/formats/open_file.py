@@ -7,7 +7,7 @@ from pathlib import Path
 from nectosome.units import InputError
 
 from .file_errors import first_bytes
-from .source import Options, Source
+from .source import Options, TableSource
 
 _READERS = {
     "text": ("text", "open_text"),
@@ -29,11 +29,11 @@ _ENDINGS = {
 _BEGINNINGS = {b"\x89HDF": "hdf5", b"CDF": "hdf5", b"TDSm": "tdms", b"\x93NUMPY": "numpy", b"MATLAB 5": "matlab"}
 
 
-def open_source(path: Path, options: Options) -> Source:
+def open_source(path: Path, options: Options) -> TableSource:
     """Open a file with the reader of its format. Raises InputError if it cannot be read."""
     kind = _ENDINGS.get(path.suffix.lower()) or _by_beginning(path)
     module, name = _READERS[kind]
-    opens: Callable[[Path, Options], Source] = getattr(import_module(f"nectosome.measure.formats.{module}"), name)
+    opens: Callable[[Path, Options], TableSource] = getattr(import_module(f"nectosome.measure.formats.{module}"), name)
     return opens(path, options)
 
 

@@ -35,7 +35,7 @@ class Options:
     table: str | None = None  # worksheet, group or variable
 
 
-class Source(ABC):
+class TableSource(ABC):
     """An open file with one table of numbers, for use in a `with` statement.
 
     - columns: in the order of the values.

@@ -15,7 +15,7 @@ from nectosome.measure.formats.cf_attributes import text
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
 from nectosome.measure.formats.headings import is_time
 from nectosome.measure.formats.named_arrays import NamedArray, SkippedEntry
-from nectosome.measure.formats.source import Options, Source
+from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import choose
 from nectosome.measure.formats.tdms_channels import Bytes, channel_of, whole_rows
 from nectosome.units import InputError
@@ -99,7 +99,7 @@ def _seconds(time: Any, zero: Any) -> float:
     return float((time - zero) / np.timedelta64(1, "s")) if both else 0.0
 
 
-def open_tdms(path: Path, options: Options) -> Source:
+def open_tdms(path: Path, options: Options) -> TableSource:
     """Open a .tdms file; of an unfinished one, the whole rows are kept and `repairs` says so.
 
     Raises InputError for another format, a damaged file, and channels without a common length and clock.

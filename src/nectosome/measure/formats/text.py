@@ -1,4 +1,4 @@
-"""Text files with a table of numbers: their encoding, their blocks of lines, and the table as a Source."""
+"""Text files with a table of numbers: their encoding, their blocks of lines, and the table as a TableSource."""
 
 import codecs
 import io
@@ -12,7 +12,7 @@ import numpy as np
 from nectosome.io.atomic import reason
 from nectosome.measure.formats.file_errors import first_bytes, is_binary, wrong_format
 from nectosome.measure.formats.headings import distinct, split_unit
-from nectosome.measure.formats.source import Column, Options, Piece, Source
+from nectosome.measure.formats.source import Column, Options, Piece, TableSource
 from nectosome.measure.formats.text_dialect import COMMENT, DECIMALS, DELIMITERS, MISSING, CellKind, kind, split
 from nectosome.measure.formats.text_table import TextLayout, TextRows, find_layout
 from nectosome.units import InputError, shorten
@@ -103,7 +103,7 @@ def read_blocks(path: Path, encoding: str) -> Iterator[TextBlock]:
         raise InputError(f"cannot be read: {reason(error)}.", file=file) from None
 
 
-def open_text(path: Path, options: Options) -> Source:
+def open_text(path: Path, options: Options) -> TableSource:
     """Return the table in a text file; layout that `options` do not give is found from the first lines.
 
     A column of date-times becomes seconds since the first one; a text column is left out and listed in `found`.
@@ -125,7 +125,7 @@ def open_text(path: Path, options: Options) -> Source:
     return _TextSource(path, encoding, layout, about)
 
 
-class _TextSource(Source):
+class _TextSource(TableSource):
     """A text file; each pass opens it again."""
 
     reader = "text"

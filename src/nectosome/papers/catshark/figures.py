@@ -53,6 +53,6 @@ def panels(data: Mapping[str, "xr.Dataset"]) -> list[Panel]:
     caption = (
         "Computed, nothing fitted, against measured by F. Berio and others: a mark for each swim and reading of the "
         "wavelength (in body lengths). The speed that comes out hardly grows above two body lengths a second, where "
-        "the sharks are told to be faster than the wave that runs along them."
+        "the sharks are reported to swim faster than their body wave."
     )
     return [Panel("Catsharks, computed and measured", caption, fig)]

@@ -78,12 +78,12 @@ def errors_panel(sets: Sets) -> Panel:
     _axes(fig)
     dress(fig, 480).update_layout(showlegend=True, margin_t=110, legend_y=1.1)
     coverage = {n: float(known["coverage"].sel(correction="cn-gp")[known["noise"].values == n].mean()) for n in noises}
-    told = " and ".join(f"{x:.1f} % ({title})" for x, title in zip(coverage.values(), titles, strict=True))
+    shares = " and ".join(f"{x:.1f} % ({title})" for x, title in zip(coverage.values(), titles, strict=True))
     caption = (
         "Synthetic experiments: mean relative error of the thrust at the points of the grid, all 110 but those of less "
         "than 1 % of the largest thrust; medians over truths and seeds. Crosses are what the paper prints (Table 3) of "
         "its own experiments, in the same colours. The dashed line is what noise alone makes. 95 % intervals of Cn and "
-        f"Gaussian process hold {told} of what was not measured."
+        f"Gaussian process hold {shares} of what was not measured."
     )
     return Panel("Sim-to-real: errors by share measured", caption, fig)
 
@@ -165,7 +165,7 @@ def plans_panel(sets: Sets) -> Panel:
     dress(fig, 400).update_layout(showlegend=True, margin_t=90, legend_y=1.12)
     caption = (
         "Synthetic experiments with noise of 2 %, corrected by Cn and Gaussian process, medians over seeds. The first "
-        "four are spread evenly; then each is chosen by what those before it told. Each experiment costs the same."
+        "four are spread evenly; then each is chosen by the results of those before it. Each experiment costs the same."
     )
     return Panel("Which experiment next", caption, fig)
 

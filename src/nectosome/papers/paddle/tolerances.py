@@ -10,9 +10,9 @@ its parts say something of it:
 | paddle | Cn, even within 1.25 % | the width of 0.040 m is printed to a millimetre, and drag goes with Cn w |
 | paddle | amplitude, even within 0.169 deg | XW540-T140: half a step of 360/4096 deg, half a backlash of 0.25 deg |
 | paddle | lag, even from 0 to 8.3 ms | goals go one after another to four servos: 0 to 3 packets of 16 bytes (below) |
-| yaw sample | noise, normal, 0.1 deg | JY61: accuracy while moving; its yaw drifts, by what is not told: left out |
+| yaw sample | noise, normal, 0.1 deg | JY61: accuracy while moving; its yaw drifts, not printed by how much: left out |
 
-A packet that sets a goal has 16 bytes of 10 bits each, at 57 600 baud unless told otherwise (ROBOTIS, Protocol 2.0).
+A packet that sets a goal has 16 bytes of 10 bits each, at 57 600 baud unless set otherwise (ROBOTIS, Protocol 2.0).
 All are independent of each other. Other parts, the hull and the way it is trimmed are taken to be perfect.
 """
 

@@ -1,4 +1,4 @@
-"""Synthetic experiments on paddles that differ from the model: what a load cell would show, by recipes told in full.
+"""Synthetic experiments on paddles that differ from the model: what a load cell would show, by recipes given in full.
 
 The paper published no recordings. Each truth gives mean and peak thrust on the grid of Fig. 5, over the amplitude A and
 the frequency f; a and b are these, scaled from 0 to 1.
@@ -30,12 +30,12 @@ RECIPES = {
     "drop": "as offset, times 1 - 2.5 (f - 1.1 Hz)/Hz above 1.1 Hz: a half is left at 1.3 Hz",
     "physics": "the model with water carried along, stops 1, 2 and 3 deg soft, Cn 0.8 at the tip, a servo that lags "
     "by 20 ms and yields by 0.05 rad/(N m)",
-    HELD_OUT: "joints a third stiffer, Cn 1.15, 0.95 and 0.7 from the servo on, six tenths of what is asked beyond "
+    HELD_OUT: "joints a third stiffer, Cn 1.15, 0.95 and 0.7 from the servo on, six tenths of the command beyond "
     "65 deg, a rig that rings by 12 % at 0.8 Hz, a load cell 4 % and 0.008 N off; added when the methods were done",
 }
 NAMES = tuple(name for name in RECIPES if name != HELD_OUT)  # in sight while the methods were made
 _TRUE = (0.8, 0.84, 0.88, 0.92, 0.96, 1.0)  # Cn between which the truth's is found
-_WIDER = np.radians(np.arange(20.0, 76.0, 5.0))  # amplitudes that a servo may reach where it is told those above
+_WIDER = np.radians(np.arange(20.0, 76.0, 5.0))  # amplitudes that a servo may reach where it is commanded those above
 _OFFSET, _TILT = 0.02, (0.04, 0.06)  # N
 _PEAK, _DROP = 1.1, 2.5  # Hz, 1/Hz
 _YIELD, _LAG = 0.05, 0.02  # rad/(N m), s
@@ -91,8 +91,8 @@ def other_physics() -> xr.Dataset:
     - Blades carry water along, a fifth of what a plate does in potential flow, rho pi w^2/4 a length.
     - Stops are soft, by 1, 2 and 3 deg from the servo on.
     - Water leaks round the tip: Cn of the last segment is 0.8.
-    - The servo lags behind by 20 ms and yields by 0.05 rad/(N m): with the largest torque M of the stroke that it is
-      told, the amplitude is (A - 0.05 rad/(N m) M)/sqrt(1 + (2 pi f 0.02 s)^2).
+    - The servo lags behind by 20 ms and yields by 0.05 rad/(N m): with the largest torque M of the stroke in its
+      command, the amplitude is (A - 0.05 rad/(N m) M)/sqrt(1 + (2 pi f 0.02 s)^2).
     """
     robot = describe("paddle")
     water = AddedMassLoad(kind="added_mass", normal=_CARRIED)

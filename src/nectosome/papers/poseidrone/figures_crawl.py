@@ -1,4 +1,4 @@
-"""Figures of PoseiDRONE's crawling: searches, what the gait tells of the parameters, gaits over density and buoyancy.
+"""Figures of PoseiDRONE's crawling: searches, identifiability of the parameters, gaits over density and buoyancy.
 
 Data of the study: `crawl_fit_0`, ... as `identification.gait.fit.gait_data` has them; `crawl_told`: error (data,
 parameter) as shares of the ranges, rank, words; `crawl_profile`: value and rise (data, point), unless it was left out
@@ -35,7 +35,7 @@ def panels(sets: Sets) -> list[Panel]:
     caption = f"{motion.caption} Fitted to the features that the paper prints (Fig. 11); the tracks were not published."
     return [
         history_panel(fits, names, PRINTED)._replace(title="Crawling: searches for Table 3's parameters"),
-        parameters_panel(fits, names)._replace(title="Crawling: parameters that are as good as each other"),
+        parameters_panel(fits, names)._replace(title="Crawling: parameters of equally good fits"),
         told_panel(sets["crawl_told"]),
         *([profile_panel(sets["crawl_profile"])] if "crawl_profile" in sets else []),
         helpful_panel(sets["crawl_helpful"]),
@@ -56,14 +56,14 @@ def told_panel(found: "xr.Dataset") -> Panel:
         name = f"{words}: {int(one['rank'])} of {len(names)} directions identifiable"
         fig.add_bar(x=names, y=100 * one["error"].values, name=name, marker_color=CYCLE[k])
     half = 100 / np.sqrt(12)
-    fig.add_hline(y=half, line={"color": BLACK, "dash": "dot", "width": 1}, annotation_text="nothing identifiable")
+    fig.add_hline(y=half, line={"color": BLACK, "dash": "dot", "width": 1}, annotation_text="prior range only")
     fig.update_yaxes(title="standard error (percent of the range)", range=(0, 1.15 * half))
     dress(fig, 400).update_layout(showlegend=True, barmode="group", margin_t=90, hovermode="x")
     caption = (
-        "Near the first fit, to first order, with assumed errors of measurement. Four features tell little of ten "
-        "parameters; friction and sculling drag are identifiable by no track."
+        "Near the first fit, to first order, with assumed errors of measurement. Four features identify few of ten "
+        "parameters; no track identifies friction and sculling drag."
     )
-    return Panel("Crawling: what measurements tell", caption, fig)
+    return Panel("Crawling: identifiability by measurement", caption, fig)
 
 
 def profile_panel(found: "xr.Dataset") -> Panel:
@@ -83,23 +83,23 @@ def profile_panel(found: "xr.Dataset") -> Panel:
     dress(fig, 400).update_layout(showlegend=True, margin_t=90)
     told = "; ".join(f"{words}: {found['words'].sel(data=data).item()}" for data, words in _DATA.items())
     caption = (
-        f"The other nine are fitted anew at each value of {name}, from fit to fit, so that these are the least misfits "
-        f"met and not surely the least of all. Series are those that the first fit gives (synthetic). {told}."
+        f"The other nine are fitted anew at each value of {name}, each fit from the last one: these are the least "
+        f"misfits found, perhaps not the least of all. Series are those that the first fit gives (synthetic). {told}."
     )
     return Panel(f"Crawling: profile likelihood of {name}", caption, fig)
 
 
 def helpful_panel(found: "xr.Dataset") -> Panel:
-    """What might be measured too, the most helpful first."""
+    """Further measurements, the most informative first."""
     import plotly.graph_objects as go
 
     names = [plain(name) for name in found["measurement"].values][::-1]
     fig = go.Figure(go.Bar(y=names, x=found["gain"].values[::-1], orientation="h", marker_color=BLUE))
-    fig.update_xaxes(title="parameters more, in parts", rangemode="tozero")
+    fig.update_xaxes(title="more parameters identified, in parts", rangemode="tozero")
     dress(fig, 260).update_layout(margin_l=230)
     caption = (
-        f"Four features tell {float(found.attrs['parameters']):.1f} of ten parameters, counted in parts; what one more "
-        "measurement would add, with standard errors of 1 %, 1 mm and 1 deg."
+        f"Four features identify {float(found.attrs['parameters']):.1f} of ten parameters, counted in parts; bars show "
+        "what one more measurement adds, with standard errors of 1 %, 1 mm and 1 deg."
     )
     return Panel("Crawling: what to measure next", caption, fig)
 
@@ -121,7 +121,7 @@ def held_out_panel(found: "xr.Dataset") -> Panel:
     dress(fig, 440).update_layout(showlegend=True, margin_t=60)
     caption = (
         "Simulated at 1178 kg/m3 with all fits to the features at 1238 kg/m3, as Fig. 12; the tracks of the experiment "
-        "were not published. Fits that are as good at one density go on alike at the other, but not at one speed."
+        "were not published. Fits that are equally good at one density walk alike at the other, but at other speeds."
     )
     return Panel("Crawling: the density held out", caption, fig)
 

@@ -90,10 +90,10 @@ def static_free_panel(sets: Sets) -> Panel:
     caption = (
         "Simulated, with a synthetic chamber: the jet held still and swimming freely, and mass and drag identified "
         f"from a synthetic recording of the free speed (noise of {1e3 * found.attrs['noise']:g} mm/s) with the held "
-        "thrust. The mean of a turn is that of what overcomes the drag. What the shrinking bell gives while the "
-        "chamber is emptied it takes back while it fills, so that the mean does not know of it, nor does the drag; the "
-        "mass does. What counts is where the water comes from that fills the chamber: still water has to be brought up "
-        "to speed, which the held robot does not feel. A bell that carries half its chamber's water, as a sphere does, "
+        "thrust. The mean of a turn is that of what overcomes the drag. The momentum of the shrinking bell "
+        "is taken back while the chamber fills: it changes the identified mass, but neither the mean nor the drag. The "
+        "source of the water that fills the chamber matters: still water has to be accelerated, for which the held "
+        "robot needs no force. A bell that carries half its chamber's water, as a sphere does, "
         f"has a share of {own:.0f} %."
     )
     return Panel("Thrust held still and swimming free", caption, fig)

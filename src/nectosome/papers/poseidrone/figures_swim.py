@@ -57,8 +57,8 @@ def estimators_panel(made: "xr.Dataset") -> Panel:
     dress(fig, 420).update_layout(showlegend=True, hovermode="closest", margin_l=150, margin_t=50)
     fig.for_each_trace(lambda trace: trace.update(showlegend=trace.type == "scatter"))
     caption = (
-        f"Synthetic recordings, {made.sizes['draw']} draws of noise: errors of what is found (boxes hold half of them, "
+        f"Synthetic recordings, {made.sizes['draw']} draws of noise: errors of the estimates (boxes hold half of them, "
         "the dashed line is the mean), and the share of 95 % intervals that hold the truth. As printed: eqs. 4 to 9 "
         f"behind a Savitzky-Golay filter on the speed alone.{''.join(beyond)}"
     )
-    return Panel("What estimators are worth", caption, fig)
+    return Panel("Errors of the estimators", caption, fig)

@@ -12,11 +12,11 @@ NAME = "poseidrone"
 TITLE = "PoseiDRONE"
 ABOUT = (
     "An octopus-inspired robot that swims by a pulsed jet. Its added mass and drag are identified from speed and "
-    "thrust; no recordings were published, so that estimators are judged on synthetic ones, whose truth is known: "
-    "the parameters of Table 1, and a thrust whose shape the standard errors of Table 1 tell. On legs that cranks "
-    "drive it crawls: parameters are calibrated on four printed features of its gait, with a geometry of the legs that "
-    "the paper does not print. A mission takes it from swimming to crawling and back, on a schedule that is synthetic; "
-    "another is the shortest across its tank and back."
+    "thrust; no recordings were published: estimators are judged on synthetic ones, whose truth is known: "
+    "the parameters of Table 1, and a thrust whose shape follows from the standard errors of Table 1. It crawls on "
+    "legs driven by cranks: parameters are calibrated on four printed features of its gait, with a geometry of the "
+    "legs that the paper does not print. A mission takes it from swimming to crawling and back, on a synthetic "
+    "schedule; another is the shortest across its tank and back."
 )
 _PARTS: dict[str, tuple[float, Callable[[bool, Progress], StudyPart]]] = {  # share of the time that each takes
     "swimming": (0.1, swim.part),

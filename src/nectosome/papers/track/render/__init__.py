@@ -10,7 +10,7 @@ from .optics import Port, RenderCamera, RenderLens
 from .paddle_scene import Bubbles, Floor, Occluder, Paddle, PaddleScene
 from .shapes import Disc, Strip
 from .solids import RodSolid
-from .tank_scene import Lamps, Mirror, TankScene, TankWater
+from .tank_scene import Lamps, TankScene, TankWater, WaterMirror
 
 __all__ = [
     "Bubbles",
@@ -18,7 +18,6 @@ __all__ = [
     "Film",
     "Floor",
     "Lamps",
-    "Mirror",
     "Mottling",
     "Occluder",
     "Paddle",
@@ -30,5 +29,6 @@ __all__ = [
     "Strip",
     "TankScene",
     "TankWater",
+    "WaterMirror",
     "write_clip",
 ]

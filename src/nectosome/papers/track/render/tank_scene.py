@@ -40,7 +40,7 @@ class TankWater:
 
 
 @dataclass(frozen=True)
-class Mirror:
+class WaterMirror:
     """A flat wall or the surface from below, in which markers are seen again, weakly."""
 
     point: Vector  # [m]
@@ -84,7 +84,7 @@ class TankScene:
         still_lamps: Lamps | None = None,
         water: TankWater | None = None,
         bar: RodSolid | None = None,
-        mirror: Mirror | None = None,
+        mirror: WaterMirror | None = None,
         parts: int = 8,
     ):
         """`markers` gives centres [m] of those that move over times [s]; `still` are those at rest.

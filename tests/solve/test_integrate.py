@@ -17,7 +17,7 @@ from nectosome.mechanism import Attached
 from nectosome.model import bind
 from nectosome.solve import simulate
 from nectosome.solve.integrate import Settings, begin, integrate
-from nectosome.solve.stages import explicit_step, implicit_step, newton_memory
+from nectosome.solve.runge_kutta import explicit_step, implicit_step, newton_memory
 from nectosome.units import InputError
 
 G = 9.81

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 COLOURINGS = ("material", "curvature", "load of the water")
 UNITS = {"material": "", "curvature": "1/m", "load of the water": "N/m"}
 CAMERAS = {"three-quarter": (-0.7, -1.0, 0.6), "side": (0, -1, 0), "top": (0, -0.01, 1), "front": (-1, -0.01, 0)}
-_ROOTS = ("/world", "/around", "/tank")  # of what moves with the run, of the endless ground, of what stands still
+_ROOTS = ("/world", "/around", "/tank")  # parents of the moving robot, of the endless ground, of the tank
 _FAR = 1.2  # of the camera, in lengths of the robot
 _TALL = 0.9  # width of a picture over its height, below which the camera goes further away
 _LOOKED_AT = 9  # instants that a camera takes in

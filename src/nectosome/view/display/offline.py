@@ -14,7 +14,7 @@ from viser.infra import WebsockMessageHandler
 
 from nectosome.description import RobotDescription
 
-from .stage import CAMERAS, Look, Stage
+from .scene_graph import CAMERAS, Look, Stage
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,7 +68,7 @@ def recording(put: Callable[[Stage], None], camera: Direction = CAMERAS["three-q
 
 @cache
 def player_page() -> tuple[str, str]:
-    """The page that plays a recording: what stands before it, and after."""
+    """The page that plays a recording: the text before the recording, and after."""
     before, _, rest = _Recorder().tape.as_html().partition(_MARK)
     return before + _MARK, rest[rest.index('"') :]
 

@@ -21,7 +21,7 @@ _WATER, _GROUND = (120, 180, 220), (196, 182, 152)
 
 
 class Surroundings:
-    """What is under /around and goes on for ever, and under /tank.
+    """The endless ground and surface, nodes under /around, and the tank, nodes under /tank.
 
     The ground lies at `height` [m] in the world, and is looked at from `first` [m]. Where the water has none there are
     dots, since lines on a plane take a browser that draws by software five times as long.
