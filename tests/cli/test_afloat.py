@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from tests.made_up_runs import unpacked
 
 PAIR = """
 name: pair
@@ -103,5 +104,7 @@ def test_the_page_of_a_robot_has_a_picture_and_the_numbers(nectosome):
     assert (answer.code, answer.err) == (0, "")
     page = Path("pair.html").read_text()
     assert "neutral with body.density 750 kg/m3" in page
-    assert '"name":"rod"' in page
-    assert "mesh3d" in page
+    scene = re.search(r'<script type="text/plain" id="figure-1-scene-1">(.*?)</script>', page, re.DOTALL)
+    assert scene is not None
+    shown = unpacked(scene[1].strip())
+    assert b"/world/body" in shown and b"/world/rod" in shown

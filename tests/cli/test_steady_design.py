@@ -105,7 +105,7 @@ def test_a_design_is_found_kept_and_not_computed_again(nectosome, whole, monkeyp
 
 def test_limits_that_no_design_keeps_are_told(nectosome, problem):
     done = nectosome("design", "ball.yaml", "--starts", "1", "--out", "run", "--keep", "speed >= 9 m/s")
-    assert (done.code, done.out) == (1, "")
+    assert (done.code, done.out) == (1, "written: run/evaluations.nc\n")
     assert done.err.startswith("ball: no design keeps all limits: none of 200 drawn designs was accepted")
     assert "speed >= 9 m/s is not kept" in done.err
     assert not Path("run/best.yaml").exists()

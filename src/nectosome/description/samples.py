@@ -4,8 +4,6 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from nectosome.description.base import wrong
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, expected, shorten
 
@@ -23,6 +21,8 @@ def read_samples(
     Raises the error of a field for a file that cannot be read, a column that is not there, another unit, a missing
     value, more than 20 000 rows and, for a `smooth` curve, a gap in time.
     """
+    import numpy as np
+
     from nectosome.measure import read  # it takes a second, and few robots need it
 
     try:

@@ -6,6 +6,7 @@ import pytest
 from nectosome.io import save_dataset
 from nectosome.measure import read
 from nectosome.vision.video import Clip, Colour, draw_over, proposal_text, propose, track_segments
+from nectosome.vision.video.segments import ColourGroups
 from nectosome.vision.video.sheet import load_sheet
 
 from . import scenes
