@@ -46,7 +46,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_every_block_of_python_is_run_by_a_test():
     """A new one needs a test here (or beside the page of rigs, which has its own)."""
     assert {page: len(blocks(page, "python")) for page in PAGES if blocks(page, "python")} == {
-        "README": 1, "api": 1, "control": 2, "identify": 3, "index": 1, "measure": 3, "rigs": 2, "sim-to-real": 1,
+        "README": 1, "api": 1, "control": 3, "identify": 3, "index": 1, "measure": 3, "rigs": 2, "sim-to-real": 1,
         "track": 1,
     }  # fmt: skip
 
@@ -109,13 +109,14 @@ def test_a_video_is_tracked(folder: Path):
 
 
 def test_a_loop_of_control(folder: Path, capsys: pytest.CaptureFixture[str]):
-    runs("control", 1)
+    runs("control", 2)
     assert 0 < float(capsys.readouterr().out.split()[0]) < 1e-3  # m
 
 
 @pytest.mark.slow
-def test_a_robot_under_control(folder: Path, capsys: pytest.CaptureFixture[str]):
-    runs("control", 0)
+@pytest.mark.parametrize("k", [0, 1])
+def test_a_robot_under_control(folder: Path, capsys: pytest.CaptureFixture[str], k: int):
+    runs("control", k)
     assert capsys.readouterr().out
 
 

@@ -16,15 +16,15 @@ from nectosome.units import count
 def check(file: Annotated[Path, Parameter(help="A robot file.")], /) -> None:
     """Check a robot file: print parts, degrees of freedom and mass, or the mistake.
 
-    Warns of values far outside of what materials and water have.
+    Values far outside of those of materials and water give warnings.
     """
     description = load_robot(file)
-    for path, sentence in implausible(description):
-        tell(f"{file}, {path}: {sentence}")
 
     from nectosome.model import build
 
     parts = weigh(build(description), str(file))
+    for path, sentence in implausible(description):
+        tell(f"{file}, {path}: {sentence}")
     freedoms = sum(len(part.freedoms) for part in parts)
     mass = sum(part.mass for part in parts)
     write(f"{file}: ok, {count(len(parts), 'part')}, {count(freedoms, 'degree')} of freedom, {mass:.4g} kg", wrap=False)
