@@ -340,7 +340,7 @@ def bench(tmp_path_factory, ball_run):
 
 def fill_design_folders(folder: Path) -> None:
     """Problem files and folders of designs, damaged, foreign, and one that is in use."""
-    good = b"variables: {body.density: 1100 kg/m3 .. 1300 kg/m3}\nforward: -z\n"
+    good = b"vary: {body.density: 1100..1300 kg/m3}\nforward: -z\n"
     files = {
         "binary": bytes(range(256)),
         "empty": b"",
@@ -350,7 +350,7 @@ def fill_design_folders(folder: Path) -> None:
     for name, content in files.items():
         (folder / f"problem_{name}.yaml").write_bytes(content)
     (folder / "sinks.yaml").write_text(BALL)
-    (folder / "sinks.design.yaml").write_text("variables: {body.densty: 1100 kg/m3 .. 1300 kg/m3}\n")
+    (folder / "sinks.design.yaml").write_text("vary: {body.densty: 1100..1300 kg/m3}\n")
     known = ("task", "names", "constraint_names", "tolerance", "seed", "draws", "starts")
     other = dict.fromkeys(known, 1) | {"format": 2, "about": {}, "optimiser": {"name": "gradient"}}
     text = json.dumps(other)

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from nectosome.cli import options
+from nectosome.designs.design import SEED, STARTS
 from nectosome.io import load_dataset
 
 from .answers import check_wrong
@@ -83,3 +85,7 @@ def test_wrong_sweeps_are_answered_in_a_sentence(nectosome, arm, tmp_path):
         ("sweep", "paddle", "--over", "N=-1,2"),
     ]
     check_wrong(nectosome, cases, tmp_path)
+
+
+def test_seeds_and_starts_are_the_same_by_command_and_in_python():
+    assert (int(options.STARTS), int(options.SEED)) == (STARTS, SEED)

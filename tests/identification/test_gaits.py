@@ -112,7 +112,7 @@ def test_what_cannot_walk_is_refused():
         Walks(describe("poseidrone_crawl"), ["k"], seconds=2.0, window=0.7)
     robot = describe("poseidrone_crawl")
     variables = (read_variable("k", crawl.BOX["k"], robot),)
-    with pytest.raises(InputError, match="is unknown, and cannot be given too"):
+    with pytest.raises(InputError, match="varies, and cannot be given too"):
         GaitFit(robot, variables, (GaitTrial(crawl.TARGET, {"k": 100.0}),)).walked(np.array([[100.0]]))
 
 

@@ -20,6 +20,7 @@ from .walks import Walked
 if TYPE_CHECKING:
     import xarray as xr
 
+OPTIMISERS = ("cmaes", "genetic", "differential", "nsga2")  # that search everywhere
 _KNOWN = ("about", "robot", "vary", "seconds", "window", "error", "trials")
 _DIMENSIONS = {"m": "length", "Hz": "frequency", "m/s": "speed"}
 
@@ -58,6 +59,8 @@ def identify_gait(
 
     Raises InputError for a file that makes no sense, an unknown optimiser, and where no candidate walks.
     """
+    if optimiser not in OPTIMISERS:
+        raise InputError(f'"{optimiser}" is none for gaits.{did_you_mean(optimiser, OPTIMISERS)}', field="optimiser")
     fit = target if isinstance(target, GaitFit) else load_gait_fit(target)
     several = optimiser == "nsga2"
     if several and len(fit.trials) < 2:
