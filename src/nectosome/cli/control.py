@@ -11,7 +11,7 @@ from rich.text import Text
 
 from nectosome.cli.control_options import ReferenceOptions, named_options
 from nectosome.cli.control_rig import control_rig
-from nectosome.cli.options import Robot, Settings
+from nectosome.cli.options import Robot, Settings, value
 from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import columns, ending, number, page
 from nectosome.cli.progress import cancellable, progress_bar
@@ -38,20 +38,12 @@ def control_robot(
     reference: ReferenceOptions,
     gains: Annotated[
         str | None,
-        Parameter(
-            help="K_p,K_i,K_d in the units of --command and --reference, and s; by default found on the model.",
-            allow_leading_hyphen=True,
-        ),
+        value("K_p,K_i,K_d in the units of --command and --reference, and s; by default found on the model."),
     ] = None,
-    rate: Annotated[
-        str | None,
-        Parameter(help="Sampling rate; by default 20 Hz, or four a beat with --mean.", allow_leading_hyphen=True),
-    ] = None,
+    rate: Annotated[str | None, value("Sampling rate; by default 20 Hz, or four a beat with --mean.")] = None,
     mean: Annotated[bool, Parameter(help="Average the measurement over the last beat of the drives.")] = False,
-    noise: Annotated[
-        str | None, Parameter(help="Standard deviation of a measurement.", allow_leading_hyphen=True)
-    ] = None,
-    delay: Annotated[str | None, Parameter(help="Delay of measurements.", allow_leading_hyphen=True)] = None,
+    noise: Annotated[str | None, value("Standard deviation of a measurement.")] = None,
+    delay: Annotated[str | None, value("Delay of measurements.")] = None,
     settings: Settings = None,
     outputs: Outputs = Outputs(),
 ) -> int:

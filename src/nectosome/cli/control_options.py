@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from nectosome.cli.options import value
 from nectosome.units import InputError, read_positive
 
 if TYPE_CHECKING:
@@ -37,26 +38,13 @@ class ReferenceOptions:
     """A reference as options of the command line."""
 
     reference: Annotated[
-        str,
-        Parameter(
-            help="A constant, such as 30deg; sine, triangle, chirp, varying; or a file with a recording.",
-            allow_leading_hyphen=True,
-        ),
+        str, value("A constant, such as 30deg; sine, triangle, chirp, varying; or a file with a recording.")
     ]
-    amplitude: Annotated[
-        str | None, Parameter(help="Of a shape, such as 6mm; a list for varying.", allow_leading_hyphen=True)
-    ] = None
-    frequency: Annotated[
-        str | None, Parameter(help="Of a shape, such as 0.04Hz; a list for varying.", allow_leading_hyphen=True)
-    ] = None
-    to: Annotated[str | None, Parameter(help="Last frequency of a chirp.", allow_leading_hyphen=True)] = None
+    amplitude: Annotated[str | None, value("Amplitude of a shape, such as 6mm; a list for varying.")] = None
+    frequency: Annotated[str | None, value("Frequency of a shape, such as 0.04Hz; a list for varying.")] = None
+    to: Annotated[str | None, value("Last frequency of a chirp.")] = None
     column: Annotated[str | None, Parameter(help="Quantity of the file, if several have the dimension.")] = None
-    time: Annotated[
-        str | None,
-        Parameter(
-            help="Length; by default two periods, that of the file, or 10 s for a constant.", allow_leading_hyphen=True
-        ),
-    ] = None
+    time: Annotated[str | None, value("Length; by default two periods, that of the file, or 10 s.")] = None
 
     def shape(self) -> "Shape":
         """Options that belong to the shape."""

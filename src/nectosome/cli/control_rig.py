@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from nectosome.cli.control_options import ReferenceOptions, named_options
-from nectosome.cli.options import read_count
+from nectosome.cli.options import read_count, value
 from nectosome.cli.output import Outputs, check_target, report, tell, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io import load_dataset, save_dataset
@@ -30,17 +30,16 @@ def control_rig(
     ] = None,
     gains: Annotated[
         str | None,
-        Parameter(
-            help="K_p,K_i,K_d in the units of the rig file's limits and of --reference, and s; by default found on "
-            "the model.",
-            allow_leading_hyphen=True,
+        value(
+            "K_p,K_i,K_d in the units of the rig file's limits and of --reference, and s; by default found on "
+            "the model."
         ),
     ] = None,
     model: Annotated[
         Path | None,
         Parameter(help="Model of the rig (.nc), as `identify hysteresis --save` writes it; a simulated rig has one."),
     ] = None,
-    rounds: Annotated[str, Parameter(help="Runs of ilc.", allow_leading_hyphen=True)] = "5",
+    rounds: Annotated[str, value("Runs of ilc.")] = "5",
     outputs: Outputs = Outputs(),
 ) -> int:
     """Rehearse on the model, where there is one, then run the rig with its guards, and log it.

@@ -11,7 +11,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.options import Over, Settings, read_count, read_pairs
+from nectosome.cli.options import Over, Settings, read_count, read_pairs, value
 from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import columns, page
 from nectosome.cli.progress import cancellable, progress_bar
@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
 
 def correct(
-    robot: Annotated[str | None, Parameter(help="Robot that ships, or file: its grid is simulated first.")] = None,
+    robot: Annotated[
+        str | None, Parameter(help="Name of a robot that ships, or a robot file; its grid is simulated first.")
+    ] = None,
     /,
     *,
     campaign: Annotated[Path, Parameter("--campaign", help="Campaign (.yaml): recordings and their conditions.")],
@@ -33,25 +35,20 @@ def correct(
     ] = None,
     method: Annotated[
         str | None,
-        Parameter(help="cn-gp, cn-svd, gp, cn, ...; left out, cn-gp, or gp where no parameter is simulated."),
+        Parameter(help="cn-gp, cn-svd, gp, cn, ...; by default cn-gp, or gp without a parameter."),
     ] = None,
-    upcoming: Annotated[
-        str, Parameter("--next", help="How many experiments to propose.", allow_leading_hyphen=True)
-    ] = "3",
-    aim: Annotated[Literal["error", "highest", "lowest"], Parameter(help="What they are for.")] = "error",
+    upcoming: Annotated[str, value("Number of experiments to propose.", "--next")] = "3",
+    aim: Annotated[Literal["error", "highest", "lowest"], Parameter(help="Purpose of these experiments.")] = "error",
     quantity: Annotated[
         str | None,
-        Parameter(
-            help="Such as force.y; -force.y where the sensor reads the other way. Left out, the one that both have.",
-            allow_leading_hyphen=True,
+        value(
+            "Quantity to correct, such as force.y; -force.y for a sensor of opposite sign; by default the common one."
         ),
     ] = None,
     parameter: Annotated[
-        str | None, Parameter(help="NAME=VALUE that the simulator takes, such as Cn=1; left out, that of the sweep.")
+        str | None, Parameter(help="NAME=VALUE of the simulator, such as Cn=1; by default that of the sweep.")
     ] = None,
-    lowpass: Annotated[
-        str | None, Parameter(help="Cutoff for the peaks of recordings, such as 10Hz.", allow_leading_hyphen=True)
-    ] = None,
+    lowpass: Annotated[str | None, value("Cutoff for the peaks of recordings, such as 10Hz.")] = None,
     outputs: Outputs = Outputs(),
 ) -> int:
     """Correct a simulated grid with a few experiments, with its errors, and propose the next experiments.

@@ -7,7 +7,19 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 from rich.table import Table
 
-from nectosome.cli.options import SEED, STARTS, Robot, Seed, Settings, Starts, Vary, WriteRobot, read_count, read_pairs
+from nectosome.cli.options import (
+    SEED,
+    STARTS,
+    Robot,
+    Seed,
+    Settings,
+    Starts,
+    Vary,
+    WriteRobot,
+    read_count,
+    read_pairs,
+    value,
+)
 from nectosome.cli.output import Data, check_target, tell, write
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import weigh
@@ -29,9 +41,7 @@ def design(
     maximise: Annotated[str | None, Parameter(help="speed, thrust, efficiency, ...; speed unless given.")] = None,
     minimise: Annotated[str | None, Parameter(help="power, torque, cost_of_transport, ... instead.")] = None,
     keep: Annotated[list[str] | None, Parameter(help='A limit, "torque <= 0.4 N m"; may be repeated.')] = None,
-    forward: Annotated[
-        str | None, Parameter(help="x, -x, ... -z: along which speed counts.", allow_leading_hyphen=True)
-    ] = None,
+    forward: Annotated[str | None, value("x, -x, ... -z: along which speed counts.")] = None,
     settings: Settings = None,
     mission: Annotated[
         Path | None, Parameter(help="Make this mission as short as possible: a file, or a robot that ships.")
@@ -45,7 +55,8 @@ def design(
     starts: Starts = STARTS,
     seed: Seed = SEED,
     out: Annotated[
-        Path | None, Parameter(help="Folder of all results; the same command again goes on there, --force begins anew.")
+        Path | None,
+        Parameter(help="Folder of all results; the same command again continues there, --force starts anew."),
     ] = None,
     found: WriteRobot = None,
     data: Data = Data(),

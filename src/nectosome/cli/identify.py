@@ -20,6 +20,7 @@ from nectosome.cli.options import (
     WriteRobot,
     read_count,
     read_pairs,
+    value,
 )
 from nectosome.cli.output import Outputs, check_target, write
 from nectosome.cli.progress import progress_bar
@@ -54,9 +55,7 @@ def identify_robot(
         list[str] | None,
         Parameter(help="COLUMN=VALUE: its standard error; that of the residuals unless given; may be repeated."),
     ] = None,
-    skip: Annotated[
-        str | None, Parameter(help="Nothing is compared in so long at first.", allow_leading_hyphen=True)
-    ] = None,
+    skip: Annotated[str | None, value("Time at the start that is not compared.")] = None,
     starts: Starts = STARTS,
     settings: Settings = None,
     test: Test = None,
@@ -105,17 +104,13 @@ def identify_robot(
 def surge(
     *,
     campaign: Campaign,
-    mass: Annotated[str, Parameter(help="Mass of the robot, such as 0.755kg.", allow_leading_hyphen=True)],
+    mass: Annotated[str, value("Mass of the robot, such as 0.755kg.")],
     method: Annotated[
         str, Parameter(help="output_error, instrumental_variables, integral_windows, or finite_differences.")
     ] = "output_error",
     test: Test = None,
     smooth: Annotated[
-        str | None,
-        Parameter(
-            help="Window of a filter, such as 0.2s, for integral_windows and finite_differences.",
-            allow_leading_hyphen=True,
-        ),
+        str | None, value("Window of a filter, such as 0.2s, for integral_windows and finite_differences.")
     ] = None,
     outputs: Outputs = Outputs(),
 ) -> None:
@@ -140,7 +135,7 @@ def surge(
 def hysteresis(
     *,
     campaign: Campaign,
-    order: Annotated[str, Parameter(help="Of the transfer function.", allow_leading_hyphen=True)] = "2",
+    order: Annotated[str, value("Order of the transfer function.")] = "2",
     slew: Annotated[bool, Parameter(help="Pressures are commands: fit the slew limit of the valve.")] = False,
     test: Test = None,
     outputs: Outputs = Outputs(),
@@ -169,12 +164,10 @@ def gait(
         str, Parameter(help="cmaes, genetic, differential, or nsga2, one objective a trial.")
     ] = "cmaes",
     seed: Seed = SEED,
-    evaluations: Annotated[
-        str, Parameter(help="At most so many walks of each trial.", allow_leading_hyphen=True)
-    ] = "3000",
-    goal: Annotated[str, Parameter(help="It ends at this discrepancy (eq. 13).", allow_leading_hyphen=True)] = "1e-6",
+    evaluations: Annotated[str, value("Largest number of evaluations of each trial.")] = "3000",
+    goal: Annotated[str, value("Discrepancy at which the search ends (eq. 13).")] = "1e-6",
     out: Annotated[
-        Path | None, Parameter(help="Folder in which walks are kept; the same command again goes on there.")
+        Path | None, Parameter(help="Folder of all evaluations; the same command again continues there.")
     ] = None,
     outputs: Outputs = Outputs(),
 ) -> None:

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 _FILES = (".yaml", ".yml", ".nc")  # that may stand where a robot or a run is named
 
 
-def value(about: str) -> Parameter:
-    """Return the help of an option whose value is a number, which may begin with a minus."""
-    return Parameter(help=about, allow_leading_hyphen=True)
+def value(about: str, *names: str) -> Parameter:
+    """Return help and names of an option whose value is a number, which may begin with a minus."""
+    return Parameter(names or None, help=about, allow_leading_hyphen=True)
 
 
 def _robots(context: "CompletionContext") -> list[str]:
@@ -46,13 +46,14 @@ Campaign = Annotated[Path | None, Parameter("--campaign", help="Campaign (.yaml)
 
 
 STARTS, SEED = "4", "1"  # of searches and fits, the defaults of `designs.design` and `identification.identify`
-Starts = Annotated[
-    str, Parameter("--starts", help="Searches from so many places in the ranges.", allow_leading_hyphen=True)
+Starts = Annotated[str, value("Number of starting points in the ranges.", "--starts")]
+Seed = Annotated[str, value("Seed of random numbers.", "--seed")]
+Vary = Annotated[
+    list[str] | None, Parameter("--vary", help='PATH=LOW..HIGH, such as "E=1..9MPa log"; may be repeated.')
 ]
-Seed = Annotated[str, Parameter("--seed", help="Seed of the random numbers.", allow_leading_hyphen=True)]
-Vary = Annotated[list[str] | None, Parameter("--vary", help='"PATH=LOW..HIGH", or with " log"; may be repeated.')]
 Over = Annotated[
-    list[str] | None, Parameter("--over", help="PATH=LOW..HIGH:STEP or PATH=A,B,C, such as A=30..75:5deg; repeatable.")
+    list[str] | None,
+    Parameter("--over", help="PATH=LOW..HIGH:STEP or PATH=a,b,c, such as A=30..75:5deg; may be repeated."),
 ]
 Test = Annotated[
     list[str] | None, Parameter("--test", help="Files that are predicted, not fitted.", consume_multiple=True)

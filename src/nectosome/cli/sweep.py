@@ -4,11 +4,10 @@ import time as clock
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Parameter
 from rich.console import Group
 from rich.text import Text
 
-from nectosome.cli.options import Over, Robot, Settings, read_count, read_pairs
+from nectosome.cli.options import Over, Robot, Settings, read_count, read_pairs, value
 from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import columns, number, page
 from nectosome.cli.progress import cancellable, progress_bar
@@ -25,9 +24,7 @@ def sweep(
     *,
     over: Over = None,
     settings: Settings = None,
-    samples: Annotated[
-        str, Parameter(help="Times of a cycle of which averages are taken.", allow_leading_hyphen=True)
-    ] = "257",
+    samples: Annotated[str, value("Times of a cycle of which averages are taken.")] = "257",
     outputs: Outputs = Outputs(),
 ) -> int:
     """Find the steady or periodic motion at every point of a grid, and its cycle averages.
