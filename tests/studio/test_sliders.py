@@ -7,7 +7,7 @@ from nectosome.description import get_value, with_values
 from nectosome.designs import shipped_problem
 from nectosome.robots import describe
 from nectosome.robots.shipped import file_names
-from nectosome.studio.session import problem_of
+from nectosome.studio.session import motion_problem
 from nectosome.studio.sliders import scales_of
 
 ROBOTS = (*file_names(), "beetle")
@@ -16,7 +16,7 @@ ROBOTS = (*file_names(), "beetle")
 @pytest.mark.parametrize("name", ROBOTS)
 def test_each_slider_holds_the_robots_value_and_every_place_of_it_is_allowed(name):
     robot = describe(name)
-    scales = scales_of(robot, problem_of(name).variables)
+    scales = scales_of(robot, motion_problem(name).vary)
     assert scales or name == "poseidrone_turning"  # front and rear legs are not driven alike
     for scale in scales:
         value = float(get_value(robot, scale.name))
@@ -30,7 +30,7 @@ def test_each_slider_holds_the_robots_value_and_every_place_of_it_is_allowed(nam
 
 
 def test_ranges_of_the_design_problem_come_first_in_units_that_people_read():
-    by_name = {scale.name: scale for scale in scales_of(describe("flagellum"), shipped_problem("flagellum").variables)}
+    by_name = {scale.name: scale for scale in scales_of(describe("flagellum"), shipped_problem("flagellum").vary)}
     assert (by_name["L"].label, by_name["L"].low, by_name["L"].high) == ("L (mm)", 300, 700)
     assert by_name["alpha"].label == "alpha (deg)"
 

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.description import RobotDescription, get_value, parse_robot, with_values
-from nectosome.designs import Problem, load_problem, shipped_problem
+from nectosome.designs.problem import Problem, problem_of
 from nectosome.io import load_dataset
 from nectosome.model import build
 from nectosome.robots import describe
@@ -65,7 +65,7 @@ class Session:
     def open(self, robot: str | Path) -> None:
         """Take a robot that ships, by name, or a file. Raises InputError where it cannot be read: nothing changes."""
         description = describe(str(robot))
-        self._take(description, problem_of(robot))
+        self._take(description, motion_problem(robot))
         with self._counting(self._opened):
             self._show_start()
         self._compute_motion()
@@ -88,7 +88,7 @@ class Session:
     @property
     def sliders(self) -> list[str]:
         """Names of the quantities that have a slider."""
-        return [scale.name for scale in scales_of(self.description, self.problem.variables)]
+        return [scale.name for scale in scales_of(self.description, self.problem.vary)]
 
     @property
     def shown_time(self) -> float:
@@ -105,7 +105,7 @@ class Session:
         self._leave_live()
         with self._setting:
             self.description = description
-            self._put_sliders(scales_of(description, self.problem.variables))
+            self._put_sliders(scales_of(description, self.problem.vary))
         self._compute_motion()
 
     def on_seen(self, tell: Callable[[Answer], None]) -> None:
@@ -215,7 +215,7 @@ class Session:
 
     def _take(self, description: RobotDescription, problem: Problem) -> None:
         """Begin anew with another robot."""
-        scales = scales_of(description, problem.variables)
+        scales = scales_of(description, problem.vary)
         self._leave_live()
         self.work.cancel()  # its result is not for this robot
         self._controls.play(False)
@@ -320,8 +320,7 @@ class Session:
             self._controls.show(t % playback.end if playback.end else 0.0)
 
 
-def problem_of(robot: str | Path) -> Problem:
-    """The design problem beside a robot file, or that ships with a robot; an empty one where that is a mission's."""
-    beside = Path(robot).with_suffix(".design.yaml")
-    problem = load_problem(beside) if beside.is_file() else shipped_problem(str(robot))
-    return Problem() if problem is None or problem.mission else problem
+def motion_problem(robot: str | Path) -> Problem:
+    """The design problem of a robot's file or name; an empty one where that is a mission's."""
+    problem = problem_of(robot)
+    return Problem() if problem.mission else problem

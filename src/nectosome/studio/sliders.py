@@ -1,7 +1,7 @@
 """Which numbers of a robot have a slider, in which unit, and from where to where."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from nectosome.description import RobotDescription, get_value, numeric_paths, resolve
@@ -34,7 +34,7 @@ class SliderScale(NamedTuple):
         return round(min(max(value / self.factor, self.low), self.high), 1 - math.floor(math.log10(self.step)))
 
 
-def scales_of(description: RobotDescription, ranges: Mapping[str, str]) -> list[SliderScale]:
+def scales_of(description: RobotDescription, ranges: Mapping[str, str | Sequence[float]]) -> list[SliderScale]:
     """Sliders for what has a range, such as `1.4 MPa .. 1681 MPa log`, and for all that has a short name of its own."""
     given = [read_variable(name, text, description) for name, text in ranges.items()]
     taken = {path for v in given for path in resolve(description, v.name)}

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nectosome.designs.sweep import mean_of, telling
+from nectosome.designs.sweep import mean_of, nonzero_means
 from nectosome.units import shown_unit
 
 from .heatmap import MapAxis, maps, sequential
@@ -35,7 +35,7 @@ def show_sweep(found: "xr.Dataset", path: str | Path) -> None:
 def panels(found: "xr.Dataset") -> list[Panel]:
     """A map over two axes, or a curve over one, of each mean that is there."""
     out = []
-    for name, values in telling(found).items():
+    for name, values in nonzero_means(found).items():
         if name == "turn_rate" and np.nanmax(np.abs(values.values)) <= _NOTHING:
             continue
         kind, _, axis = name.partition(".")
