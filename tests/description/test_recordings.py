@@ -108,7 +108,7 @@ def inline(times: str, values: str) -> str:
         (robot(MOTION.replace("servo", "none")), "", "body.joint.motion.file: "),
         (robot(), "7.6,,0\n", "body.joint.motion.column: servo.csv, angle: 1 row missing, the first is row 7, at 7.6 s."),
         (robot(), "7.4,1,0\n", "servo.csv, line 7, time: the time 7.4 s comes after 7.5 s."),
-        (robot(), "7.5,1,0\n", "servo.csv, line 7, time: the time 7.5 s stands there twice."),
+        (robot(), "7.5,1,0\n", "servo.csv, line 7, time: the time 7.5 s occurs twice."),
         (robot(), "9.5,1,0\n", "body.joint.motion.file: servo.csv, row 7: nothing was recorded between 7.5 s and 9.5 s."),
     ],
 )  # fmt: skip

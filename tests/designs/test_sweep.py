@@ -197,7 +197,7 @@ def test_values_one_by_one_are_in_si_or_text_with_a_unit():
         ("A=", "is not a number"),
         ("=1,2", "no quantity called"),
         ("A=30..75deg", "needs a step"),
-        ("A=30:75:5deg", "has no unit that can be read"),
+        ("A=30:75:5deg", "has no readable unit"),
         ("A=thirty deg", "is not a number"),
         ("A=30..75:0deg", "leads nowhere"),
         ("A=30..75:-5deg", "leads nowhere"),

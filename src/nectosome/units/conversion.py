@@ -19,7 +19,7 @@ def read_quantity(given: str | SupportsFloat, dimension: str, field: str) -> flo
             return parse_quantity(given, dimension)
         value = math.nan if isinstance(given, bool) else float(given)
         if not math.isfinite(value):
-            raise ValueError(f'"{shorten(given)}" is no finite number. {expected(dimension)}')
+            raise ValueError(f'"{shorten(given)}" is NaN or infinite. {expected(dimension)}')
         return value
     except TypeError:
         raise InputError(f'"{shorten(given)}" is no quantity. {expected(dimension)}', field=field) from None

@@ -71,11 +71,14 @@ def write_fit(
 
 def write_panels(folder: Path, panels: Iterable[tuple[str, Panel]]) -> None:
     """Write a page for each panel, by its name, and the programs that they share. Raises InputError where it cannot."""
-    write_atomic(folder / _PLOTTER, _plotter().encode())
-    write_atomic(folder / _PLAYER, _player().encode())
+    used = set()
     for name, panel in panels:
         program = _PLAYER if isinstance(panel.figure, Scenes) else _PLOTTER
+        used.add(program)
         _write(folder / f"{name}.html", panel.title, [f'<script src="{program}"></script>'], [panel])
+    for program, text in ((_PLOTTER, _plotter), (_PLAYER, _player)):
+        if program in used:
+            write_atomic(folder / program, text().encode())
 
 
 def _write(path: str | Path, title: str, scripts: Sequence[str], parts: Iterable[str | Panel]) -> None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 AROUND = 12  # corners of a slice
 _ROUND = 24  # of a rigid part, which is drawn once
-_OVERLAP = 1.06  # of slices, so that none gapes where a rod bends
+_OVERLAP = 1.06  # of slices, so that no gap shows between them
 _STEP = 0.02  # of a rod's width
 _NO_FORCE = 1e-3  # of the largest: no arrow
 _LEFT_OUT = ("weight", "buoyancy")  # of what the water does
@@ -93,7 +93,9 @@ class Soft:
     def slices(self, k: int) -> Slices:
         """Slices at instant k, in the frame of the root."""
         _, place, R, widths = finer(self.x, self._position[k : k + 1], self._rotation[k : k + 1], self._half)
+        bend = np.linalg.norm(np.diff(R[0, :, :, 0], axis=0), axis=1)  # rad, from one end of a slice to the other
         along = np.linalg.norm(np.diff(place[0], axis=0), axis=1) * _OVERLAP
+        along += bend * widths[:-1].max(axis=1)  # the outside of a bend is longer
         size = np.concatenate([along[:, None], widths[:-1] + widths[1:]], axis=1)
         return Slices(0.5 * (place[0, :-1] + place[0, 1:]), _halfway(_quaternions(R[0])), size)
 
