@@ -59,7 +59,7 @@ def test_the_bell_helps_while_it_shrinks_and_takes_it_back(found):
 
 
 def test_the_motor_is_slow_and_takes_current_while_it_pulls(found):
-    turns = found.isel(moment=slice(-4 * 241, None))
+    turns = found.isel(instant=slice(-4 * 241, None))
     angle = np.degrees(turns["motor_angle"].values) % 360
     thrust, speed = turns["motor_thrust"].values, turns["motor_speed"].values
     assert 140 < angle[thrust.argmax()] < 180

@@ -163,7 +163,7 @@ def test_it_goes_on_where_it_was_cut_off(optimiser, tmp_path):
         computed.clear()
         found = search(objective, BOX, optimiser, evaluations=150, text="one", folder=tmp_path)
         assert same(found, whole)
-        assert ("cut off" in found.note) == (left is None)
+        assert ("incomplete or damaged" in found.note) == (left is None)
         assert len(computed) == (len(lines) - 2 if left is None else left)
         assert untimed((tmp_path / FILE).read_bytes()) == untimed(raw)
 

@@ -124,7 +124,7 @@ def test_the_same_later_is_no_double_click(work, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("error", "words"), [(InputError("no such thing."), "no such thing."), (KeyError("x"), "The studio made a mistake")]
+    ("error", "words"), [(InputError("no such thing."), "no such thing."), (KeyError("x"), "The studio has failed")]
 )
 def test_what_goes_wrong_is_told_and_the_next_work_can_begin(work, said, error, words, capfd):
     def compute(progress):
