@@ -13,6 +13,9 @@ from jaxtyping import Float
 Vector = tuple[float, float, float]
 
 
+_LEAST = 1e-8  # spread below which tan(s theta) / s is theta to rounding; smaller ones lose digits
+
+
 @dataclass(frozen=True)
 class RenderLens:
     r"""A lens that is round about its axis, by one number from rectilinear to equidistant.
@@ -35,14 +38,14 @@ class RenderLens:
 
     def radius(self, angle: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
         """Distance from the axis in the image [px] of what is at an angle to it [rad]; nan beyond the lens's reach."""
-        s = self.spread
+        s = self.spread if self.spread > _LEAST else 0.0
         reach = np.pi / 2 / s if s > 0.5 else np.pi  # of stereographic and wider lenses: all but straight behind
         inside = np.where(angle < reach, angle, np.nan)
         return self.focal * (np.tan(s * inside) / s if s else inside)
 
     def angle(self, radius: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
         """The other way round [rad]; nan where a ray would have to come from behind the axis's other side."""
-        s = self.spread
+        s = self.spread if self.spread > _LEAST else 0.0
         angle = np.arctan(s * radius / self.focal) / s if s else radius / self.focal
         return np.where(angle < np.pi, angle, np.nan)
 
