@@ -160,7 +160,9 @@ def test_a_cancelled_run_keeps_what_is_done(tmp_path, workers):
     assert same(rest, multistart(task, Gradient(), 12, executor=HERE))
 
 
-def test_a_worker_that_is_far_from_its_next_evaluation_is_ended(tmp_path):
+@pytest.mark.parametrize("starts", [2, 7])
+def test_a_worker_that_is_far_from_its_next_evaluation_is_ended(tmp_path, starts):
+    """Starts that wait for a worker do not keep the run from its end."""
     task, begun = Known("disc", pause=600.0, log=str(tmp_path)), []
 
     def progress(done, best, evaluations):
@@ -168,7 +170,7 @@ def test_a_worker_that_is_far_from_its_next_evaluation_is_ended(tmp_path):
             begun.append(time.perf_counter())
         return not begun
 
-    part = multistart(task, Gradient(), 2, progress=progress, workers=2)
+    part = multistart(task, Gradient(), starts, progress=progress, workers=2)
     assert part.cancelled and not part.starts
     assert time.perf_counter() - begun[0] < 60
 

@@ -202,7 +202,8 @@ class _Run:
             _STOPPED.add(id(token))
             if workers:
                 workers.stop.set()
-            for future in futures:
+            # a pool whose worker ends never resolves its other futures where one of them is cancelled (Python 3.11)
+            for future in () if workers else futures:
                 future.cancel()
             wait(futures)  # those in this process stop at their next evaluation, our workers soon
             _STOPPED.discard(id(token))
