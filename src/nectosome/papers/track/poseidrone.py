@@ -5,7 +5,6 @@ identification must give back.
 """
 
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +21,7 @@ from nectosome.measure import load_campaign
 
 from ..poseidrone.crawl import fit
 from ..poseidrone.recordings import OMEGA, body, settled, thrust
-from .tank import Filming, Path3, tracked
+from .tank import Path3
 
 WINDOW = 5.0  # s, of a walk, over which the features are taken
 _HIGH = 0.3  # m, of the swim over the floor
@@ -126,9 +125,3 @@ def numbers(walked: xr.Dataset, truth: Float[np.ndarray, "4"], found: dict[str, 
 
 
 _ROWS = ("a", "f", "speed", "height")
-
-
-def filmed(path: Path3, how: Filming, seconds: float, tell: Callable[[float], None]) -> xr.Dataset:
-    """Track of a path, with the truth beside."""
-    with tempfile.TemporaryDirectory() as folder:
-        return tracked(Path(folder), path, how, seconds, tell)
