@@ -16,7 +16,7 @@ from nectosome.papers.fishtail.comparison import DT, LIMITS, actuator, controlle
 from nectosome.papers.fishtail.plant import LARGEST, LIMIT
 from nectosome.rigs.sampling_loop import ControlLaw
 
-from .paddle import timed
+from .timing import timed
 
 _FINE, _TIME, _REPEATS = 1e-3, 60.0, 9
 _SAMPLES = 2000  # of each controller

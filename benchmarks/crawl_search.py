@@ -8,7 +8,7 @@ import sys
 from nectosome.papers.poseidrone.crawl import fit
 from nectosome.search import Genetic, minimise
 
-from .paddle import timed
+from .timing import timed
 
 _POPULATION, _GENERATIONS = 100, 100
 

@@ -6,7 +6,7 @@ from nectosome.description.mission import load_mission
 from nectosome.robots import describe, mission_of
 from nectosome.solve import run_mission
 
-from .paddle import timed
+from .timing import timed
 
 _ROBOT = "poseidrone"
 
