@@ -125,7 +125,7 @@ def parameters_panel(found: "xr.Dataset") -> Panel:
     caption = (
         "Of the fit with the valve's limit, to synthetic recordings. Slopes are sums of the first weights, in "
         "displacement by pressure; all must be above 0 for the hysteresis to have an inverse. Of the paper's 14 "
-        "numbers data tell 11: gains of hysteresis and dynamics are one, and the tenth play never moves."
+        "numbers 11 are identifiable: gains of hysteresis and dynamics are one, and the tenth play never moves."
     )
     return Panel("Parameters of the fishtail", caption, _table(head, rows))
 

@@ -72,7 +72,7 @@ def _friction(tests: Mapping[str, "xr.Dataset"], data: Mapping[str, "xr.Dataset"
 
 
 def _fitted(fits: Mapping[str, "xr.Dataset"]) -> Panel:
-    """A run held out and what the models say of it."""
+    """A run held out, and the predictions of the models."""
     from plotly.subplots import make_subplots
 
     titles = [f"{plain(name)}: run {fit.attrs['run']}, held out" for name, fit in fits.items()]
@@ -89,7 +89,7 @@ def _fitted(fits: Mapping[str, "xr.Dataset"]) -> Panel:
         limit, half = fit["value"].sel(parameter="limit").values, fit["half"].sel(parameter="limit").values
         left = fit["held_out"].values
         words.append(
-            f"{name}: sliding friction {limit[0]:.2f} ± {half[0]:.2f} N, with the pressure's pull told apart "
+            f"{name}: sliding friction {limit[0]:.2f} ± {half[0]:.2f} N, with the pressure's pull separate "
             f"{limit[1]:.2f} ± {half[1]:.2f} N; error on the runs held out {left[0]:.1f} % and {left[1]:.1f} % of the "
             f"range of the pull, {fit.attrs['curve']:.0f} % without friction, {fit.attrs['repeat']:.1f} % by the mean "
             "of the other runs."

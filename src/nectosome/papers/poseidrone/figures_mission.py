@@ -40,30 +40,16 @@ def path_panel(sets: Mapping[str, "xr.Dataset"]) -> Panel:
     for key, (name, colour) in _NAMES.items():
         found = sets[key]
         for row, of in enumerate(("x", "z"), start=1):
+            label = f"{name}: {float(found['time'][-1]):.1f} s"
             line = {"color": colour, "width": 2}
-            fig.add_scatter(
-                x=found["time"].values,
-                y=found["position"].sel(axis=of).values,
-                mode="lines",
-                line=line,
-                name=f"{name}: {float(found['time'][-1]):.1f} s",
-                showlegend=row == 1,
-                row=row,
-                col=1,
-            )
+            x, y = found["time"].values, found["position"].sel(axis=of).values
+            fig.add_scatter(x=x, y=y, mode="lines", line=line, name=label, showlegend=row == 1, row=row, col=1)
         ends = found["event_time"].values
         at = found.sel(time=~found.indexes["time"].duplicated()).interp(time=ends)
-        fig.add_scatter(
-            x=ends,
-            y=at["position"].sel(axis="z").values,
-            text=[f"{mode} ends" for mode in found["event_mode"].values],
-            mode="markers",
-            marker={"color": colour, "size": 8},
-            showlegend=False,
-            hovertemplate="%{text} at %{x:.1f} s",
-            row=2,
-            col=1,
-        )
+        shown = {"mode": "markers", "marker": {"color": colour, "size": 8}, "hovertemplate": "%{text} at %{x:.1f} s"}
+        words = [f"{mode} ends" for mode in found["event_mode"].values]
+        y = at["position"].sel(axis="z").values
+        fig.add_scatter(x=ends, y=y, text=words, showlegend=False, row=2, col=1, **shown)
     fig.update_yaxes(title="place along<br>the tank (m)", row=1, col=1)
     fig.update_yaxes(title="height (m)", row=2, col=1)
     fig.update_xaxes(title="time (s)", row=2, col=1)

@@ -1,7 +1,6 @@
 """PoseiDRONE filmed, tracked and identified: from two videos and a load cell's file to features and parameters.
 
-The walk is that of the robot that ships, the swim that of the synthetic recordings; what they were made with is what
-identification must give back.
+The walk is that of the robot that ships, the swim that of the synthetic recordings: their parameters are known.
 """
 
 import tempfile
@@ -30,7 +29,7 @@ _BEFORE = 0.3  # s, by which the load cell begins before the cameras and ends af
 
 
 def walk() -> tuple[Path3, Float[np.ndarray, "4"]]:
-    """Path of the crawler over the last window of its walk, and its features without a camera between."""
+    """Path of the crawler over the last window of its walk, and its features before filming."""
     of = fit()
     row = np.array([[float(get_value(of.description, name)) for name in of.ranges.names]])
     (walked,) = of.walked(row)

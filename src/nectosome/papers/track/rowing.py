@@ -109,7 +109,7 @@ def scene(motion: RowingMotion, shot: Shot) -> PaddleScene:
 
 
 def sheet(shot: Shot) -> SegmentSheet:
-    """What a person writes: colours, and four points of a board that was held in the plane of the paddle."""
+    """What a person writes: colours, and four points of a board in the plane of the paddle."""
     reach = 0.2
     corners = np.array([(x, y, 0.0) for x in (-reach, reach) for y in (-reach, reach)])
     seen = np.round(camera(shot).sees(corners), 1)  # read off the picture to a tenth of a pixel

@@ -22,7 +22,7 @@ ABOUT = (
     "Two of the papers measure with cameras: joint angles of the paddle by its colours, and PoseiDRONE's motion by "
     "lamps before two cameras. No videos were published: these are synthetic, rendered by tracing rays through air, "
     "glass and water, from motions that are known; the renderer shares nothing with the tracker. What the tracker "
-    "finds is held against what was rendered, and goes on into the same identification as recordings of a bench."
+    "finds is compared with what was rendered, and goes on into the same identification as recordings of a bench."
 )
 _ABSENT = "OpenCV and PyAV are not installed here: pip install 'nectosome[video]'."
 _CYCLES = 5  # of the paddle, as in Fig. 4

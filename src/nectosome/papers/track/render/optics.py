@@ -116,12 +116,12 @@ class Port:
         b = np.where(b >= 0, b, np.nan)
         x = L / (gap + self.thickness + b)
         for _ in range(100):
-            reached, slope = gap * x - L, gap
+            residual, rate = gap * x - L, gap
             for length, m in ((self.thickness, self.glass / self.air), (b, self.water / self.air)):
                 q = m * m + (m * m - 1) * x * x
-                reached = reached + length * x / np.sqrt(q)
-                slope = slope + length * m * m / q**1.5
-            step = reached / slope
+                residual = residual + length * x / np.sqrt(q)
+                rate = rate + length * m * m / q**1.5
+            step = residual / rate
             x = x - step
             if not np.any(np.abs(step) > 1e-15 * x):
                 break

@@ -183,7 +183,7 @@ class TankScene:
 
     def _traced(self, box: PixelBox, scenes: Sequence[Sequence[Placed]]) -> Float[np.ndarray, "a b 3"]:
         """Mean light of a box over instants, each with what moves; what is at rest is added."""
-        wide = box.grown(2, self.camera.size)  # an edge is told from what is seen two pixels on
+        wide = box.grown(2, self.camera.size)  # edges are found by what is seen two pixels on
         near = [[s for s in (*self._rest, *scene) if not s[1].cut(wide).empty] for scene in scenes]
         dark = self._dark[wide.slices].reshape(-1, 3)
         pixels = wide.pixels
