@@ -3,16 +3,17 @@
 Data, in SI units: as `fit.part` and `control_study.part` give them.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from nectosome.identification.hysteresis.files import BENCH_UNITS
 from nectosome.view.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILLION, Panel, dress, plain
 
+from ..study import Sets
+
 if TYPE_CHECKING:
     import xarray as xr
 
-Sets = Mapping[str, "xr.Dataset"]
 _LINES = {  # what is drawn of a fit, from behind to the front: name, colour, width, dash
     "displacement": ("recorded (synthetic)", BLACK, 3.0, "solid"),
     "ignored": ("valve's limit ignored", VERMILLION, 1.5, "solid"),

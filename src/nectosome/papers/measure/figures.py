@@ -1,11 +1,12 @@
 """Figures of measurements: friction of actuators on strokes out and back, swimming of fish against speed."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nectosome.view.style import BLUE, GREEN, GREY, VERMILLION, Panel, dress, plain, span
+
+from ..study import Sets
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,7 +17,7 @@ _MODELS = {
 }
 
 
-def panels(data: Mapping[str, "xr.Dataset"]) -> list[Panel]:
+def panels(data: Sets) -> list[Panel]:
     """All figures for which there is data.
 
     `pneumatic_*` (run, stroke, place), `friction_*` (model, sample), `catshark` (speed_class, quartile).
@@ -27,7 +28,7 @@ def panels(data: Mapping[str, "xr.Dataset"]) -> list[Panel]:
     return out + ([_catsharks(data["catshark"])] if "catshark" in data else [])
 
 
-def _friction(tests: Mapping[str, "xr.Dataset"], data: Mapping[str, "xr.Dataset"]) -> Panel:
+def _friction(tests: Sets, data: Sets) -> Panel:
     """Pull against distance, every run; friction and lost work by run beside it."""
     from plotly.subplots import make_subplots
 
@@ -71,7 +72,7 @@ def _friction(tests: Mapping[str, "xr.Dataset"], data: Mapping[str, "xr.Dataset"
     return Panel("Friction of pneumatic actuators", caption, fig)
 
 
-def _fitted(fits: Mapping[str, "xr.Dataset"]) -> Panel:
+def _fitted(fits: Sets) -> Panel:
     """A run held out, and the predictions of the models."""
     from plotly.subplots import make_subplots
 

@@ -5,7 +5,6 @@ parameter) as shares of the ranges, rank, words; `crawl_profile`: value and rise
 for time; `crawl_gaits`: speed, feet (density, distance, angle).
 """
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,13 +13,13 @@ from nectosome.view.gait import history_panel, motion_panel, parameters_panel
 from nectosome.view.heatmap import MapAxis, diverging, maps
 from nectosome.view.style import BLACK, BLUE, CYCLE, Panel, dress, plain
 
+from ..study import Sets
 from .crawl import OWN, PRINTED
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _THRESHOLD = 3.84  # 95 % quantile of chi-squared, one degree of freedom
-Sets = Mapping[str, "xr.Dataset"]
 _DATA = {
     "features": "four features, 1 %",
     "series": "positions over time, 1 mm",

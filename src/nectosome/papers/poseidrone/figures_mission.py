@@ -4,11 +4,12 @@ Data of the study: `mission`, `mission_turning`, `schedule_assumed`, `schedule_s
 them; `schedule_cranks`: time (speed), best (variable) in words.
 """
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from nectosome.view.mission import above_panel, mission_panel, set_panel
 from nectosome.view.style import BLACK, BLUE, VERMILLION, Panel, dress
+
+from ..study import Sets
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 _NAMES = {"schedule_assumed": ("assumed", BLUE), "schedule_shortest": ("shortest found", VERMILLION)}
 
 
-def panels(sets: Mapping[str, "xr.Dataset"]) -> list[Panel]:
+def panels(sets: Sets) -> list[Panel]:
     """Fig. 6, the quantities that its modes set, and a robot that turns round where the study has one."""
     first = mission_panel(sets["mission"])
     out = [first._replace(title=f"{first.title}, as Fig. 6"), set_panel(sets["mission"])]
@@ -27,12 +28,12 @@ def panels(sets: Mapping[str, "xr.Dataset"]) -> list[Panel]:
     return out
 
 
-def schedule_panels(sets: Mapping[str, "xr.Dataset"]) -> list[Panel]:
+def schedule_panels(sets: Sets) -> list[Panel]:
     """The shortest schedule beside the assumed one, and its time over the speed of the legs."""
     return [path_panel(sets), cranks_panel(sets["schedule_cranks"])]
 
 
-def path_panel(sets: Mapping[str, "xr.Dataset"]) -> Panel:
+def path_panel(sets: Sets) -> Panel:
     """Place along the tank and height over time, on both schedules."""
     from plotly.subplots import make_subplots
 

@@ -4,7 +4,6 @@ Data, in SI units: `swim` as `identification.surge_data` has it; `swim_as_printe
 `swim_draws` as `swim.draws` and `static_free` as `static_free.compared` give them.
 """
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,10 +11,10 @@ import numpy as np
 from nectosome.view.style import BLACK, BLUE, CYCLE, GREEN, GREY, ORANGE, VERMILLION, Panel, dress, plain
 from nectosome.view.surge import PARAMETERS, recording_panel
 
+from ..study import Sets
+
 if TYPE_CHECKING:
     import xarray as xr
-
-Sets = Mapping[str, "xr.Dataset"]
 
 _MOST = 50.0  # percent, of errors that are shown
 _SHOWN = 4  # turns of the crank

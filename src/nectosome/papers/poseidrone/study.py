@@ -25,13 +25,14 @@ _PARTS: dict[str, tuple[float, Callable[[bool, Progress], StudyPart]]] = {  # sh
     "mission": (0.05, mission.part),
     "schedule": (0.15, mission.schedule_part),
 }
-_KINDS: dict[str, Kind] = {  # by the beginning of the row, else a prediction
+_KINDS: dict[str, Kind] = {  # by the beginning of the row, the first that fits
     "poseidrone/swim/": "synthetic",
     "poseidrone/static-free/": "synthetic",
     "poseidrone/crawl/fit/": "calibration",
     "poseidrone/table3/": "calibration",
     "poseidrone/mission/": "calibration",
     "poseidrone/schedule/": "calibration",
+    "": "prediction",
 }
 
 
@@ -44,7 +45,7 @@ def run(quick: bool, progress: Progress) -> Study:
 
 
 def _kind(row: str) -> Kind:
-    return next((kind for start, kind in _KINDS.items() if row.startswith(start)), "prediction")
+    return next(kind for start, kind in _KINDS.items() if row.startswith(start))
 
 
 def _figures(data: Sets, runs: Sets) -> list[Panel]:

@@ -1,11 +1,12 @@
 """Figures of the tracker's study: joint angles beside simulated ones, tracks and their errors, degraded videos."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nectosome.view.style import BLACK, BLUE, CYCLE, GREY, VERMILLION, Panel, dress, plain
+
+from ..study import Sets
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 _TICKS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50]  # of logarithmic axes
 
 
-def panels(data: Mapping[str, "xr.Dataset"]) -> list[Panel]:
+def panels(data: Sets) -> list[Panel]:
     """All figures for which there is data: `angles`, `walk`, `swim`, `limits_paddle`, `limits_tank`."""
     out = [_angles(data["angles"])] if "angles" in data else []
     titles = {"walk": "PoseiDRONE walks, tracked", "swim": "PoseiDRONE swims, tracked"}

@@ -126,7 +126,7 @@ class PaddleScene:
         return self._plates[barred]
 
     def frame(self, t: float) -> UInt8[np.ndarray, "h w 3"]:
-        """The picture, red, green and blue, whose open time has its middle at a time [s]."""
+        """The picture, red, green and blue, whose exposure time has its middle at a time [s]."""
         barred = self.occluder is not None and self.occluder.shown(t)
         instants = self.film.exposure(t)
         scenes = self._placed(instants, self.ends(instants))

@@ -142,7 +142,7 @@ class TankScene:
         self._plate = Plate(film, self._at_rest())
 
     def frame(self, t: float) -> UInt8[np.ndarray, "h w 3"]:
-        """The picture, red, green and blue, whose open time has its middle at a time [s]."""
+        """The picture, red, green and blue, whose exposure time has its middle at a time [s]."""
         instants = self.film.exposure(t)
         moving = [self.lamps.balls(at) for at in self.markers(instants)]
         placed = self._placed([ball for balls in moving for ball in balls])
