@@ -5,7 +5,8 @@ import numpy as np
 from nectosome.core import Status
 from nectosome.designs.sweep import sweep
 
-from .paddle import AMPLITUDES, FREQUENCIES, grid, timed
+from .paddle import AMPLITUDES, FREQUENCIES, grid
+from .timing import timed
 
 _AIM = 10.0  # s, of the sweep
 

@@ -1,6 +1,6 @@
 """One second of a tapered cantilever that falls from level: error of the tip against time, beside two other codes.
 
-On one core. Errors are root mean squares over 101 moments, against the finest run of the same model: inextensible
+On one core. Errors are root mean squares over 101 times, against the finest run of the same model: inextensible
 rods (ours, SoRoMoX) against ours; PyElastica's, which shears and stretches, against its own, extrapolated.
 SoRoMoX runs on JAX too: in a process of its own, so that JAX is set up for each as its users have it.
 """

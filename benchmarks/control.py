@@ -16,7 +16,7 @@ from nectosome.papers.fishtail.comparison import DT, LIMITS, actuator, controlle
 from nectosome.papers.fishtail.plant import LARGEST, LIMIT
 from nectosome.rigs.sampling_loop import ControlLaw
 
-from .paddle import timed
+from .timing import timed
 
 _FINE, _TIME, _REPEATS = 1e-3, 60.0, 9
 _SAMPLES = 2000  # of each controller
@@ -33,9 +33,9 @@ def looped(reference, kp, ki, kd, filtering, most, high, direct, thresholds, wei
         error = reference[k] - y[k]
         derivative = (filtering * derivative + kd * (error - last)) / (filtering + 1e-3)
         more = ki * 1e-3 * error
-        wanted = kp * error + integral + more + derivative
-        command = min(max(min(max(wanted, sent - most), sent + most), -high), high)
-        if (wanted - command) * more <= 0:
+        unlimited = kp * error + integral + more + derivative
+        command = min(max(min(max(unlimited, sent - most), sent + most), -high), high)
+        if (unlimited - command) * more <= 0:
             integral += more
         sent, last = command, error
         act, wait = wait, command
@@ -67,7 +67,7 @@ def main() -> None:
     numbers = [np.asarray(x) for x in (hysteresis.direct, hysteresis.thresholds, hysteresis.weights)]
     numbers += [np.asarray(held.A), np.stack([held.B, held.C]), np.asarray(held.D)]
     regulator = pid.planned(reference, _FINE)
-    ours = lambda: jax.block_until_ready(loop.follow(regulator, reference).output)  # noqa: E731
+    ours = lambda: jax.block_until_ready(loop.run_regulator(regulator, reference).output)  # noqa: E731
     theirs = lambda: looped(reference, *gains, LIMIT * _FINE, LARGEST, *numbers)  # noqa: E731
     assert np.abs(ours() - theirs()).max() < 1e-12
     times = [(timed(ours)[0], timed(theirs)[0]) for _ in range(_REPEATS)]
@@ -76,8 +76,9 @@ def main() -> None:
     print(f"  {1e3 * mine:.1f} ms, numba {1e3 * loops:.1f} ms, ratio {mine / loops:.1f}", flush=True)
     print("what a controller takes for a sample of 5 ms, as a rig calls it")
     reference = sine(6e-3, 0.2, 30.0, DT)
-    for name, way in controllers(kept(), known_model()).items():
-        law = ControlLaw((way if isinstance(way, Controller) else way.first).planned(reference, DT))
+    for name, controller in controllers(kept(), known_model()).items():
+        first = controller if isinstance(controller, Controller) else controller.first
+        law = ControlLaw(first.planned(reference, DT))
         law.begin(0.0)
         spent = np.empty(_SAMPLES)
         for k in range(_SAMPLES):

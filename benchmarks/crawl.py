@@ -1,7 +1,7 @@
 """25 s of PoseiDRONE's crawling, one walk and many with numbers of their own, beside a numba loop, on one core.
 
-The loop (`crawl_loop`) is written for this robot alone: the same equations, the same steps of 1 ms. Both are held
-against each other first. Times are processor times.
+The loop (`crawl_loop`) is written for this robot alone: the same equations, the same steps of 1 ms. Both are compared
+with each other first. Times are processor times.
 """
 
 import statistics
@@ -46,10 +46,10 @@ def main() -> None:
     print(f"  first {max(_BATCHES)}, with compilation: nectosome {first:.1f} s, numba {first_there:.1f} s")
     assert np.array_equal(np.isinf(found.fell), np.isinf(fell))
     off = np.abs(found.gait / gait - 1)[np.isinf(fell)].max(axis=0)
-    told = ", ".join(f"{name} {x:.0e}" for name, x in zip(FEATURES, off, strict=True))
-    print(f"  largest difference of features: {told}; {np.isfinite(fell).sum()} fell", flush=True)
+    largest = ", ".join(f"{name} {x:.0e}" for name, x in zip(FEATURES, off, strict=True))
+    print(f"  largest difference of features: {largest}; {np.isfinite(fell).sum()} fell", flush=True)
     assert off.max() < 1e-4
-    _compare("1, by `pace`", 1, _alone(), theirs(1))
+    _compare("1, by `fixed_step`", 1, _alone(), theirs(1))
     _compare("1, by `Walks`", 1, lambda: walks(rows[:1]), theirs(1))
     for count in _BATCHES:
         _compare(f"{count}, by `Walks`", count, lambda count=count: walks(rows[:count]), theirs(count))

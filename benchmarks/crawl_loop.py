@@ -39,8 +39,8 @@ def _leg(p, ahead, c, s, qc, qs, z, vx, vz, w, e):
     held = k * e - damping * fx
     slide = 0.0
     if push > 0.0:
-        asked = abs(held)
-        most = (mu_d + (mu_s - mu_d) * exp(-max(asked / push - mu_s, 0.0) / _FALL)) * push
+        needed = abs(held)
+        most = (mu_d + (mu_s - mu_d) * exp(-max(needed / push - mu_s, 0.0) / _FALL)) * push
         slide = min(max(held, -most), most)
     vt, vn = fx * ux + fz * uz, -fx * uz + fz * ux
     t, n = -(1 - grip) * along * abs(vt) * vt, -(1 - grip) * across * abs(vn) * vn

@@ -8,7 +8,7 @@ import sys
 from nectosome.papers.poseidrone.crawl import fit
 from nectosome.search import Genetic, minimise
 
-from .paddle import timed
+from .timing import timed
 
 _POPULATION, _GENERATIONS = 100, 100
 
@@ -19,8 +19,8 @@ def main(generations: int) -> None:
     compiled, *_ = timed(lambda: of.summed(of.ranges.bounds.mean(axis=1)[None]))
     optimiser = Genetic(_POPULATION, evaluations=generations * _POPULATION)
     wall, spent, found = timed(lambda: minimise(of.task(), optimiser, seed=0))
-    told = f"{wall:.0f} s, processor {spent:.0f} s, after {compiled:.1f} s of compilation"
-    print(f"  {len(found.evaluations)} walks: {told}; discrepancy {found.value:.2g}", flush=True)
+    times = f"{wall:.0f} s, processor {spent:.0f} s, after {compiled:.1f} s of compilation"
+    print(f"  {len(found.evaluations)} walks: {times}; discrepancy {found.value:.2g}", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Random flagella within the bounds of the shipped design problem, and what the steady solve owes on each of them.
+"""Random flagella within the bounds of the shipped design problem, and checks of the steady solve on each of them.
 
 Used by the benchmarks and by `tests/solve/test_steady_designs.py`.
 """
@@ -39,10 +39,9 @@ class Swimmers(NamedTuple):
 
     robot: Callable[[np.ndarray], Robot]
     rest: State
-    outputs: Callable[
-        ..., tuple[jax.Array, MotionQuantities]
-    ]  # (u, guess, warm) -> speed [m/s] and torque [N m], solution
-    slopes: Callable[..., tuple[jax.Array, MotionQuantities]]  # of these two by u [2, 5]
+    # (u, guess, warm) -> speed [m/s] and torque [N m], solution
+    outputs: Callable[..., tuple[jax.Array, MotionQuantities]]
+    derivatives: Callable[..., tuple[jax.Array, MotionQuantities]]  # of these two by u [2, 5]
     many: Callable[..., tuple[jax.Array, MotionQuantities]]  # outputs of designs [n, 5], one after another
 
 
@@ -56,51 +55,51 @@ def swimmers() -> Swimmers:
         found, _ = judge(plan, numbers, u, guess, warm)
         return found.quantities[:2], found
 
-    def slopes(u: jax.Array, guess: State, warm: jax.Array) -> tuple[jax.Array, MotionQuantities]:
-        found, slopes = judge_with_derivatives(plan, numbers, u, guess, warm)
-        return slopes[:2], found
+    def derivatives(u: jax.Array, guess: State, warm: jax.Array) -> tuple[jax.Array, MotionQuantities]:
+        found, derivatives = judge_with_derivatives(plan, numbers, u, guess, warm)
+        return derivatives[:2], found
 
     return Swimmers(
         lambda u: build(t.robot_at(u)),
         build(t.description).initial(),
         jax.jit(outputs),
-        jax.jit(slopes),
+        jax.jit(derivatives),
         jax.jit(lambda us, guess, warm: jax.lax.map(lambda u: outputs(u, guess, warm), us)),
     )
 
 
-class Kept(NamedTuple):
-    """How one design fared."""
+class DesignCheck(NamedTuple):
+    """A design, its solution from rest, and errors of that."""
 
     u: np.ndarray
     reason: str  # why it is unsolved; empty if it is solved
     speed: float  # [m/s]
     residual: float
-    slope_error: tuple[float, float]  # of the derivatives of speed and torque, relative to the gradient
+    derivative_error: tuple[float, float]  # of the derivatives of speed and torque, relative to the gradient
     settled_speed: float  # of the dynamics from rest [m/s]; NaN where they were not run
     settled_time: float  # [s]
 
     @property
     def agrees(self) -> bool:
-        """Whether the dynamics come to the same: 0.1 %, or 1e-5 m/s."""
+        """Whether the dynamics settle at the same speed: within 0.1 %, or 1e-5 m/s."""
         return abs(self.settled_speed - self.speed) <= max(1e-3 * abs(self.speed), 1e-5)
 
 
-def keep(u: np.ndarray, dynamics: bool) -> Kept:
-    """Solve one design from rest, and hold it against central differences and, if asked for, against its dynamics."""
+def check(u: np.ndarray, dynamics: bool) -> DesignCheck:
+    """Solve one design from rest; compare it with central differences and, if asked for, with its dynamics."""
     s = swimmers()
     at = jnp.asarray(u)
     values, found = s.outputs(at, s.rest, jnp.asarray(False))
     status = Status(int(found.status))
     none = float("nan")
     if status != Status.SOLVED:
-        return Kept(u, status.reason, none, float(found.residual), (none, none), none, none)
-    error = slope_error(u, found.state)
+        return DesignCheck(u, status.reason, none, float(found.residual), (none, none), none, none)
+    error = derivative_error(u, found.state)
     speed, time = settle(s.robot(u)) if dynamics else (none, none)
-    return Kept(u, "", float(values[0]), float(found.residual), error, speed, time)
+    return DesignCheck(u, "", float(values[0]), float(found.residual), error, speed, time)
 
 
-def slope_error(u: np.ndarray, state: State) -> tuple[float, float]:
+def derivative_error(u: np.ndarray, state: State) -> tuple[float, float]:
     """Errors of the derivatives of speed and torque against central differences of fourth order.
 
     By each variable the differences are taken with three steps, and those count that the next step changes least: near
@@ -108,13 +107,13 @@ def slope_error(u: np.ndarray, state: State) -> tuple[float, float]:
     """
     s = swimmers()
     warm = jnp.asarray(True)
-    exact = np.asarray(s.slopes(jnp.asarray(u), state, warm)[0])
-    wanted = np.zeros_like(exact)
+    exact = np.asarray(s.derivatives(jnp.asarray(u), state, warm)[0])
+    expected = np.zeros_like(exact)
     for k, h in enumerate(_steps(u)):
         tries = np.array([_differences(u, k, h * share, state) for share in _SHARES])
         change = np.abs(np.diff(tries, axis=0))
-        wanted[:, k] = np.take_along_axis(tries[1:], np.argmin(change, axis=0)[None], axis=0)[0]
-    error = np.linalg.norm(wanted - exact, axis=1) / np.linalg.norm(exact, axis=1)
+        expected[:, k] = np.take_along_axis(tries[1:], np.argmin(change, axis=0)[None], axis=0)[0]
+    error = np.linalg.norm(expected - exact, axis=1) / np.linalg.norm(exact, axis=1)
     return float(error[0]), float(error[1])
 
 
@@ -123,7 +122,7 @@ _WEIGHTS = {-2: 1, -1: -8, 1: 8, 2: -1}
 
 
 def _differences(u: np.ndarray, k: int, h: float, state: State) -> np.ndarray:
-    """Slopes of speed and torque by variable k."""
+    """Derivatives of speed and torque by variable k."""
     shifted = {m: jnp.asarray(u + m * h * np.eye(u.size)[k]) for m in _WEIGHTS}
     outputs = swimmers().outputs
     return sum(w * np.asarray(outputs(shifted[m], state, jnp.asarray(True))[0]) for m, w in _WEIGHTS.items()) / (12 * h)

@@ -62,10 +62,10 @@ def _steady() -> None:
     s = swimmers()
     us = jnp.asarray(draw(_DESIGNS))
     cold, warm = jnp.asarray(False), jnp.asarray(True)
-    compiled = {name: once(lambda f=f: f(us[0], s.rest, cold))[0] for name, f in (("", s.outputs), ("g", s.slopes))}
-    print(
-        f"\nsteady solve in ms, {_DESIGNS} random designs (compile {compiled['']:.1f} s, slopes {compiled['g']:.1f} s)"
-    )
+    compiled = {
+        name: once(lambda f=f: f(us[0], s.rest, cold))[0] for name, f in (("", s.outputs), ("g", s.derivatives))
+    }
+    print(f"\nsteady solve in ms, {_DESIGNS} designs (compile {compiled['']:.1f} s, derivatives {compiled['g']:.1f} s)")
     print("  task                          median    90 %     max    aim")
     moved = us + 0.01 * jnp.where(us < 0.5, 1.0, -1.0)
     roots = [s.outputs(u, s.rest, cold)[1] for u in us]
@@ -75,12 +75,12 @@ def _steady() -> None:
         ("cold", lambda f, k: f(us[k], s.rest, cold), range(_DESIGNS), 20.0),
         ("warm", lambda f, k: f(moved[k], roots[k].state, warm), near, 2.0),
     ):
-        for what, f in (("solve", s.outputs), ("with 5 slopes", s.slopes)):
+        for what, f in (("solve", s.outputs), ("with 5 derivatives", s.derivatives)):
             times = 1e3 * np.array([clock(lambda f=f, k=k, solve=solve: solve(f, k), 3) for k in each])
             medians[start, what] = middle = float(np.median(times))
-            wanted = f"{aim:4.0f} ms" if what == "solve" else f"1.5 x, is {middle / medians[start, 'solve']:.2f} x"
+            limit = f"{aim:4.0f} ms" if what == "solve" else f"1.5 x, is {middle / medians[start, 'solve']:.2f} x"
             row = f"{middle:8.2f} {np.quantile(times, 0.9):7.2f} {np.max(times):7.2f}"
-            print(f"  {start + ', ' + what:26s} {row}   {wanted}")
+            print(f"  {start + ', ' + what:26s} {row}   {limit}")
     print(f"  solved: {len(near)} of {_DESIGNS}")
     many = jnp.asarray(draw(_BATCH, seed=2))
     compile_s, _ = once(lambda: s.many(many, s.rest, cold))

@@ -3,18 +3,16 @@
 The latter beside the same loop in numba.
 """
 
-from functools import partial
-
 import jax
 import numba
 import numpy as np
 
 from nectosome.drives import respond
 from nectosome.identification.hysteresis.fit import HysteresisModel, fit_hysteresis
-from nectosome.papers.fishtail.plant import LARGEST, plant
-from nectosome.papers.fishtail.recordings import DT, TRAIN, recorded
+from nectosome.papers.fishtail.plant import LARGEST, RECORDED_DT, TRAIN, plant, recorded
 
-from .paddle import timed
+from .levenberg import identify_as_printed
+from .timing import timed
 
 _STARTS, _SAMPLES, _REPEATS = 20, 60_000, 5
 
@@ -42,22 +40,26 @@ def looped(u, direct, thresholds, weights, A, B, C, D):
 
 def main() -> None:
     trials = [recorded(f, limit=False) for f in TRAIN]
-    ranges = HysteresisModel(tuple(trials)).ranges
-    starts = ranges.values(np.random.default_rng(0).uniform(0.05, 0.95, size=(_STARTS, 2)))
+    model = HysteresisModel(tuple(trials))
+    starts = model.ranges.values(np.random.default_rng(0).uniform(0.05, 0.95, size=(_STARTS, 2)))
     fit_hysteresis(trials)
     print(f"\nfits of a fishtail from {_STARTS} random starts, 39 206 samples")
-    for method in ("varpro", "levenberg"):
-        found = [timed(partial(fit_hysteresis, trials, method, start=start)) for start in starts]
+    methods = {
+        "variable projection": lambda start: fit_hysteresis(trials, start=start),
+        "Levenberg-Marquardt as printed": lambda start: identify_as_printed(model, start),
+    }
+    for method, fit in methods.items():
+        found = [timed(lambda start=start, fit=fit: fit(start)) for start in starts]
         walls, ends = [wall for wall, _, _ in found], [one.noise for *_, one in found]
         same = sum(abs(end / min(ends) - 1) < 1e-6 for end in ends)
-        told = f"median {np.median(walls):.2f} s, longest {max(walls):.2f} s"
-        print(f"  {method}: {told}; {same} of {_STARTS} to the same optimum")
-    u = LARGEST * np.sin(2 * np.pi * 0.5 * DT * np.arange(_SAMPLES))
-    model = plant()
-    hysteresis, held = model.blocks[0], model.blocks[1].sampled(DT)
+        times = f"median {np.median(walls):.2f} s, longest {max(walls):.2f} s"
+        print(f"  {method}: {times}; {same} of {_STARTS} to the same optimum")
+    u = LARGEST * np.sin(2 * np.pi * 0.5 * RECORDED_DT * np.arange(_SAMPLES))
+    chain = plant()
+    hysteresis, held = chain.blocks[0], chain.blocks[1].sampled(RECORDED_DT)
     numbers = [np.asarray(x) for x in (hysteresis.direct, hysteresis.thresholds, hysteresis.weights)]
     numbers += [np.asarray(x) for x in (held.A, held.B, held.C, held.D)]
-    ours = lambda: jax.block_until_ready(respond(model, u, DT))  # noqa: E731
+    ours = lambda: jax.block_until_ready(respond(chain, u, RECORDED_DT))  # noqa: E731
     theirs = lambda: looped(u, *numbers)  # noqa: E731
     assert np.abs(ours() - theirs()).max() < 1e-12
     mine, loop = (np.median([timed(run)[0] for _ in range(_REPEATS)]) for run in (ours, theirs))

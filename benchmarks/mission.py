@@ -6,7 +6,7 @@ from nectosome.description.mission import load_mission
 from nectosome.robots import describe, mission_of
 from nectosome.solve import run_mission
 
-from .paddle import timed
+from .timing import timed
 
 _ROBOT = "poseidrone"
 
@@ -20,10 +20,10 @@ def main() -> None:
     for what, step in (("1 ms, with compilation", 1e-3), ("1 ms, compiled", 1e-3), ("0.5 ms, compiled", 5e-4)):
         wall, spent, flown = timed(lambda step=step: run_mission(mission, step=step))
         lasted = flown.passed[-1].time
-        told = (
+        line = (
             f"{len(flown.passed)} modes, {lasted:.1f} s in {spent:.1f} s, {lasted / spent:.0f} times as fast as it is"
         )
-        print(f"    {what:24s} {told} (wall {wall:.1f} s)", flush=True)
+        print(f"    {what:24s} {line} (wall {wall:.1f} s)", flush=True)
         runs[step] = np.array([passed.time for passed in flown.passed])
     print(f"    events at half the step: within {1e3 * np.abs(runs[1e-3] - runs[5e-4]).max():.3g} ms")
 

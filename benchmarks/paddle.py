@@ -5,15 +5,12 @@ each code is held against its own fine run: root mean square of the angles over 
 """
 
 import statistics
-import time
-from collections.abc import Callable
-from typing import Any
 
 import mujoco
 import numpy as np
 
 from .paddles import SAMPLE, SECONDS, Run, one_here, one_there, some_here, some_there
-from .timing import Row, time_at
+from .timing import Row, time_at, timed
 
 _ERRORS = (0.1, 0.01)  # degrees, at which times are compared
 _TOLERANCES, _FINEST = (1e-2, 3e-3, 1e-3, 1e-4, 1e-5), 1e-10
@@ -53,13 +50,6 @@ def grid(threads: int) -> None:
 
 def _milli(steps: int) -> str:
     return f"{1e3 * SAMPLE / steps:.3g} ms"
-
-
-def timed(run: Callable[[], Any]) -> tuple[float, float, Any]:
-    """Wall and processor time [s] of a call, and what it gives."""
-    wall, spent = time.perf_counter(), time.process_time()
-    out = run()
-    return time.perf_counter() - wall, time.process_time() - spent, out
 
 
 def _rows(codes: tuple[dict[str, Run], ...], ends: tuple[Run, ...], repeats: int) -> list[list[tuple[Row, Row]]]:

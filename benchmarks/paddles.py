@@ -57,16 +57,16 @@ def some_here(hinges: int, grid: np.ndarray, rtol: float, lanes: int, threads: i
     """Paddles with amplitudes [rad] and frequencies [Hz] of the grid [n, 2], so many side by side in each thread."""
     description = described(hinges)
     paths = [*resolve(description, "A"), *resolve(description, "f")]
-    blueprint, base = template_of(description, tuple(paths))
+    template, base = template_of(description, tuple(paths))
     numbers = np.tile(np.asarray(base), (len(grid), 1))
-    numbers[:, [blueprint.paths.index(path) for path in paths]] = grid
+    numbers[:, [template.paths.index(path) for path in paths]] = grid
     order = np.argsort(grid[:, 1], kind="stable")  # robots of like frequencies take like steps
     spans = [order[k : k + lanes] for k in range(0, len(order), lanes)]
     times = jnp.asarray(TIMES[1:])
 
     def part(span: np.ndarray) -> np.ndarray:
         padded = np.resize(span, lanes)  # one program for all
-        return np.asarray(remembered(_side_by_side, blueprint, jnp.asarray(numbers[padded]), times, jnp.asarray(rtol)))
+        return np.asarray(remembered(_side_by_side, template, jnp.asarray(numbers[padded]), times, jnp.asarray(rtol)))
 
     def run() -> np.ndarray:
         out = np.zeros((len(grid), TIMES.size, hinges))
@@ -78,12 +78,12 @@ def some_here(hinges: int, grid: np.ndarray, rtol: float, lanes: int, threads: i
     return run
 
 
-def _side_by_side(blueprint: Template, numbers: jax.Array, times: jax.Array, rtol: jax.Array) -> jax.Array:
+def _side_by_side(template: Template, numbers: jax.Array, times: jax.Array, rtol: jax.Array) -> jax.Array:
     """Angles of the hinges [robots, k, hinges]."""
     settings = Settings("explicit", rtol, 1e-2 * rtol, jnp.asarray(1_000_000))
 
     def one(numbers: jax.Array) -> jax.Array:
-        robot = instantiate(blueprint, numbers)
+        robot = instantiate(template, numbers)
         start = begin(jnp.asarray(0.0), robot.initial(), settings, jnp.asarray(1e-3))
         return integrate(in_plane(robot), start, times, settings)[1].q
 

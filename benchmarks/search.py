@@ -22,7 +22,7 @@ def main() -> None:
     wall = time.perf_counter() - began
     best = result.best()[0].best
     assert best is not None
-    told = ", ".join(f"{n} {x:.4g}" for n, x in zip(result.names, task().box.values(best.u), strict=True))
+    best_design = ", ".join(f"{n} {x:.4g}" for n, x in zip(result.names, task().box.values(best.u), strict=True))
     busy = sum(s.seconds for s in result.starts)
     solving = [len(s.evaluations) - s.draws for s in result.starts]
     iterations = sum(len(s.marks) for s in result.starts)
@@ -30,7 +30,7 @@ def main() -> None:
     middle = 1e3 * float(np.median([e.seconds for s in result.starts for e in s.evaluations]))
     print(f"  wall time, compilation included   {wall:.1f} s (aim {_AIM:.0f} s), {wall / _STARTS:.2f} s a start")
     torque = f"torque {best.outputs['torque']:.4f} N m"
-    print(f"  best speed                        {-best.objective:.4f} m/s at {told}; {torque}")
+    print(f"  best speed                        {-best.objective:.4f} m/s at {best_design}; {torque}")
     print(f"  starts within 1 % of it           {100 * result.share(0.01):.0f} %")
     print(
         f"  evaluations a start               {np.mean(solving):.0f} with derivatives (most {max(solving)}), "

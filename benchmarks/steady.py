@@ -1,4 +1,4 @@
-"""The steady motion as a root, on one core: against time integration from rest, and on 200 random designs."""
+"""The steady motion as a root, on one core: beside time integration from rest, and on 200 random designs."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from nectosome.papers.study import printed
 from nectosome.robots import describe
 from nectosome.solve import simulate, steady
 
-from .designs import Kept, draw, keep, task
+from .designs import DesignCheck, check, draw, task
 from .timing import clock, now, once
 
 _RTOL = 1e-4
@@ -55,32 +55,32 @@ def _on_random_designs() -> None:
     print(f"\n{_DESIGNS} random designs (seed 1, log E), each solved from rest; every {_EVERY}th against its dynamics")
     began = now()
     us = draw(_DESIGNS)
-    compile_s, _ = once(lambda: keep(us[0], dynamics=True)[3])
-    made = [keep(u, dynamics=k % _EVERY == 0) for k, u in enumerate(us)]
+    compile_s, _ = once(lambda: check(us[0], dynamics=True)[3])
+    made = [check(u, dynamics=k % _EVERY == 0) for k, u in enumerate(us)]
     found = [k for k in made if not k.reason]
     print(f"  first design {compile_s:.0f} s with compilation, all {now() - began:.0f} s")
     print(f"  solved: {len(found)} of {_DESIGNS}, largest scaled residual {max(k.residual for k in found):.1e}")
     for k in made:
         if k.reason:
-            print(f"    not solved: {_told(k)}: {k.reason}")
+            print(f"    not solved: {_in_numbers(k)}: {k.reason}")
     held = [k for k in found if np.isfinite(k.settled_time)]
     print(
         f"  against dynamics from rest (rtol 1e-6), {len(held)} designs: {sum(k.agrees for k in held)} agree to 0.1 %"
     )
     for k in held:
         off = abs(k.settled_speed - k.speed)
-        told = f"dynamics {k.settled_speed:10.6f} m/s after {k.settled_time:2.0f} s"
-        print(f"    root {k.speed:10.6f} m/s, {told}, off by {off:.1e}")
-    errors = np.array([k.slope_error for k in found])
+        dynamics = f"dynamics {k.settled_speed:10.6f} m/s after {k.settled_time:2.0f} s"
+        print(f"    root {k.speed:10.6f} m/s, {dynamics}, off by {off:.1e}")
+    errors = np.array([k.derivative_error for k in found])
     for name, column in zip(("speed", "torque"), errors.T, strict=True):
         worst = found[int(np.argmax(column))]
         print(
-            f"  slopes of the {name}: median error {np.median(column):.1e}, 99 % {np.quantile(column, 0.99):.1e}, "
-            f"over 1e-6: {np.sum(column > 1e-6)}, worst {column.max():.1e} at {_told(worst)}"
+            f"  derivatives of the {name}: median error {np.median(column):.1e}, 99 % {np.quantile(column, 0.99):.1e}, "
+            f"over 1e-6: {np.sum(column > 1e-6)}, worst {column.max():.1e} at {_in_numbers(worst)}"
         )
 
 
-def _told(k: Kept) -> str:
+def _in_numbers(k: DesignCheck) -> str:
     """A design in numbers."""
     values = task().box.values(k.u)
     return ", ".join(f"{v.name} {x:.4g}" for v, x in zip(task().variables, values, strict=True))

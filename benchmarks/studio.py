@@ -1,7 +1,7 @@
 """The studio in a browser: from a press on a slider to the picture that answers it, and from the command to a picture.
 
 The browser draws by software here, 1280 x 720; with a graphics processor pictures take a small part of that. A press
-counts until the second picture after the numbers have changed. What the browser takes of that is seen where the answers
+counts until the second picture after the numbers have changed. The browser's share is the time where answers
 are there already (known), 30 ms of it by the page's own pause. Keys are pressed half a second after the last picture,
 as by someone who looks at it (single), or as soon as it has come (in a row), while the page still draws it over and
 over. Needs a Chromium; times are wall times.

@@ -23,6 +23,13 @@ def once(f: Callable[[], Any]) -> tuple[float, Any]:
     return now() - began, result
 
 
+def timed(run: Callable[[], Any]) -> tuple[float, float, Any]:
+    """Wall and processor time [s] of a call, and its result."""
+    wall, spent = time.perf_counter(), time.process_time()
+    out = run()
+    return time.perf_counter() - wall, time.process_time() - spent, out
+
+
 class Row(NamedTuple):
     """One run: how far off, how long [s]."""
 

@@ -75,19 +75,19 @@ def main() -> None:
     scene = PaddleScene(camera, film, ends, Paddle(_COLOURS, 0.006), Floor(-0.3))
     with tempfile.TemporaryDirectory() as folder:
         path = write_clip(Path(folder) / "row.mp4", (scene.frame(k / _RATE) for k in range(_FRAMES)), _RATE)
-        ways = {
+        readers = {
             "only read": lambda: sum(1 for _ in Clip(path).frames()),
             "minAreaRect by OpenCV alone": lambda: by_opencv(path),
             "nectosome, rectangle": lambda: track_segments(path, sheet("rectangle")),
             "nectosome, moments": lambda: track_segments(path, sheet("moments")),
         }
-        spent = {name: [] for name in ways}
-        for way in ways.values():
-            way()
+        spent = {name: [] for name in readers}
+        for read in readers.values():
+            read()
         for _ in range(_REPEATS):  # in turns
-            for name, way in ways.items():
+            for name, read in readers.items():
                 began = time.process_time()
-                way()
+                read()
                 spent[name].append(time.process_time() - began)
         print(f"\n{_FRAMES} frames of {_SIZE[0]} x {_SIZE[1]}, H.264, four segments: frames a second of one core")
         for name, seconds in spent.items():

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from nectosome.controllers import Controller, eased, sine
+from nectosome.drives import Chain, TransferFunction
 from nectosome.papers.fishtail import comparison as ways
 from nectosome.papers.fishtail import control_study as tracking
 from nectosome.papers.fishtail import plant
-from nectosome.papers.fishtail.figures_control import panels
+from nectosome.papers.fishtail.figures import panels
 from nectosome.papers.study import printed
 
 MM = 1e-3
@@ -73,11 +74,10 @@ def test_plants_differ_by_what_was_asked_and_no_more():
         assert np.ptp(ratio, axis=0).min() > 0.08
 
 
-def test_as_printed_warns_and_cannot_be_controlled():
-    with pytest.warns(UserWarning, match=r"0\.005 Hz"):
-        slow = plant.dynamics(as_printed=True)
+def test_table_1_as_printed_cannot_be_controlled():
+    slow = TransferFunction(jnp.array(plant.A[:1]), jnp.array(plant.A[::-1]))
     loop = tracking.model_loop()
-    loop = tracking.BlockLoop(ways.actuator(None, slow), loop.sensor, loop.dt)
+    loop = tracking.BlockLoop(Chain((*ways.actuator().blocks[:-1], slow)), loop.sensor, loop.dt)
     track = loop.run(ways.kept()["printed"].pid(ways.LIMITS), SHORT)
     assert np.max(np.abs(track.output - SHORT)) > 7 * MM
 

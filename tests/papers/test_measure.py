@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from nectosome.papers.measure import study
-from nectosome.papers.measure.catshark import catsharks
-from nectosome.papers.measure.pneumatic import friction_test
+from nectosome.papers.measure.catshark import by_speed, catsharks
+from nectosome.papers.measure.friction import friction_test
 
 FOLDER = study.data_folder()
 needs_data = pytest.mark.skipif(FOLDER is None, reason="the measurements are not here")
@@ -32,9 +32,9 @@ def test_a_friction_test_is_read_and_split(file, row, distance, force):
 def test_strouhal_numbers_of_catsharks_are_those_given():
     """Catshark 11 at 1 length a second: 1.953125 Hz x 0.174855 x 0.16 m / 0.224827 m/s = 0.24304."""
     found = catsharks(FOLDER / "catshark" / "midline_kinematics.txt")
-    assert float(found.swims["again"][0]) == pytest.approx(0.24304, abs=1e-5)
-    assert float(np.max(np.abs(found.swims["again"] - found.swims["strouhal"]))) < 1e-12
-    assert found.by_speed["count"].sum() == 51
+    assert float(found["again"][0]) == pytest.approx(0.24304, abs=1e-5)
+    assert float(np.max(np.abs(found["again"] - found["strouhal"]))) < 1e-12
+    assert by_speed(found)["count"].sum() == 51
 
 
 def test_without_the_data_rows_say_so(monkeypatch):

@@ -6,8 +6,7 @@ import pytest
 
 from nectosome.drives import respond
 from nectosome.papers.measure import study
-from nectosome.papers.measure.friction import RANGES, compare, friction, predicted, runs_of
-from nectosome.papers.measure.pneumatic import friction_test
+from nectosome.papers.measure.friction import RANGES, compare, friction, friction_test, predicted, runs_of
 
 FOLDER = study.data_folder()
 needs_data = pytest.mark.skipif(FOLDER is None, reason="the measurements are not here")

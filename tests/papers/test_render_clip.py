@@ -8,7 +8,7 @@ from nectosome.papers.track.render import write_clip
 av = pytest.importorskip("av")
 
 COLOURS = [(230, 20, 25), (20, 200, 40), (30, 40, 220), (220, 210, 30), (210, 30, 200), (128, 128, 128), (4, 4, 4)]
-LUMA = {"bt601": (0.299, 0.114), "bt709": (0.2126, 0.0722)}  # of red and blue
+RED_LUMA, BLUE_LUMA = 0.299, 0.114  # of BT.601
 
 
 def flat(colour, height=48, width=64):
@@ -25,35 +25,26 @@ def decoded(path):
         return [(float(frame.time), frame) for frame in file.decode(video=0)]
 
 
-def by_the_book(frame, matrix: str) -> np.ndarray:
-    """Red, green and blue of the middle by the formula of the matrix, from the luma and chroma that were decoded."""
+def by_the_book(frame) -> np.ndarray:
+    """Red, green and blue of the middle by the formula of BT.601, from the luma and chroma that were decoded."""
     planes = [np.frombuffer(p, np.uint8).reshape(p.height, p.line_size)[:, : p.width] for p in frame.planes]
     y, cb, cr = (float(p[p.shape[0] // 2, p.shape[1] // 2]) for p in planes)
     full = frame.format.name == "yuvj420p" or frame.color_range == 2
     y, cb, cr = (y, cb - 128, cr - 128) if full else ((y - 16) * 255 / 219, *((c - 128) * 255 / 224 for c in (cb, cr)))
-    red, blue = LUMA[matrix]
-    r, b = y + 2 * (1 - red) * cr, y + 2 * (1 - blue) * cb
-    return np.array([r, (y - red * r - blue * b) / (1 - red - blue), b])
+    r, b = y + 2 * (1 - RED_LUMA) * cr, y + 2 * (1 - BLUE_LUMA) * cb
+    return np.array([r, (y - RED_LUMA * r - BLUE_LUMA * b) / (1 - RED_LUMA - BLUE_LUMA), b])
 
 
-@pytest.mark.parametrize(
-    ("codec", "suffix", "matrix", "quality"),
-    [
-        ("libx264", ".mp4", "bt601", 12),
-        ("libx264", ".mp4", "bt709", 12),
-        ("mjpeg", ".avi", "bt601", 2),
-        ("mpeg4", ".mp4", "bt601", 2),
-    ],
-)
-def test_colours_come_back(tmp_path, codec, suffix, matrix, quality):
+@pytest.mark.parametrize(("codec", "suffix", "quality"), [("libx264", ".mp4", 12), ("mjpeg", ".avi", 2)])
+def test_colours_come_back(tmp_path, codec, suffix, quality):
     """Within 3 counts by PyAV and by the formula of the matrix that the file names."""
     frames = [flat(colour) for colour in COLOURS]
-    path = write_clip(tmp_path / f"flat{suffix}", frames, 25.0, codec, quality, matrix=matrix)
+    path = write_clip(tmp_path / f"flat{suffix}", frames, 25.0, codec, quality)
     for (_, frame), colour in zip(decoded(path), COLOURS, strict=True):
         np.testing.assert_allclose(frame.to_ndarray(format="rgb24")[24, 32].astype(int), colour, atol=3)
-        np.testing.assert_allclose(by_the_book(frame, matrix), colour, atol=3)
+        np.testing.assert_allclose(by_the_book(frame), colour, atol=3)
         if codec == "libx264":
-            assert (frame.colorspace, frame.color_range) == ({"bt601": 6, "bt709": 1}[matrix], 1)
+            assert (frame.colorspace, frame.color_range) == (6, 1)
 
 
 def test_ffv1_loses_nothing(tmp_path):
@@ -74,7 +65,7 @@ def test_frames_come_at_their_rate(tmp_path, rate):
 
 @pytest.mark.parametrize(
     ("codec", "suffix", "tick"),
-    [("libx264", ".mp4", 60000), ("mjpeg", ".mov", 60000), ("mpeg4", ".mp4", 60000), ("ffv1", ".mkv", 1000)],
+    [("libx264", ".mp4", 60000), ("mjpeg", ".mov", 60000), ("ffv1", ".mkv", 1000)],
 )
 def test_frames_keep_their_own_times(tmp_path, codec, suffix, tick):
     """Jitter, a dropped frame and a late start, as fine as the file has it; each frame stays with its time."""
@@ -101,13 +92,11 @@ def test_mistakes_are_told(tmp_path):
     path = tmp_path / "none.mp4"
     with pytest.raises(ValueError, match='no codec "h263"'):
         write_clip(path, [], 25.0, "h263")
-    with pytest.raises(ValueError, match="bt2020"):
-        write_clip(path, [], 25.0, matrix="bt2020")
     with pytest.raises(ValueError, match="rise"):
         write_clip(path, textured(2), 25.0, times=np.array([0.1, 0.1]))
-    with pytest.raises(ValueError, match="2 times"):
+    with pytest.raises(ValueError, match="shorter"):
         write_clip(path, textured(3), 25.0, times=np.array([0.1, 0.2]))
-    with pytest.raises(ValueError, match="3 times"):
+    with pytest.raises(ValueError, match="longer"):
         write_clip(path, textured(2), 25.0, times=np.array([0.1, 0.2, 0.3]))
     with pytest.raises(ValueError, match="even sides"):
         write_clip(path, [flat((1, 2, 3), 47)], 25.0)

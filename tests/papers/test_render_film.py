@@ -1,11 +1,11 @@
-"""The renderer's sensor: noise, open time, tone, spread; and what a scene leaves it to do."""
+"""The renderer's sensor: noise, exposure time, spread; and what a scene leaves it to do."""
 
 import numpy as np
 import pytest
 
-from nectosome.papers.track.render import Film, Mottling
+from nectosome.papers.track.render import Film
 from nectosome.papers.track.render.boxes import PixelBox, apart, split
-from nectosome.papers.track.render.film import Plate
+from nectosome.papers.track.render.film import Mottling, Plate
 
 
 def flat(value: float, height: int = 100, width: int = 160) -> np.ndarray:
@@ -35,26 +35,10 @@ def test_light_is_averaged_before_it_is_clipped():
     assert frame.sum() == 200 * 3 * 200
 
 
-def test_open_time_has_the_frames_time_in_its_middle():
+def test_the_exposure_time_has_the_frames_time_in_its_middle():
     film = Film(rate=50.0, shutter=0.5, instants=5)
-    np.testing.assert_allclose(film.open(2.0), 2.0 + np.array([-4, -2, 0, 2, 4]) * 1e-3)
-    np.testing.assert_array_equal(Film().open(2.0), [2.0])
-
-
-def test_gamma_leaves_colours_but_bends_what_is_between():
-    """A colour comes out as meant; half its light over black as 255 (L / 2 / 255)^(1 / 2.2)."""
-    film = Film(gamma=2.2)
-    light = film.light((200.0, 90.0, 15.0))
-    np.testing.assert_array_equal(Plate(film, np.tile(light, (4, 4, 1))).exposed(0.0, [])[0, 0], [200, 90, 15])
-    half = Plate(film, np.tile(light / 2, (4, 4, 1))).exposed(0.0, [])[0, 0]
-    np.testing.assert_allclose(half, np.array([200, 90, 15]) * 0.5 ** (1 / 2.2), atol=0.5)
-
-
-def test_uneven_light_is_a_slope():
-    frame = Plate(Film(uneven=0.2), flat(100, 3, 201)).exposed(0.0, []).astype(float)
-    np.testing.assert_array_equal(frame[1, [0, 100, 200], 0], [80, 100, 120])
-    towards = Film(uneven=0.2, uneven_towards=np.pi / 4).evenness((11, 7))[..., 0]
-    np.testing.assert_allclose(towards[[0, 0, -1, -1], [0, -1, 0, -1]], [0.8, 1, 1, 1.2], atol=1e-6)
+    np.testing.assert_allclose(film.exposure(2.0), 2.0 + np.array([-4, -2, 0, 2, 4]) * 1e-3)
+    np.testing.assert_array_equal(Film().exposure(2.0), [2.0])
 
 
 @pytest.mark.parametrize("film", [Film(defocus=1.3), Film(veil=0.4, veil_width=3.0)])

@@ -19,7 +19,7 @@ def test_a_rectilinear_lens_is_a_pinhole():
     points = np.array([[0.0, 0.0, 0.0], [0.05, 0.0, 0.0], [-0.03, 0.07, 0.5]])
     expected = [[50, 40], [75, 40], [50 - 20, 40 - 1000 * 0.07 / 1.5]]
     np.testing.assert_allclose(above(RenderLens(1000.0)).sees(points)[:2], expected[:2], atol=1e-10)
-    np.testing.assert_allclose(above(RenderLens(1000.0)).aims(points), expected, atol=1e-10)
+    np.testing.assert_allclose(above(RenderLens(1000.0)).project(points), expected, atol=1e-10)
 
 
 @pytest.mark.parametrize(

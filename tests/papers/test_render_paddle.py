@@ -5,7 +5,6 @@ import pytest
 
 from nectosome.papers.track.render import (
     Bubbles,
-    Disc,
     Film,
     Floor,
     Occluder,
@@ -17,7 +16,7 @@ from nectosome.papers.track.render import (
     Strip,
 )
 from nectosome.papers.track.render.boxes import PixelBox, split
-from nectosome.papers.track.render.plane import RenderPlane, met
+from nectosome.papers.track.render.plane import Disc, RenderPlane, plane_points
 
 SIZE = (160, 120)
 WHITE, BLACK, RED, BLUE = (250.0, 250.0, 250.0), (0.0, 0.0, 0.0), (200.0, 40.0, 30.0), (30.0, 60.0, 210.0)
@@ -61,7 +60,7 @@ def test_under_water_a_layer_looks_nearer():
 
 
 def test_a_layer_that_moves_is_smeared_over_its_way():
-    """A box of width w that moves by d: variance (w^2 + d^2 (1 - 1 / k^2)) / 12 of k moments, and the same light."""
+    """A box of width w that moves by d: variance (w^2 + d^2 (1 - 1 / k^2)) / 12 of k instants, and the same light."""
     way, width, k = 9.0, 5.0, 12
 
     def ends(t):
@@ -97,11 +96,10 @@ def test_only_edges_are_traced_finely_and_nothing_is_lost_by_it():
         Disc((-0.1, 0.0), 0.07, WHITE),
         Disc((0.0, -0.1), 0.004, RED),
     ]
-    lights = {colour: np.array(colour) for colour in (RED, BLUE, WHITE)}
     ground = np.random.default_rng(0).uniform(0, 90, (60, 70, 3)).astype(np.float32)
     box = PixelBox(0, 60, 0, 70)
-    made = plane.painted(ground, box, list(zip(shapes, plane.boxes(shapes), strict=True)), lights)
-    x, y = met(eye, split(box.pixels, 4).reshape(-1, 2), 0.02).T
+    made = plane.painted(ground, box, list(zip(shapes, plane.boxes(shapes), strict=True)))
+    x, y = plane_points(eye, split(box.pixels, 4).reshape(-1, 2), 0.02).T
     light = np.repeat(ground.reshape(-1, 3), 16, axis=0)
     for shape in shapes:
         light[shape.beyond(x, y) < 0] = shape.colour

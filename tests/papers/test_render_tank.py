@@ -1,4 +1,4 @@
-"""Rendered markers: their places and sizes, which hides which, rods, mirrors, halos."""
+"""Rendered markers: their places and sizes, which hides which, rods, halos."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,6 @@ from nectosome.papers.track.render import (
     RodSolid,
     TankScene,
     TankWater,
-    WaterMirror,
 )
 
 SIZE = (160, 120)
@@ -114,29 +113,6 @@ def test_a_moving_marker_is_smeared_over_its_way():
 
     grown = variance(Film(100.0, shutter=1.0, instants=10)) - variance(Film(100.0))
     assert grown == pytest.approx(8**2 * (1 - 1 / 100) / 12, rel=0.02)
-
-
-def test_a_mirror_shows_markers_again_weakly():
-    """Under a surface at z = 0.05 a marker at z = 0 is seen again at z = 0.1, with a fifth of its light."""
-    mirror = WaterMirror((0, 0, 0.05), (0, 0, 1), 0.2)
-    frame = TankScene(camera(), Film(), resting((0.0, 0.0, 0.0)), Lamps(0.012, [WHITE]), water=BLACK, mirror=mirror)
-    upper = frame.frame(0.0)
-    upper[40:] = 0
-    np.testing.assert_allclose(centroid(upper), [79.5, 59.5 - 40], atol=0.05)
-    assert upper.max() == 48
-
-
-def test_water_takes_light_with_the_distance():
-    """e^(-c d) with d to the near side of the ball."""
-    for y in (0.0, 0.5):
-        scene = TankScene(
-            camera(),
-            Film(),
-            resting((0.0, y, 0.0)),
-            Lamps(0.02, [WHITE]),
-            water=TankWater((0.0, 0.0, 0.0), attenuation=0.7),
-        )
-        assert scene.frame(0.0).max() == pytest.approx(240 * np.exp(-0.7 * (1 + y - 0.02)), abs=0.6)
 
 
 def test_a_marker_cut_by_the_edge_of_the_image_is_drawn_as_far_as_it_goes():

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from nectosome.model import build
-from nectosome.papers.poseidrone import jet, static_free
-from nectosome.papers.poseidrone.figures_jet import motor_panel, static_free_panel
+from nectosome.papers.poseidrone import static_free
+from nectosome.papers.poseidrone.figures_swim import motor_panel, static_free_panel
+from nectosome.papers.poseidrone.recordings import EXPELLED, OMEGA, chamber, thrust
 from nectosome.robots import describe
 
 
@@ -19,16 +20,16 @@ def found():
 
 def test_the_robot_file_holds_the_chamber_that_fits_the_thrust():
     """120 mL, 34 % of the full chamber; thrust of the smooth curve to 2 % of its peak, its mean to 0.3 %."""
-    made, description = jet.chamber(), describe("poseidrone_jet")
+    made, description = chamber(), describe("poseidrone_jet")
     load = description.body.loads["jet"]
     np.testing.assert_allclose(load.volume, made.volume, atol=1e-9)
     np.testing.assert_allclose([load.nozzle, load.inlet], [made.nozzle, made.inlet], rtol=1e-6)
-    time = jnp.arange(3600) / 3600 * 2 * np.pi / jet.SPEED
+    time = jnp.arange(3600) / 3600 * 2 * np.pi / OMEGA["train"]
     now = static_free.pulses(build(description), time, (), jnp.zeros(3600))
     expelled = float(jnp.sum(jnp.maximum(now.outflow, 0)) * time[1])
-    assert expelled == pytest.approx(jet.EXPELLED, rel=2e-3)
+    assert expelled == pytest.approx(EXPELLED, rel=2e-3)
     assert expelled / float(jnp.max(now.volume)) == pytest.approx(0.34, abs=1e-3)
-    wanted = jet.thrust(np.asarray(now.angle))
+    wanted = thrust(np.asarray(now.angle))
     np.testing.assert_allclose(now.thrust, wanted, atol=0.02 * wanted.max())
     assert float(jnp.mean(now.thrust)) == pytest.approx(wanted.mean(), rel=3e-3)
 

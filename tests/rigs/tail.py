@@ -9,7 +9,7 @@ from nectosome.identification.hysteresis.files import hysteresis_data
 from nectosome.identification.hysteresis.fit import Identified
 from nectosome.io import save_dataset
 from nectosome.papers.fishtail import plant
-from nectosome.papers.fishtail.recordings import NOISE, recorded
+from nectosome.papers.fishtail.plant import NOISE, recorded
 from nectosome.rigs import Limits
 
 MM, BAR, DT = 1e-3, 1e5, 5e-3

@@ -12,7 +12,7 @@ from nectosome.drives import Chain
 from nectosome.identification.hysteresis.files import hysteresis_data, saved_model
 from nectosome.identification.hysteresis.fit import Identified, PressureTrial, fit_hysteresis
 from nectosome.papers.fishtail import plant
-from nectosome.papers.fishtail.recordings import NOISE, recorded
+from nectosome.papers.fishtail.plant import NOISE, recorded
 from nectosome.rigs import Bench, SimulatedRig
 from nectosome.rigs.bench import actuator_loop
 from nectosome.units import InputError

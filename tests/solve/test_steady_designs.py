@@ -6,7 +6,7 @@ The same that `python -m benchmarks steady` prints.
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from benchmarks.designs import draw, settle, slope_error, swimmers
+from benchmarks.designs import derivative_error, draw, settle, swimmers
 
 from nectosome.core import Status
 
@@ -32,6 +32,6 @@ def test_the_dynamics_from_rest_come_to_the_same(roots):
         assert float(values[0]) == pytest.approx(speed, rel=1e-3, abs=1e-5), u
 
 
-def test_slopes_are_those_of_central_differences(roots):
-    errors = np.array([slope_error(u, found.state) for u, (_, found) in zip(DESIGNS, roots, strict=True)])
+def test_derivatives_are_those_of_central_differences(roots):
+    errors = np.array([derivative_error(u, found.state) for u, (_, found) in zip(DESIGNS, roots, strict=True)])
     assert np.max(errors) < 1e-6, DESIGNS[np.argmax(np.max(errors, axis=1))]

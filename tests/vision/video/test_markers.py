@@ -181,7 +181,7 @@ def test_cameras_behind_glass_are_found_exactly():
     camera = calibrate_through_glass(known, seeing.sees(known), glass)
     np.testing.assert_allclose(camera.centre, seeing.place, atol=1e-8)
     others = np.random.default_rng(0).uniform([-0.9, -0.4, 0], [0.9, 0.5, 0.6], (50, 3))
-    np.testing.assert_allclose(camera.project(others), seeing.aims(others), atol=1e-6)
+    np.testing.assert_allclose(camera.project(others), seeing.project(others), atol=1e-6)
 
 
 def test_points_before_the_glass_are_refused():

@@ -29,11 +29,10 @@ from nectosome.controllers import (
     varying,
 )
 from nectosome.controllers.feedforward import SMOOTHING
-from nectosome.drives import Chain, DeadTime, PrandtlIshlinskii, Saturation, Sensor, SlewLimit, TransferFunction
+from nectosome.drives import Chain, DeadTime, Saturation, Sensor, SlewLimit
 from nectosome.units.ranges import Ranges
 
-from .plant import BAR, LARGEST, LIMIT, MM, dynamics, hysteresis
-from .recordings import NOISE
+from .plant import BAR, LARGEST, LIMIT, MM, NOISE, dynamics, hysteresis
 
 DT = 5e-3  # s, between samples; a command acts one sample after its measurement
 GAIN = BAR / MM
@@ -66,14 +65,10 @@ class Gains(NamedTuple):
 def kept() -> dict[str, Gains]:
     """Gains that the paper prints, and those that `tuned` found."""
     text = files("nectosome.papers").joinpath("fishtail", "gains.toml").read_text(encoding="utf-8")
-    return {
-        name: Gains(
-            jnp.asarray(one["gains"], dtype=float),
-            jnp.asarray(one["filter"], dtype=float),
-            jnp.asarray(one["frequencies"]) if "frequencies" in one else None,
-        )
-        for name, one in tomllib.loads(text).items()
+    numbers = {
+        name: {key: jnp.asarray(x, dtype=float) for key, x in one.items()} for name, one in tomllib.loads(text).items()
     }
+    return {name: Gains(one["gains"], one["filter"], one.get("frequencies")) for name, one in numbers.items()}
 
 
 def tuned() -> dict[str, Gains]:
@@ -107,10 +102,10 @@ def known_model() -> HystereticModel:
     return hysteretic(hysteresis(), dynamics(), DT)
 
 
-def actuator(tail: PrandtlIshlinskii | None = None, after: TransferFunction | None = None) -> Chain:
-    """Valve and tail, from a command [Pa] to the displacement of its end [m]; that of Table 1 unless given."""
+def actuator() -> Chain:
+    """Valve and tail of Table 1, from a command [Pa] to the displacement of its end [m]."""
     limits = Saturation(jnp.asarray(-LARGEST), jnp.asarray(LARGEST)), SlewLimit(jnp.asarray(LIMIT))
-    return Chain((DeadTime(jnp.asarray(DT), 12), *limits, tail or hysteresis(), after or dynamics()))
+    return Chain((DeadTime(jnp.asarray(DT), 12), *limits, hysteresis(), dynamics()))
 
 
 def plants(count: int, seed: int = 0) -> BlockLoop:

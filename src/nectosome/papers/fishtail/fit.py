@@ -9,8 +9,7 @@ from nectosome.identification.hysteresis.files import hysteresis_data
 from nectosome.identification.hysteresis.fit import HysteresisModel, Identified, PressureTrial, fit_hysteresis
 
 from ..study import Progress, StudyPart
-from .plant import BAR, LARGEST, MM, plant
-from .recordings import HELD_OUT, TRAIN, recorded
+from .plant import BAR, HELD_OUT, LARGEST, MM, TRAIN, plant, recorded
 
 STARTS, _QUICK = 20, 5
 _SAME = 1e-6  # relative difference of what is left: the same optimum

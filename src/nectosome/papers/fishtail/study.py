@@ -3,9 +3,7 @@
 import time
 
 from ..study import Progress, Study, gathered, printed, scored
-from . import control_study as tracking
-from . import figures_control as figures_tracking
-from . import figures_fit, fit
+from . import control_study, figures, fit
 
 NAME = "fishtail"
 TITLE = "Pneumatic fishtail"
@@ -21,7 +19,7 @@ ABOUT = (
 def run(quick: bool, progress: Progress) -> Study:
     """All rows and figures; `quick` tries fewer starts, draws fewer plants, and leaves the errors by frequency out."""
     began = time.perf_counter()
-    done = gathered(((0.4, fit.part), (0.6, tracking.part)), quick, progress)
+    done = gathered(((0.4, fit.part), (0.6, control_study.part)), quick, progress)
     rows = scored(printed(NAME), done.numbers, lambda row: "synthetic")
     return Study(
         NAME,
@@ -31,5 +29,5 @@ def run(quick: bool, progress: Progress) -> Study:
         {},
         time.perf_counter() - began,
         done.data,
-        figures=lambda data, runs: [*figures_fit.panels(data), *figures_tracking.panels(data)],
+        figures=lambda data, runs: figures.panels(data),
     )

@@ -1,10 +1,9 @@
 """Steady swimming of small-spotted catsharks (F. Berio and others, scanicula_steady_swimming; MIT).
 
-The Strouhal number of each swim is computed again from its tail beat and held against the number the authors give.
+The Strouhal number of each swim is computed again from its tail beat and compared with the number of the authors.
 """
 
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -26,30 +25,22 @@ _SHEET = Sheet(
 )
 
 
-class Catsharks(NamedTuple):
-    """All swims, and medians with quartiles by speed class."""
-
-    swims: xr.Dataset  # with `again`, the Strouhal number f A L / U
-    by_speed: xr.Dataset  # along `speed_class`: quartiles [3] of what varies with it
-
-
-def catsharks(path: Path) -> Catsharks:
-    """Read the table and compute Strouhal numbers anew. Raises InputError where it cannot be read."""
+def catsharks(path: Path) -> xr.Dataset:
+    """All swims, with the Strouhal number f A L / U as `again`. Raises InputError where they cannot be read."""
     swims = read(path, _SHEET)
     again = swims["frequency"] * swims["amplitude"] * swims["length"] / swims["speed"]
-    swims = swims.assign(again=again.assign_attrs(units="", long_name="Strouhal number f A L / U"))
-    classes = np.unique(swims["speed_class"].values)
-    names = ("frequency", "amplitude", "again")
+    return swims.assign(again=again.assign_attrs(units="", long_name="Strouhal number f A L / U"))
+
+
+def by_speed(swims: xr.Dataset) -> xr.Dataset:
+    """Quartiles (speed_class, quartile) of frequency, amplitude and Strouhal number, and how many swims they are of."""
+    classes, counts = np.unique(swims["speed_class"].values, return_counts=True)
     quartiles = {
         name: [np.quantile(swims[name].values[swims["speed_class"].values == c], (0.25, 0.5, 0.75)) for c in classes]
-        for name in names
+        for name in ("frequency", "amplitude", "again")
     }
-    counts = [int(np.sum(swims["speed_class"].values == c)) for c in classes]
-    return Catsharks(
-        swims,
-        xr.Dataset(
-            {name: (("speed_class", "quartile"), np.array(values)) for name, values in quartiles.items()}
-            | {"count": ("speed_class", counts)},
-            coords={"speed_class": classes, "quartile": [0.25, 0.5, 0.75]},
-        ),
+    return xr.Dataset(
+        {name: (("speed_class", "quartile"), values) for name, values in quartiles.items()}
+        | {"count": ("speed_class", counts)},
+        coords={"speed_class": classes, "quartile": [0.25, 0.5, 0.75]},
     )

@@ -1,11 +1,12 @@
 """Figures of measurements: friction of actuators on strokes out and back, swimming of fish against speed."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nectosome.view.style import BLUE, GREEN, GREY, VERMILLION, Panel, dress, plain, span
+
+from ..study import Sets
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,7 +17,7 @@ _MODELS = {
 }
 
 
-def panels(data: Mapping[str, "xr.Dataset"]) -> list[Panel]:
+def panels(data: Sets) -> list[Panel]:
     """All figures for which there is data.
 
     `pneumatic_*` (run, stroke, place), `friction_*` (model, sample), `catshark` (speed_class, quartile).
@@ -27,7 +28,7 @@ def panels(data: Mapping[str, "xr.Dataset"]) -> list[Panel]:
     return out + ([_catsharks(data["catshark"])] if "catshark" in data else [])
 
 
-def _friction(tests: Mapping[str, "xr.Dataset"], data: Mapping[str, "xr.Dataset"]) -> Panel:
+def _friction(tests: Sets, data: Sets) -> Panel:
     """Pull against distance, every run; friction and lost work by run beside it."""
     from plotly.subplots import make_subplots
 
@@ -71,8 +72,8 @@ def _friction(tests: Mapping[str, "xr.Dataset"], data: Mapping[str, "xr.Dataset"
     return Panel("Friction of pneumatic actuators", caption, fig)
 
 
-def _fitted(fits: Mapping[str, "xr.Dataset"]) -> Panel:
-    """A run held out and what the models say of it."""
+def _fitted(fits: Sets) -> Panel:
+    """A run held out, and the predictions of the models."""
     from plotly.subplots import make_subplots
 
     titles = [f"{plain(name)}: run {fit.attrs['run']}, held out" for name, fit in fits.items()]
@@ -89,7 +90,7 @@ def _fitted(fits: Mapping[str, "xr.Dataset"]) -> Panel:
         limit, half = fit["value"].sel(parameter="limit").values, fit["half"].sel(parameter="limit").values
         left = fit["held_out"].values
         words.append(
-            f"{name}: sliding friction {limit[0]:.2f} ± {half[0]:.2f} N, with the pressure's pull told apart "
+            f"{name}: sliding friction {limit[0]:.2f} ± {half[0]:.2f} N, with the pressure's pull separate "
             f"{limit[1]:.2f} ± {half[1]:.2f} N; error on the runs held out {left[0]:.1f} % and {left[1]:.1f} % of the "
             f"range of the pull, {fit.attrs['curve']:.0f} % without friction, {fit.attrs['repeat']:.1f} % by the mean "
             "of the other runs."

@@ -1,7 +1,13 @@
-"""Friction of the pneumatic actuators as Dahl's model, fitted to every other run and held against the rest."""
+"""Friction tests of two pneumatic actuators (3D-printed-pneumatic-actuator, E. Zillen, TU Delft; CC0).
+
+An actuator under constant pressure is drawn out and let back, ten times; half the difference of both directions is
+friction. Dahl's model is fitted to every other run and compared with the rest.
+"""
 
 from collections.abc import Sequence
+from importlib.resources import as_file, files
 from itertools import pairwise
+from pathlib import Path
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -16,19 +22,34 @@ from nectosome.drives import Chain, Curve, Dahl, Gain, Parallel, Polynomial, res
 from nectosome.identification.fits.block_response import Response, output_misfit
 from nectosome.identification.fits.errors import range_errors
 from nectosome.identification.fits.misfit import Misfit
+from nectosome.measure import calibrate, read
+from nectosome.measure.signals import StrokeWindow, split, strokes
 from nectosome.units.ranges import Ranges
 
-from .pneumatic import FrictionTest
-
+_EXCURSION = 10e-3  # m, between turning points
+_PLACES = np.linspace(5e-3, 30e-3, 26)  # m, at which strokes out and back are compared; turns lie outside
+_SENSORS = {"laser": "distance", "pressure_sensor": "pressure", "force_sensor": "force"}
 _SAMPLES = (40, 240, 160)  # before a run, on its stroke out and back: one in about 20 ms
 _BEFORE = 1.0  # s of the stroke before: it brings the friction to its state
 _SPIKES = 5  # samples of the distance of which the middle one counts: the laser jumps by 0.6 mm for one at a time
 _NAMES = ("limit", "stiffness", "offset", "slope", "area")  # [N, N/m, N, N/m, m2]
 RANGES = Ranges(_NAMES, [0.1, 1e2, 0, -2e3, 0], [100, 1e7, 500, 2e3, 2e-3], log=_NAMES[:2])
-MODELS = {  # where a fit begins, and what stays as it is there
+MODELS = {  # where a fit begins, and which parameters stay fixed there
     "dahl": (np.array([5.0, 2e4, 150.0, 0.0, 0.0]), ("area",)),
     "dahl-pressure": (np.array([5.0, 2e4, 0.0, 0.0, 5e-4]), ("offset", "slope")),
 }
+
+
+class FrictionTest(NamedTuple):
+    """A recording and its runs; arrays by run."""
+
+    recording: xr.Dataset
+    runs: list[tuple[StrokeWindow, StrokeWindow]]  # strokes out and back
+    friction: np.ndarray  # half the mean difference of the pulls out and back [N]
+    loop_area: np.ndarray  # work lost in a run between the first and the last place [J]
+    pulls: np.ndarray  # pull on the strokes out and back at `places` [run, 2, place] [N]
+    places: np.ndarray  # [m]
+    calibrations: xr.Dataset  # gain and zero of each sensor, and what is left
 
 
 class FrictionRun(NamedTuple):
@@ -40,7 +61,7 @@ class FrictionRun(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """Parameters in the order of `RANGES`, and how well they predict."""
+    """Parameters in the order of `RANGES`, and their errors of prediction."""
 
     theta: Float[np.ndarray, "5"]
     half: Float[np.ndarray, "5"]  # of 95 % intervals, from the scatter of the runs
@@ -50,11 +71,39 @@ class Fitted(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """What each model comes to, by name, and what errors to hold it against, on the runs held out [percent]."""
+    """The fit of each model, by name, and errors of two plain predictions of the runs held out [percent]."""
 
     fits: dict[str, Fitted]
     curve: float  # of a straight line over the distance
     repeat: float  # of the mean of the runs fitted to, at the same share of the time of a stroke
+
+
+def friction_test(path: Path) -> FrictionTest:
+    """Read a file and split it into runs, each a stroke out and back. Raises InputError where it cannot be read."""
+    with as_file(files("nectosome.papers").joinpath("measure", "pneumatic.yaml")) as sheet:
+        recording = read(path, sheet)
+    found = strokes(recording["distance"], _EXCURSION)
+    pairs = [(a, b) for a, b in pairwise(found) if a.change > 0 > b.change]
+    pulls = np.array([[_pull(part) for part in split(recording, pair)] for pair in pairs])
+    difference = pulls[:, 0] - pulls[:, 1]
+    return FrictionTest(
+        recording,
+        pairs,
+        0.5 * difference.mean(axis=1),
+        np.trapezoid(difference, _PLACES, axis=1),
+        pulls,
+        _PLACES,
+        xr.concat(
+            [calibrate(recording[sensor], recording[quantity]) for sensor, quantity in _SENSORS.items()],
+            xr.DataArray(list(_SENSORS), dims="sensor", name="sensor"),
+        ),
+    )
+
+
+def _pull(stroke: xr.Dataset) -> np.ndarray:
+    """Pull at `_PLACES` on a stroke in one direction, but for noise [N]."""
+    order = np.argsort(stroke["distance"].values, kind="stable")
+    return np.interp(_PLACES, stroke["distance"].values[order], stroke["force"].values[order])
 
 
 def friction(theta: Float[Array, "5"]) -> Block:
@@ -141,9 +190,9 @@ def _error(theta: Float[np.ndarray, "5"], runs: Sequence[FrictionRun]) -> float:
 
 def _only(misfit: Misfit, part: slice) -> Misfit:
     """Some of the residuals, by the same compiled program."""
-    slopes = misfit.jacobian
-    assert slopes is not None
-    return Misfit(lambda rows: misfit.residuals(rows)[:, part], misfit.ranges, lambda theta: slopes(theta)[part])
+    jacobian = misfit.jacobian
+    assert jacobian is not None
+    return Misfit(lambda rows: misfit.residuals(rows)[:, part], misfit.ranges, lambda theta: jacobian(theta)[part])
 
 
 def _counted(runs: Sequence[FrictionRun]) -> Float[np.ndarray, "n"]:

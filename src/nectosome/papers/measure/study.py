@@ -1,4 +1,4 @@
-"""Data that nobody here made, read where they lie: friction of pneumatic actuators, swimming of catsharks."""
+"""Data that others published, read as they are: friction of pneumatic actuators, swimming of catsharks."""
 
 import os
 import time
@@ -9,9 +9,8 @@ import xarray as xr
 
 from ..study import Progress, Study, printed, score
 from . import figures
-from .catshark import Catsharks, catsharks
-from .friction import Comparison, compare, runs_of, to_dataset
-from .pneumatic import FrictionTest, friction_test
+from .catshark import by_speed, catsharks
+from .friction import Comparison, FrictionTest, compare, friction_test, runs_of, to_dataset
 
 NAME = "measure"
 TITLE = "Measurements of others"
@@ -44,25 +43,23 @@ def run(quick: bool, progress: Progress) -> Study:
         for i, (key, file) in enumerate((("circle", "Circle_3bar.csv"), ("kdn", "KDN_3bar.csv"))):
             progress(file, i / 3)
             test = friction_test(folder / "pneumatic" / file)
-            tried = runs_of(test)
-            found = compare(tried)
-            told = _numbers(test) | _fitted(found)
-            numbers |= {f"measure/pneumatic/{key}/{name}": x for name, x in told.items()}
+            strokes = runs_of(test)
+            found = compare(strokes)
+            numbers |= {f"measure/pneumatic/{key}/{name}": x for name, x in _numbers(test, found).items()}
             data |= {f"pneumatic_{key}": _strokes(test), f"calibration_{key}": test.calibrations}
-            data[f"friction_{key}"] = to_dataset(tried, found)
+            data[f"friction_{key}"] = to_dataset(strokes, found)
             runs[key] = test.recording
         progress("catsharks", 2 / 3)
-        sharks = catsharks(folder / "catshark" / "midline_kinematics.txt")
-        numbers["measure/catshark/strouhal-max-difference"] = _difference(sharks)
-        data["catshark"] = sharks.by_speed
-        runs["catshark"] = sharks.swims
+        swims = catsharks(folder / "catshark" / "midline_kinematics.txt")
+        off = np.abs(swims["again"].values - swims["strouhal"].values)
+        numbers["measure/catshark/strouhal-max-difference"] = float(np.max(off))
+        data["catshark"] = by_speed(swims)
+        runs["catshark"] = swims
     progress("scorecard", 1.0)
-    rows = []
-    for row, entry in book.items():
-        if row in numbers:
-            rows.append(score(row, entry, numbers[row], "measurement"))
-        else:
-            rows.append(score(row, {**entry, "note": _ABSENT}, None, "measurement"))
+    rows = [
+        score(row, entry if row in numbers else {**entry, "note": _ABSENT}, numbers.get(row), "measurement")
+        for row, entry in book.items()
+    ]
     return Study(
         NAME,
         TITLE,
@@ -76,25 +73,20 @@ def run(quick: bool, progress: Progress) -> Study:
     )
 
 
-def _numbers(test: FrictionTest) -> dict[str, float]:
-    return {
+def _numbers(test: FrictionTest, found: Comparison) -> dict[str, float]:
+    dahl = found.fits["dahl"]
+    out = {
         "runs": float(test.friction.size),
         "friction": float(test.friction.mean()),
         "loop-area": float(test.loop_area.mean()),
+        "curve/held-out-e_rmsp": found.curve,
+        "repeat/held-out-e_rmsp": found.repeat,
+        "dahl/stiffness": float(dahl.theta[1]),
+        "dahl/train-e_rmsp": dahl.train,
     }
-
-
-def _fitted(found: Comparison) -> dict[str, float]:
-    dahl = found.fits["dahl"]
-    out = {"curve/held-out-e_rmsp": found.curve, "repeat/held-out-e_rmsp": found.repeat}
-    out |= {"dahl/stiffness": float(dahl.theta[1]), "dahl/train-e_rmsp": dahl.train}
     for name, fit in found.fits.items():
         out |= {f"{name}/limit": float(fit.theta[0]), f"{name}/held-out-e_rmsp": fit.held_out}
     return out
-
-
-def _difference(sharks: Catsharks) -> float:
-    return float(np.max(np.abs(sharks.swims["again"].values - sharks.swims["strouhal"].values)))
 
 
 def _strokes(test: FrictionTest) -> xr.Dataset:

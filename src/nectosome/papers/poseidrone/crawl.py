@@ -1,4 +1,4 @@
-"""Crawling: parameters from four features of the gait, what these tell, and other densities and buoyancies.
+"""Crawling: parameters from four features of the gait, their identifiability, and other densities and buoyancies.
 
 The legs' geometry is not printed: that of `poseidrone_crawl.yaml` is one with which Table 3's features come out.
 """
@@ -22,12 +22,8 @@ from nectosome.search import Start, minimise
 
 from ..study import Progress, StudyPart
 
-TARGET = (
-    0.0074045,
-    1.9831,
-    0.0403,
-    0.1272,
-)  # amplitude [m], frequency [Hz], speed [m/s], height [m] of the experiments (section 4.3)
+# amplitude [m], frequency [Hz], speed [m/s], height [m] of the experiments (section 4.3)
+TARGET = 0.0074045, 1.9831, 0.0403, 0.1272
 FOUND = 0.0074043, 1.9829, 0.040302, 0.12719  # by the paper's genetic algorithm (section 4.4)
 PRINTED = 2.012e-8  # discrepancy of what it found
 MASS, WATER = 0.755, 1025.0  # kg, kg/m3
@@ -50,7 +46,7 @@ DISTANCES, ANGLES = (0.05, 0.07, 0.09, 0.11, 0.13), (0.0, 6.3, 12.6, 18.9, 25.2)
 OWN, HELD_OUT = (1238.0, 0.09, 12.6), 1178.0
 _MODULE = ("volume", "limbs.module.offset.0", "limbs.module.offset.2")
 _ERRORS = 1e-3, 1e-3, math.radians(1.0)  # standard errors of tracked surge and heave [m], and tilt
-_TRACK, _TILT = (0, 1), (2,)  # of these: what tracks of the body tell, and what its tilt does
+_TRACK, _TILT = (0, 1), (2,)  # of these: in tracks of the body, and its tilt
 _PROFILED = "k"  # the parameter whose profile is drawn: fits of the other nine at each of its values take minutes
 _RARELY = 0.05  # of the time: feet that are on the ground for less do not carry
 
@@ -69,7 +65,7 @@ def fit() -> GaitFit:
 
 
 def part(quick: bool, progress: Progress) -> StudyPart:
-    """Fits from several seeds, what they tell, the density held out, and gaits over density and buoyancy."""
+    """Fits from several seeds, identifiability, the density held out, and gaits over density and buoyancy."""
     of = fit()
     seeds = 1 if quick else SEEDS
     searches: list[Start] = []
@@ -81,21 +77,21 @@ def part(quick: bool, progress: Progress) -> StudyPart:
         aim = CLOSE if quick else PRINTED
         searches.append(minimise(of.task(), gait_optimiser(evaluations=WALKS), seed=seed, target=aim, progress=tell))
     best = of.ranges.values(np.stack([found.close(np.inf)[0].u for found in searches]))
-    progress("what the gait tells", 0.8)
+    progress("identifiability", 0.8)
     measured = _measured(of, best[0])
-    told = {name: identifiability(misfit, best[0]) for name, misfit in measured.items()}
+    identifiable = {name: identifiability(misfit, best[0]) for name, misfit in measured.items()}
     data = {
-        f"crawl_fit_{seed}": gait_data(of, found, of.walked(row[None]), told["features"], 10 * CLOSE)
+        f"crawl_fit_{seed}": gait_data(of, found, of.walked(row[None]), identifiable["features"], 10 * CLOSE)
         for seed, (found, row) in enumerate(zip(searches, best, strict=True))
     }
-    data["crawl_told"] = _told_data(told)
-    data["crawl_helpful"] = _helpful(of, best[0], told["features"])
+    data["crawl_told"] = _identifiable_data(identifiable)
+    data["crawl_helpful"] = _helpful(of, best[0], identifiable["features"])
     data["crawl_held_out"] = _held_out_series(of, best)
     if not quick:
         data["crawl_profile"] = _profiles(measured, best[0], progress)
     progress("gaits", 0.95)
     data["crawl_gaits"] = gaits(of, best[0])
-    return StudyPart(_numbers(of, searches, best, told, data["crawl_gaits"]), data)
+    return StudyPart(_numbers(of, searches, best, identifiable, data["crawl_gaits"]), data)
 
 
 def gaits(of: GaitFit, theta: Float[np.ndarray, "n"]) -> xr.Dataset:
@@ -123,7 +119,7 @@ def gaits(of: GaitFit, theta: Float[np.ndarray, "n"]) -> xr.Dataset:
 
 
 def _measured(of: GaitFit, theta: Float[np.ndarray, "n"]) -> dict[str, Misfit]:
-    """Features; heave and surge over time; these with lean, and at a second density too."""
+    """Features; heave and surge over time; these with tilt, and at a second density too."""
     return {
         "features": of.misfit,
         "series": _series(of, theta, OWN[:1], _TRACK),
@@ -172,7 +168,7 @@ def _profiles(measured: dict[str, Misfit], theta: Float[np.ndarray, "n"], progre
 
 
 def _helpful(of: GaitFit, theta: Float[np.ndarray, "n"], known: Identifiability) -> xr.Dataset:
-    """How many parameters more would be told by what might be measured too, in parts."""
+    """How many more parameters further measurements would identify, in parts."""
     found = most_helpful(
         known,
         {
@@ -200,15 +196,15 @@ def _held_out_series(of: GaitFit, best: Float[np.ndarray, "s n"]) -> xr.Dataset:
     )
 
 
-def _told_data(told: dict[str, Identifiability]) -> xr.Dataset:
-    names = next(iter(told.values())).ranges.names
+def _identifiable_data(identifiable: dict[str, Identifiability]) -> xr.Dataset:
+    names = next(iter(identifiable.values())).ranges.names
     return xr.Dataset(
         {
-            "error": (("data", "parameter"), np.stack([one.errors for one in told.values()])),
-            "rank": ("data", [one.rank for one in told.values()]),
-            "words": ("data", ["; ".join(one.words()) for one in told.values()]),
+            "error": (("data", "parameter"), np.stack([one.errors for one in identifiable.values()])),
+            "rank": ("data", [one.rank for one in identifiable.values()]),
+            "words": ("data", ["; ".join(one.words()) for one in identifiable.values()]),
         },
-        {"data": list(told), "parameter": list(names)},
+        {"data": list(identifiable), "parameter": list(names)},
     )
 
 
@@ -216,7 +212,7 @@ def _numbers(
     of: GaitFit,
     searches: list[Start],
     best: Float[np.ndarray, "s n"],
-    told: dict[str, Identifiability],
+    identifiable: dict[str, Identifiability],
     gaits_: xr.Dataset,
 ) -> dict[str, float | None]:
     own = gaits_["speed"].sel(density=OWN[0], distance=OWN[1]).isel(angle=ANGLES.index(OWN[2]))
@@ -234,7 +230,7 @@ def _numbers(
             f"poseidrone/crawl/holdout/{row}": x
             for row, x in zip(("a", "f", "speed", "height"), _held_out(of, best), strict=True)
         },
-        **{f"poseidrone/crawl/identifiable/{what}": float(one.rank) for what, one in told.items()},
+        **{f"poseidrone/crawl/identifiable/{what}": float(one.rank) for what, one in identifiable.items()},
         "poseidrone/gait/fastest": 100 * float(own / gaits_["speed"].max()),
         **{f"poseidrone/table4/{which}/{what}": None for which in ("train", "test") for what in ("mean", "std", "max")},
     }

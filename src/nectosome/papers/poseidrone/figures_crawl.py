@@ -5,21 +5,21 @@ parameter) as shares of the ranges, rank, words; `crawl_profile`: value and rise
 for time; `crawl_gaits`: speed, feet (density, distance, angle).
 """
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nectosome.papers.poseidrone.crawl import OWN, PRINTED
 from nectosome.view.gait import history_panel, motion_panel, parameters_panel
 from nectosome.view.heatmap import MapAxis, diverging, maps
 from nectosome.view.style import BLACK, BLUE, CYCLE, Panel, dress, plain
+
+from ..study import Sets
+from .crawl import OWN, PRINTED
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _THRESHOLD = 3.84  # 95 % quantile of chi-squared, one degree of freedom
-Sets = Mapping[str, "xr.Dataset"]
 _DATA = {
     "features": "four features, 1 %",
     "series": "positions over time, 1 mm",
@@ -36,7 +36,7 @@ def panels(sets: Sets) -> list[Panel]:
     return [
         history_panel(fits, names, PRINTED)._replace(title="Crawling: searches for Table 3's parameters"),
         parameters_panel(fits, names)._replace(title="Crawling: parameters of equally good fits"),
-        told_panel(sets["crawl_told"]),
+        identifiable_panel(sets["crawl_told"]),
         *([profile_panel(sets["crawl_profile"])] if "crawl_profile" in sets else []),
         helpful_panel(sets["crawl_helpful"]),
         motion._replace(title="Crawling: positions and tilt", caption=caption),
@@ -45,7 +45,7 @@ def panels(sets: Sets) -> list[Panel]:
     ]
 
 
-def told_panel(found: "xr.Dataset") -> Panel:
+def identifiable_panel(found: "xr.Dataset") -> Panel:
     """Standard errors of the parameters, by what is measured."""
     import plotly.graph_objects as go
 
@@ -81,10 +81,10 @@ def profile_panel(found: "xr.Dataset") -> Panel:
     fig.update_xaxes(title=f"{name} ({unit})")
     fig.update_yaxes(title="rise of chi2", range=(-0.1 * _THRESHOLD, 1.6 * _THRESHOLD))
     dress(fig, 400).update_layout(showlegend=True, margin_t=90)
-    told = "; ".join(f"{words}: {found['words'].sel(data=data).item()}" for data, words in _DATA.items())
+    intervals = "; ".join(f"{words}: {found['words'].sel(data=data).item()}" for data, words in _DATA.items())
     caption = (
         f"The other nine are fitted anew at each value of {name}, each fit from the last one: these are the least "
-        f"misfits found, perhaps not the least of all. Series are those that the first fit gives (synthetic). {told}."
+        f"misfits found, perhaps not the least of all. Series are those of the first fit (synthetic). {intervals}."
     )
     return Panel(f"Crawling: profile likelihood of {name}", caption, fig)
 
@@ -127,31 +127,23 @@ def held_out_panel(found: "xr.Dataset") -> Panel:
 
 
 def gaits_panel(found: "xr.Dataset") -> Panel:
-    """Speed over where the buoyancy is, density by density; on how many feet it walks."""
+    """Speed over the place of the buoyancy, density by density, and how many feet carry."""
     angles, distances = np.degrees(found["angle"].values), 1e3 * found["distance"].values
     x, y = MapAxis(angles, "beta (deg)"), MapAxis(distances, "b (mm)")
-    shown = {f"{rho:.0f} kg/m3": 1e3 * found["speed"].sel(density=rho).values for rho in found["density"].values}
-    fig = maps(x, y, shown, diverging(np.stack([*shown.values()]), "mm/s"))
+    speeds = {f"{rho:.0f} kg/m3": 1e3 * found["speed"].sel(density=rho).values for rho in found["density"].values}
+    fig = maps(x, y, speeds, diverging(np.stack([*speeds.values()]), "mm/s"))
     for col, rho in enumerate(found["density"].values, start=1):
         one = found.sel(density=rho)
         speed, feet = 1e3 * one["speed"].values, one["feet"].values
         dark = np.abs(speed) > 0.5 * np.nanmax(np.abs(1e3 * found["speed"].values))
         at = np.meshgrid(angles, distances)
-        fig.add_scatter(
-            x=at[0].ravel(),
-            y=at[1].ravel(),
-            text=[str(int(n)) if n else "x" for n in feet.ravel()],
-            mode="text",
-            textfont={"color": ["white" if one else BLACK for one in dark.ravel()], "size": 11},
-            hoverinfo="skip",
-            row=1,
-            col=col,
-        )
+        words = [str(int(n)) if n else "x" for n in feet.ravel()]
+        font = {"color": ["white" if one else BLACK for one in dark.ravel()], "size": 11}
+        shown = {"hoverinfo": "skip", "row": 1, "col": col}
+        fig.add_scatter(x=at[0].ravel(), y=at[1].ravel(), text=words, mode="text", textfont=font, **shown)
         if rho == OWN[0]:
             marker = {"symbol": "square-open", "size": 24, "color": "white", "line": {"width": 2}}
-            fig.add_scatter(
-                x=[OWN[2]], y=[1e3 * OWN[1]], mode="markers", marker=marker, hoverinfo="skip", row=1, col=col
-            )
+            fig.add_scatter(x=[OWN[2]], y=[1e3 * OWN[1]], mode="markers", marker=marker, **shown)
     caption = (
         "Simulated speed with the parameters of the first fit over density and place of the buoyancy, b from the "
         "centre of mass at an angle beta ahead of straight above it; the numbers say how many feet carry (x: it "

@@ -4,11 +4,12 @@ Data of the study: `mission`, `mission_turning`, `schedule_assumed`, `schedule_s
 them; `schedule_cranks`: time (speed), best (variable) in words.
 """
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from nectosome.view.mission import above_panel, mission_panel, set_panel
 from nectosome.view.style import BLACK, BLUE, VERMILLION, Panel, dress
+
+from ..study import Sets
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 _NAMES = {"schedule_assumed": ("assumed", BLUE), "schedule_shortest": ("shortest found", VERMILLION)}
 
 
-def panels(sets: Mapping[str, "xr.Dataset"]) -> list[Panel]:
+def panels(sets: Sets) -> list[Panel]:
     """Fig. 6, the quantities that its modes set, and a robot that turns round where the study has one."""
     first = mission_panel(sets["mission"])
     out = [first._replace(title=f"{first.title}, as Fig. 6"), set_panel(sets["mission"])]
@@ -27,12 +28,12 @@ def panels(sets: Mapping[str, "xr.Dataset"]) -> list[Panel]:
     return out
 
 
-def schedule_panels(sets: Mapping[str, "xr.Dataset"]) -> list[Panel]:
+def schedule_panels(sets: Sets) -> list[Panel]:
     """The shortest schedule beside the assumed one, and its time over the speed of the legs."""
     return [path_panel(sets), cranks_panel(sets["schedule_cranks"])]
 
 
-def path_panel(sets: Mapping[str, "xr.Dataset"]) -> Panel:
+def path_panel(sets: Sets) -> Panel:
     """Place along the tank and height over time, on both schedules."""
     from plotly.subplots import make_subplots
 
@@ -40,30 +41,16 @@ def path_panel(sets: Mapping[str, "xr.Dataset"]) -> Panel:
     for key, (name, colour) in _NAMES.items():
         found = sets[key]
         for row, of in enumerate(("x", "z"), start=1):
+            label = f"{name}: {float(found['time'][-1]):.1f} s"
             line = {"color": colour, "width": 2}
-            fig.add_scatter(
-                x=found["time"].values,
-                y=found["position"].sel(axis=of).values,
-                mode="lines",
-                line=line,
-                name=f"{name}: {float(found['time'][-1]):.1f} s",
-                showlegend=row == 1,
-                row=row,
-                col=1,
-            )
+            x, y = found["time"].values, found["position"].sel(axis=of).values
+            fig.add_scatter(x=x, y=y, mode="lines", line=line, name=label, showlegend=row == 1, row=row, col=1)
         ends = found["event_time"].values
         at = found.sel(time=~found.indexes["time"].duplicated()).interp(time=ends)
-        fig.add_scatter(
-            x=ends,
-            y=at["position"].sel(axis="z").values,
-            text=[f"{mode} ends" for mode in found["event_mode"].values],
-            mode="markers",
-            marker={"color": colour, "size": 8},
-            showlegend=False,
-            hovertemplate="%{text} at %{x:.1f} s",
-            row=2,
-            col=1,
-        )
+        shown = {"mode": "markers", "marker": {"color": colour, "size": 8}, "hovertemplate": "%{text} at %{x:.1f} s"}
+        words = [f"{mode} ends" for mode in found["event_mode"].values]
+        y = at["position"].sel(axis="z").values
+        fig.add_scatter(x=ends, y=y, text=words, showlegend=False, row=2, col=1, **shown)
     fig.update_yaxes(title="place along<br>the tank (m)", row=1, col=1)
     fig.update_yaxes(title="height (m)", row=2, col=1)
     fig.update_xaxes(title="time (s)", row=2, col=1)

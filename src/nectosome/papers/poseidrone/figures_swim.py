@@ -1,22 +1,33 @@
-"""Figures of PoseiDRONE's swimming: speeds measured and computed, and errors of the estimators of mass and drag.
+"""Figures of PoseiDRONE's swimming: estimators of mass and drag; its jet, held still and swimming free.
 
-Data: `swim` as `identification.surge_data` has it; `swim_as_printed`, the same by the printed estimator; `swim_draws`:
-value (estimator, draw, parameter), truth (parameter), bias, coverage [percent] (estimator, parameter).
+Data, in SI units: `swim` as `identification.surge_data` has it; `swim_as_printed`, the same by the printed estimator;
+`swim_draws` as `swim.draws` and `static_free` as `static_free.compared` give them.
 """
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from nectosome.view.style import BLACK, BLUE, CYCLE, ORANGE, Panel, dress, plain
+import numpy as np
+
+from nectosome.view.style import BLACK, BLUE, CYCLE, GREEN, GREY, ORANGE, VERMILLION, Panel, dress, plain
 from nectosome.view.surge import PARAMETERS, recording_panel
+
+from ..study import Sets
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _MOST = 50.0  # percent, of errors that are shown
+_SHOWN = 4  # turns of the crank
+_ROWS = (
+    ("speed", "speed (rad/s)", 1.0, VERMILLION),
+    ("current", "current (A)", 1.0, ORANGE),
+    ("thrust", "thrust (N)", 1.0, BLUE),
+    ("volume", "volume (mL)", 1e6, GREEN),
+)
+_WAKES = {0.0: ("from still water", "solid"), 1.0: ("from the wake", "dash")}
 
 
-def panels(sets: Mapping[str, "xr.Dataset"]) -> list[Panel]:
+def panels(sets: Sets) -> list[Panel]:
     """Figs. 9 and 10 on synthetic recordings, and the estimators."""
     found, other = sets["swim"], sets["swim_as_printed"]
     shown = [recording_panel(found, k, other, "synthetic") for k in range(found.sizes["recording"])]
@@ -62,3 +73,77 @@ def estimators_panel(made: "xr.Dataset") -> Panel:
         f"behind a Savitzky-Golay filter on the speed alone.{''.join(beyond)}"
     )
     return Panel("Errors of the estimators", caption, fig)
+
+
+def jet_panels(sets: Sets) -> list[Panel]:
+    """Fig. 8, and the comparison of section 5."""
+    return [motor_panel(sets), static_free_panel(sets)]
+
+
+def motor_panel(sets: Sets) -> Panel:
+    """Motor speed, current, thrust and volume over time, as in Fig. 8."""
+    from plotly.subplots import make_subplots
+
+    found = sets["static_free"]
+    turns = found["motor_angle"].values / (2 * np.pi)
+    last = turns >= np.floor(turns[-1]) - _SHOWN
+    time = found["motor_time"].values[last]
+    fig = make_subplots(len(_ROWS), 1, shared_xaxes=True, vertical_spacing=0.04)
+    for row, (name, title, scale, colour) in enumerate(_ROWS, start=1):
+        y = scale * found[f"motor_{name}"].values[last]
+        fig.add_scatter(x=time, y=y, mode="lines", line={"color": colour}, row=row, col=1)
+        fig.update_yaxes(title=title, row=row)
+    for half in np.arange(np.ceil(2 * turns[last][0]), 2 * turns[-1]):
+        x, dash = np.interp(0.5 * half, turns, found["motor_time"].values), "dot" if half % 2 else "solid"
+        fig.add_vline(x=x, line={"color": GREY, "dash": dash, "width": 1})
+    fig.update_xaxes(title="time (s)", row=len(_ROWS))
+    dress(fig, 640)
+    thrust, angle = found["motor_thrust"].values[last], np.degrees(found["motor_angle"].values[last]) % 360
+    caption = (
+        "Simulated: the robot held still, its crank turned by a motor, as in Fig. 8. Lines at 0 deg, dotted at 180 "
+        "deg. The chamber is synthetic, made for a thrust that fits what the paper prints; the numbers of motor and "
+        f"shell are assumptions. Thrust peaks at {angle[np.argmax(thrust)]:.0f} deg, the motor is slowest at "
+        f"{angle[np.argmin(found['motor_speed'].values[last])]:.0f} deg; while the chamber fills, thrust is negative."
+    )
+    return Panel("Motor, chamber and thrust of the held robot", caption, fig)
+
+
+def static_free_panel(sets: Sets) -> Panel:
+    """Held thrust over free thrust, and the drag identified with the held one, over the share that follows the bell."""
+    from plotly.subplots import make_subplots
+
+    found = sets["static_free"]
+    fig = make_subplots(1, 2, horizontal_spacing=0.12)
+    x = 100 * found["share"].values
+    for wake, (word, dash) in _WAKES.items():
+        here = found.sel(wake=wake)
+        for name, colour, label in (("ratio", BLUE, "mean of a turn"), ("pulse", GREEN, "while it expels")):
+            style: Any = {"mode": "lines+markers", "line": {"color": colour, "dash": dash}, "row": 1, "col": 1}
+            fig.add_scatter(x=x, y=here[name].values, name=f"{label}, {word}", **style)
+        for name, colour, label, true in (
+            ("drag", VERMILLION, "drag", found.attrs["drag"]),
+            ("mass", ORANGE, "mass with the full chamber", found.attrs["mass"]),
+        ):
+            style = {"mode": "lines+markers", "line": {"color": colour, "dash": dash}, "row": 1, "col": 2}
+            fig.add_scatter(x=x, y=100 * (here[name].values / true - 1), name=f"{label}, {word}", **style)
+    line = {"color": BLACK, "dash": "dot", "width": 1}
+    for col, printed, text in ((1, 0.7, "printed: down to 0.7"), (2, -50.0, "printed: drag down to -50 %")):
+        fig.add_scatter(
+            x=[0, 100], y=[printed] * 2, mode="lines", line=line, showlegend=False, hoverinfo="skip", row=1, col=col
+        )
+        fig.add_annotation(text=text, x=2, y=printed, xanchor="left", yanchor="top", showarrow=False, row=1, col=col)
+    fig.update_xaxes(title="share of the added mass that follows the bell (percent)")
+    fig.update_yaxes(title="held thrust over free thrust", rangemode="tozero", col=1)
+    fig.update_yaxes(title="error of what is identified (percent)", col=2)
+    dress(fig, 460).update_layout(showlegend=True, hovermode="closest", margin_t=96)
+    own = 100 * found.attrs["own_share"]
+    caption = (
+        "Simulated, with a synthetic chamber: the jet held still and swimming freely, and mass and drag identified "
+        f"from a synthetic recording of the free speed (noise of {1e3 * found.attrs['noise']:g} mm/s) with the held "
+        "thrust. The mean of a turn is that of what overcomes the drag. The momentum of the shrinking bell "
+        "is taken back while the chamber fills: it changes the identified mass, but neither the mean nor the drag. The "
+        "source of the water that fills the chamber matters: still water has to be accelerated, for which the held "
+        "robot needs no force. A bell that carries half its chamber's water, as a sphere does, "
+        f"has a share of {own:.0f} %."
+    )
+    return Panel("Thrust held still and swimming free", caption, fig)

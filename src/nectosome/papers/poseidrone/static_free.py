@@ -2,8 +2,8 @@
 
 Section 5 of the paper suspects that thrust measured on the held robot is up to 30 % less than that of the swimming one,
 whose change of shape helps, and that drag identified with it is some 50 % too small. Here both are computed, for a
-synthetic chamber (`jet`), over what is not known: the share of the added mass that changes with the bell's volume, and
-whether the water that fills the chamber comes from still water or from the wake.
+synthetic chamber (`recordings.chamber`), over two unknowns: the share of the added mass that changes with the bell's
+volume, and whether the water that fills the chamber comes from still water or from the wake.
 """
 
 from typing import Any
@@ -141,7 +141,7 @@ def last_turn(robot: Robot, period: float, turns: int) -> Run:
 
 
 def surge(robot: Robot) -> Regressors:
-    """Of v' = alpha v|v| + gamma tau (eq. 2) with the thrust of the held robot."""
+    """Regressors of v' = alpha v|v| + gamma tau (eq. 2), with the thrust of the held robot."""
     jet = jet_of(robot)
 
     def regressors(t: Array, v: Array) -> Array:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from nectosome.view.style import Panel
 
 from ..study import Kind, Progress, Sets, Study, StudyPart, gathered, printed, scored
-from . import crawl, figures_crawl, figures_jet, figures_mission, figures_swim, mission, schedule, static_free, swim
+from . import crawl, figures_crawl, figures_mission, figures_swim, mission, static_free, swim
 
 NAME = "poseidrone"
 TITLE = "PoseiDRONE"
@@ -23,15 +23,16 @@ _PARTS: dict[str, tuple[float, Callable[[bool, Progress], StudyPart]]] = {  # sh
     "held and free": (0.2, static_free.part),
     "crawling": (0.5, crawl.part),
     "mission": (0.05, mission.part),
-    "schedule": (0.15, schedule.part),
+    "schedule": (0.15, mission.schedule_part),
 }
-_KINDS: dict[str, Kind] = {  # by the beginning of the row, else a prediction
+_KINDS: dict[str, Kind] = {  # by the beginning of the row, the first that fits
     "poseidrone/swim/": "synthetic",
     "poseidrone/static-free/": "synthetic",
     "poseidrone/crawl/fit/": "calibration",
     "poseidrone/table3/": "calibration",
     "poseidrone/mission/": "calibration",
     "poseidrone/schedule/": "calibration",
+    "": "prediction",
 }
 
 
@@ -44,17 +45,14 @@ def run(quick: bool, progress: Progress) -> Study:
 
 
 def _kind(row: str) -> Kind:
-    for start, kind in _KINDS.items():
-        if row.startswith(start):
-            return kind
-    return "prediction"
+    return next(kind for start, kind in _KINDS.items() if row.startswith(start))
 
 
 def _figures(data: Sets, runs: Sets) -> list[Panel]:
     """Figures of the parts whose data are there."""
     parts = {
         "swim": figures_swim.panels,
-        "static_free": figures_jet.panels,
+        "static_free": figures_swim.jet_panels,
         "crawl_told": figures_crawl.panels,
         "mission": figures_mission.panels,
         "schedule_cranks": figures_mission.schedule_panels,

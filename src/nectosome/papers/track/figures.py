@@ -1,11 +1,12 @@
-"""Figures of the tracker's study: joint angles beside simulated ones, tracks and their errors, and what breaks it."""
+"""Figures of the tracker's study: joint angles beside simulated ones, tracks and their errors, degraded videos."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nectosome.view.style import BLACK, BLUE, CYCLE, GREY, VERMILLION, Panel, dress, plain
+
+from ..study import Sets
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -13,14 +14,14 @@ if TYPE_CHECKING:
 _TICKS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50]  # of logarithmic axes
 
 
-def panels(data: Mapping[str, "xr.Dataset"]) -> list[Panel]:
+def panels(data: Sets) -> list[Panel]:
     """All figures for which there is data: `angles`, `walk`, `swim`, `limits_paddle`, `limits_tank`."""
     out = [_angles(data["angles"])] if "angles" in data else []
     titles = {"walk": "PoseiDRONE walks, tracked", "swim": "PoseiDRONE swims, tracked"}
     out += [_track(data[key], title) for key, title in titles.items() if key in data]
     for key, title, factor, unit in (
-        ("limits_paddle", "What the paddle's angles bear", 180 / np.pi, "deg"),
-        ("limits_tank", "What the markers' places bear", 1e3, "mm"),
+        ("limits_paddle", "Degraded videos: angles of the paddle", 180 / np.pi, "deg"),
+        ("limits_tank", "Degraded videos: places of the markers", 1e3, "mm"),
     ):
         if key in data:
             out.append(_limits(data[key], title, factor, unit))
@@ -56,7 +57,7 @@ def _angles(data: "xr.Dataset") -> Panel:
 
 
 def _track(data: "xr.Dataset", title: str) -> Panel:
-    """Surge and heave, and what they differ from the truth."""
+    """Places along x and z, and their errors."""
     from plotly.subplots import make_subplots
 
     fig = make_subplots(3, 1, shared_xaxes=True, vertical_spacing=0.06)
@@ -82,7 +83,7 @@ def _track(data: "xr.Dataset", title: str) -> Panel:
 
 
 def _limits(data: "xr.Dataset", title: str, factor: float, unit: str) -> Panel:
-    """Error and share seen, kind by kind; where it breaks is marked."""
+    """Error and share seen, kind by kind, with a mark at the level where the tracker breaks."""
     from plotly.subplots import make_subplots
 
     kinds = [str(kind) for kind in data["kind"].values]
@@ -105,7 +106,7 @@ def _limits(data: "xr.Dataset", title: str, factor: float, unit: str) -> Panel:
         )  # fmt: skip
         fig.add_scatter(
             x=text, y=[limit] * len(text), mode="lines", line={"color": GREY, "dash": "dot", "width": 1},
-            name="asked", showlegend=k == 0, row=row, col=col,
+            name="required", showlegend=k == 0, row=row, col=col,
         )  # fmt: skip
         broken = int(data["broken"].values[k])
         if broken >= 0:
@@ -123,7 +124,7 @@ def _limits(data: "xr.Dataset", title: str, factor: float, unit: str) -> Panel:
             fig.update_yaxes(title=f"rms ({unit})", row=row, col=col)
     dress(fig, 270 * rows).update_layout(showlegend=True, hovermode="closest", margin_t=90, legend_y=1.1)
     caption = (
-        f"Synthetic: each kind of degradation alone, the others as in the study. Dotted: {limit:g} {unit}, as asked; "
+        f"Synthetic: each kind of degradation alone, the others as in the study. Dotted: required, {limit:g} {unit}; "
         "dots are the smaller the fewer were seen. It breaks where the error is larger or less than half is seen: "
         + ("; ".join(words) or "nowhere")
         + "."

@@ -1,9 +1,7 @@
 """How bad a picture may be: each kind of degradation alone, made worse until the tracker breaks."""
 
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +13,7 @@ from . import rowing, tank
 from .rowing import RowingMotion, Shot
 from .tank import Filming, Path3
 
-ANGLE, PLACE = np.deg2rad(0.5), 1e-3  # rad, m: rms that is asked for
+ANGLE, PLACE = np.deg2rad(0.5), 1e-3  # rad, m: rms that is required
 SEEN = 0.5  # share of frames that must be seen
 _FRAMES = 20  # of a paddle, five from frame to frame
 _SECONDS = 0.4  # of the tank
@@ -58,47 +56,41 @@ def limits(motion: RowingMotion, path: Path3, tell: Callable[[float], None]) -> 
     """`limits_paddle` and `limits_tank`: `rms` [rad, or m], `seen` and `level` (kind, step), and the `broken` step."""
     several = len(PADDLE) + len(TANK)
     made: dict[str, xr.Dataset] = {}
-    for name, kinds, ask, limit, done in (
-        ("limits_paddle", PADDLE, lambda k, x: _paddle(motion, k, x), ANGLE, 0),
-        ("limits_tank", TANK, lambda k, x: _tank(path, k, x), PLACE, len(PADDLE)),
+    for name, kinds, errors, limit, done in (
+        ("limits_paddle", PADDLE, lambda kind, level: _paddle(motion, kind, level), ANGLE, 0),
+        ("limits_tank", TANK, lambda kind, level: _tank(path, kind, level), PLACE, len(PADDLE)),
     ):
         rows = []
         for n, kind in enumerate(kinds):
             tell((done + n) / several)
-            rows.append([ask(kind, level) for level in kind.levels])
+            rows.append([_rms_and_seen(errors, kind, level) for level in kind.levels])
         made[name] = _table(kinds, rows, limit)
     return made
 
 
-def _paddle(motion: RowingMotion, kind: Degradation, level: Any) -> tuple[float, float]:
-    """Rms of directions [rad], and the share of segments that were seen."""
+def _paddle(motion: RowingMotion, kind: Degradation, level: Any) -> np.ndarray:
+    """Errors of the segments' directions [rad]."""
     change: dict[str, Any] = {kind.setting: level}
-    shot = replace(Shot(), **change)
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            found = rowing.tracked(Path(folder), motion, shot, _FRAMES, lambda share: None, every=5)
-        except InputError:
-            return np.nan, 0.0
-    turn, _ = rowing.errors(found)
-    return _rms(turn), float(np.mean(np.isfinite(turn)))
+    found = rowing.tracked(motion, replace(Shot(), **change), _FRAMES, lambda share: None, every=5)
+    return rowing.errors(found)[0]
 
 
-def _tank(path: Path3, kind: Degradation, level: Any) -> tuple[float, float]:
-    """Rms of markers' distances from where they were [m], and the share that was seen."""
+def _tank(path: Path3, kind: Degradation, level: Any) -> np.ndarray:
+    """Distances of the markers from where they were [m]."""
     change: dict[str, Any] = {kind.setting: level} | ({"lens_terms": "k1"} if "estimated" in kind.name else {})
-    how = replace(Filming(), **change)
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            found = tank.tracked(Path(folder), path, how, _SECONDS, lambda share: None)
-        except InputError:  # such as a calibration that is refused
-            return np.nan, 0.0
-    off = tank.marker_errors(found)
-    return _rms(off), float(np.mean(np.isfinite(off)))
+    return tank.marker_errors(tank.tracked(path, replace(Filming(), **change), _SECONDS, lambda share: None))
 
 
-def _rms(x: np.ndarray) -> float:
-    known = x[np.isfinite(x)]
-    return float(np.sqrt(np.mean(known**2))) if known.size else np.nan
+def _rms_and_seen(
+    errors: Callable[[Degradation, Any], np.ndarray], kind: Degradation, level: Any
+) -> tuple[float, float]:
+    """Rms of the errors, and the share that was seen: none where the tracker refuses the video."""
+    try:
+        off = errors(kind, level)
+    except InputError:  # such as a calibration that is refused
+        return np.nan, 0.0
+    known = off[np.isfinite(off)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else np.nan, float(np.mean(np.isfinite(off)))
 
 
 def _table(kinds: Sequence[Degradation], rows: list[list[tuple[float, float]]], limit: float) -> xr.Dataset:

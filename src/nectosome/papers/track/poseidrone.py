@@ -1,11 +1,9 @@
 """PoseiDRONE filmed, tracked and identified: from two videos and a load cell's file to features and parameters.
 
-The walk is that of the robot that ships, the swim that of the synthetic recordings; what they were made with is what
-identification must give back.
+The walk is that of the robot that ships, the swim that of the synthetic recordings: their parameters are known.
 """
 
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +20,7 @@ from nectosome.measure import load_campaign
 
 from ..poseidrone.crawl import fit
 from ..poseidrone.recordings import OMEGA, body, settled, thrust
-from .tank import Filming, Path3, tracked
+from .tank import Path3
 
 WINDOW = 5.0  # s, of a walk, over which the features are taken
 _HIGH = 0.3  # m, of the swim over the floor
@@ -31,7 +29,7 @@ _BEFORE = 0.3  # s, by which the load cell begins before the cameras and ends af
 
 
 def walk() -> tuple[Path3, Float[np.ndarray, "4"]]:
-    """Path of the crawler over the last window of its walk, and its features without a camera between."""
+    """Path of the crawler over the last window of its walk, and its features before filming."""
     of = fit()
     row = np.array([[float(get_value(of.description, name)) for name in of.ranges.names]])
     (walked,) = of.walked(row)
@@ -126,9 +124,3 @@ def numbers(walked: xr.Dataset, truth: Float[np.ndarray, "4"], found: dict[str, 
 
 
 _ROWS = ("a", "f", "speed", "height")
-
-
-def filmed(path: Path3, how: Filming, seconds: float, tell: Callable[[float], None]) -> xr.Dataset:
-    """Track of a path, with the truth beside."""
-    with tempfile.TemporaryDirectory() as folder:
-        return tracked(Path(folder), path, how, seconds, tell)

@@ -1,9 +1,10 @@
 """FP3JP rows before a rendered camera, and the tracker gets its joint angles back (Fig. 4 of Hu et al. 2024).
 
-The motion is the cycle that the simulated paddle keeps at 0.6 Hz and 75 deg. What the tracker is told is what a person
-sees: the colours of the layers and the length of the arm; the truth is used when errors are counted, not before.
+The motion is the cycle of the simulated paddle at 0.6 Hz and 75 deg. The tracker gets what a person sees: the colours
+of the layers and the length of the arm; the truth is used only for the errors.
 """
 
+import tempfile
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -16,8 +17,19 @@ from scipy.interpolate import CubicSpline
 
 from nectosome.vision.video import SegmentSheet, track_segments
 
-from .render import Film, Floor, Paddle, PaddleScene, Port, RenderCamera, RenderLens, Strip, write_clip
-from .render.paddle_scene import Bubbles, Occluder
+from .render import (
+    Bubbles,
+    Film,
+    Floor,
+    Occluder,
+    Paddle,
+    PaddleScene,
+    Port,
+    RenderCamera,
+    RenderLens,
+    Strip,
+    write_clip,
+)
 
 PARTS = ("arm", "segment1", "segment2", "segment3")
 RATE = 60.0  # Hz, of the camera
@@ -63,7 +75,7 @@ class RowingMotion:
 
 @dataclass(frozen=True)
 class Shot:
-    """How it is filmed: what of the camera, the water and the file may be bad."""
+    """How it is filmed: the camera, the water and the file, with their degradations."""
 
     scale: float = 500.0  # px/m in the plane of the paddle
     grain: float = 2.0  # counts
@@ -78,58 +90,48 @@ class Shot:
     fit: str = "moments"
 
 
-def scene(motion: RowingMotion, shot: Shot) -> tuple[PaddleScene, RenderCamera]:
-    """What the camera sees."""
+def camera(shot: Shot) -> RenderCamera:
+    """A camera that looks straight down on the paddle."""
     side = 2 * round(0.32 * shot.scale)
     sight = _ABOVE + _DEPTH / 1.333 if shot.surface else _ABOVE + _DEPTH
     port = Port((0.0, 0.0, _DEPTH), (0.0, 0.0, 1.0)) if shot.surface else None
     lens = RenderLens(shot.scale * sight, shot.lens)
-    camera = RenderCamera((side, side), lens, (0.0, 0.0, _DEPTH + _ABOVE), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), port)
+    return RenderCamera((side, side), lens, (0.0, 0.0, _DEPTH + _ABOVE), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), port)
+
+
+def scene(motion: RowingMotion, shot: Shot) -> PaddleScene:
+    """The paddle and what is over it, before the camera."""
     film = Film(RATE, shot.shutter, 4, shot.defocus, gain=shot.gain, grain=shot.grain)
     paddle = Paddle((_BLUE, _RED, _GREEN, _YELLOW), _THICK, horn=(-0.02, 0.0))
     bar = Occluder(Strip((0.1, -0.3), (0.2, 0.3), shot.bar, (60.0, 60.0, 62.0))) if shot.bar else None
     bubbles = Bubbles(shot.bubbles) if shot.bubbles else None
-    return PaddleScene(camera, film, motion.ends, paddle, Floor(_FLOOR), 0.0, bar, bubbles), camera
-
-
-def film(
-    path: Path, motion: RowingMotion, shot: Shot, frames: int, tell: Callable[[float], None], every: int = 1
-) -> None:
-    """Render a video of every so many frames of the camera."""
-    of, _ = scene(motion, shot)
-
-    def pictures() -> Iterator[np.ndarray]:
-        for k in range(frames):
-            tell(k / frames)
-            yield of.frame(k * every / RATE)
-
-    if shot.quality is None:
-        write_clip(path.with_suffix(".mkv"), pictures(), RATE / every, "ffv1")
-    else:
-        write_clip(path.with_suffix(".mp4"), pictures(), RATE / every, quality=shot.quality)
+    return PaddleScene(camera(shot), film, motion.ends, paddle, Floor(_FLOOR), 0.0, bar, bubbles)
 
 
 def sheet(shot: Shot) -> SegmentSheet:
-    """What a person writes: colours, and four points of a board that was held in the plane of the paddle."""
-    _, camera = scene(_still(), shot)
+    """What a person writes: colours, and four points of a board in the plane of the paddle."""
     reach = 0.2
     corners = np.array([(x, y, 0.0) for x in (-reach, reach) for y in (-reach, reach)])
-    seen = np.round(camera.sees(corners), 1)  # read off the picture to a tenth of a pixel
+    seen = np.round(camera(shot).sees(corners), 1)  # read off the picture to a tenth of a pixel
     points = [{"at": tuple(at[:2]), "seen": tuple(pixel)} for at, pixel in zip(corners, seen, strict=True)]
     colour = {"saturation": (0.45, 1.0), "value": (0.15, 1.0)}
     segments = {name: {"hue": tuple(np.deg2rad(hue)), **colour} for name, hue in _HUES.items()}
     return SegmentSheet.model_validate({"points": points, "segments": segments, "fit": shot.fit, "smallest": 12})
 
 
-def tracked(
-    folder: Path, motion: RowingMotion, shot: Shot, frames: int, tell: Callable[[float], None], every: int = 1
-) -> xr.Dataset:
-    """Film, track, and put the truth beside: `true_direction` [rad] and `true_position` [m]."""
-    path = folder / "rowing"
-    film(path, motion, shot, frames, tell, every)
-    file = next(folder.glob("rowing.*"))
-    found = track_segments(file, sheet(shot))
-    file.unlink()
+def tracked(motion: RowingMotion, shot: Shot, frames: int, tell: Callable[[float], None], every: int = 1) -> xr.Dataset:
+    """Film every so many frames, track, and add the truth: `true_direction` [rad] and `true_position` [m]."""
+    of = scene(motion, shot)
+
+    def pictures() -> Iterator[np.ndarray]:
+        for k in range(frames):
+            tell(k / frames)
+            yield of.frame(k * every / RATE)
+
+    name, codec = ("rowing.mkv", "ffv1") if shot.quality is None else ("rowing.mp4", "libx264")
+    with tempfile.TemporaryDirectory() as folder:
+        path = write_clip(Path(folder) / name, pictures(), RATE / every, codec, shot.quality)
+        found = track_segments(path, sheet(shot))
     # the file keeps milliseconds; frames are numbered
     truth = motion.at(np.round(found["time"].values * RATE) / RATE)
     return found.assign(
@@ -168,8 +170,3 @@ def by_phase(found: xr.Dataset, motion: RowingMotion) -> xr.Dataset:
         coords={"phase": np.arange(frames) / frames, "joint": found["joint"]},
         attrs={"cycles": count, "period": motion.period},
     )
-
-
-def _still() -> RowingMotion:
-    time = np.linspace(0.0, 1.0, 5)
-    return RowingMotion(1.0, np.full(len(PARTS), 0.1), CubicSpline(time, np.zeros((5, 3 * len(PARTS)))))

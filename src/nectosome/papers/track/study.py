@@ -1,10 +1,8 @@
 """The study of the tracker: rendered videos of a rowing paddle and of PoseiDRONE, tracked and identified."""
 
-import tempfile
 import time
 from dataclasses import replace
 from importlib.util import find_spec
-from pathlib import Path
 
 import numpy as np
 
@@ -16,7 +14,7 @@ from ..study import Progress, Study, StudyPart, gathered, printed, score, scored
 from . import figures, poseidrone, rowing
 from .limits import limits
 from .rowing import RowingMotion, Shot
-from .tank import Filming, marker_errors
+from .tank import Filming, marker_errors, tracked
 
 NAME = "track"
 TITLE = "Video and 3-D motion"
@@ -24,7 +22,7 @@ ABOUT = (
     "Two of the papers measure with cameras: joint angles of the paddle by its colours, and PoseiDRONE's motion by "
     "lamps before two cameras. No videos were published: these are synthetic, rendered by tracing rays through air, "
     "glass and water, from motions that are known; the renderer shares nothing with the tracker. What the tracker "
-    "finds is held against what was rendered, and goes on into the same identification as recordings of a bench."
+    "finds is compared with what was rendered, and goes on into the same identification as recordings of a bench."
 )
 _ABSENT = "OpenCV and PyAV are not installed here: pip install 'nectosome[video]'."
 _CYCLES = 5  # of the paddle, as in Fig. 4
@@ -70,8 +68,7 @@ def _angles(motion: RowingMotion, quick: bool, progress: Progress) -> StudyPart:
     out = {}
     found = None
     for row, shot in (("rms", Shot()), ("rectangle-rms", Shot(fit="rectangle"))):
-        with tempfile.TemporaryDirectory() as folder:
-            one = rowing.tracked(Path(folder), motion, shot, frames, lambda x: progress("the paddle's angles", x))
+        one = rowing.tracked(motion, shot, frames, lambda x: progress("the paddle's angles", x))
         turn, off = rowing.errors(one)
         out[f"track/angles/{row}"] = float(np.rad2deg(np.sqrt(np.nanmean(turn**2))))
         if found is None:
@@ -87,10 +84,8 @@ def _tank(quick: bool, progress: Progress) -> StudyPart:
     how = replace(Filming(), scale=2.15) if quick else Filming()
     seconds = _QUICK_SWIM if quick else _SWIM
     path, truth = poseidrone.walk()
-    walked = poseidrone.filmed(path, how, poseidrone.WINDOW, lambda x: progress("the walk", 0.3 * x))
-    swum = poseidrone.filmed(
-        poseidrone.swim("train", seconds), how, seconds, lambda x: progress("the swim", 0.3 + 0.7 * x)
-    )
+    walked = tracked(path, how, poseidrone.WINDOW, lambda x: progress("the walk", 0.3 * x))
+    swum = tracked(poseidrone.swim("train", seconds), how, seconds, lambda x: progress("the swim", 0.3 + 0.7 * x))
     off = np.concatenate([marker_errors(walked).ravel(), marker_errors(swum).ravel()])
     out: dict[str, float | None] = {"track/markers/rms": 1e3 * float(np.sqrt(np.nanmean(off**2)))}
     out |= poseidrone.numbers(walked, truth, poseidrone.identified(swum, "train", seconds))

@@ -3,6 +3,7 @@
 As in Giorgio-Serchi et al. 2017, section 3: x goes along the tank, z up; the cameras look through its front glass.
 """
 
+import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,7 +35,7 @@ Path3 = Callable[[Float[np.ndarray, "t"]], tuple[Float[np.ndarray, "t 3"], Float
 
 @dataclass(frozen=True)
 class Filming:
-    """How the tank is filmed, and what may be bad about it."""
+    """How the tank is filmed, with its degradations."""
 
     rate: float = 50.0  # Hz
     scale: float = 4.3  # px/cm, in the middle of the tank
@@ -119,12 +120,10 @@ def sheet(how: Filming) -> MarkerSheet:
     return MarkerSheet.model_validate(given | ({"glass": glass} if how.pane and how.known_pane else {}))
 
 
-def tracked(folder: Path, path: Path3, how: Filming, seconds: float, tell: Callable[[float], None]) -> xr.Dataset:
-    """Film, track, and put the truth beside: `true_marker`, `true_position` [m] and `true_angle` [rad]."""
-    videos = film(folder, path, how, seconds, tell)
-    found = track_markers(videos, sheet(how))
-    for video in videos:
-        video.unlink()
+def tracked(path: Path3, how: Filming, seconds: float, tell: Callable[[float], None]) -> xr.Dataset:
+    """Film, track, and add the truth: `true_marker`, `true_position` [m] and `true_angle` [rad]."""
+    with tempfile.TemporaryDirectory() as folder:
+        found = track_markers(film(Path(folder), path, how, seconds, tell), sheet(how))
     time = found["time"].values
     place, angle = path(time)
     return found.assign(

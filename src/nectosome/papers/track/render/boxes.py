@@ -1,4 +1,4 @@
-"""Boxes of pixels: what of an image has to be drawn anew."""
+"""Boxes of pixels: the parts of an image that are drawn anew; and points spread over a pixel."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 
 class PixelBox(NamedTuple):
-    """Rows and columns of an image, each from one up to but without another."""
+    """Rows and columns of an image, each from the first up to but without the last."""
 
     top: int
     bottom: int
@@ -30,11 +30,13 @@ class PixelBox(NamedTuple):
         """Whether no pixel is in it."""
         return self.bottom <= self.top or self.right <= self.left
 
+    def widened(self, by: int) -> "PixelBox":
+        """With so many pixels more on each side."""
+        return PixelBox(self.top - by, self.bottom + by, self.left - by, self.right + by)
+
     def grown(self, by: int, size: tuple[int, int]) -> "PixelBox":
         """With so many pixels more on each side, within an image of a width and a height."""
-        return self._replace(
-            top=self.top - by, bottom=self.bottom + by, left=self.left - by, right=self.right + by
-        ).cut(PixelBox(0, size[1], 0, size[0]))
+        return self.widened(by).cut(PixelBox(0, size[1], 0, size[0]))
 
     def cut(self, by: "PixelBox") -> "PixelBox":
         """What it has in common with another."""
@@ -69,14 +71,13 @@ def split(pixels: Float[np.ndarray, "k 2"], n: int) -> Float[np.ndarray, "k n2 2
     """n x n points spread evenly over each of some pixels, which are given by their whole numbers [px].
 
     The grid is turned a little, so that an edge along rows or columns passes all its n^2 points one by one, and then
-    shifted within each pixel by another way (around its sides), always the same for the same pixel: no edge is along
-    the grid of all the pixels that it crosses, and what a mean over a pixel's points is off by is so of the next
-    pixel's in another way.
+    shifted within each pixel (around its sides), always the same for the same pixel: no edge is along the grid of all
+    the pixels that it crosses, and errors of the means over neighbouring pixels differ.
     """
     part = np.arange(n) / n
     v, u = np.meshgrid(part, part, indexing="ij")
     grid = np.stack([(u + v / n).ravel(), (v - u / n).ravel()], axis=-1)
-    # multiples of irrational numbers of the plane's even sequence (Roberts 2018), by both of a pixel's numbers
+    # multiples of the irrational numbers of the R2 sequence (Roberts 2018), by row and column
     u, v = pixels.T[..., None]
     shift = np.concatenate([0.7548776662 * u + 0.3287 * v * v, 0.5698402910 * v + 0.6180339887 * u * u], axis=-1)
     return pixels[:, None, :] + (grid + shift[:, None, :]) % 1 - 0.5
@@ -84,10 +85,9 @@ def split(pixels: Float[np.ndarray, "k 2"], n: int) -> Float[np.ndarray, "k n2 2
 
 def around(pixels: Float[np.ndarray, "n 2"], by: float, size: tuple[int, int]) -> PixelBox:
     """The pixels of an image of a width and a height within a distance `by` [px] of the box about points."""
-    if not np.all(np.isfinite(pixels)):
-        pixels = pixels[np.all(np.isfinite(pixels), axis=1)]
-        if not pixels.size:
-            return PixelBox(0, 0, 0, 0)
+    pixels = pixels[np.all(np.isfinite(pixels), axis=1)]
+    if not pixels.size:
+        return PixelBox(0, 0, 0, 0)
     limit = np.array(size, float)
     left, top = np.floor(np.clip(pixels.min(axis=0) - by + 0.5, 0, limit)).astype(int)
     right, bottom = np.ceil(np.clip(pixels.max(axis=0) + by + 0.5, 0, limit)).astype(int)
@@ -96,24 +96,13 @@ def around(pixels: Float[np.ndarray, "n 2"], by: float, size: tuple[int, int]) -
 
 def apart(boxes: Iterable[PixelBox], gap: int) -> list[PixelBox]:
     """Boxes that hold all pixels of some, joined until more than `gap` pixels lie between any two; no empty ones."""
-    left: list[PixelBox] = []
-    for box in boxes:
-        if box.empty:
+    found: list[PixelBox] = []
+    for new in boxes:
+        if new.empty:
             continue
-        new = box
-        while True:
-            near = [
-                b
-                for b in left
-                if b.top - gap < new.bottom
-                and new.top - gap < b.bottom
-                and b.left - gap < new.right
-                and new.left - gap < b.right
-            ]
-            if not near:
-                break
-            for b in near:
-                left.remove(b)
-                new = new.joined(b)
-        left.append(new)
-    return left
+        while near := [box for box in found if not box.cut(new.widened(gap)).empty]:
+            for box in near:
+                found.remove(box)
+                new = new.joined(box)
+        found.append(new)
+    return found

@@ -12,7 +12,6 @@ from jaxtyping import Float
 
 Vector = tuple[float, float, float]
 
-
 _LEAST = 1e-8  # spread below which tan(s theta) / s is theta to rounding; smaller ones lose digits
 
 
@@ -44,7 +43,7 @@ class RenderLens:
         return self.focal * (np.tan(s * inside) / s if s else inside)
 
     def angle(self, radius: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
-        """The other way round [rad]; nan where a ray would have to come from behind the axis's other side."""
+        """The inverse of `radius` [rad]; nan beyond what the lens can image."""
         s = self.spread if self.spread > _LEAST else 0.0
         angle = np.arctan(s * radius / self.focal) / s if s else radius / self.focal
         return np.where(angle < np.pi, angle, np.nan)
@@ -58,7 +57,7 @@ class Port:
 
     $$ d' = k d + (\sqrt{1 - k^2 (1 - c^2)} - k c)\, n $$
 
-    A ray is refracted twice, and in the pane shifted sideways. Which way the normal points is of no matter.
+    A pane shifts a ray sideways. The normal may point either way.
     """
 
     point: Vector  # on the face towards the air [m]
@@ -71,7 +70,7 @@ class Port:
     def __post_init__(self):
         if self.thickness < 0:
             raise ValueError(f"Port.thickness is {self.thickness:g} m; 0 is a free surface, a pane is thicker.")
-        if self.air > min(self.glass, self.water):  # or else rays could be reflected totally
+        if self.air > min(self.glass, self.water):  # else rays could be reflected totally
             raise ValueError(
                 f"Port: the camera's side must be the thinnest medium, but its index is {self.air:g} "
                 f"before glass {self.glass:g} and water {self.water:g}."
@@ -88,14 +87,16 @@ class Port:
         along = rays @ n
         along = np.where(along > 0, along, np.nan)[:, None]
         at = place + rays * (gap / along)
-        if self.thickness:
-            rays = _bent(rays, n, self.air / self.glass)
-            at = at + rays * (self.thickness / (rays @ n))[:, None]
-            return at, _bent(rays, n, self.glass / self.water)
-        return at, _bent(rays, n, self.air / self.water)
+        if not self.thickness:
+            return at, _refracted(rays, n, self.air / self.water)
+        rays = _refracted(rays, n, self.air / self.glass)
+        at = at + rays * (self.thickness / (rays @ n))[:, None]
+        return at, _refracted(rays, n, self.glass / self.water)
 
-    def aimed(self, place: Float[np.ndarray, "3"], points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-        r"""The directions in the air (not unit) in which a camera at a place sees points in the water.
+    def directions_to(
+        self, points: Float[np.ndarray, "n 3"], place: Float[np.ndarray, "3"]
+    ) -> Float[np.ndarray, "n 3"]:
+        r"""Directions in the air (not unit) in which a camera at a place sees points in the water.
 
         In the plane of incidence, with x the tangent of the angle in the air, a point at a distance b behind the pane
         and L to the side of a camera at a distance a before it obeys
@@ -115,12 +116,12 @@ class Port:
         b = np.where(b >= 0, b, np.nan)
         x = L / (gap + self.thickness + b)
         for _ in range(100):
-            reached, slope = gap * x - L, gap
+            residual, rate = gap * x - L, gap
             for length, m in ((self.thickness, self.glass / self.air), (b, self.water / self.air)):
                 q = m * m + (m * m - 1) * x * x
-                reached = reached + length * x / np.sqrt(q)
-                slope = slope + length * m * m / q**1.5
-            step = reached / slope
+                residual = residual + length * x / np.sqrt(q)
+                rate = rate + length * m * m / q**1.5
+            step = residual / rate
             x = x - step
             if not np.any(np.abs(step) > 1e-15 * x):
                 break
@@ -137,7 +138,9 @@ class Port:
         return (n, gap) if gap > 0 else (-n, -gap)
 
 
-def _bent(rays: Float[np.ndarray, "n 3"], normal: Float[np.ndarray, "3"], ratio: float) -> Float[np.ndarray, "n 3"]:
+def _refracted(
+    rays: Float[np.ndarray, "n 3"], normal: Float[np.ndarray, "3"], ratio: float
+) -> Float[np.ndarray, "n 3"]:
     """Snell in vector form; `ratio` is the index before over that behind."""
     c = rays @ normal
     left = 1 - ratio**2 * (1 - c**2)
@@ -156,7 +159,7 @@ class RenderCamera:
     size: tuple[int, int]  # width, height [px]
     lens: RenderLens
     place: Vector  # of the centre of projection [m]
-    towards: Vector  # a point that the lens's axis is aimed at, as if there were no port [m]
+    towards: Vector  # a point on the lens's axis, as if there were no port [m]
     up: Vector = (0.0, 0.0, 1.0)
     port: Port | None = None
 
@@ -195,10 +198,10 @@ class RenderCamera:
             return np.broadcast_to(place, directions.shape), directions
         return self.port.refracted(place, directions)
 
-    def aims(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 2"]:
+    def project(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 2"]:
         """Pixels in which points in the world [m] would be seen if the image had no end; nan behind the camera."""
         points, place = np.asarray(points, float), np.asarray(self.place, float)
-        away = points - place if self.port is None else self.port.aimed(place, points)
+        away = points - place if self.port is None else self.port.directions_to(points, place)
         x, y, z = self.axes @ away.T
         side = np.hypot(x, y)
         radius = self.lens.radius(np.arctan2(side, z))
@@ -208,6 +211,6 @@ class RenderCamera:
 
     def sees(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 2"]:
         """Pixels in which points in the world [m] are seen; nan for what is behind the camera or outside the image."""
-        pixels = self.aims(points)
+        pixels = self.project(points)
         inside = np.all((pixels >= -0.5) & (pixels <= np.asarray(self.size) - 0.5), axis=1)
         return np.where(inside[:, None], pixels, np.nan)

@@ -8,11 +8,9 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from .boxes import PixelBox, apart
-from .film import Colour, Film, Plate
-from .mottling import Mottling
+from .film import Colour, Film, Mottling, Plate
 from .optics import RenderCamera
-from .plane import RenderPlane, met
-from .shapes import Disc, FlatShape, Point, Strip
+from .plane import Disc, FlatShape, Point, RenderPlane, Strip, pixel_centres
 
 Ends = Callable[[Float[np.ndarray, "k"]], Float[np.ndarray, "k segments 2 2"]]
 
@@ -83,8 +81,8 @@ class Bubbles:
         radius, speed = chance.uniform(0.5, 1, (2, self.count))
         radius = self.radius * radius
         low, high = low - self.radius, high + self.radius  # out of sight
-        went = self.speed * t * speed[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
-        at = low + (start * (high - low) + went) % (high - low)
+        shift = self.speed * t * speed[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+        at = low + (start * (high - low) + shift) % (high - low)
         return [Disc((float(x), float(y)), float(r), self.colour) for (x, y), r in zip(at, radius, strict=True)]
 
 
@@ -111,46 +109,33 @@ class PaddleScene:
         self.plane = RenderPlane(camera, z, parts)
         self.bubbles, self.occluder = bubbles, occluder
         self._low, self._high = (f(self.plane.centres, axis=(0, 1)) for f in (np.nanmin, np.nanmax))
-        self._lights = {c: film.light(c) for c in self._colours()}
-        self._floor = self._lit(floor)
+        # the mottling is smooth over a pixel: one ray through its centre does
+        relative = 1 + floor.contrast * np.nan_to_num(floor.mottling(pixel_centres(camera, floor.z).reshape(-1, 2)))
+        light = np.maximum(relative, 0)[:, None] * np.asarray(floor.colour)
+        self._floor = light.reshape(camera.size[1], camera.size[0], 3).astype(np.float32)
         bars: list[FlatShape] = [] if occluder is None else [occluder.bar]
         self._bar = list(zip(bars, self.plane.boxes(bars), strict=True))
         self._plates: dict[bool, Plate] = {}
 
-    def _colours(self) -> set[Colour]:
-        moving = [self.paddle.joint, self.paddle.horn_colour, *self.paddle.colours]
-        bar = [self.occluder.bar.colour] if self.occluder else []
-        return {*moving, *bar, *([self.bubbles.colour] if self.bubbles else [])}
-
-    def _lit(self, floor: Floor) -> Float[np.ndarray, "h w 3"]:
-        """The floor's light by the ray through each pixel's centre: the mottling is smooth over a pixel."""
-        width, height = self.camera.size
-        rows = [PixelBox(top, min(top + 64, height), 0, width) for top in range(0, height, 64)]
-        shade = [floor.mottling(met(self.camera, row.pixels, floor.z)) for row in rows]
-        relative = np.maximum(1 + floor.contrast * np.nan_to_num(np.concatenate(shade)), 0)
-        return (relative.reshape(height, width, 1) * self.film.light(floor.colour)).astype(np.float32)
-
     def _plate(self, barred: bool) -> Plate:
-        """What never changes, without the bar and with it."""
+        """The scene at rest, without the bar and with it."""
         if barred not in self._plates:
-            light = self._floor
-            if barred:
-                whole = PixelBox(0, light.shape[0], 0, light.shape[1])
-                light = self.plane.painted(light, whole, self._bar, self._lights)
+            whole = PixelBox(0, self._floor.shape[0], 0, self._floor.shape[1])
+            light = self.plane.painted(self._floor, whole, self._bar) if barred else self._floor
             self._plates[barred] = Plate(self.film, light)
         return self._plates[barred]
 
     def frame(self, t: float) -> UInt8[np.ndarray, "h w 3"]:
-        """The picture, red, green and blue, whose open time has its middle at a time [s]."""
+        """The picture, red, green and blue, whose exposure time has its middle at a time [s]."""
         barred = self.occluder is not None and self.occluder.shown(t)
-        instants = self.film.open(t)
+        instants = self.film.exposure(t)
         scenes = self._placed(instants, self.ends(instants))
         boxes = apart((box for scene in scenes for _, box in scene), 2 * self.film.reach)
         over = self._bar if barred else []
         changes = []
         for box in boxes:
             ground = self._floor[box.slices]
-            light = sum(self.plane.painted(ground, box, [*scene, *over], self._lights) for scene in scenes)
+            light = sum(self.plane.painted(ground, box, [*scene, *over]) for scene in scenes)
             changes.append((box, light / len(scenes)))
         return self._plate(barred).exposed(t, changes)
 

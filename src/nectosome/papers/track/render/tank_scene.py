@@ -5,16 +5,76 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, UInt8
+from jaxtyping import Bool, Float, Int, UInt8
 from scipy.ndimage import maximum_filter, minimum_filter
 
 from .boxes import PixelBox, apart, around, split
-from .film import Colour, Film, Plate
-from .mottling import Mottling
+from .film import Colour, Film, Mottling, Plate
 from .optics import RenderCamera, Vector
-from .solids import Ball, RodSolid, Solid
+
+_ROWS = 64  # of pixels traced at a time
+_SMALL = 4.0  # [px]: what is no larger is traced by all parts of its pixels, since no pixel's centre need be in it
 
 Markers = Callable[[Float[np.ndarray, "k"]], Float[np.ndarray, "k m 3"]]
+
+
+@dataclass(frozen=True)
+class Ball:
+    """A sphere that glows."""
+
+    centre: Float[np.ndarray, "3"]  # [m]
+    radius: float  # [m]
+    colour: Colour
+
+    def spine(self) -> Float[np.ndarray, "n 3"]:
+        """Points [m] about which balls of its radius are about the solid: its centre."""
+        return self.centre[None]
+
+    def met(self, origins: Float[np.ndarray, "n 3"], rays: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n"]:
+        """How far along unit rays it is met [m], else infinite: the nearer root of |o + t d - c|^2 = r^2."""
+        away = self.centre - origins
+        along = np.einsum("ij,ij->i", away, rays)
+        return _entered(along, away - along[:, None] * rays, self.radius)
+
+
+@dataclass(frozen=True)
+class RodSolid:
+    """An opaque round rod with round ends."""
+
+    start: Vector  # [m]
+    end: Vector
+    radius: float  # [m]
+    colour: Colour = (3.0, 5.0, 6.0)
+
+    def spine(self) -> Float[np.ndarray, "n 3"]:
+        """Points [m] about which balls of its radius are about the solid, closely enough for a curved image of it."""
+        return np.linspace(self.start, self.end, 17)
+
+    def met(self, origins: Float[np.ndarray, "n 3"], rays: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n"]:
+        """How far along unit rays it is met [m], infinite where it is missed; exact in what is hidden.
+
+        At the ray's point closest to the axis, less half the chord there of a ball. The ray is closest to the line of
+        the axis at s = (w.u - (d.u)(w.d)) / (1 - (d.u)^2) from the start, with w from there to the ray's origin, and to
+        the axis itself at s held to its ends.
+        """
+        axis = np.subtract(self.end, self.start)
+        length = float(np.linalg.norm(axis))
+        u = axis / length
+        w = origins - np.asarray(self.start)
+        wu, wd, du = w @ u, np.einsum("ij,ij->i", w, rays), rays @ u
+        s = np.clip((wu - du * wd) / np.maximum(1 - du**2, 1e-12), 0, length)
+        along = s * du - wd
+        return _entered(along, w + along[:, None] * rays - s[:, None] * u, self.radius)
+
+
+def _entered(along: Float[np.ndarray, "n"], aside: Float[np.ndarray, "n 3"], radius: float) -> Float[np.ndarray, "n"]:
+    """How far along rays they enter balls [m], `aside` of whose centres they pass after `along`; else infinite."""
+    under = radius**2 - np.einsum("ij,ij->i", aside, aside)
+    with np.errstate(invalid="ignore"):
+        return np.where((under > 0) & (along > 0), along - np.sqrt(np.maximum(under, 0)), np.inf)
+
+
+Solid = Ball | RodSolid
 
 
 class Placed(NamedTuple):
@@ -25,32 +85,13 @@ class Placed(NamedTuple):
     thin: float
 
 
-_ROWS = 64  # of pixels traced at a time
-_SMALL = 4.0  # [px]: what is no larger is traced by all parts of its pixels, since no pixel's centre need be in it
-
-
 @dataclass(frozen=True)
 class TankWater:
-    """Dark water: a faint haze of light scattered back, and what it takes of the markers' light."""
+    """Dark water: a faint haze of light scattered back."""
 
     haze: Colour = (6.0, 14.0, 18.0)
     contrast: float = 0.3  # relative standard deviation of the haze
     mottling: Mottling = Mottling(0.5, 2.0, 8)  # over the image, whose width is 1
-    attenuation: float = 0.0  # [1/m]
-
-
-@dataclass(frozen=True)
-class WaterMirror:
-    """A flat wall or the surface from below, in which markers are seen again, weakly."""
-
-    point: Vector  # [m]
-    normal: Vector
-    strength: float = 0.1  # share of the light
-
-    def image(self, points: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3"]:
-        """Points behind it [m]."""
-        n = np.asarray(self.normal, float) / np.linalg.norm(self.normal)
-        return points - 2 * ((points - np.asarray(self.point)) @ n)[..., None] * n
 
 
 @dataclass(frozen=True)
@@ -60,12 +101,12 @@ class Lamps:
     radius: float
     colours: Sequence[Colour]
 
-    def balls(self, centres: Float[np.ndarray, "m 3"], share: float = 1.0) -> list[Ball]:
-        """At places [m], with a share of their light."""
+    def balls(self, centres: Float[np.ndarray, "m 3"]) -> list[Ball]:
+        """At places [m]."""
         colours = list(self.colours) * (len(centres) if len(self.colours) == 1 else 1)
         if len(colours) != len(centres):
             raise ValueError(f"Lamps.colours has {len(colours)} for {len(centres)} markers; give one for each, or one.")
-        return [Ball(c, self.radius, x, share) for c, x in zip(centres, colours, strict=True)]
+        return [Ball(c, self.radius, x) for c, x in zip(centres, colours, strict=True)]
 
 
 class TankScene:
@@ -84,7 +125,6 @@ class TankScene:
         still_lamps: Lamps | None = None,
         water: TankWater | None = None,
         bar: RodSolid | None = None,
-        mirror: WaterMirror | None = None,
         parts: int = 8,
     ):
         """`markers` gives centres [m] of those that move over times [s]; `still` are those at rest.
@@ -93,30 +133,22 @@ class TankScene:
         of 3 px radius is right to a standard error of 0.006 px, of 1.5 px to 0.012 px.
         """
         self.camera, self.film, self.markers, self.lamps = camera, film, markers, lamps
-        self.water, self.mirror, self.parts = water or TankWater(), mirror, parts
-        rest: list[Solid] = []
+        self.water, self.parts = water or TankWater(), parts
+        rest: list[Solid] = [] if bar is None else [bar]
         if still is not None:
-            rest += self._balls(still_lamps or lamps, np.asarray(still, float))
-        rest += [] if bar is None else [bar]
+            rest = [*(still_lamps or lamps).balls(np.asarray(still, float)), *rest]
         self._rest = self._placed(rest)
         self._dark = self._haze()
         self._plate = Plate(film, self._at_rest())
 
     def frame(self, t: float) -> UInt8[np.ndarray, "h w 3"]:
-        """The picture, red, green and blue, whose open time has its middle at a time [s]."""
-        instants = self.film.open(t)
-        moving = [self._balls(self.lamps, at) for at in self.markers(instants)]
+        """The picture, red, green and blue, whose exposure time has its middle at a time [s]."""
+        instants = self.film.exposure(t)
+        moving = [self.lamps.balls(at) for at in self.markers(instants)]
         placed = self._placed([ball for balls in moving for ball in balls])
         scenes = [placed[k : k + len(moving[0])] for k in range(0, len(placed), max(len(moving[0]), 1))]
         boxes = apart((box for scene in scenes for _, box, _ in scene), 2 * self.film.reach)
         return self._plate.exposed(t, [(box, self._traced(box, scenes)) for box in boxes])
-
-    def _balls(self, lamps: Lamps, places: Float[np.ndarray, "m 3"]) -> list[Ball]:
-        """Markers and their mirror images."""
-        if self.mirror is None:
-            return lamps.balls(places)
-        images = lamps.balls(self.mirror.image(places), self.mirror.strength)
-        return [*lamps.balls(places), *images]
 
     def _placed(self, solids: Sequence[Solid]) -> list[Placed]:
         """With the pixels they may touch, and about how thin they are in the image [px]."""
@@ -125,8 +157,9 @@ class TankScene:
         spines = [solid.spine() for solid in solids]
         # the silhouette is a circle of points about each that lie across the line of sight: these six are around it
         six = 1.25 * np.concatenate([np.zeros((1, 3)), self.camera.axes, -self.camera.axes])
-        points = np.concatenate([(at[:, None] + radius * six).reshape(-1, 3) for at, radius in spines])
-        pixels = np.split(self.camera.aims(points), np.cumsum([7 * len(at) for at, _ in spines])[:-1])
+        around_all = [at[:, None] + s.radius * six for s, at in zip(solids, spines, strict=True)]
+        points = np.concatenate(around_all).reshape(-1, 3)
+        pixels = np.split(self.camera.project(points), np.cumsum([7 * len(at) for at in spines])[:-1])
         placed = []
         for solid, of_one in zip(solids, pixels, strict=True):
             sevens = of_one.reshape(-1, 7, 2)
@@ -138,8 +171,7 @@ class TankScene:
     def _haze(self) -> Float[np.ndarray, "h w 3"]:
         width, height = self.camera.size
         shade = self.water.mottling(PixelBox(0, height, 0, width).pixels / width).reshape(height, width, 1)
-        light = np.maximum(1 + self.water.contrast * shade, 0) * self.film.light(self.water.haze)
-        return light.astype(np.float32)
+        return (np.maximum(1 + self.water.contrast * shade, 0) * np.asarray(self.water.haze)).astype(np.float32)
 
     def _at_rest(self) -> Float[np.ndarray, "h w 3"]:
         light = self._dark.copy()
@@ -151,57 +183,49 @@ class TankScene:
 
     def _traced(self, box: PixelBox, scenes: Sequence[Sequence[Placed]]) -> Float[np.ndarray, "a b 3"]:
         """Mean light of a box over instants, each with what moves; what is at rest is added."""
-        wide = box.grown(2, self.camera.size)  # an edge is told from what is seen two pixels on
+        wide = box.grown(2, self.camera.size)  # edges are found by what is seen two pixels on
         near = [[s for s in (*self._rest, *scene) if not s[1].cut(wide).empty] for scene in scenes]
         dark = self._dark[wide.slices].reshape(-1, 3)
         pixels = wide.pixels
         rays = self.camera.rays(pixels)
-        seen = [self._first(solids, *rays) for solids in near]
-        light = np.mean([self._light(s, *found, dark) for s, found in zip(near, seen, strict=True)], axis=0)
+        seen = [_first(solids, *rays) for solids in near]
+        light = np.mean([_light(solids, label, dark) for solids, label in zip(near, seen, strict=True)], axis=0)
         # where there is an edge at one instant, all instants take the same rays
-        edge = np.any([self._edges(wide, s, label) for s, (label, _) in zip(near, seen, strict=True)], axis=0)
+        edge = np.any([_edges(wide, solids, label) for solids, label in zip(near, seen, strict=True)], axis=0)
         if edge.any():
             n2 = self.parts**2
             fine = self.camera.rays(split(pixels[edge], self.parts).reshape(-1, 2))
             behind = np.repeat(dark[edge], n2, axis=0)
-            total = sum(self._light(solids, *self._first(solids, *fine), behind) for solids in near)
+            total = sum(_light(solids, _first(solids, *fine), behind) for solids in near)
             light[edge] = np.reshape(total, (-1, n2, 3)).mean(axis=1) / len(near)
         return light.reshape(*wide.shape, 3)[box.inside(wide)]
 
-    def _first(
-        self,
-        solids: Sequence[Placed],
-        origins: Float[np.ndarray, "n 3"],
-        rays: Float[np.ndarray, "n 3"],
-    ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-        """Number from 1 on of what each ray meets first, 0 of none, and how far away that is [m]."""
-        label, far = np.zeros(len(rays), int), np.full(len(rays), np.inf)
-        for k, (solid, _, _) in enumerate(solids, 1):
-            away = solid.met(origins, rays)
-            nearer = away < far
-            label[nearer], far[nearer] = k, away[nearer]
-        return label, far
 
-    def _light(
-        self,
-        solids: Sequence[Placed],
-        label: Float[np.ndarray, "n"],
-        far: Float[np.ndarray, "n"],
-        dark: Float[np.ndarray, "n 3"],
-    ) -> Float[np.ndarray, "n 3"]:
-        """Of each ray, with what the water takes."""
-        lights = (solid.share * self.film.light(solid.colour) for solid, _, _ in solids)
-        table = np.array([np.zeros(3), *lights], np.float32)
-        light = table[label]
-        if self.water.attenuation:
-            light *= np.exp(-self.water.attenuation * np.where(label > 0, far, 0.0))[:, None]
-        return np.where(label[:, None] > 0, light, dark)
+def _first(
+    solids: Sequence[Placed], origins: Float[np.ndarray, "n 3"], rays: Float[np.ndarray, "n 3"]
+) -> Int[np.ndarray, "n"]:
+    """Number from 1 on of the solid that each ray meets first, 0 of none."""
+    label, far = np.zeros(len(rays), int), np.full(len(rays), np.inf)
+    for k, (solid, _, _) in enumerate(solids, 1):
+        away = solid.met(origins, rays)
+        nearer = away < far
+        label[nearer], far[nearer] = k, away[nearer]
+    return label
 
-    def _edges(self, box: PixelBox, solids: Sequence[Placed], label: Float[np.ndarray, "n"]) -> Bool[np.ndarray, "n"]:
-        """Pixels that an edge may cross: where two pixels on, something else is seen, and all about what is small."""
-        image = label.reshape(box.shape)
-        edge = maximum_filter(image, 5, mode="nearest") != minimum_filter(image, 5, mode="nearest")
-        for _, touched, thin in solids:
-            if thin < _SMALL:
-                edge[touched.cut(box).inside(box)] = True
-        return edge.ravel()
+
+def _light(
+    solids: Sequence[Placed], label: Int[np.ndarray, "n"], dark: Float[np.ndarray, "n 3"]
+) -> Float[np.ndarray, "n 3"]:
+    """Light of each ray: of the solid that it meets, or else of the dark."""
+    table = np.array([(0.0, 0.0, 0.0), *(solid.colour for solid, _, _ in solids)], np.float32)
+    return np.where(label[:, None] > 0, table[label], dark)
+
+
+def _edges(box: PixelBox, solids: Sequence[Placed], label: Int[np.ndarray, "n"]) -> Bool[np.ndarray, "n"]:
+    """Pixels that an edge may cross: where two pixels on, something else is seen, and all about what is small."""
+    image = label.reshape(box.shape)
+    edge = maximum_filter(image, 5, mode="nearest") != minimum_filter(image, 5, mode="nearest")
+    for _, touched, thin in solids:
+        if thin < _SMALL:
+            edge[touched.cut(box).inside(box)] = True
+    return edge.ravel()

@@ -1,4 +1,7 @@
-"""Levenberg-Marquardt as the paper prints it: damping by tens, until the sum of squares stays as it is."""
+"""Levenberg-Marquardt as Xiong et al. 2025 print it for the fishtail, beside the library's variable projection.
+
+Used by the benchmarks and by the tests of `identification`.
+"""
 
 from typing import NamedTuple
 
@@ -22,18 +25,14 @@ class Descent(NamedTuple):
     settled: bool  # whether the sum of squares stayed as it was; else the iterations were used up
 
 
-def levenberg(
-    misfit: Misfit,
-    theta: Float[np.ndarray, "n"],
-    iterations: int = 200,
-) -> Descent:
+def levenberg(misfit: Misfit, theta: Float[np.ndarray, "n"], iterations: int = 200) -> Descent:
     r"""Least squares from theta on by $\Delta u = -(J^T J + \lambda I)^{-1} J^T r$ (Xiong et al. 2025, section 3.2).
 
     A step that makes the sum of squares smaller is taken and the damping divided by ten; else it is multiplied by ten,
     as for one that leaves the ranges. It ends when the sum of squares changes by less than 1e-12 of it, or
     the damping has become so large that no step is left. u are places in the ranges, on their scales.
 
-    Raises InputError where theta is outside of the ranges, or residuals are no numbers there.
+    Raises InputError where theta is outside of the ranges, or residuals are NaN or infinite there.
     """
     u = misfit.places(theta)
     r = misfit.at(u[None])[0]
