@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from benchmarks.levenberg import identify_as_printed
+from nectosome.papers.fishtail.levenberg import identify_as_printed
 
 from nectosome.drives import Chain, SlewLimit, TransferFunction, evenly, respond, second_order
 from nectosome.identification import Misfit, identifiability

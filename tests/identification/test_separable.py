@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from benchmarks.levenberg import levenberg
+from nectosome.papers.fishtail.levenberg import levenberg
 
 from nectosome.identification.fits.misfit import Misfit
 from nectosome.identification.fits.separable import Separable
