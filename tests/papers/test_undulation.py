@@ -9,8 +9,7 @@ from nectosome.core import State
 from nectosome.mechanism.rods import legendre
 from nectosome.model import build
 from nectosome.papers import undulation
-from nectosome.papers.catshark.midline import curvature, waves
-from nectosome.papers.catshark.swim_table import VISCOSITY, table, wavelengths
+from nectosome.papers.catshark.midline import VISCOSITY, curvature, table, wavelengths, waves
 from nectosome.robots import describe
 
 ONE = slice(33, 34)  # catshark 2 at 1.5 L/s
