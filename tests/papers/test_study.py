@@ -5,9 +5,8 @@ import pytest
 
 from nectosome.description import get_value
 from nectosome.model import build
-from nectosome.papers.flagellum.pool import NO_LOAD, STALL, on_motor_line
-from nectosome.papers.flagellum.reaction import lateral_share, reaction_over_a_turn
-from nectosome.papers.flagellum.steady_swims import Swimmer
+from nectosome.papers.flagellum.prototype import NO_LOAD, STALL, on_motor_line
+from nectosome.papers.flagellum.steady_swims import Swimmer, lateral_share, reaction_over_a_turn
 from nectosome.papers.study import printed, score
 from nectosome.robots import describe
 

@@ -70,25 +70,17 @@ def search(task: MotionDesign, starts: int, seeds: tuple[int, ...], tell: Tell, 
 
 def starts_table(search: DesignSearch, printed: dict[str, float]) -> xr.Dataset:
     """Best of every start."""
-    solvers = list(dict.fromkeys(name for name, _ in search.results))
-    seeds = list(dict.fromkeys(seed for _, seed in search.results))
-    count = max(len(r.starts) for r in search.results.values())
-    table = {
-        k: np.full((len(solvers), len(seeds), count), np.nan)
-        for k in ("speed", "torque", "seconds", "evaluations", "rejected")
-    }
-    for (name, seed), result in search.results.items():
-        here = solvers.index(name), seeds.index(seed)
-        for start in result.starts:
-            k = (*here, start.number)
-            table["seconds"][k], table["evaluations"][k] = start.seconds, len(start.evaluations) - start.draws
-            table["rejected"][k] = sum(start.rejected.values())
-            if start.best is not None:
-                table["speed"][k], table["torque"][k] = start.best.outputs["speed"], start.best.outputs["torque"]
-    dims = ("solver", "seed", "start")
     units = {"speed": "m/s", "torque": "N m", "seconds": "s", "evaluations": "1", "rejected": "1"}
+    solvers, seeds = (list(dict.fromkeys(names)) for names in zip(*search.results, strict=True))
+    count = max(len(r.starts) for r in search.results.values())
+    table = np.full((len(units), len(solvers), len(seeds), count), np.nan)
+    for (name, seed), result in search.results.items():
+        for start in result.starts:
+            best = (np.nan, np.nan) if start.best is None else [start.best.outputs[k] for k in ("speed", "torque")]
+            work = start.seconds, len(start.evaluations) - start.draws, sum(start.rejected.values())
+            table[:, solvers.index(name), seeds.index(seed), start.number] = *best, *work
     return xr.Dataset(
-        {name: (dims, values, {"units": units[name]}) for name, values in table.items()},
+        {name: (("solver", "seed", "start"), x, {"units": units[name]}) for name, x in zip(units, table, strict=True)},
         coords={"solver": solvers, "seed": seeds},
         attrs=printed,
     )
