@@ -1,7 +1,6 @@
 """The design optimisation (section III): many starts with three solvers, and what the best design is like."""
 
 import time
-from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -12,13 +11,14 @@ from nectosome.description import RobotDescription, get_value
 from nectosome.designs import Limit, MotionDesign, MotorLine
 from nectosome.search import CmaEs, Evaluation, Gradient, Optimiser, Pattern, Result, Start, minimise, multistart
 
+from ..study import Progress
+
 SOLVERS: dict[str, Optimiser] = {
     "gradient": Gradient(),
     "pattern": Pattern(smallest_mesh=1e-4, evaluations=200),
     "evolution": CmaEs(evaluations=150),
 }
-MOTOR = MotorLine(0.89, 22.0)
-Tell = Callable[[str, float], None]
+MOTOR = MotorLine(0.89, 22.0)  # N m at a standstill, rad/s without load
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def best_of(start: Start) -> Evaluation:
     return start.best
 
 
-def search(task: MotionDesign, starts: int, seeds: tuple[int, ...], tell: Tell, executor: Executor) -> DesignSearch:
+def search(task: MotionDesign, starts: int, seeds: tuple[int, ...], tell: Progress, executor: Executor) -> DesignSearch:
     """Run every solver from as many starts with each seed."""
     results, seconds = {}, {}
     rounds = [(name, seed) for name in SOLVERS for seed in seeds]

@@ -27,6 +27,7 @@ from nectosome.mechanism import Robot, SoftRod
 from nectosome.model import bind
 from nectosome.solve import load_stepping
 
+from .optimum import MOTOR
 from .steady_swims import Swim, Swimmer
 
 Rule = Literal["EJ", "EJV"]
@@ -34,7 +35,6 @@ TRUTH = 7.9e6  # Pa: what the paper found
 _NOISE = 1e-3  # m, of a marker read off a photograph
 _CASES = {"low": 0.5, "middle": 0.3, "high": 0.1}  # N, a weight at one of three places at a time
 _MARKERS = (0.4, 0.55, 0.7, 0.85, 1.0)  # fractions of the filament that are seen
-STALL, NO_LOAD = 0.89, 22.0  # of the motor [N m, rad/s]
 _DRAG = "body.loads.hull_drag.drag_area.0"
 
 
@@ -150,9 +150,9 @@ def on_motor_line(description: RobotDescription, extra_drag_area: float = 0.0) -
     swimmer = Swimmer(with_values(description, {_DRAG: area}))
 
     def surplus(rate: float) -> float:
-        return STALL * (1 - rate / NO_LOAD) - swimmer.swim(rate).torque
+        return MOTOR.stall * (1 - rate / MOTOR.no_load) - swimmer.swim(rate).torque
 
-    rate = float(np.asarray(brentq(surplus, 0.05 * NO_LOAD, NO_LOAD, xtol=1e-6)))
+    rate = float(np.asarray(brentq(surplus, 0.05 * MOTOR.no_load, MOTOR.no_load, xtol=1e-6)))
     return rate, swimmer.swim(rate)
 
 

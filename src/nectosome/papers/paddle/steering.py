@@ -53,10 +53,10 @@ def turn(robot: RobotDescription, left: float, right: float) -> Turn:
         raise RuntimeError(f"turn with {left:.3f}, {right:.3f} rad: {Status(int(found.status)).reason}")
     ends = np.asarray(found.value.state.q)[[0, -1], :3]
     psi = float(ends[1, 2] - ends[0, 2])
-    way = float(np.hypot(*np.diff(hull_centre(robot, ends))).item())
+    chord = float(np.hypot(*np.diff(hull_centre(robot, ends))).item())
     curved = 2 * abs(float(np.sin(0.5 * psi)))
-    radius = way / curved if curved > _STRAIGHT else np.inf
-    return Turn(psi * frequency, radius, way * frequency, float(found.stats["multiplier"]))
+    radius = chord / curved if curved > _STRAIGHT else np.inf
+    return Turn(psi * frequency, radius, chord * frequency, float(found.stats["multiplier"]))
 
 
 def turns(robot: RobotDescription, left: Sequence[float]) -> xr.Dataset:
@@ -75,7 +75,7 @@ class HeadingControl(NamedTuple):
     """Proportional, differential and integral: the side towards which the robot should turn rows less.
 
     The robot answers late (half a stroke to measure, half a stroke to row), so that gains must be small: 0.6, 0.5 s and
-    0.1 1/s hold it at 75 deg and 1.1 Hz, 1 and 1 s make it swing to and fro.
+    0.1 1/s hold it at 75 deg and 1.1 Hz, 1 and 1 s make it oscillate.
     """
 
     amplitude: float  # the largest [rad]
