@@ -4,7 +4,6 @@ import pytest
 from tests.made_up_runs import made_up_run
 
 from nectosome.papers.flagellum import figures as flagellum
-from nectosome.papers.flagellum import figures_design
 
 
 @pytest.fixture(scope="session")
@@ -35,9 +34,6 @@ def study():
         "flagella4": made_up_run(),
     }
 
-    def figures(data, runs):
-        return flagellum.panels(runs) + figures_design.panels(data, runs)
-
     return SimpleNamespace(
         name="flagellum",
         title="Flagellum",
@@ -47,5 +43,5 @@ def study():
         seconds=3.2,
         data={},
         recorded=False,
-        figures=figures,
+        figures=flagellum.panels,
     )

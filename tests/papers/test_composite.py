@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
-from nectosome.papers.flagellum.composite import ratio_of, young_of
+from nectosome.papers.flagellum.prototype import ratio_of, young_of
 
 CORE, SHELL = 17e6, 592e3  # Ninjaflex, Dragon Skin 50
 RULES = ("EJ", "EJV")

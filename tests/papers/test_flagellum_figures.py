@@ -7,7 +7,6 @@ from tests.made_up_runs import made_up_run, unpacked
 from tests.papers import made_up_designs as made_up
 
 from nectosome.papers.flagellum import figures as flagellum
-from nectosome.papers.flagellum import figures_design as design
 from nectosome.papers.flagellum import figures_landscape as landscape
 from nectosome.papers.flagellum import figures_prototype as prototype
 from nectosome.papers.flagellum import figures_search as search
@@ -29,8 +28,8 @@ def nowhere(dataset):
 
 
 def test_without_data_there_are_no_panels():
-    assert design.panels({}, {}) == []
-    assert design.panels({"unknown": made_up.pool()}, {"row1": made_up_run()}) == []
+    assert flagellum.panels({}, {}) == []
+    assert flagellum.panels({"unknown": made_up.pool()}, {"row2": made_up_run()}) == []
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -48,8 +47,9 @@ def test_the_report_draws_data_after_runs(study, tmp_path):
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     page = page[page.index("</script>\n</head>") :]
     assert page.count("<figure>") == page.count("<figcaption>") == 7 + 2 + len(FIGURES) + 1  # two maps
-    heads = [page.index(f"<h3>{escape(p.title)}</h3>") for p in design.panels(study.data, study.runs)]
-    assert heads == sorted(heads) and heads[0] > page.index("Four flagella on one canister")
+    heads = [page.index(f"<h3>{escape(p.title)}</h3>") for p in flagellum.panels(study.data, study.runs)]
+    assert heads == sorted(heads)
+    assert page.index("<h3>Four flagella on one canister") < page.index("<h3>The optimum beside the old design")
     assert "Sensitivity of the optimum &lt;new&gt;" in page and "Table &lt;II&gt;" in page
     assert "<new>" not in page and "<II>" not in page
 
@@ -63,7 +63,7 @@ def test_where_nothing_was_found_the_figure_is_empty(name, tmp_path, study):
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_attributes_may_be_absent(name):
-    for panel in design.panels({name: made_up.everything()[name].drop_attrs()}, {}):
+    for panel in flagellum.panels({name: made_up.everything()[name].drop_attrs()}, {}):
         assert "nan" not in panel.caption
 
 
@@ -149,7 +149,7 @@ def test_trends_are_in_degrees_millimetres_and_megapascals():
 
 
 def test_the_table_of_best_designs_has_its_units():
-    text = design.best_panel(made_up.best()).figure
+    text = search.best_panel(made_up.best()).figure
     assert isinstance(text, str)
     row = text.split("<tr>")[2]
     cells = ["700.0", "5.65", "42.30", "14.40", "7.40", "0.790", "0.500"]
@@ -191,12 +191,12 @@ def test_text_of_a_dataset_is_no_markup():
 
 def test_the_optimum_stands_beside_what_was_run():
     runs = {"old_soft": made_up_run(0.3), "optimum": made_up_run(0.7)}
-    (panel,) = design.panels({}, runs)
+    (panel,) = flagellum.panels({}, runs)
     shown = unpacked(panel.figure.recordings[""])
     assert b"old design: 0.300 m/s" in shown and b"our optimum: 0.700 m/s" in shown
     assert {int(k) for k in re.findall(rb"/world/(\d)-filament", shown)} == {0, 1}
-    assert design.panels({}, {"optimum": made_up_run()}) == []
-    (panel,) = design.panels({}, {f"iteration{k}": made_up_run() for k in (1, 5, 20)})
+    assert flagellum.panels({}, {"optimum": made_up_run()}) == []
+    (panel,) = flagellum.panels({}, {f"iteration{k}": made_up_run() for k in (1, 5, 20)})
     assert panel.title == "Designs of one search"
 
 

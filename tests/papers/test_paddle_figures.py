@@ -3,7 +3,6 @@ import pytest
 import xarray as xr
 
 from nectosome.papers.paddle import figures as paddle
-from nectosome.papers.paddle import figures_chains as chains
 from nectosome.papers.paddle import figures_rowing as rowing
 
 
@@ -140,15 +139,15 @@ def test_the_published_hinge_is_marked(sets):
 
 
 def test_a_chain_runs_from_its_root_to_its_tip():
-    points = chains.chain(swing())
+    points = paddle.chain(swing())
     np.testing.assert_allclose(np.linalg.norm(points, axis=-1), np.tile([0.0, 1.0, 2.0], (9, 1)))
 
 
 def test_strokes_are_told_apart_across_the_end_of_the_cycle():
-    """Of eight moments the drive goes forward in those before, at and after the start."""
+    """Of eight samples the drive goes forward in those before, at and after the start."""
     run = swing()
     run["drive_velocity"].values[[2, 6], 1] = -1e-9  # where it turns back
-    forward, back = chains.strokes(run, "arm.angle")
+    forward, back = paddle.strokes(run, "arm.angle")
     assert (forward.tolist(), back.tolist()) == ([7, 0, 1], [2, 3, 4, 5, 6])
 
 

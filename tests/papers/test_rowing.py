@@ -6,12 +6,9 @@ import pytest
 
 from nectosome.description import get_value, resolve
 from nectosome.model import build
-from nectosome.papers.paddle import tolerances
-from nectosome.papers.paddle.drop import factor
-from nectosome.papers.paddle.heading_control import HalfStrokes, HeadingControl, disturbed, swim
-from nectosome.papers.paddle.steering import turn
-from nectosome.papers.paddle.swim import on_a_slide
-from nectosome.papers.paddle.trials import measured_yaw
+from nectosome.papers.paddle import trials
+from nectosome.papers.paddle.steering import HalfStrokes, HeadingControl, disturbed, swim, turn
+from nectosome.papers.paddle.swim import drop_factor, on_a_slide
 from nectosome.robots import describe
 from nectosome.solve import simulate
 
@@ -34,7 +31,7 @@ def test_a_fourfold_paddle_on_a_slide_swims_as_four_do(one_joint):
 def test_robots_are_made_within_the_tolerances():
     """Spread of many: as the recipe says; parts of one paddle share its mass and Cn; the description stays."""
     robot, rng = describe("beetle"), np.random.default_rng(0)
-    made = [tolerances.made(robot, rng) for _ in range(100)]
+    made = [trials.made(robot, rng) for _ in range(100)]
 
     def ratios(end: str) -> np.ndarray:
         names = [f"limbs.{p}_segment{k}.{end}" for p in ("left1", "right1", "left2", "right2") for k in (1, 2, 3)]
@@ -55,16 +52,16 @@ def test_robots_are_made_within_the_tolerances():
 
 def test_the_imu_has_noise_and_wraps():
     true = np.linspace(-7, 7, 4000)
-    seen = measured_yaw(true, np.random.default_rng(0))
+    seen = trials.measured_yaw(true, np.random.default_rng(0))
     assert np.abs(seen).max() <= np.pi
     noise = np.angle(np.exp(1j * (seen - true)))
     assert np.degrees(noise.std()) == pytest.approx(0.1, rel=0.05)
 
 
 def test_the_drop_is_off_unless_asked_for():
-    assert factor(1.3) == factor(1.1, slope=3.0) == factor(0.3, slope=3.0) == 1.0
-    assert factor(1.3, slope=3.0) == pytest.approx(0.4)
-    assert factor(2.0, slope=3.0) == 0.0
+    assert drop_factor(1.3) == drop_factor(1.1, slope=3.0) == drop_factor(0.3, slope=3.0) == 1.0
+    assert drop_factor(1.3, slope=3.0) == pytest.approx(0.4)
+    assert drop_factor(2.0, slope=3.0) == 0.0
 
 
 def test_new_amplitudes_move_no_servo_at_once(one_joint):

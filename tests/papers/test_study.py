@@ -5,9 +5,9 @@ import pytest
 
 from nectosome.description import get_value
 from nectosome.model import build
-from nectosome.papers.flagellum.pool import NO_LOAD, STALL, on_motor_line
-from nectosome.papers.flagellum.reaction import lateral_share, reaction_over_a_turn
-from nectosome.papers.flagellum.steady_swims import Swimmer
+from nectosome.papers.flagellum.optimum import MOTOR
+from nectosome.papers.flagellum.prototype import on_motor_line
+from nectosome.papers.flagellum.steady_swims import Swimmer, lateral_share, reaction_over_a_turn
 from nectosome.papers.study import printed, score
 from nectosome.robots import describe
 
@@ -54,7 +54,7 @@ def test_every_entry_says_what_it_is_and_how_it_is_judged(study):
 def test_a_motor_on_its_line_gives_what_the_propeller_takes():
     description = describe("flagellum")
     rate, swim = on_motor_line(description)
-    assert swim.torque == pytest.approx(STALL * (1 - rate / NO_LOAD), rel=1e-4)
+    assert swim.torque == pytest.approx(MOTOR.stall * (1 - rate / MOTOR.no_load), rel=1e-4)
     assert on_motor_line(description, 0.1)[1].speed < 0.5 * swim.speed
 
 

@@ -9,8 +9,7 @@ from nectosome.core import State
 from nectosome.mechanism.rods import legendre
 from nectosome.model import build
 from nectosome.papers import undulation
-from nectosome.papers.catshark.midline import curvature, waves
-from nectosome.papers.catshark.swim_table import VISCOSITY, table, wavelengths
+from nectosome.papers.catshark.midline import VISCOSITY, curvature, table, wavelengths, waves
 from nectosome.robots import describe
 
 ONE = slice(33, 34)  # catshark 2 at 1.5 L/s
@@ -39,7 +38,7 @@ def test_a_free_swimmer_keeps_the_speed_at_which_lighthills_thrust_is_its_fricti
     friction = 2 * undulation.skin_friction(reynolds * found.speed)
     together, x = jax.tree.map(lambda x: x[None], (wave[0], shark.initial()))
     x = State(x.q, x.v.at[0, 0].set(-0.16 * found.speed[0]), x.z)
-    places = np.asarray(undulation._kept(shark, together, jnp.asarray(friction), x)[1])[0, undulation.STEPS :]
+    places = np.asarray(undulation._swim_on(shark, together, jnp.asarray(friction), x)[1])[0, undulation.STEPS :]
 
     f, body = float(wave[0].frequency), shark.tree.parts[0].body
     way = places[-1, 0] - places[0, 0]

@@ -1,18 +1,19 @@
 """What a study hands over, and how a computed number is scored against a printed one."""
 
+import time
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import Future, as_completed
 from dataclasses import dataclass, field
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-if TYPE_CHECKING:
-    import xarray as xr
+import xarray as xr
 
-    from nectosome.view.style import Panel
+from nectosome.view.style import Panel
 
 Kind = Literal["prediction", "calibration", "synthetic", "measurement"]
-Sets = Mapping[str, "xr.Dataset"]
+Sets = Mapping[str, xr.Dataset]
 Progress = Callable[[str, float], None]  # what is being done, share of the study that is done
 
 
@@ -24,10 +25,10 @@ class Study:
     title: str
     about: str
     rows: list[dict[str, Any]]
-    runs: dict[str, "xr.Dataset"]
+    runs: dict[str, xr.Dataset]
     seconds: float
-    data: dict[str, "xr.Dataset"] = field(default_factory=dict)  # by figure
-    figures: "Callable[[Sets, Sets], list[Panel]] | None" = None  # of data and runs; speeds of the runs where None
+    data: dict[str, xr.Dataset] = field(default_factory=dict)  # by figure
+    figures: Callable[[Sets, Sets], list[Panel]] | None = None  # of data and runs; speeds of the runs where None
     recorded: bool = False  # the runs are recordings, not simulations
 
 
@@ -36,8 +37,8 @@ class StudyPart:
     """What one part of a study hands over: numbers by scorecard row, and what there is to draw."""
 
     numbers: dict[str, float | None]
-    data: dict[str, "xr.Dataset"] = field(default_factory=dict)
-    runs: dict[str, "xr.Dataset"] = field(default_factory=dict)
+    data: dict[str, xr.Dataset] = field(default_factory=dict)
+    runs: dict[str, xr.Dataset] = field(default_factory=dict)
 
 
 def gathered(
@@ -51,6 +52,33 @@ def gathered(
         begun += share
     progress("scorecard", 1.0)
     return done
+
+
+def collected(waiting: Mapping[Future[Any], str], tell: Callable[[int], None]) -> dict[str, Any]:
+    """Results of futures by name, in the order given; `tell` gets the number of those that are there."""
+    for count, future in enumerate(as_completed(waiting), start=1):
+        future.result()
+        tell(count)
+    return {name: future.result() for future, name in waiting.items()}
+
+
+def finished(
+    name: str,
+    title: str,
+    about: str,
+    began: float,
+    done: StudyPart,
+    figures: Callable[[Sets, Sets], list[Panel]] | None = None,
+    kind: Callable[[str], Kind] = lambda row: "prediction",
+) -> Study:
+    """Study whose numbers fill all rows of its book; it began at a time of `time.perf_counter` [s]."""
+    rows = scored(printed(name), done.numbers, kind)
+    return Study(name, title, about, rows, done.runs, time.perf_counter() - began, done.data, figures)
+
+
+def drawn(makers: Iterable[tuple[tuple[str, ...], Callable[[Sets], Panel]]], given: Sets) -> list[Panel]:
+    """Panels of all makers whose datasets, named before each, are given."""
+    return [make(given) for needed, make in makers if all(name in given for name in needed)]
 
 
 def scored(

@@ -60,13 +60,13 @@ def swims(robot: Robot, waves: Sequence[Wave], reynolds: Float[np.ndarray, "n"],
     found = Swims(_GUESS * frequency, *(np.zeros(n) for _ in range(3)))
     for _ in range(_PASSES):
         tangential = 2 * more_friction * skin_friction(reynolds * found.speed)
-        x, places = _kept(robot, together, jnp.asarray(tangential), x)
-        found = _told(np.asarray(places) / length, frequency)
+        x, places = _swim_on(robot, together, jnp.asarray(tangential), x)
+        found = _last_beat(np.asarray(places) / length, frequency)
     return found
 
 
 @eqx.filter_jit
-def _kept(
+def _swim_on(
     robot: Robot, waves: Wave, tangential: Float[Array, "n"], x: State
 ) -> tuple[State, Float[Array, "n steps stations 2"]]:
     """States after the beats of a pass, and where all stations are in the last two of them, both ends included [m]."""
@@ -89,8 +89,8 @@ def _kept(
     return jax.vmap(one)(waves, tangential, x)
 
 
-def _told(places: Float[np.ndarray, "n steps stations 2"], frequency: Float[np.ndarray, "n"]) -> Swims:
-    """What places [L] in two beats tell."""
+def _last_beat(places: Float[np.ndarray, "n steps stations 2"], frequency: Float[np.ndarray, "n"]) -> Swims:
+    """Swims in the last of two beats, by the places [L] of all stations."""
     path = np.diff(places[:, ::STEPS, 0], axis=1)  # of the head, in each beat
     before, last = np.linalg.norm(path, axis=-1).T
     along = path[:, 1] / last[:, None]

@@ -1,20 +1,21 @@
 """The study of the catsharks: each swim of the table again, by every reading of its wavelengths; nothing is fitted."""
 
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from jaxtyping import Float
+from plotly.subplots import make_subplots
 
 from nectosome.model import build
 from nectosome.robots import describe
+from nectosome.view.style import BLUE, GREEN, GREY, VERMILLION, Panel, dress
 
-from ..study import Progress, Study, printed, score
+from ..study import Progress, Sets, Study, StudyPart, finished, score
 from ..undulation import Swims, swims
-from . import figures
-from .midline import waves
-from .swim_table import VISCOSITY, SwimTable, table, wavelengths
+from .midline import VISCOSITY, SwimTable, table, wavelengths, waves
 
 NAME = "catshark"
 TITLE = "Catsharks"
@@ -39,36 +40,22 @@ def run(quick: bool, progress: Progress) -> Study:
     began = time.perf_counter()
     measured = table(_QUICK if quick else None)
     read = wavelengths(measured)
-    done, of = 0, len(read) + len(_CHANGES)
+    share = 1 / (len(read) + len(_CHANGES))
     found: dict[str, Swims] = {}
-    for name, wavelength in read.items():
-        progress(f"wavelength: {name}", done / of)
+    for k, (name, wavelength) in enumerate(read.items()):
+        progress(f"wavelength: {name}", k * share)
         found[name] = swum(measured, wavelength)
-        done += 1
-    numbers: dict[str, float] = {}
-    for name, how in _CHANGES.items():
-        progress(f"other assumptions: {name}", done / of)
+    numbers: dict[str, float | None] = {}
+    for k, (name, how) in enumerate(_CHANGES.items(), start=len(read)):
+        progress(f"other assumptions: {name}", k * share)
         other = swum(measured, read[_MAIN], **how)
         numbers[f"{NAME}/change/{name}"] = 100 * float(np.median(other.speed / found[_MAIN].speed) - 1)
-        done += 1
     progress("scorecard", 1.0)
     data = _dataset(measured, read, found)
     for name in read:
         numbers |= _summary(data.sel(reading=name), name)
-    book = printed(NAME)
-    rows = [score(row, entry, numbers[row]) for row, entry in book.items()]
-    one = data.sel(reading=_MAIN)
-    rows = _by_class(one) + rows
-    return Study(
-        NAME,
-        TITLE,
-        ABOUT,
-        rows,
-        {},
-        time.perf_counter() - began,
-        {"swims": data},
-        figures=lambda data, runs: figures.panels(data),
-    )
+    study = finished(NAME, TITLE, ABOUT, began, StudyPart(numbers, {"swims": data}), _figures)
+    return replace(study, rows=_by_class(data.sel(reading=_MAIN)) + study.rows)
 
 
 def swum(
@@ -88,20 +75,14 @@ def swum(
 def _dataset(measured: SwimTable, read: dict[str, Float[np.ndarray, "n"]], found: dict[str, Swims]) -> xr.Dataset:
     """Measured (swim) and computed (reading, swim) numbers, in body lengths and seconds."""
     unit = {"speed": "1/s", "strouhal": "", "head": "", "tail": "", "wavelength": "", "frequency": "Hz"}
-    ours = {
-        "wavelength": read,
-        "speed": {name: one.speed for name, one in found.items()},
-        "head": {name: one.head for name, one in found.items()},
-        "tail": {name: one.tail for name, one in found.items()},
-        "strouhal": {name: measured.frequency * one.tail / one.speed for name, one in found.items()},
-        "change": {name: one.change for name, one in found.items()},
+    ours = {name: [getattr(one, name) for one in found.values()] for name in ("speed", "head", "tail", "change")}
+    ours |= {
+        "wavelength": [*read.values()],
+        "strouhal": [measured.frequency * one.tail / one.speed for one in found.values()],
     }
     theirs = {name: getattr(measured, name) for name in ("frequency", "speed", "head", "tail", "strouhal")}
     return xr.Dataset(
-        {
-            name: (("reading", "swim"), np.stack([*each.values()]), {"units": unit.get(name, "1")})
-            for name, each in ours.items()
-        }
+        {name: (("reading", "swim"), np.stack(each), {"units": unit.get(name, "1")}) for name, each in ours.items()}
         | {f"measured_{name}": ("swim", x, {"units": unit[name]}) for name, x in theirs.items()},
         coords={
             "reading": [*read],
@@ -115,15 +96,15 @@ def _summary(one: xr.Dataset, name: str) -> dict[str, float]:
     """Numbers by scorecard row of one reading."""
     speed, strouhal = (100 * (one[x] / one[f"measured_{x}"] - 1).values for x in ("speed", "strouhal"))
     slow = (one["measured_speed"] > one["measured_frequency"] * one["wavelength"]).values
-    told = {
+    numbers = {
         "speed-error": np.median(speed),
         "strouhal-error": np.median(strouhal),
         "slow-wave": 100 * np.mean(slow),
     }
     if name == _MAIN:
-        told["speed-error-fast-wave"] = np.median(speed[~slow])
-        told |= {end: np.median(one[end] / one[f"measured_{end}"]) for end in ("tail", "head")}
-    return {f"{NAME}/{name}/{key}": float(x) for key, x in told.items()}
+        numbers["speed-error-fast-wave"] = np.median(speed[~slow])
+        numbers |= {end: np.median(one[end] / one[f"measured_{end}"]) for end in ("tail", "head")}
+    return {f"{NAME}/{name}/{key}": float(x) for key, x in numbers.items()}
 
 
 def _by_class(one: xr.Dataset) -> list[dict[str, Any]]:
@@ -143,3 +124,32 @@ def _by_class(one: xr.Dataset) -> list[dict[str, Any]]:
             }
             rows.append(score(f"{NAME}/{quantity}/{speed_class:g}", entry, float(group[quantity].median())))
     return rows
+
+
+_READINGS = {
+    "points": ("points of three swims", BLUE, "circle"),
+    "full": ("as printed", VERMILLION, "square-open"),
+    "half": ("twice as printed", GREEN, "diamond-open"),
+}
+
+
+def _figures(data: Sets, runs: Sets) -> list[Panel]:
+    """Speed and Strouhal number, computed against measured; readings in metres are left to the scorecard."""
+    swims, fig = data["swims"], make_subplots(rows=1, cols=2, horizontal_spacing=0.12)
+    for k, (name, what) in enumerate((("speed", "speed (body lengths/s)"), ("strouhal", "Strouhal number")), start=1):
+        measured = swims[f"measured_{name}"].values
+        here: Any = {"row": 1, "col": k}
+        ends, dots = [0, 1.1 * float(np.max(measured))], {"color": GREY, "dash": "dot"}
+        fig.add_scatter(x=ends, y=ends, mode="lines", line=dots, name="as measured", showlegend=k == 1, **here)
+        for reading, (label, colour, symbol) in _READINGS.items():
+            y, marker = swims[name].sel(reading=reading).values, {"color": colour, "symbol": symbol, "size": 7}
+            fig.add_scatter(x=measured, y=y, mode="markers", marker=marker, name=label, showlegend=k == 1, **here)
+        fig.update_xaxes(title=f"measured {what}", rangemode="tozero", **here)
+        fig.update_yaxes(title=f"computed {what}", rangemode="tozero", **here)
+    dress(fig, 460).update_layout(hovermode="closest", showlegend=True, margin_t=64)
+    caption = (
+        "Computed, nothing fitted, against measured by F. Berio and others: a mark for each swim and reading of the "
+        "wavelength (in body lengths). The speed that comes out hardly grows above two body lengths a second, where "
+        "the sharks are reported to swim faster than their body wave."
+    )
+    return [Panel("Catsharks, computed and measured", caption, fig)]

@@ -11,7 +11,7 @@ from nectosome.description import get_value, with_values
 from nectosome.model import build
 from nectosome.robots import describe
 
-from ..study import Progress, Study, printed, score
+from ..study import Progress, Study, StudyPart, finished, printed
 from ..undulation import Swims, swims
 
 NAME = "eel"
@@ -33,7 +33,7 @@ def run(quick: bool, progress: Progress) -> Study:
     progress("swimming", 0.0)
     found = swum()
     burst, efficient = found.speed
-    numbers = {
+    numbers: dict[str, float | None] = {
         f"{NAME}/burst/speed": burst,
         f"{NAME}/efficient/speed": efficient,
         f"{NAME}/burst/gain": 100 * (burst / efficient - 1),
@@ -44,8 +44,7 @@ def run(quick: bool, progress: Progress) -> Study:
     without = swum(settings=("body.loads.cross.normal=0",))
     numbers[f"{NAME}/change/cross"] = 100 * (without.speed[0] / burst - 1)
     progress("scorecard", 1.0)
-    rows = [score(row, entry, float(numbers[row])) for row, entry in printed(NAME).items()]
-    return Study(NAME, TITLE, ABOUT, rows, {}, time.perf_counter() - began)
+    return finished(NAME, TITLE, ABOUT, began, StudyPart(numbers))
 
 
 def swum(more_friction: float = 1.0, settings: tuple[str, ...] = ()) -> Swims:

@@ -1,11 +1,28 @@
-"""Figures of the flagellate propeller: its shape, speeds, forces along the filament, powers, strain orders."""
+"""Figures of the flagellate propeller: shapes, speeds, forces along the filament, powers, strain orders, and searches.
+
+Figures of runs are drawn here. Each dataset has a figure in another file. All numbers are SI; NaN where nothing was
+found. After the bar: attributes, each of which may be absent.
+
+- `starts` (solver, seed, start): speed, torque, seconds, evaluations, rejected | printed_speed, printed_seconds
+- `history` (solver, iteration): speed, evaluations | printed_speed
+- `best` (rank): L, tip_radius, alpha, omega, E, speed, torque; source, which is "ours" for ours
+- `map` (design, omega, young): speed, torque; perhaps here_omega, here_young (design) | torque_limit
+- `sensitivity` (variable, output): percent, for one percent more of the variable | label
+- `trend` (fixed, point): value, young, speed
+- `composite` (rule, beta): young | target, measured, printed_beta
+- `static_test` (case, marker, axis): measured, fitted; perhaps weight (case) | young, young_low, young_high, truth,
+  synthetic
+- `pool` (design): printed_simulated, printed_measured, ours, kind
+"""
 
 from collections.abc import Callable, Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
 from jaxtyping import Float
+from plotly.subplots import make_subplots
 
 from nectosome.view import series
 from nectosome.view.scenes import Actor, side_by_side
@@ -24,19 +41,22 @@ from nectosome.view.style import (
     span,
 )
 
-if TYPE_CHECKING:
-    import xarray as xr
+from ..study import Sets, drawn
+from . import figures_landscape as landscape
+from . import figures_prototype as prototype
+from . import figures_search as search
 
-Runs = Mapping[str, "xr.Dataset"]
 DESIGNS = ("row1", "row2", "row3", "row4", "row5")
 ORDERS = tuple(f"order{k}" for k in range(6))
+ITERATIONS = ("iteration1", "iteration5", "iteration20")
 _PICTURES, _SECONDS = 31, 1.5  # of a revolution, and how long it is shown
-HANDLING = "Drag to turn, scroll to come nearer; the scenes at the end of this section show each robot alone."
+_HANDLING = "Drag to turn, scroll to come nearer; the scenes at the end of this section show each robot alone."
 
 
-def panels(runs: Runs) -> list[Panel]:
-    """Every figure whose runs are there."""
-    makers: list[tuple[tuple[str, ...], Callable[[Runs], Panel]]] = [
+def panels(data: Sets, runs: Sets) -> list[Panel]:
+    """Every figure whose runs or data are there."""
+    beside = ("optimum", "old_soft" if "old_soft" in runs else "row1")
+    of_runs: list[tuple[tuple[str, ...], Callable[[Sets], Panel]]] = [
         (DESIGNS, shapes_panel),
         (DESIGNS, designs_panel),
         (DESIGNS[:1], thrust_panel),
@@ -44,24 +64,38 @@ def panels(runs: Runs) -> list[Panel]:
         (ORDERS, orders_panel),
         (("old_soft", "old_rigid"), reversal_panel),
         (("flagella4",), four_panel),
+        (beside, optimum_panel),
+        (ITERATIONS, iterations_panel),
     ]
-    return [make(runs) for needed, make in makers if all(name in runs for name in needed)]
+    of_data: list[tuple[str, Callable[[xr.Dataset], Panel]]] = [
+        ("starts", search.starts_panel),
+        ("history", search.history_panel),
+        ("best", search.best_panel),
+        ("map", landscape.map_panel),
+        ("map", landscape.torque_panel),
+        ("sensitivity", landscape.sensitivity_panel),
+        ("trend", landscape.trend_panel),
+        ("composite", prototype.composite_panel),
+        ("static_test", prototype.static_test_panel),
+        ("pool", prototype.pool_panel),
+    ]
+    return drawn(of_runs, runs) + [make(data[name]) for name, make in of_data if name in data]
 
 
-def shapes_panel(runs: Runs) -> Panel:
+def shapes_panel(runs: Sets) -> Panel:
     """The five designs side by side over one revolution of the motor."""
-    slow = _SECONDS / (series.last_turn(runs["row1"])[1] - series.last_turn(runs["row1"])[0])
+    begin, end = series.last_turn(runs["row1"])
     caption = (
         "Simulated shapes during the last revolution of the motor, to scale. The turning filament bends into a helix, "
         "which pushes the canister forward (left). The designs differ little. "
-        f"Played about {slow:.1f} times slower than life. {HANDLING}"
+        f"Played about {_SECONDS / (end - begin):.1f} times slower than life. {_HANDLING}"
     )
     labels = {name: _label(runs, name) for name in DESIGNS}
     return Panel("The five designs, swimming", caption, designs_scene(runs, labels))
 
 
-def designs_scene(runs: Runs, labels: Mapping[str, str]) -> Scenes:
-    """Runs with a label for each, in rows of three, at the same motor angles of their last revolution."""
+def designs_scene(runs: Sets, labels: Mapping[str, str]) -> Scenes:
+    """Sets with a label for each, in rows of three, at the same motor angles of their last revolution."""
     actors = [
         Actor(runs[name], _revolution(runs[name]), label, colour)
         for (name, label), colour in zip(labels.items(), CYCLE, strict=False)
@@ -69,7 +103,7 @@ def designs_scene(runs: Runs, labels: Mapping[str, str]) -> Scenes:
     return side_by_side(actors, _SECONDS)
 
 
-def four_panel(runs: Runs) -> Panel:
+def four_panel(runs: Sets) -> Panel:
     """Four flagella on one canister over one revolution of the motors."""
     run = runs["flagella4"]
     scene = side_by_side([Actor(run, _revolution(run), "")], _SECONDS)
@@ -80,45 +114,60 @@ def four_panel(runs: Runs) -> Panel:
     return Panel("Four flagella on one canister", caption, scene)
 
 
-def _revolution(run: "xr.Dataset") -> Float[np.ndarray, "t"]:
+def optimum_panel(runs: Sets) -> Panel:
+    """The optimum beside the old design and the printed optimum, in 3-D."""
+    caption = "Simulated shapes during the last revolution of the motor, to scale and at the same motor angle. "
+    if "row1" in runs:
+        caption += "The printed optimum is row 1 of Table II, its speed computed here. "
+    labels = {"old_soft": "old design", "row1": "printed optimum", "optimum": "our optimum"}
+    return _with_speeds("The optimum beside the old design", caption, runs, labels)
+
+
+def iterations_panel(runs: Sets) -> Panel:
+    """Designs of a search for an optimum (Fig. 4), in 3-D."""
+    caption = (
+        "Simulated shapes of the designs at the 1st, 5th and 20th iteration of one search, as in Fig. 4 of the paper, "
+        "during the last revolution of the motor, to scale and at the same motor angle. "
+    )
+    labels = {name: f"iteration {name.removeprefix('iteration')}" for name in ITERATIONS}
+    return _with_speeds("Designs of one search", caption, runs, labels)
+
+
+def _with_speeds(title: str, caption: str, runs: Sets, labels: Mapping[str, str]) -> Panel:
+    """Scene of the runs that are there, labelled with their steady speeds."""
+    shown = [name for name in labels if name in runs]
+    speeds = {name: f"{labels[name]}: {series.steady_speed(runs[name]):.3f} m/s" for name in shown}
+    return Panel(title, f"{caption}Forward is left. {_HANDLING}", designs_scene(runs, speeds))
+
+
+def _revolution(run: xr.Dataset) -> Float[np.ndarray, "t"]:
     return np.linspace(*series.last_turn(run), _PICTURES)
 
 
-def _label(runs: Runs, name: str) -> str:
+def _label(runs: Sets, name: str) -> str:
     return str(runs[name].attrs.get("label", name))
 
 
-def designs_panel(runs: Runs) -> Panel:
+def designs_panel(runs: Sets) -> Panel:
     """Speed of the five designs against time, with the printed speeds."""
-    from plotly.subplots import make_subplots
-
     fig = make_subplots(1, 2, subplot_titles=("from rest", "the last second, enlarged"), horizontal_spacing=0.1)
     ends, seen, errors = [], [], []
     for i, name in enumerate(DESIGNS):
-        run = runs[name]
+        run, label, colour = runs[name], _label(runs, name), CYCLE[i]
         time, speed, steady = run["time"].values, series.swimming_speed(run), series.steady_speed(run)
         printed = float(run.attrs.get("printed_speed", np.nan))
-        label = _label(runs, name)
         late = time >= time[-1] - 1
         for column, keep in ((1, slice(None)), (2, late)):
-            trace = {"name": label, "line": {"color": CYCLE[i]}, "row": 1, "col": column}
+            trace = {"name": label, "line": {"color": colour}, "row": 1, "col": column}
             fig.add_scatter(x=time[keep], y=speed[keep], hovertemplate="%{y:.4f}", **trace)
         text = f"{label}: {steady:.3f}"
         if np.isfinite(printed):
-            dashes = {"color": CYCLE[i], "dash": "dash", "width": 1.2}
-            fig.add_scatter(
-                x=time[[0, -1]][late[[0, -1]]] if late[0] else [time[-1] - 1, time[-1]],
-                y=[printed] * 2,
-                mode="lines",
-                name=f"{label}, printed",
-                hovertemplate="%{y:.3f}",
-                line=dashes,
-                row=1,
-                col=2,
-            )
+            line = {"color": colour, "dash": "dash", "width": 1.2}
+            trace = {"mode": "lines", "name": f"{label}, printed", "hovertemplate": "%{y:.3f}", "row": 1, "col": 2}
+            fig.add_scatter(x=[max(time[0], time[-1] - 1), time[-1]], y=[printed] * 2, line=line, **trace)
             text += f" (printed {printed:.3f})"
             errors.append(100 * abs(steady / printed - 1))
-        ends.append(LineEnd(steady, text, CYCLE[i]))
+        ends.append(LineEnd(steady, text, colour))
         seen += [*speed[late], printed]
     fig.update_xaxes(title="time (s)")
     fig.update_yaxes(title="swimming speed (m/s)", col=1)
@@ -134,7 +183,7 @@ def designs_panel(runs: Runs) -> Panel:
 
 
 def along_filament(
-    run: "xr.Dataset", part: str = "filament"
+    run: xr.Dataset, part: str = "filament"
 ) -> tuple[Float[np.ndarray, "n"], dict[str, Float[np.ndarray, "n 3"]]]:
     """Place along a part [m] and force per length of each load that acts along it [N/m], mean over the last turn.
 
@@ -152,24 +201,22 @@ def along_filament(
     return run["station_x"].values[strips], {n: f for n, f in zip(names, mean, strict=True) if np.any(np.abs(f) > 1e-9)}
 
 
-def total_thrust(run: "xr.Dataset", part: str = "filament") -> float:
+def total_thrust(run: xr.Dataset, part: str = "filament") -> float:
     """Mean force of all loads on a part along world -x over the last turn [N]."""
     force = run["load_force"].sel(part=part, axis="x").values[series.in_last_turn(run)]
     return -float(force.sum(axis=1).mean())
 
 
-def thrust_panel(runs: Runs) -> Panel:
+def thrust_panel(runs: Sets) -> Panel:
     """Forces along the filament of the first design, by load."""
-    from plotly.subplots import make_subplots
-
     run = runs["row1"]
     x, forces = along_filament(run)
     titles = ("thrust, along -x", "outwards from the motor's axis", "around the motor's axis")
     fig = make_subplots(1, 3, subplot_titles=titles, horizontal_spacing=0.07)
     for (name, force), line in zip(forces.items(), source_lines([*forces]), strict=True):
-        for i in range(3):
-            style = {"line": line, "mode": "lines+markers", "showlegend": i == 0}
-            fig.add_scatter(x=1e3 * x, y=force[:, i], name=readable(name), row=1, col=i + 1, **style)
+        for col, y in enumerate(force.T, start=1):
+            style = {"line": line, "mode": "lines+markers", "showlegend": col == 1}
+            fig.add_scatter(x=1e3 * x, y=y, name=readable(name), row=1, col=col, **style)
     fig.update_xaxes(title="position along the filament (mm)")
     fig.update_yaxes(title="force per length (N/m)", col=1)
     dress(fig, 400).update_layout(showlegend=True, legend_y=1.1, margin_t=70)
@@ -181,10 +228,8 @@ def thrust_panel(runs: Runs) -> Panel:
     return Panel("Forces along the filament", caption, fig)
 
 
-def power_panel(runs: Runs) -> Panel:
+def power_panel(runs: Sets) -> Panel:
     """Torque of the motor and where its power goes, for the first design."""
-    from plotly.subplots import make_subplots
-
     run = runs["row1"]
     time, torque = run["time"].values, run["reaction"].values[:, 0]
     fig = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.08, row_heights=[0.36, 0.64])
@@ -199,10 +244,8 @@ def power_panel(runs: Runs) -> Panel:
     return Panel("Motor torque and power flow", caption + series.balance_sentence(run), fig)
 
 
-def orders_panel(runs: Runs) -> Panel:
+def orders_panel(runs: Sets) -> Panel:
     """Steady speed against the order of the strain polynomials, with the increments."""
-    import plotly.graph_objects as go
-
     speeds = [series.steady_speed(runs[name]) for name in ORDERS]
     gains = [100 * (b / a - 1) for a, b in pairwise(speeds)]
     fig = go.Figure(go.Scatter(x=list(range(6)), y=speeds, mode="lines+markers", line_color=BLUE, marker_size=9))
@@ -221,10 +264,8 @@ def orders_panel(runs: Runs) -> Panel:
     return Panel("Convergence with the strain order", caption, fig)
 
 
-def reversal_panel(runs: Runs) -> Panel:
+def reversal_panel(runs: Sets) -> Panel:
     """Speed and thrust of the old design with a soft and with a rigid filament."""
-    from plotly.subplots import make_subplots
-
     titles = ("swimming speed", "thrust along the filament")
     fig = make_subplots(1, 2, subplot_titles=titles, horizontal_spacing=0.1)
     speeds = {}

@@ -1,63 +1,50 @@
-"""Figures of searches for a design: what every start reached and cost, and how a search went on."""
+"""Figures of searches for a design: what every start reached and cost, how a search went on, the best designs."""
 
+from html import escape
 from itertools import cycle
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
 from jaxtyping import Float
+from plotly.subplots import make_subplots
 
 from nectosome.view.style import BLACK, CYCLE, GREY, Panel, dress, log_ticks, plain
 
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
-    import xarray as xr
-
 MARKED = {1: "circle", 5: "square", 20: "diamond"}  # iterations with a mark, as in Fig. 4
-_CLOCK = {
-    1e-3: "1 ms",
-    1e-2: "10 ms",
-    0.1: "0.1 s",
-    1: "1 s",
-    10: "10 s",
-    60: "1 min",
-    600: "10 min",
-    3600: "1 h",
-    36000: "10 h",
+_CLOCK = {  # ticks of a logarithmic axis of times [s]
+    "tickvals": [1e-3, 1e-2, 0.1, 1, 10, 60, 600, 3600, 36000],
+    "ticktext": ["1 ms", "10 ms", "0.1 s", "1 s", "10 s", "1 min", "10 min", "1 h", "10 h"],
 }
+_COLUMNS = (  # variable, heading, unit, units in 1 SI, decimals
+    ("L", "length", "mm", 1e3, 1),
+    ("tip_radius", "tip radius", "mm", 1e3, 2),
+    ("alpha", "hook angle", "deg", 180 / np.pi, 2),
+    ("omega", "motor speed", "rad/s", 1.0, 2),
+    ("E", "Young's modulus", "MPa", 1e-6, 2),
+    ("speed", "swimming speed", "m/s", 1.0, 3),
+    ("torque", "torque", "N m", 1.0, 3),
+)
 
 
-def starts_panel(starts: "xr.Dataset") -> Panel:
+def starts_panel(starts: xr.Dataset) -> Panel:
     """Speed that every start of every solver reached, and the time that it took."""
-    from plotly.subplots import make_subplots
-
     titles = ("speed that this share of starts reaches", "time of a start, and the median")
     fig = make_subplots(1, 2, column_widths=[0.58, 0.42], horizontal_spacing=0.16, subplot_titles=titles)
     names = [str(s) for s in starts["solver"].values]
     sentences, rows = [], []
     for i, (name, colour) in enumerate(zip(names, cycle(CYCLE))):
         own = starts.isel(solver=i)
+        style: Any = {"mode": "lines", "legendgroup": name, "row": 1, "col": 1}
+        thin, bold = ({"color": colour, "width": width, "shape": "vh"} for width in (1, 2.6))
         for k, seed in enumerate(own["seed"].values):
-            thin = {"color": colour, "width": 1, "shape": "vh"}
             x, y = _from_best(own["speed"].isel(seed=k).values)
-            fig.add_scatter(
-                x=x,
-                y=y,
-                mode="lines",
-                opacity=0.45,
-                line=thin,
-                legendgroup=name,
-                showlegend=False,
-                hoverinfo="skip",
-                name=f"{plain(name)}, seed {seed}",
-                row=1,
-                col=1,
-            )
+            seeded = {"name": f"{plain(name)}, seed {seed}", "showlegend": False, "hoverinfo": "skip"}
+            fig.add_scatter(x=x, y=y, opacity=0.45, line=thin, **seeded, **style)
         x, y = _from_best(own["speed"].values)
-        bold = {"color": colour, "width": 2.6, "shape": "vh"}
         hover = "%{y:.4f} m/s or more: %{x:.0f} % of starts"
-        fig.add_scatter(
-            x=x, y=y, mode="lines", line=bold, legendgroup=name, name=plain(name), hovertemplate=hover, row=1, col=1
-        )
+        fig.add_scatter(x=x, y=y, line=bold, name=plain(name), hovertemplate=hover, **style)
         _add_times(fig, own, len(names) - i, colour)
         rows.append(f"{plain(name)}<br>{duration(_middle(own['seconds'].values))}")
         sentences.append(_sentence(name, own))
@@ -66,22 +53,12 @@ def starts_panel(starts: "xr.Dataset") -> Panel:
         _add_printed(fig, [0, 100], printed)
     if seconds is not None:
         mark = {"color": BLACK, "symbol": "diamond", "size": 11}
-        fig.add_scatter(
-            x=[seconds],
-            y=[0],
-            mode="markers",
-            marker=mark,
-            name="paper",
-            showlegend=False,
-            hovertemplate="%{x:.0f} s",
-            row=1,
-            col=2,
-        )
+        style = {"mode": "markers", "marker": mark, "name": "paper", "showlegend": False, "row": 1, "col": 2}
+        fig.add_scatter(x=[seconds], y=[0], hovertemplate="%{x:.0f} s", **style)
         rows.append(f"paper<br>{duration(seconds)}")
     fig.update_xaxes(title="share of starts (%)", range=(0, 100), col=1)
     fig.update_yaxes(title="swimming speed (m/s)", col=1)
-    ticks = {"tickvals": list(_CLOCK), "ticktext": list(_CLOCK.values())}
-    fig.update_xaxes(title="time of one start", type="log", col=2, **ticks)
+    fig.update_xaxes(title="time of one start", type="log", col=2, **_CLOCK)
     low = 0.5 - (seconds is not None)
     places = [len(names) - i for i in range(len(rows))]
     fig.update_yaxes(tickvals=places, ticktext=rows, range=(low, len(names) + 0.5), col=2)
@@ -104,10 +81,10 @@ def _from_best(speed: Float[np.ndarray, "..."]) -> tuple[Float[np.ndarray, "n"],
     return share[: len(best) + 1 if len(best) else 0], np.concatenate([best[:1], best])
 
 
-def _add_times(fig: "go.Figure", own: "xr.Dataset", place: float, colour: str) -> None:
+def _add_times(fig: go.Figure, own: xr.Dataset, place: float, colour: str) -> None:
     """Draw the time of each start of a solver as a dot, in a band around `place`, with a tick at the median."""
     seconds = own["seconds"].values.ravel()
-    tell = np.stack([own[name].values.ravel() for name in ("speed", "torque", "evaluations", "rejected")], axis=-1)
+    hovered = np.stack([own[name].values.ravel() for name in ("speed", "torque", "evaluations", "rejected")], axis=-1)
     band = place + 0.24 * np.sin(2.4 * np.arange(seconds.size))  # spread, the same each time
     hover = (
         "%{x:.3g} s, %{customdata[0]:.4f} m/s at %{customdata[1]:.3f} N m<br>"
@@ -115,12 +92,12 @@ def _add_times(fig: "go.Figure", own: "xr.Dataset", place: float, colour: str) -
     )
     dots = {"color": colour, "size": 5, "opacity": 0.55}
     where = {"mode": "markers", "showlegend": False, "name": plain(own["solver"].item()), "row": 1, "col": 2}
-    fig.add_scatter(x=seconds, y=band, marker=dots, customdata=tell, hovertemplate=hover, **where)
+    fig.add_scatter(x=seconds, y=band, marker=dots, customdata=hovered, hovertemplate=hover, **where)
     tick = {"symbol": "line-ns", "size": 30, "line": {"width": 2.5, "color": BLACK}}
     fig.add_scatter(x=[_middle(seconds)], y=[place], marker=tick, hovertemplate="median %{x:.3g} s", **where)
 
 
-def _sentence(name: str, own: "xr.Dataset") -> str:
+def _sentence(name: str, own: xr.Dataset) -> str:
     speed = own["speed"].values
     solved = int(np.isfinite(speed).sum())
     if not solved:
@@ -146,70 +123,35 @@ def duration(seconds: float) -> str:
     return f"{seconds:.2g} s" if np.isfinite(seconds) else "-"
 
 
-def _add_printed(fig: "go.Figure", ends: list[float], speed: float, col: int = 1) -> None:
+def _add_printed(fig: go.Figure, ends: list[float], speed: float, col: int = 1) -> None:
     """Draw the printed speed from one end to the other."""
-    style = {"color": BLACK, "dash": "dash", "width": 1.4}
-    fig.add_scatter(
-        x=ends,
-        y=[speed] * 2,
-        mode="lines",
-        line=style,
-        name=f"printed best, {speed:g} m/s",
-        showlegend=col == 1,
-        hovertemplate="printed %{y:.3f} m/s",
-        row=1,
-        col=col,
-    )
+    line = {"color": BLACK, "dash": "dash", "width": 1.4}
+    words = {"name": f"printed best, {speed:g} m/s", "hovertemplate": "printed %{y:.3f} m/s"}
+    fig.add_scatter(x=ends, y=[speed] * 2, mode="lines", line=line, showlegend=col == 1, row=1, col=col, **words)
 
 
-def history_panel(history: "xr.Dataset") -> Panel:
+def history_panel(history: xr.Dataset) -> Panel:
     """Best speed so far against iterations and evaluations."""
-    from plotly.subplots import make_subplots
-
     titles = ("by iteration", "by evaluation")
     fig = make_subplots(1, 2, shared_yaxes=True, horizontal_spacing=0.05, subplot_titles=titles)
     iteration = history["iteration"].values
-    positive = iteration > 0
     ends: tuple[list[float], list[float]] = ([], [])
     for i, colour in zip(range(history.sizes["solver"]), cycle(CYCLE)):
         own = history.isel(solver=i)
         name, speed = plain(own["solver"].item()), own["speed"].values
         for col, x in ((1, iteration), (2, own["evaluations"].values)):
-            keep = positive & (x > 0)
-            shape = {"color": colour, "shape": "hv", "width": 2.2}
+            keep = (iteration > 0) & (x > 0)
             hover = f"{name}<br>%{{y:.4f}} m/s at {'iteration' if col == 1 else 'evaluation'} %{{x:.0f}}"
-            where = {"legendgroup": name, "row": 1, "col": col}
-            fig.add_scatter(
-                x=x[keep],
-                y=speed[keep],
-                mode="lines",
-                line=shape,
-                name=name,
-                showlegend=col == 1,
-                hovertemplate=hover,
-                **where,
-            )
+            style: Any = {"name": name, "hovertemplate": hover, "legendgroup": name, "row": 1, "col": col}
+            line = {"color": colour, "shape": "hv", "width": 2.2}
+            fig.add_scatter(x=x[keep], y=speed[keep], mode="lines", line=line, showlegend=col == 1, **style)
             marked = keep & np.isin(iteration, list(MARKED)) & np.isfinite(speed)
-            marker = {
-                "symbol": [MARKED[int(k)] for k in iteration[marked]],
-                "size": 11,
-                "color": "white",
-                "line": {"color": colour, "width": 2.4},
-            }
-            fig.add_scatter(
-                x=x[marked],
-                y=speed[marked],
-                mode="markers",
-                marker=marker,
-                name=name,
-                showlegend=False,
-                hovertemplate=hover,
-                **where,
-            )
+            marker = _hollow([MARKED[int(k)] for k in iteration[marked]], 11, colour, 2.4)
+            fig.add_scatter(x=x[marked], y=speed[marked], mode="markers", marker=marker, showlegend=False, **style)
             ends[col - 1].extend(x[keep & np.isfinite(speed)].tolist())
     for k, symbol in MARKED.items():
-        marker = {"symbol": symbol, "size": 10, "color": "white", "line": {"color": GREY, "width": 2}}
-        fig.add_scatter(x=[None], y=[None], mode="markers", marker=marker, name=f"iteration {k}", row=1, col=1)
+        key = {"mode": "markers", "marker": _hollow(symbol, 10, GREY, 2), "name": f"iteration {k}"}
+        fig.add_scatter(x=[None], y=[None], row=1, col=1, **key)
     printed = history.attrs.get("printed_speed")
     if printed is not None:
         for col, x in enumerate(ends, start=1):
@@ -229,3 +171,39 @@ def history_panel(history: "xr.Dataset") -> Panel:
     if printed is not None:
         caption += " Printed: the paper's best speed (dashed)."
     return Panel("How the searches went on", caption, fig)
+
+
+def _hollow(symbol: str | list[str], size: float, colour: str, width: float) -> dict[str, Any]:
+    """Marker that is white inside."""
+    return {"symbol": symbol, "size": size, "color": "white", "line": {"color": colour, "width": width}}
+
+
+def best_panel(best: xr.Dataset) -> Panel:
+    """Table of the best designs beside those of Table II."""
+    heads = "".join(f'<th class="number">{escape(head)}<br>({unit})</th>' for _, head, unit, _, _ in _COLUMNS)
+    source = [str(s) for s in best["source"].values]
+    body = []
+    for i, whose in enumerate(source):
+        cells = "".join(
+            f'<td class="number">{_fixed(scale * float(best[name].values[i]), decimals)}</td>'
+            for name, _, _, scale, decimals in _COLUMNS
+        )
+        rank = source[: i + 1].count(whose)
+        strong = ' class="match"' if whose == "ours" else ""
+        body.append(f'<tr><td{strong}>{escape(whose)}</td><td class="number">{rank}</td>{cells}</tr>')
+    head, lines = f'<tr><th>source</th><th class="number">rank</th>{heads}</tr>', "\n".join(body)
+    text = f'<div class="wide"><table>\n<thead>{head}</thead>\n<tbody>\n{lines}\n</tbody></table></div>'
+    printed = np.array(source) != "ours"
+    caption = "Best designs found here, computed, and those printed in Table II of the paper."
+    if np.any(np.isfinite(best["torque"].values[printed])):
+        caption += " The paper prints no torque of a design; the torque beside its designs is computed here."
+    if "above_motor_line" in best:
+        above = best["above_motor_line"].values > 0
+        caption += (
+            f" {int(above.sum())} of these {above.size} designs need more torque than their motor has on its line."
+        )
+    return Panel("Best designs", caption, text)
+
+
+def _fixed(value: float, decimals: int) -> str:
+    return f"{value:.{decimals}f}" if np.isfinite(value) else "-"

@@ -1,7 +1,6 @@
 """The design optimisation (section III): many starts with three solvers, and what the best design is like."""
 
 import time
-from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -12,13 +11,14 @@ from nectosome.description import RobotDescription, get_value
 from nectosome.designs import Limit, MotionDesign, MotorLine
 from nectosome.search import CmaEs, Evaluation, Gradient, Optimiser, Pattern, Result, Start, minimise, multistart
 
+from ..study import Progress
+
 SOLVERS: dict[str, Optimiser] = {
     "gradient": Gradient(),
     "pattern": Pattern(smallest_mesh=1e-4, evaluations=200),
     "evolution": CmaEs(evaluations=150),
 }
-MOTOR = MotorLine(0.89, 22.0)
-Tell = Callable[[str, float], None]
+MOTOR = MotorLine(0.89, 22.0)  # N m at a standstill, rad/s without load
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def best_of(start: Start) -> Evaluation:
     return start.best
 
 
-def search(task: MotionDesign, starts: int, seeds: tuple[int, ...], tell: Tell, executor: Executor) -> DesignSearch:
+def search(task: MotionDesign, starts: int, seeds: tuple[int, ...], tell: Progress, executor: Executor) -> DesignSearch:
     """Run every solver from as many starts with each seed."""
     results, seconds = {}, {}
     rounds = [(name, seed) for name in SOLVERS for seed in seeds]
@@ -70,25 +70,17 @@ def search(task: MotionDesign, starts: int, seeds: tuple[int, ...], tell: Tell, 
 
 def starts_table(search: DesignSearch, printed: dict[str, float]) -> xr.Dataset:
     """Best of every start."""
-    solvers = list(dict.fromkeys(name for name, _ in search.results))
-    seeds = list(dict.fromkeys(seed for _, seed in search.results))
-    count = max(len(r.starts) for r in search.results.values())
-    table = {
-        k: np.full((len(solvers), len(seeds), count), np.nan)
-        for k in ("speed", "torque", "seconds", "evaluations", "rejected")
-    }
-    for (name, seed), result in search.results.items():
-        here = solvers.index(name), seeds.index(seed)
-        for start in result.starts:
-            k = (*here, start.number)
-            table["seconds"][k], table["evaluations"][k] = start.seconds, len(start.evaluations) - start.draws
-            table["rejected"][k] = sum(start.rejected.values())
-            if start.best is not None:
-                table["speed"][k], table["torque"][k] = start.best.outputs["speed"], start.best.outputs["torque"]
-    dims = ("solver", "seed", "start")
     units = {"speed": "m/s", "torque": "N m", "seconds": "s", "evaluations": "1", "rejected": "1"}
+    solvers, seeds = (list(dict.fromkeys(names)) for names in zip(*search.results, strict=True))
+    count = max(len(r.starts) for r in search.results.values())
+    table = np.full((len(units), len(solvers), len(seeds), count), np.nan)
+    for (name, seed), result in search.results.items():
+        for start in result.starts:
+            best = (np.nan, np.nan) if start.best is None else [start.best.outputs[k] for k in ("speed", "torque")]
+            work = start.seconds, len(start.evaluations) - start.draws, sum(start.rejected.values())
+            table[:, solvers.index(name), seeds.index(seed), start.number] = *best, *work
     return xr.Dataset(
-        {name: (dims, values, {"units": units[name]}) for name, values in table.items()},
+        {name: (("solver", "seed", "start"), x, {"units": units[name]}) for name, x in zip(units, table, strict=True)},
         coords={"solver": solvers, "seed": seeds},
         attrs=printed,
     )

@@ -1,14 +1,27 @@
-"""Steady swims of designs of the flagellum, each found from the one before."""
+"""Steady swims of the flagellum, each found from the one before, and what it gives to its body over a turn.
+
+Over a turn only thrust and axial torque remain (section II).
+"""
 
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
+import numpy as np
+import xarray as xr
 from jax.flatten_util import ravel_pytree
+from jaxtyping import Array, Bool, Float
 
-from nectosome.core import State
+from nectosome.core import State, Status
+from nectosome.core.remember import remembered
+from nectosome.core.se3 import cross, dot
 from nectosome.description import RobotDescription
 from nectosome.designs import MotionDesign, shipped_problem
+from nectosome.mechanism import Robot
 from nectosome.model import build
+from nectosome.solve import simulate
+
+_COMPONENTS = ["moment x", "moment y", "moment z", "force x", "force y", "force z"]
 
 
 class Swim(NamedTuple):
@@ -52,3 +65,46 @@ class Swimmer:
             raise RuntimeError(f"no steady swim of {self._task.description.name}: {e.reason}")
         self._memory = e.memory
         return Swim(e.outputs["speed"], e.outputs["torque"], self._unravel(jnp.asarray(e.memory)))
+
+
+def reaction_over_a_turn(robot: Robot, x: State, rate: float, parts: tuple[str, ...]) -> xr.Dataset:
+    """Wrench [N m, N] of turning parts on what carries them, about the body's first station, in the world's axes.
+
+    The robot is simulated from x for one turn at `rate` [rad/s]; 200 equal intervals. Raises RuntimeError where
+    the simulation fails.
+    """
+    run = simulate(robot, 2 * np.pi / rate, rtol=1e-8, atol=1e-10, initial=x)
+    if int(run.status) != Status.SOLVED:
+        raise RuntimeError(f"one turn of the flagellum: {Status(int(run.status)).reason}")
+    carried = np.isin([part.name for part in robot.tree.parts], parts)
+    wrench = np.asarray(remembered(_wrenches, robot, run.value.time, run.value.state, carried))[:-1]
+    time = np.asarray(run.value.time)[:-1]
+    return xr.Dataset(
+        {"wrench": (("time", "component"), wrench, {"units": "N m, N"})},
+        coords={"time": ("time", time, {"units": "s"}), "component": _COMPONENTS},
+    )
+
+
+def _wrenches(robot: Robot, time: Array, x: State, carried: Bool[Array, "parts"]) -> Float[Array, "n 6"]:
+    """Loads and inertia of the carried parts at all times, summed about the body's first station."""
+    owner = np.concatenate([np.full(part.body.weight.shape[0], i) for i, part in enumerate(robot.tree.parts)])
+
+    def one(at: tuple[Array, State]) -> Array:
+        t, x = at
+        acting = robot.forces(t, x, robot.rates(t, x).v)
+        wrench = acting.fluid - acting.inertia
+        for attached, w in zip(robot.loads, acting.wrenches, strict=True):
+            if w is not None:
+                wrench = wrench.at[robot.tree.layout[attached.part].stations].add(w)
+        R, p = acting.shape.rotation, acting.shape.position - acting.shape.position[0]
+        moment, force = dot(R, wrench[:, :3]), dot(R, wrench[:, 3:])
+        total = jnp.concatenate([moment + cross(p, force), force], axis=1)
+        return jnp.sum(jnp.where(carried[owner][:, None], total, 0.0), axis=0)
+
+    return jax.lax.map(one, (time, x))
+
+
+def lateral_share(reaction: xr.Dataset) -> float:
+    """Largest mean over the turn of the components across the axis, relative to the mean of the same kind along it."""
+    mean = np.abs(reaction["wrench"].mean("time").values)
+    return float(max(mean[1:3].max() / mean[0], mean[4:].max() / mean[3]))

@@ -2,28 +2,23 @@
 
 import math
 import time
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import Executor
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from nectosome.description import RobotDescription, apply_settings, get_value, with_values
 from nectosome.model import build
-from nectosome.papers.flagellum.composite import ratio_of, young_of
 from nectosome.robots import describe, flagella
 from nectosome.search import Workers
 from nectosome.solve import simulate
 
-from ..study import Kind, Progress, Study, printed, score
-from . import figures, figures_design, optimum
-from .pool import on_motor_line, pool_swims
-from .reaction import lateral_share, reaction_over_a_turn
-from .steady_swims import Swimmer, design_task
-from .weights_test import Stiffness, stiffness_test
-
-if TYPE_CHECKING:
-    import xarray as xr
+from ..study import Kind, Progress, Study, StudyPart, collected, finished, printed
+from . import figures, optimum
+from .prototype import on_motor_line, pool_swims, ratio_of, stiffness_test, young_of
+from .steady_swims import Swimmer, design_task, lateral_share, reaction_over_a_turn
 
 NAME = "flagellum"
 TITLE = "Soft flagellate propeller"
@@ -58,53 +53,49 @@ def run(quick: bool, progress: Progress) -> Study:
     rtol = 1e-4 if quick else 1e-5
     base = describe("flagellum")
 
+    starts, seeds = (4, (1,)) if quick else (_STARTS, _SEEDS)
+
+    def searching(what: str, share: float) -> None:
+        progress(what, 0.6 * share)
+
     with Workers(_WORKERS) as workers:
-        found = _search(base, quick, lambda what, share: progress(what, 0.6 * share), workers.pool)
-        weights, fine = workers.pool.submit(stiffness_test), workers.pool.submit(_speed_and_torque, _finer(found))
-        runs = _integrate(_jobs(base, book, quick) | _optimum_jobs(found), rtol, progress, workers.pool)
+        found = optimum.search(design_task(base), starts, seeds, searching, workers.pool)
+        best = found.task.robot_at(optimum.best_of(found.start("gradient")).u)
+        doubled = apply_settings(_of_order(best, 6), ["limbs.filament.points=20"])
+        weights, fine = workers.pool.submit(stiffness_test), workers.pool.submit(_speed_and_torque, doubled)
+        runs = _integrate(_jobs(base, book, quick) | _optimum_jobs(found, best), rtol, progress, workers.pool)
         test, (fine_speed, fine_torque) = weights.result(), fine.result()
     for k in range(1, 6):
         runs[f"row{k}"].attrs["printed_speed"] = book[f"flagellum/table2/row{k}/speed"]["printed"]
 
     progress("maps, sensitivities, pool", 0.9)
     data = _search_data(found, runs, book, quick)
-    numbers = _optimum_numbers(found) | _numbers(runs)
-    numbers["flagellum/optimum/gradient/dynamics-speed"] = steady_speed(runs["optimum"])
-    numbers["flagellum/optimum/gradient/order6-speed"] = fine_speed
-    numbers["flagellum/optimum/gradient/order6-torque"] = fine_torque
-    more, more_data = _prototype(base, book, test)
-    kinds: dict[str, Kind] = {"flagellum/static-test/E": "synthetic", "flagellum/pool/old/speed": "calibration"}
-    numbers, data = numbers | more, data | more_data
+    tested = _prototype(base, book, test)
+    numbers = {
+        **_optimum_numbers(found),
+        **_numbers(runs),
+        "flagellum/optimum/gradient/dynamics-speed": steady_speed(runs["optimum"]),
+        "flagellum/optimum/gradient/order6-speed": fine_speed,
+        "flagellum/optimum/gradient/order6-torque": fine_torque,
+        **tested.numbers,
+    }
     progress("scorecard", 1.0)
-    rows = [score(row, book[row], numbers[row], kinds.get(row, "prediction")) for row in book if row in numbers]
-    missing = sorted(set(numbers) ^ set(book))
-    if missing:
-        raise RuntimeError(f"scorecard rows without a number, or numbers without a row: {missing}")
-    return Study(
-        NAME,
-        TITLE,
-        ABOUT,
-        rows,
-        runs,
-        time.perf_counter() - began,
-        data,
-        figures=lambda data, runs: figures.panels(runs) + figures_design.panels(data, runs),
-    )
+    done = StudyPart(numbers, data | tested.data, runs)
+    kinds: dict[str, Kind] = {"flagellum/static-test/E": "synthetic", "flagellum/pool/old/speed": "calibration"}
+    return finished(NAME, TITLE, ABOUT, began, done, figures.panels, lambda row: kinds.get(row, "prediction"))
 
 
-def _integrate(jobs: "dict[str, _Job]", rtol: float, progress: Progress, executor: Executor) -> "dict[str, xr.Dataset]":
+def _integrate(jobs: dict[str, _Job], rtol: float, progress: Progress, executor: Executor) -> dict[str, xr.Dataset]:
     """All runs from rest, by key; those that take long first."""
     waiting = {}
     for key in sorted(jobs, key=lambda key: key != "flagella4"):
         waiting[executor.submit(_run_from_rest, *jobs[key], _FREE_RTOL if key == "flagella4" else rtol)] = key
-    runs = {}
-    for future in as_completed(waiting):
-        runs[waiting[future]] = future.result()
-        progress(f"from rest: {len(runs)} of {len(jobs)} runs", 0.6 + 0.3 * len(runs) / len(jobs))
+    total = len(jobs)
+    runs = collected(waiting, lambda n: progress(f"from rest: {n} of {total} runs", 0.6 + 0.3 * n / total))
     return {key: runs[key] for key in jobs}
 
 
-def _run_from_rest(label: str, description: RobotDescription, duration: float, rtol: float) -> "xr.Dataset":
+def _run_from_rest(label: str, description: RobotDescription, duration: float, rtol: float) -> xr.Dataset:
     solution = simulate(build(description), duration, rtol=rtol, atol=rtol * 1e-2)
     run = solution.to_dataset({"time": duration, "rtol": rtol})
     run.attrs["label"] = label
@@ -131,19 +122,13 @@ def _of_order(description: RobotDescription, order: int) -> RobotDescription:
     return apply_settings(description, [strains])
 
 
-def _search(base: RobotDescription, quick: bool, tell: Progress, executor: Executor) -> optimum.DesignSearch:
-    starts, seeds = (4, (1,)) if quick else (_STARTS, _SEEDS)
-    return optimum.search(design_task(base), starts, seeds, tell, executor)
-
-
-def _optimum_jobs(found: optimum.DesignSearch) -> dict[str, _Job]:
+def _optimum_jobs(found: optimum.DesignSearch, best: RobotDescription) -> dict[str, _Job]:
     """Runs from rest of the best design, and of what one pattern search had after 1, 5 and 20 iterations (Fig. 4)."""
-    jobs = {"optimum": ("our optimum", found.task.robot_at(optimum.best_of(found.start("gradient")).u), _SETTLE)}
+    jobs = {"optimum": ("our optimum", best, _SETTLE)}
     start = found.start("pattern", 1)
     for k in (1, 5, 20):
-        best = start.best_at(k)
-        if best is not None:
-            jobs[f"iteration{k}"] = (f"pattern search, iteration {k}", found.task.robot_at(best.u), 2.5)
+        if (by_then := start.best_at(k)) is not None:
+            jobs[f"iteration{k}"] = (f"pattern search, iteration {k}", found.task.robot_at(by_then.u), 2.5)
     return jobs
 
 
@@ -171,38 +156,31 @@ def _optimum_numbers(found: optimum.DesignSearch) -> dict[str, float]:
     }
 
 
-def _finer(found: optimum.DesignSearch) -> RobotDescription:
-    """Best design with strain order 6 and doubled quadrature."""
-    best = found.task.robot_at(optimum.best_of(found.start("gradient")).u)
-    return apply_settings(_of_order(best, 6), ["limbs.filament.points=20"])
-
-
 def _speed_and_torque(description: RobotDescription) -> tuple[float, float]:
-    swim = Swimmer(description).swim()
-    return swim.speed, swim.torque
+    return Swimmer(description).swim()[:2]
 
 
 def _search_data(
-    found: optimum.DesignSearch, runs: "dict[str, xr.Dataset]", book: dict[str, Any], quick: bool
-) -> "dict[str, xr.Dataset]":
+    found: optimum.DesignSearch, runs: dict[str, xr.Dataset], book: dict[str, Any], quick: bool
+) -> dict[str, xr.Dataset]:
     """What the report draws of the searches."""
     task, best = found.task, found.best()
-    fastest = book["flagellum/optimum/gradient/speed"]["printed"]
-    seconds = book["flagellum/optimum/gradient/seconds"]["printed"]
+    printed_best = {
+        f"printed_{name}": book[f"flagellum/optimum/gradient/{name}"]["printed"] for name in ("speed", "seconds")
+    }
     table2 = []
     for k in range(1, 6):
         run = runs[f"row{k}"]
         design = _design(task.description, book[f"flagellum/table2/row{k}/speed"]["design"])
         table2.append((design, steady_speed(run), float(run["reaction"][-1, 0])))
-    old = task.box.design(_design(task.description, {**_OLD, "young": 7.4e6}))
     designs = {
-        "old design": old,
+        "old design": task.box.design(_design(task.description, {**_OLD, "young": 7.4e6})),
         "Table II, row 1": task.box.design(task.description),
         "our optimum": best.u,
     }
     return {
-        "starts": optimum.starts_table(found, {"printed_speed": fastest, "printed_seconds": seconds}),
-        "history": optimum.history(found, fastest),
+        "starts": optimum.starts_table(found, printed_best),
+        "history": optimum.history(found, printed_best["printed_speed"]),
         "best": optimum.best_designs(found, table2),
         "map": optimum.maps(task, designs, 9 if quick else 21, 0.5),
         "sensitivity": optimum.sensitivity(task, best, "our optimum"),
@@ -210,12 +188,8 @@ def _search_data(
     }
 
 
-def _prototype(
-    base: RobotDescription, book: dict[str, Any], test: Stiffness
-) -> "tuple[dict[str, float], dict[str, xr.Dataset]]":
+def _prototype(base: RobotDescription, book: dict[str, Any], test: xr.Dataset) -> StudyPart:
     """Composite, weights test and pool: numbers by row, and what the report draws."""
-    import xarray as xr
-
     core, shell, target = 17e6, 592e3, 7.4e6
     ratios = np.linspace(0, 1, 101)
     composite = xr.Dataset(
@@ -229,17 +203,17 @@ def _prototype(
     turn = reaction_over_a_turn(
         build(base), Swimmer(base).swim().state, float(get_value(base, "omega")), ("hook", "filament")
     )
-    numbers = {
+    numbers: dict[str, float | None] = {
         "flagellum/composite/beta-ej": ratio_of(target, core, shell, "EJ"),
         "flagellum/composite/beta-ejv": ratio_of(target, core, shell, "EJV"),
         "flagellum/composite/E-at-0.81": 1e-6 * young_of(0.81, core, shell, "EJ"),
-        "flagellum/static-test/E": 1e-6 * test.young,
+        "flagellum/static-test/E": 1e-6 * test.attrs["young"],
         "flagellum/pool/old/speed": float(pool["ours"][0]),
         "flagellum/pool/new/speed": float(pool["ours"][1]),
         "flagellum/pool/reaction/lateral": lateral_share(turn),
         "flagellum/motor-line/table2-speed": on_motor_line(base)[1].speed,
     }
-    return numbers, {"composite": composite, "static_test": test.shapes, "pool": pool}
+    return StudyPart(numbers, {"composite": composite, "static_test": test, "pool": pool})
 
 
 def _design(base: RobotDescription, design: dict[str, float]) -> RobotDescription:
@@ -248,7 +222,7 @@ def _design(base: RobotDescription, design: dict[str, float]) -> RobotDescriptio
     return with_values(base, values)
 
 
-def steady_speed(run: "xr.Dataset") -> float:
+def steady_speed(run: xr.Dataset) -> float:
     """Forward speed [m/s] at the end of a run, forward being -x; raises where it had not settled to 1e-4 of itself."""
     speed = -run["velocity"].sel(part="body", axis="x").values
     last = speed[run["time"].values >= run["time"].values[-1] - 0.5]
@@ -257,21 +231,18 @@ def steady_speed(run: "xr.Dataset") -> float:
     return float(last[-1])
 
 
-def _numbers(runs: "dict[str, xr.Dataset]") -> dict[str, float]:
+def _numbers(runs: dict[str, xr.Dataset]) -> dict[str, float]:
     """Our numbers by scorecard row."""
-    settled = [key for key in runs if key != "flagella4" and not key.startswith("iteration")]
-    speed = {key: steady_speed(runs[key]) for key in settled}
-    table = [speed[f"row{k}"] for k in range(1, 6)]
-    ours = {f"flagellum/table2/row{k}/speed": table[k - 1] for k in range(1, 6)}
-    for k in range(1, 6):
-        ours[f"flagellum/table2/row{k}/torque"] = float(runs[f"row{k}"]["reaction"][-1, 0])
-    ordered = [a > b for a, b in combinations(table, 2)]
-    ours["flagellum/table2/order"] = sum(ordered) / len(ordered)
-    for order in range(6):
-        ours[f"flagellum/fig3/order{order}/speed"] = speed[f"order{order}"]
-    for order in (1, 3):
-        gain = speed[f"order{order}"] / speed[f"order{order - 1}"] - 1
-        ours[f"flagellum/fig3/order{order}/increment"] = 100 * gain
-    ours["flagellum/rigid/speed"] = speed["old_rigid"]
-    ours["flagellum/soft/speed"] = speed["old_soft"]
-    return ours
+    speed = {key: steady_speed(runs[key]) for key in runs if key != "flagella4" and not key.startswith("iteration")}
+    table = {k: speed[f"row{k}"] for k in range(1, 6)}
+    ordered = [a > b for a, b in combinations(table.values(), 2)]
+    gain = {order: speed[f"order{order}"] / speed[f"order{order - 1}"] - 1 for order in (1, 3)}
+    return {
+        **{f"flagellum/table2/row{k}/speed": x for k, x in table.items()},
+        **{f"flagellum/table2/row{k}/torque": float(runs[f"row{k}"]["reaction"][-1, 0]) for k in table},
+        "flagellum/table2/order": sum(ordered) / len(ordered),
+        **{f"flagellum/fig3/order{order}/speed": speed[f"order{order}"] for order in range(6)},
+        **{f"flagellum/fig3/order{order}/increment": 100 * x for order, x in gain.items()},
+        "flagellum/rigid/speed": speed["old_rigid"],
+        "flagellum/soft/speed": speed["old_soft"],
+    }

@@ -1,1 +1,1 @@
-"""A gallery of swimming robots: each swims from rest, and what it does and takes is told on a page."""
+"""A gallery of swimming robots: each swims from rest, and a page shows what it does and what power it takes."""

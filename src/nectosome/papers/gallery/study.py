@@ -1,11 +1,12 @@
 """The gallery: each robot swims from rest until it keeps its motion; speed, power and cost of transport of a period."""
 
 import time
-from concurrent.futures import as_completed
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
 
 from nectosome.core import STANDARD_GRAVITY
 from nectosome.description import drive_period
@@ -15,14 +16,12 @@ from nectosome.mechanism.diagnose import driving
 from nectosome.model import build
 from nectosome.search import Workers
 from nectosome.solve import simulate
+from nectosome.view.scenes import Actor, side_by_side
+from nectosome.view.style import CYCLE, Panel, dress
 
 from ..poseidrone.static_free import pulses
-from ..study import Progress, Study, score
-from . import figures
+from ..study import Progress, Sets, Study, collected, score
 from .entries import ENTRIES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NAME = "gallery"
 TITLE = "Gallery of swimming robots"
@@ -33,32 +32,26 @@ ABOUT = (
 A_PERIOD = 48  # samples in each
 _RTOL, _QUICK_RTOL = 1e-5, 1e-4  # of time steps; looser ones go over the pulses of a jet
 _WORKERS = 2  # processes: most of the time goes into compiling
-_UNITS = {"speed": "m/s", "power": "W", "cost-of-transport": "1", "frequency": "Hz"}
 _QUANTITIES = {
-    "speed": "mean speed",
-    "power": "mean power of the drives",
-    "cost-of-transport": "cost of transport",
-    "frequency": "frequency of the drives",
+    "speed": ("mean speed", "m/s"),
+    "power": ("mean power of the drives", "W"),
+    "cost-of-transport": ("cost of transport", "1"),
+    "frequency": ("frequency of the drives", "Hz"),
 }
 
 
 def run(quick: bool, progress: Progress) -> Study:
     """All runs and rows; `quick` lets each robot swim half as long, by looser steps, so that some have not settled."""
     began = time.perf_counter()
-    runs: dict[str, xr.Dataset] = {}
     with Workers(_WORKERS) as workers:
         waiting = {workers.pool.submit(swum, entry.name, quick): entry.name for entry in ENTRIES}
-        for future in as_completed(waiting):
-            runs[waiting[future]] = future.result()
-            progress(f"{len(runs)} of {len(ENTRIES)} robots", len(runs) / len(ENTRIES))
-    runs = {entry.name: runs[entry.name] for entry in ENTRIES}
+        total = len(ENTRIES)
+        runs = collected(waiting, lambda count: progress(f"{count} of {total} robots", count / total))
     rows = [row for name, one in runs.items() for row in _rows(name, one)]
-    return Study(
-        NAME, TITLE, ABOUT, rows, runs, time.perf_counter() - began, figures=lambda data, runs: figures.panels(runs)
-    )
+    return Study(NAME, TITLE, ABOUT, rows, runs, time.perf_counter() - began, figures=_figures)
 
 
-def swum(name: str, quick: bool = False) -> "xr.Dataset":
+def swum(name: str, quick: bool = False) -> xr.Dataset:
     """Run of a robot of the gallery from rest; what it does over its last period is in its attributes.
 
     `speed` [m/s], `power` [W], `cost-of-transport` [1], `frequency` [Hz], `change`: of the speed in the last period,
@@ -79,7 +72,7 @@ def swum(name: str, quick: bool = False) -> "xr.Dataset":
     return made
 
 
-def numbers(robot: Robot, made: "xr.Dataset", period: float) -> dict[str, float]:
+def numbers(robot: Robot, made: xr.Dataset, period: float) -> dict[str, float]:
     """What a robot does over the last period [s] of a run with `A_PERIOD` samples in each, as in `swum`.
 
     The speed is that between the period's ends. The power is that of joints' drives, of what acts inside rods, and of
@@ -99,7 +92,7 @@ def numbers(robot: Robot, made: "xr.Dataset", period: float) -> dict[str, float]
     }
 
 
-def _crank_power(robot: Robot, once: "xr.Dataset") -> float:
+def _crank_power(robot: Robot, once: xr.Dataset) -> float:
     """Mean power [W] that turns the crank of a jet on the body, along its x through its centre; 0 without one."""
     if not any(isinstance(attached.load, Jet) for attached in robot.loads):
         return 0.0
@@ -108,15 +101,54 @@ def _crank_power(robot: Robot, once: "xr.Dataset") -> float:
     return float(jnp.mean(pulse.torque * pulse.speed))
 
 
-def _rows(name: str, made: "xr.Dataset") -> list[dict[str, Any]]:
+def _rows(name: str, made: xr.Dataset) -> list[dict[str, Any]]:
     """Rows of one robot; what is printed of some is in the studies of these."""
     settled = f"From rest; in the last period the speed changed by {100 * made.attrs['change']:+.2g} %."
     return [
         score(
             f"{NAME}/{name}/{key}",
-            {"quantity": f"{quantity} of the {made.attrs['title'].partition(':')[0]}", "unit": _UNITS[key]}
+            {"quantity": f"{quantity} of the {made.attrs['title'].partition(':')[0]}", "unit": unit}
             | {"note": settled if key == "speed" else ""},
             made.attrs[key],
         )
-        for key, quantity in _QUANTITIES.items()
+        for key, (quantity, unit) in _QUANTITIES.items()
     ]
+
+
+_PICTURES, _SECONDS = 31, 1.5  # of a period, and how long it is shown
+
+
+def _figures(data: Sets, runs: Sets) -> list[Panel]:
+    """All robots in one scene, moving, and how they get under way."""
+    return [_together(runs), _from_rest(runs)]
+
+
+def _together(runs: Sets) -> Panel:
+    actors = []
+    for run in runs.values():
+        end, period = float(run["time"][-1]), float(run.attrs["period"])
+        times = np.linspace(end - period, end, _PICTURES)
+        label = f"{run.attrs['label']}, {float(run.attrs['speed']):.3f} m/s"
+        actors.append(Actor(run, times, label))
+    caption = (
+        "Simulated, in real proportions, over the last period of each. Each robot is kept in its place; all periods "
+        "are shown in the same time. Drag to turn, scroll to come nearer; the scenes below show each robot alone."
+    )
+    return Panel("The robots in motion", caption, side_by_side(actors, _SECONDS, columns=4))
+
+
+def _from_rest(runs: Sets) -> Panel:
+    """Mean speed over the period before each instant, against time."""
+    fig = go.Figure()
+    for i, run in enumerate(runs.values()):
+        time, period = run["time"].values, float(run.attrs["period"])
+        place = run["position"].values[:, 0]
+        later = time >= period * (1 - 1e-9)
+        before = np.stack([np.interp(time[later] - period, time, place[:, k]) for k in range(3)], axis=-1)
+        speed = np.linalg.norm(place[later] - before, axis=-1) / period
+        line = {"color": CYCLE[i % len(CYCLE)], "dash": ("solid", "dash")[i // len(CYCLE) % 2]}
+        fig.add_scatter(x=time[later], y=speed, name=str(run.attrs["label"]), line=line)
+    fig.update_xaxes(title="time from rest (s)")
+    fig.update_yaxes(title="speed, mean of a period (m/s)", type="log")
+    dress(fig, 440).update_layout(showlegend=True, hovermode="closest", margin_t=84)
+    return Panel("From rest", "Simulated distance over the period before each instant, divided by the period.", fig)

@@ -5,23 +5,19 @@ Data, all in SI units: `speeds` (joints, amplitude, frequency): speed, and dropp
 `steering` (left): rate, radius, speed, multiplier | right; `heading` (control, ...): yaw, amplitude.
 """
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
 
 from nectosome.view.style import BLACK, BLUE, CYCLE, VERMILLION, Panel, dress
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-Sets = Mapping[str, "xr.Dataset"]
+from ..study import Sets
 
 
 def speeds_panel(sets: Sets) -> Panel:
     """Speed of the robot against frequency, with the printed speeds."""
-    import plotly.graph_objects as go
-
     speeds, table5, fig = sets["speeds"], sets["table5"], go.Figure()
     for i, n in enumerate(speeds["joints"].values):
         for amplitude, dash in zip(speeds["amplitude"].values, ("dash", "solid"), strict=True):
@@ -52,8 +48,6 @@ def speeds_panel(sets: Sets) -> Panel:
 
 def yaw_panel(sets: Sets) -> Panel:
     """Mean yaw and speed of robots as they may have been made, stroke by stroke of Table 5."""
-    from plotly.subplots import make_subplots
-
     made, fig = sets["yaw"], make_subplots(1, 2, horizontal_spacing=0.12)
     rows, count = np.arange(made.sizes["row"]), made.sizes["trial"]
     strokes = zip(*(made[name].values for name in ("joints", "amplitude", "frequency")), strict=True)
@@ -85,8 +79,6 @@ def yaw_panel(sets: Sets) -> Panel:
 
 def steering_panel(sets: Sets) -> Panel:
     """How fast and how tightly the robot turns."""
-    from plotly.subplots import make_subplots
-
     turns, fig = sets["steering"], make_subplots(1, 2, horizontal_spacing=0.12)
     left = np.degrees(turns["left"].values)
     style: Any = {"mode": "lines+markers", "marker": {"color": BLUE, "size": 8}, "line": {"color": BLUE, "width": 1.4}}
@@ -109,8 +101,6 @@ def steering_panel(sets: Sets) -> Panel:
 
 def heading_panel(sets: Sets) -> Panel:
     """Yaw under a disturbance, left alone and controlled; the strokes of the control."""
-    from plotly.subplots import make_subplots
-
     held, fig = sets["heading"], make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.07)
     time = held["time"].values
     for name, label, colour, dash in (("none", "alone", VERMILLION, "dash"), ("PID", "controlled", BLUE, "solid")):

@@ -5,19 +5,18 @@ Data: `transfer` (case, correction, ratio): mean, coverage [percent] of cases wi
 count): total, found [percent].
 """
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from plotly.subplots import make_subplots
 
 from nectosome.view.heatmap import MapAxis, diverging, maps
 from nectosome.view.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Panel, dress, plain
 
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
-    import xarray as xr
+from ..study import Sets
 
-Sets = Mapping[str, "xr.Dataset"]
 _HELD_OUT = "held-out"
 _STYLES = {  # name, colour, dash
     "cn": ("Cn from peaks", ORANGE, "solid"),
@@ -48,15 +47,13 @@ def recipes_panel(sets: Sets) -> Panel:
     text = f'<div class="wide"><table>\n<thead>{head}</thead>\n<tbody>\n{body}\n</tbody></table></div>'
     caption = (
         "The paper published no recordings: these are synthetic. a and b are amplitude and frequency, scaled from 0 to "
-        "1 over the grid of Fig. 5. Peaks of the thrust, which tell Cn, follow the same recipes."
+        "1 over the grid of Fig. 5. Peaks of the thrust, which give Cn, follow the same recipes."
     )
     return Panel("Sim-to-real: synthetic truths", caption, text)
 
 
 def errors_panel(sets: Sets) -> Panel:
     """Mean errors against the share that is measured, medians over truths and seeds."""
-    from plotly.subplots import make_subplots
-
     found = sets["transfer"]
     known = _cases(found, found["truth"] != _HELD_OUT)
     noises = sorted(set(known["noise"].values.tolist()), reverse=True)
@@ -90,19 +87,10 @@ def errors_panel(sets: Sets) -> Panel:
 
 def truths_panel(sets: Sets) -> Panel:
     """The same, truth by truth."""
-    from plotly.subplots import make_subplots
-
     truths = _truths(sets["transfer"])
     rows = -(-len(truths) // 3)
-    fig = make_subplots(
-        rows,
-        3,
-        shared_xaxes=True,
-        shared_yaxes=True,
-        horizontal_spacing=0.03,
-        vertical_spacing=0.1,
-        subplot_titles=list(truths),
-    )
+    spacing: Any = {"horizontal_spacing": 0.03, "vertical_spacing": 0.1}
+    fig = make_subplots(rows, 3, shared_xaxes=True, shared_yaxes=True, subplot_titles=list(truths), **spacing)
     for k, here in enumerate(truths.values()):
         _lines(fig, here, {"row": 1 + k // 3, "col": 1 + k % 3}, ("cn", "svd", "cn-svd", "gp", "cn-gp"), legend=k == 0)
     _axes(fig, rows)
@@ -128,14 +116,8 @@ def maps_panel(sets: Sets) -> Panel:
     fig = maps(x, y, shown, diverging(np.array([60.0]), "percent"))
     rows, cols = np.nonzero(found["made"].values)
     for col in range(1, len(names) + 1):
-        style: Any = {
-            "mode": "markers",
-            "marker": {"size": 5, "color": BLACK},
-            "name": "measured",
-            "row": 1,
-            "col": col,
-        }
-        fig.add_scatter(x=x.values[cols], y=y.values[rows], showlegend=col == 1, **style)
+        style: Any = {"mode": "markers", "marker": {"size": 5, "color": BLACK}, "name": "measured"}
+        fig.add_scatter(x=x.values[cols], y=y.values[rows], showlegend=col == 1, row=1, col=col, **style)
     caption = (
         "Synthetic experiments in which thrust drops above 1.1 Hz, with noise of 2 %: relative errors, as in Fig. 5 "
         f"with a share of {found.attrs['ratio']:g} measured. Colours end at 60 %."
@@ -145,8 +127,6 @@ def maps_panel(sets: Sets) -> Panel:
 
 def plans_panel(sets: Sets) -> Panel:
     """What the next experiment is worth by how it is chosen."""
-    from plotly.subplots import make_subplots
-
     found = sets["transfer_plans"].median("seed")
     words = {"total": "sum |e| / sum F (percent)", "found": "optimum found (percent of largest)"}
     shown = [(name, str(truth)) for name in words for truth in found["truth"].values]
@@ -170,19 +150,19 @@ def plans_panel(sets: Sets) -> Panel:
     return Panel("Which experiment next", caption, fig)
 
 
-def _cases(found: "xr.Dataset", which: "xr.DataArray") -> "xr.Dataset":
+def _cases(found: xr.Dataset, which: xr.DataArray) -> xr.Dataset:
     return found.isel(case=np.flatnonzero(which))
 
 
-def _truths(found: "xr.Dataset") -> "dict[str, xr.Dataset]":
+def _truths(found: xr.Dataset) -> dict[str, xr.Dataset]:
     """Cases with noise, by truth."""
     noisy = _cases(found, found["noise"] == found["noise"].max())
     return {name: _cases(noisy, noisy["truth"] == name) for name in dict.fromkeys(noisy["truth"].values.tolist())}
 
 
 def _lines(
-    fig: "go.Figure",
-    cases: "xr.Dataset",
+    fig: go.Figure,
+    cases: xr.Dataset,
     where: dict[str, int],
     methods: tuple[str, ...] = tuple(_STYLES),
     legend: bool = True,
@@ -198,7 +178,7 @@ def _lines(
         fig.add_scatter(x=100 * y["ratio"], y=y, mode="lines+markers", line=line, name=name, showlegend=shown, **where)
 
 
-def _axes(fig: "go.Figure", rows: int = 1) -> None:
+def _axes(fig: go.Figure, rows: int = 1) -> None:
     fig.update_xaxes(title="share measured (percent)", row=rows)
     fig.update_yaxes(type="log", tickvals=[0.1, 0.3, 1, 3, 10, 30, 100])
     fig.update_yaxes(title="mean |error| (percent)", col=1)

@@ -2,10 +2,10 @@
 
 import math
 import time
-from concurrent.futures import Executor, as_completed
-from typing import TYPE_CHECKING
+from concurrent.futures import Executor, Future
 
 import numpy as np
+import xarray as xr
 
 from nectosome.description import with_values
 from nectosome.loads import Spring
@@ -13,14 +13,10 @@ from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.search import Workers
 
-from ..study import Kind, Progress, Study, printed, score
-from . import design, drop, figures, steering, swim, thrust, transfer, truths
-from . import heading_control as heading
+from ..study import Kind, Progress, Study, StudyPart, collected, finished
+from . import figures, steering, swim, thrust, transfer, truths
 from .swim import SPEEDS, YAWS
 from .trials import trials
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NAME = "paddle"
 TITLE = "Flexible passive joint paddle"
@@ -32,7 +28,7 @@ ABOUT = (
 )
 _JOINTS = (1, 2, 3)
 _CYCLES = {f"n{n}_{f}Hz": (n, f) for f in (1.1, 0.6) for n in _JOINTS}  # joints, frequency; 0.6 Hz is that of Fig. 4
-_RATED = {f"n3_{f}Hz": (3, f) for f in (0.9, 1.0)}  # whose gain over loss the paper tells
+_RATED = {f"n3_{f}Hz": (3, f) for f in (0.9, 1.0)}  # whose gain over loss the paper reports
 _WORKERS = 2  # processes
 _ROBOTS = 20  # made within tolerances; the paper swam five times with its one robot
 _LEFT = (5, 15, 30, 45, 55, 65, 70, 73, 75)  # deg: amplitudes of the side that rows less
@@ -43,30 +39,23 @@ _SYNTHETIC = ("paddle/table3/", "paddle/optimum/")
 def run(quick: bool, progress: Progress) -> Study:
     """All rows and figures; `quick` sweeps over coarser grids, and draws only what rows are made of."""
     began = time.perf_counter()
-    book = printed(NAME)
     data = _sweeps(quick, progress)
     with Workers(_WORKERS) as workers:
         done = _parts(quick, data["hinges"], progress, workers.pool)
         data |= _transfer(quick, progress, workers.pool)
     runs = {name: done.pop(name) for name in (_RATED if quick else _CYCLES | _RATED)}
     data |= done
-    numbers: dict[str, float | None] = {**_thrusts(data, runs), **_speeds(data), **transfer.numbers(data["transfer"])}
     progress("scorecard", 1.0)
-    missing = sorted(set(numbers) ^ set(book))
-    if missing:
-        raise RuntimeError(f"scorecard rows without a number, or numbers without a row: {missing}")
-    rows = [score(row, entry, numbers[row], _kind(row)) for row, entry in book.items()]
-    return Study(NAME, TITLE, ABOUT, rows, runs, time.perf_counter() - began, data, figures=figures.panels)
+    numbers = {**_thrusts(data, runs), **_speeds(data), **transfer.numbers(data["transfer"])}
+    return finished(NAME, TITLE, ABOUT, began, StudyPart(numbers, data, runs), figures.panels, _kind)
 
 
 def _kind(row: str) -> Kind:
     return "synthetic" if row.startswith(_SYNTHETIC) else "calibration" if row == _CALIBRATED else "prediction"
 
 
-def _sweeps(quick: bool, tell: Progress) -> "dict[str, xr.Dataset]":
+def _sweeps(quick: bool, tell: Progress) -> dict[str, xr.Dataset]:
     """By figure: `strokes` (joints, amplitude, frequency), `joints` (joints, ...), `hinges` (thickness, length)."""
-    import xarray as xr
-
     amplitudes, frequencies = np.arange(30, 76, 15 if quick else 5), _frequencies(quick)
     tell("strokes", 0.0)
     strokes = thrust.over_strokes(_JOINTS, np.radians(amplitudes).tolist(), frequencies)
@@ -83,7 +72,7 @@ def _frequencies(coarse: bool) -> list[float]:
     return (np.arange(3, 14, 2 if coarse else 1) / 10).tolist()
 
 
-def _parts(quick: bool, hinges: "xr.Dataset", tell: Progress, executor: Executor) -> "dict[str, xr.Dataset]":
+def _parts(quick: bool, hinges: xr.Dataset, tell: Progress, executor: Executor) -> dict[str, xr.Dataset]:
     """Cycles by name, and by figure `table5` (row), `yaw` (row, trial).
 
     And not if quick `best` (chosen), `front_power` and `front_stress` (level), `speeds` (joints, amplitude, frequency),
@@ -91,27 +80,26 @@ def _parts(quick: bool, hinges: "xr.Dataset", tell: Progress, executor: Executor
     """
     submit = executor.submit
     drag_area = submit(swim.calibrated_drag_area)
-    waiting = {submit(thrust.cycle, *of): name for name, of in (_RATED if quick else _CYCLES | _RATED).items()}
+    waiting: dict[Future, str] = {
+        submit(thrust.cycle, *of): name for name, of in (_RATED if quick else _CYCLES | _RATED).items()
+    }
     if not quick:
-        waiting[submit(design.best_strokes)] = "best"
-        waiting |= {submit(design.front, hinges, cost): f"front_{cost}" for cost in design.COSTS}
+        waiting[submit(thrust.best_strokes)] = "best"
+        waiting |= {submit(thrust.front, hinges, cost): f"front_{cost}" for cost in thrust.COSTS}
     tell("cycles, designs and swims", 0.3)
     area = drag_area.result()
     waiting[submit(trials, YAWS if quick else SPEEDS, area, 1 if quick else _ROBOTS)] = "yaw"
     if not quick:
         one = with_values(describe("beetle1"), {"A": math.radians(75), "f": 1.1, "drag_area": area})
         waiting[submit(steering.turns, one, np.radians(_LEFT).tolist())] = "steering"
-        waiting[submit(heading.compared, one)] = "heading"
-        waiting[submit(drop.curves, area, _frequencies(coarse=True))] = "speeds"
+        waiting[submit(steering.compared, one)] = "heading"
+        waiting[submit(swim.curves, area, _frequencies(coarse=True))] = "speeds"
     waiting[submit(swim.table5, area)] = "table5"
-    done = {}
-    for future in as_completed(waiting):
-        done[waiting[future]] = future.result()
-        tell(f"cycles, designs and swims: {len(done)} of {len(waiting)}", 0.3 + 0.5 * len(done) / len(waiting))
-    return done
+    what, total = "cycles, designs and swims", len(waiting)
+    return collected(waiting, lambda count: tell(f"{what}: {count} of {total}", 0.3 + 0.5 * count / total))
 
 
-def _transfer(quick: bool, tell: Progress, pool: Executor) -> "dict[str, xr.Dataset]":
+def _transfer(quick: bool, tell: Progress, pool: Executor) -> dict[str, xr.Dataset]:
     """By figure `transfer` (case, correction, ratio), and not if quick `transfer_maps` and `transfer_plans`.
 
     If quick, one seed, with noise, and without the truth whose robot carries water along, which needs another program.
@@ -129,7 +117,7 @@ def _transfer(quick: bool, tell: Progress, pool: Executor) -> "dict[str, xr.Data
     return found
 
 
-def _speeds(data: "dict[str, xr.Dataset]") -> dict[str, float | None]:
+def _speeds(data: dict[str, xr.Dataset]) -> dict[str, float | None]:
     """Numbers of swims by scorecard row; None for the ratio to a speed that is none."""
     speed = dict(zip(SPEEDS, data["table5"]["ours"].values.tolist(), strict=True))
     best, fast, slow = (speed[3, math.radians(a), f] for a, f in ((75, 1.1), (75, 1.3), (30, 0.3)))
@@ -144,7 +132,7 @@ def _speeds(data: "dict[str, xr.Dataset]") -> dict[str, float | None]:
     )
 
 
-def _thrusts(data: "dict[str, xr.Dataset]", runs: "dict[str, xr.Dataset]") -> dict[str, float]:
+def _thrusts(data: dict[str, xr.Dataset], runs: dict[str, xr.Dataset]) -> dict[str, float]:
     """Numbers of single paddles by scorecard row."""
     strokes, by_joints = data["strokes"]["thrust"], data["joints"]["thrust"].squeeze()
     one, two, three = (strokes.sel(joints=n) for n in _JOINTS)

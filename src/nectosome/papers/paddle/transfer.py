@@ -107,9 +107,9 @@ def compared(
     own = xr.concat([future.result() for future in waiting], "case")
     keys = {k: ("case", list(v)) for k, v in zip(("truth", "noise", "seed"), zip(*cases, strict=True), strict=True)}
     book = printed("paddle")
-    told = [[book.get(_row(m, r, "mean"), {}).get("printed", np.nan) for r in RATIOS] for m in methods]
+    table3 = [[book.get(_row(m, r, "mean"), {}).get("printed", np.nan) for r in RATIOS] for m in methods]
     recipes = [str(truths["recipe"].sel(truth=t).item()) for t, _, _ in cases]
-    own["printed"] = (("correction", "ratio"), told, {"units": "percent"})
+    own["printed"] = (("correction", "ratio"), table3, {"units": "percent"})
     return own.assign_coords({**keys, "recipe": ("case", recipes)})
 
 

@@ -1,4 +1,21 @@
-"""Trials of section 6.2 with robots as they may have been made: ten seconds from rest, yaw by IMU, way made good."""
+"""Trials of section 6.2 with robots as they may have been made: ten seconds from rest, yaw by IMU, way made good.
+
+How far the paddles of one robot may differ is a recipe fixed before the first robot of its kind swam. Nobody printed
+how well the robot was made. Numbers printed twice for one thing, last digits, and the makers' sheets of its parts say
+something of it:
+
+| of each | differs by | since |
+|---|---|---|
+| joint | stiffness, normal, 1.84 % | 0.032, 0.031, 0.031 N m/rad of Table 2: their standard deviation by their mean |
+| paddle | mass, normal, 2.40 % | 3 x 10 g of Table 2, 29 g of Table 4: the same |
+| paddle | Cn, even within 1.25 % | the width of 0.040 m is printed to a millimetre, and drag goes with Cn w |
+| paddle | amplitude, even within 0.169 deg | XW540-T140: half a step of 360/4096 deg, half a backlash of 0.25 deg |
+| paddle | lag, even from 0 to 8.3 ms | goals go one after another to four servos: 0 to 3 packets of 16 bytes (below) |
+| yaw sample | noise, normal, 0.1 deg | JY61: accuracy while moving; its yaw drifts, not printed by how much: left out |
+
+A packet that sets a goal has 16 bytes of 10 bits each, at 57 600 baud unless set otherwise (ROBOTIS, Protocol 2.0).
+All are independent of each other. Other parts, the hull and the way it is trimmed are taken to be perfect.
+"""
 
 import math
 from collections.abc import Iterable
@@ -8,20 +25,49 @@ import xarray as xr
 from jaxtyping import Float
 
 from nectosome.core import Status
-from nectosome.description import RobotDescription, with_values
+from nectosome.description import RobotDescription, get_value, resolve, with_values
 from nectosome.model import build
 from nectosome.robots import beetle
+from nectosome.robots.beetle import PADDLES
 from nectosome.solve import simulate
 
 from .swim import SPEEDS, YAWS, Swim, hull_centre, strokes
-from .tolerances import YAW_NOISE, made
 
 _SECONDS, SAMPLE = 10.0, 0.1  # s
 _RTOL = 1e-4  # moves yaw by 1e-6 rad and the way by 1e-6 m in ten seconds, compared with 1e-6
 
 
+def _spread(*printed: float) -> float:
+    """Sample standard deviation of numbers printed for one thing, relative to their mean."""
+    return float(np.std(printed, ddof=1) / np.mean(printed))
+
+
+STIFFNESS = _spread(0.032, 0.031, 0.031)
+MASS = _spread(30.0, 29.0)
+CN = 0.5 / 40
+AMPLITUDE = math.radians(0.5 * 360 / 4096 + 0.5 * 0.25)  # rad
+LAG = 3 * 16 * 10 / 57600  # s
+YAW_NOISE = math.radians(0.1)  # rad
+
+
+def made(robot: RobotDescription, rng: np.random.Generator) -> RobotDescription:
+    """One robot as it may have been made from its description."""
+    frequency = get_value(robot, "f")
+    values: dict[str, float] = {}
+    for place in PADDLES:
+        mass, cn = 1 + MASS * rng.normal(), 1 + CN * rng.uniform(-1, 1)
+        for segment in (name for name in robot.limbs if name.startswith(f"{place}_segment")):
+            factors = {"joint.flexure.young": 1 + STIFFNESS * rng.normal(), "mass": mass, "loads.drag.normal": cn}
+            paths = {f"limbs.{segment}.{name}": by for name, by in factors.items()}
+            values |= {path: get_value(robot, path) * by for path, by in paths.items()}
+        amplitude, phase = f"limbs.{place}_arm.joint.motion.amplitude", resolve(robot, f"phase_{place}")[0]
+        values[amplitude] = get_value(robot, amplitude) + AMPLITUDE * rng.uniform(-1, 1)
+        values[phase] = get_value(robot, phase) - 2 * math.pi * frequency * LAG * rng.uniform()
+    return with_values(robot, values)
+
+
 def measured_yaw(yaw: Float[np.ndarray, "n"], rng: np.random.Generator) -> Float[np.ndarray, "n"]:
-    """What the IMU tells of the true yaw [rad]: with noise, and wrapped to -pi..pi."""
+    """Reading of the IMU at a true yaw [rad]: with noise, and wrapped to -pi..pi."""
     noisy = yaw + YAW_NOISE * rng.normal(size=yaw.shape)
     return (noisy + np.pi) % (2 * np.pi) - np.pi
 
@@ -50,13 +96,12 @@ def trials(swims: Iterable[Swim], drag_area: float, count: int) -> xr.Dataset:
     for joints, amplitude, frequency in swims:
         robot = with_values(beetle(joints), {"A": amplitude, "f": frequency, "drag_area": drag_area})
         found.append([trial(robot, seed) for seed in range(count)])
-    units = {"yaw_mean": "rad", "yaw_max": "rad", "speed": "m/s"}
-    every = {
+    own = {
         name: (("row", "trial"), [[one[name] for one in row] for row in found], {"units": unit})
-        for name, unit in units.items()
+        for name, unit in (("yaw_mean", "rad"), ("yaw_max", "rad"), ("speed", "m/s"))
     }
     printed = {
         "printed_yaw": ("row", [math.radians(YAWS.get(swim, math.nan)) for swim in swims], {"units": "rad"}),
         "printed_speed": ("row", [SPEEDS[swim] for swim in swims], {"units": "m/s"}),
     }
-    return xr.Dataset({**every, **printed}, coords=strokes(swims))
+    return xr.Dataset(own | printed, coords=strokes(swims))

@@ -3,7 +3,7 @@
 The paper published no recordings. Each truth gives mean and peak thrust on the grid of Fig. 5, over the amplitude A and
 the frequency f; a and b are these, scaled from 0 to 1.
 
-`RECIPES` tells them in short, `other_physics` and `held_out` in full. The methods were made with five truths in sight
+`RECIPES` has them in short, `other_physics` and `held_out` in full. The methods were made with five truths in sight
 and were done when the last one was written. What came after it, a variant with raw axes, a floor of rounding row by row
 and guards for sizes of zero, changes no scored number by more than 0.01 percent points.
 """
@@ -109,7 +109,7 @@ def held_out() -> xr.Dataset:
     """Thrust of a robot and a rig that no method was made with.
 
     - Joints are a third stiffer; Cn of the segments is 1.15, 0.95 and 0.7 from the servo on.
-    - Strokes beyond 65 deg reach six tenths of what is asked for beyond it.
+    - Strokes beyond 65 deg reach six tenths of the command beyond it.
     - The rig rings: all forces are larger by 12 % exp(-((f - 0.8 Hz)/0.15 Hz)^2).
     - The load cell shows 4 % too much, and 0.008 N besides.
     """
@@ -117,16 +117,16 @@ def held_out() -> xr.Dataset:
     values = {f"limbs.{name}.loads.drag.normal": cn for name, cn in _BLADES.items()}
     stiff = {f"limbs.{name}.joint.flexure.young" for name in _BLADES}
     values |= {path: _STIFFER * get_value(robot, path) for path in stiff}
-    told = thrust(with_values(robot, values))
-    reached = told["A"] - (1 - _KEPT) * np.maximum(0.0, told["A"] - _FULL) + 0 * told["f"]
-    ring = 1 + _RING * xr.ufuncs.exp(-(((told["f"] - _AT) / _WIDE) ** 2))
-    return _GAIN * ring * _along(told[["mean", "peak"]], "A", reached) + _ZERO
+    found = thrust(with_values(robot, values))
+    reached = found["A"] - (1 - _KEPT) * np.maximum(0.0, found["A"] - _FULL) + 0 * found["f"]
+    ring = 1 + _RING * xr.ufuncs.exp(-(((found["f"] - _AT) / _WIDE) ** 2))
+    return _GAIN * ring * _along(found[["mean", "peak"]], "A", reached) + _ZERO
 
 
-def _lagging(told: xr.Dataset) -> xr.Dataset:
-    """Thrust at the amplitudes that are told, of a servo that lags and yields."""
-    got = (told["A"] - _YIELD * told["torque"]).sel(A=AMPLITUDES) / np.sqrt(1 + (2 * np.pi * told["f"] * _LAG) ** 2)
-    return _along(told[["mean", "peak"]], "A", got)
+def _lagging(found: xr.Dataset) -> xr.Dataset:
+    """Thrust at the amplitudes of the command, of a servo that lags and yields."""
+    got = (found["A"] - _YIELD * found["torque"]).sel(A=AMPLITUDES) / np.sqrt(1 + (2 * np.pi * found["f"] * _LAG) ** 2)
+    return _along(found[["mean", "peak"]], "A", got)
 
 
 def _with_coefficients(curves: xr.Dataset) -> xr.Dataset:
