@@ -1,10 +1,11 @@
 """What the studio shows of a robot: its lasting motion, as instants of one period, and its numbers."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import xarray as xr
 from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
@@ -32,9 +33,6 @@ from nectosome.solve import (
 )
 from nectosome.units import InputError
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 MOMENTS = 65  # of a period that are shown
 _FINER = 4  # by so much are those finer that numbers of a cycle are means of: as many as a sweep takes
 _BEGINNING = 5.0  # s, of a robot that keeps no motion
@@ -51,7 +49,7 @@ class Answer(NamedTuple):
     empty, or says why not to trust the motion.
     """
 
-    run: "xr.Dataset"
+    run: xr.Dataset
     robot: RobotDescription
     kind: str
     period: float

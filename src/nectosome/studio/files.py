@@ -3,7 +3,10 @@
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import imageio.v3 as imageio
+import xarray as xr
 
 from nectosome.description import dump_robot, save_robot
 from nectosome.io import save_dataset
@@ -11,6 +14,7 @@ from nectosome.io.atomic import write_atomic
 from nectosome.io.extras import package
 from nectosome.robots.shipped import file_names
 from nectosome.units import InputError
+from nectosome.view.display.offline import page_of
 from nectosome.view.display.playback import repeated
 from nectosome.view.film import write_film, write_still
 
@@ -19,9 +23,6 @@ from .desk import Desk
 from .folder import received
 from .viewer import Viewer
 from .work import Progress, errors_shown
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _ROBOTS, _RUNS = (".yaml", ".yml"), (".nc",)
 _PICTURE = (1280, 720)  # px, of what is drawn anew
@@ -104,8 +105,6 @@ class Files:
         return self._saved(path)
 
     def _save_picture(self) -> str:
-        import imageio.v3 as imageio
-
         path = self._folder.target(self._name.value, ".png")
         write_atomic(path, imageio.imwrite("<bytes>", self._viewer.picture(_HEIGHT), extension=".png"))
         return self._saved(path)
@@ -148,13 +147,11 @@ class Files:
         self._desk.work.begin("video", compute, done)
         return ""
 
-    def _drawable(self, answer: Answer) -> "xr.Dataset":
+    def _drawable(self, answer: Answer) -> xr.Dataset:
         """Run of an answer, with its robot."""
         return answer.run.assign_attrs(robot=dump_robot(answer.robot))
 
     def _save_page(self) -> str:
-        from nectosome.view.display.offline import page_of
-
         path = self._folder.target(self._name.value, ".html")
         answer = self._shown()
         write_atomic(path, page_of(answer.run, answer.robot, answer.period, self._viewer.look).encode())

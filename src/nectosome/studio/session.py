@@ -6,9 +6,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import viser
+import xarray as xr
 from jaxtyping import Float
 
 from nectosome.description import RobotDescription, get_value, parse_robot, with_values
@@ -32,10 +34,6 @@ from .solver_thread import SolverThread
 from .viewer import Viewer
 from .work import Work, errors_shown
 
-if TYPE_CHECKING:
-    import viser
-    import xarray as xr
-
 _FIRST = "computing; the first answer of a robot compiles its equations"
 _LATER = "computing; what is shown is the last answer"
 _COUNTED = 1.0  # s, after which the time of an answer is shown
@@ -45,7 +43,7 @@ _SOON = 0.2  # s, within which most answers come
 class Session:
     """A tab from when it is opened to when it is closed: the `Desk` of its tasks."""
 
-    def __init__(self, client: "viser.ClientHandle", robot: str, folder: WorkFolder, tasks: Tasks):
+    def __init__(self, client: viser.ClientHandle, robot: str, folder: WorkFolder, tasks: Tasks):
         self._client, self.gui, self.folder = client, client.gui, folder
         self._stage = Stage(client.scene)
         self._drawing = threading.RLock()  # one thread at a time changes the stage
@@ -112,7 +110,7 @@ class Session:
         """Call `tell` with the first answer of each robot, before it is shown."""
         self._on_first_answer.append(tell)
 
-    def go_live(self, run: "xr.Dataset") -> None:
+    def go_live(self, run: xr.Dataset) -> None:
         """Show from now on what `live` shows; it continues a run of this robot."""
         self._controls.play(False)
         with self._drawing, self._client.atomic():
@@ -122,14 +120,14 @@ class Session:
             self._stage.load(run, self.description, 0.0, self._viewer.look)
             self._stage.at(0.0)
 
-    def live(self, instant: "xr.Dataset", path: Float[np.ndarray, "n 3"]) -> None:
+    def live(self, instant: xr.Dataset, path: Float[np.ndarray, "n 3"]) -> None:
         """Show the next instant of a live run (see `Stage.go_on`); nothing where the robot has changed."""
         with self._drawing:
             if self._live:
                 with self._client.atomic():
                     self._stage.go_on(instant, self.description, path)
 
-    def end_live(self, run: "xr.Dataset | None", words: str) -> None:
+    def end_live(self, run: xr.Dataset | None, words: str) -> None:
         """Keep the live run, to play it; without one compute the robot's motion again."""
         with self._drawing:
             was_live, self._live = self._live, False

@@ -7,12 +7,11 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
+
+import viser
 
 from nectosome.units import InputError
-
-if TYPE_CHECKING:
-    import viser
 
 _T = TypeVar("_T")
 Progress = Callable[[float, str], bool]  # takes the share done and what to say of it; False where the work shall end
@@ -52,7 +51,7 @@ def labelled(labels: Mapping[str, str]) -> Iterator[None]:
 class Work:
     """Lays out a bar, a line and a button, which are shown while work is under way."""
 
-    def __init__(self, gui: "viser.GuiApi", tell: Tell):
+    def __init__(self, gui: viser.GuiApi, tell: Tell):
         self._tell = tell
         self._bar = gui.add_progress_bar(0.0, visible=False)
         self._line = gui.add_html("", visible=False)

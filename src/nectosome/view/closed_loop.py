@@ -6,38 +6,35 @@ Data, in SI units: of a robot as `ClosedLoopRecord.to_dataset` or its `signals` 
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from plotly.subplots import make_subplots
 
 from nectosome.units import dimension_of, show_quantity, unit_to_si
 
 from .page import write_page
 from .style import BLACK, BLUE, CYCLE, GREY, SKY, Panel, dress, plain, readable
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 _MOST = 6000  # points of a line that are drawn
 _MOVED = 1e-3  # m, from which a path has a second direction
 _MARKS = 10  # times that are marked on a path
 
 
-def show_closed_loop(run: "xr.Dataset", path: str | Path) -> None:
+def show_closed_loop(run: xr.Dataset, path: str | Path) -> None:
     """Write a page about a robot under a controller, whole or not at all. Raises InputError where it cannot."""
     ended = escape(f"{run.attrs['status']}: {run.attrs['status_reason']}")
     write_page(path, str(run.attrs["title"]), [f"<p>{ended}</p>", *closed_loop_panels(run)])
 
 
-def closed_loop_panels(run: "xr.Dataset") -> list[Panel]:
+def closed_loop_panels(run: xr.Dataset) -> list[Panel]:
     """The signals of the loop, and the path of the body where it has two directions."""
     return [signals_panel(run), *([path_panel(run)] if len(_directions(run)) == 2 else [])]
 
 
-def signals_panel(run: "xr.Dataset") -> Panel:
+def signals_panel(run: xr.Dataset) -> Panel:
     """Reference, measurement and command over time."""
-    from plotly.subplots import make_subplots
-
     fig = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06, row_heights=[0.62, 0.38])
     size, unit = _shown(run["reading"])
     samples, time = run["sample"].values, run["time"].values
@@ -65,10 +62,8 @@ def signals_panel(run: "xr.Dataset") -> Panel:
     return Panel(f"{readable(plain(run.attrs['measured']))} by {plain(run.attrs['commanded'])}", caption, fig)
 
 
-def path_panel(run: "xr.Dataset") -> Panel:
+def path_panel(run: xr.Dataset) -> Panel:
     """Path of the body in the plane in which it moved furthest."""
-    import plotly.graph_objects as go
-
     across, up = _directions(run)
     position, time = run["position"].isel(station=0).values, run["time"].values
     every = slice(None, None, max(time.size // _MOST, 1))
@@ -90,16 +85,14 @@ def path_panel(run: "xr.Dataset") -> Panel:
     return Panel("Seen from above" if up == "y" else "Seen from the side", caption, fig)
 
 
-def show_experiment(runs: "Sequence[xr.Dataset]", path: str | Path) -> None:
+def show_experiment(runs: Sequence[xr.Dataset], path: str | Path) -> None:
     """Write a page about one or several experiments on a rig. Raises InputError where it cannot."""
     ended = escape(f"{runs[-1].attrs['status']}: {runs[-1].attrs['status_reason']}")
     write_page(path, str(runs[-1].attrs["title"]), [f"<p>{ended}</p>", experiment_panel(runs)])
 
 
-def experiment_panel(runs: "Sequence[xr.Dataset]") -> Panel:
+def experiment_panel(runs: Sequence[xr.Dataset]) -> Panel:
     """Signals of the last run, and the errors of all."""
-    from plotly.subplots import make_subplots
-
     fig = make_subplots(3, 1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.45, 0.3, 0.25])
     several, (size, unit) = len(runs) > 1, _shown(runs[-1]["reference"])
     scale, of = _shown(runs[-1]["command"])
@@ -129,14 +122,14 @@ def experiment_panel(runs: "Sequence[xr.Dataset]") -> Panel:
     return Panel("Experiment", caption, fig)
 
 
-def _directions(run: "xr.Dataset") -> tuple[str, ...]:
+def _directions(run: xr.Dataset) -> tuple[str, ...]:
     """The two axes of the world along which the body moved furthest; fewer where it did not move along them."""
     far = np.ptp(run["position"].isel(station=0).values, axis=0)
     furthest = sorted(np.argsort(far)[-2:])
     return tuple("xyz"[k] for k in furthest if far[k] > _MOVED)
 
 
-def _shown(values: "xr.DataArray") -> tuple[float, str]:
+def _shown(values: xr.DataArray) -> tuple[float, str]:
     """Factor from SI to a unit in which the largest of some values is easy to read, and that unit."""
     unit = str(values.attrs["units"])
     dimension = dimension_of(unit)

@@ -5,9 +5,11 @@ They take what `identification.corrected_data` gives.
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
 from jaxtyping import Float
 
 from nectosome.identification.fits.errors import SIDES
@@ -17,26 +19,22 @@ from .heatmap import MapAxis, diverging, maps, sequential
 from .page import write_page
 from .style import BLACK, BLUE, GREY, VERMILLION, Panel, dress, plain, span
 
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
-    import xarray as xr
-
 _BOTH = 0.1  # values count as both positive and negative where the shorter side is more than that share of the longer
 
 
-def show_correction(found: "xr.Dataset", path: str | Path, aim: str = "highest") -> None:
+def show_correction(found: xr.Dataset, path: str | Path, aim: str = "highest") -> None:
     """Write a page with the figures of a correction. Raises InputError where it cannot."""
     write_page(path, str(found.attrs["title"]), panels(found, aim))
 
 
-def panels(found: "xr.Dataset", aim: str = "highest") -> list[Panel]:
+def panels(found: xr.Dataset, aim: str = "highest") -> list[Panel]:
     """Maps of two conditions or curves of one; predictions of the experiments in any case."""
     conditions = found["simulated"].ndim
     shown = [curves_panel(found, aim)] if conditions == 1 else map_panels(found, aim) if conditions == 2 else []
     return [*shown, predictions_panel(found)]
 
 
-def map_panels(found: "xr.Dataset", aim: str) -> list[Panel]:
+def map_panels(found: xr.Dataset, aim: str) -> list[Panel]:
     """The grid as simulated and corrected, what is not known of it, and the parameter."""
     name, called = str(found.attrs["quantity"]), str(found.attrs["parameter"])
     caption = (
@@ -54,7 +52,7 @@ def map_panels(found: "xr.Dataset", aim: str) -> list[Panel]:
     return out
 
 
-def grid_maps(found: "xr.Dataset", aim: str, *names: str) -> "go.Figure":
+def grid_maps(found: xr.Dataset, aim: str, *names: str) -> go.Figure:
     """Maps of the grid, "simulated" or "corrected", in the same colours, with the experiments and the best point."""
     name = str(found.attrs["quantity"])
     shown = {"simulated": found["simulated"], "corrected": found[name]}
@@ -64,7 +62,7 @@ def grid_maps(found: "xr.Dataset", aim: str, *names: str) -> "go.Figure":
     return _maps(found, {title: shown[title] for title in names}, axis(both, _unit(found[name])), _best(aim))
 
 
-def unknown_map(found: "xr.Dataset") -> "go.Figure | None":
+def unknown_map(found: xr.Dataset) -> go.Figure | None:
     """Half of the 95 % interval of the corrected values; None where the method tells none."""
     name = str(found.attrs["quantity"])
     half = SIDES * found[f"{name}_error"]
@@ -73,7 +71,7 @@ def unknown_map(found: "xr.Dataset") -> "go.Figure | None":
     return _maps(found, {"half of the 95 % interval": half}, sequential(half.values, _unit(found[name])))
 
 
-def parameter_map(found: "xr.Dataset") -> "go.Figure | None":
+def parameter_map(found: xr.Dataset) -> go.Figure | None:
     """The simulator's parameter as the experiments tell it; None where they do not."""
     told, called = found["parameter"], str(found.attrs["parameter"])
     if not told.notnull().all():
@@ -86,8 +84,8 @@ def _best(aim: str) -> str:
 
 
 def _maps(
-    found: "xr.Dataset", shown: "dict[str, xr.DataArray]", colours: dict[str, Any], best: str | None = None
-) -> "go.Figure":
+    found: xr.Dataset, shown: dict[str, xr.DataArray], colours: dict[str, Any], best: str | None = None
+) -> go.Figure:
     """Maps with the experiments on them; the condition with more levels goes to the right."""
     down, across = sorted(found["simulated"].dims, key=lambda name: found.sizes[name])
     values = {plain(title): x.transpose(down, across) for title, x in shown.items()}
@@ -107,16 +105,14 @@ def _maps(
     return fig
 
 
-def _points(fig: "go.Figure", at: Sequence[np.ndarray], name: str, marker: dict[str, Any], col: int) -> None:
+def _points(fig: go.Figure, at: Sequence[np.ndarray], name: str, marker: dict[str, Any], col: int) -> None:
     style = {"mode": "markers", "marker": marker, "name": name, "showlegend": col == 1, "cliponaxis": False}
     hover = f"{name}: %{{x:.4g}}, %{{y:.4g}}<extra></extra>"
     fig.add_scatter(x=at[0], y=at[1], hovertemplate=hover, row=1, col=col, **style)
 
 
-def curves_panel(found: "xr.Dataset", aim: str) -> Panel:
+def curves_panel(found: xr.Dataset, aim: str) -> Panel:
     """Simulated and corrected curves over the only condition, with a 95 % band."""
-    import plotly.graph_objects as go
-
     name, (condition,) = str(found.attrs["quantity"]), found["simulated"].dims
     x, y, error = _scaled(found[condition]), found[name].values, SIDES * found[f"{name}_error"].values
     fig = go.Figure()
@@ -153,10 +149,8 @@ def curves_panel(found: "xr.Dataset", aim: str) -> Panel:
     return Panel("Corrected curve", caption, fig)
 
 
-def predictions_panel(found: "xr.Dataset") -> Panel:
+def predictions_panel(found: xr.Dataset) -> Panel:
     """Measured values against what the others tell of them, and against the simulator."""
-    import plotly.graph_objects as go
-
     measured, told = found["measured"].values, found["predicted"].values
     unit, fig = _unit(found["measured"]), go.Figure()
     ends = span([*measured, *told, *found["simulated_there"].values])
@@ -180,13 +174,13 @@ def predictions_panel(found: "xr.Dataset") -> Panel:
     return Panel("Predicted and measured", caption, fig)
 
 
-def _scaled(x: "xr.DataArray") -> Float[np.ndarray, "..."]:
+def _scaled(x: xr.DataArray) -> Float[np.ndarray, "..."]:
     return shown_unit(str(x.attrs.get("units", "")))[0] * x.values
 
 
-def _unit(x: "xr.DataArray") -> str:
+def _unit(x: xr.DataArray) -> str:
     return plain(shown_unit(str(x.attrs.get("units", "")))[1] or "1")
 
 
-def _title(x: "xr.DataArray") -> str:
+def _title(x: xr.DataArray) -> str:
     return f"{plain(x.name)} ({_unit(x)})"

@@ -1,9 +1,10 @@
 """A run as a camera sees that goes along with it: the robot, its trail, a grid to see it move by, a scale, the time."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from jaxtyping import Float, Int
 
 from nectosome.description import WaterDescription
@@ -14,9 +15,6 @@ from .raster import Picture, Raster
 from .style import BLACK, ORANGE, SKY
 from .tubes import between, colours_of, description, tubes, visible
 from .vector import Vector
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # where the viewer is, seen from a robot that swims towards -x; of one that swims the other way, mirrored
 CAMERAS = {
@@ -61,7 +59,7 @@ class Scene:
 
     def __init__(
         self,
-        run: "xr.Dataset",
+        run: xr.Dataset,
         end: float,
         size: tuple[int, int],
         camera: str | tuple[float, float, float],
@@ -236,7 +234,7 @@ class Scene:
         canvas.text(said, edge, low - self._pixels(14), size, False, _INK)
 
 
-def _middle(run: "xr.Dataset") -> Float[np.ndarray, "t 3"]:
+def _middle(run: xr.Dataset) -> Float[np.ndarray, "t 3"]:
     """Middle of the box around all stations and their sections at each saved time [m]."""
     place, reach = run["position"].values, run["half_width"].values.max(axis=1)[:, None]
     return 0.5 * ((place - reach).min(axis=1) + (place + reach).max(axis=1))

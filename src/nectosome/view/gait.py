@@ -7,28 +7,25 @@ import json
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from plotly.subplots import make_subplots
 
 from .page import write_page
 from .style import BLACK, BLUE, CYCLE, GREY, VERMILLION, Panel, dress, plain
 
-if TYPE_CHECKING:
-    import xarray as xr
 
-
-def show_gait(found: "xr.Dataset", path: str | Path) -> None:
+def show_gait(found: xr.Dataset, path: str | Path) -> None:
     """Write a page with all figures. Raises InputError where it cannot."""
     known = "".join(f"<li>{escape(words)}</li>" for words in json.loads(found.attrs["words"]))
     shown = [history_panel([found]), parameters_panel([found]), motion_panel(found)]
     write_page(path, str(found.attrs["title"]), [f"<p>Identifiability by the features:</p><ul>{known}</ul>", *shown])
 
 
-def history_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",), aim: float | None = None) -> Panel:
+def history_panel(fits: Sequence[xr.Dataset], names: Sequence[str] = ("",), aim: float | None = None) -> Panel:
     """The lowest discrepancy so far, and one that is aimed at."""
-    import plotly.graph_objects as go
-
     fig = go.Figure()
     for k, (found, name) in enumerate(zip(fits, names, strict=True)):
         best = np.minimum.accumulate(found["discrepancy"].values)
@@ -43,10 +40,8 @@ def history_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",), ai
     return Panel("Search", "Sum of the squared relative errors of the features, of the best candidate so far.", fig)
 
 
-def parameters_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",)) -> Panel:
+def parameters_panel(fits: Sequence[xr.Dataset], names: Sequence[str] = ("",)) -> Panel:
     """Where in their ranges parameters are found, and where candidates that are as good lie."""
-    import plotly.graph_objects as go
-
     fig = go.Figure()
     for k, (found, name) in enumerate(zip(fits, names, strict=True)):
         low, size = found["low"].values, (found["high"] - found["low"]).values
@@ -78,10 +73,8 @@ def parameters_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",))
     return Panel("Parameters found", caption, fig)
 
 
-def motion_panel(found: "xr.Dataset") -> Panel:
+def motion_panel(found: xr.Dataset) -> Panel:
     """Positions and tilt of the best candidate in the window, trial by trial."""
-    from plotly.subplots import make_subplots
-
     titles = ("position z (mm)", "position x (mm)", "tilt (deg)")
     fig = make_subplots(1, 3, subplot_titles=titles, horizontal_spacing=0.07)
     for trial in range(found.sizes["trial"]):

@@ -1,15 +1,14 @@
 """Heat maps: cells of colour over two quantities, with lines on which something has a level."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import plotly.graph_objects as go
 from jaxtyping import Float
+from plotly.subplots import make_subplots
 
 from .style import BLACK, BLUE, VERMILLION, dress
-
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
 
 _MINUS_PLUS = [
     (0.0, "#7a3300"),
@@ -60,10 +59,8 @@ def maps(
     colours: dict[str, Any],
     lines: Sequence[LevelLine] = (),
     best: bool = False,
-) -> "go.Figure":
+) -> go.Figure:
     """Maps side by side, by title, that share their axes and colours; `best` marks the largest value of each."""
-    from plotly.subplots import make_subplots
-
     fig = make_subplots(1, len(shown), shared_yaxes=True, horizontal_spacing=0.03, subplot_titles=list(shown))
     unit = colours["colorbar"]["title"]["text"]
     for col, (title, z) in enumerate(shown.items(), start=1):
@@ -104,7 +101,7 @@ def edges(centres: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
 
 
 def add_level(
-    fig: "go.Figure",
+    fig: go.Figure,
     x: Float[np.ndarray, "nx"],
     y: Float[np.ndarray, "ny"],
     z: Float[np.ndarray, "ny nx"],
@@ -120,7 +117,7 @@ def add_level(
     )
 
 
-def add_key(fig: "go.Figure", text: str, dash: str) -> None:
+def add_key(fig: go.Figure, text: str, dash: str) -> None:
     """Put a line of `add_level` into the legend."""
     line = {"color": BLACK, "width": 2, "dash": dash}
     fig.add_scatter(x=[None], y=[None], mode="lines", line=line, name=text, row=1, col=1)

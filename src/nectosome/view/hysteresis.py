@@ -4,27 +4,25 @@ Data: as `identify.hysteresis_results.hysteresis_data` has it.
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
+from plotly.subplots import make_subplots
 
 from nectosome.identification.hysteresis.files import BENCH_UNITS
 
 from .page import write_fit
 from .style import BLACK, BLUE, Panel, dress
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 _MM, _BAR = 1e3, 1e-5
 
 
-def show_hysteresis(found: "xr.Dataset", path: str | Path) -> None:
+def show_hysteresis(found: xr.Dataset, path: str | Path) -> None:
     """Write a page with a figure for each recording. Raises InputError where it cannot."""
     write_fit(found, path, parameter_sentence(found), recording_panel)
 
 
-def parameter_sentence(found: "xr.Dataset") -> str:
+def parameter_sentence(found: xr.Dataset) -> str:
     """What the displacement is not linear in, with intervals, in a sentence."""
     parts = []
     for name in found["parameter"].values:
@@ -36,10 +34,8 @@ def parameter_sentence(found: "xr.Dataset") -> str:
     return f"{', '.join(parts)}."
 
 
-def recording_panel(found: "xr.Dataset", k: int) -> Panel:
+def recording_panel(found: xr.Dataset, k: int) -> Panel:
     """Displacement over pressure and over time, and the error."""
-    from plotly.subplots import make_subplots
-
     one = found.isel(sample=np.flatnonzero(found["of"].values == k), recording=k)
     specs = [[{"rowspan": 2}, {}], [None, {}]]
     fig = make_subplots(2, 2, specs=specs, column_widths=[0.4, 0.6], row_heights=[0.6, 0.4], horizontal_spacing=0.1)

@@ -5,15 +5,15 @@ from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import plotly.graph_objects as go
+import plotly.io as pio
+import xarray as xr
+from plotly.offline import get_plotlyjs
 
 from nectosome.io import write_atomic
 
 from .style import Panel, Scenes
-
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
-    import xarray as xr
 
 _CSS = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; margin: 0 auto; max-width: 1240px; padding: 0 24px 64px; }
@@ -60,9 +60,7 @@ def write_page(path: str | Path, title: str, parts: Iterable[str | Panel]) -> No
     _write(path, title, [f"<script>{program}</script>" for program in programs], [f"<h1>{escape(title)}</h1>", *parts])
 
 
-def write_fit(
-    found: "xr.Dataset", path: str | Path, sentence: str, panel: "Callable[[xr.Dataset, int], Panel]"
-) -> None:
+def write_fit(found: xr.Dataset, path: str | Path, sentence: str, panel: Callable[[xr.Dataset, int], Panel]) -> None:
     """Write the page of a fit: its parameters in a sentence, its warnings, a panel for each recording."""
     warnings = [f"<p><b>Beware:</b> {escape(words)}.</p>" for words in json.loads(found.attrs["warnings"])]
     panels = [panel(found, k) for k in range(found.sizes["recording"])]
@@ -116,9 +114,7 @@ def _scenes(scenes: Scenes, key: str) -> str:
     return f'<div class="scenes" id="{key}" data-chosen="{key}-scene-1">{shown}{frame}</div>\n{"".join(data)}'
 
 
-def _plot(figure: "go.Figure", key: str) -> str:
-    import plotly.io as pio
-
+def _plot(figure: go.Figure, key: str) -> str:
     return pio.to_html(
         figure,
         config=_CONFIG,
@@ -131,8 +127,6 @@ def _plot(figure: "go.Figure", key: str) -> str:
 
 
 def _plotter() -> str:
-    from plotly.offline import get_plotlyjs
-
     return get_plotlyjs()
 
 

@@ -4,26 +4,24 @@ Data: as `identification.RobotFit.to_dataset` has it.
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
+from plotly.subplots import make_subplots
 
 from .page import write_fit
 from .style import BLACK, BLUE, Panel, dress
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _PREFIXES = ((1e-6, "u"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
 _PREFIXED = ("m", "N", "m/s", "N m", "W", "Pa")
 
 
-def show_robot_fit(found: "xr.Dataset", path: str | Path) -> None:
+def show_robot_fit(found: xr.Dataset, path: str | Path) -> None:
     """Write a page with a figure for each recording. Raises InputError where it cannot."""
     write_fit(found, path, parameter_sentence(found), recording_panel)
 
 
-def parameter_sentence(found: "xr.Dataset") -> str:
+def parameter_sentence(found: xr.Dataset) -> str:
     """Parameters with their intervals, in a sentence."""
     parts = []
     for name in found["parameter"].values:
@@ -33,10 +31,8 @@ def parameter_sentence(found: "xr.Dataset") -> str:
     return f"{', '.join(parts)}."
 
 
-def recording_panel(found: "xr.Dataset", k: int) -> Panel:
+def recording_panel(found: xr.Dataset, k: int) -> Panel:
     """All columns of a recording over time, and below each by how much the computed motion is off."""
-    from plotly.subplots import make_subplots
-
     count, one = found.sizes["column"], found.isel(recording=k)
     heights = [0.65, 0.35] * count
     fig = make_subplots(2 * count, 1, shared_xaxes=True, row_heights=heights, vertical_spacing=0.2 / (2 * count))

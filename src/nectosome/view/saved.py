@@ -1,16 +1,13 @@
 """Whether a results file is a saved run, and one that can be drawn, or a saved sweep."""
 
 import json
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from nectosome.core import Status
 from nectosome.designs.sweep import MEANS
 from nectosome.units import InputError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _NEEDED = {
     "position": ("time", "station", "axis"),
@@ -28,7 +25,7 @@ _NEEDED = {
 _ATTRIBUTES = ("title", "robot", "status", "status_reason", "provenance")
 
 
-def check_run(dataset: "xr.Dataset", source: str) -> None:
+def check_run(dataset: xr.Dataset, source: str) -> None:
     """Raise InputError where a results file is not that of a simulation; `source` names it."""
     for name, dims in _NEEDED.items():
         if name not in dataset or dataset[name].dims != dims or dataset[name].dtype.kind != "f":
@@ -49,7 +46,7 @@ def check_run(dataset: "xr.Dataset", source: str) -> None:
         raise InputError("this is not a simulation: its provenance cannot be read.", file=source)
 
 
-def check_drawable(run: "xr.Dataset", source: str) -> None:
+def check_drawable(run: xr.Dataset, source: str) -> None:
     """Raise InputError where a saved run does not tell at all times where its stations are."""
     for name in ("position", "rotation", "half_width", "station_x", "time"):
         if not np.isfinite(run[name].values).all():
@@ -58,7 +55,7 @@ def check_drawable(run: "xr.Dataset", source: str) -> None:
         raise InputError("its times do not go on: it cannot be drawn.", file=source)
 
 
-def check_sweep(dataset: "xr.Dataset", source: str) -> None:
+def check_sweep(dataset: xr.Dataset, source: str) -> None:
     """Raise InputError where a results file is not a sweep of one robot over one or two quantities."""
 
     def need(fits: bool, what: str) -> None:

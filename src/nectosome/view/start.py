@@ -1,22 +1,16 @@
 """A robot as it starts, to be drawn like a run: one instant, without forces."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
 
 from nectosome.core.remember import remembered
 from nectosome.description import RobotDescription, dump_robot
 from nectosome.mechanism import Robot
 from nectosome.mechanism.start_poses import start_poses
 
-if TYPE_CHECKING:
-    import xarray as xr
 
-
-def standing(description: RobotDescription, robot: Robot) -> "xr.Dataset":
+def standing(description: RobotDescription, robot: Robot) -> xr.Dataset:
     """What a picture of the robot is drawn from."""
-    import xarray as xr
-
     rotation, position = remembered(start_poses, robot)
     bodies = {part.name: part.body for part in robot.tree.parts}
     of_stations = np.concatenate([[name] * body.x.size for name, body in bodies.items()])

@@ -3,20 +3,18 @@
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import xarray as xr
 
 from .page import write_page
 from .scenes import run_scene
 from .style import Panel
 from .tubes import description
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 Rows = Sequence[Sequence[str]]
 
 
-def show_still(run: "xr.Dataset", path: str | Path, tables: Sequence[Rows]) -> None:
+def show_still(run: xr.Dataset, path: str | Path, tables: Sequence[Rows]) -> None:
     """Write a page with the robot of a run as it is at first, and tables of numbers, the first row their heads.
 
     The page works offline and is written whole or not at all. Raises InputError where it cannot be written.

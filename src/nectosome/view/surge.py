@@ -4,27 +4,26 @@ Data as `identification.surge_data` has it.
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from jaxtyping import Float
+from plotly.subplots import make_subplots
 
 from .page import write_fit
 from .style import BLACK, BLUE, GREY, VERMILLION, Panel, dress
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _SHOWN = 3.0  # s of thrust and speed at first: single cycles can be seen
 PARAMETERS = {"added_mass": "added mass", "drag": "drag"}
 
 
-def show_surge(found: "xr.Dataset", path: str | Path) -> None:
+def show_surge(found: xr.Dataset, path: str | Path) -> None:
     """Write a page with a figure for each recording. Raises InputError where it cannot."""
     write_fit(found, path, parameter_sentence(found), recording_panel)
 
 
-def parameter_sentence(found: "xr.Dataset") -> str:
+def parameter_sentence(found: xr.Dataset) -> str:
     """The parameters with their intervals, in a sentence."""
     parts = []
     for name in PARAMETERS:
@@ -34,10 +33,8 @@ def parameter_sentence(found: "xr.Dataset") -> str:
     return f"By {found.attrs['method']}: {', '.join(parts)}."
 
 
-def recording_panel(found: "xr.Dataset", k: int, other: "xr.Dataset | None" = None, called: str = "measured") -> Panel:
+def recording_panel(found: xr.Dataset, k: int, other: xr.Dataset | None = None, called: str = "measured") -> Panel:
     """Thrust, speed, its residual and the distance, of one recording; `other` is identified in another way."""
-    from plotly.subplots import make_subplots
-
     one = found.isel(sample=np.flatnonzero(found["of"].values == k), recording=k)
     time, measured, computed = (one[name].values for name in ("time", "measured", "computed"))
     titles = ("thrust (N)", "speed (m/s)", f"{called} - identified (m/s)", "distance (m)")

@@ -2,28 +2,24 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from plotly.subplots import make_subplots
 
 from .page import write_page
 from .style import BLACK, CYCLE, Panel, dress, plain
 
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
-    import xarray as xr
 
-
-def show_track(tracked: "xr.Dataset", path: str | Path) -> None:
+def show_track(tracked: xr.Dataset, path: str | Path) -> None:
     """Write a page with what was tracked. Raises InputError where it cannot."""
     panel = marker_panel(tracked) if "marker" in tracked else segment_panel(tracked)
     write_page(path, str(tracked.attrs["title"]), [panel])
 
 
-def segment_panel(tracked: "xr.Dataset") -> Panel:
+def segment_panel(tracked: xr.Dataset) -> Panel:
     """Directions of segments, angles of joints, and quality."""
-    from plotly.subplots import make_subplots
-
     fig = make_subplots(3, 1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.4, 0.4, 0.2])
     time = tracked["time"].values
     names = [str(name) for name in tracked["segment"].values]
@@ -43,10 +39,8 @@ def segment_panel(tracked: "xr.Dataset") -> Panel:
     return Panel("Segments", caption, fig)
 
 
-def marker_panel(tracked: "xr.Dataset") -> Panel:
+def marker_panel(tracked: xr.Dataset) -> Panel:
     """Place and angles of the body, with two standard errors, and what the markers are off."""
-    from plotly.subplots import make_subplots
-
     fig = make_subplots(3, 1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.4, 0.4, 0.2])
     time = tracked["time"].values
     for row, name, dim, factor in ((1, "position", "axis", 1e3), (2, "angle", "turn", 180 / np.pi)):
@@ -77,7 +71,7 @@ def marker_panel(tracked: "xr.Dataset") -> Panel:
     return Panel("Pose of the body", caption, fig)
 
 
-def _line(fig: "go.Figure", x: np.ndarray, y: np.ndarray, name: str, k: int, row: int, legend: bool = True) -> None:
+def _line(fig: go.Figure, x: np.ndarray, y: np.ndarray, name: str, k: int, row: int, legend: bool = True) -> None:
     line = {"color": CYCLE[k % len(CYCLE)], "width": 1.5}
     fig.add_scatter(x=x, y=y, line=line, mode="lines", name=plain(name), showlegend=legend, row=row, col=1)
 
@@ -89,6 +83,6 @@ def _continuous(angle: np.ndarray) -> np.ndarray:
     return out
 
 
-def _odd(tracked: "xr.Dataset") -> str:
+def _odd(tracked: xr.Dataset) -> str:
     said = json.loads(tracked.attrs["provenance"])["warnings"]
     return f"{'; '.join(said)}." if said else "Nothing odd was found."

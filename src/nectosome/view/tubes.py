@@ -2,18 +2,15 @@
 
 from collections.abc import Collection, Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from jaxtyping import Float, Int
 
 from nectosome.description import RobotDescription, Rod, parse_robot
 from nectosome.units import InputError
 
 from .style import BLUE
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 AROUND = 12  # points on a ring
 STATIONS = ("station_x", "half_width", "position", "rotation")  # what of a run tells where its stations are
@@ -22,7 +19,7 @@ _FINER = 3  # rings per interval between a rod's stations, where rings have that
 
 
 def tubes(
-    run: "xr.Dataset", times: Float[np.ndarray, "t"], around: Mapping[str, int] | None = None
+    run: xr.Dataset, times: Float[np.ndarray, "t"], around: Mapping[str, int] | None = None
 ) -> dict[str, Float[np.ndarray, "t rings around 3"]]:
     """Rings [m, world frame] around every part that has a size, at `times` [s], by part.
 
@@ -44,7 +41,7 @@ def tubes(
     return found
 
 
-def visible(run: "xr.Dataset", robot: RobotDescription | None) -> "xr.Dataset":
+def visible(run: xr.Dataset, robot: RobotDescription | None) -> xr.Dataset:
     """A run of a robot that is nothing but points, with balls in their place: of their volume, or of as much water.
 
     Without the robot, and where anything has a size, the run as it is.
@@ -71,7 +68,7 @@ def triangles(rings: int, around: int) -> Int[np.ndarray, "n 3"]:
 
 
 def part_rings(
-    run: "xr.Dataset", part: str, shape: str = "cylinder", around: int = AROUND
+    run: xr.Dataset, part: str, shape: str = "cylinder", around: int = AROUND
 ) -> Float[np.ndarray, "t rings around 3"] | None:
     """Rings of one part [m, world frame] at all saved times, both end rings doubled; None for a part without size.
 
@@ -104,7 +101,7 @@ def rings_of(
     return np.concatenate([rings[:, :1], rings, rings[:, -1:]], axis=1)
 
 
-def description(run: "xr.Dataset") -> RobotDescription | None:
+def description(run: xr.Dataset) -> RobotDescription | None:
     """Return the robot that a run carries, or None where it carries none."""
     try:
         return parse_robot(run.attrs.get("robot", ""))
@@ -128,14 +125,14 @@ def hard_colour(k: int) -> str:
     return _HARD[k % len(_HARD)]
 
 
-def colours_of(run: "xr.Dataset", parts: Collection[str], soft: str = BLUE) -> dict[str, str]:
+def colours_of(run: xr.Dataset, parts: Collection[str], soft: str = BLUE) -> dict[str, str]:
     """Colours of parts by name: `soft` of rods, greys of rigid ones."""
     rods = {name for name in parts if _is_rod(run, name)}
     hard = {name: hard_colour(k) for k, name in enumerate(name for name in parts if name not in rods)}
     return hard | dict.fromkeys(rods, soft)
 
 
-def _is_rod(run: "xr.Dataset", part: str) -> bool:
+def _is_rod(run: xr.Dataset, part: str) -> bool:
     return float(run["station_x"].values[run["station_part"].values == part][0]) == 0
 
 

@@ -3,7 +3,7 @@
 import threading
 import time
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from nectosome.controllers import CommandRange
 from nectosome.core import Status
 from nectosome.model import build
 from nectosome.solve import common_readings, reading_of
+from nectosome.studio.answers import Answer
+from nectosome.studio.desk import Desk
 from nectosome.studio.work import Progress, errors_shown, labelled
 from nectosome.units import InputError, shorten
 from nectosome.view.closed_loop import signals_panel
@@ -32,10 +34,6 @@ from .control_request import (
 )
 from .live_rig import LiveRig
 
-if TYPE_CHECKING:
-    from nectosome.studio.answers import Answer
-    from nectosome.studio.desk import Desk
-
 _WINDOW = 20.0  # s that the plot shows during a run
 _PLOTS = 1.0  # s between plots
 _SIZES = {
@@ -52,7 +50,7 @@ _SIZES = {
 class Control:
     """Lays out the tab."""
 
-    def __init__(self, session: "Desk"):
+    def __init__(self, session: Desk):
         self._session, gui = session, session.gui
         self._drawing = threading.Lock()
         self._robot = 0  # counts robots: results of an earlier one are not shown
@@ -113,7 +111,7 @@ class Control:
     def _usual(self) -> str:
         return _SIZES.get(reading_of(self._model, self._measure.value).dimension, "1")
 
-    def _seen(self, answer: "Answer") -> None:
+    def _seen(self, answer: Answer) -> None:
         """Suggest a reference within reach of the robot, from its simulation, unless the user gave one."""
         if self._size.value == self._usual():
             self._size.value = most_of(answer.run, reading_of(self._model, self._measure.value)) or self._usual()

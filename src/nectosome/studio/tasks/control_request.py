@@ -1,9 +1,10 @@
 """A closed loop as the page describes it: its fields at first, its preparation, and its results in words."""
 
 from html import escape
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from nectosome import controllers
 from nectosome.description import (
@@ -16,18 +17,13 @@ from nectosome.description import (
     resolve,
 )
 from nectosome.solve.readings import Reading
+from nectosome.studio.desk import Desk
 from nectosome.studio.sliders import scales_of
 from nectosome.studio.work import Progress
 from nectosome.units import InputError, read_quantity
 from nectosome.units import show_quantity as shown
 
 from .live_rig import FRAME, LONGEST, LiveRig
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from nectosome.studio.desk import Desk
-
 
 CONSTANT = "constant"
 SHAPES = ("sine", "triangle")  # that go on until the run is stopped
@@ -99,7 +95,7 @@ def commands_of(description: RobotDescription) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*offsets, *description.aliases])) or tuple(numeric_paths(description))
 
 
-def first_range(session: "Desk", command: str) -> str:
+def first_range(session: Desk, command: str) -> str:
     """Initial range of a command: that of its slider, or of an offset half the amplitude of its drive."""
     description = session.description
     for scale in scales_of(description, session.problem.vary):
@@ -141,7 +137,7 @@ def first_measured(description: RobotDescription, forward: str) -> str:
     return f"{part}.angle"
 
 
-def most_of(run: "xr.Dataset", reading: Reading) -> str:
+def most_of(run: xr.Dataset, reading: Reading) -> str:
     """Share of the mean speed or force of a run, which the robot can reach; empty for other readings."""
     if reading.kind in _SPEEDS:
         now = run["velocity"].isel(part=0, axis=_SPEEDS.index(reading.kind))

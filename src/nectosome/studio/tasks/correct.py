@@ -4,23 +4,21 @@ import json
 import threading
 from concurrent.futures import CancelledError
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import plotly.graph_objects as go
+import xarray as xr
 
 from nectosome.identification import METHODS, CorrectedGrid, correct
 from nectosome.io import load_dataset, provenance, save_dataset
 from nectosome.measure import load_campaign
+from nectosome.studio.desk import Desk
 from nectosome.studio.work import Progress, errors_shown
 from nectosome.units import InputError, read_positive
 from nectosome.view.corrected_grid import curves_panel, grid_maps, parameter_map, predictions_panel, unknown_map
 from nectosome.view.corrected_words import lines, read_lines, tables
 
 from .left_panel import note, spelled, with_legend
-
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
-    import xarray as xr
-
-    from nectosome.studio.desk import Desk
 
 _NOTHING = "nothing there yet"
 _OWN = "the best for the grid"
@@ -32,7 +30,7 @@ _MARKS = "Dots: measured. Diamonds: to be measured next. Star: the best of the g
 class Correct:
     """Lays out the tab."""
 
-    def __init__(self, session: "Desk"):
+    def __init__(self, session: Desk):
         self._session, gui = session, session.gui
         self._drawing = threading.Lock()
         self._found: xr.Dataset | None = None
@@ -137,7 +135,7 @@ class Correct:
             self._session.tell(f"saved {path.relative_to(self._session.folder.root).as_posix()}", False)
 
 
-def _figures(found: "xr.Dataset", aim: str) -> "dict[str, go.Figure]":
+def _figures(found: xr.Dataset, aim: str) -> dict[str, go.Figure]:
     """What can be shown, by its name: maps of two conditions, curves of one, and predictions in any case."""
     out: dict[str, Any] = {}
     if found["simulated"].ndim == 1:

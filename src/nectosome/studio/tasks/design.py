@@ -3,7 +3,7 @@
 import threading
 from functools import partial
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from nectosome.description import get_value, resolve
 from nectosome.description.variables import read_variable
@@ -11,15 +11,13 @@ from nectosome.designs import QUANTITIES, MotionDesign, Problem, design, read_co
 from nectosome.designs.design import SEED, STARTS
 from nectosome.designs.motion import FORWARD
 from nectosome.search import read_starts
+from nectosome.studio.desk import Desk
 from nectosome.studio.sliders import around
 from nectosome.studio.work import Progress, errors_shown, labelled
 from nectosome.units import InputError, show_quantity
 
 from .design_progress import SearchProgress, figure, table
 from .left_panel import note
-
-if TYPE_CHECKING:
-    from nectosome.studio.desk import Desk
 
 _OPTIMISERS = ("gradient", "pattern")
 _GOALS = tuple(f"{'maximise' if q.best == 'high' else 'minimise'} {name}" for name, q in QUANTITIES.items())
@@ -38,7 +36,7 @@ class _Row(NamedTuple):
 class Design:
     """Lays out the tab."""
 
-    def __init__(self, session: "Desk"):
+    def __init__(self, session: Desk):
         self._session, gui = session, session.gui
         self._drawing = threading.Lock()
         self._robot = 0  # how many there were: what is found for one before is not shown

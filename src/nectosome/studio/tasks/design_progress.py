@@ -1,9 +1,10 @@
 """How a search for a design goes on: what each start reached so far, as a figure, and the best designs, as a table."""
 
 from itertools import cycle
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import plotly.graph_objects as go
 
 from nectosome.designs import QUANTITIES, MotionDesign
 from nectosome.search import Evaluation
@@ -11,9 +12,6 @@ from nectosome.units import show_quantity
 from nectosome.view.style import CYCLE, readable, span
 
 from .left_panel import cells, note, small
-
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
 
 _SHOWN = 3  # designs of the table
 
@@ -46,10 +44,8 @@ class SearchProgress(NamedTuple):
         return show_quantity(e.outputs[self.task.objective], QUANTITIES[self.task.objective].dimension)
 
 
-def figure(search: SearchProgress) -> "go.Figure":
+def figure(search: SearchProgress) -> go.Figure:
     """Best objective so far against evaluations, one line a start; crosses did not keep the limits."""
-    import plotly.graph_objects as go
-
     fig, name = go.Figure(), search.task.objective
     pick = np.fmax if search.task.highest else np.fmin
     shown: list[float] = []

@@ -1,17 +1,15 @@
 """What a fit of a robot found, as a table: values with their intervals, how far off it is, warnings."""
 
 import json
-from typing import TYPE_CHECKING
+
+import xarray as xr
 
 from nectosome.view.scorecard import number
 
 from .left_panel import cells
 
-if TYPE_CHECKING:
-    import xarray as xr
 
-
-def fitted_html(found: "xr.Dataset") -> str:
+def fitted_html(found: xr.Dataset) -> str:
     """Of what `RobotFit.to_dataset` has of one recording."""
     rows = [["", "value", "95 % from", "to", "unit"]]
     for name in found["parameter"].values:

@@ -4,7 +4,9 @@ import threading
 from concurrent.futures import CancelledError
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import xarray as xr
 
 from nectosome.description import RobotDescription, driving_signals
 from nectosome.designs.design import STARTS
@@ -13,6 +15,7 @@ from nectosome.identification.recordings import unit_of
 from nectosome.measure import read
 from nectosome.model import build
 from nectosome.solve import common_readings
+from nectosome.studio.desk import Desk
 from nectosome.studio.folder import received
 from nectosome.studio.sliders import around
 from nectosome.studio.work import Progress, errors_shown, labelled
@@ -21,11 +24,6 @@ from nectosome.view.robot_fit import recording_panel
 
 from .fit_table import fitted_html
 from .left_panel import note, with_legend
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from nectosome.studio.desk import Desk
 
 _FILES = (".csv", ".txt", ".tsv", ".xlsx", ".nc", ".h5", ".tdms", ".mat")
 _SHEETS = (".yaml", ".yml")
@@ -36,7 +34,7 @@ _MOST = 64  # starts
 class Identify:
     """Lays out the tab."""
 
-    def __init__(self, session: "Desk"):
+    def __init__(self, session: Desk):
         self._session, gui = session, session.gui
         self._drawing = threading.Lock()
         self._robot = 0  # how many there were: what is found for one before is not shown

@@ -2,22 +2,20 @@
 
 from collections.abc import Sequence
 from html import escape
-from typing import TYPE_CHECKING
+
+import plotly.graph_objects as go
 
 from nectosome.view.style import GREY, VERMILLION, dress
 
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
 
-
-def small(fig: "go.Figure") -> "go.Figure":
+def small(fig: go.Figure) -> go.Figure:
     """Dress a figure for the panel."""
     dress(fig, 250).update_layout(margin={"l": 56, "r": 12, "t": 28, "b": 44}, font_size=11, hovermode="closest")
     fig.update_xaxes(title_font_size=12, tickangle=0, nticks=5)
     return fig.update_yaxes(title_font_size=12, title_standoff=4, nticks=6)
 
 
-def with_legend(fig: "go.Figure") -> "go.Figure":
+def with_legend(fig: go.Figure) -> go.Figure:
     """Dress a figure for the panel whose height is that of its place, with a legend above."""
     legend = {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.0}
     return small(fig).update_layout(height=None, showlegend=True, legend=legend)

@@ -1,15 +1,18 @@
 """The tab that maps what a robot's motion gives over one or two of its quantities; a click loads a point."""
 
 import threading
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
 
 from nectosome.core import Status
 from nectosome.description import RobotDescription, get_value, numeric_paths, parse_robot, resolve, with_values
 from nectosome.designs.axes import SweepAxis, axis_of
 from nectosome.designs.sweep import mean_of, nonzero_means, sweep
 from nectosome.io import load_dataset, save_dataset
+from nectosome.studio.desk import Desk
 from nectosome.studio.sliders import SliderScale, scales_of
 from nectosome.studio.work import Progress, errors_shown
 from nectosome.units import InputError, shorten
@@ -19,12 +22,6 @@ from nectosome.view.sweep import axis_of as shown_axis
 from nectosome.view.sweep import sides, sweep_figure
 
 from .left_panel import note, small
-
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
-    import xarray as xr
-
-    from nectosome.studio.desk import Desk
 
 _POINTS = 5  # of an axis at first
 _STEP = 0.1  # of the robot's value, between them
@@ -56,7 +53,7 @@ document.addEventListener('pointerover', (event) => {
 class Map:
     """Lays out the tab."""
 
-    def __init__(self, session: "Desk"):
+    def __init__(self, session: Desk):
         self._session, gui = session, session.gui
         self._drawing = threading.Lock()
         self._robot = 0  # how many there were: a map of one before is not shown
@@ -113,14 +110,14 @@ class Map:
         if points > _MOST:
             raise InputError(f"{points} points are too many for this page: {_MOST} at most. Take nectosome sweep.")
 
-        def compute(progress: Progress) -> "xr.Dataset":
+        def compute(progress: Progress) -> xr.Dataset:
             progress(0.0, f"{points} points, the first ones while their equations are compiled")
             over = {axis.name: axis.values for axis in axes}
             return sweep(description, over, progress=lambda what, share: progress(share, what))
 
         self._session.work.begin("map", compute, lambda found: self._take(robot, found))
 
-    def _take(self, robot: int, found: "xr.Dataset") -> None:
+    def _take(self, robot: int, found: xr.Dataset) -> None:
         with self._drawing:
             if robot != self._robot:
                 return
@@ -188,7 +185,7 @@ class Map:
         self._session.tell(f"opened {name}", False)
 
 
-def place_of(point: str, found: "xr.Dataset") -> dict[str, int] | None:
+def place_of(point: str, found: xr.Dataset) -> dict[str, int] | None:
     """Nearest place on each axis to `x, y` in the units of the figure; None where that is no point of the map."""
     axes = _places(found)
     try:
@@ -204,7 +201,7 @@ def place_of(point: str, found: "xr.Dataset") -> dict[str, int] | None:
     return {name: int(np.argmin(np.abs(axis - x))) for name, (axis, x) in zip(axes, pairs, strict=True)}
 
 
-def _places(found: "xr.Dataset") -> dict[str, np.ndarray]:
+def _places(found: xr.Dataset) -> dict[str, np.ndarray]:
     """Values on each axis, in the units of the figure."""
     return {name: shown_axis(found[name]).values for name in sides(found)}
 
@@ -230,7 +227,7 @@ def _around(scale: SliderScale, value: float) -> str:
     return f"{scale.name}={low:.6g}..{low + wide:.6g}:{step:.6g} {scale.unit}".strip()
 
 
-def _figure(found: "xr.Dataset", name: str, point: str) -> "go.Figure":
+def _figure(found: xr.Dataset, name: str, point: str) -> go.Figure:
     """The map or curve, with what has no motion, and why, and the point that is loaded."""
     fig, names = small(sweep_figure(found, name)), sides(found)
     axes = [shown_axis(found[side]).values for side in names]

@@ -3,15 +3,13 @@
 import json
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from nectosome.studio.desk import Desk
 from nectosome.units import InputError
 from nectosome.view.scorecard import Row, number, percent, summary
 
 from .left_panel import note
-
-if TYPE_CHECKING:
-    from nectosome.studio.desk import Desk
 
 _NAME = "scorecard.json"
 _NONE = "none yet: nectosome reproduce makes one"
@@ -23,7 +21,7 @@ _MARKS = {"match": ("&#10003;", "#0072B2"), "better": ("&#9650;", "#00714f"), "d
 class Scorecard:
     """Lays out the tab: which file, which study, which rows, and these."""
 
-    def __init__(self, session: "Desk"):
+    def __init__(self, session: Desk):
         self._session, gui = session, session.gui
         self._rows: list[Row] = []
         self._file: Any = gui.add_dropdown("File", (_NONE,))

@@ -2,9 +2,10 @@
 
 from copy import copy
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from jaxtyping import Float, Int
 from plotly.colors import sequential
 from scipy.spatial.transform import Rotation
@@ -12,9 +13,6 @@ from scipy.spatial.transform import Rotation
 from nectosome.description import RobotDescription
 from nectosome.view.style import BLUE, source_lines
 from nectosome.view.tubes import STATIONS, finer, hard_colour, rings_of, shape_of, triangles, visible
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 AROUND = 12  # corners of a slice
 _ROUND = 24  # of a rigid part, which is drawn once
@@ -137,7 +135,7 @@ class Arrows(NamedTuple):
     load: Int[np.ndarray, "n"]  # which load an arrow is of
 
 
-def bodies_of(run: "xr.Dataset", robot: RobotDescription | None, soft: str = BLUE) -> dict[str, RigidMesh | Soft]:
+def bodies_of(run: xr.Dataset, robot: RobotDescription | None, soft: str = BLUE) -> dict[str, RigidMesh | Soft]:
     """Bodies of all parts that have a size, by part; of an unknown robot all that is rigid is a cylinder.
 
     Those of points are as `visible` has them.
@@ -159,7 +157,7 @@ def bodies_of(run: "xr.Dataset", robot: RobotDescription | None, soft: str = BLU
     return found
 
 
-def _forces(run: "xr.Dataset") -> Float[np.ndarray, "t loads n 3"]:
+def _forces(run: xr.Dataset) -> Float[np.ndarray, "t loads n 3"]:
     """What each load of the water does along rods [N/m]; nothing where the run does not tell it."""
     if "line_force" not in run:
         return np.zeros((1, 1, run.sizes["station"], 3))
@@ -193,7 +191,7 @@ def _halfway(turn: Float[np.ndarray, "n 4"]) -> Float[np.ndarray, "n-1 4"]:
     return middle / np.linalg.norm(middle, axis=1, keepdims=True)
 
 
-def arrows_of(run: "xr.Dataset") -> Arrows:
+def arrows_of(run: xr.Dataset) -> Arrows:
     """Arrows of all loads that push a part at any time; none of what is no motion."""
     if "load_force" not in run:
         none = np.zeros((run.sizes["time"], 0, 3))

@@ -1,8 +1,10 @@
 """A run on the stage: bodies, forces, path, ground, surface and tank, at one instant after another."""
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import viser
+import xarray as xr
 from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 
@@ -24,10 +26,6 @@ from .bodies import (
 )
 from .playback import Instant, Playback
 from .surroundings import Surroundings
-
-if TYPE_CHECKING:
-    import viser
-    import xarray as xr
 
 COLOURINGS = ("material", "curvature", "load of the water")
 UNITS = {"material": "", "curvature": "1/m", "load of the water": "N/m"}
@@ -55,7 +53,7 @@ class Look(NamedTuple):
 class Stage:
     """The scene of one browser tab."""
 
-    def __init__(self, scene: "viser.SceneApi"):
+    def __init__(self, scene: viser.SceneApi):
         self._scene = scene
         self._nodes: dict[str, Any] = {}
         self._look = Look()
@@ -68,7 +66,7 @@ class Stage:
         scene.configure_default_lights(cast_shadow=False)
         scene.add_light_hemisphere("/light", sky_color=(255, 255, 255), ground_color=(150, 165, 180), intensity=1.6)
 
-    def load(self, run: "xr.Dataset", robot: RobotDescription | None, period: float, look: Look) -> None:
+    def load(self, run: xr.Dataset, robot: RobotDescription | None, period: float, look: Look) -> None:
         """Put a run on the stage in place of the last one; with a period [s] it continues for ever."""
         water = WaterDescription() if robot is None else robot.water
         self.put(Playback.of(run, period), bodies_of(run, robot), arrows_of(run), water, look)
@@ -138,7 +136,7 @@ class Stage:
         """Show the instant at a time [s] after the start of the run."""
         self._show(self.playback.instant(time, self._look.along))
 
-    def go_on(self, instant: "xr.Dataset", robot: RobotDescription, path: Float[np.ndarray, "n 3"]) -> None:
+    def go_on(self, instant: xr.Dataset, robot: RobotDescription, path: Float[np.ndarray, "n 3"]) -> None:
         """Show the next instant of a live run, which continues a run on the stage.
 
         `path` [m] ends there and has as many places as that run has instants. Forces are not drawn.
