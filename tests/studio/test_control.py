@@ -52,7 +52,7 @@ def pid():
 def until(seconds: float, clock=time.perf_counter):
     """Progress that ends it by the clock."""
     end = clock() + seconds
-    return lambda share, words: clock() < end
+    return lambda what, share: clock() < end
 
 
 def test_it_goes_on_as_the_clock_does_and_as_the_loop_alone_would(slide, pid):
@@ -174,7 +174,7 @@ def test_what_is_suggested_can_be_reached(robot, command):
     model, measured = build(description), first_measured(description, problem.forward if problem else "")
     wanted = most_of(AnswerSolver()(description).run, reading_of(model, measured))
     request = ControlRequest(description, command, measured, True, "constant", wanted, "0.1 Hz", "")
-    loop = prepare_loop(request, reading_of(model, measured).dimension, lambda share, words: True)
+    loop = prepare_loop(request, reading_of(model, measured).dimension, lambda what, share: True)
     assert loop is not None
     gains = [float(x) for x in loop.gains_text.split(",")]
     assert min(gains) * max(gains) >= 0 and any(gains)

@@ -7,8 +7,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from nectosome.description import load_robot
-from nectosome.studio import folder as doors
-from nectosome.studio.folder import WorkFolder, harmless, received
+from nectosome.studio import uploads
+from nectosome.studio.folder import WorkFolder, _parts
+from nectosome.studio.uploads import harmless, received
 from nectosome.units import InputError
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links and pipes need rights there")
@@ -98,7 +99,7 @@ def test_whatever_the_name_a_target_lies_within(around, name, overwrite):
 def test_whatever_the_name_an_upload_gets_a_harmless_one(name):
     safe = harmless(name)
     assert safe and not set(safe) & set('/\\:\0*?"<>|') and safe.isprintable() and not safe.startswith(".")
-    assert safe == safe.strip(". ") and len(safe.encode()) <= 255 and doors._parts(safe) == [safe]
+    assert safe == safe.strip(". ") and len(safe.encode()) <= 255 and _parts(safe) == [safe]
 
 
 @quick
@@ -125,7 +126,7 @@ def test_an_upload_is_data_to_its_reader(tmp_path):
 
 
 def test_a_huge_upload_is_refused(monkeypatch):
-    monkeypatch.setattr(doors, "UPLOAD_LIMIT", 1000)
+    monkeypatch.setattr(uploads, "UPLOAD_LIMIT", 1000)
     with received("a.csv", bytes(1000)):
         pass
     with pytest.raises(InputError, match=r"a\.csv"), received("a.csv", bytes(1001)):

@@ -18,7 +18,7 @@ from nectosome.view.display.bodies import (
     rgb,
     slice_mesh,
 )
-from nectosome.view.start import standing
+from nectosome.view.still import standing
 
 LENGTH, RADIUS, ANGLE, RATE = 0.4, 0.01, 1.2, 3.0  # m, m, rad, rad/s
 BENT = f"""

@@ -4,7 +4,7 @@ from tests.made_up_runs import LENGTH, RADIUS, TIP
 
 from nectosome.description import parse_robot
 from nectosome.model import build
-from nectosome.view.start import standing
+from nectosome.view.still import standing
 from nectosome.view.tubes import AROUND, hermite, part_rings, triangles, tubes
 
 

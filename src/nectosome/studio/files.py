@@ -1,7 +1,7 @@
 """The tab with files: open robots and runs of the working folder, or sent ones, and save what is there."""
 
 from collections.abc import Callable
-from contextlib import suppress
+from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import Any
 
@@ -20,18 +20,14 @@ from nectosome.view.film import write_film, write_still
 
 from .answers import Answer
 from .desk import Desk
-from .folder import received
+from .folder import NOTHING
+from .uploads import received
 from .viewer import Viewer
 from .work import Progress, errors_shown
 
 _ROBOTS, _RUNS = (".yaml", ".yml"), (".nc",)
 _PICTURE = (1280, 720)  # px, of what is drawn anew
 _HEIGHT = 1080  # px, of what is as wide as the page shows it
-_NONE = "nothing there yet"
-
-
-class _CancelledError(Exception):
-    """The user cancelled a video."""
 
 
 class Files:
@@ -65,7 +61,7 @@ class Files:
         """List the files that can be opened."""
         own = [name for name in self._folder.names(*_ROBOTS) if not name.endswith(".design.yaml")]
         self._robots.options = [*file_names(), *own]
-        self._runs.options = self._folder.names(*_RUNS) or [_NONE]
+        self._runs.options = self._folder.choices(*_RUNS)
 
     def _run(self, work: Callable[[], str]) -> None:
         with errors_shown(self._desk.tell):
@@ -79,7 +75,7 @@ class Files:
         return ""
 
     def _open_run(self) -> str:
-        if self._runs.value != _NONE:
+        if self._runs.value != NOTHING:
             self._desk.open_run(self._folder.existing(self._runs.value))
         return ""
 
@@ -101,7 +97,7 @@ class Files:
     def _save_run(self) -> str:
         path = self._folder.target(self._name.value, ".nc")
         answer = self._shown()
-        save_dataset(answer.run.assign_attrs(robot=dump_robot(answer.robot)), path)
+        save_dataset(_with_robot(answer), path)
         return self._saved(path)
 
     def _save_picture(self) -> str:
@@ -112,7 +108,7 @@ class Files:
     def _save_drawing(self) -> str:
         """What is shown, from the same direction, without arrows and colours."""
         path = self._folder.target(self._name.value, ".svg")
-        run = self._drawable(self._shown())
+        run = _with_robot(self._shown())
         end = float(run["time"].values[-1])
         write_still(run, path, at=self._desk.shown_time, end=end, size=_PICTURE, camera=self._viewer.direction)
         return self._saved(path)
@@ -126,30 +122,23 @@ class Files:
         for package_name in ("cv2", "av"):
             package(package_name, "video")
 
-        def compute(progress: Progress) -> Path | None:
-            run = self._drawable(answer)
+        def compute(progress: Progress) -> None:
+            run = _with_robot(answer)
             if answer.period:
                 run = repeated(run, answer.period, seconds)
             start, end = (float(run["time"].values[k]) for k in (0, -1))
 
             def drawn(share: float) -> None:
-                if not progress(share, "drawing"):
-                    raise _CancelledError
+                if not progress("drawing", share):
+                    raise CancelledError
 
-            with suppress(_CancelledError):
-                write_film(run, path, end=min(end, start + seconds), size=_PICTURE, camera=viewer, progress=drawn)
-                return path
-            return None
+            write_film(run, path, end=min(end, start + seconds), size=_PICTURE, camera=viewer, progress=drawn)
 
-        def done(written: Path | None) -> None:
-            self._desk.tell(self._saved(written) if written else "the video was cancelled.", False)
+        def done(_: None) -> None:
+            self._desk.tell(self._saved(path), False)
 
-        self._desk.work.begin("video", compute, done)
+        self._desk.work.begin("video", compute, done, cancelled="the video was cancelled.")
         return ""
-
-    def _drawable(self, answer: Answer) -> xr.Dataset:
-        """Run of an answer, with its robot."""
-        return answer.run.assign_attrs(robot=dump_robot(answer.robot))
 
     def _save_page(self) -> str:
         path = self._folder.target(self._name.value, ".html")
@@ -165,4 +154,9 @@ class Files:
 
     def _saved(self, path: Path) -> str:
         self.renew()
-        return f"saved {path.relative_to(self._folder.root).as_posix()}"
+        return f"saved {self._folder.name(path)}"
+
+
+def _with_robot(answer: Answer) -> xr.Dataset:
+    """Run of an answer that carries its robot."""
+    return answer.run.assign_attrs(robot=dump_robot(answer.robot))

@@ -21,7 +21,7 @@ from nectosome.robots import describe
 from nectosome.units import InputError, show_quantity
 from nectosome.view.display.scene_graph import Stage
 from nectosome.view.saved import check_drawable, check_run
-from nectosome.view.start import standing
+from nectosome.view.still import standing
 
 from .answers import Answer, AnswerSolver
 from .desk import StudioTask, Tasks
@@ -30,9 +30,8 @@ from .folder import WorkFolder
 from .numbers import Board
 from .player import Player, PlayerControls
 from .sliders import SliderScale, scales_of
-from .solver_thread import SolverThread
 from .viewer import Viewer
-from .work import Work, errors_shown
+from .work import SolverThread, Work, errors_shown
 
 _FIRST = "computing; the first answer of a robot compiles its equations"
 _LATER = "computing; what is shown is the last answer"

@@ -11,10 +11,9 @@ from nectosome.description import WaterDescription
 from nectosome.units import InputError
 
 from .camera import Perspective, axes_towards, colour_of, lit, outlines, seen, walls
-from .raster import Picture, Raster
+from .canvas import Picture, Raster, Vector
 from .style import BLACK, ORANGE, SKY
 from .tubes import between, colours_of, description, tubes, visible
-from .vector import Vector
 
 # where the viewer is, seen from a robot that swims towards -x; of one that swims the other way, mirrored
 CAMERAS = {

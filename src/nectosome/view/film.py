@@ -11,8 +11,8 @@ from nectosome.io.atomic import write_atomic
 from nectosome.io.extras import package
 from nectosome.vision.video.clip import write_video
 
+from .canvas import Picture
 from .drawing import Scene
-from .raster import Picture
 
 
 def write_film(

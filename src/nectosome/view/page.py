@@ -1,14 +1,13 @@
 """Pages that need nothing but themselves: HTML with the programs inside that draw its figures and scenes."""
 
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from itertools import count
 from pathlib import Path
 
 import plotly.graph_objects as go
 import plotly.io as pio
-import xarray as xr
 from plotly.offline import get_plotlyjs
 
 from nectosome.io import write_atomic
@@ -58,13 +57,6 @@ def write_page(path: str | Path, title: str, parts: Iterable[str | Panel]) -> No
     if any(isinstance(figure, Scenes) for figure in figures):
         programs.append(_player())
     _write(path, title, [f"<script>{program}</script>" for program in programs], [f"<h1>{escape(title)}</h1>", *parts])
-
-
-def write_fit(found: xr.Dataset, path: str | Path, sentence: str, panel: Callable[[xr.Dataset, int], Panel]) -> None:
-    """Write the page of a fit: its parameters in a sentence, its warnings, a panel for each recording."""
-    warnings = [f"<p><b>Beware:</b> {escape(words)}.</p>" for words in json.loads(found.attrs["warnings"])]
-    panels = [panel(found, k) for k in range(found.sizes["recording"])]
-    write_page(path, str(found.attrs["title"]), [f"<p>{escape(sentence)}</p>", *warnings, *panels])
 
 
 def write_panels(folder: Path, panels: Iterable[tuple[str, Panel]]) -> None:

@@ -1,10 +1,16 @@
-"""The page of a robot that does not move: a picture that turns, and numbers."""
+"""A robot that does not move: as it starts, to be drawn like a run, and its page, a picture that turns and numbers."""
 
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
+
+from nectosome.core.remember import remembered
+from nectosome.description import RobotDescription, dump_robot
+from nectosome.mechanism import Robot
+from nectosome.mechanism.start_poses import start_poses
 
 from .page import write_page
 from .scenes import run_scene
@@ -12,6 +18,23 @@ from .style import Panel
 from .tubes import description
 
 Rows = Sequence[Sequence[str]]
+
+
+def standing(described: RobotDescription, robot: Robot) -> xr.Dataset:
+    """One instant, without forces."""
+    rotation, position = remembered(start_poses, robot)
+    bodies = {part.name: part.body for part in robot.tree.parts}
+    of_stations = np.concatenate([[name] * body.x.size for name, body in bodies.items()])
+    return xr.Dataset(
+        {
+            "position": (("time", "station", "axis"), np.asarray(position)[None]),
+            "rotation": (("time", "station", "row", "axis"), np.asarray(rotation)[None]),
+            "station_x": ("station", np.concatenate([body.x for body in bodies.values()])),
+            "half_width": (("station", "across"), np.concatenate([body.half_width for body in bodies.values()])),
+        },
+        coords={"time": [0.0], "part": [*bodies], "station_part": ("station", of_stations)},
+        attrs={"title": described.name, "robot": dump_robot(described)},
+    )
 
 
 def show_still(run: xr.Dataset, path: str | Path, tables: Sequence[Rows]) -> None:

@@ -62,7 +62,7 @@ def prepare_loop(request: ControlRequest, dimension: str, progress: Progress) ->
     """
     constant = request.reference == CONSTANT
     read_quantity(request.size, dimension, "reference")  # the name of a shape stands in another field here
-    if not progress(0.0, "compiling the equations"):
+    if not progress("compiling the equations", 0.0):
         return None
     task = controllers.ControlTask.parse(
         request.description,
@@ -75,8 +75,8 @@ def prepare_loop(request: ControlRequest, dimension: str, progress: Progress) ->
         mean=request.mean,
         resolution=FRAME,
     )
-    gains = task.find_gains(_TUNED, lambda what, share: progress(share, what))
-    if gains is None or not progress(0.0, "compiling the rig"):
+    gains = task.find_gains(_TUNED, progress)
+    if gains is None or not progress("compiling the rig", 0.0):
         return None
     pid = task.pid(gains)
     samples = None if constant else task.reference.samples(LONGEST + task.robot.dt, task.robot.dt, task.start)
@@ -95,10 +95,10 @@ def commands_of(description: RobotDescription) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*offsets, *description.aliases])) or tuple(numeric_paths(description))
 
 
-def first_range(session: Desk, command: str) -> str:
+def first_range(desk: Desk, command: str) -> str:
     """Initial range of a command: that of its slider, or of an offset half the amplitude of its drive."""
-    description = session.description
-    for scale in scales_of(description, session.problem.vary):
+    description = desk.description
+    for scale in scales_of(description, desk.problem.vary):
         if scale.name == command:
             return f"{scale.low:g}..{scale.high:g} {scale.unit}".strip()
     path = resolve(description, command)[0]

@@ -16,7 +16,7 @@ from nectosome.mechanism import Diagnosis
 from nectosome.model import build
 from nectosome.solve import SampledPlant
 from nectosome.studio.work import Progress
-from nectosome.view.start import standing
+from nectosome.view.still import standing
 
 FRAME = 0.05  # s between pictures at least
 LONGEST = 600.0  # s of a run
@@ -92,7 +92,7 @@ class LiveRig:
                 if left > -FRAME:
                     show(*self._frame(k))
                     self._delays.append(time.perf_counter() - begin - now)
-                if not progress(now / LONGEST, f"{now:.1f} s, {self.clock}"):
+                if not progress(f"{now:.1f} s, {self.clock}", now / LONGEST):
                     return Status.SOLVED
         return Status.SOLVED
 

@@ -21,8 +21,8 @@ _MARKS = {"match": ("&#10003;", "#0072B2"), "better": ("&#9650;", "#00714f"), "d
 class Scorecard:
     """Lays out the tab: which file, which study, which rows, and these."""
 
-    def __init__(self, session: Desk):
-        self._session, gui = session, session.gui
+    def __init__(self, desk: Desk):
+        self._desk, gui = desk, desk.gui
         self._rows: list[Row] = []
         self._file: Any = gui.add_dropdown("File", (_NONE,))
         self._study: Any = gui.add_dropdown("Study", (_ALL,))
@@ -36,13 +36,13 @@ class Scorecard:
 
     def renew(self) -> None:
         """Look which scorecards there are."""
-        self._file.options = self._session.folder.names(_NAME) or [_NONE]
+        self._file.options = self._desk.folder.names(_NAME) or [_NONE]
         self._open()
 
     def _open(self) -> None:
         name, self._rows = self._file.value, []
         try:
-            self._rows = [] if name == _NONE else read_rows(self._session.folder.existing(name))
+            self._rows = [] if name == _NONE else read_rows(self._desk.folder.existing(name))
         except InputError as error:  # told here: a file of the folder is not what the user may be doing
             self._page.content = note(str(error), bad=True)
             return

@@ -123,11 +123,6 @@ class Stage:
             if name.rpartition("/")[0] not in gone:  # else it goes with what it sits on
                 before[name].remove()
 
-    @property
-    def ground_spacing(self) -> float:
-        """Distance between dots, or thick lines, of the ground [m]."""
-        return self._around.spacing
-
     def write(self, name: str, words: str, place: Float[np.ndarray, "3"]) -> None:
         """Write words at a place [m] in the world."""
         self._scene.add_label(f"/world/{name}", words, position=place, anchor="bottom-center")
