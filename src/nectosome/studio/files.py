@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from concurrent.futures import CancelledError
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -46,14 +47,15 @@ class Files:
         with gui.add_folder("Save"):
             self._length = gui.add_number("Video (s)", 5.0, min=0.5, max=60.0, step=0.5)
             self._name = gui.add_text("Name", "robot")
-            for label, work in (
-                ("Save robot (.yaml)", self._save_robot),
-                ("Save run (.nc)", self._save_run),
-                ("Save picture (.png)", self._save_picture),
-                ("Save picture (.svg)", self._save_drawing),
-                ("Save video (.mp4)", self._save_video),
-                ("Save page that plays (.html)", self._save_page),
+            for label, suffix, save in (
+                ("Save robot (.yaml)", ".yaml", self._save_robot),
+                ("Save run (.nc)", ".nc", self._save_run),
+                ("Save picture (.png)", ".png", self._save_picture),
+                ("Save picture (.svg)", ".svg", self._save_drawing),
+                ("Save video (.mp4)", ".mp4", self._save_video),
+                ("Save page that plays (.html)", ".html", self._save_page),
             ):
+                work = partial(self._save, suffix, save)
                 gui.add_button(label).on_click(lambda _, work=work: self._run(work))
         self.renew()
 
@@ -63,23 +65,21 @@ class Files:
         self._robots.options = [*file_names(), *own]
         self._runs.options = self._folder.choices(*_RUNS)
 
-    def _run(self, work: Callable[[], str]) -> None:
+    def _run(self, work: Callable[[], str | None]) -> None:
         with errors_shown(self._desk.tell):
             words = work()
             if words:
                 self._desk.tell(words, bad=False)
 
-    def _open_robot(self) -> str:
+    def _open_robot(self) -> None:
         name = self._robots.value
         self._desk.open(name if name in file_names() else self._folder.existing(name))
-        return ""
 
-    def _open_run(self) -> str:
+    def _open_run(self) -> None:
         if self._runs.value != NOTHING:
             self._desk.open_run(self._folder.existing(self._runs.value))
-        return ""
 
-    def _take(self, name: str, data: bytes) -> str:
+    def _take(self, name: str, data: bytes) -> None:
         with received(name, data) as path:
             if path.suffix in _RUNS:
                 self._desk.open_run(path)
@@ -87,35 +87,34 @@ class Files:
                 self._desk.open(path)
             else:
                 raise InputError("is neither a robot (.yaml) nor a run (.nc).", field=path.name)
-        return ""
 
-    def _save_robot(self) -> str:
-        path = self._folder.target(self._name.value, ".yaml")
+    def _save(self, suffix: str, save: Callable[[Path], str | None]) -> str:
+        """Save by the name on the page. Where `save` gives no words, the name of the file is shown."""
+        path = self._folder.target(self._name.value, suffix)
+        words = save(path)
+        return self._saved(path) if words is None else words
+
+    def _save_robot(self, path: Path) -> None:
         save_robot(self._desk.description, path)
-        return self._saved(path)
 
-    def _save_run(self) -> str:
-        path = self._folder.target(self._name.value, ".nc")
-        answer = self._shown()
-        save_dataset(_with_robot(answer), path)
-        return self._saved(path)
+    def _save_run(self, path: Path) -> None:
+        save_dataset(_with_robot(self._shown()), path)
 
-    def _save_picture(self) -> str:
-        path = self._folder.target(self._name.value, ".png")
+    def _save_picture(self, path: Path) -> None:
         write_atomic(path, imageio.imwrite("<bytes>", self._viewer.picture(_HEIGHT), extension=".png"))
-        return self._saved(path)
 
-    def _save_drawing(self) -> str:
+    def _save_drawing(self, path: Path) -> None:
         """What is shown, from the same direction, without arrows and colours."""
-        path = self._folder.target(self._name.value, ".svg")
         run = _with_robot(self._shown())
         end = float(run["time"].values[-1])
         write_still(run, path, at=self._desk.shown_time, end=end, size=_PICTURE, camera=self._viewer.direction)
-        return self._saved(path)
 
-    def _save_video(self) -> str:
+    def _save_page(self, path: Path) -> None:
+        answer = self._shown()
+        write_atomic(path, page_of(answer.run, answer.robot, answer.period, self._viewer.look).encode())
+
+    def _save_video(self, path: Path) -> str:
         """A periodic motion for the given time; of a run at most all of it."""
-        path = self._folder.target(self._name.value, ".mp4")
         answer, seconds, viewer = self._shown(), float(self._length.value), self._viewer.direction
         if answer.run.sizes["time"] < 2:
             raise InputError("it does not move: save a picture.")
@@ -139,12 +138,6 @@ class Files:
 
         self._desk.work.begin("video", compute, done, cancelled="the video was cancelled.")
         return ""
-
-    def _save_page(self) -> str:
-        path = self._folder.target(self._name.value, ".html")
-        answer = self._shown()
-        write_atomic(path, page_of(answer.run, answer.robot, answer.period, self._viewer.look).encode())
-        return self._saved(path)
 
     def _shown(self) -> Answer:
         answer = self._desk.answer

@@ -82,11 +82,11 @@ class WorkFolder:
         _must_be_file(found, path.name)
         return found
 
-    def target(self, name: str, suffix: str, *, overwrite: bool = False) -> Path:
+    def target(self, name: str, suffix: str) -> Path:
         """Return the path where to write what is to be called `name`; `suffix` is put behind it where it is missing.
 
         Its folder must be there. Raises InputError as `existing` does, for any link, and for a file that is there
-        already unless `overwrite`.
+        already.
         """
         if not name.lower().endswith(suffix.lower()):
             name += suffix
@@ -97,8 +97,7 @@ class WorkFolder:
         path = folder / last
         if os.path.lexists(path):
             _must_be_file(path, name)
-            if not overwrite:
-                raise InputError(f'"{name}" is there already. Choose another name.')
+            raise InputError(f'"{name}" is there already. Choose another name.')
         return path
 
     def _within(self, name: str) -> Path:

@@ -66,7 +66,7 @@ class Board:
         """Begin anew, for another robot."""
         with self._lock:
             self._table.forget()
-            self._lines["action"] = "", False
+            self.forget_action()
 
     def add(self, numbers: dict[str, float]) -> None:
         """Take the numbers of one more answer; they are shown with the next message."""

@@ -80,7 +80,7 @@ class PlayerControls:
         self._button.label = "Pause" if on else "Play"
 
     def set_end(self, end: float) -> None:
-        """Take the end of a run [s]; without a motion, at 0, nothing can be played."""
+        """Take the end of a run [s]; at 0, without a motion, nothing can be played."""
         self._time.max = round(max(end, 1e-3), 3)
         self._button.disabled = self._time.disabled = end == 0
 

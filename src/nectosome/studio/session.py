@@ -47,7 +47,7 @@ class Session:
         self._stage = Stage(client.scene)
         self._drawing = threading.RLock()  # one thread at a time changes the stage
         self._viewer = Viewer(client, self._stage, self._drawing)
-        self._answer: Answer | None = None
+        self.answer: Answer | None = None  # the motion that is shown
         self._live = False  # whether what is shown is computed while it is shown
         self._opened = 0  # robots and runs so far: an answer for one before is not shown
         self._on_first_answer: list[Callable[[Answer], None]] = []
@@ -63,8 +63,12 @@ class Session:
         """Take a robot that ships, by name, or a file. Raises InputError where it cannot be read: nothing changes."""
         description = describe(str(robot))
         self._take(description, motion_problem(robot))
-        with self._counting(self._opened):
-            self._show_start()
+        with self._counting(self._opened):  # it stands as it starts, until it moves
+            start = standing(self.description, build(self.description))
+            with self._drawing, self._client.atomic():
+                self._stage.load(start, self.description, 0.0, self._viewer.look)
+                self._stage.at(0.0)
+            self._viewer.look_from()
         self._compute_motion()
 
     def open_run(self, path: Path) -> None:
@@ -78,11 +82,6 @@ class Session:
         self._viewer.look_from()
 
     @property
-    def answer(self) -> Answer | None:
-        """The motion that is shown; None until there is one."""
-        return self._answer
-
-    @property
     def sliders(self) -> list[str]:
         """Names of the quantities that have a slider."""
         return [scale.name for scale in scales_of(self.description, self.problem.vary)]
@@ -90,7 +89,7 @@ class Session:
     @property
     def shown_time(self) -> float:
         """Time of the run that is shown [s]."""
-        start = 0.0 if self._answer is None else float(self._answer.run["time"].values[0])
+        start = 0.0 if self.answer is None else float(self.answer.run["time"].values[0])
         return start + (self._player.time % self._stage.playback.end if self._stage.playback.end else 0.0)
 
     def tell(self, words: str, bad: bool) -> None:
@@ -113,7 +112,7 @@ class Session:
         """Show from now on what `live` shows; it continues a run of this robot."""
         self._controls.play(False)
         with self._drawing, self._client.atomic():
-            self._live, self._answer = True, None
+            self._live, self.answer = True, None
             self._controls.disable()
             self._board.show_motion("")
             self._stage.load(run, self.description, 0.0, self._viewer.look)
@@ -161,17 +160,11 @@ class Session:
             self._viewer.lay_out(self._look_changed)
         with tabs.add_tab("Files"):
             Files(self, self._viewer)
-        self._tasks = self._lay_out_tasks(tasks)
-
-    def _lay_out_tasks(self, tasks: Tasks) -> list[StudioTask]:
-        if not tasks:
-            return []
-        panel, made = self.gui.add_panel(), []
+        panel, self._tasks = gui.add_panel(), list[StudioTask]()
         for name, lay_out in tasks.items():
             with panel.add_tab(name):
-                made.append(lay_out(self))
+                self._tasks.append(lay_out(self))
         panel.dock_left()
-        return made
 
     def _put_sliders(self, scales: list[SliderScale]) -> None:
         """One slider for each number, in place of those of the last robot."""
@@ -202,9 +195,9 @@ class Session:
 
     def _look_changed(self) -> None:
         """Show the same run with another look."""
-        if self._live or self._answer is not None:
+        if self._live or self.answer is not None:
             self._stage.look(self._viewer.look)
-        if self._answer is not None:
+        if self.answer is not None:
             self._stage.at(self._player.time)
             self._viewer.show_legend()
 
@@ -219,7 +212,7 @@ class Session:
         self._solver.close()  # a program that is being compiled cannot be stopped, but nobody waits for it
         with self._setting, self._drawing:
             self.description, self.problem = description, problem
-            self._opened, self._answer = self._opened + 1, None
+            self._opened, self.answer = self._opened + 1, None
             self._answer_solver = AnswerSolver(problem.forward)  # the last robot's motion is no guess for another one's
             self._solver = SolverThread(self._solve)
             self._board.forget()
@@ -234,14 +227,6 @@ class Session:
             if self._live:
                 self._live = False
                 self.work.cancel()
-
-    def _show_start(self) -> None:
-        """Show the robot as it starts, until it moves."""
-        start = standing(self.description, build(self.description))
-        with self._drawing, self._client.atomic():
-            self._stage.load(start, self.description, 0.0, self._viewer.look)
-            self._stage.at(0.0)
-        self._viewer.look_from()
 
     def _compute_motion(self) -> None:
         self._solver.submit((self._opened, self._answer_solver, self.description))
@@ -268,7 +253,7 @@ class Session:
     def _counting(self, opened: int) -> Iterator[None]:
         """Show for how long an answer has been computed: of a robot's first one at once, else after a second."""
         done, began = threading.Event(), time.perf_counter()
-        words = _FIRST if self._answer is None else _LATER
+        words = _FIRST if self.answer is None else _LATER
 
         def count() -> None:
             while not done.wait(_COUNTED):
@@ -277,7 +262,7 @@ class Session:
                         return
                     self._board.show_motion(f"{words}: {time.perf_counter() - began:.0f} s so far")
 
-        if self._answer is None:
+        if self.answer is None:
             self._board.show_motion(_FIRST)
         threading.Thread(target=count, name="studio-waiting", daemon=True).start()
         try:
@@ -287,12 +272,12 @@ class Session:
 
     def _put(self, answer: Answer, words: str) -> None:
         """Show an answer, and begin to play where it is the first one of its robot."""
-        first = self._answer is None
+        first = self.answer is None
         for tell in self._on_first_answer if first else ():
             tell(answer)
         self._player.hold(0.0)
         with self._drawing, self._client.atomic():
-            self._answer = answer
+            self.answer = answer
             self._stage.load(answer.run, answer.robot, answer.period, self._viewer.look)
             self._stage.at(self._player.time)
             self._board.add(answer.numbers)
@@ -307,7 +292,7 @@ class Session:
 
     def _show(self, t: float) -> None:
         """Show an instant [s] of the motion, in the player's thread."""
-        if self._answer is None:
+        if self.answer is None:
             return
         with errors_shown(self.tell), self._drawing, self._client.atomic():
             playback = self._stage.playback

@@ -14,6 +14,7 @@ import zipfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import accumulate
 from pathlib import Path, PurePosixPath
 from typing import Any, BinaryIO
 
@@ -145,26 +146,13 @@ def check_unpacked(path: Path) -> None:
     """
     with path.open("rb") as file:
         head = file.read(_MAT_HEAD)
-    sizes = (
-        _hdf5(path)
-        if head.startswith(b"\x89HDF")
-        else _zip(path)
-        if head.startswith(b"PK")
-        else _matlab(path, head)
-        if head.startswith(b"MATLAB 5")
-        else iter(())
-    )
-    total = 0
+    readers = {b"\x89HDF": _hdf5, b"PK": _zip, b"MATLAB 5": _matlab}
+    sizes = next((read(path) for magic, read in readers.items() if head.startswith(magic)), ())
     with suppress(OSError, zipfile.BadZipFile, zlib.error, struct.error, RuntimeError):
-        for size in sizes:
-            total += size
+        for total in accumulate(sizes):
             if total > UNPACKED_LIMIT:
-                break
-    if total > UNPACKED_LIMIT:
-        raise InputError(
-            f"holds more than {UNPACKED_LIMIT / 2**30:.0f} GiB when it is unpacked: too much for the page.",
-            file=path.name,
-        )
+                limit = f"{UNPACKED_LIMIT / 2**30:.0f} GiB"
+                raise InputError(f"holds more than {limit} when it is unpacked: too much for the page.", file=path.name)
 
 
 def _hdf5(path: Path) -> Iterator[int]:
@@ -184,10 +172,9 @@ def _zip(path: Path) -> Iterator[int]:
         yield from (item.file_size for item in file.infolist())
 
 
-def _matlab(path: Path, head: bytes) -> Iterator[int]:
-    order = ">" if head[126:128] == b"MI" else "<"
+def _matlab(path: Path) -> Iterator[int]:
     with path.open("rb") as file:
-        file.seek(_MAT_HEAD)
+        order = ">" if file.read(_MAT_HEAD)[126:] == b"MI" else "<"
         while tag := file.read(8):
             kind, size = struct.unpack(order + "II", tag)
             if kind == _MAT_COMPRESSED:

@@ -15,7 +15,7 @@ from plotly.subplots import make_subplots
 from nectosome.units import dimension_of, show_quantity, unit_to_si
 
 from .page import write_page
-from .style import BLACK, BLUE, CYCLE, GREY, SKY, Panel, dress, plain, readable
+from .style import BLACK, BLUE, CYCLE, GREY, SKY, Panel, dress, plain, readable, titled
 
 _MOST = 6000  # points of a line that are drawn
 _MOVED = 1e-3  # m, from which a path has a second direction
@@ -52,8 +52,8 @@ def signals_panel(run: xr.Dataset) -> Panel:
     command = run["command"]
     scale, of = _shown(command)
     fig.add_scatter(x=samples, y=scale * command.values, name="command", mode="lines", line=held, row=2, col=1)
-    fig.update_yaxes(title=_named(str(run.attrs["measured"]), unit), row=1)
-    fig.update_yaxes(title=_named(str(run.attrs["commanded"]).rpartition(".")[2], of), row=2)
+    fig.update_yaxes(title=titled(readable(str(run.attrs["measured"])), unit), row=1)
+    fig.update_yaxes(title=titled(readable(str(run.attrs["commanded"]).rpartition(".")[2]), of), row=2)
     fig.update_xaxes(title="time (s)", row=2)
     dress(fig, 620).update_layout(showlegend=True, hovermode="closest", margin_t=60, legend_y=1.03)
     caption = "Simulated. The command is held from one sample to the next."
@@ -73,11 +73,9 @@ def path_panel(run: xr.Dataset) -> Panel:
     marks = np.linspace(0.0, time[-1], _MARKS + 1)
     k = np.searchsorted(time, marks).clip(0, time.size - 1)
     marker = {"color": BLACK, "size": 6}
-    texts = [f"{t:.3g} s" for t in marks]
-    style = {"size": 11, "color": BLACK}
-    fig.add_scatter(
-        x=x[k], y=y[k], mode="markers+text", text=texts, textposition="top right", textfont=style, marker=marker
-    )
+    texts, font = [f"{t:.3g} s" for t in marks], {"size": 11, "color": BLACK}
+    style = {"mode": "markers+text", "marker": marker, "textposition": "top right", "textfont": font}
+    fig.add_scatter(x=x[k], y=y[k], text=texts, **style)
     fig.update_xaxes(title=f"{across} (m)", constrain="domain")
     fig.update_yaxes(title=f"{up} (m)", scaleanchor="x")
     dress(fig, 460).update_layout(hovermode="closest")
@@ -108,12 +106,10 @@ def experiment_panel(runs: Sequence[xr.Dataset]) -> Panel:
             y, line = scale * one["command"].values, {"color": GREY, "width": 1.2}
             fig.add_scatter(x=time, y=y, line=line, mode="lines", name="command", row=3, col=1)
         line = {"color": BLUE if last else CYCLE[1 + k % (len(CYCLE) - 1)], "width": 1.0}
-        name = f"error of run {k + 1}" if several else "error"
-        fig.add_scatter(
-            x=time, y=measured - reference, line=line, mode="lines", name=name, showlegend=several, row=2, col=1
-        )
+        name, y = f"error of run {k + 1}" if several else "error", measured - reference
+        fig.add_scatter(x=time, y=y, line=line, mode="lines", name=name, showlegend=several, row=2, col=1)
     for row, (name, shown) in enumerate((("measured", unit), ("error", unit), ("command", of)), start=1):
-        fig.update_yaxes(title=_named(name, shown), row=row)
+        fig.update_yaxes(title=titled(name, shown), row=row)
     fig.update_xaxes(title="time (s)", row=3)
     dress(fig, 680).update_layout(showlegend=True, hovermode="closest", margin_t=60, legend_y=1.07)
     caption = "As measured, with noise. The command acts on the rig after its delay." + (
@@ -137,7 +133,3 @@ def _shown(values: xr.DataArray) -> tuple[float, str]:
         return 1.0, unit
     shown = show_quantity(float(np.nanmax(np.abs(values.values))), dimension).partition(" ")[2]
     return 1 / unit_to_si(shown)[0], shown
-
-
-def _named(name: str, unit: str) -> str:
-    return f"{readable(plain(name))} ({unit})" if unit not in ("", "1") else readable(plain(name))

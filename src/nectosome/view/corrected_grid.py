@@ -15,7 +15,7 @@ from jaxtyping import Float
 from nectosome.identification.fits.errors import SIDES
 from nectosome.units import shown_unit
 
-from .heatmap import MapAxis, diverging, maps, sequential
+from .heatmap import STAR, MapAxis, diverging, maps, sequential
 from .page import write_page
 from .style import BLACK, BLUE, GREY, VERMILLION, Panel, dress, plain, span
 
@@ -42,13 +42,13 @@ def map_panels(found: xr.Dataset, aim: str) -> list[Panel]:
         f"experiments; star: the {_best(aim)}."
     )
     out = [Panel("Corrected grid", caption, grid_maps(found, aim, "simulated", "corrected"))]
-    half, told = unknown_map(found), parameter_map(found)
+    half, parameter = unknown_map(found), parameter_map(found)
     if half is not None:
         what = "Half of the 95 % interval of the corrected value, without the noise of a measurement."
         out.append(Panel("What is not known", what, half))
-    if told is not None:
+    if parameter is not None:
         what = f"{called} as the experiments tell it; the simulator took {float(found.attrs['nominal']):.4g}."
-        out.append(Panel("The simulator's parameter", what, told))
+        out.append(Panel("The simulator's parameter", what, parameter))
     return out
 
 
@@ -73,10 +73,11 @@ def unknown_map(found: xr.Dataset) -> go.Figure | None:
 
 def parameter_map(found: xr.Dataset) -> go.Figure | None:
     """The simulator's parameter as the experiments tell it; None where they do not."""
-    told, called = found["parameter"], str(found.attrs["parameter"])
-    if not told.notnull().all():
+    estimate, name = found["parameter"], str(found.attrs["parameter"])
+    if not estimate.notnull().all():
         return None
-    return _maps(found, {called: told}, sequential(told.values, _unit(told) if told.attrs["units"] else called))
+    unit = _unit(estimate) if estimate.attrs["units"] else name
+    return _maps(found, {name: estimate}, sequential(estimate.values, unit))
 
 
 def _best(aim: str) -> str:
@@ -92,16 +93,15 @@ def _maps(
     x, y = (MapAxis(_scaled(found[name]), _title(found[name])) for name in (across, down))
     fig = maps(x, y, {title: z.values for title, z in values.items()}, colours)
     for col, z in enumerate(values.values(), start=1):
-        marks = [("measured", "circle", BLACK, 7), ("next", "diamond-open", VERMILLION, 12)]
-        for kind, symbol, colour, size in marks:
+        for kind, symbol, colour, size, line in (
+            ("measured", "circle", BLACK, 7, {"color": "white", "width": 1}),
+            ("next", "diamond-open", VERMILLION, 12, {"color": VERMILLION, "width": 2.5}),
+        ):
             at = [_scaled(found[f"{kind}_{name}"]) for name in (across, down)]
-            marker = {"symbol": symbol, "color": colour, "size": size, "line": {"color": "white", "width": 1}}
-            marker |= {"line": {"color": colour, "width": 2.5}} if kind == "next" else {}
-            _points(fig, at, kind, marker, col)
+            _points(fig, at, kind, {"symbol": symbol, "color": colour, "size": size, "line": line}, col)
         if best is not None:
             there = z.isel(z.argmin(...) if best == "lowest" else z.argmax(...))
-            marker = {"symbol": "star", "size": 16, "color": "white", "line": {"color": BLACK, "width": 1.5}}
-            _points(fig, [np.atleast_1d(_scaled(there[name])) for name in (across, down)], best, marker, col)
+            _points(fig, [np.atleast_1d(_scaled(there[name])) for name in (across, down)], best, STAR, col)
     return fig
 
 
@@ -123,22 +123,14 @@ def curves_panel(found: xr.Dataset, aim: str) -> Panel:
     dashed = {"color": GREY, "dash": "dash"}
     fig.add_scatter(x=x, y=found["simulated"].values, mode="lines", name="simulated", line=dashed)
     fig.add_scatter(x=x, y=y, mode="lines", name="corrected", line={"color": BLUE})
-    for kind, value, symbol, colour in (
-        ("measured", "measured", "circle", BLACK),
-        ("next", "expected", "diamond-open", VERMILLION),
-    ):
+    marks = (("measured", "measured", "circle", BLACK), ("next", "expected", "diamond-open", VERMILLION))
+    for kind, value, symbol, colour in marks:
         bars = {"array": SIDES * found[f"{value}_error"].values, "thickness": 1, "width": 3}
-        fig.add_scatter(
-            x=_scaled(found[f"{kind}_{condition}"]),
-            y=found[value].values,
-            error_y=bars if kind == "measured" else None,
-            mode="markers",
-            marker={"symbol": symbol, "color": colour, "size": 7 if kind == "measured" else 12},
-            name=kind,
-        )
+        marker = {"symbol": symbol, "color": colour, "size": 7 if kind == "measured" else 12}
+        style = {"mode": "markers", "marker": marker, "error_y": bars if kind == "measured" else None}
+        fig.add_scatter(x=_scaled(found[f"{kind}_{condition}"]), y=found[value].values, name=kind, **style)
     k = int(np.argmin(y) if aim == "lowest" else np.argmax(y))
-    star = {"symbol": "star", "size": 16, "color": "white", "line": {"color": BLACK, "width": 1.5}}
-    fig.add_scatter(x=x[[k]], y=y[[k]], mode="markers", marker=star, name=_best(aim))
+    fig.add_scatter(x=x[[k]], y=y[[k]], mode="markers", marker=STAR, name=_best(aim))
     fig.update_xaxes(title=_title(found[condition]))
     fig.update_yaxes(title=f"{plain(name)} ({_unit(found[name])})")
     dress(fig, 460).update_layout(showlegend=True, hovermode="closest", margin_t=60)
@@ -151,9 +143,9 @@ def curves_panel(found: xr.Dataset, aim: str) -> Panel:
 
 def predictions_panel(found: xr.Dataset) -> Panel:
     """Measured values against what the others tell of them, and against the simulator."""
-    measured, told = found["measured"].values, found["predicted"].values
+    measured, predicted = found["measured"].values, found["predicted"].values
     unit, fig = _unit(found["measured"]), go.Figure()
-    ends = span([*measured, *told, *found["simulated_there"].values])
+    ends = span([*measured, *predicted, *found["simulated_there"].values])
     fig.add_scatter(x=ends, y=ends, mode="lines", line={"color": GREY, "dash": "dot"}, name="as measured")
     grey = {"symbol": "circle-open", "color": GREY, "size": 9}
     own = found["simulated_there"].values
@@ -163,7 +155,7 @@ def predictions_panel(found: xr.Dataset) -> Panel:
         for axis, kind in (("x", "predicted"), ("y", "measured"))
     }
     marker = {"color": BLUE, "size": 8}
-    fig.add_scatter(x=told, y=measured, mode="markers", marker=marker, name="corrected, by the others", **bars)
+    fig.add_scatter(x=predicted, y=measured, mode="markers", marker=marker, name="corrected, by the others", **bars)
     fig.update_xaxes(title=f"predicted ({unit})", range=ends)
     fig.update_yaxes(title=f"measured ({unit})", range=ends)
     dress(fig, 560).update_layout(showlegend=True, hovermode="closest", margin_t=60)

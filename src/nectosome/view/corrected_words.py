@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from nectosome.identification import Errors, Observed, errors_of
+from nectosome.identification import Observed, errors_of
 from nectosome.identification.fits.errors import SIDES
 from nectosome.units import count, shown_unit
 
@@ -29,8 +29,8 @@ def read_lines(observed: Sequence[Observed]) -> list[str]:
     first = f"{count(files, 'recording')}, {_number(seconds)} s in all, at {count(len(observed), 'condition')}"
     notes = _gathered([*dict.fromkeys(note for row in observed for note in row.notes)])
     more = [f"and {count(len(notes) - _NOTES, 'more note')}"] if len(notes) > _NOTES else []
-    told = f"{repeated} of them repeated; standard error of a mean: {100 * noise:.2g} % (median)"
-    return [f"{first}, {told}", *notes[:_NOTES], *more]
+    quality = f"{repeated} of them repeated; standard error of a mean: {100 * noise:.2g} % (median)"
+    return [f"{first}, {quality}", *notes[:_NOTES], *more]
 
 
 def _gathered(notes: Sequence[str]) -> list[str]:
@@ -59,15 +59,12 @@ def _errors(found: xr.Dataset) -> WordRows:
     before = errors_of(found["simulated_there"].values, measured, np.full(len(measured), np.nan), noise)
     after = errors_of(found["predicted"].values, measured, found["predicted_error"].values, noise)
     for name, e in (("simulator as it was", before), (f"corrected ({found.attrs['method']}), by the others", after)):
-        rows.append((name, *map(_number, (e.mean, e.signed, e.largest, e.total)), _covered(e)))
+        covered = f"{e.coverage:.0f} %" if e.coverage == e.coverage else ""
+        rows.append((name, *map(_number, (e.mean, e.signed, e.largest, e.total)), covered))
     rows.append(("noise alone", _number(after.floor)))
     if after.small:
         rows.append((f"{count(after.small, 'experiment')} below 1 % of the largest: in total and intervals only",))
     return WordRows(names, rows)
-
-
-def _covered(e: Errors) -> str:
-    return f"{e.coverage:.0f} %" if e.coverage == e.coverage else ""
 
 
 def _optimum(found: xr.Dataset, aim: str) -> WordRows:
@@ -88,8 +85,8 @@ def _next(found: xr.Dataset) -> WordRows:
     for k in range(found.sizes["next"]):
         one = found.isel(next=k)
         place = _place([one[f"next_{name}"] for name in found["simulated"].dims], "next_")
-        told = _value(float(one["expected"]), float(one["expected_error"]), one["expected"])
-        rows.append((place, *told, str(one["reason"].item())))
+        expected = _value(float(one["expected"]), float(one["expected_error"]), one["expected"])
+        rows.append((place, *expected, str(one["reason"].item())))
     return WordRows(("next experiment", "expected", "95 %", ""), rows)
 
 

@@ -17,7 +17,7 @@ from plotly.subplots import make_subplots
 from nectosome.identification.hysteresis.files import BENCH_UNITS
 
 from .page import write_page
-from .style import BLACK, BLUE, GREY, VERMILLION, Panel, dress
+from .style import BLACK, BLUE, GREY, VERMILLION, Panel, dress, titled
 
 _PREFIXES = ((1e-6, "u"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
 _PREFIXED = ("m", "N", "m/s", "N m", "W", "Pa")
@@ -86,8 +86,8 @@ def robot_panel(found: xr.Dataset, k: int) -> Panel:
         error = factor * (part["computed"].values - part["measured"].values)
         line = {"color": BLUE, "width": 1}
         fig.add_scatter(x=time, y=error, mode="lines", line=line, showlegend=False, row=2 * c + 2, col=1)
-        fig.update_yaxes(title=f"{column} ({unit})" if unit else column, row=2 * c + 1)
-        fig.update_yaxes(title=f"error ({unit})" if unit else "error", row=2 * c + 2)
+        fig.update_yaxes(title=titled(column, unit), row=2 * c + 1)
+        fig.update_yaxes(title=titled("error", unit), row=2 * c + 2)
         off = (f"{float(one[key][c]):.3g} %" for key in ("e_rmsp", "e_mp"))
         errors.append(f"{column} is off by {next(off)} of its range in the root mean square, {next(off)} at most")
     fig.update_xaxes(title="time (s)", row=2 * count)

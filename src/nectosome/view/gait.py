@@ -24,19 +24,20 @@ def show_gait(found: xr.Dataset, path: str | Path) -> None:
     write_page(path, str(found.attrs["title"]), [f"<p>Identifiability by the features:</p><ul>{known}</ul>", *shown])
 
 
-def history_panel(fits: Sequence[xr.Dataset], names: Sequence[str] = ("",), aim: float | None = None) -> Panel:
-    """The lowest discrepancy so far, and one that is aimed at."""
+def history_panel(fits: Sequence[xr.Dataset], names: Sequence[str] = ("",), printed: float | None = None) -> Panel:
+    """The lowest discrepancy so far, and the printed one."""
     fig = go.Figure()
     for k, (found, name) in enumerate(zip(fits, names, strict=True)):
         best = np.minimum.accumulate(found["discrepancy"].values)
         line = {"color": CYCLE[k % len(CYCLE)], "shape": "hv"}
         fig.add_scatter(x=np.arange(1, best.size + 1), y=best, mode="lines", line=line, name=plain(name or "lowest"))
-    if aim is not None:
+    if printed is not None:
         most = max(found.sizes["evaluation"] for found in fits)
-        fig.add_scatter(x=[1, most], y=[aim, aim], mode="lines", line={"color": BLACK, "dash": "dot"}, name="printed")
+        line = {"color": BLACK, "dash": "dot"}
+        fig.add_scatter(x=[1, most], y=[printed, printed], mode="lines", line=line, name="printed")
     fig.update_xaxes(title="walks")
     fig.update_yaxes(title="lowest discrepancy (eq. 13)", type="log", exponentformat="power")
-    dress(fig, 360).update_layout(showlegend=len(fits) > 1 or aim is not None, margin_t=60)
+    dress(fig, 360).update_layout(showlegend=len(fits) > 1 or printed is not None, margin_t=60)
     return Panel("Search", "Sum of the squared relative errors of the features, of the best candidate so far.", fig)
 
 
@@ -46,25 +47,13 @@ def parameters_panel(fits: Sequence[xr.Dataset], names: Sequence[str] = ("",)) -
     for k, (found, name) in enumerate(zip(fits, names, strict=True)):
         low, size = found["low"].values, (found["high"] - found["low"]).values
         place = {key: 100 * (found[key].values - low) / size for key in ("value", "good_low", "good_high")}
-        bars = {
-            "array": place["good_high"] - place["value"],
-            "arrayminus": place["value"] - place["good_low"],
-            "thickness": 2,
-            "width": 3,
-        }
+        bars = {"array": place["good_high"] - place["value"], "arrayminus": place["value"] - place["good_low"]}
         rows = np.arange(found.sizes["parameter"]) + 0.12 * (k - (len(fits) - 1) / 2)
         marker = {"color": CYCLE[k % len(CYCLE)], "size": 8}
         hover = [f"{x:.4g} {unit}" for x, unit in zip(found["value"].values, found["unit"].values, strict=True)]
-        fig.add_scatter(
-            x=place["value"],
-            y=rows,
-            error_x=bars,
-            mode="markers",
-            marker=marker,
-            name=plain(name or "best"),
-            text=hover,
-            hovertemplate="%{text}<extra></extra>",
-        )
+        style = {"mode": "markers", "marker": marker, "text": hover, "hovertemplate": "%{text}<extra></extra>"}
+        error = {**bars, "thickness": 2, "width": 3}
+        fig.add_scatter(x=place["value"], y=rows, error_x=error, name=plain(name or "best"), **style)
     labels = [plain(str(name)) for name in fits[0]["parameter"].values]
     fig.update_yaxes(tickvals=list(range(len(labels))), ticktext=labels, autorange="reversed", zeroline=False)
     fig.update_xaxes(title="place in the range (percent)", range=(-3, 103))

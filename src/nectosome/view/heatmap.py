@@ -36,6 +36,9 @@ def _bar(unit: str) -> dict[str, Any]:
     return {"title": {"text": unit, "side": "top"}, "thickness": 14, "outlinewidth": 0, "x": 1.01}
 
 
+STAR = {"symbol": "star", "size": 16, "color": "white", "line": {"color": BLACK, "width": 1.5}}  # marks the best
+
+
 class MapAxis(NamedTuple):
     """Values along an axis of maps, and what they are, with their unit."""
 
@@ -71,18 +74,9 @@ def maps(
             add_level(fig, x.values, y.values, line.values, line.level, line.dash, where)
         if best:
             j, i = np.unravel_index(np.nanargmax(z), z.shape)
-            marker = {"symbol": "star", "size": 16, "color": "white", "line": {"color": BLACK, "width": 1.5}}
-            fig.add_scatter(
-                x=[x.values[i]],
-                y=[y.values[j]],
-                mode="markers",
-                marker=marker,
-                cliponaxis=False,
-                name="largest",
-                showlegend=col == 1,
-                hovertemplate=f"largest: {z[j, i]:.4g} {unit}",
-                **where,
-            )
+            style = {"mode": "markers", "marker": STAR, "name": "largest", "showlegend": col == 1, "cliponaxis": False}
+            hover = f"largest: {z[j, i]:.4g} {unit}"
+            fig.add_scatter(x=[x.values[i]], y=[y.values[j]], hovertemplate=hover, **style, **where)
     for line in lines:
         add_key(fig, line.text, line.dash)
     dress(fig, 410).update_layout(showlegend=True, hovermode="closest", margin_t=76, margin_b=70, coloraxis=colours)

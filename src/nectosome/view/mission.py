@@ -62,7 +62,7 @@ def mission_panel(found: xr.Dataset) -> Panel:
 
 
 def above_panel(found: xr.Dataset) -> Panel:
-    """Way over the floor, mode by mode, and where the robot's x axis points now and then."""
+    """Path over the floor, mode by mode, and where the robot's x axis points now and then."""
     fig = go.Figure()
     x, y = (found["position"].sel(axis=axis).values for axis in "xy")
     heading = found["heading"].values
@@ -108,14 +108,8 @@ def _ribbon(fig: go.Figure, found: xr.Dataset) -> None:
     for k, (a, b) in enumerate(zip(first, np.append(first[1:], time.size - 1), strict=True)):
         colour = _RIBBON[k % len(_RIBBON)]
         fig.add_vrect(x0=time[a], x1=time[b], fillcolor=colour, opacity=0.18, line_width=0, layer="below")  # pyright: ignore[reportArgumentType]
+        above = {"y": 1.0, "yref": "paper", "yanchor": "bottom", "yshift": 6 + 16 * (k % 2)}
+        font = {"size": 12, "color": BLACK}
         fig.add_annotation(
-            text=readable(plain(mode[a])),
-            x=0.5 * (time[a] + time[b]),
-            y=1.0,
-            xref="x",
-            yref="paper",
-            yanchor="bottom",
-            yshift=6 + 16 * (k % 2),
-            showarrow=False,
-            font={"size": 12, "color": BLACK},
+            text=readable(plain(mode[a])), x=0.5 * (time[a] + time[b]), xref="x", showarrow=False, font=font, **above
         )

@@ -53,7 +53,7 @@ def write_page(path: str | Path, title: str, parts: Iterable[str | Panel]) -> No
     figures = [part.figure for part in parts if isinstance(part, Panel)]
     programs = []
     if any(not isinstance(figure, str | Scenes) for figure in figures):
-        programs.append(_plotter())
+        programs.append(get_plotlyjs())
     if any(isinstance(figure, Scenes) for figure in figures):
         programs.append(_player())
     _write(path, title, [f"<script>{program}</script>" for program in programs], [f"<h1>{escape(title)}</h1>", *parts])
@@ -66,7 +66,7 @@ def write_panels(folder: Path, panels: Iterable[tuple[str, Panel]]) -> None:
         program = _PLAYER if isinstance(panel.figure, Scenes) else _PLOTTER
         used.add(program)
         _write(folder / f"{name}.html", panel.title, [f'<script src="{program}"></script>'], [panel])
-    for program, text in ((_PLOTTER, _plotter), (_PLAYER, _player)):
+    for program, text in ((_PLOTTER, get_plotlyjs), (_PLAYER, _player)):
         if program in used:
             write_atomic(folder / program, text().encode())
 
@@ -116,10 +116,6 @@ def _plot(figure: go.Figure, key: str) -> str:
         default_height=f"{figure['layout']['height']}px",
         div_id=key,
     )
-
-
-def _plotter() -> str:
-    return get_plotlyjs()
 
 
 def _player() -> str:

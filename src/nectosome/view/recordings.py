@@ -6,7 +6,6 @@ from html import escape
 from pathlib import Path
 
 import numpy as np
-import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
@@ -31,7 +30,8 @@ def _panel(recording: xr.Dataset) -> Panel:
     names = list(recording.data_vars)
     fig = make_subplots(rows=len(names), cols=1, shared_xaxes=True, vertical_spacing=0.25 / (10 * len(names)))
     for k, name in enumerate(names):
-        _draw(fig, recording[name], k)
+        x, y = _outline(recording[name])
+        fig.add_scatter(x=x, y=y, line={"color": CYCLE[k % len(CYCLE)], "width": 1.2}, row=k + 1, col=1)
         unit = recording[name].attrs["units"] or "1"
         fig.update_yaxes(title={"text": f"{plain(name)}<br>({plain(unit)})", "font": {"size": 12}}, row=k + 1, col=1)
     dim = str(recording[names[0]].dims[0])
@@ -41,11 +41,6 @@ def _panel(recording: xr.Dataset) -> Panel:
     said = [*about["repairs"], *about["warnings"]]
     caption = f"{Path(about['file']).name}, read as {about['reader']}. {'; '.join(said) or 'Nothing odd was found'}."
     return Panel("As read", caption, fig)
-
-
-def _draw(fig: go.Figure, variable: xr.DataArray, k: int) -> None:
-    x, y = _outline(variable)
-    fig.add_scatter(x=x, y=y, line={"color": CYCLE[k % len(CYCLE)], "width": 1.2}, row=k + 1, col=1)
 
 
 def _outline(variable: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:

@@ -29,7 +29,8 @@ def show_run(run: xr.Dataset, path: str | Path) -> None:
     source = json.loads(run.attrs.get("provenance") or "{}")
     robot = description(run)
     parts: list[str | Panel] = [] if robot is None else [f"<p>{escape(robot.about)}</p>"]
-    parts.append(f'<p class="small">{escape(" · ".join(filter(None, [ended(run), origin(source)])))}</p>')
+    small = " · ".join(filter(None, [run.attrs.get("status_reason"), origin(source)]))
+    parts.append(f'<p class="small">{escape(small)}</p>')
     loop = closed_loop_panels(run) if "reference" in run else []
     numbers = (series.velocity_panel, series.power_panel, series.energy_panel)
     write_page(path, title, [*parts, *_scene_panel(run), *loop, *(make(run) for make in numbers)])
@@ -48,11 +49,6 @@ def _scene_panel(run: xr.Dataset) -> list[Panel]:
     if turns > _BLURRED:
         caption += f" Pictures are {turns:.2g} revolutions of the drive apart: the turning looks slower than it is."
     return [Panel("The robot in motion", caption, run_scene(run))]
-
-
-def ended(run: xr.Dataset) -> str:
-    """How a run ended, in words."""
-    return str(run.attrs.get("status_reason", ""))
 
 
 def origin(source: Mapping[str, Any]) -> str:

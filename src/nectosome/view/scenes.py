@@ -12,7 +12,7 @@ from nectosome.units import InputError
 
 from .saved import check_drawable
 from .style import BLUE, Scenes
-from .tubes import between, description, nearest_rotation
+from .tubes import between, description, near_times, nearest_rotation
 
 if TYPE_CHECKING:
     from .display.scene_graph import Stage
@@ -118,9 +118,7 @@ def _is_drawable(run: xr.Dataset) -> bool:
 
 def _at(run: xr.Dataset, times: Float[np.ndarray, "t"]) -> xr.Dataset:
     """Places and rotations of a run at other times [s], by cubics through the saved ones."""
-    saved = run["time"].values
-    first, last = max(int(np.searchsorted(saved, times[0])) - 2, 0), int(np.searchsorted(saved, times[-1])) + 3
-    near = run.isel(time=slice(first, last))
+    near = near_times(run, times)
     place, turn = (between(near["time"].values, near[name].values, times) for name in ("position", "rotation"))
     own = near.drop_vars([str(name) for name, values in near.data_vars.items() if "time" in values.dims])
     moved = {"position": ("time", "station", "axis"), "rotation": ("time", "station", "row", "axis")}

@@ -56,8 +56,7 @@ def speeds_panel(runs: Mapping[str, xr.Dataset]) -> Panel:
         label = str(run.attrs.get("label", name))
         line = {"color": CYCLE[i % len(CYCLE)], "dash": ("solid", "dash", "dot")[i // len(CYCLE) % 3]}
         fig.add_scatter(x=run["time"].values, y=swimming_speed(run), name=label, line=line)
-    _time_axis(fig, "speed forward (m/s)")
-    dress(fig, 400).update_layout(showlegend=True, hovermode="closest")
+    _over_time(fig, "speed forward (m/s)", 400).update_layout(hovermode="closest")
     return Panel("Speed", "Simulated speed of the body towards -x, which is forward.", fig)
 
 
@@ -68,8 +67,7 @@ def velocity_panel(run: xr.Dataset) -> Panel:
     for axis, colour in zip("xyz", (BLUE, ORANGE, GREEN), strict=True):
         line = {"color": colour, "dash": "dash" if axis == "z" else "solid"}
         fig.add_scatter(x=run["time"].values, y=velocity.sel(axis=axis).values, name=f"along {axis}", line=line)
-    _time_axis(fig, "velocity (m/s)")
-    dress(fig, 340).update_layout(showlegend=True)
+    _over_time(fig, "velocity (m/s)", 340)
     mean = velocity.values[in_last_turn(run)].mean(axis=0)
     turning = drive_rate(run) > 0
     over = "the last revolution of its drive" if turning else "the last fifth of the run"
@@ -84,8 +82,7 @@ def power_panel(run: xr.Dataset) -> Panel:
     """Power of drives and loads against time, and whether they balance the energy."""
     fig = go.Figure()
     add_powers(fig, run)
-    _time_axis(fig, "power into the robot (W)")
-    dress(fig, 380).update_layout(showlegend=True)
+    _over_time(fig, "power into the robot (W)", 380)
     return Panel("Power flow", f"{POWER_SIGN} {balance_sentence(run)}", fig)
 
 
@@ -129,11 +126,11 @@ def energy_panel(run: xr.Dataset) -> Panel:
     for form, colour in zip(forms, (BLUE, GREEN, VERMILLION, PURPLE), strict=False):
         energy = run["energy"].sel(form=form).values
         fig.add_scatter(x=run["time"].values, y=energy, name=names.get(form, form), line_color=colour)
-    _time_axis(fig, "energy (J)")
-    dress(fig, 340).update_layout(showlegend=True)
+    _over_time(fig, "energy (J)", 340)
     return Panel("Energies", "Simulated energy stored in the robot and in the water that moves with it.", fig)
 
 
-def _time_axis(fig: go.Figure, y: str) -> None:
+def _over_time(fig: go.Figure, y: str, height: int) -> go.Figure:
     fig.update_xaxes(title="time (s)")
     fig.update_yaxes(title=y)
+    return dress(fig, height).update_layout(showlegend=True)

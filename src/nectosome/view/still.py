@@ -51,10 +51,7 @@ def show_still(run: xr.Dataset, path: str | Path, tables: Sequence[Rows]) -> Non
 
 def _table(rows: Rows) -> str:
     heads, *body = rows
-    inner = "\n".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in body)
+    cells = ("".join(f"<td>{escape(text)}</td>" for text in row) for row in body)
+    inner = "\n".join(f"<tr>{row}</tr>" for row in cells)
     head = "".join(f"<th>{escape(cell)}</th>" for cell in heads)
     return f'<div class="wide"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{inner}\n</tbody></table></div><br>'
-
-
-def _cell(text: str) -> str:
-    return f"<td>{escape(text)}</td>"

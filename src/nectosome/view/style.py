@@ -69,6 +69,11 @@ def plain(text: Any) -> str:
     return escape(str(text), quote=False)
 
 
+def titled(name: Any, unit: str) -> str:
+    """Title of an axis: a name of a dataset, with its unit where it has one."""
+    return f"{plain(name)} ({plain(unit)})" if unit not in ("", "1") else plain(name)
+
+
 def dress(fig: go.Figure, height: int, labels: int = 0) -> go.Figure:
     """Give a figure the common look: `height` [px] in all, and `labels` [px] on the right for the ends of lines."""
     fig.update_layout(
@@ -125,15 +130,7 @@ def label_ends(
         grown = places[-1] - (ordered[-1].value - across[0]) * per_value
         places = [place - 0.5 * grown for place in places]
     for end, place in zip(ordered, places, strict=True):
-        fig.add_annotation(
-            text=end.text,
-            x=1,
-            xref=f"x{axis} domain",
-            xanchor="left",
-            xshift=6,
-            y=place / pixels,
-            yref=f"y{axis} domain",
-            yanchor="middle",
-            showarrow=False,
-            font={"color": end.colour, "size": 12},
-        )
+        across_from = {"x": 1, "xref": f"x{axis} domain", "xanchor": "left", "xshift": 6}
+        up_at = {"y": place / pixels, "yref": f"y{axis} domain", "yanchor": "middle"}
+        font = {"color": end.colour, "size": 12}
+        fig.add_annotation(text=end.text, showarrow=False, font=font, **across_from, **up_at)

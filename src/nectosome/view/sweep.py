@@ -11,7 +11,7 @@ from nectosome.units import shown_unit
 
 from .heatmap import MapAxis, maps, sequential
 from .page import write_page
-from .style import BLUE, Panel, dress, plain, readable
+from .style import BLUE, Panel, dress, readable, titled
 
 _CAPTIONS = {
     "speed": "Mean speed of the body.",
@@ -56,8 +56,7 @@ def sides(found: xr.Dataset) -> tuple[str, ...]:
 def axis_of(values: xr.DataArray) -> MapAxis:
     """Values of an axis of the grid, in the unit that people read."""
     factor, unit = shown_unit(str(values.attrs.get("units", "")))
-    name = plain(values.name)
-    return MapAxis(factor * values.values, f"{name} ({unit})" if unit not in ("", "1") else name)
+    return MapAxis(factor * values.values, titled(values.name, unit))
 
 
 def _map(found: xr.Dataset, values: xr.DataArray) -> go.Figure:

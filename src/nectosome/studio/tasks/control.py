@@ -8,18 +8,18 @@ import numpy as np
 
 from nectosome.controllers import CommandRange
 from nectosome.core import Status
+from nectosome.description import RobotDescription
 from nectosome.model import build
 from nectosome.solve import common_readings, reading_of
 from nectosome.studio.answers import Answer
 from nectosome.studio.desk import Desk
 from nectosome.studio.work import Progress, labelled
-from nectosome.units import InputError, shorten
+from nectosome.units import InputError, read_quantity, shorten
 from nectosome.view.closed_loop import signals_panel
 
 from .control_request import (
     CONSTANT,
     SHAPES,
-    ControlRequest,
     PreparedLoop,
     commands_of,
     first_joint,
@@ -102,45 +102,47 @@ class Control(PanelTask):
         self._range.value, self._gains.value = first_range(self._desk, self._command.value), ""
 
     def _measure_chosen(self) -> None:
-        self._size.value, self._gains.value = self._usual(), ""
+        self._size.value, self._gains.value = self._default_size(), ""
         if (answer := self._desk.answer) is not None:
             self._seen(answer)
 
-    def _usual(self) -> str:
+    def _default_size(self) -> str:
         return _SIZES.get(reading_of(self._model, self._measure.value).dimension, "1")
 
     def _seen(self, answer: Answer) -> None:
         """Suggest a reference within reach of the robot, from its simulation, unless the user gave one."""
-        if self._size.value == self._usual():
-            self._size.value = most_of(answer.run, reading_of(self._model, self._measure.value)) or self._usual()
+        if self._size.value == self._default_size():
+            self._size.value = most_of(answer.run, reading_of(self._model, self._measure.value)) or self._default_size()
 
     # --- a run
 
     def _begin(self) -> None:
-        request = ControlRequest(
-            self._desk.description,
-            f"{self._command.value}={self._range.value}",
-            self._measure.value,
-            self._mean.value,
-            self._shape.value,
-            self._size.value,
-            self._frequency.value,
-            self._gains.value,
-        )
+        description, size, constant = self._desk.description, self._size.value, self._shape.value == CONSTANT
+        options = {
+            "command": f"{self._command.value}={self._range.value}",
+            "measure": self._measure.value,
+            "mean": self._mean.value,
+            "reference": size if constant else self._shape.value,
+            "amplitude": None if constant else size,
+            "frequency": None if constant else self._frequency.value,
+            "gains": self._gains.value.strip() or None,
+        }
         if not all(part.strip() for part in self._range.value.partition("..")):
             words = f'"{shorten(self._range.value)}" has no two ends. Write LOW..HIGH and the unit, such as -8..8 mN m.'
             raise InputError(words, field=self._range.label)
-        with labelled({"command": self._range.label}):
-            CommandRange.parse(request.command, request.description)
-        self._desk.work.begin("control", partial(self._compute, request, self._robot), lambda _: None)
+        with labelled({"command": self._range.label, "reference": self._size.label}):
+            CommandRange.parse(options["command"], description)
+            read_quantity(size, reading_of(self._model, options["measure"]).dimension, "reference")
+        compute = partial(self._compute, description, options, self._robot)
+        self._desk.work.begin("control", compute, lambda _: None)
 
-    def _compute(self, request: ControlRequest, robot: int, progress: Progress) -> None:
+    def _compute(self, description: RobotDescription, options: dict[str, Any], robot: int, progress: Progress) -> None:
         self._stop.disabled = False
         try:
             fields = {"reference": self._size, "amplitude": self._size, "frequency": self._frequency}
             fields |= {"gains": self._gains, "mean": self._mean, "command": self._range}
             with labelled({name: field.label for name, field in fields.items()}):
-                loop = prepare_loop(request, reading_of(self._model, request.measure).dimension, progress)
+                loop = prepare_loop(description, options, progress)
             if loop is None or robot != self._robot:
                 return
             with self._drawing:

@@ -18,7 +18,7 @@ from nectosome.studio.desk import Desk
 from nectosome.studio.sliders import around
 from nectosome.studio.work import Progress, labelled
 from nectosome.units import InputError, show_quantity
-from nectosome.view.style import CYCLE, readable, span
+from nectosome.view.style import CYCLE, readable, span, titled
 
 from .left_panel import PanelTask, Plot, cells, note, small
 
@@ -218,7 +218,7 @@ def _figure(search: SearchProgress) -> go.Figure:
         fig.update_yaxes(range=span(shown, 0.15))
     unit = QUANTITIES[name].unit
     fig.update_xaxes(title="evaluations", rangemode="tozero")
-    fig.update_yaxes(title=f"{readable(name)} ({unit})" if unit != "1" else readable(name))
+    fig.update_yaxes(title=titled(readable(name), unit))
     return small(fig).update_layout(showlegend=len(search.starts) > 1)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from nectosome.studio.desk import Desk
 from nectosome.units import InputError
-from nectosome.view.scorecard import Row, number, percent, summary
+from nectosome.view.scorecard import VERDICTS, Row, number, percent, summary
 
 from .left_panel import note
 
@@ -15,7 +15,6 @@ _NAME = "scorecard.json"
 _NONE = "none yet: nectosome reproduce makes one"
 _ALL = "all"
 _TEXTS, _NUMBERS = ("id", "quantity", "unit", "verdict", "kind", "note"), ("printed", "ours", "error", "tolerance")
-_MARKS = {"match": ("&#10003;", "#0072B2"), "better": ("&#9650;", "#00714f"), "differs": ("&#10007;", "#b34700")}
 
 
 class Scorecard:
@@ -26,7 +25,7 @@ class Scorecard:
         self._rows: list[Row] = []
         self._file: Any = gui.add_dropdown("File", (_NONE,))
         self._study: Any = gui.add_dropdown("Study", (_ALL,))
-        self._only: Any = gui.add_dropdown("Rows", (_ALL, *_MARKS, "others"))
+        self._only: Any = gui.add_dropdown("Rows", (_ALL, *VERDICTS, "others"))
         gui.add_button("Look again").on_click(lambda _: self.renew())
         self._page = gui.add_html("")
         self._file.on_update(lambda _: self._open())
@@ -53,7 +52,7 @@ class Scorecard:
         chosen = [row for row in self._rows if self._study.value in (_ALL, _study(row))]
         if self._only.value != _ALL:
             kind = self._only.value
-            chosen = [r for r in chosen if (r["verdict"] == kind if kind in _MARKS else r["verdict"] not in _MARKS)]
+            chosen = [r for r in chosen if (r["verdict"] == kind if kind in VERDICTS else r["verdict"] not in VERDICTS)]
         self._page.content = rows_html(chosen) if self._rows else ""
 
 
@@ -80,7 +79,7 @@ def rows_html(rows: list[Row]) -> str:
 
 
 def _row(row: Row) -> str:
-    mark, colour = _MARKS.get(row["verdict"], ("&#8211;", "#666"))
+    mark, colour = VERDICTS.get(row["verdict"], ("&#8211;", "#666"))
     unit = "%" if row["unit"] == "percent" else row["unit"]
     values = f"printed {escape(number(row['printed'], unit))}, ours <b>{escape(number(row['ours'], unit))}</b>"
     if row["error"] is not None:

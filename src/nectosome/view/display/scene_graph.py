@@ -6,6 +6,7 @@ import numpy as np
 import viser
 import xarray as xr
 from jaxtyping import Float, Int
+from plotly.colors import hex_to_rgb
 from scipy.spatial.transform import Rotation
 
 from nectosome.description import RobotDescription
@@ -21,7 +22,6 @@ from .bodies import (
     colours,
     disc_mesh,
     linear,
-    rgb,
     slice_mesh,
 )
 from .playback import Instant, Playback
@@ -167,7 +167,7 @@ class Stage:
     def _batches(self, body: Soft, k: int) -> list[tuple[str, Slices, Int[np.ndarray, "n 3"]]]:
         """A rod at instant k: its slices and the discs that close it, each with colours."""
         slices, values = body.slices(k), body.shown(self._look.colouring)
-        material = np.tile(np.array(rgb(body.colour), np.uint8), (len(slices.place), 1))
+        material = np.tile(np.array(hex_to_rgb(body.colour), np.uint8), (len(slices.place), 1))
         tint = linear(material if values is None else colours(values[k], self.largest))
         return [("", slices, tint), ("/ends", slices.ends, tint[[0, -1]])]
 
@@ -221,36 +221,24 @@ class Stage:
 
     def _add(self, name: str, body: RigidMesh | Soft) -> None:
         if isinstance(body, RigidMesh):
-            mesh = {"color": rgb(body.colour), "flat_shading": body.flat}
+            mesh = {"color": hex_to_rgb(body.colour), "flat_shading": body.flat}
             place = {"position": body.place[0], "wxyz": body.turn[0]}
             self._nodes[name] = self._scene.add_mesh_simple(name, _f32(body.vertices), body.faces, **mesh, **place)
             return
         for part, slices, tint in self._batches(body, 0):
             place, turn, size = map(_f32, slices)
             vertices, faces = disc_mesh() if part else slice_mesh()
+            style: Any = {"lod": "off", "side": "double" if part or body.stepped else "front"}
             self._nodes[name + part] = self._scene.add_batched_meshes_simple(
-                name + part,
-                _f32(vertices),
-                faces,
-                turn,
-                place,
-                batched_scales=size,
-                batched_colors=tint,
-                lod="off",
-                side="double" if part or body.stepped else "front",
+                name + part, _f32(vertices), faces, turn, place, batched_scales=size, batched_colors=tint, **style
             )
         self._nodes[name].position, self._nodes[name].wxyz = body.place[0], body.turn[0]
 
     def _add_arrows(self, arrows: Arrows) -> None:
-        each = linear(np.array([rgb(arrows.colours[i]) for i in arrows.load], np.uint8))
-        self._nodes["/world/forces"] = self._scene.add_arrows(
-            "/world/forces",
-            self._arrow_points(0),
-            each,
-            shaft_radius=0.006 * self.size,
-            head_radius=0.015 * self.size,
-            head_length=0.04 * self.size,
-        )
+        each = linear(np.array([hex_to_rgb(arrows.colours[i]) for i in arrows.load], np.uint8))
+        shares = {"shaft_radius": 0.006, "head_radius": 0.015, "head_length": 0.04}  # of the robot's length
+        sizes = {name: share * self.size for name, share in shares.items()}
+        self._nodes["/world/forces"] = self._scene.add_arrows("/world/forces", self._arrow_points(0), each, **sizes)
 
     def _arrow_points(self, k: int) -> Float[np.ndarray, "n 2 3"]:
         """From the body's place: the browser draws where a node is sooner than what is in it."""
