@@ -237,7 +237,7 @@ class Stage:
     def _add_arrows(self, arrows: Arrows) -> None:
         each = linear(np.array([hex_to_rgb(arrows.colours[i]) for i in arrows.load], np.uint8))
         shares = {"shaft_radius": 0.006, "head_radius": 0.015, "head_length": 0.04}  # of the robot's length
-        sizes = {name: share * self.size for name, share in shares.items()}
+        sizes: Any = {name: share * self.size for name, share in shares.items()}
         self._nodes["/world/forces"] = self._scene.add_arrows("/world/forces", self._arrow_points(0), each, **sizes)
 
     def _arrow_points(self, k: int) -> Float[np.ndarray, "n 2 3"]:
