@@ -16,7 +16,9 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin
 
+import numpy as np
 from pydantic import BaseModel
+from xarray import Dataset
 
 from nectosome.description import RobotDescription
 from nectosome.description.plain_data import to_plain
@@ -25,6 +27,7 @@ from nectosome.designs import QUANTITIES
 from nectosome.io import load_dataset
 from nectosome.papers.gallery.entries import ENTRIES, GalleryEntry
 from nectosome.units import DIMENSIONS
+from nectosome.view import write_still
 
 ROOT = Path(__file__).parents[1]
 OUT = ROOT / "out"
@@ -53,6 +56,7 @@ COMMANDS = (
     "schema",
     "reproduce",
 )
+PERIODS = 3  # of a robot of the gallery, along which its path is drawn
 NOT_RUN = "Nothing has been computed here yet: `make run` fills this page.\n"
 NOT_TIMED = "Nothing has been timed here yet: `make bench` fills this section.\n"
 
@@ -289,8 +293,6 @@ def benchmarks() -> str:
 
 def renew_gallery(rows: list[dict[str, Any]]) -> None:
     """Draw the robots of the gallery, and write a section for each, where their last runs were full ones."""
-    from portraits import draw
-
     files = {entry.name: OUT / "gallery" / f"{entry.name}.nc" for entry in ENTRIES}
     runs = {name: load_dataset(file) for name, file in files.items() if file.exists()}
     by_id = {row["id"]: row for row in rows}
@@ -298,9 +300,17 @@ def renew_gallery(rows: list[dict[str, Any]]) -> None:
     if not there or any(json.loads(run.attrs["provenance"])["settings"]["quick"] for run in runs.values()):
         return
     for entry in ENTRIES:
-        draw(runs[entry.name], entry.seen, ROOT / "docs/img" / f"gallery_{entry.name}.png")
+        portrait(runs[entry.name], entry.seen, ROOT / "docs/img" / f"gallery_{entry.name}.png")
     sections = "\n\n".join(section(entry, runs[entry.name].attrs, by_id) for entry in ENTRIES)
     (ROOT / "docs" / "gallery_robots.md").write_text(f"{sections}\n", encoding="utf-8")
+
+
+def portrait(run: Dataset, seen: tuple[float, float], path: Path) -> None:
+    """Draw a robot at the end of its run, `seen` from that azimuth and height over the horizon [deg]."""
+    (azimuth, height), end = np.radians(seen), float(run["time"][-1])
+    viewer = np.cos(height) * np.cos(azimuth), np.cos(height) * np.sin(azimuth), np.sin(height)
+    last = run.sel(time=slice(end - PERIODS * run.attrs["period"], None))
+    write_still(last, path, at=end, end=end, size=(1280, 720), camera=viewer)
 
 
 def section(entry: GalleryEntry, run: Mapping[str, Any], rows: Mapping[str, dict[str, Any]]) -> str:

@@ -18,7 +18,7 @@ from nectosome.robots import describe
 from nectosome.solve import SampledPlant, reading_of
 from nectosome.studio.answers import AnswerSolver
 from nectosome.studio.server import Studio
-from nectosome.studio.tasks.control_request import ControlRequest, first_measured, most_of, prepare_loop
+from nectosome.studio.tasks.control_request import first_measured, most_of, prepare_loop
 from nectosome.studio.tasks.live_rig import LiveRig
 from nectosome.view.saved import check_drawable, check_run
 
@@ -52,7 +52,7 @@ def pid():
 def until(seconds: float, clock=time.perf_counter):
     """Progress that ends it by the clock."""
     end = clock() + seconds
-    return lambda share, words: clock() < end
+    return lambda what, share: clock() < end
 
 
 def test_it_goes_on_as_the_clock_does_and_as_the_loop_alone_would(slide, pid):
@@ -172,9 +172,9 @@ def test_what_is_suggested_can_be_reached(robot, command):
     """With what stands on the page at first, gains are found on the model."""
     description, problem = describe(robot), shipped_problem(robot)
     model, measured = build(description), first_measured(description, problem.forward if problem else "")
-    wanted = most_of(AnswerSolver()(description).run, reading_of(model, measured))
-    request = ControlRequest(description, command, measured, True, "constant", wanted, "0.1 Hz", "")
-    loop = prepare_loop(request, reading_of(model, measured).dimension, lambda share, words: True)
+    suggested = most_of(AnswerSolver()(description).run, reading_of(model, measured))
+    options = {"command": command, "measure": measured, "mean": True, "reference": suggested}
+    loop = prepare_loop(description, options, lambda what, share: True)
     assert loop is not None
     gains = [float(x) for x in loop.gains_text.split(",")]
     assert min(gains) * max(gains) >= 0 and any(gains)

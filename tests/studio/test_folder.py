@@ -7,8 +7,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from nectosome.description import load_robot
-from nectosome.studio import folder as doors
-from nectosome.studio.folder import WorkFolder, harmless, received
+from nectosome.studio import uploads
+from nectosome.studio.folder import WorkFolder, _parts
+from nectosome.studio.uploads import harmless, received
 from nectosome.units import InputError
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links and pipes need rights there")
@@ -72,19 +73,19 @@ def test_whatever_the_name_an_existing_file_lies_within(around, name):
 
 
 @quick
-@given(NAMES, st.booleans())
-@example("../new", True)
-@example("out/new", True)
-@example("out.yaml", True)
-@example("dangling", True)
-def test_whatever_the_name_a_target_lies_within(around, name, overwrite):
+@given(NAMES)
+@example("../new")
+@example("out/new")
+@example("out.yaml")
+@example("dangling")
+def test_whatever_the_name_a_target_lies_within(around, name):
     try:
-        path = around.target(name, ".yaml", overwrite=overwrite)
+        path = around.target(name, ".yaml")
     except InputError:
         return
     assert path.parent == path.parent.resolve(strict=True) and path.is_relative_to(around.root)
     assert path.suffix.lower() == ".yaml" and not path.is_symlink()
-    assert not path.exists() or (overwrite and path.is_file())
+    assert not path.exists()
 
 
 @quick
@@ -98,7 +99,7 @@ def test_whatever_the_name_a_target_lies_within(around, name, overwrite):
 def test_whatever_the_name_an_upload_gets_a_harmless_one(name):
     safe = harmless(name)
     assert safe and not set(safe) & set('/\\:\0*?"<>|') and safe.isprintable() and not safe.startswith(".")
-    assert safe == safe.strip(". ") and len(safe.encode()) <= 255 and doors._parts(safe) == [safe]
+    assert safe == safe.strip(". ") and len(safe.encode()) <= 255 and _parts(safe) == [safe]
 
 
 @quick
@@ -125,7 +126,7 @@ def test_an_upload_is_data_to_its_reader(tmp_path):
 
 
 def test_a_huge_upload_is_refused(monkeypatch):
-    monkeypatch.setattr(doors, "UPLOAD_LIMIT", 1000)
+    monkeypatch.setattr(uploads, "UPLOAD_LIMIT", 1000)
     with received("a.csv", bytes(1000)):
         pass
     with pytest.raises(InputError, match=r"a\.csv"), received("a.csv", bytes(1001)):
@@ -205,9 +206,6 @@ def test_a_refusal_says_why(around, name, why):
 def test_a_target_is_refused_with_a_reason(around, name, why):
     with pytest.raises(InputError, match=why):
         around.target(name, ".yaml")
-    if why != "there already":
-        with pytest.raises(InputError, match=why):
-            around.target(name, ".yaml", overwrite=True)
 
 
 @posix
@@ -216,7 +214,6 @@ def test_a_target_has_its_suffix_and_links_of_folders_followed(around):
     assert around.target("new.YAML", ".yaml") == around.root / "new.YAML"
     assert around.target("evil.sh", ".yaml") == around.root / "evil.sh.yaml"
     assert around.target("in/new", ".nc") == around.root / "runs" / "new.nc"
-    assert around.target("a", ".yaml", overwrite=True) == around.root / "a.yaml"
 
 
 def test_a_working_folder_has_to_be_one(tmp_path):

@@ -359,7 +359,7 @@ def test_what_is_too_large_is_refused_before_it_comes_and_the_page_is_told(serve
         assert list(kept) == ["one"]
         assert heard(connection, "FileTransferPartAck", transfer_uuid="t", total_bytes=-1)["transferred_bytes"] == 0
         said = heard(connection, "NotificationUpdateMessage", uuid="upload-t")
-        assert "a.yaml" in said["props"]["body"] and "64 MiB" in said["props"]["body"]
+        assert "a.yaml" in said["props"]["body"] and "are accepted at a time" in said["props"]["body"]
     assert not button.files and not kept  # the page is gone, and what it had begun
 
 

@@ -8,7 +8,7 @@ from nectosome.designs import Problem, read_constraint
 from nectosome.designs.sweep import MEANS, nonzero_means
 from nectosome.robots import describe
 from nectosome.search import Evaluation
-from nectosome.studio.tasks.design_progress import SearchProgress, table
+from nectosome.studio.tasks.design import SearchProgress, designs_html
 from nectosome.studio.tasks.map import place_of
 from nectosome.units import InputError
 from nectosome.view.saved import check_sweep
@@ -87,4 +87,4 @@ def test_a_best_design_at_an_end_of_its_range_is_told(u, told):
     task = Problem({"E": "2..9MPa"}, minimise="power").motion(describe("flagellum"))
     outputs = {"speed": 0.5, "power": 4.0, "torque": 0.4}
     search = SearchProgress(task, [[Evaluation(np.array([u]), 4.0, np.array([]), outputs=outputs)]])
-    assert ("at an end of its range, widen it if the robot allows: E" in table(search)) == told
+    assert ("at an end of its range, widen it if the robot allows: E" in designs_html(search)) == told

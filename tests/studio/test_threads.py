@@ -1,17 +1,17 @@
-"""The studio's two threads: work on what was asked last, and a clock that plays."""
+"""The studio's two threads: work on the newest request, and a clock that plays."""
 
 import threading
 import time
 
 from nectosome.studio.player import Player
-from nectosome.studio.solver_thread import SolverThread
+from nectosome.studio.work import SolverThread
 
 
 def test_only_the_last_of_what_waits_is_worked_on():
     began, go_on, seen = threading.Event(), threading.Event(), []
 
-    def work(asked):
-        seen.append(asked)
+    def work(request):
+        seen.append(request)
         began.set()
         go_on.wait(10)
 

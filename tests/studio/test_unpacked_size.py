@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 import scipy.io
 
-from nectosome.studio.folder import received
-from nectosome.studio.unpacked_size import UNPACKED_LIMIT, check_unpacked
+from nectosome.studio.uploads import UNPACKED_LIMIT, check_unpacked, received
 from nectosome.units import InputError
 
 MANY = UNPACKED_LIMIT // 8 + 1  # numbers

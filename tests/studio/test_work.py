@@ -53,7 +53,7 @@ def test_a_result_is_handed_on_and_progress_is_seen_meanwhile(work, said):
     seen, results = [], []
 
     def compute(progress):
-        assert progress(0.25, "a quarter")
+        assert progress("a quarter", 0.25)
         seen.append((work._bar.value, work._bar.visible, "a quarter" in work._line.content))
         return 7
 
@@ -69,7 +69,7 @@ def test_the_button_ends_it_and_what_was_found_is_handed_on(gui, work):
     def compute(progress):
         began.set()
         steps = 0
-        while progress(0.0, ""):
+        while progress("", 0.0):
             steps += 1
             time.sleep(0.01)
         return steps
@@ -81,7 +81,7 @@ def test_the_button_ends_it_and_what_was_found_is_handed_on(gui, work):
     gui.press(None)
     ended()
     assert len(results) == 1
-    work.begin("searching more", lambda progress: progress(1.0, ""), results.append)
+    work.begin("searching more", lambda progress: progress("", 1.0), results.append)
     ended()
     assert results[-1] is True
 

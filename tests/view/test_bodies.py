@@ -15,10 +15,9 @@ from nectosome.view.display.bodies import (
     bodies_of,
     colours,
     disc_mesh,
-    rgb,
     slice_mesh,
 )
-from nectosome.view.start import standing
+from nectosome.view.still import standing
 
 LENGTH, RADIUS, ANGLE, RATE = 0.4, 0.01, 1.2, 3.0  # m, m, rad, rad/s
 BENT = f"""
@@ -125,4 +124,3 @@ def test_colours_go_from_dark_to_light():
     light = found.astype(int).sum(axis=1)
     assert light[0] < light[1] < light[2] == light[3]
     np.testing.assert_array_equal(colours(np.zeros(2), 0.0), colours(np.array([0.0, 0.0]), 1.0))
-    assert rgb("#0072B2") == (0, 114, 178)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nectosome.view.camera import Perspective, axes_towards, lit, outlines, seen, walls
-from nectosome.view.raster import FINER, Raster
+from nectosome.view.canvas import FINER, Raster
 
 SIZE, FOCAL = (240, 180), 300.0
 EDGE = 0.3  # px: OpenCV paints what an edge runs through as well, half a pixel of an image of twice the size

@@ -10,7 +10,7 @@ from nectosome.model import build
 from nectosome.solve import simulate
 from nectosome.view.display.bodies import linear
 from nectosome.view.display.scene_graph import CAMERAS, Look, Stage
-from nectosome.view.start import standing
+from nectosome.view.still import standing
 
 MOVING = """
 name: moving

@@ -7,7 +7,7 @@ from pathlib import Path
 from nectosome.io import provenance
 from nectosome.view import series
 from nectosome.view.page import write_page, write_panels
-from nectosome.view.run_page import ended, origin
+from nectosome.view.run_page import origin
 from nectosome.view.scenes import last_periods
 from nectosome.view.scorecard import summary, table
 from nectosome.view.style import Panel
@@ -56,7 +56,7 @@ def _section(study: Study) -> Iterator[str | Panel]:
     yield f'<p class="small">{len(study.runs)} {what}, {study.seconds:.0f} s.</p>'
     for name, run in study.runs.items():
         if run.attrs.get("status", "SOLVED") != "SOLVED":
-            yield f"<p><b>Run {escape(name)} did not succeed</b>: {escape(ended(run))}.</p>"
+            yield f"<p><b>Run {escape(name)} did not succeed</b>: {escape(run.attrs['status_reason'])}.</p>"
     yield from _panels(study)
     scenes = last_periods(study.runs)
     if scenes is not None:

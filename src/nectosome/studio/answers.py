@@ -1,10 +1,11 @@
 """What the studio shows of a robot: its lasting motion, as instants of one period, and its numbers."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import xarray as xr
 from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
@@ -32,10 +33,7 @@ from nectosome.solve import (
 )
 from nectosome.units import InputError
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-MOMENTS = 65  # of a period that are shown
+TIMES = 65  # of a period that are shown
 _FINER = 4  # by so much are those finer that numbers of a cycle are means of: as many as a sweep takes
 _BEGINNING = 5.0  # s, of a robot that keeps no motion
 _STANDS = 1e-8  # m/s: a body that is slower is held
@@ -51,7 +49,7 @@ class Answer(NamedTuple):
     empty, or says why not to trust the motion.
     """
 
-    run: "xr.Dataset"
+    run: xr.Dataset
     robot: RobotDescription
     kind: str
     period: float
@@ -89,7 +87,7 @@ class AnswerSolver:
         found = self._steady(robot)
         if Status(int(found.status)) != Status.UNSTEADY_DRIVES:
             return _turning(found, description, period, self._forward)
-        cycle = None if self._repeats is False else periodic(robot, period, samples=_FINER * (MOMENTS - 1) + 1)
+        cycle = None if self._repeats is False else periodic(robot, period, samples=_FINER * (TIMES - 1) + 1)
         if cycle is not None and self._repeats is None:
             self._repeats = Status(int(cycle.status)) != Status.NO_PERIOD
         if cycle is None or not self._repeats:
@@ -117,7 +115,7 @@ def _resting(robot: Robot, description: RobotDescription) -> Answer:
 
 def _turning(found: Steady, description: RobotDescription, period: float, forward: Direction | None) -> Answer:
     """A steady motion over a turn of its drives [s]."""
-    robot, times = found.value.system, jnp.linspace(0.0, period, MOMENTS)
+    robot, times = found.value.system, jnp.linspace(0.0, period, TIMES)
     states, d, means = remembered(turn, robot, found.state, times)
     run = Run(Trajectory(robot, times, states), found.status, {}, found.residual)
     return _answer(run, description, "steady motion", period, means, results_of(run, d), forward)
@@ -135,7 +133,7 @@ def turn(robot: Robot, x: State, times: Float[Array, "n"]) -> tuple[State, Diagn
 
 def _begun(robot: Robot, description: RobotDescription, why: str) -> Answer:
     """What a robot does at first, from its start, where it keeps no motion."""
-    found = simulate(robot, _BEGINNING, samples=MOMENTS)
+    found = simulate(robot, _BEGINNING, samples=TIMES)
     answer = _answer(found, description, f"the first {_BEGINNING:g} s", 0.0)
     place = answer.run["position"].values[:, 0]  # the first part is the body
     # over what is no cycle the mean of a force or power tells nothing that lasts
@@ -161,14 +159,10 @@ def _answer(
     numbers = dict[str, float]()
     if means is not None:
         numbers = numbers_of(means, forward)
-        warned += _overloaded(found.value.system, description, means)
+        arrays = Results(drive_limits(found.value.system), {}, {}).arrays
+        arrays |= {"prescribed": np.array(found.value.system.prescribed_names)}
+        warned += overloaded(arrays, np.asarray(means.reaction_peak), np.asarray(means.drive_velocity_peak))
     return Answer(run, description, kind, period, numbers, " ".join(f"{words}." for words in warned))
-
-
-def _overloaded(robot: Robot, description: RobotDescription, means: CycleMeans) -> list[str]:
-    """Which servos cannot do it."""
-    arrays = Results(drive_limits(robot), {}, {}).arrays | {"prescribed": np.array(robot.prescribed_names)}
-    return overloaded(arrays, np.asarray(means.reaction_peak), np.asarray(means.drive_velocity_peak))
 
 
 def numbers_of(means: CycleMeans, forward: Direction | None) -> dict[str, float]:

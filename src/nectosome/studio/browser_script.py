@@ -49,8 +49,7 @@ _SCRIPT = b"""<script>
 
 def with_script(page: Response) -> Response:
     """The page with the script, before all others."""
-    body = bytes(page.body)
-    body = _packed(body) if page.headers.get("Content-Encoding") == "gzip" else _added(body)
+    body = (_packed if page.headers.get("Content-Encoding") == "gzip" else _added)(bytes(page.body))
     headers = page.headers.copy()
     del headers["Content-Length"]
     headers["Content-Length"] = str(len(body))

@@ -2,9 +2,11 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
+import viser
+import xarray as xr
 from jaxtyping import Float
 
 from nectosome.description import RobotDescription
@@ -14,15 +16,11 @@ from .answers import Answer
 from .folder import WorkFolder
 from .work import Work
 
-if TYPE_CHECKING:
-    import viser
-    import xarray as xr
-
 
 class Desk(Protocol):
     """A browser tab, with one robot at a time."""
 
-    gui: "viser.GuiApi"
+    gui: viser.GuiApi
     folder: WorkFolder
     work: Work
     description: RobotDescription
@@ -63,15 +61,15 @@ class Desk(Protocol):
         """Call `tell` with the first answer of each robot, before it is shown."""
         ...
 
-    def go_live(self, run: "xr.Dataset") -> None:
+    def go_live(self, run: xr.Dataset) -> None:
         """Show from now on what `live` shows; it continues a run of this robot."""
         ...
 
-    def live(self, instant: "xr.Dataset", path: Float[np.ndarray, "n 3"]) -> None:
+    def live(self, instant: xr.Dataset, path: Float[np.ndarray, "n 3"]) -> None:
         """Show the next instant of a live run (see `Stage.go_on`); nothing where the robot has changed."""
         ...
 
-    def end_live(self, run: "xr.Dataset | None", words: str) -> None:
+    def end_live(self, run: xr.Dataset | None, words: str) -> None:
         """Keep the live run, to play it; without one compute the robot's motion again."""
         ...
 

@@ -1,9 +1,13 @@
 """The tab with files: open robots and runs of the working folder, or sent ones, and save what is there."""
 
 from collections.abc import Callable
-from contextlib import suppress
+from concurrent.futures import CancelledError
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import imageio.v3 as imageio
+import xarray as xr
 
 from nectosome.description import dump_robot, save_robot
 from nectosome.io import save_dataset
@@ -11,26 +15,20 @@ from nectosome.io.atomic import write_atomic
 from nectosome.io.extras import package
 from nectosome.robots.shipped import file_names
 from nectosome.units import InputError
+from nectosome.view.display.offline import page_of
 from nectosome.view.display.playback import repeated
 from nectosome.view.film import write_film, write_still
 
 from .answers import Answer
 from .desk import Desk
-from .folder import received
+from .folder import NOTHING
+from .uploads import received
 from .viewer import Viewer
 from .work import Progress, errors_shown
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _ROBOTS, _RUNS = (".yaml", ".yml"), (".nc",)
 _PICTURE = (1280, 720)  # px, of what is drawn anew
 _HEIGHT = 1080  # px, of what is as wide as the page shows it
-_NONE = "nothing there yet"
-
-
-class _CancelledError(Exception):
-    """The user cancelled a video."""
 
 
 class Files:
@@ -49,14 +47,15 @@ class Files:
         with gui.add_folder("Save"):
             self._length = gui.add_number("Video (s)", 5.0, min=0.5, max=60.0, step=0.5)
             self._name = gui.add_text("Name", "robot")
-            for label, work in (
-                ("Save robot (.yaml)", self._save_robot),
-                ("Save run (.nc)", self._save_run),
-                ("Save picture (.png)", self._save_picture),
-                ("Save picture (.svg)", self._save_drawing),
-                ("Save video (.mp4)", self._save_video),
-                ("Save page that plays (.html)", self._save_page),
+            for label, suffix, save in (
+                ("Save robot (.yaml)", ".yaml", self._save_robot),
+                ("Save run (.nc)", ".nc", self._save_run),
+                ("Save picture (.png)", ".png", self._save_picture),
+                ("Save picture (.svg)", ".svg", self._save_drawing),
+                ("Save video (.mp4)", ".mp4", self._save_video),
+                ("Save page that plays (.html)", ".html", self._save_page),
             ):
+                work = partial(self._save, suffix, save)
                 gui.add_button(label).on_click(lambda _, work=work: self._run(work))
         self.renew()
 
@@ -64,25 +63,23 @@ class Files:
         """List the files that can be opened."""
         own = [name for name in self._folder.names(*_ROBOTS) if not name.endswith(".design.yaml")]
         self._robots.options = [*file_names(), *own]
-        self._runs.options = self._folder.names(*_RUNS) or [_NONE]
+        self._runs.options = self._folder.choices(*_RUNS)
 
-    def _run(self, work: Callable[[], str]) -> None:
+    def _run(self, work: Callable[[], str | None]) -> None:
         with errors_shown(self._desk.tell):
             words = work()
             if words:
                 self._desk.tell(words, bad=False)
 
-    def _open_robot(self) -> str:
+    def _open_robot(self) -> None:
         name = self._robots.value
         self._desk.open(name if name in file_names() else self._folder.existing(name))
-        return ""
 
-    def _open_run(self) -> str:
-        if self._runs.value != _NONE:
+    def _open_run(self) -> None:
+        if self._runs.value != NOTHING:
             self._desk.open_run(self._folder.existing(self._runs.value))
-        return ""
 
-    def _take(self, name: str, data: bytes) -> str:
+    def _take(self, name: str, data: bytes) -> None:
         with received(name, data) as path:
             if path.suffix in _RUNS:
                 self._desk.open_run(path)
@@ -90,75 +87,57 @@ class Files:
                 self._desk.open(path)
             else:
                 raise InputError("is neither a robot (.yaml) nor a run (.nc).", field=path.name)
-        return ""
 
-    def _save_robot(self) -> str:
-        path = self._folder.target(self._name.value, ".yaml")
+    def _save(self, suffix: str, save: Callable[[Path], str | None]) -> str:
+        """Save by the name on the page. Where `save` gives no words, the name of the file is shown."""
+        path = self._folder.target(self._name.value, suffix)
+        words = save(path)
+        return self._saved(path) if words is None else words
+
+    def _save_robot(self, path: Path) -> None:
         save_robot(self._desk.description, path)
-        return self._saved(path)
 
-    def _save_run(self) -> str:
-        path = self._folder.target(self._name.value, ".nc")
-        answer = self._shown()
-        save_dataset(answer.run.assign_attrs(robot=dump_robot(answer.robot)), path)
-        return self._saved(path)
+    def _save_run(self, path: Path) -> None:
+        save_dataset(_with_robot(self._shown()), path)
 
-    def _save_picture(self) -> str:
-        import imageio.v3 as imageio
-
-        path = self._folder.target(self._name.value, ".png")
+    def _save_picture(self, path: Path) -> None:
         write_atomic(path, imageio.imwrite("<bytes>", self._viewer.picture(_HEIGHT), extension=".png"))
-        return self._saved(path)
 
-    def _save_drawing(self) -> str:
+    def _save_drawing(self, path: Path) -> None:
         """What is shown, from the same direction, without arrows and colours."""
-        path = self._folder.target(self._name.value, ".svg")
-        run = self._drawable(self._shown())
+        run = _with_robot(self._shown())
         end = float(run["time"].values[-1])
         write_still(run, path, at=self._desk.shown_time, end=end, size=_PICTURE, camera=self._viewer.direction)
-        return self._saved(path)
 
-    def _save_video(self) -> str:
+    def _save_page(self, path: Path) -> None:
+        answer = self._shown()
+        write_atomic(path, page_of(answer.run, answer.robot, answer.period, self._viewer.look).encode())
+
+    def _save_video(self, path: Path) -> str:
         """A periodic motion for the given time; of a run at most all of it."""
-        path = self._folder.target(self._name.value, ".mp4")
         answer, seconds, viewer = self._shown(), float(self._length.value), self._viewer.direction
         if answer.run.sizes["time"] < 2:
             raise InputError("it does not move: save a picture.")
         for package_name in ("cv2", "av"):
             package(package_name, "video")
 
-        def compute(progress: Progress) -> Path | None:
-            run = self._drawable(answer)
+        def compute(progress: Progress) -> None:
+            run = _with_robot(answer)
             if answer.period:
                 run = repeated(run, answer.period, seconds)
             start, end = (float(run["time"].values[k]) for k in (0, -1))
 
             def drawn(share: float) -> None:
-                if not progress(share, "drawing"):
-                    raise _CancelledError
+                if not progress("drawing", share):
+                    raise CancelledError
 
-            with suppress(_CancelledError):
-                write_film(run, path, end=min(end, start + seconds), size=_PICTURE, camera=viewer, progress=drawn)
-                return path
-            return None
+            write_film(run, path, end=min(end, start + seconds), size=_PICTURE, camera=viewer, progress=drawn)
 
-        def done(written: Path | None) -> None:
-            self._desk.tell(self._saved(written) if written else "the video was cancelled.", False)
+        def done(_: None) -> None:
+            self._desk.tell(self._saved(path), False)
 
-        self._desk.work.begin("video", compute, done)
+        self._desk.work.begin("video", compute, done, cancelled="the video was cancelled.")
         return ""
-
-    def _drawable(self, answer: Answer) -> "xr.Dataset":
-        """Run of an answer, with its robot."""
-        return answer.run.assign_attrs(robot=dump_robot(answer.robot))
-
-    def _save_page(self) -> str:
-        from nectosome.view.display.offline import page_of
-
-        path = self._folder.target(self._name.value, ".html")
-        answer = self._shown()
-        write_atomic(path, page_of(answer.run, answer.robot, answer.period, self._viewer.look).encode())
-        return self._saved(path)
 
     def _shown(self) -> Answer:
         answer = self._desk.answer
@@ -168,4 +147,9 @@ class Files:
 
     def _saved(self, path: Path) -> str:
         self.renew()
-        return f"saved {path.relative_to(self._folder.root).as_posix()}"
+        return f"saved {self._folder.name(path)}"
+
+
+def _with_robot(answer: Answer) -> xr.Dataset:
+    """Run of an answer that carries its robot."""
+    return answer.run.assign_attrs(robot=dump_robot(answer.robot))

@@ -6,21 +6,15 @@ needs no page for it. Files are written by `write_atomic`, whose renaming follow
 """
 
 import os
-import re
 import stat
-import tempfile
-import unicodedata
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from itertools import islice
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 from nectosome.io.atomic import reason
 from nectosome.units import InputError, shorten
 
-from .unpacked_size import check_unpacked
-
-UPLOAD_LIMIT = 64 * 1024 * 1024  # [bytes] of a file that a page sends, and of all that are on their way at once
+NOTHING = "nothing there yet"  # in place of a list of files
 _LONGEST = 100  # [characters] of a name
 _LISTED = 300  # names in a list
 _LOOKED_AT = 10_000  # entries, so that a huge folder takes no longer
@@ -59,6 +53,14 @@ class WorkFolder:
         chosen = (name for name in sorted(found) if not endings or name.lower().endswith(endings))
         return list(islice(filter(self._is_file, chosen), _LISTED))
 
+    def choices(self, *suffixes: str) -> list[str]:
+        """Return the names that can be chosen among, or `NOTHING`."""
+        return self.names(*suffixes) or [NOTHING]
+
+    def name(self, path: Path) -> str:
+        """Return what a file of the folder is called, such as `runs/fish.nc`."""
+        return path.relative_to(self.root).as_posix()
+
     def existing(self, name: str) -> Path:
         """Return the path, free of links, of the file called `name`.
 
@@ -80,11 +82,11 @@ class WorkFolder:
         _must_be_file(found, path.name)
         return found
 
-    def target(self, name: str, suffix: str, *, overwrite: bool = False) -> Path:
+    def target(self, name: str, suffix: str) -> Path:
         """Return the path where to write what is to be called `name`; `suffix` is put behind it where it is missing.
 
         Its folder must be there. Raises InputError as `existing` does, for any link, and for a file that is there
-        already unless `overwrite`.
+        already.
         """
         if not name.lower().endswith(suffix.lower()):
             name += suffix
@@ -95,8 +97,7 @@ class WorkFolder:
         path = folder / last
         if os.path.lexists(path):
             _must_be_file(path, name)
-            if not overwrite:
-                raise InputError(f'"{name}" is there already. Choose another name.')
+            raise InputError(f'"{name}" is there already. Choose another name.')
         return path
 
     def _within(self, name: str) -> Path:
@@ -119,37 +120,6 @@ class WorkFolder:
         return True
 
 
-@contextmanager
-def received(name: str, content: bytes) -> Iterator[Path]:
-    """Keep a file that a page sent, for as long as it is read, in a temporary folder of its own; yields its path.
-
-    It goes by a harmless form of its own name, so that messages name it and readers see its suffix. It cannot be
-    executed. Raises InputError where it is larger than `UPLOAD_LIMIT`, or becomes too large when it is unpacked.
-    """
-    if len(content) > UPLOAD_LIMIT:
-        raise InputError(too_large(name, len(content)))
-    with tempfile.TemporaryDirectory(prefix="nectosome-", ignore_cleanup_errors=True) as folder:
-        path = Path(folder) / harmless(name)
-        path.write_bytes(content)
-        check_unpacked(path)
-        yield path
-
-
-def too_large(name: str, size: int) -> str:
-    """Return what to say of a file of `size` bytes that is not accepted."""
-    return (
-        f'"{shorten(name)}" has {size / 2**20:.1f} MiB; at most {UPLOAD_LIMIT / 2**20:.0f} MiB are accepted at a time.'
-    )
-
-
-def harmless(name: str) -> str:
-    """Return a file name that is good everywhere and as near to `name` as can be; what `name` has of folders is cut."""
-    last = unicodedata.normalize("NFC", re.split(r"[/\\:]", name)[-1])
-    plain = PurePosixPath("".join(c if c.isalnum() or c in "._- " else "_" for c in last).strip(". "))
-    short = (plain.stem[:40] + plain.suffix[:12]).strip(". ")  # 4 bytes each at most, where 255 are allowed
-    return f"_{short}" if not short or _is_device(short) else short
-
-
 def _parts(name: str) -> list[str]:
     """Return the parts of a name; each is a single part on any platform. Raises InputError."""
     parts = name.split("/")
@@ -161,14 +131,15 @@ def _parts(name: str) -> list[str]:
         why = "it has to lie within the working folder, and not be hidden: no / at its ends, no part begins with a dot"
     elif any(part != part.rstrip(". ") or part != part.lstrip() for part in parts):
         why = "no part may begin or end with a space, or end with a dot"
-    elif any(map(_is_device, parts)):
+    elif any(map(is_device, parts)):
         why = "it is the name of a device under Windows"
     else:
         return parts
     raise InputError(f'"{shorten(name)}" cannot be used as a file name: {why}.')
 
 
-def _is_device(part: str) -> bool:
+def is_device(part: str) -> bool:
+    """Whether a name is that of a device under Windows."""
     return part.partition(".")[0].rstrip().upper() in _DEVICES
 
 

@@ -122,7 +122,7 @@ class _Server(viser.ViserServer):
             super().stop()
 
 
-def guarded_server(gate: Gate, port: int = 8080, label: str | None = None) -> viser.ViserServer:
+def guarded_server(gate: Gate, port: int = 8080) -> viser.ViserServer:
     """Start viser at the gate's host so that every request passes the gate and uploads are limited.
 
     Takes the next free port where `port` is busy, any free one for 0: `get_port()` tells. Raises InputError where the
@@ -132,7 +132,7 @@ def guarded_server(gate: Gate, port: int = 8080, label: str | None = None) -> vi
     port = listening.getsockname()[1]
     with _quiet(), _serving(gate, listening) as guarded:
         # Served is `listening`. Another viser might use host and port: then it is open to this machine until it stops.
-        server = _Server("127.0.0.1", port, label=label, verbose=False)
+        server = _Server("127.0.0.1", port, verbose=False)
     try:
         if not guarded or server.get_port() != port:
             raise RuntimeError(f"viser {viser.__version__} starts its server in an unknown way: it is stopped again.")

@@ -4,16 +4,13 @@ from collections import deque
 from collections.abc import Iterable
 from html import escape
 from threading import RLock
-from typing import TYPE_CHECKING
 
 import numpy as np
+import viser
 
 from nectosome.designs.quantities import QUANTITIES
 from nectosome.units import show_quantity
 from nectosome.view.style import VERMILLION
-
-if TYPE_CHECKING:
-    import viser
 
 _KEPT = 60  # answers
 _SHOWN = ("speed", "thrust", "torque", "power", "efficiency", "cost_of_transport")
@@ -61,7 +58,7 @@ class NumberTable:
 class Board:
     """The table on the page, over two messages: one about the motion that is shown, one about what the user did."""
 
-    def __init__(self, gui: "viser.GuiApi"):
+    def __init__(self, gui: viser.GuiApi):
         self._page, self._table, self._lock = gui.add_html(""), NumberTable(), RLock()
         self._lines = {"motion": ("", False), "action": ("", False)}
 
@@ -69,7 +66,7 @@ class Board:
         """Begin anew, for another robot."""
         with self._lock:
             self._table.forget()
-            self._lines["action"] = "", False
+            self.forget_action()
 
     def add(self, numbers: dict[str, float]) -> None:
         """Take the numbers of one more answer; they are shown with the next message."""

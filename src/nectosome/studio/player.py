@@ -3,10 +3,9 @@
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    import viser
+import viser
 
 _FRAME = 0.05  # s between pictures
 _SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
@@ -66,7 +65,7 @@ class Player:
 class PlayerControls:
     """A button, a speed and a slider over the time of a run, laid out where this is made."""
 
-    def __init__(self, gui: "viser.GuiApi", player: Player):
+    def __init__(self, gui: viser.GuiApi, player: Player):
         self._player = player
         self._button = gui.add_button("Pause")
         self._speed: Any = gui.add_dropdown("Speed", [f"{s:g} x" for s in _SPEEDS], initial_value="1 x")
@@ -81,7 +80,7 @@ class PlayerControls:
         self._button.label = "Pause" if on else "Play"
 
     def set_end(self, end: float) -> None:
-        """Take the end of a run [s]; without a motion, at 0, nothing can be played."""
+        """Take the end of a run [s]; at 0, without a motion, nothing can be played."""
         self._time.max = round(max(end, 1e-3), 3)
         self._button.disabled = self._time.disabled = end == 0
 

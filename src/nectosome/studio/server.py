@@ -16,9 +16,7 @@ class Studio:
     """A page at `address`, for a robot that ships, by name, or a file; other files are those of a working folder."""
 
     def __init__(self, robot: str, folder: Path, host: str, port: int):
-        warnings.filterwarnings(
-            "ignore", "Queued a .* on a closed connection"
-        )  # of a tab that is closed while it plays
+        warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # of a tab closed while it plays
         self._sessions: dict[int, Session] = {}
         self._lock = threading.Lock()
         self._robot, self._folder = robot, WorkFolder(folder)

@@ -6,9 +6,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import viser
+import xarray as xr
 from jaxtyping import Float
 
 from nectosome.description import RobotDescription, get_value, parse_robot, with_values
@@ -19,7 +21,7 @@ from nectosome.robots import describe
 from nectosome.units import InputError, show_quantity
 from nectosome.view.display.scene_graph import Stage
 from nectosome.view.saved import check_drawable, check_run
-from nectosome.view.start import standing
+from nectosome.view.still import standing
 
 from .answers import Answer, AnswerSolver
 from .desk import StudioTask, Tasks
@@ -28,13 +30,8 @@ from .folder import WorkFolder
 from .numbers import Board
 from .player import Player, PlayerControls
 from .sliders import SliderScale, scales_of
-from .solver_thread import SolverThread
 from .viewer import Viewer
-from .work import Work, errors_shown
-
-if TYPE_CHECKING:
-    import viser
-    import xarray as xr
+from .work import SolverThread, Work, errors_shown
 
 _FIRST = "computing; the first answer of a robot compiles its equations"
 _LATER = "computing; what is shown is the last answer"
@@ -45,12 +42,12 @@ _SOON = 0.2  # s, within which most answers come
 class Session:
     """A tab from when it is opened to when it is closed: the `Desk` of its tasks."""
 
-    def __init__(self, client: "viser.ClientHandle", robot: str, folder: WorkFolder, tasks: Tasks):
+    def __init__(self, client: viser.ClientHandle, robot: str, folder: WorkFolder, tasks: Tasks):
         self._client, self.gui, self.folder = client, client.gui, folder
         self._stage = Stage(client.scene)
         self._drawing = threading.RLock()  # one thread at a time changes the stage
         self._viewer = Viewer(client, self._stage, self._drawing)
-        self._answer: Answer | None = None
+        self.answer: Answer | None = None  # the motion that is shown
         self._live = False  # whether what is shown is computed while it is shown
         self._opened = 0  # robots and runs so far: an answer for one before is not shown
         self._on_first_answer: list[Callable[[Answer], None]] = []
@@ -66,8 +63,12 @@ class Session:
         """Take a robot that ships, by name, or a file. Raises InputError where it cannot be read: nothing changes."""
         description = describe(str(robot))
         self._take(description, motion_problem(robot))
-        with self._counting(self._opened):
-            self._show_start()
+        with self._counting(self._opened):  # it stands as it starts, until it moves
+            start = standing(self.description, build(self.description))
+            with self._drawing, self._client.atomic():
+                self._stage.load(start, self.description, 0.0, self._viewer.look)
+                self._stage.at(0.0)
+            self._viewer.look_from()
         self._compute_motion()
 
     def open_run(self, path: Path) -> None:
@@ -81,11 +82,6 @@ class Session:
         self._viewer.look_from()
 
     @property
-    def answer(self) -> Answer | None:
-        """The motion that is shown; None until there is one."""
-        return self._answer
-
-    @property
     def sliders(self) -> list[str]:
         """Names of the quantities that have a slider."""
         return [scale.name for scale in scales_of(self.description, self.problem.vary)]
@@ -93,7 +89,7 @@ class Session:
     @property
     def shown_time(self) -> float:
         """Time of the run that is shown [s]."""
-        start = 0.0 if self._answer is None else float(self._answer.run["time"].values[0])
+        start = 0.0 if self.answer is None else float(self.answer.run["time"].values[0])
         return start + (self._player.time % self._stage.playback.end if self._stage.playback.end else 0.0)
 
     def tell(self, words: str, bad: bool) -> None:
@@ -112,24 +108,24 @@ class Session:
         """Call `tell` with the first answer of each robot, before it is shown."""
         self._on_first_answer.append(tell)
 
-    def go_live(self, run: "xr.Dataset") -> None:
+    def go_live(self, run: xr.Dataset) -> None:
         """Show from now on what `live` shows; it continues a run of this robot."""
         self._controls.play(False)
         with self._drawing, self._client.atomic():
-            self._live, self._answer = True, None
+            self._live, self.answer = True, None
             self._controls.disable()
             self._board.show_motion("")
             self._stage.load(run, self.description, 0.0, self._viewer.look)
             self._stage.at(0.0)
 
-    def live(self, instant: "xr.Dataset", path: Float[np.ndarray, "n 3"]) -> None:
+    def live(self, instant: xr.Dataset, path: Float[np.ndarray, "n 3"]) -> None:
         """Show the next instant of a live run (see `Stage.go_on`); nothing where the robot has changed."""
         with self._drawing:
             if self._live:
                 with self._client.atomic():
                     self._stage.go_on(instant, self.description, path)
 
-    def end_live(self, run: "xr.Dataset | None", words: str) -> None:
+    def end_live(self, run: xr.Dataset | None, words: str) -> None:
         """Keep the live run, to play it; without one compute the robot's motion again."""
         with self._drawing:
             was_live, self._live = self._live, False
@@ -164,17 +160,11 @@ class Session:
             self._viewer.lay_out(self._look_changed)
         with tabs.add_tab("Files"):
             Files(self, self._viewer)
-        self._tasks = self._lay_out_tasks(tasks)
-
-    def _lay_out_tasks(self, tasks: Tasks) -> list[StudioTask]:
-        if not tasks:
-            return []
-        panel, made = self.gui.add_panel(), []
+        panel, self._tasks = gui.add_panel(), list[StudioTask]()
         for name, lay_out in tasks.items():
             with panel.add_tab(name):
-                made.append(lay_out(self))
+                self._tasks.append(lay_out(self))
         panel.dock_left()
-        return made
 
     def _put_sliders(self, scales: list[SliderScale]) -> None:
         """One slider for each number, in place of those of the last robot."""
@@ -205,9 +195,9 @@ class Session:
 
     def _look_changed(self) -> None:
         """Show the same run with another look."""
-        if self._live or self._answer is not None:
+        if self._live or self.answer is not None:
             self._stage.look(self._viewer.look)
-        if self._answer is not None:
+        if self.answer is not None:
             self._stage.at(self._player.time)
             self._viewer.show_legend()
 
@@ -222,7 +212,7 @@ class Session:
         self._solver.close()  # a program that is being compiled cannot be stopped, but nobody waits for it
         with self._setting, self._drawing:
             self.description, self.problem = description, problem
-            self._opened, self._answer = self._opened + 1, None
+            self._opened, self.answer = self._opened + 1, None
             self._answer_solver = AnswerSolver(problem.forward)  # the last robot's motion is no guess for another one's
             self._solver = SolverThread(self._solve)
             self._board.forget()
@@ -237,14 +227,6 @@ class Session:
             if self._live:
                 self._live = False
                 self.work.cancel()
-
-    def _show_start(self) -> None:
-        """Show the robot as it starts, until it moves."""
-        start = standing(self.description, build(self.description))
-        with self._drawing, self._client.atomic():
-            self._stage.load(start, self.description, 0.0, self._viewer.look)
-            self._stage.at(0.0)
-        self._viewer.look_from()
 
     def _compute_motion(self) -> None:
         self._solver.submit((self._opened, self._answer_solver, self.description))
@@ -271,7 +253,7 @@ class Session:
     def _counting(self, opened: int) -> Iterator[None]:
         """Show for how long an answer has been computed: of a robot's first one at once, else after a second."""
         done, began = threading.Event(), time.perf_counter()
-        words = _FIRST if self._answer is None else _LATER
+        words = _FIRST if self.answer is None else _LATER
 
         def count() -> None:
             while not done.wait(_COUNTED):
@@ -280,7 +262,7 @@ class Session:
                         return
                     self._board.show_motion(f"{words}: {time.perf_counter() - began:.0f} s so far")
 
-        if self._answer is None:
+        if self.answer is None:
             self._board.show_motion(_FIRST)
         threading.Thread(target=count, name="studio-waiting", daemon=True).start()
         try:
@@ -290,12 +272,12 @@ class Session:
 
     def _put(self, answer: Answer, words: str) -> None:
         """Show an answer, and begin to play where it is the first one of its robot."""
-        first = self._answer is None
+        first = self.answer is None
         for tell in self._on_first_answer if first else ():
             tell(answer)
         self._player.hold(0.0)
         with self._drawing, self._client.atomic():
-            self._answer = answer
+            self.answer = answer
             self._stage.load(answer.run, answer.robot, answer.period, self._viewer.look)
             self._stage.at(self._player.time)
             self._board.add(answer.numbers)
@@ -310,7 +292,7 @@ class Session:
 
     def _show(self, t: float) -> None:
         """Show an instant [s] of the motion, in the player's thread."""
-        if self._answer is None:
+        if self.answer is None:
             return
         with errors_shown(self.tell), self._drawing, self._client.atomic():
             playback = self._stage.playback

@@ -1,18 +1,35 @@
-"""A limit on what pages send, held before it is in memory.
+"""Files that pages send: a limit held before they are in memory, harmless names, a limit of their size unpacked.
 
 viser announces a file (name, size, number of parts), then keeps its parts until all are there, and asks no one. Its two
 handlers are replaced by ones that look first. A part itself, as any message, is at most 50 MiB: viser tells its
-websocket so, which refuses a longer one by its head.
+websocket so, which refuses a longer one by its head. Formats that compress can hide gigabytes in a few kilobytes.
 """
 
 import asyncio
-from typing import Any
+import re
+import struct
+import tempfile
+import unicodedata
+import zipfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from itertools import accumulate
+from pathlib import Path, PurePosixPath
+from typing import Any, BinaryIO
 
+import h5py
 import viser
 from viser import _messages as messages
 
-from nectosome.studio.folder import UPLOAD_LIMIT, too_large
+from nectosome.units import InputError, shorten
 
+from .folder import is_device
+
+UPLOAD_LIMIT = 64 * 1024 * 1024  # [bytes] of a file that a page sends, and of all that are on their way at once
+UNPACKED_LIMIT = 1024 * 1024 * 1024  # [bytes]
+_MAT_HEAD, _MAT_COMPRESSED = 128, 15  # [bytes] before the elements of a MATLAB file of version 5; a kind of them
+_PIECE = 1024 * 1024  # [bytes] that are unpacked at a time
 _SAID = (0.5, 2.0, 5.0, 15.0)  # s after a refusal: its reason
 _SMALLEST_PART = 1024  # [bytes] on average; viser's page sends parts of 512 KiB
 
@@ -88,3 +105,88 @@ def _refuse(client: viser.ClientHandle, message: messages.FileTransferStartUploa
     # The page redraws its bar after the first message, and would redraw it over the second one; slow pages do it late.
     for later in _SAID:
         asyncio.get_running_loop().call_later(later, say)
+
+
+@contextmanager
+def received(name: str, content: bytes) -> Iterator[Path]:
+    """Keep a file that a page sent, for as long as it is read, in a temporary folder of its own; yields its path.
+
+    It goes by a harmless form of its own name, so that messages name it and readers see its suffix. It cannot be
+    executed. Raises InputError where it is larger than `UPLOAD_LIMIT`, or becomes too large when it is unpacked.
+    """
+    if len(content) > UPLOAD_LIMIT:
+        raise InputError(too_large(name, len(content)))
+    with tempfile.TemporaryDirectory(prefix="nectosome-", ignore_cleanup_errors=True) as folder:
+        path = Path(folder) / harmless(name)
+        path.write_bytes(content)
+        check_unpacked(path)
+        yield path
+
+
+def too_large(name: str, size: int) -> str:
+    """Return what to say of a file of `size` bytes that is not accepted."""
+    return (
+        f'"{shorten(name)}" has {size / 2**20:.1f} MiB; at most {UPLOAD_LIMIT / 2**20:.0f} MiB are accepted at a time.'
+    )
+
+
+def harmless(name: str) -> str:
+    """Return a file name that is good everywhere and as near to `name` as can be; what `name` has of folders is cut."""
+    last = unicodedata.normalize("NFC", re.split(r"[/\\:]", name)[-1])
+    plain = PurePosixPath("".join(c if c.isalnum() or c in "._- " else "_" for c in last).strip(". "))
+    short = (plain.stem[:40] + plain.suffix[:12]).strip(". ")  # 4 bytes each at most, where 255 are allowed
+    return f"_{short}" if not short or is_device(short) else short
+
+
+def check_unpacked(path: Path) -> None:
+    """Raise InputError where what is in a file is larger than `UNPACKED_LIMIT`; damaged ones are left to their readers.
+
+    HDF5 (netCDF, MATLAB 7.3) and ZIP (Excel, .npz) say how large they are, which holds for reading them too; what
+    MATLAB 5 has compressed is unpacked piece by piece, and kept nowhere.
+    """
+    with path.open("rb") as file:
+        head = file.read(_MAT_HEAD)
+    readers = {b"\x89HDF": _hdf5, b"PK": _zip, b"MATLAB 5": _matlab}
+    sizes = next((read(path) for magic, read in readers.items() if head.startswith(magic)), ())
+    with suppress(OSError, zipfile.BadZipFile, zlib.error, struct.error, RuntimeError):
+        for total in accumulate(sizes):
+            if total > UNPACKED_LIMIT:
+                limit = f"{UNPACKED_LIMIT / 2**30:.0f} GiB"
+                raise InputError(f"holds more than {limit} when it is unpacked: too much for the page.", file=path.name)
+
+
+def _hdf5(path: Path) -> Iterator[int]:
+    found: list[int] = []
+
+    def add(_: str, node: Any) -> None:
+        if isinstance(node, h5py.Dataset):
+            found.append((node.size or 0) * node.dtype.itemsize)
+
+    with h5py.File(path) as file:
+        file.visititems(add)
+    yield from found
+
+
+def _zip(path: Path) -> Iterator[int]:
+    with zipfile.ZipFile(path) as file:
+        yield from (item.file_size for item in file.infolist())
+
+
+def _matlab(path: Path) -> Iterator[int]:
+    with path.open("rb") as file:
+        order = ">" if file.read(_MAT_HEAD)[126:] == b"MI" else "<"
+        while tag := file.read(8):
+            kind, size = struct.unpack(order + "II", tag)
+            if kind == _MAT_COMPRESSED:
+                yield from _inflated(file, size)
+            else:
+                file.seek(size, 1)
+
+
+def _inflated(file: BinaryIO, size: int) -> Iterator[int]:
+    stream, left = zlib.decompressobj(), size
+    while left > 0 and (packed := file.read(min(left, _PIECE))):
+        left -= len(packed)
+        while packed:
+            yield len(stream.decompress(packed, _PIECE))
+            packed = stream.unconsumed_tail

@@ -3,15 +3,13 @@
 from collections.abc import Callable
 from html import escape
 from threading import RLock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import viser
 from jaxtyping import UInt8
 
 from nectosome.view.display.scene_graph import CAMERAS, COLOURINGS, UNITS, Look, Stage
-
-if TYPE_CHECKING:
-    import viser
 
 _CAMERA = "three-quarter"  # at first
 _MOVED = 0.02  # of the robot's length: the user turned a camera that is as far from where it was put
@@ -21,7 +19,7 @@ _SHAPE = 0.02  # change of a page's shape after which the camera is put anew
 class Viewer:
     """How the stage of a tab is shown. `lock` is held while the stage changes."""
 
-    def __init__(self, client: "viser.ClientHandle", stage: Stage, lock: RLock):
+    def __init__(self, client: viser.ClientHandle, stage: Stage, lock: RLock):
         self._client, self._stage, self._lock = client, stage, lock
         self._camera, self._placed_for, self._placed_at = _CAMERA, 1.0, np.zeros(3)
         self.look = Look()

@@ -1,21 +1,21 @@
-"""Long work of a tab: one piece at a time, in the background, with its progress and an end by a button."""
+"""Work in the background: long work of a tab, one piece at a time, and a thread for the newest request only."""
 
 import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import Any, TypeVar
+
+import viser
 
 from nectosome.units import InputError
 
-if TYPE_CHECKING:
-    import viser
-
 _T = TypeVar("_T")
-Progress = Callable[[float, str], bool]  # takes the share done and what to say of it; False where the work shall end
+Progress = Callable[[str, float], bool]  # takes what is done, and its share that is done; False where it shall end
 Tell = Callable[[str, bool], None]  # takes words to say on the page, and whether they are bad news
 _THREAD = "studio-work"
 _DOUBLE = 1.0  # s, within which a button that is pressed again was clicked twice
@@ -32,7 +32,7 @@ def errors_shown(tell: Tell) -> Iterator[None]:
     except InputError as error:
         file = error.file and Path(error.file).name
         tell(str(InputError(error.message, file=file, line=error.line, field=error.field)), True)
-    except Exception:
+    except Exception:  # here a thread ends: no error may be lost, of whatever kind
         traceback.print_exc()
         tell("The studio has failed: see the error in its terminal.", True)
 
@@ -52,7 +52,7 @@ def labelled(labels: Mapping[str, str]) -> Iterator[None]:
 class Work:
     """Lays out a bar, a line and a button, which are shown while work is under way."""
 
-    def __init__(self, gui: "viser.GuiApi", tell: Tell):
+    def __init__(self, gui: viser.GuiApi, tell: Tell):
         self._tell = tell
         self._bar = gui.add_progress_bar(0.0, visible=False)
         self._line = gui.add_html("", visible=False)
@@ -63,12 +63,15 @@ class Work:
         self._name, self._began = "", 0.0
         self._refused = False  # whether other work was refused meanwhile
 
-    def begin(self, name: str, compute: Callable[[Progress], _T], done: Callable[[_T], None]) -> None:
+    def begin(
+        self, name: str, compute: Callable[[Progress], _T], done: Callable[[_T], None], cancelled: str = ""
+    ) -> None:
         """Call done(compute(progress)) in a thread of its own. Raises InputError while something else is under way.
 
         The same again within a second is a double click: nothing is done.
-        `compute` has to end soon, with the result so far, once `progress` returns False; that result is used all the
-        same. The reason of an exception is shown. The message of a refusal is shown until the end.
+        `compute` has to end soon once `progress` returns False: with the result so far, which is used all the same, or
+        by CancelledError, for which `cancelled` is shown. The reason of another exception is shown. The message of a
+        refusal is shown until the end.
         """
         with self._lock:
             twice = self._name == name and time.perf_counter() - self._began < _DOUBLE
@@ -80,10 +83,10 @@ class Work:
                 raise InputError(f"{self._name} is {how}.")
             self._name, self._began, self._end = name, time.perf_counter(), threading.Event()
             self._refused = False
-        self._show(0.0, "")
+        self._show("", 0.0)
         self._tell("", False)  # an older message is of no interest now
         # no daemon: the interpreter must not end under a program that is being compiled
-        threading.Thread(target=self._run, args=(compute, done, self._end), name=_THREAD).start()
+        threading.Thread(target=self._run, args=(compute, done, cancelled, self._end), name=_THREAD).start()
 
     def cancel(self) -> None:
         """Make the work under way end."""
@@ -95,29 +98,72 @@ class Work:
         """As cancel, for a tab that is closed."""
         self._end.set()
 
-    def _run(self, compute: Callable[[Progress], _T], done: Callable[[_T], None], end: threading.Event) -> None:
-        def progress(share: float, words: str) -> bool:
+    def _run(
+        self, compute: Callable[[Progress], _T], done: Callable[[_T], None], cancelled: str, end: threading.Event
+    ) -> None:
+        def progress(what: str, share: float) -> bool:
             if not end.is_set():
-                self._show(share, words)
+                self._show(what, share)
             return not end.is_set()
 
         with errors_shown(self._tell):
             try:
-                found = compute(progress)
-            finally:
-                with self._lock:
-                    for handle in (self._bar, self._line, self._button):
-                        handle.visible = False
-                    self._name = ""
-                if self._refused:
-                    self._tell("", False)
-            done(found)
+                with self._shown_meanwhile():
+                    found = compute(progress)
+            except CancelledError:
+                self._tell(cancelled, False)
+            else:
+                done(found)
 
-    def _show(self, share: float, words: str) -> None:
+    @contextmanager
+    def _shown_meanwhile(self) -> Iterator[None]:
+        """Hide bar, line and button at the end, and a message of a refusal."""
+        try:
+            yield
+        finally:
+            with self._lock:
+                for handle in (self._bar, self._line, self._button):
+                    handle.visible = False
+                self._name = ""
+            if self._refused:
+                self._tell("", False)
+
+    def _show(self, what: str, share: float) -> None:
         self._bar.value = 100 * min(max(share, 0.0), 1.0)
-        self._line.content = _line(f"{self._name}: {words}" if words else self._name)
+        self._line.content = _line(f"{self._name}: {what}" if what else self._name)
         for handle in (self._bar, self._line, self._button):
             handle.visible = True
+
+
+class SolverThread:
+    """One thread that calls `work(request)` with the newest request, and again whenever there is a newer one."""
+
+    def __init__(self, work: Callable[[Any], None]):
+        self._work, self._request, self._closed = work, None, False
+        self._news = threading.Condition()
+        # no daemon: the interpreter must not end under a program that is being compiled
+        threading.Thread(target=self._run, name="studio-solver").start()
+
+    def submit(self, request: Any) -> None:
+        """Put a request, which is not None, in place of the one that waits."""
+        with self._news:
+            self._request = request
+            self._news.notify()
+
+    def close(self) -> None:
+        """Begin nothing more."""
+        with self._news:
+            self._closed = True
+            self._news.notify()
+
+    def _run(self) -> None:
+        while True:
+            with self._news:
+                self._news.wait_for(lambda: self._closed or self._request is not None)
+                if self._closed:
+                    return
+                request, self._request = self._request, None
+            self._work(request)
 
 
 def wait_for_work(seconds: float) -> None:

@@ -4,58 +4,41 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .closed_loop import show_closed_loop, show_experiment
-    from .corrected_grid import show_correction
-    from .film import write_film, write_still
-    from .gait import show_gait
-    from .hysteresis import show_hysteresis
-    from .mission import show_mission
-    from .recordings import show_recordings
-    from .robot_fit import show_robot_fit
-    from .run_page import show_run
-    from .start import standing
-    from .still import show_still
-    from .surge import show_surge
-    from .sweep import show_sweep
-    from .track import show_track
+    from .closed_loop import show_closed_loop as show_closed_loop
+    from .closed_loop import show_experiment as show_experiment
+    from .corrected_grid import show_correction as show_correction
+    from .film import write_film as write_film
+    from .film import write_still as write_still
+    from .fit_pages import show_hysteresis as show_hysteresis
+    from .fit_pages import show_robot_fit as show_robot_fit
+    from .fit_pages import show_surge as show_surge
+    from .gait import show_gait as show_gait
+    from .mission import show_mission as show_mission
+    from .recordings import show_recordings as show_recordings
+    from .run_page import show_run as show_run
+    from .still import show_still as show_still
+    from .still import standing as standing
+    from .sweep import show_sweep as show_sweep
+    from .track import show_track as show_track
 
 _HOME = {
     "show_closed_loop": "closed_loop",
     "show_correction": "corrected_grid",
     "show_experiment": "closed_loop",
     "show_gait": "gait",
-    "show_hysteresis": "hysteresis",
+    "show_hysteresis": "fit_pages",
     "show_mission": "mission",
     "show_recordings": "recordings",
-    "show_robot_fit": "robot_fit",
+    "show_robot_fit": "fit_pages",
     "show_run": "run_page",
     "show_still": "still",
-    "show_surge": "surge",
+    "show_surge": "fit_pages",
     "show_sweep": "sweep",
     "show_track": "track",
-    "standing": "start",
+    "standing": "still",
     "write_film": "film",
     "write_still": "film",
 }
-
-__all__ = [
-    "show_closed_loop",
-    "show_correction",
-    "show_experiment",
-    "show_gait",
-    "show_hysteresis",
-    "show_mission",
-    "show_recordings",
-    "show_robot_fit",
-    "show_run",
-    "show_still",
-    "show_surge",
-    "show_sweep",
-    "show_track",
-    "standing",
-    "write_film",
-    "write_still",
-]
 
 
 def __getattr__(name: str) -> Any:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
+from plotly.colors import hex_to_rgb
 
 from nectosome.io.extras import package
 
@@ -44,7 +45,7 @@ def axes_towards(viewer: tuple[float, float, float]) -> Float[np.ndarray, "3 3"]
 
 def colour_of(text: str) -> Float[np.ndarray, "3"]:
     """Blue, green, red of a colour such as "#0072B2"."""
-    return np.array([int(text[k : k + 2], 16) for k in (5, 3, 1)], float)
+    return np.array(hex_to_rgb(text)[::-1], float)
 
 
 def walls(rings: Float[np.ndarray, "rings around 3"]) -> Float[np.ndarray, "n 4 3"]:

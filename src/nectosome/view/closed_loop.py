@@ -6,38 +6,35 @@ Data, in SI units: of a robot as `ClosedLoopRecord.to_dataset` or its `signals` 
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from plotly.subplots import make_subplots
 
 from nectosome.units import dimension_of, show_quantity, unit_to_si
 
 from .page import write_page
-from .style import BLACK, BLUE, CYCLE, GREY, SKY, Panel, dress, plain, readable
-
-if TYPE_CHECKING:
-    import xarray as xr
+from .style import BLACK, BLUE, CYCLE, GREY, SKY, Panel, dress, plain, readable, titled
 
 _MOST = 6000  # points of a line that are drawn
 _MOVED = 1e-3  # m, from which a path has a second direction
 _MARKS = 10  # times that are marked on a path
 
 
-def show_closed_loop(run: "xr.Dataset", path: str | Path) -> None:
+def show_closed_loop(run: xr.Dataset, path: str | Path) -> None:
     """Write a page about a robot under a controller, whole or not at all. Raises InputError where it cannot."""
     ended = escape(f"{run.attrs['status']}: {run.attrs['status_reason']}")
     write_page(path, str(run.attrs["title"]), [f"<p>{ended}</p>", *closed_loop_panels(run)])
 
 
-def closed_loop_panels(run: "xr.Dataset") -> list[Panel]:
+def closed_loop_panels(run: xr.Dataset) -> list[Panel]:
     """The signals of the loop, and the path of the body where it has two directions."""
     return [signals_panel(run), *([path_panel(run)] if len(_directions(run)) == 2 else [])]
 
 
-def signals_panel(run: "xr.Dataset") -> Panel:
+def signals_panel(run: xr.Dataset) -> Panel:
     """Reference, measurement and command over time."""
-    from plotly.subplots import make_subplots
-
     fig = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06, row_heights=[0.62, 0.38])
     size, unit = _shown(run["reading"])
     samples, time = run["sample"].values, run["time"].values
@@ -55,8 +52,8 @@ def signals_panel(run: "xr.Dataset") -> Panel:
     command = run["command"]
     scale, of = _shown(command)
     fig.add_scatter(x=samples, y=scale * command.values, name="command", mode="lines", line=held, row=2, col=1)
-    fig.update_yaxes(title=_named(str(run.attrs["measured"]), unit), row=1)
-    fig.update_yaxes(title=_named(str(run.attrs["commanded"]).rpartition(".")[2], of), row=2)
+    fig.update_yaxes(title=titled(readable(str(run.attrs["measured"])), unit), row=1)
+    fig.update_yaxes(title=titled(readable(str(run.attrs["commanded"]).rpartition(".")[2]), of), row=2)
     fig.update_xaxes(title="time (s)", row=2)
     dress(fig, 620).update_layout(showlegend=True, hovermode="closest", margin_t=60, legend_y=1.03)
     caption = "Simulated. The command is held from one sample to the next."
@@ -65,10 +62,8 @@ def signals_panel(run: "xr.Dataset") -> Panel:
     return Panel(f"{readable(plain(run.attrs['measured']))} by {plain(run.attrs['commanded'])}", caption, fig)
 
 
-def path_panel(run: "xr.Dataset") -> Panel:
+def path_panel(run: xr.Dataset) -> Panel:
     """Path of the body in the plane in which it moved furthest."""
-    import plotly.graph_objects as go
-
     across, up = _directions(run)
     position, time = run["position"].isel(station=0).values, run["time"].values
     every = slice(None, None, max(time.size // _MOST, 1))
@@ -78,11 +73,9 @@ def path_panel(run: "xr.Dataset") -> Panel:
     marks = np.linspace(0.0, time[-1], _MARKS + 1)
     k = np.searchsorted(time, marks).clip(0, time.size - 1)
     marker = {"color": BLACK, "size": 6}
-    texts = [f"{t:.3g} s" for t in marks]
-    style = {"size": 11, "color": BLACK}
-    fig.add_scatter(
-        x=x[k], y=y[k], mode="markers+text", text=texts, textposition="top right", textfont=style, marker=marker
-    )
+    texts, font = [f"{t:.3g} s" for t in marks], {"size": 11, "color": BLACK}
+    style = {"mode": "markers+text", "marker": marker, "textposition": "top right", "textfont": font}
+    fig.add_scatter(x=x[k], y=y[k], text=texts, **style)
     fig.update_xaxes(title=f"{across} (m)", constrain="domain")
     fig.update_yaxes(title=f"{up} (m)", scaleanchor="x")
     dress(fig, 460).update_layout(hovermode="closest")
@@ -90,16 +83,14 @@ def path_panel(run: "xr.Dataset") -> Panel:
     return Panel("Seen from above" if up == "y" else "Seen from the side", caption, fig)
 
 
-def show_experiment(runs: "Sequence[xr.Dataset]", path: str | Path) -> None:
+def show_experiment(runs: Sequence[xr.Dataset], path: str | Path) -> None:
     """Write a page about one or several experiments on a rig. Raises InputError where it cannot."""
     ended = escape(f"{runs[-1].attrs['status']}: {runs[-1].attrs['status_reason']}")
     write_page(path, str(runs[-1].attrs["title"]), [f"<p>{ended}</p>", experiment_panel(runs)])
 
 
-def experiment_panel(runs: "Sequence[xr.Dataset]") -> Panel:
+def experiment_panel(runs: Sequence[xr.Dataset]) -> Panel:
     """Signals of the last run, and the errors of all."""
-    from plotly.subplots import make_subplots
-
     fig = make_subplots(3, 1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.45, 0.3, 0.25])
     several, (size, unit) = len(runs) > 1, _shown(runs[-1]["reference"])
     scale, of = _shown(runs[-1]["command"])
@@ -115,12 +106,10 @@ def experiment_panel(runs: "Sequence[xr.Dataset]") -> Panel:
             y, line = scale * one["command"].values, {"color": GREY, "width": 1.2}
             fig.add_scatter(x=time, y=y, line=line, mode="lines", name="command", row=3, col=1)
         line = {"color": BLUE if last else CYCLE[1 + k % (len(CYCLE) - 1)], "width": 1.0}
-        name = f"error of run {k + 1}" if several else "error"
-        fig.add_scatter(
-            x=time, y=measured - reference, line=line, mode="lines", name=name, showlegend=several, row=2, col=1
-        )
+        name, y = f"error of run {k + 1}" if several else "error", measured - reference
+        fig.add_scatter(x=time, y=y, line=line, mode="lines", name=name, showlegend=several, row=2, col=1)
     for row, (name, shown) in enumerate((("measured", unit), ("error", unit), ("command", of)), start=1):
-        fig.update_yaxes(title=_named(name, shown), row=row)
+        fig.update_yaxes(title=titled(name, shown), row=row)
     fig.update_xaxes(title="time (s)", row=3)
     dress(fig, 680).update_layout(showlegend=True, hovermode="closest", margin_t=60, legend_y=1.07)
     caption = "As measured, with noise. The command acts on the rig after its delay." + (
@@ -129,14 +118,14 @@ def experiment_panel(runs: "Sequence[xr.Dataset]") -> Panel:
     return Panel("Experiment", caption, fig)
 
 
-def _directions(run: "xr.Dataset") -> tuple[str, ...]:
+def _directions(run: xr.Dataset) -> tuple[str, ...]:
     """The two axes of the world along which the body moved furthest; fewer where it did not move along them."""
     far = np.ptp(run["position"].isel(station=0).values, axis=0)
     furthest = sorted(np.argsort(far)[-2:])
     return tuple("xyz"[k] for k in furthest if far[k] > _MOVED)
 
 
-def _shown(values: "xr.DataArray") -> tuple[float, str]:
+def _shown(values: xr.DataArray) -> tuple[float, str]:
     """Factor from SI to a unit in which the largest of some values is easy to read, and that unit."""
     unit = str(values.attrs["units"])
     dimension = dimension_of(unit)
@@ -144,7 +133,3 @@ def _shown(values: "xr.DataArray") -> tuple[float, str]:
         return 1.0, unit
     shown = show_quantity(float(np.nanmax(np.abs(values.values))), dimension).partition(" ")[2]
     return 1 / unit_to_si(shown)[0], shown
-
-
-def _named(name: str, unit: str) -> str:
-    return f"{readable(plain(name))} ({unit})" if unit not in ("", "1") else readable(plain(name))

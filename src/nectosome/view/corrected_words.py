@@ -1,16 +1,14 @@
 """A correction in words: what was read, how well it is met, where it is best, and what to measure next."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
-from nectosome.identification import Errors, Observed, errors_of
+from nectosome.identification import Observed, errors_of
 from nectosome.identification.fits.errors import SIDES
 from nectosome.units import count, shown_unit
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _ODD = 4.0  # standard errors from what the others tell: measure again
 _NOTES = 12  # shown
@@ -31,8 +29,8 @@ def read_lines(observed: Sequence[Observed]) -> list[str]:
     first = f"{count(files, 'recording')}, {_number(seconds)} s in all, at {count(len(observed), 'condition')}"
     notes = _gathered([*dict.fromkeys(note for row in observed for note in row.notes)])
     more = [f"and {count(len(notes) - _NOTES, 'more note')}"] if len(notes) > _NOTES else []
-    told = f"{repeated} of them repeated; standard error of a mean: {100 * noise:.2g} % (median)"
-    return [f"{first}, {told}", *notes[:_NOTES], *more]
+    quality = f"{repeated} of them repeated; standard error of a mean: {100 * noise:.2g} % (median)"
+    return [f"{first}, {quality}", *notes[:_NOTES], *more]
 
 
 def _gathered(notes: Sequence[str]) -> list[str]:
@@ -48,12 +46,12 @@ def _gathered(notes: Sequence[str]) -> list[str]:
     ]
 
 
-def tables(found: "xr.Dataset", aim: str) -> list[WordRows]:
+def tables(found: xr.Dataset, aim: str) -> list[WordRows]:
     """Errors before and after, the best place before and after, the next experiments."""
     return [_errors(found), _optimum(found, aim), *([_next(found)] if found.sizes["next"] else [])]
 
 
-def _errors(found: "xr.Dataset") -> WordRows:
+def _errors(found: xr.Dataset) -> WordRows:
     """How far the simulator is off, as it was and corrected; each experiment is predicted by the others."""
     names = ("error, % of what is measured", "mean", "signed", "largest", "total", "in 95 % intervals")
     rows = list[tuple[str, ...]]()
@@ -61,18 +59,15 @@ def _errors(found: "xr.Dataset") -> WordRows:
     before = errors_of(found["simulated_there"].values, measured, np.full(len(measured), np.nan), noise)
     after = errors_of(found["predicted"].values, measured, found["predicted_error"].values, noise)
     for name, e in (("simulator as it was", before), (f"corrected ({found.attrs['method']}), by the others", after)):
-        rows.append((name, *map(_number, (e.mean, e.signed, e.largest, e.total)), _covered(e)))
+        covered = f"{e.coverage:.0f} %" if e.coverage == e.coverage else ""
+        rows.append((name, *map(_number, (e.mean, e.signed, e.largest, e.total)), covered))
     rows.append(("noise alone", _number(after.floor)))
     if after.small:
         rows.append((f"{count(after.small, 'experiment')} below 1 % of the largest: in total and intervals only",))
     return WordRows(names, rows)
 
 
-def _covered(e: Errors) -> str:
-    return f"{e.coverage:.0f} %" if e.coverage == e.coverage else ""
-
-
-def _optimum(found: "xr.Dataset", aim: str) -> WordRows:
+def _optimum(found: xr.Dataset, aim: str) -> WordRows:
     """Where the grid is best, before and after."""
     name = found.attrs["quantity"]
     what = "lowest" if aim == "lowest" else "highest"
@@ -85,17 +80,17 @@ def _optimum(found: "xr.Dataset", aim: str) -> WordRows:
     return WordRows((f"{what} on the grid", name, "95 %", "at"), rows)
 
 
-def _next(found: "xr.Dataset") -> WordRows:
+def _next(found: xr.Dataset) -> WordRows:
     rows = list[tuple[str, ...]]()
     for k in range(found.sizes["next"]):
         one = found.isel(next=k)
         place = _place([one[f"next_{name}"] for name in found["simulated"].dims], "next_")
-        told = _value(float(one["expected"]), float(one["expected_error"]), one["expected"])
-        rows.append((place, *told, str(one["reason"].item())))
+        expected = _value(float(one["expected"]), float(one["expected_error"]), one["expected"])
+        rows.append((place, *expected, str(one["reason"].item())))
     return WordRows(("next experiment", "expected", "95 %", ""), rows)
 
 
-def lines(found: "xr.Dataset", observed: Sequence[Observed]) -> list[str]:
+def lines(found: xr.Dataset, observed: Sequence[Observed]) -> list[str]:
     """The estimated parameter, what does not fit, and what the next experiments take."""
     known, parameter = list[str](), found["parameter_there"]
     if found.attrs["parameter"]:
@@ -109,13 +104,13 @@ def lines(found: "xr.Dataset", observed: Sequence[Observed]) -> list[str]:
     return [*known, *_odd(found), *_cost(found, observed)]
 
 
-def _cost(found: "xr.Dataset", observed: Sequence[Observed]) -> list[str]:
+def _cost(found: xr.Dataset, observed: Sequence[Observed]) -> list[str]:
     """What the next experiments take, if they are made as those before."""
     seconds = found.sizes["next"] * float(np.median([row.seconds for row in observed]))
     return [f"the next {count(found.sizes['next'], 'experiment')} take about {_number(seconds)} s"] if seconds else []
 
 
-def _odd(found: "xr.Dataset") -> list[str]:
+def _odd(found: xr.Dataset) -> list[str]:
     """Which experiments do not fit the others."""
     off = abs(found["measured"] - found["predicted"]).values
     error = np.hypot(found["predicted_error"].values, found["measured_error"].values)
@@ -130,12 +125,12 @@ def _odd(found: "xr.Dataset") -> list[str]:
     return lines or [f"no experiment is more than {_ODD:g} standard errors from what the others tell"]
 
 
-def _value(value: float, error: float, like: "xr.DataArray") -> tuple[str, str]:
+def _value(value: float, error: float, like: xr.DataArray) -> tuple[str, str]:
     """A value with its unit and half of its 95 % interval, where there is one."""
     return f"{_number(value)} {like.attrs['units']}".strip(), f"± {SIDES * error:.2g}" if error == error else ""
 
 
-def _place(conditions: "Sequence[xr.DataArray]", prefix: str = "") -> str:
+def _place(conditions: Sequence[xr.DataArray], prefix: str = "") -> str:
     """Conditions with their units."""
     parts = []
     for x in conditions:

@@ -1,22 +1,19 @@
 """A run as a camera sees that goes along with it: the robot, its trail, a grid to see it move by, a scale, the time."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from jaxtyping import Float, Int
 
 from nectosome.description import WaterDescription
 from nectosome.units import InputError
 
 from .camera import Perspective, axes_towards, colour_of, lit, outlines, seen, walls
-from .raster import Picture, Raster
+from .canvas import Picture, Raster, Vector
 from .style import BLACK, ORANGE, SKY
-from .tubes import between, colours_of, description, tubes, visible
-from .vector import Vector
-
-if TYPE_CHECKING:
-    import xarray as xr
+from .tubes import between, colours_of, description, parts_of, tubes, visible
 
 # where the viewer is, seen from a robot that swims towards -x; of one that swims the other way, mirrored
 CAMERAS = {
@@ -46,7 +43,7 @@ class GridPlane(NamedTuple):
     place: float  # along that axis [m]
     colour: Float[np.ndarray, "3"]
     strength: float  # of the lines, from 0 to 1
-    ways: int = 2  # in which lines run: squares, or lines along the last of its axes only
+    directions: int = 2  # in which lines run: squares, or lines along the last of its axes only
 
 
 class Scene:
@@ -61,7 +58,7 @@ class Scene:
 
     def __init__(
         self,
-        run: "xr.Dataset",
+        run: xr.Dataset,
         end: float,
         size: tuple[int, int],
         camera: str | tuple[float, float, float],
@@ -95,7 +92,7 @@ class Scene:
         self._around = {name: _around(rings[0], per_metre) for name, rings in rough.items()}
         first = tubes(run, times[:1], self._around)
         self._cuts = {name: _cuts(rings[0], per_metre) for name, rings in first.items()}
-        self._colours = {name: colour_of(text) for name, text in colours_of(run, rough).items()}
+        self._colours = {name: colour_of(text) for name, text in colours_of(parts_of(run)).items()}
         self._planes = self._planes_of(points, robot.water if robot is not None else None)
         self._lattice = _lattice(self._step, _SIGHT * self._away)
         path = between(saved, run["position"].values[:, 0], self._instants)
@@ -108,22 +105,26 @@ class Scene:
     def pictures(self, times: Float[np.ndarray, "t"]) -> Iterator[Picture]:
         """One picture for each of the times [s], which increase; memory does not grow with their number."""
         canvas = Raster(self._size, self._water)
+        for instant in self._at(times):
+            canvas.clear()
+            self._draw(canvas, *instant)
+            yield canvas.picture()
+
+    def svg(self, time: float) -> str:
+        """The picture of one time [s] in lines and faces that stay sharp at any size."""
+        canvas = Vector(self._size, self._water)
+        for instant in self._at(np.array([time])):
+            self._draw(canvas, *instant)
+        return canvas.svg()
+
+    def _at(self, times: Float[np.ndarray, "t"]) -> Iterator[tuple[float, dict[str, np.ndarray], np.ndarray]]:
+        """Each time, the rings of all parts, and the place of the body."""
         for k in range(0, len(times), _CHUNK):
             some = times[k : k + _CHUNK]
             parts = tubes(self._run, some, self._around)
             places = between(self._run["time"].values, self._run["position"].values[:, 0], some)
             for i, time in enumerate(some):
-                canvas.clear()
-                self._draw(canvas, float(time), {name: rings[i] for name, rings in parts.items()}, places[i])
-                yield canvas.picture()
-
-    def svg(self, time: float) -> str:
-        """The picture of one time [s] in lines and faces that stay sharp at any size."""
-        canvas, some = Vector(self._size, self._water), np.array([time])
-        parts = tubes(self._run, some, self._around)
-        place = between(self._run["time"].values, self._run["position"].values[:, 0], some)[0]
-        self._draw(canvas, time, {name: rings[0] for name, rings in parts.items()}, place)
-        return canvas.svg()
+                yield float(time), {name: rings[i] for name, rings in parts.items()}, places[i]
 
     def camera(self, time: float) -> Perspective:
         """Camera at a time [s]."""
@@ -135,7 +136,7 @@ class Scene:
             self._draw_plane(canvas, camera, plane, time)
         floor = self._planes[0]
         if floor.normal == 2:
-            canvas.darken(outlines(camera, (_flat(rings, floor.place) for rings in parts.values())), 0.2)
+            canvas.darken(outlines(camera, (rings * (1, 1, 0) + (0, 0, floor.place) for rings in parts.values())), 0.2)
         faces = [walls(_refined(rings, self._cuts[name])) for name, rings in parts.items()]
         colours = [lit(each, self._colours[name], camera) for each, name in zip(faces, parts, strict=True)]
         ribbon, tints = self._trail(camera, time, place)
@@ -175,12 +176,12 @@ class Scene:
             first = GridPlane(2, low[2] - gap, _GRID, 0.4)
         if water is None or water.surface is None or water.surface - high[2] > near:
             return [first]
-        return [first, GridPlane(2, water.surface, _SURFACE, 0.8, ways=1)]
+        return [first, GridPlane(2, water.surface, _SURFACE, 0.8, directions=1)]
 
     def _draw_plane(self, canvas: Raster | Vector, camera: Perspective, plane: GridPlane, time: float) -> None:
         target = self._target(time)
         within = [k for k in range(3) if k != plane.normal]
-        pieces = self._lattice[: plane.ways].reshape(-1, 2, 2)
+        pieces = self._lattice[: plane.directions].reshape(-1, 2, 2)
         lines = np.full((len(pieces), 2, 3), plane.place)
         lines[..., within] = pieces + np.floor(target[within] / self._step) * self._step
         strength = plane.strength * self._faded(lines.mean(axis=1)[:, within] - target[within])
@@ -236,7 +237,7 @@ class Scene:
         canvas.text(said, edge, low - self._pixels(14), size, False, _INK)
 
 
-def _middle(run: "xr.Dataset") -> Float[np.ndarray, "t 3"]:
+def _middle(run: xr.Dataset) -> Float[np.ndarray, "t 3"]:
     """Middle of the box around all stations and their sections at each saved time [m]."""
     place, reach = run["position"].values, run["half_width"].values.max(axis=1)[:, None]
     return 0.5 * ((place - reach).min(axis=1) + (place + reach).max(axis=1))
@@ -299,10 +300,6 @@ def _refined(rings: Float[np.ndarray, "rings around 3"], cuts: Int[np.ndarray, "
     k = np.minimum(at.astype(int), len(cuts) - 1)
     share = (at - k)[:, None, None]
     return (1 - share) * ends[k] + share * ends[k + 1]
-
-
-def _flat(rings: Float[np.ndarray, "rings around 3"], height: float) -> np.ndarray:
-    return np.concatenate([rings[..., :2], np.full_like(rings[..., :1], height)], axis=-1)
 
 
 def _capped(rings: Float[np.ndarray, "rings around 3"]) -> np.ndarray:

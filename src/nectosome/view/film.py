@@ -3,23 +3,20 @@
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from nectosome.io.atomic import write_atomic
 from nectosome.io.extras import package
 from nectosome.vision.video.clip import write_video
 
+from .canvas import Picture
 from .drawing import Scene
-from .raster import Picture
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def write_film(
-    run: "xr.Dataset",
+    run: xr.Dataset,
     path: str | Path,
     *,
     end: float,
@@ -51,7 +48,7 @@ def write_film(
 
 
 def write_still(
-    run: "xr.Dataset",
+    run: xr.Dataset,
     path: str | Path,
     *,
     at: float,

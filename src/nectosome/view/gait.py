@@ -7,69 +7,53 @@ import json
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from plotly.subplots import make_subplots
 
 from .page import write_page
 from .style import BLACK, BLUE, CYCLE, GREY, VERMILLION, Panel, dress, plain
 
-if TYPE_CHECKING:
-    import xarray as xr
 
-
-def show_gait(found: "xr.Dataset", path: str | Path) -> None:
+def show_gait(found: xr.Dataset, path: str | Path) -> None:
     """Write a page with all figures. Raises InputError where it cannot."""
     known = "".join(f"<li>{escape(words)}</li>" for words in json.loads(found.attrs["words"]))
     shown = [history_panel([found]), parameters_panel([found]), motion_panel(found)]
     write_page(path, str(found.attrs["title"]), [f"<p>Identifiability by the features:</p><ul>{known}</ul>", *shown])
 
 
-def history_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",), aim: float | None = None) -> Panel:
-    """The lowest discrepancy so far, and one that is aimed at."""
-    import plotly.graph_objects as go
-
+def history_panel(fits: Sequence[xr.Dataset], names: Sequence[str] = ("",), printed: float | None = None) -> Panel:
+    """The lowest discrepancy so far, and the printed one."""
     fig = go.Figure()
     for k, (found, name) in enumerate(zip(fits, names, strict=True)):
         best = np.minimum.accumulate(found["discrepancy"].values)
         line = {"color": CYCLE[k % len(CYCLE)], "shape": "hv"}
         fig.add_scatter(x=np.arange(1, best.size + 1), y=best, mode="lines", line=line, name=plain(name or "lowest"))
-    if aim is not None:
+    if printed is not None:
         most = max(found.sizes["evaluation"] for found in fits)
-        fig.add_scatter(x=[1, most], y=[aim, aim], mode="lines", line={"color": BLACK, "dash": "dot"}, name="printed")
+        line = {"color": BLACK, "dash": "dot"}
+        fig.add_scatter(x=[1, most], y=[printed, printed], mode="lines", line=line, name="printed")
     fig.update_xaxes(title="walks")
     fig.update_yaxes(title="lowest discrepancy (eq. 13)", type="log", exponentformat="power")
-    dress(fig, 360).update_layout(showlegend=len(fits) > 1 or aim is not None, margin_t=60)
+    dress(fig, 360).update_layout(showlegend=len(fits) > 1 or printed is not None, margin_t=60)
     return Panel("Search", "Sum of the squared relative errors of the features, of the best candidate so far.", fig)
 
 
-def parameters_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",)) -> Panel:
+def parameters_panel(fits: Sequence[xr.Dataset], names: Sequence[str] = ("",)) -> Panel:
     """Where in their ranges parameters are found, and where candidates that are as good lie."""
-    import plotly.graph_objects as go
-
     fig = go.Figure()
     for k, (found, name) in enumerate(zip(fits, names, strict=True)):
         low, size = found["low"].values, (found["high"] - found["low"]).values
         place = {key: 100 * (found[key].values - low) / size for key in ("value", "good_low", "good_high")}
-        bars = {
-            "array": place["good_high"] - place["value"],
-            "arrayminus": place["value"] - place["good_low"],
-            "thickness": 2,
-            "width": 3,
-        }
+        bars = {"array": place["good_high"] - place["value"], "arrayminus": place["value"] - place["good_low"]}
         rows = np.arange(found.sizes["parameter"]) + 0.12 * (k - (len(fits) - 1) / 2)
         marker = {"color": CYCLE[k % len(CYCLE)], "size": 8}
         hover = [f"{x:.4g} {unit}" for x, unit in zip(found["value"].values, found["unit"].values, strict=True)]
-        fig.add_scatter(
-            x=place["value"],
-            y=rows,
-            error_x=bars,
-            mode="markers",
-            marker=marker,
-            name=plain(name or "best"),
-            text=hover,
-            hovertemplate="%{text}<extra></extra>",
-        )
+        style = {"mode": "markers", "marker": marker, "text": hover, "hovertemplate": "%{text}<extra></extra>"}
+        error = {**bars, "thickness": 2, "width": 3}
+        fig.add_scatter(x=place["value"], y=rows, error_x=error, name=plain(name or "best"), **style)
     labels = [plain(str(name)) for name in fits[0]["parameter"].values]
     fig.update_yaxes(tickvals=list(range(len(labels))), ticktext=labels, autorange="reversed", zeroline=False)
     fig.update_xaxes(title="place in the range (percent)", range=(-3, 103))
@@ -78,10 +62,8 @@ def parameters_panel(fits: Sequence["xr.Dataset"], names: Sequence[str] = ("",))
     return Panel("Parameters found", caption, fig)
 
 
-def motion_panel(found: "xr.Dataset") -> Panel:
+def motion_panel(found: xr.Dataset) -> Panel:
     """Positions and tilt of the best candidate in the window, trial by trial."""
-    from plotly.subplots import make_subplots
-
     titles = ("position z (mm)", "position x (mm)", "tilt (deg)")
     fig = make_subplots(1, 3, subplot_titles=titles, horizontal_spacing=0.07)
     for trial in range(found.sizes["trial"]):

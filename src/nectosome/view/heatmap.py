@@ -1,15 +1,14 @@
 """Heat maps: cells of colour over two quantities, with lines on which something has a level."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import plotly.graph_objects as go
 from jaxtyping import Float
+from plotly.subplots import make_subplots
 
 from .style import BLACK, BLUE, VERMILLION, dress
-
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
 
 _MINUS_PLUS = [
     (0.0, "#7a3300"),
@@ -37,6 +36,9 @@ def _bar(unit: str) -> dict[str, Any]:
     return {"title": {"text": unit, "side": "top"}, "thickness": 14, "outlinewidth": 0, "x": 1.01}
 
 
+STAR = {"symbol": "star", "size": 16, "color": "white", "line": {"color": BLACK, "width": 1.5}}  # marks the best
+
+
 class MapAxis(NamedTuple):
     """Values along an axis of maps, and what they are, with their unit."""
 
@@ -60,10 +62,8 @@ def maps(
     colours: dict[str, Any],
     lines: Sequence[LevelLine] = (),
     best: bool = False,
-) -> "go.Figure":
+) -> go.Figure:
     """Maps side by side, by title, that share their axes and colours; `best` marks the largest value of each."""
-    from plotly.subplots import make_subplots
-
     fig = make_subplots(1, len(shown), shared_yaxes=True, horizontal_spacing=0.03, subplot_titles=list(shown))
     unit = colours["colorbar"]["title"]["text"]
     for col, (title, z) in enumerate(shown.items(), start=1):
@@ -74,18 +74,9 @@ def maps(
             add_level(fig, x.values, y.values, line.values, line.level, line.dash, where)
         if best:
             j, i = np.unravel_index(np.nanargmax(z), z.shape)
-            marker = {"symbol": "star", "size": 16, "color": "white", "line": {"color": BLACK, "width": 1.5}}
-            fig.add_scatter(
-                x=[x.values[i]],
-                y=[y.values[j]],
-                mode="markers",
-                marker=marker,
-                cliponaxis=False,
-                name="largest",
-                showlegend=col == 1,
-                hovertemplate=f"largest: {z[j, i]:.4g} {unit}",
-                **where,
-            )
+            style = {"mode": "markers", "marker": STAR, "name": "largest", "showlegend": col == 1, "cliponaxis": False}
+            hover = f"largest: {z[j, i]:.4g} {unit}"
+            fig.add_scatter(x=[x.values[i]], y=[y.values[j]], hovertemplate=hover, **style, **where)
     for line in lines:
         add_key(fig, line.text, line.dash)
     dress(fig, 410).update_layout(showlegend=True, hovermode="closest", margin_t=76, margin_b=70, coloraxis=colours)
@@ -104,7 +95,7 @@ def edges(centres: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
 
 
 def add_level(
-    fig: "go.Figure",
+    fig: go.Figure,
     x: Float[np.ndarray, "nx"],
     y: Float[np.ndarray, "ny"],
     z: Float[np.ndarray, "ny nx"],
@@ -120,7 +111,7 @@ def add_level(
     )
 
 
-def add_key(fig: "go.Figure", text: str, dash: str) -> None:
+def add_key(fig: go.Figure, text: str, dash: str) -> None:
     """Put a line of `add_level` into the legend."""
     line = {"color": BLACK, "width": 2, "dash": dash}
     fig.add_scatter(x=[None], y=[None], mode="lines", line=line, name=text, row=1, col=1)

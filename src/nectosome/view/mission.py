@@ -5,16 +5,14 @@ Data as `solve.mission_data` gives it.
 
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from plotly.subplots import make_subplots
 
 from .page import write_page
 from .style import BLACK, BLUE, CYCLE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Panel, dress, plain, readable
-
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
-    import xarray as xr
 
 _RIBBON = (SKY, ORANGE, GREY, GREEN, PURPLE, VERMILLION)
 _ASIDE = 1e-3  # m, to the side, from which on a robot does not stay in a plane
@@ -23,7 +21,7 @@ _ARROWS = 2.0  # s, from one to the next
 _SHOWN = {"m3": ("mL", 1e6)}  # units that axes have instead, and how many of them one is
 
 
-def show_mission(found: "xr.Dataset", path: str | Path) -> None:
+def show_mission(found: xr.Dataset, path: str | Path) -> None:
     """Write a page about one mission, whole or not at all. Raises InputError where it cannot be written."""
     title = str(found.attrs["title"])
     shown = [mission_panel(found), *([set_panel(found)] if found.sizes["quantity"] else [])]
@@ -32,10 +30,8 @@ def show_mission(found: "xr.Dataset", path: str | Path) -> None:
     write_page(path, title, [f"<p>{escape(str(found.attrs['status_reason']))}</p>", *shown])
 
 
-def mission_panel(found: "xr.Dataset") -> Panel:
+def mission_panel(found: xr.Dataset) -> Panel:
     """Height, velocity along the tank, place and pitch over time, with the modes."""
-    from plotly.subplots import make_subplots
-
     time = found["time"].values
     x, z = (found["position"].sel(axis=axis).values for axis in "xz")
     rows = (
@@ -65,10 +61,8 @@ def mission_panel(found: "xr.Dataset") -> Panel:
     return Panel("Course of a mission", caption, fig)
 
 
-def above_panel(found: "xr.Dataset") -> Panel:
-    """Way over the floor, mode by mode, and where the robot's x axis points now and then."""
-    import plotly.graph_objects as go
-
+def above_panel(found: xr.Dataset) -> Panel:
+    """Path over the floor, mode by mode, and where the robot's x axis points now and then."""
     fig = go.Figure()
     x, y = (found["position"].sel(axis=axis).values for axis in "xy")
     heading = found["heading"].values
@@ -86,10 +80,8 @@ def above_panel(found: "xr.Dataset") -> Panel:
     return Panel("Seen from above", "Way of the body's centre, to scale; arrows point along its x axis.", fig)
 
 
-def set_panel(found: "xr.Dataset") -> Panel:
+def set_panel(found: xr.Dataset) -> Panel:
     """What the modes set, over time."""
-    from plotly.subplots import make_subplots
-
     values = found["quantity_value"].values
     groups: dict[tuple[str, bytes], list[str]] = {}
     for k, path in enumerate(found["quantity"].values):
@@ -109,21 +101,15 @@ def set_panel(found: "xr.Dataset") -> Panel:
     return Panel("What the modes set", "Quantities of the robot as the mission changes them.", fig)
 
 
-def _ribbon(fig: "go.Figure", found: "xr.Dataset") -> None:
+def _ribbon(fig: go.Figure, found: xr.Dataset) -> None:
     """Colour the time of each mode and write its name above."""
     time, mode = found["time"].values, found["mode"].values
     first = np.flatnonzero(np.append(True, mode[1:] != mode[:-1]))
     for k, (a, b) in enumerate(zip(first, np.append(first[1:], time.size - 1), strict=True)):
         colour = _RIBBON[k % len(_RIBBON)]
         fig.add_vrect(x0=time[a], x1=time[b], fillcolor=colour, opacity=0.18, line_width=0, layer="below")  # pyright: ignore[reportArgumentType]
+        above = {"y": 1.0, "yref": "paper", "yanchor": "bottom", "yshift": 6 + 16 * (k % 2)}
+        font = {"size": 12, "color": BLACK}
         fig.add_annotation(
-            text=readable(plain(mode[a])),
-            x=0.5 * (time[a] + time[b]),
-            y=1.0,
-            xref="x",
-            yref="paper",
-            yanchor="bottom",
-            yshift=6 + 16 * (k % 2),
-            showarrow=False,
-            font={"size": 12, "color": BLACK},
+            text=readable(plain(mode[a])), x=0.5 * (time[a] + time[b]), xref="x", showarrow=False, font=font, **above
         )

@@ -1,19 +1,18 @@
 """Pages that need nothing but themselves: HTML with the programs inside that draw its figures and scenes."""
 
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import plotly.graph_objects as go
+import plotly.io as pio
+from plotly.offline import get_plotlyjs
 
 from nectosome.io import write_atomic
 
 from .style import Panel, Scenes
-
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
-    import xarray as xr
 
 _CSS = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; margin: 0 auto; max-width: 1240px; padding: 0 24px 64px; }
@@ -54,19 +53,10 @@ def write_page(path: str | Path, title: str, parts: Iterable[str | Panel]) -> No
     figures = [part.figure for part in parts if isinstance(part, Panel)]
     programs = []
     if any(not isinstance(figure, str | Scenes) for figure in figures):
-        programs.append(_plotter())
+        programs.append(get_plotlyjs())
     if any(isinstance(figure, Scenes) for figure in figures):
         programs.append(_player())
     _write(path, title, [f"<script>{program}</script>" for program in programs], [f"<h1>{escape(title)}</h1>", *parts])
-
-
-def write_fit(
-    found: "xr.Dataset", path: str | Path, sentence: str, panel: "Callable[[xr.Dataset, int], Panel]"
-) -> None:
-    """Write the page of a fit: its parameters in a sentence, its warnings, a panel for each recording."""
-    warnings = [f"<p><b>Beware:</b> {escape(words)}.</p>" for words in json.loads(found.attrs["warnings"])]
-    panels = [panel(found, k) for k in range(found.sizes["recording"])]
-    write_page(path, str(found.attrs["title"]), [f"<p>{escape(sentence)}</p>", *warnings, *panels])
 
 
 def write_panels(folder: Path, panels: Iterable[tuple[str, Panel]]) -> None:
@@ -76,7 +66,7 @@ def write_panels(folder: Path, panels: Iterable[tuple[str, Panel]]) -> None:
         program = _PLAYER if isinstance(panel.figure, Scenes) else _PLOTTER
         used.add(program)
         _write(folder / f"{name}.html", panel.title, [f'<script src="{program}"></script>'], [panel])
-    for program, text in ((_PLOTTER, _plotter), (_PLAYER, _player)):
+    for program, text in ((_PLOTTER, get_plotlyjs), (_PLAYER, _player)):
         if program in used:
             write_atomic(folder / program, text().encode())
 
@@ -116,9 +106,7 @@ def _scenes(scenes: Scenes, key: str) -> str:
     return f'<div class="scenes" id="{key}" data-chosen="{key}-scene-1">{shown}{frame}</div>\n{"".join(data)}'
 
 
-def _plot(figure: "go.Figure", key: str) -> str:
-    import plotly.io as pio
-
+def _plot(figure: go.Figure, key: str) -> str:
     return pio.to_html(
         figure,
         config=_CONFIG,
@@ -128,12 +116,6 @@ def _plot(figure: "go.Figure", key: str) -> str:
         default_height=f"{figure['layout']['height']}px",
         div_id=key,
     )
-
-
-def _plotter() -> str:
-    from plotly.offline import get_plotlyjs
-
-    return get_plotlyjs()
 
 
 def _player() -> str:

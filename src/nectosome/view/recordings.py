@@ -4,22 +4,19 @@ import json
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
+from plotly.subplots import make_subplots
 
 from .page import write_page
 from .style import CYCLE, Panel, dress, plain
-
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
-    import xarray as xr
 
 _POINTS = 4000  # of a line; more are drawn as the range of each stretch
 _READ = 1_000_000  # samples at a time
 
 
-def show_recordings(recordings: "Sequence[xr.Dataset]", path: str | Path) -> None:
+def show_recordings(recordings: Sequence[xr.Dataset], path: str | Path) -> None:
     """Write a page with a plot of each quantity of each recording. Raises InputError where it cannot."""
     parts = []
     for recording in recordings:
@@ -27,15 +24,14 @@ def show_recordings(recordings: "Sequence[xr.Dataset]", path: str | Path) -> Non
     write_page(path, "Recordings", parts)
 
 
-def _panel(recording: "xr.Dataset") -> Panel:
+def _panel(recording: xr.Dataset) -> Panel:
     """All quantities of a recording, one above the other."""
-    from plotly.subplots import make_subplots
-
     about = json.loads(recording.attrs["provenance"])
     names = list(recording.data_vars)
     fig = make_subplots(rows=len(names), cols=1, shared_xaxes=True, vertical_spacing=0.25 / (10 * len(names)))
     for k, name in enumerate(names):
-        _draw(fig, recording[name], k)
+        x, y = _outline(recording[name])
+        fig.add_scatter(x=x, y=y, line={"color": CYCLE[k % len(CYCLE)], "width": 1.2}, row=k + 1, col=1)
         unit = recording[name].attrs["units"] or "1"
         fig.update_yaxes(title={"text": f"{plain(name)}<br>({plain(unit)})", "font": {"size": 12}}, row=k + 1, col=1)
     dim = str(recording[names[0]].dims[0])
@@ -47,12 +43,7 @@ def _panel(recording: "xr.Dataset") -> Panel:
     return Panel("As read", caption, fig)
 
 
-def _draw(fig: "go.Figure", variable: "xr.DataArray", k: int) -> None:
-    x, y = _outline(variable)
-    fig.add_scatter(x=x, y=y, line={"color": CYCLE[k % len(CYCLE)], "width": 1.2}, row=k + 1, col=1)
-
-
-def _outline(variable: "xr.DataArray") -> tuple[np.ndarray, np.ndarray]:
+def _outline(variable: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
     """Points of a line; of many samples the smallest and largest of each stretch, so that no peak is lost."""
     along = variable[variable.dims[0]]
     if variable.size <= _POINTS:

@@ -1,11 +1,13 @@
 """The page of one run: the robot in motion, its velocity, powers and energies."""
 
+import json
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from . import series
 from .closed_loop import closed_loop_panels
@@ -14,31 +16,27 @@ from .scenes import picture_interval, run_scene
 from .style import Panel
 from .tubes import description
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 _BLURRED = 0.2  # revolutions of a drive between two pictures, from which on it looks slower than it is
 
 
-def show_run(run: "xr.Dataset", path: str | Path) -> None:
+def show_run(run: xr.Dataset, path: str | Path) -> None:
     """Write a page about any one run, with its robot in motion, velocity, powers and energies.
 
     Of one under a controller also how the reference was followed. The page works offline and is written whole or not at
     all. Raises InputError where it cannot be written.
     """
-    import json
-
     title = str(run.attrs.get("title") or "simulation")
     source = json.loads(run.attrs.get("provenance") or "{}")
     robot = description(run)
     parts: list[str | Panel] = [] if robot is None else [f"<p>{escape(robot.about)}</p>"]
-    parts.append(f'<p class="small">{escape(" · ".join(filter(None, [ended(run), origin(source)])))}</p>')
+    small = " · ".join(filter(None, [run.attrs.get("status_reason"), origin(source)]))
+    parts.append(f'<p class="small">{escape(small)}</p>')
     loop = closed_loop_panels(run) if "reference" in run else []
     numbers = (series.velocity_panel, series.power_panel, series.energy_panel)
     write_page(path, title, [*parts, *_scene_panel(run), *loop, *(make(run) for make in numbers)])
 
 
-def _scene_panel(run: "xr.Dataset") -> list[Panel]:
+def _scene_panel(run: xr.Dataset) -> list[Panel]:
     """The robot in motion, at the times at which its places are known; none where there are none."""
     known = [
         np.isfinite(run[name].values).reshape(run.sizes["time"], -1).all(axis=1) for name in ("position", "rotation")
@@ -51,11 +49,6 @@ def _scene_panel(run: "xr.Dataset") -> list[Panel]:
     if turns > _BLURRED:
         caption += f" Pictures are {turns:.2g} revolutions of the drive apart: the turning looks slower than it is."
     return [Panel("The robot in motion", caption, run_scene(run))]
-
-
-def ended(run: "xr.Dataset") -> str:
-    """How a run ended, in words."""
-    return str(run.attrs.get("status_reason", ""))
 
 
 def origin(source: Mapping[str, Any]) -> str:

@@ -1,16 +1,14 @@
 """Whether a results file is a saved run, and one that can be drawn, or a saved sweep."""
 
 import json
-from typing import TYPE_CHECKING
+from contextlib import suppress
 
 import numpy as np
+import xarray as xr
 
 from nectosome.core import Status
 from nectosome.designs.sweep import MEANS
 from nectosome.units import InputError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _NEEDED = {
     "position": ("time", "station", "axis"),
@@ -28,28 +26,29 @@ _NEEDED = {
 _ATTRIBUTES = ("title", "robot", "status", "status_reason", "provenance")
 
 
-def check_run(dataset: "xr.Dataset", source: str) -> None:
+def check_run(dataset: xr.Dataset, source: str) -> None:
     """Raise InputError where a results file is not that of a simulation; `source` names it."""
+
+    def need(fits: bool, what: str) -> None:
+        if not fits:
+            raise InputError(f"this is not a simulation: {what}.", file=source)
+
     for name, dims in _NEEDED.items():
-        if name not in dataset or dataset[name].dims != dims or dataset[name].dtype.kind != "f":
-            raise InputError(f"this is not a simulation: it has no {name} over {', '.join(dims)}.", file=source)
+        fits = name in dataset and dataset[name].dims == dims and dataset[name].dtype.kind == "f"
+        need(fits, f"it has no {name} over {', '.join(dims)}")
     for name in ("time", "part", "load", "prescribed", "form", "station_part"):
-        if name not in dataset.coords:
-            raise InputError(f"this is not a simulation: its {name} has no names or values.", file=source)
+        need(name in dataset.coords, f"its {name} has no names or values")
     if not dataset.sizes["time"] or not dataset.sizes["part"]:
         raise InputError("this simulation is empty.", file=source)
     for name in _ATTRIBUTES:
-        if not isinstance(dataset.attrs.get(name), str):
-            raise InputError(f"this is not a simulation: its {name} is missing.", file=source)
-    try:
+        need(isinstance(dataset.attrs.get(name), str), f"its {name} is missing")
+    known = False
+    with suppress(ValueError):
         known = isinstance(json.loads(dataset.attrs["provenance"]), dict)
-    except ValueError:
-        known = False
-    if not known:
-        raise InputError("this is not a simulation: its provenance cannot be read.", file=source)
+    need(known, "its provenance cannot be read")
 
 
-def check_drawable(run: "xr.Dataset", source: str) -> None:
+def check_drawable(run: xr.Dataset, source: str) -> None:
     """Raise InputError where a saved run does not tell at all times where its stations are."""
     for name in ("position", "rotation", "half_width", "station_x", "time"):
         if not np.isfinite(run[name].values).all():
@@ -58,7 +57,7 @@ def check_drawable(run: "xr.Dataset", source: str) -> None:
         raise InputError("its times do not go on: it cannot be drawn.", file=source)
 
 
-def check_sweep(dataset: "xr.Dataset", source: str) -> None:
+def check_sweep(dataset: xr.Dataset, source: str) -> None:
     """Raise InputError where a results file is not a sweep of one robot over one or two quantities."""
 
     def need(fits: bool, what: str) -> None:

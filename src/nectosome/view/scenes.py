@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import xarray as xr
 from jaxtyping import Float
 
 from nectosome.description import WaterDescription, drive_period
@@ -11,11 +12,9 @@ from nectosome.units import InputError
 
 from .saved import check_drawable
 from .style import BLUE, Scenes
-from .tubes import between, description, nearest_rotation
+from .tubes import between, description, near_times, nearest_rotation
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from .display.scene_graph import Stage
 
 _PERIODS = 3
@@ -29,13 +28,13 @@ _BOXED = 3  # every third picture is used to find the room that a robot takes
 class Actor(NamedTuple):
     """A robot among others: its run at `times` [s], with its body kept in one place."""
 
-    run: "xr.Dataset"
+    run: xr.Dataset
     times: Float[np.ndarray, "t"]
     label: str
     soft: str = BLUE  # colour of its rods
 
 
-def run_scene(run: "xr.Dataset") -> Scenes:
+def run_scene(run: xr.Dataset) -> Scenes:
     """Record a whole run, or one instant, in its own time, with a camera that goes along with the body."""
     from .display.offline import recording
     from .display.scene_graph import Look
@@ -51,7 +50,7 @@ def picture_interval(times: Float[np.ndarray, "t"]) -> float:
     return max(seconds / max(pictures(seconds) - 1, 1), seconds / max(len(times) - 1, 1))
 
 
-def last_periods(runs: "Mapping[str, xr.Dataset]") -> Scenes | None:
+def last_periods(runs: Mapping[str, xr.Dataset]) -> Scenes | None:
     """Record the last three periods, or five seconds, of each run that carries its robot; None where none does."""
     shown = {name: run_scene(_end(run)).recordings[""] for name, run in runs.items() if _is_drawable(run)}
     return Scenes(shown) if shown else None
@@ -97,7 +96,7 @@ def _grid(boxes: Float[np.ndarray, "n 2 3"], columns: int) -> tuple[Float[np.nda
     return cells - middle, labels
 
 
-def _end(run: "xr.Dataset") -> "xr.Dataset":
+def _end(run: xr.Dataset) -> xr.Dataset:
     robot, time = description(run), run["time"].values
     try:
         seconds = _SECONDS if robot is None else _PERIODS * drive_period(robot)
@@ -106,7 +105,7 @@ def _end(run: "xr.Dataset") -> "xr.Dataset":
     return run.isel(time=slice(int(np.searchsorted(time, time[-1] - seconds)), None))
 
 
-def _is_drawable(run: "xr.Dataset") -> bool:
+def _is_drawable(run: xr.Dataset) -> bool:
     """Whether a run carries a robot that can be drawn."""
     if "position" not in run or run.sizes.get("time", 0) < 2 or description(run) is None:
         return False
@@ -117,11 +116,9 @@ def _is_drawable(run: "xr.Dataset") -> bool:
     return True
 
 
-def _at(run: "xr.Dataset", times: Float[np.ndarray, "t"]) -> "xr.Dataset":
+def _at(run: xr.Dataset, times: Float[np.ndarray, "t"]) -> xr.Dataset:
     """Places and rotations of a run at other times [s], by cubics through the saved ones."""
-    saved = run["time"].values
-    first, last = max(int(np.searchsorted(saved, times[0])) - 2, 0), int(np.searchsorted(saved, times[-1])) + 3
-    near = run.isel(time=slice(first, last))
+    near = near_times(run, times)
     place, turn = (between(near["time"].values, near[name].values, times) for name in ("position", "rotation"))
     own = near.drop_vars([str(name) for name, values in near.data_vars.items() if "time" in values.dims])
     moved = {"position": ("time", "station", "axis"), "rotation": ("time", "station", "row", "axis")}

@@ -5,9 +5,11 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
+from nectosome.units import count
+
 Row = Mapping[str, Any]
 
-_VERDICTS = {"match": ("✓", "match"), "better": ("▲", "better"), "differs": ("✗", "differs")}
+VERDICTS = {"match": ("✓", "#0072B2"), "better": ("▲", "#00714f"), "differs": ("✗", "#b34700")}  # symbols and colours
 _HEADS = ("id", "quantity", "printed", "ours", "error", "tolerance", "verdict", "kind")
 _NONE = "-"
 _NUMBERS = ("printed", "ours", "error", "tolerance")
@@ -42,11 +44,11 @@ def summary(rows: Sequence[Row]) -> str:
     """How many rows there are of each verdict, in a sentence."""
     counts = Counter(row["verdict"] for row in rows)
     parts = ", ".join(f"{n} {verdict}" for verdict, n in counts.most_common())
-    return f"{len(rows)} {'row' if len(rows) == 1 else 'rows'}: {parts}." if rows else "No rows."
+    return f"{count(len(rows), 'row')}: {parts}." if rows else "No rows."
 
 
 def _row(row: Row) -> str:
-    symbol, style = _VERDICTS.get(row["verdict"], (_NONE, "no"))
+    symbol, style = (VERDICTS[row["verdict"]][0], row["verdict"]) if row["verdict"] in VERDICTS else (_NONE, "no")
     unit = {"percent": "%"}.get(row["unit"], row["unit"] or "")
     note = f'<div class="small">{escape(row["note"])}</div>' if row["note"] else ""
     return (

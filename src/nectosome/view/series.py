@@ -1,31 +1,29 @@
 """What a run does over time: its speed, powers and energies, as numbers and as figures; for any robot."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
 from jaxtyping import Bool, Float
 
 from .style import BLACK, BLUE, CYCLE, GREEN, ORANGE, PURPLE, VERMILLION, Panel, dress, readable, source_lines, span
 
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
-    import xarray as xr
 
-
-def swimming_speed(run: "xr.Dataset") -> Float[np.ndarray, "t"]:
+def swimming_speed(run: xr.Dataset) -> Float[np.ndarray, "t"]:
     """Speed of the body towards -x [m/s], which is forward."""
     return -run["velocity"].isel(part=0).sel(axis="x").values
 
 
-def drive_rate(run: "xr.Dataset") -> float:
+def drive_rate(run: xr.Dataset) -> float:
     """Rate of the first prescribed coordinate at the end of the run [rad/s]; NaN where none turns."""
     if run.sizes["prescribed"] == 0 or run["reaction"].values[-1, 0] == 0:
         return float("nan")
     return abs(float(run["reaction_power"].values[-1, 0] / run["reaction"].values[-1, 0]))
 
 
-def last_turn(run: "xr.Dataset") -> tuple[float, float]:
+def last_turn(run: xr.Dataset) -> tuple[float, float]:
     """Start and end [s] of the last revolution of the drive; of the last fifth of the run where nothing revolves."""
     first, end = float(run["time"].values[0]), float(run["time"].values[-1])
     rate = drive_rate(run)
@@ -33,17 +31,17 @@ def last_turn(run: "xr.Dataset") -> tuple[float, float]:
     return max(first, end - period), end
 
 
-def in_last_turn(run: "xr.Dataset") -> Bool[np.ndarray, "t"]:
+def in_last_turn(run: xr.Dataset) -> Bool[np.ndarray, "t"]:
     """Which saved times lie in the last revolution."""
     return run["time"].values >= last_turn(run)[0] - 1e-9
 
 
-def steady_speed(run: "xr.Dataset") -> float:
+def steady_speed(run: xr.Dataset) -> float:
     """Mean speed of the body towards -x over the last revolution [m/s]."""
     return float(np.mean(swimming_speed(run)[in_last_turn(run)]))
 
 
-def powers(run: "xr.Dataset") -> dict[str, Float[np.ndarray, "t"]]:
+def powers(run: xr.Dataset) -> dict[str, Float[np.ndarray, "t"]]:
     """Power into the robot [W] of each prescribed drive and of each load that does any work, by name."""
     drives = {str(name): run["reaction_power"].values[:, i] for i, name in enumerate(run["prescribed"].values)}
     loads = {str(name): run["load_power"].values[:, i].sum(axis=1) for i, name in enumerate(run["load"].values)}
@@ -51,31 +49,25 @@ def powers(run: "xr.Dataset") -> dict[str, Float[np.ndarray, "t"]]:
     return drives | {name: p for name, p in loads.items() if np.nanmax(np.abs(p)) > 1e-9 * largest}
 
 
-def speeds_panel(runs: Mapping[str, "xr.Dataset"]) -> Panel:
+def speeds_panel(runs: Mapping[str, xr.Dataset]) -> Panel:
     """Forward speed of several runs against time."""
-    import plotly.graph_objects as go
-
     fig = go.Figure()
     for i, (name, run) in enumerate(runs.items()):
         label = str(run.attrs.get("label", name))
         line = {"color": CYCLE[i % len(CYCLE)], "dash": ("solid", "dash", "dot")[i // len(CYCLE) % 3]}
         fig.add_scatter(x=run["time"].values, y=swimming_speed(run), name=label, line=line)
-    _time_axis(fig, "speed forward (m/s)")
-    dress(fig, 400).update_layout(showlegend=True, hovermode="closest")
+    _over_time(fig, "speed forward (m/s)", 400).update_layout(hovermode="closest")
     return Panel("Speed", "Simulated speed of the body towards -x, which is forward.", fig)
 
 
-def velocity_panel(run: "xr.Dataset") -> Panel:
+def velocity_panel(run: xr.Dataset) -> Panel:
     """Velocity of the body against time, by component."""
-    import plotly.graph_objects as go
-
     velocity = run["velocity"].isel(part=0)
     fig = go.Figure()
     for axis, colour in zip("xyz", (BLUE, ORANGE, GREEN), strict=True):
         line = {"color": colour, "dash": "dash" if axis == "z" else "solid"}
         fig.add_scatter(x=run["time"].values, y=velocity.sel(axis=axis).values, name=f"along {axis}", line=line)
-    _time_axis(fig, "velocity (m/s)")
-    dress(fig, 340).update_layout(showlegend=True)
+    _over_time(fig, "velocity (m/s)", 340)
     mean = velocity.values[in_last_turn(run)].mean(axis=0)
     turning = drive_rate(run) > 0
     over = "the last revolution of its drive" if turning else "the last fifth of the run"
@@ -86,14 +78,11 @@ def velocity_panel(run: "xr.Dataset") -> Panel:
     return Panel("Velocity of the body", caption, fig)
 
 
-def power_panel(run: "xr.Dataset") -> Panel:
+def power_panel(run: xr.Dataset) -> Panel:
     """Power of drives and loads against time, and whether they balance the energy."""
-    import plotly.graph_objects as go
-
     fig = go.Figure()
     add_powers(fig, run)
-    _time_axis(fig, "power into the robot (W)")
-    dress(fig, 380).update_layout(showlegend=True)
+    _over_time(fig, "power into the robot (W)", 380)
     return Panel("Power flow", f"{POWER_SIGN} {balance_sentence(run)}", fig)
 
 
@@ -103,7 +92,7 @@ POWER_SIGN = (
 )
 
 
-def add_powers(fig: "go.Figure", run: "xr.Dataset", row: int | None = None) -> None:
+def add_powers(fig: go.Figure, run: xr.Dataset, row: int | None = None) -> None:
     """Draw the powers of a run and their sum; `row` is that of the subplot, if there are several."""
     place: dict[str, Any] = {} if row is None else {"row": row, "col": 1}
     flow = powers(run)
@@ -123,27 +112,25 @@ def _usual(flow: Sequence[Float[np.ndarray, "t"]]) -> tuple[float, float]:
     return span([0.0, *np.nanpercentile(np.stack(flow), [2, 98], axis=1).ravel()])
 
 
-def balance_sentence(run: "xr.Dataset") -> str:
+def balance_sentence(run: xr.Dataset) -> str:
     """How well powers and energy balance, in a sentence."""
     worst = float(np.nanmax(run["power_balance"].values))
     return f"Powers and the change of energy balance to {worst:.1e} of the largest power flow at every saved time."
 
 
-def energy_panel(run: "xr.Dataset") -> Panel:
+def energy_panel(run: xr.Dataset) -> Panel:
     """Energies against time, by form."""
-    import plotly.graph_objects as go
-
     fig = go.Figure()
     names = {"kinetic": "motion of the robot", "water": "motion of the water it carries", "elastic": "elastic"}
     forms: Sequence[str] = [str(form) for form in run["form"].values]
     for form, colour in zip(forms, (BLUE, GREEN, VERMILLION, PURPLE), strict=False):
         energy = run["energy"].sel(form=form).values
         fig.add_scatter(x=run["time"].values, y=energy, name=names.get(form, form), line_color=colour)
-    _time_axis(fig, "energy (J)")
-    dress(fig, 340).update_layout(showlegend=True)
+    _over_time(fig, "energy (J)", 340)
     return Panel("Energies", "Simulated energy stored in the robot and in the water that moves with it.", fig)
 
 
-def _time_axis(fig: "go.Figure", y: str) -> None:
+def _over_time(fig: go.Figure, y: str, height: int) -> go.Figure:
     fig.update_xaxes(title="time (s)")
     fig.update_yaxes(title=y)
+    return dress(fig, height).update_layout(showlegend=True)

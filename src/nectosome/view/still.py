@@ -1,22 +1,43 @@
-"""The page of a robot that does not move: a picture that turns, and numbers."""
+"""A robot that does not move: as it starts, to be drawn like a run, and its page, a picture that turns and numbers."""
 
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from nectosome.core.remember import remembered
+from nectosome.description import RobotDescription, dump_robot
+from nectosome.mechanism import Robot
+from nectosome.mechanism.start_poses import start_poses
 
 from .page import write_page
 from .scenes import run_scene
 from .style import Panel
 from .tubes import description
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 Rows = Sequence[Sequence[str]]
 
 
-def show_still(run: "xr.Dataset", path: str | Path, tables: Sequence[Rows]) -> None:
+def standing(described: RobotDescription, robot: Robot) -> xr.Dataset:
+    """One instant, without forces."""
+    rotation, position = remembered(start_poses, robot)
+    bodies = {part.name: part.body for part in robot.tree.parts}
+    of_stations = np.concatenate([[name] * body.x.size for name, body in bodies.items()])
+    return xr.Dataset(
+        {
+            "position": (("time", "station", "axis"), np.asarray(position)[None]),
+            "rotation": (("time", "station", "row", "axis"), np.asarray(rotation)[None]),
+            "station_x": ("station", np.concatenate([body.x for body in bodies.values()])),
+            "half_width": (("station", "across"), np.concatenate([body.half_width for body in bodies.values()])),
+        },
+        coords={"time": [0.0], "part": [*bodies], "station_part": ("station", of_stations)},
+        attrs={"title": described.name, "robot": dump_robot(described)},
+    )
+
+
+def show_still(run: xr.Dataset, path: str | Path, tables: Sequence[Rows]) -> None:
     """Write a page with the robot of a run as it is at first, and tables of numbers, the first row their heads.
 
     The page works offline and is written whole or not at all. Raises InputError where it cannot be written.
@@ -30,10 +51,7 @@ def show_still(run: "xr.Dataset", path: str | Path, tables: Sequence[Rows]) -> N
 
 def _table(rows: Rows) -> str:
     heads, *body = rows
-    inner = "\n".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in body)
+    cells = ("".join(f"<td>{escape(text)}</td>" for text in row) for row in body)
+    inner = "\n".join(f"<tr>{row}</tr>" for row in cells)
     head = "".join(f"<th>{escape(cell)}</th>" for cell in heads)
     return f'<div class="wide"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{inner}\n</tbody></table></div><br>'
-
-
-def _cell(text: str) -> str:
-    return f"<td>{escape(text)}</td>"

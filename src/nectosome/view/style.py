@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable, Sequence
 from html import escape
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
+import numpy as np
+import plotly.graph_objects as go
 
 # Okabe and Ito's palette, from the darkest on white to the lightest
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
@@ -35,7 +35,7 @@ class Panel(NamedTuple):
 
     title: str
     caption: str
-    figure: "go.Figure | Scenes | str"
+    figure: go.Figure | Scenes | str
 
 
 class LineEnd(NamedTuple):
@@ -69,7 +69,12 @@ def plain(text: Any) -> str:
     return escape(str(text), quote=False)
 
 
-def dress(fig: "go.Figure", height: int, labels: int = 0) -> "go.Figure":
+def titled(name: Any, unit: str) -> str:
+    """Title of an axis: a name of a dataset, with its unit where it has one."""
+    return f"{plain(name)} ({plain(unit)})" if unit not in ("", "1") else plain(name)
+
+
+def dress(fig: go.Figure, height: int, labels: int = 0) -> go.Figure:
     """Give a figure the common look: `height` [px] in all, and `labels` [px] on the right for the ends of lines."""
     fig.update_layout(
         template="none",
@@ -89,8 +94,6 @@ def dress(fig: "go.Figure", height: int, labels: int = 0) -> "go.Figure":
 
 def span(values: Sequence[float], room: float = 0.08) -> tuple[float, float]:
     """Smallest and largest of the finite values, and `room` of their distance beyond each."""
-    import numpy as np
-
     finite = np.asarray(values, dtype=float)
     finite = finite[np.isfinite(finite)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
@@ -100,8 +103,6 @@ def span(values: Sequence[float], room: float = 0.08) -> tuple[float, float]:
 
 def log_ticks(values: Iterable[float]) -> dict[str, Any]:
     """Ticks of a logarithmic axis that shows positive values: each with its full number, few enough to read."""
-    import numpy as np
-
     finite = np.array(list(values), dtype=float)
     finite = finite[np.isfinite(finite) & (finite > 0)]
     if not finite.size:
@@ -113,7 +114,7 @@ def log_ticks(values: Iterable[float]) -> dict[str, Any]:
 
 
 def label_ends(
-    fig: "go.Figure", ends: Sequence[LineEnd], across: tuple[float, float], pixels: float, axis: str = ""
+    fig: go.Figure, ends: Sequence[LineEnd], across: tuple[float, float], pixels: float, axis: str = ""
 ) -> None:
     """Write labels right of an axis that shows the values `across` over `pixels`, moved apart where they would touch.
 
@@ -129,15 +130,7 @@ def label_ends(
         grown = places[-1] - (ordered[-1].value - across[0]) * per_value
         places = [place - 0.5 * grown for place in places]
     for end, place in zip(ordered, places, strict=True):
-        fig.add_annotation(
-            text=end.text,
-            x=1,
-            xref=f"x{axis} domain",
-            xanchor="left",
-            xshift=6,
-            y=place / pixels,
-            yref=f"y{axis} domain",
-            yanchor="middle",
-            showarrow=False,
-            font={"color": end.colour, "size": 12},
-        )
+        across_from = {"x": 1, "xref": f"x{axis} domain", "xanchor": "left", "xshift": 6}
+        up_at = {"y": place / pixels, "yref": f"y{axis} domain", "yanchor": "middle"}
+        font = {"color": end.colour, "size": 12}
+        fig.add_annotation(text=end.text, showarrow=False, font=font, **across_from, **up_at)

@@ -1,20 +1,17 @@
 """Figures of a sweep: what a robot's motion gives over one or two of its quantities."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
 
 from nectosome.designs.sweep import mean_of, nonzero_means
 from nectosome.units import shown_unit
 
 from .heatmap import MapAxis, maps, sequential
 from .page import write_page
-from .style import BLUE, Panel, dress, plain, readable
-
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
-    import xarray as xr
+from .style import BLUE, Panel, dress, readable, titled
 
 _CAPTIONS = {
     "speed": "Mean speed of the body.",
@@ -27,12 +24,12 @@ _CAPTIONS = {
 _NOTHING = 1e-4  # rad/s: a robot that turns no faster is left out of the figures of turning
 
 
-def show_sweep(found: "xr.Dataset", path: str | Path) -> None:
+def show_sweep(found: xr.Dataset, path: str | Path) -> None:
     """Write a page with a figure of each mean of a sweep over one or two axes. Raises InputError where it cannot."""
     write_page(path, str(found.attrs["title"]), panels(found))
 
 
-def panels(found: "xr.Dataset") -> list[Panel]:
+def panels(found: xr.Dataset) -> list[Panel]:
     """A map over two axes, or a curve over one, of each mean that is there."""
     out = []
     for name, values in nonzero_means(found).items():
@@ -45,25 +42,24 @@ def panels(found: "xr.Dataset") -> list[Panel]:
     return out
 
 
-def sweep_figure(found: "xr.Dataset", name: str) -> "go.Figure":
+def sweep_figure(found: xr.Dataset, name: str) -> go.Figure:
     """A map over two axes, or a curve over one, of a mean that is known somewhere."""
     values = mean_of(found, name)
     return _curve(found, values) if values.ndim == 1 else _map(found, values)
 
 
-def sides(found: "xr.Dataset") -> tuple[str, ...]:
+def sides(found: xr.Dataset) -> tuple[str, ...]:
     """Names of the axes as a figure has them: to the right, then up. The one with more values goes to the right."""
     return tuple(sorted(map(str, found["status"].dims), key=lambda name: found.sizes[name]))[::-1]
 
 
-def axis_of(values: "xr.DataArray") -> MapAxis:
+def axis_of(values: xr.DataArray) -> MapAxis:
     """Values of an axis of the grid, in the unit that people read."""
     factor, unit = shown_unit(str(values.attrs.get("units", "")))
-    name = plain(values.name)
-    return MapAxis(factor * values.values, f"{name} ({unit})" if unit not in ("", "1") else name)
+    return MapAxis(factor * values.values, titled(values.name, unit))
 
 
-def _map(found: "xr.Dataset", values: "xr.DataArray") -> "go.Figure":
+def _map(found: xr.Dataset, values: xr.DataArray) -> go.Figure:
     """Colours over both axes."""
     across, down = sides(found)
     x, y = (axis_of(found[name]) for name in (across, down))
@@ -71,10 +67,8 @@ def _map(found: "xr.Dataset", values: "xr.DataArray") -> "go.Figure":
     return maps(x, y, {"": z}, sequential(z, str(values.attrs["units"])))
 
 
-def _curve(found: "xr.Dataset", values: "xr.DataArray") -> "go.Figure":
+def _curve(found: xr.Dataset, values: xr.DataArray) -> go.Figure:
     """One line over the only axis."""
-    import plotly.graph_objects as go
-
     x = axis_of(found[values.dims[0]])
     fig = go.Figure()
     fig.add_scatter(x=x.values, y=values.values, mode="lines+markers", line={"color": BLUE})

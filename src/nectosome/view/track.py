@@ -2,53 +2,41 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from plotly.subplots import make_subplots
 
 from .page import write_page
 from .style import BLACK, CYCLE, Panel, dress, plain
 
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
-    import xarray as xr
 
-
-def show_track(tracked: "xr.Dataset", path: str | Path) -> None:
+def show_track(tracked: xr.Dataset, path: str | Path) -> None:
     """Write a page with what was tracked. Raises InputError where it cannot."""
     panel = marker_panel(tracked) if "marker" in tracked else segment_panel(tracked)
     write_page(path, str(tracked.attrs["title"]), [panel])
 
 
-def segment_panel(tracked: "xr.Dataset") -> Panel:
+def segment_panel(tracked: xr.Dataset) -> Panel:
     """Directions of segments, angles of joints, and quality."""
-    from plotly.subplots import make_subplots
-
-    fig = make_subplots(3, 1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.4, 0.4, 0.2])
-    time = tracked["time"].values
+    fig, time = _figure("direction (deg)", "joint angle (deg)", "quality"), tracked["time"].values
     names = [str(name) for name in tracked["segment"].values]
     for k, name in enumerate(names):
         _line(fig, time, np.rad2deg(_continuous(tracked["direction"].values[:, k])), name, k, 1)
         _line(fig, time, tracked["quality"].values[:, k], name, k, 3, legend=False)
     for k, name in enumerate(str(joint) for joint in tracked["joint"].values):
         _line(fig, time, np.rad2deg(tracked["joint_angle"].values[:, k]), f"joint {name}", k + 1, 2)
-    for row, title in ((1, "direction (deg)"), (2, "joint angle (deg)"), (3, "quality")):
-        fig.update_yaxes(title=title, row=row)
     fig.update_yaxes(range=[0, 1.05], row=3)
-    fig.update_xaxes(title="time (s)", row=3)
-    dress(fig, 760).update_layout(showlegend=True, hovermode="closest", margin_t=80, legend_y=1.1)
     caption = "Directions are counter-clockwise from x. Gaps are frames in which a segment was not seen well. " + _odd(
         tracked
     )
     return Panel("Segments", caption, fig)
 
 
-def marker_panel(tracked: "xr.Dataset") -> Panel:
+def marker_panel(tracked: xr.Dataset) -> Panel:
     """Place and angles of the body, with two standard errors, and what the markers are off."""
-    from plotly.subplots import make_subplots
-
-    fig = make_subplots(3, 1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.4, 0.4, 0.2])
-    time = tracked["time"].values
+    fig, time = _figure("place (mm)", "angle (deg)", "misfit (mm)"), tracked["time"].values
     for row, name, dim, factor in ((1, "position", "axis", 1e3), (2, "angle", "turn", 180 / np.pi)):
         for k, label in enumerate(str(x) for x in tracked[dim].values):
             value = factor * tracked[name].values[:, k]
@@ -65,11 +53,7 @@ def marker_panel(tracked: "xr.Dataset") -> Panel:
     fig.add_scatter(
         x=time, y=misfit, line={"color": BLACK, "width": 1.2}, name="misfit", showlegend=False, row=3, col=1
     )
-    for row, title in ((1, "place (mm)"), (2, "angle (deg)"), (3, "misfit (mm)")):
-        fig.update_yaxes(title=title, row=row)
     fig.update_yaxes(rangemode="tozero", row=3)
-    fig.update_xaxes(title="time (s)", row=3)
-    dress(fig, 760).update_layout(showlegend=True, hovermode="closest", margin_t=80, legend_y=1.1)
     caption = (
         "Origin of the body's frame in the tank; bands are two standard errors, of pixels only. The misfit is the rms "
         "of what markers are off the body. " + _odd(tracked)
@@ -77,7 +61,16 @@ def marker_panel(tracked: "xr.Dataset") -> Panel:
     return Panel("Pose of the body", caption, fig)
 
 
-def _line(fig: "go.Figure", x: np.ndarray, y: np.ndarray, name: str, k: int, row: int, legend: bool = True) -> None:
+def _figure(*titles: str) -> go.Figure:
+    """Three plots over time, the last one small."""
+    fig = make_subplots(3, 1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.4, 0.4, 0.2])
+    for row, title in enumerate(titles, start=1):
+        fig.update_yaxes(title=title, row=row)
+    fig.update_xaxes(title="time (s)", row=3)
+    return dress(fig, 760).update_layout(showlegend=True, hovermode="closest", margin_t=80, legend_y=1.1)
+
+
+def _line(fig: go.Figure, x: np.ndarray, y: np.ndarray, name: str, k: int, row: int, legend: bool = True) -> None:
     line = {"color": CYCLE[k % len(CYCLE)], "width": 1.5}
     fig.add_scatter(x=x, y=y, line=line, mode="lines", name=plain(name), showlegend=legend, row=row, col=1)
 
@@ -89,6 +82,6 @@ def _continuous(angle: np.ndarray) -> np.ndarray:
     return out
 
 
-def _odd(tracked: "xr.Dataset") -> str:
+def _odd(tracked: xr.Dataset) -> str:
     said = json.loads(tracked.attrs["provenance"])["warnings"]
     return f"{'; '.join(said)}." if said else "Nothing odd was found."

@@ -1,10 +1,12 @@
 """The skin of a robot as rings around its parts, from the stations of a run; no plotting here."""
 
-from collections.abc import Collection, Mapping
-from itertools import pairwise
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from contextlib import suppress
+from itertools import cycle, pairwise
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from jaxtyping import Float, Int
 
 from nectosome.description import RobotDescription, Rod, parse_robot
@@ -12,17 +14,38 @@ from nectosome.units import InputError
 
 from .style import BLUE
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 AROUND = 12  # points on a ring
-STATIONS = ("station_x", "half_width", "position", "rotation")  # what of a run tells where its stations are
 _HARD = ("#9aa1aa", "#4f5660", "#c9ced4")  # rigid parts, in turn
 _FINER = 3  # rings per interval between a rod's stations, where rings have that many points
 
 
+class Stations(NamedTuple):
+    """The stations of a part, in the world frame."""
+
+    x: Float[np.ndarray, "n"]  # along the part [m]: at first 0, the root of a rod, or the centre of a rigid part
+    half: Float[np.ndarray, "n 2"]  # half axes of the section [m]
+    position: Float[np.ndarray, "t n 3"]  # [m]
+    rotation: Float[np.ndarray, "t n 3 3"]
+
+    @property
+    def rod(self) -> bool:
+        """Whether the part is a rod."""
+        return float(self.x[0]) == 0
+
+
+def parts_of(run: xr.Dataset) -> dict[str, Stations]:
+    """Stations of the parts that have a size, by part."""
+    x, half, position, rotation = (run[name].values for name in ("station_x", "half_width", "position", "rotation"))
+    found: dict[str, Stations] = {}
+    for part in map(str, run["part"].values):
+        own = np.flatnonzero(run["station_part"].values == part)
+        if np.any(half[own] > 0) and (len(own) > 1 or x[own[0]] != 0):
+            found[part] = Stations(x[own], half[own], position[:, own], rotation[:, own])
+    return found
+
+
 def tubes(
-    run: "xr.Dataset", times: Float[np.ndarray, "t"], around: Mapping[str, int] | None = None
+    run: xr.Dataset, times: Float[np.ndarray, "t"], around: Mapping[str, int] | None = None
 ) -> dict[str, Float[np.ndarray, "t rings around 3"]]:
     """Rings [m, world frame] around every part that has a size, at `times` [s], by part.
 
@@ -30,21 +53,16 @@ def tubes(
     and spheroids as such if the run carries its robot, and points as `visible` has them. `around` tells parts whose
     rings have another number of points.
     """
-    run, saved = visible(run, description(run)), run["time"].values
-    first = max(int(np.searchsorted(saved, times[0])) - 2, 0)
-    last = int(np.searchsorted(saved, times[-1])) + 3
-    near = run.isel(time=slice(first, last))
     robot = description(run)
+    near = near_times(visible(run, robot), times)
     found: dict[str, np.ndarray] = {}
-    for part in run["part"].values:
-        points = (around or {}).get(str(part), AROUND)
-        rings = part_rings(near, str(part), shape_of(robot, str(part)), points)
-        if rings is not None:
-            found[str(part)] = between(near["time"].values, rings, times)
+    for part, stations in parts_of(near).items():
+        rings = rings_of(stations, shape_of(robot, part), (around or {}).get(part, AROUND))
+        found[part] = between(near["time"].values, rings, times)
     return found
 
 
-def visible(run: "xr.Dataset", robot: RobotDescription | None) -> "xr.Dataset":
+def visible(run: xr.Dataset, robot: RobotDescription | None) -> xr.Dataset:
     """A run of a robot that is nothing but points, with balls in their place: of their volume, or of as much water.
 
     Without the robot, and where anything has a size, the run as it is.
@@ -70,30 +88,15 @@ def triangles(rings: int, around: int) -> Int[np.ndarray, "n 3"]:
     return np.concatenate([walls.reshape(-1, 3), fan[:, ::-1], fan + (rings - 1) * around])
 
 
-def part_rings(
-    run: "xr.Dataset", part: str, shape: str = "cylinder", around: int = AROUND
-) -> Float[np.ndarray, "t rings around 3"] | None:
-    """Rings of one part [m, world frame] at all saved times, both end rings doubled; None for a part without size.
+def rings_of(
+    stations: Stations, shape: str = "cylinder", around: int = AROUND
+) -> Float[np.ndarray, "t rings around 3"]:
+    """Rings of a part [m, world frame] at all times of its stations, both end rings doubled.
 
     `around`, a multiple of four, is how many points they have; along a curve they come closer in proportion.
     """
-    own = np.flatnonzero(run["station_part"].values == part)
-    x, half, position, rotation = (run[name].values for name in STATIONS)
-    return rings_of(x[own], half[own], position[:, own], rotation[:, own], shape, around)
-
-
-def rings_of(
-    x: Float[np.ndarray, "n"],
-    half: Float[np.ndarray, "n 2"],
-    position: Float[np.ndarray, "t n 3"],
-    rotation: Float[np.ndarray, "t n 3 3"],
-    shape: str,
-    around: int = AROUND,
-) -> Float[np.ndarray, "t rings around 3"] | None:
-    """The same of a part's stations: places along it [m], half axes [m], poses in the world frame."""
-    if not np.any(half > 0) or (len(x) == 1 and x[0] == 0):
-        return None
-    if x[0] == 0:  # a rod's first station is its root; that of a rigid part its centre
+    x, half, position, rotation = stations
+    if stations.rod:
         x, position, rotation, half = finer(x, position, rotation, half, around * _FINER // AROUND)
     elif shape == "spheroid":
         x, position, rotation, half = _spheroid(x[0], position[:, :1], rotation[:, :1], half[:1], around + 1)
@@ -104,39 +107,26 @@ def rings_of(
     return np.concatenate([rings[:, :1], rings, rings[:, -1:]], axis=1)
 
 
-def description(run: "xr.Dataset") -> RobotDescription | None:
+def description(run: xr.Dataset) -> RobotDescription | None:
     """Return the robot that a run carries, or None where it carries none."""
-    try:
+    with suppress(InputError):
         return parse_robot(run.attrs.get("robot", ""))
-    except InputError:
-        return None
+    return None
 
 
 def shape_of(robot: RobotDescription | None, part: str) -> str:
     """Shape or section of a part, such as spheroid; a cylinder where it is not known."""
-    if robot is None:
-        return "cylinder"
-    limb = robot.parts.get(part)
+    limb = None if robot is None else robot.parts.get(part)
     if limb is None:
         return "cylinder"
     shape = limb.section if isinstance(limb, Rod) else limb.shape
     return "spheroid" if shape == "point" else shape
 
 
-def hard_colour(k: int) -> str:
-    """Colour of the k-th rigid part of a robot, a grey."""
-    return _HARD[k % len(_HARD)]
-
-
-def colours_of(run: "xr.Dataset", parts: Collection[str], soft: str = BLUE) -> dict[str, str]:
-    """Colours of parts by name: `soft` of rods, greys of rigid ones."""
-    rods = {name for name in parts if _is_rod(run, name)}
-    hard = {name: hard_colour(k) for k, name in enumerate(name for name in parts if name not in rods)}
-    return hard | dict.fromkeys(rods, soft)
-
-
-def _is_rod(run: "xr.Dataset", part: str) -> bool:
-    return float(run["station_x"].values[run["station_part"].values == part][0]) == 0
+def colours_of(parts: Mapping[str, Stations], soft: str = BLUE) -> dict[str, str]:
+    """Colours of parts by name: `soft` of rods, greys in turn of rigid ones."""
+    greys = cycle(_HARD)
+    return {name: soft if stations.rod else next(greys) for name, stations in parts.items()}
 
 
 def _outline(shape: str, around: int) -> Float[np.ndarray, "around 2"]:
@@ -153,6 +143,13 @@ def hermite(x: np.ndarray, y: np.ndarray, slope: np.ndarray, at: np.ndarray) -> 
     h, u = (x[k + 1] - x[k])[more], ((at - x[k]) / (x[k + 1] - x[k]))[more]
     value = (1 + 2 * u) * (1 - u) ** 2 * y[k] + u**2 * (3 - 2 * u) * y[k + 1]
     return value + h * u * (1 - u) * ((1 - u) * slope[k] - u * slope[k + 1])
+
+
+def near_times(run: xr.Dataset, times: Float[np.ndarray, "t"]) -> xr.Dataset:
+    """The saved times of a run that `between` needs for `times` [s]."""
+    saved = run["time"].values
+    first, last = max(int(np.searchsorted(saved, times[0])) - 2, 0), int(np.searchsorted(saved, times[-1])) + 3
+    return run.isel(time=slice(first, last))
 
 
 def between(saved: np.ndarray, values: np.ndarray, times: np.ndarray) -> np.ndarray:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nectosome.view.style import BLACK, BLUE, CYCLE, GREEN, GREY, ORANGE, VERMILLION, Panel, dress, plain
-from nectosome.view.surge import PARAMETERS, recording_panel
+from nectosome.view.fit_pages import surge_panel
+from nectosome.view.style import BLACK, BLUE, CYCLE, GREEN, GREY, ORANGE, VERMILLION, Panel, dress, plain, readable
 
 from ..study import Sets
 
@@ -30,7 +30,7 @@ _WAKES = {0.0: ("from still water", "solid"), 1.0: ("from the wake", "dash")}
 def panels(sets: Sets) -> list[Panel]:
     """Figs. 9 and 10 on synthetic recordings, and the estimators."""
     found, other = sets["swim"], sets["swim_as_printed"]
-    shown = [recording_panel(found, k, other, "synthetic") for k in range(found.sizes["recording"])]
+    shown = [surge_panel(found, k, other, "synthetic") for k in range(found.sizes["recording"])]
     note = " The paper published no recordings: this one is synthetic."
     named = zip(shown, ("Fig. 9", "Fig. 10"), strict=True)
     shown = [panel._replace(title=f"{panel.title}, as {f}", caption=panel.caption + note) for panel, f in named]
@@ -50,17 +50,17 @@ def estimators_panel(made: "xr.Dataset") -> Panel:
             x = off.sel(parameter=name, estimator=estimator).values
             box: dict[str, Any] = {"boxpoints": False, "boxmean": True, "line_color": CYCLE[k % len(CYCLE)]}
             fig.add_box(x=x, y=[plain(estimator)] * x.size, orientation="h", **box, row=1, col=col)
-        fig.update_xaxes(title=f"error of {PARAMETERS[name]} (percent)", row=1, col=col)
+        fig.update_xaxes(title=f"error of {readable(name)} (percent)", row=1, col=col)
         fig.update_xaxes(range=[-15, _MOST], row=1, col=col)
     for name, colour, symbol in zip(names, (BLUE, ORANGE), ("circle", "diamond"), strict=True):
         marker = {"color": colour, "size": 10, "symbol": symbol}
         x, y = made["coverage"].sel(parameter=name).values, [plain(estimator) for estimator in estimators]
-        fig.add_scatter(x=x, y=y, mode="markers", marker=marker, name=f"coverage, {PARAMETERS[name]}", row=1, col=3)
+        fig.add_scatter(x=x, y=y, mode="markers", marker=marker, name=f"coverage, {readable(name)}", row=1, col=3)
     fig.add_vline(x=95, line={"color": BLACK, "dash": "dash", "width": 1}, row=1, col=3)  # pyright: ignore[reportArgumentType]
     fig.update_xaxes(title="95 % intervals that hold (percent)", range=[-4, 104], row=1, col=3)
     fig.update_yaxes(autorange="reversed")
     beyond = [
-        f" {estimator[:1].upper()}{estimator[1:]} the {PARAMETERS[name]} is off by {x:.0f} %, which is not shown."
+        f" {estimator[:1].upper()}{estimator[1:]} the {readable(name)} is off by {x:.0f} %, which is not shown."
         for estimator in estimators
         for name in names
         if (x := float(made["bias"].sel(estimator=estimator, parameter=name))) > _MOST

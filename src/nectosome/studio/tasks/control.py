@@ -1,24 +1,25 @@
 """The control tab: a robot under a PID, as a simulated rig in real time."""
 
-import threading
 import time
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from nectosome.controllers import CommandRange
 from nectosome.core import Status
+from nectosome.description import RobotDescription
 from nectosome.model import build
 from nectosome.solve import common_readings, reading_of
-from nectosome.studio.work import Progress, errors_shown, labelled
-from nectosome.units import InputError, shorten
+from nectosome.studio.answers import Answer
+from nectosome.studio.desk import Desk
+from nectosome.studio.work import Progress, labelled
+from nectosome.units import InputError, read_quantity, shorten
 from nectosome.view.closed_loop import signals_panel
 
 from .control_request import (
     CONSTANT,
     SHAPES,
-    ControlRequest,
     PreparedLoop,
     commands_of,
     first_joint,
@@ -30,11 +31,8 @@ from .control_request import (
     prepare_loop,
     results_html,
 )
+from .left_panel import PanelTask, Plot
 from .live_rig import LiveRig
-
-if TYPE_CHECKING:
-    from nectosome.studio.answers import Answer
-    from nectosome.studio.desk import Desk
 
 _WINDOW = 20.0  # s that the plot shows during a run
 _PLOTS = 1.0  # s between plots
@@ -49,13 +47,12 @@ _SIZES = {
 }
 
 
-class Control:
+class Control(PanelTask):
     """Lays out the tab."""
 
-    def __init__(self, session: "Desk"):
-        self._session, gui = session, session.gui
-        self._drawing = threading.Lock()
-        self._robot = 0  # counts robots: results of an earlier one are not shown
+    def __init__(self, desk: Desk):
+        super().__init__(desk)
+        gui = desk.gui
         self._setpoint: float | None = None  # of the slider [SI]
         self._command: Any = gui.add_dropdown("Command", ("",))
         self._range = gui.add_text("Range", "", hint="LOW..HIGH of the command, such as -8..8 mN m.")
@@ -70,85 +67,82 @@ class Control:
         self._gains = gui.add_text(
             "Gains", "", hint="K_p, K_i, K_d in the units above and s; empty: found on the model."
         )
-        self._start, self._stop = gui.add_button("Start"), gui.add_button("Stop", disabled=True)
-        self._place = gui.add_folder("Run", visible=False)
-        with self._place:
+        self._add_button("Start", self._begin)
+        self._stop = gui.add_button("Stop", disabled=True)
+        self._plot = Plot(gui, "Run")
+        with self._plot.folder:
             self._line = gui.add_html("")
-        self._plot: Any = None  # made when it is needed, as its program is large
         self._slider: Any = None
         self._command.on_update(lambda _: self._command_chosen())
         self._measure.on_update(lambda _: self._measure_chosen())
-        session.on_seen(self._seen)
+        desk.on_seen(self._seen)
         self._mean.on_update(lambda _: setattr(self._gains, "value", ""))
         self._shape.on_update(lambda _: setattr(self._frequency, "visible", self._shape.value != CONSTANT))
-        self._start.on_click(lambda _: self._told(self._begin))
-        self._stop.on_click(lambda _: session.work.cancel())
+        self._stop.on_click(lambda _: desk.work.cancel())
 
     def renew(self) -> None:
-        """Commands and readings of the session's robot."""
-        description = self._session.description
+        """Commands and readings of the robot of the desk."""
+        description = self._desk.description
         with self._drawing:
             self._robot += 1
-            self._place.visible = False
+            self._plot.folder.visible = False
         self._model = build(description)
         commands = commands_of(description)
         kind, fixed = first_joint(description).kind, is_fixed(description)
         readings = common_readings(self._model)
-        first = first_measured(description, self._session.problem.forward)
+        first = first_measured(description, self._desk.problem.forward)
         self._command.options, self._measure.options = commands, tuple(readings)
-        chosen = [name for name in self._session.problem.vary if fixed and name in commands]
+        chosen = [name for name in self._desk.problem.vary if fixed and name in commands]
         self._command.value, self._measure.value = (chosen or commands)[0], first
         self._mean.value = (fixed or kind in ("free", "planar", "prismatic")) and has_beat(description)
         self._command_chosen()
         self._measure_chosen()
 
     def _command_chosen(self) -> None:
-        self._range.value, self._gains.value = first_range(self._session, self._command.value), ""
+        self._range.value, self._gains.value = first_range(self._desk, self._command.value), ""
 
     def _measure_chosen(self) -> None:
-        self._size.value, self._gains.value = self._usual(), ""
-        if (answer := self._session.answer) is not None:
+        self._size.value, self._gains.value = self._default_size(), ""
+        if (answer := self._desk.answer) is not None:
             self._seen(answer)
 
-    def _usual(self) -> str:
+    def _default_size(self) -> str:
         return _SIZES.get(reading_of(self._model, self._measure.value).dimension, "1")
 
-    def _seen(self, answer: "Answer") -> None:
+    def _seen(self, answer: Answer) -> None:
         """Suggest a reference within reach of the robot, from its simulation, unless the user gave one."""
-        if self._size.value == self._usual():
-            self._size.value = most_of(answer.run, reading_of(self._model, self._measure.value)) or self._usual()
-
-    def _told(self, work: Any) -> None:
-        with errors_shown(self._session.tell):
-            work()
+        if self._size.value == self._default_size():
+            self._size.value = most_of(answer.run, reading_of(self._model, self._measure.value)) or self._default_size()
 
     # --- a run
 
     def _begin(self) -> None:
-        request = ControlRequest(
-            self._session.description,
-            f"{self._command.value}={self._range.value}",
-            self._measure.value,
-            self._mean.value,
-            self._shape.value,
-            self._size.value,
-            self._frequency.value,
-            self._gains.value,
-        )
+        description, size, constant = self._desk.description, self._size.value, self._shape.value == CONSTANT
+        options = {
+            "command": f"{self._command.value}={self._range.value}",
+            "measure": self._measure.value,
+            "mean": self._mean.value,
+            "reference": size if constant else self._shape.value,
+            "amplitude": None if constant else size,
+            "frequency": None if constant else self._frequency.value,
+            "gains": self._gains.value.strip() or None,
+        }
         if not all(part.strip() for part in self._range.value.partition("..")):
             words = f'"{shorten(self._range.value)}" has no two ends. Write LOW..HIGH and the unit, such as -8..8 mN m.'
             raise InputError(words, field=self._range.label)
-        with labelled({"command": self._range.label}):
-            CommandRange.parse(request.command, request.description)
-        self._session.work.begin("control", partial(self._compute, request, self._robot), lambda _: None)
+        with labelled({"command": self._range.label, "reference": self._size.label}):
+            CommandRange.parse(options["command"], description)
+            read_quantity(size, reading_of(self._model, options["measure"]).dimension, "reference")
+        compute = partial(self._compute, description, options, self._robot)
+        self._desk.work.begin("control", compute, lambda _: None)
 
-    def _compute(self, request: ControlRequest, robot: int, progress: Progress) -> None:
+    def _compute(self, description: RobotDescription, options: dict[str, Any], robot: int, progress: Progress) -> None:
         self._stop.disabled = False
         try:
             fields = {"reference": self._size, "amplitude": self._size, "frequency": self._frequency}
             fields |= {"gains": self._gains, "mean": self._mean, "command": self._range}
             with labelled({name: field.label for name, field in fields.items()}):
-                loop = prepare_loop(request, reading_of(self._model, request.measure).dimension, progress)
+                loop = prepare_loop(description, options, progress)
             if loop is None or robot != self._robot:
                 return
             with self._drawing:
@@ -162,45 +156,45 @@ class Control:
 
     def _run(self, loop: PreparedLoop, robot: int, progress: Progress) -> None:
         """Run in real time, then keep the run."""
-        session, rig, last = self._session, loop.rig, 0.0
+        desk, rig, last = self._desk, loop.rig, 0.0
         self._setpoint = loop.task.reference.size
-        session.go_live(rig.begin())
+        desk.go_live(rig.begin())
 
-        def report(share: float, words: str) -> bool:
+        def report(what: str, share: float) -> bool:
             nonlocal last
             if time.perf_counter() - last > _PLOTS:
                 last = time.perf_counter()
                 self._draw(rig, robot, "", _WINDOW)
-            return progress(share, words) and robot == self._robot
+            return progress(what, share) and robot == self._robot
 
         def reference(k: int) -> float:
             return float(self._setpoint) if loop.samples is None else float(loop.samples[k])  # type: ignore[arg-type]
 
         run, words = None, ""
         try:
-            status = rig.run_by_clock(reference, session.live, report)
+            status = rig.run_by_clock(reference, desk.live, report)
             words = f"controlled for {rig.clock.time:.1f} s, {rig.clock}"
             words += "" if status == Status.SOLVED else f"; it {status.reason}"
             run = rig.to_dataset(status) if len(rig.run.intervals) > 1 else None
             self._draw(rig, robot, results_html(rig, loop.task.reference), np.inf)
         finally:
-            session.end_live(run, words)
+            desk.end_live(run, words)
 
     def _put_slider(self, loop: PreparedLoop) -> None:
         """A slider for a constant reference, from the initial output to twice as far."""
         if self._slider is not None:
             self._slider.remove()
             self._slider = None
-        self._place.visible = True
+        self._plot.folder.visible = True
         if loop.samples is not None:
             return
         target = loop.task.reference
         unit, size = target.unit, target.unit_size
         start, value = loop.task.start / size, target.size / size
         far = 2 * abs(value - start) or 1.0
-        with self._place:
+        with self._plot.folder:
             name = f"{self._measure.value}, reference ({unit})" if unit else f"{self._measure.value}, reference"
-            self._slider = self._session.gui.add_slider(name, start - far, start + far, far / 100, value)
+            self._slider = self._desk.gui.add_slider(name, start - far, start + far, far / 100, value)
         self._slider.on_update(lambda event: setattr(self, "_setpoint", float(event.target.value) * size))
 
     def _draw(self, rig: LiveRig, robot: int, words: str, seconds: float) -> None:
@@ -213,8 +207,4 @@ class Control:
             if robot != self._robot:
                 return
             self._line.content = words
-            if self._plot is None:
-                with self._place:
-                    self._plot = self._session.gui.add_plotly(figure, aspect=1.2, config={"displayModeBar": False})
-            else:
-                self._plot.figure = figure
+            self._plot.show(figure, 1.2)

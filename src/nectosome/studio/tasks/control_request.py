@@ -1,9 +1,11 @@
 """A closed loop as the page describes it: its fields at first, its preparation, and its results in words."""
 
-from html import escape
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from nectosome import controllers
 from nectosome.description import (
@@ -16,18 +18,14 @@ from nectosome.description import (
     resolve,
 )
 from nectosome.solve.readings import Reading
+from nectosome.studio.desk import Desk
 from nectosome.studio.sliders import scales_of
 from nectosome.studio.work import Progress
-from nectosome.units import InputError, read_quantity
+from nectosome.units import InputError
 from nectosome.units import show_quantity as shown
 
+from .left_panel import cells
 from .live_rig import FRAME, LONGEST, LiveRig
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from nectosome.studio.desk import Desk
-
 
 CONSTANT = "constant"
 SHAPES = ("sine", "triangle")  # that go on until the run is stopped
@@ -35,19 +33,6 @@ _TUNED = 10.0  # s of the reference, along which gains are detuned
 _SPEEDS = ("velocity.x", "velocity.y", "velocity.z")
 _MOST, _NOTHING = 0.8, 1e-4  # of a speed or force; m/s, N
 _SHARE = 0.5  # of a drive's amplitude, that its offset may be
-
-
-class ControlRequest(NamedTuple):
-    """The fields of the page."""
-
-    description: RobotDescription
-    command: str  # with its range
-    measure: str
-    mean: bool
-    reference: str  # constant, or a shape
-    size: str
-    frequency: str
-    gains: str
 
 
 class PreparedLoop(NamedTuple):
@@ -59,31 +44,20 @@ class PreparedLoop(NamedTuple):
     gains_text: str
 
 
-def prepare_loop(request: ControlRequest, dimension: str, progress: Progress) -> PreparedLoop | None:
-    """A rig with its gains, compiled; None where it was cancelled. Raises InputError.
+def prepare_loop(description: RobotDescription, options: Mapping[str, Any], progress: Progress) -> PreparedLoop | None:
+    """A rig with its gains, compiled; None where it was cancelled. `options` are those of `ControlTask.parse`.
 
-    `dimension` is that of the measured quantity.
+    Raises InputError.
     """
-    constant = request.reference == CONSTANT
-    read_quantity(request.size, dimension, "reference")  # the name of a shape stands in another field here
-    if not progress(0.0, "compiling the equations"):
+    if not progress("compiling the equations", 0.0):
         return None
-    task = controllers.ControlTask.parse(
-        request.description,
-        command=request.command,
-        measure=request.measure,
-        reference=request.size if constant else request.reference,
-        amplitude=None if constant else request.size,
-        frequency=None if constant else request.frequency,
-        gains=request.gains.strip() or None,
-        mean=request.mean,
-        resolution=FRAME,
-    )
-    gains = task.find_gains(_TUNED, lambda what, share: progress(share, what))
-    if gains is None or not progress(0.0, "compiling the rig"):
+    task = controllers.ControlTask.parse(description, **options, resolution=FRAME)
+    gains = task.find_gains(_TUNED, progress)
+    if gains is None or not progress("compiling the rig", 0.0):
         return None
     pid = task.pid(gains)
-    samples = None if constant else task.reference.samples(LONGEST + task.robot.dt, task.robot.dt, task.start)
+    still = task.reference.kind == CONSTANT
+    samples = None if still else task.reference.samples(LONGEST + task.robot.dt, task.robot.dt, task.start)
     first = task.reference.size if samples is None else float(samples[0])
     LiveRig(task.robot, pid, first, task.sensor).step(first)  # all compilation happens here
     rig = LiveRig(task.robot, pid, first, task.sensor)
@@ -99,10 +73,10 @@ def commands_of(description: RobotDescription) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*offsets, *description.aliases])) or tuple(numeric_paths(description))
 
 
-def first_range(session: "Desk", command: str) -> str:
+def first_range(desk: Desk, command: str) -> str:
     """Initial range of a command: that of its slider, or of an offset half the amplitude of its drive."""
-    description = session.description
-    for scale in scales_of(description, session.problem.vary):
+    description = desk.description
+    for scale in scales_of(description, desk.problem.vary):
         if scale.name == command:
             return f"{scale.low:g}..{scale.high:g} {scale.unit}".strip()
     path = resolve(description, command)[0]
@@ -141,7 +115,7 @@ def first_measured(description: RobotDescription, forward: str) -> str:
     return f"{part}.angle"
 
 
-def most_of(run: "xr.Dataset", reading: Reading) -> str:
+def most_of(run: xr.Dataset, reading: Reading) -> str:
     """Share of the mean speed or force of a run, which the robot can reach; empty for other readings."""
     if reading.kind in _SPEEDS:
         now = run["velocity"].isel(part=0, axis=_SPEEDS.index(reading.kind))
@@ -155,10 +129,9 @@ def most_of(run: "xr.Dataset", reading: Reading) -> str:
 
 def has_beat(description: RobotDescription) -> bool:
     """Whether its drives have a common period."""
-    try:
+    with suppress(InputError):
         return drive_period(description) > 0
-    except InputError:
-        return False
+    return False
 
 
 def results_html(rig: LiveRig, reference: controllers.Reference) -> str:
@@ -178,8 +151,4 @@ def results_html(rig: LiveRig, reference: controllers.Reference) -> str:
             *rows,
         ]
     since = ", since the last change of the reference" if changes.size else ""
-    cells = "".join(
-        f"<tr><td>{name}</td><td style='text-align:right'>{escape(value)}</td></tr>" for name, value in rows
-    )
-    table = f"<table style='width:100%'>{cells}</table>"
-    return f"<div style='font-size:13px;padding:0 12px' id='studio-control'>{table}Simulated{since}.</div>"
+    return cells(rows, "studio-control", [f"Simulated{since}."])

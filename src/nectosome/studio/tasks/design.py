@@ -1,30 +1,60 @@
 """The tab that searches for the best design of a robot: what varies, the objective, limits, the search's progress."""
 
-import threading
 from functools import partial
+from itertools import cycle
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
+import plotly.graph_objects as go
 
 from nectosome.description import get_value, resolve
 from nectosome.description.variables import read_variable
 from nectosome.designs import QUANTITIES, MotionDesign, Problem, design, read_constraint
 from nectosome.designs.design import SEED, STARTS
 from nectosome.designs.motion import FORWARD
-from nectosome.search import read_starts
+from nectosome.search import Evaluation, read_starts
+from nectosome.studio.desk import Desk
 from nectosome.studio.sliders import around
-from nectosome.studio.work import Progress, errors_shown, labelled
+from nectosome.studio.work import Progress, labelled
 from nectosome.units import InputError, show_quantity
+from nectosome.view.style import CYCLE, readable, span, titled
 
-from .design_progress import SearchProgress, figure, table
-from .left_panel import note
-
-if TYPE_CHECKING:
-    from nectosome.studio.desk import Desk
+from .left_panel import PanelTask, Plot, cells, note, small
 
 _OPTIMISERS = ("gradient", "pattern")
 _GOALS = tuple(f"{'maximise' if q.best == 'high' else 'minimise'} {name}" for name, q in QUANTITIES.items())
 _MOST = 64  # starts
 _LINE = 22  # letters that a field of the panel shows
+_SHOWN = 3  # designs of the table
+
+
+class SearchProgress(NamedTuple):
+    """A task, and the evaluations of each start so far."""
+
+    task: MotionDesign
+    starts: list[list[Evaluation]]
+
+    @property
+    def evaluations(self) -> int:
+        """How many there are."""
+        return sum(map(len, self.starts))
+
+    @property
+    def best(self) -> list[tuple[int, Evaluation]]:
+        """Number of each start that found something, and the best that it found; the best of all first."""
+        kept = [(k, [e for e, fits in zip(s, self.fits(s), strict=True) if fits]) for k, s in enumerate(self.starts)]
+        found = [(k, min(own, key=lambda e: e.objective)) for k, own in kept if own]
+        return sorted(found, key=lambda one: one[1].objective)
+
+    def fits(self, start: list[Evaluation]) -> list[bool]:
+        """Which evaluations of a start keep all limits; not those of designs that were drawn and refused."""
+        begun = next((k for k, e in enumerate(start) if not self.task.accepts(e)), len(start))
+        return [k >= begun and e.feasible(self.task.tolerance) for k, e in enumerate(start)]
+
+    def objective_text(self, e: Evaluation) -> str:
+        """Objective of a design, with its unit."""
+        return show_quantity(e.outputs[self.task.objective], QUANTITIES[self.task.objective].dimension)
 
 
 class _Row(NamedTuple):
@@ -35,18 +65,17 @@ class _Row(NamedTuple):
     range: Any
 
 
-class Design:
+class Design(PanelTask):
     """Lays out the tab."""
 
-    def __init__(self, session: "Desk"):
-        self._session, gui = session, session.gui
-        self._drawing = threading.Lock()
-        self._robot = 0  # how many there were: what is found for one before is not shown
+    def __init__(self, desk: Desk):
+        super().__init__(desk)
+        gui = desk.gui
         self._rows: list[_Row] = []
         self._found: SearchProgress | None = None
         self._list = gui.add_folder("May vary")
         self._new = gui.add_text("Another", "", hint="A path of the robot file, or PATH = LOW..HIGH.")
-        gui.add_button("Add").on_click(lambda _: self._told(self._add))
+        self._add_button("Add", self._add)
         self._objective = gui.add_dropdown("Objective", _GOALS)
         self._forward = gui.add_dropdown("Forward", tuple(FORWARD), hint="Where speed counts.")
         self._limits = gui.add_text("Limits", "", multiline=True, hint="One a line, such as torque <= 0.4 N m.")
@@ -54,29 +83,27 @@ class Design:
         self._starts = gui.add_number("Starts", STARTS, min=1, max=_MOST, step=1)
         self._seed = gui.add_number("Seed", SEED, min=0, max=2**31 - 1, step=1)
         self._here = gui.add_checkbox("First start from the sliders", True)
-        gui.add_button("Start search").on_click(lambda _: self._told(self._begin))
+        self._add_button("Start search", self._begin)
         self._line = gui.add_html("")
-        self._place = gui.add_folder(None, visible=False)
-        self._plot: Any = None  # made when it is needed, as its program is large
+        self._plot = Plot(gui)
         self._table = gui.add_html("")
-        self._apply = gui.add_button("Apply best", visible=False)
-        self._apply.on_click(lambda _: self._told(self._become))
+        self._apply = self._add_button("Apply best", self._become, visible=False)
 
     def renew(self) -> None:
-        """Show the problem of the session's robot."""
-        problem = self._session.problem
+        """Show the problem of the robot of the desk."""
+        problem = self._desk.problem
         with self._drawing:
             self._robot, self._found = self._robot + 1, None
             for row in self._rows:
                 row.varies.remove()
                 row.range.remove()
             self._rows = []
-            self._place.visible = self._apply.visible = False
+            self._plot.folder.visible = self._apply.visible = False
             self._line.content = self._table.content = ""
-        for name, span in problem.vary.items():
-            self._put(name, str(span))
+        for name, ends in problem.vary.items():
+            self._put(name, str(ends))
         if not problem.vary:
-            found = (around(self._session.description, alias) for alias in self._session.description.aliases)
+            found = (around(self._desk.description, alias) for alias in self._desk.description.aliases)
             for v in filter(None, found):
                 self._put(v.name, v.text())
         verb, name = ("minimise", problem.minimise) if problem.minimise else ("maximise", problem.maximise or "speed")
@@ -88,18 +115,14 @@ class Design:
     def _put(self, name: str, text: str) -> None:
         """A row for a variable."""
         with self._list:
-            varies = self._session.gui.add_checkbox(name, True)
+            varies = self._desk.gui.add_checkbox(name, True)
             hint = "Lowest and highest; log for a logarithmic scale."
-            span = self._session.gui.add_text("", text, multiline=len(text) > _LINE, hint=hint)
-        varies.on_update(lambda _: setattr(span, "visible", varies.value))
-        self._rows.append(_Row(name, varies, span))
-
-    def _told(self, work: Any) -> None:
-        with errors_shown(self._session.tell):
-            work()
+            ends = self._desk.gui.add_text("", text, multiline=len(text) > _LINE, hint=hint)
+        varies.on_update(lambda _: setattr(ends, "visible", varies.value))
+        self._rows.append(_Row(name, varies, ends))
 
     def _add(self) -> None:
-        robot = self._session.description
+        robot = self._desk.description
         name, _, text = (part.strip() for part in self._new.value.partition("="))
         taken = {path for row in self._rows for path in resolve(robot, row.name)}
         if taken & set(resolve(robot, name)):
@@ -109,25 +132,25 @@ class Design:
             raise InputError("has no range around its value. Write PATH = LOW..HIGH.", field=name)
         self._put(name, text or found.text())
         self._new.value = ""
-        self._session.tell("", False)  # what was wrong before is no longer of interest
+        self._desk.tell("", False)  # what was wrong before is no longer of interest
 
-    def _asked(self) -> tuple[Problem, MotionDesign]:
+    def _problem(self) -> tuple[Problem, MotionDesign]:
         """The problem as it stands on the page, and its task. Raises InputError."""
         ranges = {row.name: row.range.value for row in self._rows if row.varies.value}
         verb, _, name = self._objective.value.partition(" ")
         with labelled({"constraint": "Limits", "variables": "May vary"}):
             limits = [read_constraint(line) for line in self._limits.value.splitlines() if line.strip()]
             problem = Problem(ranges, **{verb: name}, keep=tuple(limits), forward=self._forward.value)
-            return problem, problem.motion(self._session.description)
+            return problem, problem.motion(self._desk.description)
 
     def _begin(self) -> None:
-        (problem, task), robot, description = self._asked(), self._robot, self._session.description
-        asked = {"optimiser": self._optimiser.value, "own_first": self._here.value}
-        asked |= {"starts": int(self._starts.value), "seed": int(self._seed.value)}
+        (problem, task), robot, description = self._problem(), self._robot, self._desk.description
+        options = {"optimiser": self._optimiser.value, "own_first": self._here.value}
+        options |= {"starts": int(self._starts.value), "seed": int(self._seed.value)}
 
         def compute(progress: Progress) -> SearchProgress:
             self._line.content = ""
-            progress(0.0, "compiling the equations")
+            progress("compiling the equations", 0.0)
             with TemporaryDirectory(prefix="nectosome-") as folder:
                 search = SearchProgress(task, [])
 
@@ -136,15 +159,15 @@ class Design:
                     before, search = search.evaluations, SearchProgress(task, read_starts(folder))
                     if search.evaluations > before:
                         self._show(robot, search)
-                    return progress(share, _words(search))
+                    return progress(_words(search), share)
 
                 try:
-                    design(description, problem=problem, folder=folder, progress=look, **asked)
+                    design(description, problem=problem, folder=folder, progress=look, **options)
                 except RuntimeError:
                     raise InputError("a process of the search died, perhaps for want of memory.") from None
                 return SearchProgress(task, read_starts(folder))
 
-        self._session.work.begin("search", compute, partial(self._show, robot, ended=True))
+        self._desk.work.begin("search", compute, partial(self._show, robot, ended=True))
 
     def _show(self, robot: int, search: SearchProgress, ended: bool = False) -> None:
         """Draw what is found so far."""
@@ -153,14 +176,9 @@ class Design:
                 return
             self._found = search
             self._line.content = note(f"{_words(search)}{', ended' if ended else ''}")
-            self._table.content = table(search)
-            self._apply.visible, self._place.visible = bool(search.best), True
-            drawn = figure(search)
-            if self._plot is None:
-                with self._place:
-                    self._plot = self._session.gui.add_plotly(drawn, aspect=0.75, config={"displayModeBar": False})
-            else:
-                self._plot.figure = drawn
+            self._table.content = designs_html(search)
+            self._apply.visible, self._plot.folder.visible = bool(search.best), True
+            self._plot.show(_figure(search), 0.75)
 
     def _become(self) -> None:
         with self._drawing:
@@ -168,14 +186,56 @@ class Design:
         if search is None or not search.best:
             return
         robot, variables = search.task.robot_at(search.best[0][1].u), search.task.variables
-        self._session.become(robot)
-        shown = {path for name in self._session.sliders for path in resolve(robot, name)}
+        self._desk.become(robot)
+        shown = {path for name in self._desk.sliders for path in resolve(robot, name)}
         unseen = [v for v in variables if not shown & set(resolve(robot, v.name))]
         if unseen:
             each = (f"{v.name} = {show_quantity(float(get_value(robot, v.name)), v.dimension)}" for v in unseen)
-            self._session.tell(f"applied; without a slider: {', '.join(each)}", False)
+            self._desk.tell(f"applied; without a slider: {', '.join(each)}", False)
 
 
 def _words(search: SearchProgress) -> str:
     best = f"best {search.task.objective} {search.objective_text(search.best[0][1])}, " if search.best else ""
     return f"{best}{search.evaluations} evaluations"
+
+
+def _figure(search: SearchProgress) -> go.Figure:
+    """Best objective so far against evaluations, one line a start; crosses did not keep the limits."""
+    fig, name = go.Figure(), search.task.objective
+    pick = np.fmax if search.task.highest else np.fmin
+    shown: list[float] = []
+    for k, (start, colour) in enumerate(zip(search.starts, cycle(CYCLE))):
+        value = np.array([e.outputs.get(name, np.nan) if e.solved else np.nan for e in start], dtype=float)
+        fits = np.array(search.fits(start), dtype=bool)
+        x, best = np.arange(1, value.size + 1), pick.accumulate(np.where(fits, value, np.nan))
+        line = {"color": colour, "shape": "hv", "width": 2}
+        fig.add_scatter(x=x, y=best, mode="lines", line=line, name=f"start {k + 1}", hovertemplate="%{y:.4g} at %{x}")
+        cross = {"color": colour, "symbol": "x-thin-open", "size": 6}
+        off = ~fits & np.isfinite(value)
+        fig.add_scatter(x=x[off], y=value[off], mode="markers", marker=cross, showlegend=False, hoverinfo="skip")
+        shown += best[np.isfinite(best)].tolist()
+    if shown:  # what keeps no limit may lie far away
+        fig.update_yaxes(range=span(shown, 0.15))
+    unit = QUANTITIES[name].unit
+    fig.update_xaxes(title="evaluations", rangemode="tozero")
+    fig.update_yaxes(title=titled(readable(name), unit))
+    return small(fig).update_layout(showlegend=len(search.starts) > 1)
+
+
+def designs_html(search: SearchProgress) -> str:
+    """The best designs beside each other, those of different starts."""
+    best, task = search.best[:_SHOWN], search.task
+    if not best:
+        return note("No design so far keeps all limits.")
+    rows = [["", *(f"start {k + 1}" for k, _ in best)]]
+    for name in task.units:
+        dimension = QUANTITIES[name].dimension
+        rows.append([readable(name), *(show_quantity(e.outputs[name], dimension) for _, e in best)])
+    values = [task.box.values(e.u) for _, e in best]
+    for k, v in enumerate(task.variables):
+        rows.append([v.name, *(show_quantity(float(own[k]), v.dimension) for own in values)])
+    first = best[0][1]
+    limits = [name for name, g in zip(task.constraint_names, first.constraints, strict=True) if g > -1e-4]
+    ends = [v.name for v in task.at_an_end(first.u)]
+    notes = {"at its limit": limits, "at an end of its range, widen it if the robot allows": ends}
+    return cells(rows, "studio-designs", [f"{words}: {', '.join(names)}" for words, names in notes.items() if names])

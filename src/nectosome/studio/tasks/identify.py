@@ -1,10 +1,12 @@
 """The tab that finds unknown quantities of a robot from a recording of its motion."""
 
-import threading
-from concurrent.futures import CancelledError
+import json
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import xarray as xr
 
 from nectosome.description import RobotDescription, driving_signals
 from nectosome.designs.design import STARTS
@@ -13,41 +15,37 @@ from nectosome.identification.recordings import unit_of
 from nectosome.measure import read
 from nectosome.model import build
 from nectosome.solve import common_readings
-from nectosome.studio.folder import received
+from nectosome.studio.desk import Desk
+from nectosome.studio.folder import NOTHING
 from nectosome.studio.sliders import around
-from nectosome.studio.work import Progress, errors_shown, labelled
+from nectosome.studio.uploads import received
+from nectosome.studio.work import Progress, labelled
 from nectosome.units import InputError, shorten
-from nectosome.view.robot_fit import recording_panel
+from nectosome.view.fit_pages import robot_panel
+from nectosome.view.scorecard import number as shown
 
-from .fit_table import fitted_html
-from .left_panel import note, with_legend
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from nectosome.studio.desk import Desk
+from .left_panel import PanelTask, Plot, cells, note, with_legend
 
 _FILES = (".csv", ".txt", ".tsv", ".xlsx", ".nc", ".h5", ".tdms", ".mat")
 _SHEETS = (".yaml", ".yml")
-_NOTHING, _NONE = "nothing there yet", "none"
+_NONE = "none"
 _MOST = 64  # starts
 
 
-class Identify:
+class Identify(PanelTask):
     """Lays out the tab."""
 
-    def __init__(self, session: "Desk"):
-        self._session, gui = session, session.gui
-        self._drawing = threading.Lock()
-        self._robot = 0  # how many there were: what is found for one before is not shown
+    def __init__(self, desk: Desk):
+        super().__init__(desk)
+        gui = desk.gui
         self._recording: xr.Dataset | None = None
         self._found: RobotDescription | None = None
         hint = "What recordings do not say themselves, such as units: a file of the folder, taken as they are read."
         self._sheet: Any = gui.add_dropdown("Sheet", (_NONE,), hint=hint)
         sent = gui.add_upload_button("Send a recording (.csv, ...)")
-        sent.on_upload(lambda _: self._told(lambda: self._send(sent.value.name, sent.value.content)))
-        self._file: Any = gui.add_dropdown("File", (_NOTHING,))
-        gui.add_button("Open recording").on_click(lambda _: self._told(self._open))
+        sent.on_upload(lambda _: self._try(lambda: self._send(sent.value.name, sent.value.content)))
+        self._file: Any = gui.add_dropdown("File", (NOTHING,))
+        self._add_button("Open recording", self._open)
         gui.add_button("Look again").on_click(lambda _: self._look())
         self._columns = gui.add_html("")
         hints = (
@@ -61,19 +59,17 @@ class Identify:
         )
         self._skip = gui.add_number("Leave out first (s)", 0.0, min=0.0, step=0.1)
         self._starts = gui.add_number("Starts", STARTS, min=1, max=_MOST, step=1)
-        gui.add_button("Identify").on_click(lambda _: self._told(self._begin))
-        self._place = gui.add_folder(None, visible=False)
-        self._plot: Any = None  # made when it is needed, as its program is large
+        self._add_button("Identify", self._begin)
+        self._plot = Plot(gui)
         self._table = gui.add_html("")
-        self._apply = gui.add_button("Apply what was found", visible=False)
-        self._apply.on_click(lambda _: self._told(self._become))
+        self._apply = self._add_button("Apply what was found", self._become, visible=False)
 
     def renew(self) -> None:
         """Begin anew for another robot; a recording that was read stays."""
-        robot, problem = self._session.description, self._session.problem
+        robot, problem = self._desk.description, self._desk.problem
         with self._drawing:
             self._robot, self._found = self._robot + 1, None
-            self._place.visible = self._apply.visible = False
+            self._plot.folder.visible = self._apply.visible = False
             self._table.content = ""
         ranges = {name: str(span) for name, span in problem.vary.items()}
         if not ranges:
@@ -84,13 +80,9 @@ class Identify:
         self._guess()
 
     def _look(self) -> None:
-        folder = self._session.folder
-        self._file.options = folder.names(*_FILES) or [_NOTHING]
+        folder = self._desk.folder
+        self._file.options = folder.choices(*_FILES)
         self._sheet.options = [_NONE, *(name for name in folder.names(*_SHEETS) if not name.endswith(".design.yaml"))]
-
-    def _told(self, work: Any) -> None:
-        with errors_shown(self._session.tell):
-            work()
 
     def _send(self, name: str, data: bytes) -> None:
         with received(name, data) as path:
@@ -98,12 +90,12 @@ class Identify:
 
     def _open(self) -> None:
         name = self._file.value
-        if name != _NOTHING:
-            self._take(self._session.folder.existing(name), name)
+        if name != NOTHING:
+            self._take(self._desk.folder.existing(name), name)
 
     def _take(self, path: Path, name: str) -> None:
         """Take a recording, as the sheet says."""
-        sheet = None if self._sheet.value == _NONE else self._session.folder.existing(self._sheet.value)
+        sheet = None if self._sheet.value == _NONE else self._desk.folder.existing(self._sheet.value)
         recording = read(path, sheet).load()
         if "time" not in recording.dims:
             raise InputError("has no time.", file=name)
@@ -113,13 +105,13 @@ class Identify:
         words = f"{shorten(name)}: {time.size} samples, {time[-1] - time[0]:.4g} s; {listed}"
         self._guess()
         self._columns.content = note(words)
-        self._session.tell(f"{shorten(name)} was read", False)
+        self._desk.tell(f"{shorten(name)} was read", False)
 
     def _guess(self) -> None:
         """What columns are, as far as their names tell."""
         if self._recording is None:
             return
-        robot = self._session.description
+        robot = self._desk.description
         readings, driven = common_readings(build(robot)), _signals(robot)
         compare, drives = [], []
         for column in map(str, self._recording.data_vars):
@@ -132,7 +124,7 @@ class Identify:
         self._compare.value, self._drive.value = "\n".join(compare), "\n".join(drives)
 
     def _begin(self) -> None:
-        recording, robot, number = self._recording, self._session.description, self._robot
+        recording, robot, number = self._recording, self._desk.description, self._robot
         if recording is None:
             raise InputError("there is no recording yet. Send one, or open one of the folder.")
         compare, drive, vary = (
@@ -144,8 +136,8 @@ class Identify:
                 raise InputError("is empty: give at least one.", field=label)
         skip, starts = float(self._skip.value), int(self._starts.value)
 
-        def compute(progress: Progress) -> RobotFit | None:
-            with suppress(CancelledError), labelled({"vary": "Unknown", "compare": "Compare"}):
+        def compute(progress: Progress) -> RobotFit:
+            with labelled({"vary": "Unknown", "compare": "Compare"}):
                 return identify(
                     robot,
                     [recording],
@@ -154,41 +146,28 @@ class Identify:
                     drive=drive,
                     skip=skip,
                     starts=starts,
-                    progress=lambda what, share: progress(share, what),
+                    progress=progress,
                 )
-            return None
 
-        def done(found: RobotFit | None) -> None:
-            if found is None:
-                self._session.tell("the fit was cancelled.", False)
-            else:
-                self._show(number, found)
-
-        self._session.tell("identifying", False)
-        self._session.work.begin("identifying", compute, done)
+        self._desk.work.begin("identifying", compute, partial(self._show, number), cancelled="the fit was cancelled.")
 
     def _show(self, number: int, found: RobotFit) -> None:
         data = found.to_dataset()
-        figure: Any = recording_panel(data, 0).figure
-        drawn = with_legend(figure)
+        figure: Any = robot_panel(data, 0).figure
         with self._drawing:
             if number != self._robot:
                 return
-            self._session.tell("identified; what was found is in the tab", False)
+            self._desk.tell("identified; what was found is in the tab", False)
             self._found = found.robot
             self._table.content = fitted_html(data)
-            self._apply.visible = self._place.visible = True
-            aspect = 0.75 * data.sizes["column"] + 0.1  # height over width
-            if self._plot is not None:
-                self._plot.remove()
-            with self._place:
-                self._plot = self._session.gui.add_plotly(drawn, aspect=aspect, config={"displayModeBar": False})
+            self._apply.visible = self._plot.folder.visible = True
+            self._plot.show(with_legend(figure), 0.75 * data.sizes["column"] + 0.1)
 
     def _become(self) -> None:
         with self._drawing:
             found = self._found
         if found is not None:
-            self._session.become(found)
+            self._desk.become(found)
 
 
 def _signals(robot: RobotDescription) -> list[str]:
@@ -209,3 +188,21 @@ def _pairs(text: str, label: str) -> dict[str, str]:
             raise InputError(f"{name} is named twice.", field=label)
         found[name] = value
     return found
+
+
+def fitted_html(found: xr.Dataset) -> str:
+    """What a fit to one recording found: values with their intervals, errors and warnings."""
+    rows = [["", "value", "95 % from", "to", "unit"]]
+    for name in found["parameter"].values:
+        one = found.sel(parameter=name)
+        values = (shown(float(one[key])) for key in ("value", "low", "high"))
+        mark = "" if bool(one["identifiable"]) else " *"
+        rows.append([f"{name}{mark}", *values, str(one["unit"].item())])
+    lines = [] if bool(found["identifiable"].all()) else ["* not identifiable alone", *json.loads(found.attrs["words"])]
+    for c, column in enumerate(map(str, found["column"].values)):
+        rms, largest = (f"{float(found[key][0, c]):.3g} %" for key in ("e_rmsp", "e_mp"))
+        lines.append(f"{column}: off by {rms} of its range (root mean square), {largest} at most")
+    if found.attrs["starts"] > 1:
+        lines.append(f"{found.attrs['agree']} of {found.attrs['starts']} starts came to these values")
+    lines += [f"beware: {warning}" for warning in json.loads(found.attrs["warnings"])]
+    return cells(rows, "studio-fit", [*lines, *json.loads(found.attrs["notes"])])

@@ -1,23 +1,69 @@
-"""What fits the narrow panel on the left: figures, tables and words."""
+"""The narrow panel on the left: what its tabs share, and the figures, tables and words that fit it."""
 
-from collections.abc import Sequence
+import threading
+from collections.abc import Callable, Sequence
 from html import escape
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import Any
 
+import plotly.graph_objects as go
+import viser
+
+from nectosome.studio.desk import Desk
+from nectosome.studio.work import errors_shown
 from nectosome.view.style import GREY, VERMILLION, dress
 
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
+
+class PanelTask:
+    """A task of the panel, whose errors are shown on the page."""
+
+    def __init__(self, desk: Desk):
+        self._desk, self._gui = desk, desk.gui
+        self._drawing = threading.Lock()
+        self._robot = 0  # how many there were: what is found for one before is not shown
+
+    def _try(self, work: Callable[[], None]) -> None:
+        with errors_shown(self._desk.tell):
+            work()
+
+    def _add_button(self, label: str, work: Callable[[], None], visible: bool = True) -> viser.GuiButtonHandle:
+        button = self._gui.add_button(label, visible=visible)
+        button.on_click(lambda _: self._try(work))
+        return button
+
+    def _tell_saved(self, path: Path) -> None:
+        self._desk.tell(f"saved {self._desk.folder.name(path)}", False)
 
 
-def small(fig: "go.Figure") -> "go.Figure":
+class Plot:
+    """A folder with a figure, not seen at first, and whatever else is put into it."""
+
+    def __init__(self, gui: viser.GuiApi, name: str | None = None, order: float | None = None):
+        self._gui, self._order = gui, order
+        self.folder = gui.add_folder(name, visible=False)
+        self._handle: Any = None  # made when it is needed, as its program is large
+        self._aspect = 0.0
+
+    def show(self, figure: go.Figure, aspect: float) -> None:
+        """Show a figure, `aspect` times as high as it is wide, in place of the last one."""
+        if self._handle is not None and aspect == self._aspect:
+            self._handle.figure = figure
+            return
+        if self._handle is not None:
+            self._handle.remove()
+        config, self._aspect = {"displayModeBar": False}, aspect
+        with self.folder:
+            self._handle = self._gui.add_plotly(figure, aspect=aspect, config=config, order=self._order)
+
+
+def small(fig: go.Figure) -> go.Figure:
     """Dress a figure for the panel."""
     dress(fig, 250).update_layout(margin={"l": 56, "r": 12, "t": 28, "b": 44}, font_size=11, hovermode="closest")
     fig.update_xaxes(title_font_size=12, tickangle=0, nticks=5)
     return fig.update_yaxes(title_font_size=12, title_standoff=4, nticks=6)
 
 
-def with_legend(fig: "go.Figure") -> "go.Figure":
+def with_legend(fig: go.Figure) -> go.Figure:
     """Dress a figure for the panel whose height is that of its place, with a legend above."""
     legend = {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.0}
     return small(fig).update_layout(height=None, showlegend=True, legend=legend)
@@ -53,10 +99,10 @@ def spelled(tables: Sequence[tuple[Sequence[str], Sequence[Sequence[str]]]], nam
     for columns, rows in tables:
         out.append(f'<div style="padding-top:6px"><b>{escape(columns[0])}</b></div>')
         for first, *others in rows:
-            told = ", ".join(
+            words = ", ".join(
                 f"{column} {cell}".strip() for column, cell in zip(columns[1:], others, strict=False) if cell
             )
-            out.append(f'<div style="padding-top:3px">{escape(f"{first}: {told}" if told else first)}</div>')
+            out.append(f'<div style="padding-top:3px">{escape(f"{first}: {words}" if words else first)}</div>')
     out += [f'<div style="color:{GREY};padding-top:6px">{escape(line)}</div>' for line in lines]
     return _block(name, "".join(out))
 

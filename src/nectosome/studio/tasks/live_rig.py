@@ -4,9 +4,10 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from jaxtyping import Float
 
 from nectosome.controllers import ClosedLoopRecord, ClosedLoopRun, Controller, SensorModel
@@ -15,10 +16,7 @@ from nectosome.mechanism import Diagnosis
 from nectosome.model import build
 from nectosome.solve import SampledPlant
 from nectosome.studio.work import Progress
-from nectosome.view.start import standing
-
-if TYPE_CHECKING:
-    import xarray as xr
+from nectosome.view.still import standing
 
 FRAME = 0.05  # s between pictures at least
 LONGEST = 600.0  # s of a run
@@ -53,7 +51,7 @@ class LiveRig:
         position = self._still["position"].values[0, 0]
         self._path = deque([position] * _PATH, _PATH)
 
-    def begin(self) -> "xr.Dataset":
+    def begin(self) -> xr.Dataset:
         """The stage at first: the robot at rest, for as many instants as its path has points."""
         still = self._still.isel(time=[0] * _PATH)
         return still.assign_coords(time=FRAME * np.arange(_PATH))
@@ -71,7 +69,7 @@ class LiveRig:
     def run_by_clock(
         self,
         reference: Callable[[int], float],
-        show: Callable[["xr.Dataset", Float[np.ndarray, "n 3"]], None],
+        show: Callable[[xr.Dataset, Float[np.ndarray, "n 3"]], None],
         progress: Progress,
     ) -> Status:
         """Run by the clock until `progress` returns False, with `reference(k)` for sample k.
@@ -94,7 +92,7 @@ class LiveRig:
                 if left > -FRAME:
                     show(*self._frame(k))
                     self._delays.append(time.perf_counter() - begin - now)
-                if not progress(now / LONGEST, f"{now:.1f} s, {self.clock}"):
+                if not progress(f"{now:.1f} s, {self.clock}", now / LONGEST):
                     return Status.SOLVED
         return Status.SOLVED
 
@@ -105,7 +103,7 @@ class LiveRig:
         late = float(np.median(self._delays)) if self._delays else 0.0
         return ClockReport(t, max(time.perf_counter() - self._began, t), len(self._delays), late)
 
-    def _frame(self, k: int) -> tuple["xr.Dataset", Float[np.ndarray, "n 3"]]:
+    def _frame(self, k: int) -> tuple[xr.Dataset, Float[np.ndarray, "n 3"]]:
         found = self._diagnoses[-1]
         self._path.append(found.position[k, 0])
         dims = {"position": ("station", "axis"), "rotation": ("station", "row", "axis")}
@@ -118,7 +116,7 @@ class LiveRig:
         """The record so far."""
         return self.run.record(np.array(self.reference), Status.SOLVED)
 
-    def to_dataset(self, status: Status) -> "xr.Dataset":
+    def to_dataset(self, status: Status) -> xr.Dataset:
         """The record as a dataset like that of `simulate`."""
         run = replace(self.record, status=status)
         return run.to_dataset(diagnoses=self._diagnoses).assign_attrs(title=f"{run.title}, on a simulated rig")

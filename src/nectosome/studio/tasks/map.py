@@ -1,36 +1,33 @@
 """The tab that maps what a robot's motion gives over one or two of its quantities; a click loads a point."""
 
-import threading
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import Any
 
 import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
 
 from nectosome.core import Status
 from nectosome.description import RobotDescription, get_value, numeric_paths, parse_robot, resolve, with_values
 from nectosome.designs.axes import SweepAxis, axis_of
 from nectosome.designs.sweep import mean_of, nonzero_means, sweep
 from nectosome.io import load_dataset, save_dataset
+from nectosome.studio.desk import Desk
+from nectosome.studio.folder import NOTHING
 from nectosome.studio.sliders import SliderScale, scales_of
-from nectosome.studio.work import Progress, errors_shown
+from nectosome.studio.work import Progress
 from nectosome.units import InputError, shorten
 from nectosome.view.saved import check_sweep
 from nectosome.view.style import VERMILLION
 from nectosome.view.sweep import axis_of as shown_axis
 from nectosome.view.sweep import sides, sweep_figure
 
-from .left_panel import note, small
-
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
-    import xarray as xr
-
-    from nectosome.studio.desk import Desk
+from .left_panel import PanelTask, Plot, note, small
 
 _POINTS = 5  # of an axis at first
 _STEP = 0.1  # of the robot's value, between them
 _MOST = 2500  # points
 _NEAR = 1e-3  # of an axis' largest value: so far a number that is written may lie beyond an end
-_NOTHING = "nothing there yet"
 _GOOD = {status.name for status in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)}
 # A click on the figure is typed into the next field of the page, since viser does not tell of it. What is put into a
 # page as HTML runs no script, but an event handler of it; the figure is there when the pointer comes.
@@ -53,56 +50,50 @@ document.addEventListener('pointerover', (event) => {
 });">"""
 
 
-class Map:
+class Map(PanelTask):
     """Lays out the tab."""
 
-    def __init__(self, session: "Desk"):
-        self._session, gui = session, session.gui
-        self._drawing = threading.Lock()
-        self._robot = 0  # how many there were: a map of one before is not shown
+    def __init__(self, desk: Desk):
+        super().__init__(desk)
+        gui = desk.gui
         self._found: xr.Dataset | None = None
         hint = "PATH=LOW..HIGH:STEP, or PATH=A,B,C; units at the end."
         self._axes = [gui.add_text("Axis 1", "", hint=hint), gui.add_text("Axis 2", "", hint=f"{hint} May be empty.")]
-        gui.add_button("Compute map").on_click(lambda _: self._told(self._begin))
-        self._shown: Any = gui.add_dropdown("Show", (_NOTHING,))
-        self._shown.on_update(lambda _: self._told(self._draw))
+        self._add_button("Compute map", self._begin)
+        self._shown: Any = gui.add_dropdown("Show", (NOTHING,))
+        self._shown.on_update(lambda _: self._try(self._draw))
         self._line = gui.add_html("")
-        self._place = gui.add_folder(None, visible=False)
-        self._plot: Any = None  # made when it is needed, as its program is large
-        with self._place:
+        self._plot = Plot(gui, order=0)
+        with self._plot.folder:
             gui.add_html(_CLICKS)
             self._point = gui.add_text("Point", "", hint="A click on the map loads its point; so does its x, y here.")
             self._point.on_update(self._pointed)
         with gui.add_folder("Saved maps"):
             self._name = gui.add_text("Name", "map")
-            gui.add_button("Save map (.nc)").on_click(lambda _: self._told(self._save))
-            self._saved: Any = gui.add_dropdown("File", (_NOTHING,))
-            gui.add_button("Open map").on_click(lambda _: self._told(self._open))
+            self._add_button("Save map (.nc)", self._save)
+            self._saved: Any = gui.add_dropdown("File", (NOTHING,))
+            self._add_button("Open map", self._open)
 
     def renew(self) -> None:
-        """Ask for a map around the session's robot."""
-        robot, problem = self._session.description, self._session.problem
+        """Ask for a map around the robot of the desk."""
+        robot, problem = self._desk.description, self._desk.problem
         with self._drawing:
             self._robot, self._found = self._robot + 1, None
-            self._place.visible, self._line.content, self._point.value = False, "", ""
+            self._plot.folder.visible, self._line.content, self._point.value = False, "", ""
         scales = scales_of(robot, problem.vary)
         for field, scale in zip(self._axes, [*scales[:2], None, None], strict=False):
             field.value = "" if scale is None else _around(scale, float(get_value(robot, scale.name)))
         self._look()
 
     def _look(self) -> None:
-        self._saved.options = self._session.folder.names(".nc") or [_NOTHING]
-
-    def _told(self, work: Any) -> None:
-        with errors_shown(self._session.tell):
-            work()
+        self._saved.options = self._desk.folder.choices(".nc")
 
     def _pointed(self, event: Any) -> None:
         if event.client is not None:  # not emptied by us
-            self._told(self._load)
+            self._try(self._load)
 
     def _begin(self) -> None:
-        description, robot = self._session.description, self._robot
+        description, robot = self._desk.description, self._robot
         axes = [_axis(field, description) for field in self._axes if field.value.strip()]
         if not axes:
             raise InputError("is empty: say what to go over, as in L=300..700:100mm.", field=self._axes[0].label)
@@ -113,20 +104,19 @@ class Map:
         if points > _MOST:
             raise InputError(f"{points} points are too many for this page: {_MOST} at most. Take nectosome sweep.")
 
-        def compute(progress: Progress) -> "xr.Dataset":
-            progress(0.0, f"{points} points, the first ones while their equations are compiled")
-            over = {axis.name: axis.values for axis in axes}
-            return sweep(description, over, progress=lambda what, share: progress(share, what))
+        def compute(progress: Progress) -> xr.Dataset:
+            progress(f"{points} points, the first ones while their equations are compiled", 0.0)
+            return sweep(description, {axis.name: axis.values for axis in axes}, progress=progress)
 
-        self._session.work.begin("map", compute, lambda found: self._take(robot, found))
+        self._desk.work.begin("map", compute, partial(self._take, robot))
 
-    def _take(self, robot: int, found: "xr.Dataset") -> None:
+    def _take(self, robot: int, found: xr.Dataset) -> None:
         with self._drawing:
             if robot != self._robot:
                 return
             self._found, self._point.value = found, ""
-        known, last = tuple(nonzero_means(found)) or (_NOTHING,), self._shown.value
-        along = f"force.{self._session.problem.forward.lstrip('-')}"
+        known, last = tuple(nonzero_means(found)) or (NOTHING,), self._shown.value
+        along = f"force.{self._desk.problem.forward.lstrip('-')}"
         self._shown.options = known
         self._shown.value = next(name for name in (last, "speed", along, known[0]) if name in known)
         self._draw()
@@ -135,21 +125,14 @@ class Map:
         """Show the map, if there is one."""
         with self._drawing:
             found, name = self._found, self._shown.value
-            if found is None or (name == _NOTHING and nonzero_means(found)):
+            if found is None or (name == NOTHING and nonzero_means(found)):
                 return
             unsolved = int((~found["status"].isin([*_GOOD])).sum())
             words = f"{found['status'].size} points, {unsolved} without a motion (crosses)" if unsolved else ""
-            self._place.visible = known = name != _NOTHING
+            self._plot.folder.visible = known = name != NOTHING
             self._line.content = note(words or ("" if known else "No point of the map moves."))
-            if not known:
-                return
-            drawn = _figure(found, name, self._point.value)
-            if self._plot is None:
-                with self._place:
-                    config = {"displayModeBar": False}
-                    self._plot = self._session.gui.add_plotly(drawn, aspect=0.85, config=config, order=0)
-            else:
-                self._plot.figure = drawn
+            if known:
+                self._plot.show(_figure(found, name, self._point.value), 0.85)
 
     def _load(self) -> None:
         """Take the numbers of the point in the field. Raises InputError where it is none, or not yet."""
@@ -161,34 +144,34 @@ class Map:
             ends = (f"{name} from {axis.min():.6g} to {axis.max():.6g}" for name, axis in _places(found).items())
             words = f'"{shorten(self._point.value)}" is no point of the map. Write {", ".join(ends)}.'
             raise InputError(words, field=self._point.label)
-        self._session.tell("", False)
+        self._desk.tell("", False)
         robot = parse_robot(found.attrs["robot"])
-        self._session.become(with_values(robot, {name: float(found[name][k]) for name, k in place.items()}))
+        self._desk.become(with_values(robot, {name: float(found[name][k]) for name, k in place.items()}))
         self._draw()
 
     def _save(self) -> None:
         if self._found is None:
             raise InputError("there is no map yet.")
-        path = self._session.folder.target(self._name.value, ".nc")
+        path = self._desk.folder.target(self._name.value, ".nc")
         save_dataset(self._found, path)
         self._look()
-        self._saved.value = name = path.relative_to(self._session.folder.root).as_posix()
-        self._session.tell(f"saved {name}", False)
+        self._saved.value = self._desk.folder.name(path)
+        self._tell_saved(path)
 
     def _open(self) -> None:
         name = self._saved.value
-        if name == _NOTHING:
+        if name == NOTHING:
             return
-        found = load_dataset(self._session.folder.existing(name))
+        found = load_dataset(self._desk.folder.existing(name))
         check_sweep(found, name)
-        own, robot = self._session.description, parse_robot(found.attrs["robot"], f"{name}, its robot")
+        own, robot = self._desk.description, parse_robot(found.attrs["robot"], f"{name}, its robot")
         if robot.name != own.name or numeric_paths(robot).keys() != numeric_paths(own).keys():
             raise InputError(f"is a map of {robot.name}, not of the robot that is shown. Open that one.", field=name)
         self._take(self._robot, found)
-        self._session.tell(f"opened {name}", False)
+        self._desk.tell(f"opened {name}", False)
 
 
-def place_of(point: str, found: "xr.Dataset") -> dict[str, int] | None:
+def place_of(point: str, found: xr.Dataset) -> dict[str, int] | None:
     """Nearest place on each axis to `x, y` in the units of the figure; None where that is no point of the map."""
     axes = _places(found)
     try:
@@ -204,7 +187,7 @@ def place_of(point: str, found: "xr.Dataset") -> dict[str, int] | None:
     return {name: int(np.argmin(np.abs(axis - x))) for name, (axis, x) in zip(axes, pairs, strict=True)}
 
 
-def _places(found: "xr.Dataset") -> dict[str, np.ndarray]:
+def _places(found: xr.Dataset) -> dict[str, np.ndarray]:
     """Values on each axis, in the units of the figure."""
     return {name: shown_axis(found[name]).values for name in sides(found)}
 
@@ -230,7 +213,7 @@ def _around(scale: SliderScale, value: float) -> str:
     return f"{scale.name}={low:.6g}..{low + wide:.6g}:{step:.6g} {scale.unit}".strip()
 
 
-def _figure(found: "xr.Dataset", name: str, point: str) -> "go.Figure":
+def _figure(found: xr.Dataset, name: str, point: str) -> go.Figure:
     """The map or curve, with what has no motion, and why, and the point that is loaded."""
     fig, names = small(sweep_figure(found, name)), sides(found)
     axes = [shown_axis(found[side]).values for side in names]

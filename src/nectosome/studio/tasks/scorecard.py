@@ -3,32 +3,29 @@
 import json
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from nectosome.studio.desk import Desk
 from nectosome.units import InputError
-from nectosome.view.scorecard import Row, number, percent, summary
+from nectosome.view.scorecard import VERDICTS, Row, number, percent, summary
 
 from .left_panel import note
-
-if TYPE_CHECKING:
-    from nectosome.studio.desk import Desk
 
 _NAME = "scorecard.json"
 _NONE = "none yet: nectosome reproduce makes one"
 _ALL = "all"
 _TEXTS, _NUMBERS = ("id", "quantity", "unit", "verdict", "kind", "note"), ("printed", "ours", "error", "tolerance")
-_MARKS = {"match": ("&#10003;", "#0072B2"), "better": ("&#9650;", "#00714f"), "differs": ("&#10007;", "#b34700")}
 
 
 class Scorecard:
     """Lays out the tab: which file, which study, which rows, and these."""
 
-    def __init__(self, session: "Desk"):
-        self._session, gui = session, session.gui
+    def __init__(self, desk: Desk):
+        self._desk, gui = desk, desk.gui
         self._rows: list[Row] = []
         self._file: Any = gui.add_dropdown("File", (_NONE,))
         self._study: Any = gui.add_dropdown("Study", (_ALL,))
-        self._only: Any = gui.add_dropdown("Rows", (_ALL, *_MARKS, "others"))
+        self._only: Any = gui.add_dropdown("Rows", (_ALL, *VERDICTS, "others"))
         gui.add_button("Look again").on_click(lambda _: self.renew())
         self._page = gui.add_html("")
         self._file.on_update(lambda _: self._open())
@@ -38,13 +35,13 @@ class Scorecard:
 
     def renew(self) -> None:
         """Look which scorecards there are."""
-        self._file.options = self._session.folder.names(_NAME) or [_NONE]
+        self._file.options = self._desk.folder.names(_NAME) or [_NONE]
         self._open()
 
     def _open(self) -> None:
         name, self._rows = self._file.value, []
         try:
-            self._rows = [] if name == _NONE else read_rows(self._session.folder.existing(name))
+            self._rows = [] if name == _NONE else read_rows(self._desk.folder.existing(name))
         except InputError as error:  # told here: a file of the folder is not what the user may be doing
             self._page.content = note(str(error), bad=True)
             return
@@ -55,7 +52,7 @@ class Scorecard:
         chosen = [row for row in self._rows if self._study.value in (_ALL, _study(row))]
         if self._only.value != _ALL:
             kind = self._only.value
-            chosen = [r for r in chosen if (r["verdict"] == kind if kind in _MARKS else r["verdict"] not in _MARKS)]
+            chosen = [r for r in chosen if (r["verdict"] == kind if kind in VERDICTS else r["verdict"] not in VERDICTS)]
         self._page.content = rows_html(chosen) if self._rows else ""
 
 
@@ -82,7 +79,7 @@ def rows_html(rows: list[Row]) -> str:
 
 
 def _row(row: Row) -> str:
-    mark, colour = _MARKS.get(row["verdict"], ("&#8211;", "#666"))
+    mark, colour = VERDICTS.get(row["verdict"], ("&#8211;", "#666"))
     unit = "%" if row["unit"] == "percent" else row["unit"]
     values = f"printed {escape(number(row['printed'], unit))}, ours <b>{escape(number(row['ours'], unit))}</b>"
     if row["error"] is not None:

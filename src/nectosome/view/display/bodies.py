@@ -2,19 +2,17 @@
 
 from copy import copy
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from jaxtyping import Float, Int
-from plotly.colors import sequential
+from plotly.colors import hex_to_rgb, sequential
 from scipy.spatial.transform import Rotation
 
 from nectosome.description import RobotDescription
 from nectosome.view.style import BLUE, source_lines
-from nectosome.view.tubes import STATIONS, finer, hard_colour, rings_of, shape_of, triangles, visible
-
-if TYPE_CHECKING:
-    import xarray as xr
+from nectosome.view.tubes import Stations, colours_of, finer, parts_of, rings_of, shape_of, triangles, visible
 
 AROUND = 12  # corners of a slice
 _ROUND = 24  # of a rigid part, which is drawn once
@@ -22,7 +20,7 @@ _OVERLAP = 1.06  # of slices, so that no gap shows between them
 _STEP = 0.02  # of a rod's width
 _NO_FORCE = 1e-3  # of the largest: no arrow
 _LEFT_OUT = ("weight", "buoyancy")  # of what the water does
-_SCALE = np.array([[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in sequential.Viridis])
+_SCALE = np.array([hex_to_rgb(colour) for colour in sequential.Viridis])
 
 
 class RigidMesh(NamedTuple):
@@ -65,16 +63,9 @@ class Soft:
     Slices are computed when they are shown: most instants never are.
     """
 
-    def __init__(
-        self,
-        x: Float[np.ndarray, "n"],
-        half: Float[np.ndarray, "n 2"],
-        position: Float[np.ndarray, "t n 3"],
-        rotation: Float[np.ndarray, "t n 3 3"],
-        forces: Float[np.ndarray, "t loads n 3"],
-        colour: str,
-    ):
-        self.x, self._half, self._forces, self.colour = x, half, forces, colour  # [m], [m], of the water [N/m]
+    def __init__(self, stations: Stations, forces: Float[np.ndarray, "t loads n 3"], colour: str):
+        self.x, self._half, position, rotation = stations
+        self._forces, self.colour = forces, colour  # of the water [N/m]
         root = rotation[:, 0]
         self.place, self.turn = position[:, 0], _quaternions(root)
         self._position = np.einsum("tji,tnj->tni", root, position - position[:, :1])
@@ -137,46 +128,33 @@ class Arrows(NamedTuple):
     load: Int[np.ndarray, "n"]  # which load an arrow is of
 
 
-def bodies_of(run: "xr.Dataset", robot: RobotDescription | None, soft: str = BLUE) -> dict[str, RigidMesh | Soft]:
+def bodies_of(run: xr.Dataset, robot: RobotDescription | None, soft: str = BLUE) -> dict[str, RigidMesh | Soft]:
     """Bodies of all parts that have a size, by part; of an unknown robot all that is rigid is a cylinder.
 
     Those of points are as `visible` has them.
     """
-    run, found, hard = visible(run, robot), {}, 0
-    stations = run["station_part"].values
-    forces = _forces(run)
-    x, half, position, rotation = (run[name].values for name in STATIONS)
-    for part in map(str, run["part"].values):
-        own = np.flatnonzero(stations == part)
-        if not np.any(half[own] > 0) or (len(own) == 1 and x[own[0]] == 0):
-            continue
-        at = x[own], half[own], position[:, own], rotation[:, own]
-        if x[own[0]] == 0:
-            found[part] = Soft(*at, forces[:, :, own], soft)
+    run = visible(run, robot)
+    parts, forces = parts_of(run), _forces(run)
+    found: dict[str, RigidMesh | Soft] = {}
+    for (part, stations), colour in zip(parts.items(), colours_of(parts, soft).values(), strict=True):
+        if stations.rod:
+            found[part] = Soft(stations, forces[:, :, run["station_part"].values == part], colour)
         else:
-            found[part] = _rigid(*at, shape_of(robot, part), hard_colour(hard))
-            hard += 1
+            found[part] = _rigid(stations, shape_of(robot, part), colour)
     return found
 
 
-def _forces(run: "xr.Dataset") -> Float[np.ndarray, "t loads n 3"]:
+def _forces(run: xr.Dataset) -> Float[np.ndarray, "t loads n 3"]:
     """What each load of the water does along rods [N/m]; nothing where the run does not tell it."""
     if "line_force" not in run:
         return np.zeros((1, 1, run.sizes["station"], 3))
     return run["line_force"].values[:, [name not in _LEFT_OUT for name in run["load"].values]]
 
 
-def _rigid(
-    x: Float[np.ndarray, "n"],
-    half: Float[np.ndarray, "n 2"],
-    position: Float[np.ndarray, "t n 3"],
-    rotation: Float[np.ndarray, "t n 3 3"],
-    shape: str,
-    colour: str,
-) -> RigidMesh:
-    found = rings_of(x, half, position[:1], rotation[:1], shape, _ROUND)
-    assert found is not None
-    place, R, rings = position[:, 0], rotation[:, 0], found[0]
+def _rigid(stations: Stations, shape: str, colour: str) -> RigidMesh:
+    x, half, position, rotation = stations
+    (rings,) = rings_of(Stations(x, half, position[:1], rotation[:1]), shape, _ROUND)
+    place, R = position[:, 0], rotation[:, 0]
     vertices = (rings.reshape(-1, 3) - place[0]) @ R[0]
     faces = triangles(rings.shape[0], rings.shape[1])
     return RigidMesh(place, _quaternions(R), vertices, faces, colour, flat=shape == "box")
@@ -193,7 +171,7 @@ def _halfway(turn: Float[np.ndarray, "n 4"]) -> Float[np.ndarray, "n-1 4"]:
     return middle / np.linalg.norm(middle, axis=1, keepdims=True)
 
 
-def arrows_of(run: "xr.Dataset") -> Arrows:
+def arrows_of(run: xr.Dataset) -> Arrows:
     """Arrows of all loads that push a part at any time; none of what is no motion."""
     if "load_force" not in run:
         none = np.zeros((run.sizes["time"], 0, 3))
@@ -238,11 +216,6 @@ def colours(values: Float[np.ndarray, "*n"], largest: float) -> Int[np.ndarray, 
     """Colours [0..255] of values from 0 to `largest`, dark to light."""
     share = np.clip(values / largest if largest > 0 else np.zeros_like(values), 0, 1) * (len(_SCALE) - 1)
     return np.stack([np.interp(share, np.arange(len(_SCALE)), _SCALE[:, c]) for c in range(3)], -1).astype(np.uint8)
-
-
-def rgb(colour: str) -> tuple[int, int, int]:
-    """Parts, 0 to 255, of a colour such as #0072B2."""
-    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
 
 
 def linear(colour: Int[np.ndarray, "*n 3"]) -> Int[np.ndarray, "*n 3"]:

@@ -5,19 +5,17 @@ import threading
 from collections.abc import Callable
 from contextlib import nullcontext
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import viser
+import xarray as xr
 from jaxtyping import Float
 from viser.infra import WebsockMessageHandler
 
 from nectosome.description import RobotDescription
 
 from .scene_graph import CAMERAS, Look, Stage
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _PICTURES = 20  # a second
 _MOST = 600  # pictures
@@ -56,7 +54,7 @@ class _Discarded:
     sanctioned_dead_writes = staticmethod(nullcontext)
 
 
-def page_of(run: "xr.Dataset", robot: RobotDescription, period: float, look: Look) -> str:
+def page_of(run: xr.Dataset, robot: RobotDescription, period: float, look: Look) -> str:
     """HTML with all that it needs: three periods of a periodic motion [s], else the whole run, in its own time."""
     return _recorder(lambda stage: stage.load(run, robot, period, look)).tape.as_html()
 

@@ -1,24 +1,20 @@
 """Where a run is at any time, and where it is seen from: a periodic motion continues, period after period."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from nectosome.solve.screw import screw_of
 
-if TYPE_CHECKING:
-    import xarray as xr
 
-
-def repeated(run: "xr.Dataset", period: float, seconds: float) -> "xr.Dataset":
+def repeated(run: xr.Dataset, period: float, seconds: float) -> xr.Dataset:
     """Places of the stations of a run of one period [s] as it continues for so many seconds, at least one period.
 
     Each period begins where the last one ended. Only places, rotations and sizes are kept.
     """
-    import xarray as xr
-
     playback, count = Playback.of(run, period), max(int(np.ceil(seconds / period - 1e-9)), 1)
     one = run[["position", "rotation", "half_width", "station_x"]]
     pieces = []
@@ -58,7 +54,7 @@ class Playback:
         self._step = None if ends is None else screw_of(*ends)
 
     @classmethod
-    def of(cls, run: "xr.Dataset", period: float) -> "Playback":
+    def of(cls, run: xr.Dataset, period: float) -> "Playback":
         """Return that of the first part of a run, the body; 0 where it has no period [s]."""
         return cls(run["time"].values, run["position"].values[:, 0], run["rotation"].values[:, 0], period)
 

@@ -1,9 +1,12 @@
 """A run on the stage: bodies, forces, path, ground, surface and tank, at one instant after another."""
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import viser
+import xarray as xr
 from jaxtyping import Float, Int
+from plotly.colors import hex_to_rgb
 from scipy.spatial.transform import Rotation
 
 from nectosome.description import RobotDescription
@@ -19,15 +22,10 @@ from .bodies import (
     colours,
     disc_mesh,
     linear,
-    rgb,
     slice_mesh,
 )
 from .playback import Instant, Playback
 from .surroundings import Surroundings
-
-if TYPE_CHECKING:
-    import viser
-    import xarray as xr
 
 COLOURINGS = ("material", "curvature", "load of the water")
 UNITS = {"material": "", "curvature": "1/m", "load of the water": "N/m"}
@@ -55,7 +53,7 @@ class Look(NamedTuple):
 class Stage:
     """The scene of one browser tab."""
 
-    def __init__(self, scene: "viser.SceneApi"):
+    def __init__(self, scene: viser.SceneApi):
         self._scene = scene
         self._nodes: dict[str, Any] = {}
         self._look = Look()
@@ -68,7 +66,7 @@ class Stage:
         scene.configure_default_lights(cast_shadow=False)
         scene.add_light_hemisphere("/light", sky_color=(255, 255, 255), ground_color=(150, 165, 180), intensity=1.6)
 
-    def load(self, run: "xr.Dataset", robot: RobotDescription | None, period: float, look: Look) -> None:
+    def load(self, run: xr.Dataset, robot: RobotDescription | None, period: float, look: Look) -> None:
         """Put a run on the stage in place of the last one; with a period [s] it continues for ever."""
         water = WaterDescription() if robot is None else robot.water
         self.put(Playback.of(run, period), bodies_of(run, robot), arrows_of(run), water, look)
@@ -125,11 +123,6 @@ class Stage:
             if name.rpartition("/")[0] not in gone:  # else it goes with what it sits on
                 before[name].remove()
 
-    @property
-    def ground_spacing(self) -> float:
-        """Distance between dots, or thick lines, of the ground [m]."""
-        return self._around.spacing
-
     def write(self, name: str, words: str, place: Float[np.ndarray, "3"]) -> None:
         """Write words at a place [m] in the world."""
         self._scene.add_label(f"/world/{name}", words, position=place, anchor="bottom-center")
@@ -138,7 +131,7 @@ class Stage:
         """Show the instant at a time [s] after the start of the run."""
         self._show(self.playback.instant(time, self._look.along))
 
-    def go_on(self, instant: "xr.Dataset", robot: RobotDescription, path: Float[np.ndarray, "n 3"]) -> None:
+    def go_on(self, instant: xr.Dataset, robot: RobotDescription, path: Float[np.ndarray, "n 3"]) -> None:
         """Show the next instant of a live run, which continues a run on the stage.
 
         `path` [m] ends there and has as many places as that run has instants. Forces are not drawn.
@@ -174,7 +167,7 @@ class Stage:
     def _batches(self, body: Soft, k: int) -> list[tuple[str, Slices, Int[np.ndarray, "n 3"]]]:
         """A rod at instant k: its slices and the discs that close it, each with colours."""
         slices, values = body.slices(k), body.shown(self._look.colouring)
-        material = np.tile(np.array(rgb(body.colour), np.uint8), (len(slices.place), 1))
+        material = np.tile(np.array(hex_to_rgb(body.colour), np.uint8), (len(slices.place), 1))
         tint = linear(material if values is None else colours(values[k], self.largest))
         return [("", slices, tint), ("/ends", slices.ends, tint[[0, -1]])]
 
@@ -228,36 +221,24 @@ class Stage:
 
     def _add(self, name: str, body: RigidMesh | Soft) -> None:
         if isinstance(body, RigidMesh):
-            mesh = {"color": rgb(body.colour), "flat_shading": body.flat}
+            mesh = {"color": hex_to_rgb(body.colour), "flat_shading": body.flat}
             place = {"position": body.place[0], "wxyz": body.turn[0]}
             self._nodes[name] = self._scene.add_mesh_simple(name, _f32(body.vertices), body.faces, **mesh, **place)
             return
         for part, slices, tint in self._batches(body, 0):
             place, turn, size = map(_f32, slices)
             vertices, faces = disc_mesh() if part else slice_mesh()
+            style: Any = {"lod": "off", "side": "double" if part or body.stepped else "front"}
             self._nodes[name + part] = self._scene.add_batched_meshes_simple(
-                name + part,
-                _f32(vertices),
-                faces,
-                turn,
-                place,
-                batched_scales=size,
-                batched_colors=tint,
-                lod="off",
-                side="double" if part or body.stepped else "front",
+                name + part, _f32(vertices), faces, turn, place, batched_scales=size, batched_colors=tint, **style
             )
         self._nodes[name].position, self._nodes[name].wxyz = body.place[0], body.turn[0]
 
     def _add_arrows(self, arrows: Arrows) -> None:
-        each = linear(np.array([rgb(arrows.colours[i]) for i in arrows.load], np.uint8))
-        self._nodes["/world/forces"] = self._scene.add_arrows(
-            "/world/forces",
-            self._arrow_points(0),
-            each,
-            shaft_radius=0.006 * self.size,
-            head_radius=0.015 * self.size,
-            head_length=0.04 * self.size,
-        )
+        each = linear(np.array([hex_to_rgb(arrows.colours[i]) for i in arrows.load], np.uint8))
+        shares = {"shaft_radius": 0.006, "head_radius": 0.015, "head_length": 0.04}  # of the robot's length
+        sizes: Any = {name: share * self.size for name, share in shares.items()}
+        self._nodes["/world/forces"] = self._scene.add_arrows("/world/forces", self._arrow_points(0), each, **sizes)
 
     def _arrow_points(self, k: int) -> Float[np.ndarray, "n 2 3"]:
         """From the body's place: the browser draws where a node is sooner than what is in it."""

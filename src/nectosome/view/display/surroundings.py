@@ -1,14 +1,12 @@
 """What is around a robot on the stage: dots or a ground under it, the surface over it, the ends of its tank."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import viser
 from jaxtyping import Float
 
 from nectosome.description.robot import WaterDescription
-
-if TYPE_CHECKING:
-    import viser
 
 _CELLS = [m * 10.0**k for k in range(-4, 4) for m in (1, 2, 5)]  # [m]
 _CELL = 0.1  # in lengths of the robot, about
@@ -29,7 +27,7 @@ class Surroundings:
 
     def __init__(
         self,
-        scene: "viser.SceneApi",
+        scene: viser.SceneApi,
         water: WaterDescription,
         size: float,
         height: float,

@@ -1,0 +1,165 @@
+"""Pages of fits: of robots, of bodies in surge, of soft actuators with hysteresis, each beside its recordings.
+
+Data: as `to_dataset` of `RobotFit`, `SurgeFit` and `HysteresisFit` of `identification` has it.
+"""
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Float
+from plotly.subplots import make_subplots
+
+from nectosome.identification.hysteresis.files import BENCH_UNITS
+
+from .page import write_page
+from .style import BLACK, BLUE, GREY, VERMILLION, Panel, dress, titled
+
+_PREFIXES = ((1e-6, "u"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
+_PREFIXED = ("m", "N", "m/s", "N m", "W", "Pa")
+_MM, _BAR = 1e3, 1e-5
+_SHOWN = 3.0  # s of thrust and speed at first: single cycles can be seen
+_LINES = {"measured": {"color": BLACK, "width": 3}, "computed": {"color": BLUE, "width": 1.5, "dash": "dash"}}
+
+
+def show_robot_fit(found: xr.Dataset, path: str | Path) -> None:
+    """Write a page with a figure for each recording. Raises InputError where it cannot."""
+    _write(found, path, _parameters(found, found["parameter"].values), robot_panel)
+
+
+def show_surge(found: xr.Dataset, path: str | Path) -> None:
+    """Write a page with a figure for each recording. Raises InputError where it cannot."""
+    parameters = _parameters(found, ("added_mass", "drag"))
+    _write(found, path, f"By {found.attrs['method']}: {parameters.replace('_', ' ')}", surge_panel)
+
+
+def show_hysteresis(found: xr.Dataset, path: str | Path) -> None:
+    """Write a page with what the displacement is not linear in, and a figure for each recording.
+
+    Raises InputError where it cannot.
+    """
+    names = [name for name in found["parameter"].values if not name.startswith("slope")]
+    _write(found, path, _parameters(found, names, BENCH_UNITS), hysteresis_panel)
+
+
+def _write(found: xr.Dataset, path: str | Path, sentence: str, panel: Callable[[xr.Dataset, int], Panel]) -> None:
+    """The parameters in a sentence, the warnings, a panel for each recording."""
+    warnings = [f"<p><b>Beware:</b> {escape(words)}.</p>" for words in json.loads(found.attrs["warnings"])]
+    panels = [panel(found, k) for k in range(found.sizes["recording"])]
+    write_page(path, str(found.attrs["title"]), [f"<p>{escape(sentence)}</p>", *warnings, *panels])
+
+
+def _parameters(found: xr.Dataset, names: Iterable[str], units: Mapping[str, tuple[float, str]] | None = None) -> str:
+    """Parameters with their intervals; `units` are those shown, with their sizes, by SI unit."""
+    parts = []
+    for name in names:
+        one = found.sel(parameter=name)
+        unit = one["unit"].item()
+        scale, unit = (1.0, unit) if units is None else units[unit]
+        value, low, high = (f"{scale * float(one[key]):.4g}" for key in ("value", "low", "high"))
+        parts.append(f"{name} {value} {unit}".strip() + f" (95 %: {low} to {high})")
+    return f"{', '.join(parts)}."
+
+
+def _recording(one: xr.Dataset) -> str:
+    used = "that was fitted" if one["used"].item() == "train" else "that was not fitted"
+    return f"A recording {used}, {one['recording'].item()}"
+
+
+def robot_panel(found: xr.Dataset, k: int) -> Panel:
+    """All columns of a recording over time, and below each by how much the computed motion is off."""
+    count, one = found.sizes["column"], found.isel(recording=k)
+    heights = [0.65, 0.35] * count
+    fig = make_subplots(2 * count, 1, shared_xaxes=True, row_heights=heights, vertical_spacing=0.2 / (2 * count))
+    errors = []
+    for c, column in enumerate(map(str, found["column"].values)):
+        part = found.isel(sample=np.flatnonzero((found["of"].values == k) & (found["of_column"].values == c)))
+        factor, unit = _scale(part["measured"].values, str(found["units_of"].values[c]))
+        time = part["time"].values
+        for name, line in _LINES.items():
+            y = factor * part[name].values
+            fig.add_scatter(x=time, y=y, mode="lines", line=line, name=name, showlegend=c == 0, row=2 * c + 1, col=1)
+        error = factor * (part["computed"].values - part["measured"].values)
+        line = {"color": BLUE, "width": 1}
+        fig.add_scatter(x=time, y=error, mode="lines", line=line, showlegend=False, row=2 * c + 2, col=1)
+        fig.update_yaxes(title=titled(column, unit), row=2 * c + 1)
+        fig.update_yaxes(title=titled("error", unit), row=2 * c + 2)
+        off = (f"{float(one[key][c]):.3g} %" for key in ("e_rmsp", "e_mp"))
+        errors.append(f"{column} is off by {next(off)} of its range in the root mean square, {next(off)} at most")
+    fig.update_xaxes(title="time (s)", row=2 * count)
+    dress(fig, 120 + 300 * count).update_layout(showlegend=True, hovermode="closest", margin_t=50)
+    return Panel(f"Recording {one['recording'].item()}", f"{_recording(one)}: {'; '.join(errors)}.", fig)
+
+
+def surge_panel(found: xr.Dataset, k: int, other: xr.Dataset | None = None, called: str = "measured") -> Panel:
+    """Thrust, speed, its residual and the distance, of one recording; `other` is identified in another way."""
+    one = found.isel(sample=np.flatnonzero(found["of"].values == k), recording=k)
+    time, measured, computed = (one[name].values for name in ("time", "measured", "computed"))
+    titles = ("thrust (N)", "speed (m/s)", f"{called} - identified (m/s)", "distance (m)")
+    fig = make_subplots(4, 1, vertical_spacing=0.07, row_heights=[0.22, 0.3, 0.2, 0.28])
+    thin: dict[str, Any] = {"mode": "lines", "showlegend": False}
+    fig.add_scatter(x=time, y=one["thrust"].values, line_color=BLACK, row=1, col=1, **thin)
+    curves = [(called, measured, GREY, "solid"), ("identified", computed, BLUE, "solid")]
+    if other is not None:
+        theirs = other["computed"].values[other["of"].values == k]
+        curves.append(("identified as printed", theirs, VERMILLION, "dash"))
+    for name, speed, colour, dash in curves:
+        line = {"color": colour, "dash": dash, "width": 1.5 if name == called else 2}
+        fig.add_scatter(x=time, y=speed, name=name, mode="lines", line=line, row=2, col=1)
+        fig.add_scatter(x=time, y=_distance(time, speed), line=line, row=4, col=1, **thin)
+    fig.add_scatter(x=time, y=measured - computed, line_color=GREY, row=3, col=1, **thin)
+    for row, title in enumerate(titles, start=1):
+        fig.update_yaxes(title={"text": title.replace(" (", "<br>("), "font": {"size": 12}}, row=row, col=1)
+    start = float(time[0])
+    for row in (1, 2, 3):
+        fig.update_xaxes(matches="x", range=[start, min(float(time[-1]), start + _SHOWN)], row=row, col=1)
+    fig.update_xaxes(title="time (s)", row=4, col=1)
+    dress(fig, 760).update_layout(showlegend=True, margin_t=60, margin_l=96)
+    mean, std, most = (round(float(one[f"deviation_{name}"]), 2) + 0.0 for name in ("mean", "std", "largest"))
+    caption = (
+        f"{_recording(one)}. Error of the speed in percent of its root mean square: mean "
+        f"{mean:.2f}, standard deviation {std:.3g}, largest {most:.3g}. The first {_SHOWN:g} s are shown; zoom out for "
+        "more."
+    )
+    return Panel(f"Speed, {one['recording'].item()}", caption, fig)
+
+
+def hysteresis_panel(found: xr.Dataset, k: int) -> Panel:
+    """Displacement over pressure and over time, and the error."""
+    one = found.isel(sample=np.flatnonzero(found["of"].values == k), recording=k)
+    specs = [[{"rowspan": 2}, {}], [None, {}]]
+    fig = make_subplots(2, 2, specs=specs, column_widths=[0.4, 0.6], row_heights=[0.6, 0.4], horizontal_spacing=0.1)
+    pressure, time = _BAR * one["pressure"].values, one["time"].values
+    for name, line in _LINES.items():
+        y = _MM * one[name].values
+        fig.add_scatter(x=pressure, y=y, mode="lines", line=line, name=name, row=1, col=1)
+        fig.add_scatter(x=time, y=y, mode="lines", line=line, showlegend=False, row=1, col=2)
+    error = _MM * (one["computed"].values - one["measured"].values)
+    fig.add_scatter(x=time, y=error, mode="lines", line={"color": BLUE, "width": 1}, showlegend=False, row=2, col=2)
+    fig.update_xaxes(title="pressure (bar)", row=1, col=1)
+    fig.update_yaxes(title="displacement (mm)", row=1)
+    fig.update_xaxes(title="time (s)", row=2, col=2)
+    fig.update_yaxes(title="error (mm)", row=2, col=2)
+    dress(fig, 480).update_layout(showlegend=True, hovermode="closest", margin_t=50)
+    errors = f"{float(one['e_rmsp']):.3g} % of its range in the root mean square, {float(one['e_mp']):.3g} % at most"
+    return Panel(f"Displacement, {one['recording'].item()}", f"{_recording(one)}: it is off by {errors}.", fig)
+
+
+def _scale(values: np.ndarray, unit: str) -> tuple[float, str]:
+    """Factor and unit in which values are easy to read."""
+    if unit == "rad":
+        return 180 / np.pi, "deg"
+    largest = float(np.nanmax(np.abs(values), initial=0.0))
+    if unit not in _PREFIXED or largest == 0:
+        return 1.0, unit
+    size, prefix = next(((s, p) for s, p in reversed(_PREFIXES) if largest >= s), _PREFIXES[0])
+    return 1 / size, prefix + unit
+
+
+def _distance(time: Float[np.ndarray, "n"], speed: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+    """Distance from the first sample on: trapezoids [m]."""
+    return np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (speed[1:] + speed[:-1]))])
