@@ -17,8 +17,7 @@ from nectosome.units import InputError
 
 from .anomalies import TimeCheck, ValueCheck
 from .channels import Channel, find_channels, find_time
-from .formats.open_file import open_source
-from .formats.source import TableSource
+from .formats.source import TableSource, open_source
 from .sheet import Sheet, Time, load_sheet
 from .store import Store
 
