@@ -7,11 +7,10 @@ import numpy as np
 import xarray as xr
 
 from .events import StrokeWindow
-from .metadata import SE, history, units, with_step
+from .metadata import SE, history, product, units, with_step
 from .noise import correlation_time
 from .requirements import single, time_of
 from .sine import ValueWithError, sine
-from .unit_text import product
 
 Feature = Literal["mean", "rms", "slope", "amplitude", "frequency", "phase"]
 

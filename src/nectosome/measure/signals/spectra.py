@@ -7,9 +7,8 @@ import xarray as xr
 from jaxtyping import Float
 from scipy.signal import get_window, welch
 
-from .metadata import R, RecordedSignal, each, with_step
+from .metadata import R, RecordedSignal, each, product, with_step
 from .requirements import even_step, positive, refuse_nan, single, time_of
-from .unit_text import product
 
 _WINDOW = "hann"
 
