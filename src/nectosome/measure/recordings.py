@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nectosome.io import provenance
-from nectosome.units import InputError
+from nectosome.units import InputError, count
 
 from .anomalies import TimeCheck, ValueCheck
 from .channels import Channel, find_channels, find_time
@@ -125,11 +125,11 @@ class _Reader:
         notes = []
         if self.time_check.dropped:
             n, first = len(self.time_check.dropped), self.time_check.dropped[0]
-            notes.append(f"{_rows(n)} left out: time does not increase; the first is row {first}")
+            notes.append(f"{count(n, 'row')} left out: time does not increase; the first is row {first}")
         for check in self.value_checks:
             if check.saturated_count:
-                n = check.saturated_count
-                notes.append(f"{check.name}: {_rows(n)} saturated or infinite, from row {check.saturated}: now missing")
+                rows = count(check.saturated_count, "row")
+                notes.append(f"{check.name}: {rows} saturated or infinite, from row {check.saturated}: now missing")
         return notes
 
     def _warnings(self) -> list[str]:
@@ -141,16 +141,13 @@ class _Reader:
             notes.append(f"time: {many} {length:.3g} s before row {longest[2]}")
         for channel, check in zip(self.channels, self.value_checks, strict=True):
             if check.missing_count:
-                notes.append(f"{check.name}: {_rows(check.missing_count)} missing, the first is row {check.missing[0]}")
+                rows = count(check.missing_count, "row")
+                notes.append(f"{check.name}: {rows} missing, the first is row {check.missing[0]}")
             # rows of a table without time have no order
             for value, n, row in check.clipped() if self.time_check.count else []:
                 shown = f"{channel.slope * value + channel.shift:.6g} {channel.unit}".strip()
                 notes.append(f"{check.name}: stays at its extreme {shown} for {n} rows from row {row}: saturated?")
         return notes
-
-
-def _rows(n: int) -> str:
-    return f"{n} rows" if n != 1 else "1 row"
 
 
 def _sha256(path: Path) -> str:

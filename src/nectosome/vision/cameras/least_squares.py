@@ -233,9 +233,7 @@ def _denormalised(
 
 
 def _distortion(terms: Float[np.ndarray, "k"]) -> Float[np.ndarray, "5"]:
-    out = np.zeros(5)
-    out[: len(terms)] = terms
-    return out
+    return np.pad(terms, (0, 5 - len(terms)))
 
 
 def _upper(K: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "3 3"]:

@@ -194,7 +194,9 @@ def _without(
     points: Float[np.ndarray, "n 3"], pixels: Float[np.ndarray, "n 2"], found: CameraFit, refit: Refit
 ) -> dict[int, CameraFit]:
     """Fits without each of the most probable outliers; the others are not in a plane (`refuse_places`)."""
-    gain = np.einsum("ni,nij,nj->n", found.residual, _inverse(found.leverage), found.residual)
+    # 0 along directions in which the camera needs the point
+    kept = np.linalg.pinv(np.eye(2) - found.leverage, rcond=1e-9, hermitian=True)
+    gain = np.einsum("ni,nij,nj->n", found.residual, kept, found.residual)
     fits = {}
     for k in np.argsort(-gain)[:_REFINED]:
         others = np.delete(np.arange(len(points)), k)
@@ -227,11 +229,6 @@ def smallest_found(found: CameraFit, freedom: int, chance: float) -> tuple[float
 
 def _or(names: list[str]) -> str:
     return f" (or else {' or '.join(names)})" if names else ""
-
-
-def _inverse(leverage: Float[np.ndarray, "n 2 2"]) -> Float[np.ndarray, "n 2 2"]:
-    """(1 - H)^-1, with 0 along directions in which the camera needs the point."""
-    return np.linalg.pinv(np.eye(2) - leverage, rcond=1e-9, hermitian=True)
 
 
 def _orders(residual: Float[np.ndarray, "n 2"]) -> Iterator[tuple[list[int], str]]:

@@ -64,7 +64,7 @@ def pose(
     R = _rotations(pc.transpose(0, 2, 1) @ bc)
     q = bc @ R.transpose(0, 2, 1)
     arm = np.einsum("tij,tj->ti", R, bm)
-    angles = _angles(R)
+    angles = roll_pitch_yaw(R)
     status[np.flatnonzero(use)[np.cos(angles[:, 1]) < _GIMBAL]] = PlaceStatus.GIMBAL
     out = {
         "place": pm - arm,
@@ -119,7 +119,7 @@ def _rotations(h: Float[np.ndarray, "t 3 3"]) -> Float[np.ndarray, "t 3 3"]:
     return U @ V
 
 
-def _angles(R: Float[np.ndarray, "t 3 3"]) -> Float[np.ndarray, "t 3"]:
+def roll_pitch_yaw(R: Float[np.ndarray, "t 3 3"]) -> Float[np.ndarray, "t 3"]:
     """Roll, pitch, yaw of Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
     pitch = np.arctan2(-R[:, 2, 0], np.hypot(R[:, 0, 0], R[:, 1, 0]))
     return np.stack([np.arctan2(R[:, 2, 1], R[:, 2, 2]), pitch, np.arctan2(R[:, 1, 0], R[:, 0, 0])], axis=1)

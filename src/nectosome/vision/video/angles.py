@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
 from enum import IntEnum
 from itertools import pairwise
 from pathlib import Path
@@ -39,14 +38,6 @@ class SegmentField(IntEnum):
     AREA = 5
 
 
-@dataclass(frozen=True)
-class FrameSegments:
-    """Segments in one picture."""
-
-    values: Float[np.ndarray, "segments 6"]  # see SegmentField; NaN if a reason says so
-    reasons: list[Reason]
-
-
 class SegmentFinder:
     """Finds the segments of a sheet in pictures of one size."""
 
@@ -63,8 +54,8 @@ class SegmentFinder:
             u, v = (min(max(round(x), 0), n - 1) for x, n in zip(sheet.base, size, strict=True))
             self._base = self.plane.grid[v, u]
 
-    def find(self, image: UInt8[np.ndarray, "height width 3"]) -> FrameSegments:
-        """Segments in a picture (blue, green, red), independent of other pictures."""
+    def find(self, image: UInt8[np.ndarray, "height width 3"]) -> tuple[Float[np.ndarray, "segments 6"], list[Reason]]:
+        """Segments in one picture (blue, green, red): values by SegmentField, NaN if the reason says so."""
         bits = self._groups.find(image)
         found = blobs(bits, self._alone, self.sheet.smallest)
         poses = [
@@ -81,7 +72,7 @@ class SegmentFinder:
                 reasons[s] = Reason.EDGE
             elif direction is not None:
                 values[s, SegmentField.DIRECTION] = direction
-        return FrameSegments(values, reasons)
+        return values, reasons
 
 
 def _across(segment: Segment) -> bool:
@@ -158,10 +149,10 @@ def track_segments(
     values: list[Float[np.ndarray, "segments 6"]] = []
     reasons: list[list[Reason]] = []
     for frame in clip.frames(progress):
-        seen = finder.find(frame.image)
+        found = finder.find(frame.image)
         times.append(frame.time)
-        values.append(seen.values)
-        reasons.append(seen.reasons)
+        values.append(found[0])
+        reasons.append(found[1])
     return _dataset(clip, finder, np.array(times), np.array(values), np.array(reasons, np.int8))
 
 

@@ -1,7 +1,7 @@
 """Assignment of blobs to the segments of a chain, and the direction of each segment."""
 
 from collections.abc import Sequence
-from itertools import permutations, product
+from itertools import groupby, permutations, product
 
 import numpy as np
 from jaxtyping import Float
@@ -30,21 +30,16 @@ def assign_segments(
             for s in places[k]:
                 reasons[s] = short if len(found) < len(places[k]) else Reason.PIECES
     usable = [k for k, found in enumerate(poses) if len(found) == len(places[k])]
-    best: tuple[float, list[SegmentPose | None], list[float | None]] | None = None
-    second = np.inf
+    candidates: list[tuple[float, list[float | None], list[SegmentPose | None]]] = []
     for orders in product(*(permutations(poses[k]) for k in usable)):
         row: list[SegmentPose | None] = [None] * n
         for k, order in zip(usable, orders, strict=True):
             for s, pose in zip(places[k], order, strict=True):
                 row[s] = pose
-        total, directions = _directions(row, base)
-        if best is None or total < best[0]:
-            second = best[0] if best is not None else np.inf
-            best = (total, row, directions)
-        else:
-            second = min(second, total)
-    assert best is not None
-    total, row, directions = best
+        candidates.append((*_directions(row, base), row))
+    candidates.sort(key=lambda candidate: candidate[0])
+    total, directions, row = candidates[0]
+    second = candidates[1][0] if len(candidates) > 1 else np.inf
     several = [s for k in usable if len(places[k]) > 1 for s in places[k]]
     if several and second < _CLOSE * total:
         for s in several:
@@ -63,46 +58,34 @@ def _directions(
     """Least sum of gaps, and its directions; None for a segment without visible neighbours."""
     directions: list[float | None] = [None] * len(row)
     total = 0.0
-    run: list[int] = []
-    for s in [*range(len(row)), None]:
-        if s is not None and row[s] is not None:
-            run.append(s)
-            continue
-        start = base if run and run[0] == 0 else None
-        if len(run) > 1 or (run and start is not None):
-            gaps, found = _shortest_chain([row[k] for k in run], start)
+    for _, group in groupby(enumerate(row), key=lambda item: item[1] is None):
+        run = [(s, pose) for s, pose in group if pose is not None]
+        start = base if run and run[0][0] == 0 else None
+        if len(run) > 1 or start is not None:
+            gaps, found = _shortest_chain([pose for _, pose in run], start)
             total += gaps
-            directions[run[0] : run[-1] + 1] = found
-        run = []
+            directions[run[0][0] : run[-1][0] + 1] = found
     return total, directions
 
 
 def _shortest_chain(
-    poses: Sequence[SegmentPose | None], start: Float[np.ndarray, "2"] | None
+    poses: Sequence[SegmentPose], start: Float[np.ndarray, "2"] | None
 ) -> tuple[float, list[float | None]]:
     """Shortest chain of successive segments, by dynamic programming over their two directions."""
-    ends = None  # end of the segment before, for each of its directions
-    cost = np.zeros(2)
+    ends = [] if start is None else [start]  # of the segment before, for each of its directions
+    cost = np.zeros(len(ends))
     came: list[list[int]] = []
     for pose in poses:
-        assert pose is not None
         half = 0.5 * pose.length * np.array([np.cos(pose.axis), np.sin(pose.axis)])
         starts = [pose.middle - half, pose.middle + half]
-        if ends is None:
-            cost = np.array([0.0 if start is None else float(np.linalg.norm(p - start)) for p in starts])
-            came.append([0, 0])
-        else:
-            gaps = np.array(
-                [[c + float(np.linalg.norm(p - e)) for e, c in zip(ends, cost, strict=True)] for p in starts]
-            )
-            came.append([int(np.argmin(row)) for row in gaps])
-            cost = gaps.min(axis=1)
+        gaps = [[c + float(np.linalg.norm(p - e)) for e, c in zip(ends, cost, strict=True)] or [0.0] for p in starts]
+        came.append(np.argmin(gaps, axis=1).tolist())
+        cost = np.min(gaps, axis=1)
         ends = [pose.middle + half, pose.middle - half]
     turned = int(np.argmin(cost))
     total = float(cost[turned])
     found: list[float | None] = []
     for pose, back in zip(reversed(poses), reversed(came), strict=True):
-        assert pose is not None
         found.append(pose.axis + np.pi * turned)
         turned = back[turned]
     return total, found[::-1]

@@ -33,13 +33,11 @@ class MarkerFinder:
     def find(self, image: UInt8[np.ndarray, "height width 3"]) -> list[list[Candidate]]:
         """Candidates of each group in a picture (blue, green, red), the largest first, without those at its edge."""
         bits = self.groups.find(image)
-        height, width = bits.shape
         found: list[list[Candidate]] = []
         for of_colour in blobs(bits, [False] * self.groups.count, self._smallest):
             group = []
             for blob in of_colour:
-                right, bottom = blob.left + blob.width, blob.top + blob.height
-                if min(blob.left, blob.top) == 0 or right == width or bottom == height:
+                if blob.cut:
                     continue
                 (rows, columns), share = coverage(blob, image, bits)
                 total = float(share.sum())
@@ -48,7 +46,7 @@ class MarkerFinder:
                 u = columns.start + float(share.sum(0) @ np.arange(share.shape[1])) / total
                 v = rows.start + float(share.sum(1) @ np.arange(share.shape[0])) / total
                 top, left = max(blob.top - _TOUCH, 0), max(blob.left - _TOUCH, 0)
-                about = bits[top : bottom + _TOUCH, left : right + _TOUCH]
+                about = bits[top : blob.top + blob.height + _TOUCH, left : blob.left + blob.width + _TOUCH]
                 touched = bool(np.any(about & ~np.uint8(1 << blob.colour)))
                 group.append(Candidate((u, v), 0.0 if touched else total))
             found.append(group)
@@ -62,17 +60,7 @@ class Sightings:
     time: list[float] = field(default_factory=list)
     groups: list[list[list[Candidate]]] = field(default_factory=list)  # of each frame
 
-    def add(self, time: float, groups: list[list[Candidate]]) -> None:
-        """Add the next frame."""
-        self.time.append(time)
-        self.groups.append(groups)
-
 
 def without_lamps(groups: list[list[Candidate]], lamps: Float[np.ndarray, "n 2"], near: float) -> list[list[Candidate]]:
     """Candidates that are not within `near` [px] of a lamp."""
-    if not len(lamps):
-        return groups
-    return [
-        [c for c in group if np.min(np.hypot(*(lamps - c.pixel).T)) > near]
-        for group in groups
-    ]  # fmt: skip
+    return [[c for c in group if np.min(np.hypot(*(lamps - c.pixel).T)) > near] for group in groups]

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import combinations, islice, product
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -66,12 +66,10 @@ class MarkerBody:
             if not assignments:
                 continue
             assignments.sort(key=lambda one: one[0])
-            best = assignments[0]
-            if any(
-                _differ(best, one) and one[0] < max(_CLEAR * best[0], 0.5 * self.tolerance) for one in assignments[1:]
-            ):
+            (off, best), *others = assignments
+            if any(one != best and other < max(_CLEAR * off, 0.5 * self.tolerance) for other, one in others):
                 return picked, [Reason.DOUBT if options[k] else Reason.LOST for k in range(m)]
-            for marker, option in best[1].items():
+            for marker, option in best.items():
                 picked[:, marker] = options[marker][option][0]
                 reasons[marker] = Reason.SEEN
             return picked, reasons
@@ -112,9 +110,7 @@ class MarkerBody:
         assignments: list[tuple[float, dict[int, int]]] = []
         expected = self.distances[np.ix_(markers, markers)]
         pairs = np.triu_indices(len(markers), 1)
-        for looked, choice in enumerate(product(*(range(len(options[k])) for k in markers))):
-            if looked >= _MOST:
-                break
+        for choice in islice(product(*(range(len(options[k])) for k in markers)), _MOST):
             rows = np.array([options[k][j][0] for k, j in zip(markers, choice, strict=True)])
             if self._shared(markers, rows):
                 continue
@@ -129,10 +125,6 @@ class MarkerBody:
             self.groups[markers[a]] == self.groups[markers[b]] and np.any((rows[a] == rows[b]) & (rows[a] >= 0))
             for a, b in combinations(range(len(markers)), 2)
         )
-
-
-def _differ(a: tuple[float, dict[int, int]], b: tuple[float, dict[int, int]]) -> bool:
-    return a[1] != b[1]
 
 
 def _distances(places: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "m m"]:

@@ -38,7 +38,7 @@ class MotionPlane:
 def plane_of(sheet: SegmentSheet, size: tuple[int, int]) -> MotionPlane:
     """Plane of a picture of `size` (width, height) [px]. Raises InputError for points that do not fit."""
     width, height = size
-    lens, residual = _lens(sheet), None
+    lens, residual = sheet.lens.build() if sheet.lens is not None else None, None
     if sheet.points is not None:
         to_pixels, residual = _homography(sheet.points, lens)
         unit = "m"
@@ -55,10 +55,6 @@ def plane_of(sheet: SegmentSheet, size: tuple[int, int]) -> MotionPlane:
     across, down = grid[a, b] - grid[a, b - 1], grid[a, b] - grid[a - 1, b]
     pixel = float(np.sqrt(abs(across[0] * down[1] - across[1] * down[0])))
     return MotionPlane(grid, unit, pixel, residual, to_pixels, lens)
-
-
-def _lens(sheet: SegmentSheet) -> Lens | None:
-    return sheet.lens.build() if sheet.lens is not None else None
 
 
 def _straight(pixels: Float[np.ndarray, "n 2"], lens: Lens | None) -> Float[np.ndarray, "n 2"]:
