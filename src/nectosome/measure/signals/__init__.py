@@ -19,8 +19,7 @@ from .filters import detrend, lowpass, smooth
 from .metadata import SE, processing
 from .repeated_runs import average_repeats, combine, propagate
 from .resample import resample
-from .sine import FittedSine, ValueWithError, sine
-from .spectra import dominant_frequency, spectrum
+from .spectra import FittedSine, ValueWithError, dominant_frequency, sine, spectrum
 
 __all__ = [
     "SE",

@@ -10,7 +10,7 @@ from .events import StrokeWindow
 from .metadata import SE, history, product, units, with_step
 from .noise import correlation_time
 from .requirements import single, time_of
-from .sine import ValueWithError, sine
+from .spectra import ValueWithError, sine
 
 Feature = Literal["mean", "rms", "slope", "amplitude", "frequency", "phase"]
 

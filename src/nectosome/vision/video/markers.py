@@ -26,8 +26,7 @@ from nectosome.vision.cameras.pose import roll_pitch_yaw
 
 from .angles import unusual
 from .clip import Clip, Progress, intervals
-from .marker_candidates import MarkerFinder, Sightings, without_lamps
-from .marker_identity import MarkerBody, Tracks, identify_markers
+from .marker_identity import MarkerBody, MarkerFinder, Sightings, Tracks, identify_markers, without_lamps
 from .reasons import Reason, loss_notes
 from .sheet import MarkerSheet
 
