@@ -15,7 +15,7 @@ from nectosome.units import InputError
 _OBJECTS = "Python objects, which are not read from files. Save arrays of numbers"
 
 
-def open_numpy(path: Path, options: Options) -> TableSource:
+def open_numpy_files(path: Path, options: Options) -> TableSource:
     """Open a .npy file (a vector, a matrix, records) or a .npz file (vectors of equal length, or a matrix).
 
     Raises InputError for another format, a damaged file, and Python objects.

@@ -13,24 +13,17 @@ from jaxtyping import Float, Int
 from nectosome.measure.formats.file_errors import first_bytes
 from nectosome.units import InputError
 
-_READERS = {
-    "text": ("text", "open_text"),
-    "excel": ("excel", "open_excel"),
-    "matlab": ("matlab", "open_matlab"),
-    "tdms": ("tdms", "open_tdms"),
-    "hdf5": ("hdf5", "open_hdf5"),
-    "numpy": ("numpy_files", "open_numpy"),
-}
+# a reader is the function `open_excel` of the module `excel`
 _ENDINGS = {
     **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc", ".lvm", ".log"), "text"),
     **dict.fromkeys((".xlsx", ".xlsm"), "excel"),
     **dict.fromkeys((".h5", ".hdf5", ".hdf", ".nc", ".cdf"), "hdf5"),
-    **dict.fromkeys((".npy", ".npz"), "numpy"),
+    **dict.fromkeys((".npy", ".npz"), "numpy_files"),
     ".mat": "matlab",
     ".tdms": "tdms",
     ".tdms_index": "tdms",
 }
-_BEGINNINGS = {b"\x89HDF": "hdf5", b"CDF": "hdf5", b"TDSm": "tdms", b"\x93NUMPY": "numpy", b"MATLAB 5": "matlab"}
+_BEGINNINGS = {b"\x89HDF": "hdf5", b"CDF": "hdf5", b"TDSm": "tdms", b"\x93NUMPY": "numpy_files", b"MATLAB 5": "matlab"}
 
 
 @dataclass(frozen=True)
@@ -91,8 +84,8 @@ class TableSource(ABC):
 def open_source(path: Path, options: Options) -> TableSource:
     """Open a file with the reader of its ending, else of its first bytes. Raises InputError if it cannot be read."""
     kind = _ENDINGS.get(path.suffix.lower()) or _by_beginning(path)
-    module, name = _READERS[kind]
-    opens: Callable[[Path, Options], TableSource] = getattr(import_module(f"nectosome.measure.formats.{module}"), name)
+    module = import_module(f"nectosome.measure.formats.{kind}")
+    opens: Callable[[Path, Options], TableSource] = getattr(module, f"open_{kind}")
     return opens(path, options)
 
 

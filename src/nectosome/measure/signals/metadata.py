@@ -87,11 +87,10 @@ def each(
         if along is not None:
             instead, place = [coordinate.name for coordinate in along], order.index("time")
             dims, order = (*dims[:-1], *instead), (*order[:place], *instead, *order[place + 1 :])
-        attrs = {k: v for k, v in before.attrs.items() if k != "units"}
-        attrs |= {"units": after.units} if after.units is not None else {}
-        new[name] = xr.DataArray(after.values, dims=dims, attrs=attrs).transpose(*order)
+        unit = {"units": after.units} if after.units is not None else {}
+        others = {k: v for k, v in before.attrs.items() if k != "units"}
+        new[name] = xr.DataArray(after.values, dims=dims, attrs=others | unit).transpose(*order)
         if after.se is not None:
-            unit = {"units": after.units} if after.units is not None else {}
             new[name + SE] = xr.DataArray(after.se, dims=dims, attrs=unit).transpose(*order)
         else:
             recording = recording.drop_vars(name + SE, errors="ignore")

@@ -167,12 +167,8 @@ def sine(signal: xr.DataArray) -> FittedSine:
     se = np.sqrt(np.einsum("ij,jk,ik->i", gradients, covariance, gradients))
     phase = np.arctan2(a, b) - 2 * np.pi * frequency_found * middle
     phase = np.pi - (np.pi - phase) % (2 * np.pi)
-    return FittedSine(
-        ValueWithError(size * scale, float(se[0]) * scale),
-        ValueWithError(float(frequency_found), float(se[1])),
-        ValueWithError(float(phase), float(se[2])),
-        ValueWithError(float(offset) * scale, float(se[3]) * scale),
-    )
+    values, errors = (size * scale, frequency_found, phase, offset * scale), se * (scale, 1, 1, scale)
+    return FittedSine(*(ValueWithError(float(x), float(e)) for x, e in zip(values, errors, strict=True)))
 
 
 def _linear(t: Float[np.ndarray, "n"], x: Float[np.ndarray, "n"], frequency: float) -> Float[np.ndarray, "3"]:

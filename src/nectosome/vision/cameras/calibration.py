@@ -42,15 +42,13 @@ def calibrate_through_glass(
     """
     points = np.asarray(points, float)
     side = (points - glass.point) @ glass.normal
-    side = side if abs(side.max()) > abs(side.min()) else -side
-    for k in np.flatnonzero(side < glass.thickness):
+    normal = glass.normal if abs(side.max()) > abs(side.min()) else -glass.normal  # towards the points
+    for k in np.flatnonzero((points - glass.point) @ normal < glass.thickness):
         raise InputError("is not behind the glass like the others.", field=f"points.{k}")
     rough: dict[str, Any] = settings | {"chance": 0.0}
     centre = calibrate(points, pixels, **rough).centre
-    if (centre - glass.point) @ glass.normal * np.sign((points[0] - glass.point) @ glass.normal) > 0:
-        # refraction moves the centre towards the pane, seldom through it
-        depth = abs((centre - points.mean(axis=0)) @ glass.normal)
-        centre = centre - np.sign((points[0] - glass.point) @ glass.normal) * glass.normal * depth
+    if (centre - glass.point) @ normal > 0:  # refraction moves the centre towards the pane, seldom through it
+        centre = centre - normal * abs((centre - points.mean(axis=0)) @ normal)
     for _ in range(_ROUNDS):
         seen, _ = glass.apparent(centre, points)
         if not np.isfinite(seen).all():

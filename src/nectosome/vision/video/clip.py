@@ -122,6 +122,15 @@ class Clip:
         return InputError(message, file=str(self.path))
 
 
+def clip_of(video: str | Path, rate: float | None, size: tuple[int, int] | None, whose: str, advice: str) -> Clip:
+    """Open a video whose pictures have `size` [px], if given. Raises InputError, with `advice`, if `whose` differs."""
+    clip = Clip(Path(video), rate)
+    if size is not None and size != clip.size:
+        message = f"its pictures are {_by(clip.size)} pixels, and {whose} {_by(size)}. {advice}"
+        raise InputError(message, file=str(video))
+    return clip
+
+
 def _upright(picture: Any) -> UInt8[np.ndarray, "height width 3"]:
     """Pixels rotated as a player shows them, by the rotation stored in the file."""
     image = picture.to_ndarray(format="bgr24")

@@ -257,11 +257,9 @@ def _at(
         if known.size < 2:
             continue
         clock = own[known]
-        after = np.searchsorted(clock, time)
-        inside = (after > 0) & (after < len(clock))
-        low, high = clock[np.clip(after - 1, 0, len(clock) - 1)], clock[np.clip(after, 0, len(clock) - 1)]
-        exact = np.isin(time, clock)
-        use = exact | (inside & (high - low <= gap))
+        after = np.clip(np.searchsorted(clock, time), 1, len(clock) - 1)
+        low, high = clock[after - 1], clock[after]
+        use = np.isin(time, clock) | ((low < time) & (time <= high) & (high - low <= gap))
         for d in range(2):
             out[use, k, d] = np.interp(time[use], clock, pixels[known, k, d])
     return out

@@ -25,7 +25,7 @@ from nectosome.vision.cameras import (
 from nectosome.vision.cameras.pose import roll_pitch_yaw
 
 from .angles import unusual
-from .clip import Clip, Progress, intervals
+from .clip import Clip, Progress, clip_of, intervals
 from .marker_identity import MarkerBody, MarkerFinder, Sightings, Tracks, identify_markers, without_lamps
 from .reasons import Reason, loss_notes
 from .sheet import MarkerSheet
@@ -134,15 +134,8 @@ def _part(progress: Progress, name: str, k: int, n: int) -> Progress:
 
 def _clip(video: str | Path, sheet: MarkerSheet, name: str) -> Clip:
     own = sheet.cameras[name]
-    clip = Clip(Path(video), own.rate)
-    if own.size is not None and own.size != clip.size:
-        (w, h), (a, b) = own.size, clip.size
-        raise InputError(
-            f"its pictures are {a} x {b} pixels, and camera {name} has {w} x {h}. Are the videos in the order of the "
-            f"cameras ({', '.join(sheet.cameras)})?",
-            file=str(video),
-        )
-    return clip
+    advice = f"Are the videos in the order of the cameras ({', '.join(sheet.cameras)})?"
+    return clip_of(video, own.rate, own.size, f"camera {name} has", advice)
 
 
 def _dataset(

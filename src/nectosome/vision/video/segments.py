@@ -118,7 +118,7 @@ def blobs(bits: UInt8[np.ndarray, "height width"], alone: Sequence[bool], smalle
     return found
 
 
-def pose(
+def segment_pose(
     blob: Blob, image: UInt8[np.ndarray, "height width 3"], bits: UInt8[np.ndarray, "height width"], plane: MotionPlane,
     fit: Fit, across: bool,
 ) -> SegmentPose:  # fmt: skip
