@@ -37,8 +37,10 @@ def open_hdf5(path: Path, options: Options) -> TableSource:
     with damage_as_input_error(path), ExitStack() as stack:
         if not h5py.is_hdf5(path):
             raise wrong_format(path, "an HDF5 or netCDF file", start)
-        file = stack.enter_context(open_cached(path))
-        table = choose(_inventory(file), options.table)
+        datasets = _datasets(stack.enter_context(open_cached(path)))
+        labels = {name: _labels(dataset) for name, dataset in datasets.items() if dataset.is_scale}
+        entries = (_entry(name, dataset, labels) for name, dataset in datasets.items())
+        table = choose([entry for entry in entries if entry is not None], options.table)
         return ArraySource("hdf5", path, table.blocks(), table.found, close=stack.pop_all().close)
 
 
@@ -63,13 +65,6 @@ def _datasets(file: "h5py.File") -> "dict[str, h5py.Dataset]":
 
     file.visititems(visit)
     return datasets
-
-
-def _inventory(file: "h5py.File") -> list[NamedArray | SkippedEntry]:
-    """All datasets of a file as arrays or skipped entries."""
-    datasets = _datasets(file)
-    labels = {path: _labels(dataset) for path, dataset in datasets.items() if dataset.is_scale}
-    return [entry for path, dataset in datasets.items() if (entry := _entry(path, dataset, labels)) is not None]
 
 
 def _entry(path: str, dataset: "h5py.Dataset", labels: Mapping[str, Sequence[str]]) -> NamedArray | SkippedEntry | None:

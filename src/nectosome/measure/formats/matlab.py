@@ -32,11 +32,6 @@ def _reversed(dataset: "h5py.Dataset") -> LazyArray:
     return LazyArray(dataset.shape[::-1], dataset.dtype, read)
 
 
-def read_mat73(file: "h5py.File") -> dict[str, Value]:
-    """Return the variables of a version 7.3 file by name; arrays are read later."""
-    return {name: _value(name, file, node) for name, node in file.items() if not name.startswith("#")}
-
-
 def _value(name: str, file: "h5py.File", node: Any, depth: int = 0) -> Value:
     import h5py
 
@@ -93,7 +88,8 @@ def open_matlab(path: Path, options: Options) -> TableSource:
     start = first_bytes(path)
     with damage_as_input_error(path), ExitStack() as stack:
         if h5py.is_hdf5(path):
-            values = read_mat73(stack.enter_context(open_cached(path)))
+            file = stack.enter_context(open_cached(path))
+            values = {name: _value(name, file, node) for name, node in file.items() if not name.startswith("#")}
         elif start.startswith(_SIGNATURES) or (is_text(start) and not start.startswith(b"MATLAB")):
             raise wrong_format(path, "a MAT-file", start)
         else:

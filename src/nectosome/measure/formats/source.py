@@ -83,14 +83,13 @@ class TableSource(ABC):
 
 def open_source(path: Path, options: Options) -> TableSource:
     """Open a file with the reader of its ending, else of its first bytes. Raises InputError if it cannot be read."""
-    kind = _ENDINGS.get(path.suffix.lower()) or _by_beginning(path)
+    ending = path.suffix.lower()
+    kind = _ENDINGS.get(ending)
+    if kind is None:
+        first = first_bytes(path)
+        if ending in (".xls", ".ods", ".mdf", ".mf4"):
+            raise InputError(f"{path.suffix} files are not supported. Save it as .xlsx or .csv.", file=str(path))
+        kind = next((kind for mark, kind in _BEGINNINGS.items() if first.startswith(mark)), "text")
     module = import_module(f"nectosome.measure.formats.{kind}")
     opens: Callable[[Path, Options], TableSource] = getattr(module, f"open_{kind}")
     return opens(path, options)
-
-
-def _by_beginning(path: Path) -> str:
-    first = first_bytes(path)
-    if path.suffix.lower() in (".xls", ".ods", ".mdf", ".mf4"):
-        raise InputError(f"{path.suffix} files are not supported. Save it as .xlsx or .csv.", file=str(path))
-    return next((kind for mark, kind in _BEGINNINGS.items() if first.startswith(mark)), "text")

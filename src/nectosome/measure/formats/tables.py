@@ -121,7 +121,11 @@ def choose(entries: Sequence[NamedArray | SkippedEntry], name: str | None, besid
     """
     items = _samples_first([entry for entry in entries if isinstance(entry, NamedArray)])
     others = [entry for entry in entries if isinstance(entry, SkippedEntry)]
-    tables = _tables(items)
+    together: dict[tuple[str, int, str], ArrayTable] = {}
+    for item in items:
+        key = item.group, item.array.shape[0], item.along
+        together.setdefault(key, ArrayTable(*key, items=[])).items.append(item)
+    tables = list(together.values())
     if not tables:
         inside = f" Inside: {'; '.join(str(other) for other in others[:8])}." if others else ""
         raise InputError(f"holds no columns of numbers.{inside}")
@@ -135,14 +139,6 @@ def choose(entries: Sequence[NamedArray | SkippedEntry], name: str | None, besid
     transposed = [f"{i.path}: its rows taken as columns" for i in table.items if isinstance(i.array, Transposed)]
     notes = [note for item in table.items for note in item.notes]
     return replace(table, found=[*transposed, *notes, *rest, *(f"left out: {other}" for other in others)])
-
-
-def _tables(items: Sequence[NamedArray]) -> list[ArrayTable]:
-    tables: dict[tuple[str, int, str], ArrayTable] = {}
-    for item in items:
-        key = item.group, item.array.shape[0], item.along
-        tables.setdefault(key, ArrayTable(*key, items=[])).items.append(item)
-    return list(tables.values())
 
 
 def _samples_first(items: Sequence[NamedArray]) -> list[NamedArray]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import xarray as xr
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from .metadata import CORRELATED, SE, RecordedSignal, each, history, product, quantities, units, with_step
 from .repeated_runs import average
@@ -49,7 +49,9 @@ def split_cycles(
     even = np.abs(durations - np.median(durations)) <= tolerance * np.median(durations)
     at = starts[:-1, None] + durations[:, None] * np.arange(samples) / samples
     stretches = unbroken(time, _known(recording), gap)
-    stretch_of = _stretch_of(time, stretches, at)
+    stretch_of, slack = np.full(len(at), -1), 1e-9 * (time[-1] - time[0])  # -1: no stretch has the whole cycle
+    for h, s in enumerate(stretches):
+        stretch_of[(at[:, 0] >= time[s][0] - slack) & (at[:, -1] <= time[s][-1] + slack)] = h
     kept = even & (stretch_of >= 0)
     if not kept.any():
         raise ValueError(
@@ -137,13 +139,3 @@ def _known(recording: xr.Dataset) -> Bool[np.ndarray, "n"]:
         x = recording[name].transpose("time", ...).values.astype(float)
         known &= np.isfinite(x.reshape(len(x), -1)).all(axis=1)
     return known
-
-
-def _stretch_of(
-    time: Float[np.ndarray, "n"], stretches: list[slice], at: Float[np.ndarray, "cycles samples"]
-) -> Int[np.ndarray, "cycles"]:
-    """Index of the stretch that contains the whole cycle, -1 for none."""
-    stretch_of, slack = np.full(len(at), -1), 1e-9 * (time[-1] - time[0])
-    for h, s in enumerate(stretches):
-        stretch_of[(at[:, 0] >= time[s][0] - slack) & (at[:, -1] <= time[s][-1] + slack)] = h
-    return stretch_of

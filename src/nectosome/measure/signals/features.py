@@ -93,11 +93,10 @@ def _of_each(x: xr.DataArray, chosen: Sequence[Feature]) -> dict[str, tuple[np.n
 
 
 def _unit(feature: str, unit: str | None) -> dict[str, str]:
-    if feature in ("frequency", "phase"):
-        return {"units": {"frequency": "Hz", "phase": "rad"}[feature]}
-    if unit is None:
-        return {}
-    return {"units": product((unit, 1), ("s", -1)) if feature == "slope" else unit}
+    if feature == "slope" and unit is not None:
+        unit = product((unit, 1), ("s", -1))
+    unit = {"frequency": "Hz", "phase": "rad"}.get(feature, unit)
+    return {} if unit is None else {"units": unit}
 
 
 def _mean(time: np.ndarray, x: np.ndarray) -> ValueWithError:

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator, Sequence
 from enum import IntEnum
+from heapq import nsmallest
 from itertools import groupby, pairwise, permutations, product
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,7 +17,7 @@ from .clip import Clip, Progress, clip_of, intervals
 from .plane import MotionPlane, plane_of
 from .reasons import Reason, loss_notes
 from .segments import ColourGroups, SegmentPose, blobs, segment_pose
-from .sheet import Segment, SegmentSheet
+from .sheet import SegmentSheet
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,7 +48,8 @@ class SegmentFinder:
         segments = list(sheet.segments.values())
         self._groups = ColourGroups(segments)
         of = self._groups.of
-        self._across = [_across(segments[of.index(k)]) for k in range(self._groups.count)]
+        owners = [segments[of.index(k)] for k in range(self._groups.count)]
+        self._across = [s.length is not None and s.width is not None and s.length < s.width for s in owners]
         self._alone = [of.count(k) == 1 for k in range(self._groups.count)]
         self._base = None
         if sheet.base is not None:
@@ -58,12 +60,9 @@ class SegmentFinder:
         """Segments in one picture (blue, green, red): values by SegmentField, NaN if the reason says so."""
         bits = self._groups.find(image)
         found = blobs(bits, self._alone, self.sheet.smallest)
+        fit = self.sheet.fit
         poses = [
-            [
-                one
-                for blob in of_colour
-                if (one := segment_pose(blob, image, bits, self.plane, self.sheet.fit, across)).area > 0
-            ]
+            [one for blob in of_colour if (one := segment_pose(blob, image, bits, self.plane, fit, across)).area > 0]
             for of_colour, across in zip(found, self._across, strict=True)
         ]
         row, reasons, directions = assign_segments(poses, self._groups.of, self._base)
@@ -77,10 +76,6 @@ class SegmentFinder:
             elif direction is not None:
                 values[s, SegmentField.DIRECTION] = direction
         return values, reasons
-
-
-def _across(segment: Segment) -> bool:
-    return segment.length is not None and segment.width is not None and segment.length < segment.width
 
 
 _SIZES = {  # least and most deviation (of the logarithm) that is accepted
@@ -143,15 +138,9 @@ def track_segments(
     advice = "Pixels of the sheet (points, origin, base, lens) would be wrong."
     clip = clip_of(video, sheet.rate, sheet.size, "the sheet is for", advice)
     finder = SegmentFinder(sheet, clip.size)
-    times: list[float] = []
-    values: list[Float[np.ndarray, "segments 6"]] = []
-    reasons: list[list[Reason]] = []
-    for frame in clip.frames(progress):
-        found = finder.find(frame.image)
-        times.append(frame.time)
-        values.append(found[0])
-        reasons.append(found[1])
-    return _dataset(clip, finder, np.array(times), np.array(values), np.array(reasons, np.int8))
+    frames = [(frame.time, *finder.find(frame.image)) for frame in clip.frames(progress)]
+    time, values, why = zip(*frames, strict=True)
+    return _dataset(clip, finder, np.array(time), np.array(values), np.array(why, np.int8))
 
 
 def _dataset(
@@ -240,16 +229,17 @@ def assign_segments(
             for s in places[k]:
                 reasons[s] = short if len(found) < len(places[k]) else Reason.PIECES
     usable = [k for k, found in enumerate(poses) if len(found) == len(places[k])]
-    candidates: list[tuple[float, list[float | None], list[SegmentPose | None]]] = []
-    for orders in product(*(permutations(poses[k]) for k in usable)):
-        row: list[SegmentPose | None] = [None] * n
-        for k, order in zip(usable, orders, strict=True):
-            for s, pose in zip(places[k], order, strict=True):
-                row[s] = pose
-        candidates.append((*_directions(row, base), row))
-    candidates.sort(key=lambda candidate: candidate[0])
-    total, directions, row = candidates[0]
-    second = candidates[1][0] if len(candidates) > 1 else np.inf
+
+    def candidates() -> Iterator[tuple[float, list[float | None], list[SegmentPose | None]]]:
+        for orders in product(*(permutations(poses[k]) for k in usable)):
+            row: list[SegmentPose | None] = [None] * n
+            for k, order in zip(usable, orders, strict=True):
+                for s, pose in zip(places[k], order, strict=True):
+                    row[s] = pose
+            yield (*_directions(row, base), row)
+
+    (total, directions, row), *others = nsmallest(2, candidates(), key=lambda candidate: candidate[0])
+    second = others[0][0] if others else np.inf
     several = [s for k in usable if len(places[k]) > 1 for s in places[k]]
     if several and second < _CLOSE * total:
         for s in several:

@@ -48,8 +48,8 @@ def plane_of(sheet: SegmentSheet, size: tuple[int, int]) -> MotionPlane:
         down = -1.0 if sheet.seen_from == "above" else 1.0
         to_pixels = np.array([[1 / scale, 0, u], [0, down / scale, v], [0, 0, 1.0]])
         unit = "m" if sheet.pixel is not None else "px"
-    u, v = np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float))
-    seen = _straight(np.stack([u, v], -1).reshape(-1, 2), lens)
+    pixels = np.stack(np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float)), -1)
+    seen = _straight(pixels.reshape(-1, 2), lens)
     grid = _mapped(np.linalg.inv(to_pixels), seen).reshape(height, width, 2)
     a, b = height // 2, width // 2
     across, down = grid[a, b] - grid[a, b - 1], grid[a, b] - grid[a - 1, b]
