@@ -16,8 +16,7 @@ import pandas as pd
 from nptdms import ChannelObject, TdmsFile, TdmsWriter
 
 from nectosome.measure import read
-from nectosome.measure.formats.open_file import open_source
-from nectosome.measure.formats.source import Options
+from nectosome.measure.formats.source import Options, open_source
 from nectosome.measure.sheet import parse_sheet
 
 from .timing import once

@@ -66,7 +66,8 @@ def load_campaign(path: str | Path) -> Campaign:
         at: Key = ("recordings", k)
         if not isinstance(item, dict) or not set(item) <= {"file", *_OWN} or "file" not in item:
             raise wrong(at, "needs a file and its conditions, as in {file: run_1.csv, conditions: {f: 1.1 Hz}}.")
-        own = parse_sheet({k: item[k] for k in _OWN if item.get(k)}, _below(lines, at), source)
+        below = {key[len(at) :]: line for key, line in lines.items() if key[: len(at)] == at}
+        own = parse_sheet({k: item[k] for k in _OWN if item.get(k)}, below, source)
         with_own = replace(
             sheet,
             conditions={**sheet.conditions, **own.conditions},
@@ -90,7 +91,3 @@ def _files(folder: Path, pattern: str, wrong, at: Key) -> list[Path]:
     if not found or not all(file.is_file() for file in found):
         raise wrong(at, f'there is no file "{shorten(pattern)}" beside the campaign file.')
     return found
-
-
-def _below(lines: dict[Key, int], at: Key) -> dict[Key, int]:
-    return {key[len(at) :]: line for key, line in lines.items() if key[: len(at)] == at}

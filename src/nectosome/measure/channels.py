@@ -1,6 +1,6 @@
 """From columns of a file to quantities: the column of each, and the conversion of its readings to SI."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -62,7 +62,9 @@ def find_time(columns: tuple[Column, ...], time: Time | None, file: str) -> tupl
 def find_channels(columns: tuple[Column, ...], time: int | None, sheet: Sheet, file: str) -> list[Channel]:
     """Channels of a sheet; without columns in it, of all columns but the time. Raises InputError."""
     if not sheet.columns:
-        return [_unchanged(_name(c.name), i, c) for i, c in enumerate(columns) if i != time]
+        # netCDF forbids slashes in names
+        names = [column.name.strip().replace("/", " per ") or "unnamed" for column in columns]
+        return [_unchanged(names[i], i, column) for i, column in enumerate(columns) if i != time]
     return [_channel(name, entry, columns, file) for name, entry in sheet.columns.items()]
 
 
@@ -80,7 +82,7 @@ def _channel(name: str, entry: SheetEntry, columns: tuple[Column, ...], file: st
     unit = entry.unit if entry.unit is not None else in_file
     if entry.unit is None and not entry.zero and entry.gain is None and entry.range is None:
         unchanged = _unchanged(name, index, column)
-        return Channel(**{**vars(unchanged), "slope": entry.sign * unchanged.slope, "about": entry.about})
+        return replace(unchanged, slope=entry.sign * unchanged.slope, about=entry.about)
     try:
         factor, si = unit_to_si(unit)
         gain, result = 1.0, si
@@ -89,33 +91,22 @@ def _channel(name: str, entry: SheetEntry, columns: tuple[Column, ...], file: st
             result = unit_to_si(f"({text}) * ({unit})" if text and unit else text or unit)[1]
     except ValueError as error:
         raise InputError(f'"{shorten(unit)}" {error}.', file=file, field=name) from None
-    low, high = entry.range or (-np.inf, np.inf)
+    low, high = (end / factor for end in entry.range or (-np.inf, np.inf))
     slope = entry.sign * gain
     steps = [_factor(unit, si)] if factor != 1 else []
     steps += [f"minus {entry.zero:g} {si}"] if entry.zero else []
     steps += [f"times {slope:g}"] if slope != 1 else []
-    return Channel(
-        name,
-        index,
-        result,
-        slope * factor,
-        -slope * entry.zero,
-        low / factor,
-        high / factor,
-        entry.about,
-        column.name,
-        ", ".join(steps),
-    )
+    shift = -slope * entry.zero
+    return Channel(name, index, result, slope * factor, shift, low, high, entry.about, column.name, ", ".join(steps))
 
 
 def _unchanged(name: str, index: int, column: Column) -> Channel:
     """Channel of a column without a sheet, in SI if its unit is known."""
     try:
         factor, si = unit_to_si(column.unit)
+        conversion = _factor(column.unit, si) if factor != 1 else ""
     except ValueError:
-        conversion = f"unknown unit {column.unit}: not converted"
-        return Channel(name, index, column.unit, 1.0, 0.0, source=column.name, conversion=conversion)
-    conversion = _factor(column.unit, si) if factor != 1 else ""
+        factor, si, conversion = 1.0, column.unit, f"unknown unit {column.unit}: not converted"
     return Channel(name, index, si, factor, 0.0, source=column.name, conversion=conversion)
 
 
@@ -141,8 +132,3 @@ def _index(columns: tuple[Column, ...], chosen: int | str | None, field: str, fi
             f'there is no column called "{shorten(chosen)}".{did_you_mean(str(chosen), names)}', file=file, field=field
         )
     return names.index(chosen)
-
-
-def _name(text: str) -> str:
-    """Name of a quantity: that of the file, without characters that netCDF forbids."""
-    return text.strip().replace("/", " per ") or "unnamed"

@@ -7,25 +7,26 @@ conversions, repairs and warnings.
 
 import hashlib
 import json
+import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from nectosome.io import provenance
-from nectosome.units import InputError
+from nectosome.units import InputError, count
 
 from .anomalies import TimeCheck, ValueCheck
 from .channels import Channel, find_channels, find_time
-from .formats.open_file import open_source
-from .formats.source import TableSource
+from .formats.source import TableSource, open_source
 from .sheet import Sheet, Time, load_sheet
-from .store import Store
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _ROWS = 100_000  # read at a time
+_LIMIT = 100_000_000  # bytes in memory
+_folders: list[tempfile.TemporaryDirectory[str]] = []  # removed when this process ends
 
 
 def read(path: str | Path, sheet: Sheet | str | Path | None = None) -> "xr.Dataset":
@@ -58,7 +59,7 @@ class _Reader:
 
     def read(self) -> "xr.Dataset":
         dim = "time" if self.time is not None or self._rate else "row"
-        with Store(dim, [channel.name for channel in self.channels]) as store:
+        with _Store(dim, [channel.name for channel in self.channels]) as store:
             for piece in self.source.pieces(_ROWS):
                 store.add(*self._piece(piece.rows, piece.values))
             if self.rows == 0:
@@ -111,10 +112,12 @@ class _Reader:
         return attributes | {"missing": check.missing_count + check.saturated_count}
 
     def _provenance(self) -> dict[str, Any]:
+        with self.path.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
         return provenance({"sheet": self.sheet.source}) | {
             "file": str(self.path),
             "bytes": self.path.stat().st_size,
-            "sha256": _sha256(self.path),
+            "sha256": digest,
             "reader": self.source.reader,
             "found": list(self.source.found) + self.assumed,
             "conversions": [f"{c.name}: {c.conversion}" for c in (self.time, *self.channels) if c and c.conversion],
@@ -126,11 +129,11 @@ class _Reader:
         notes = []
         if self.time_check.dropped:
             n, first = len(self.time_check.dropped), self.time_check.dropped[0]
-            notes.append(f"{_rows(n)} left out: time does not increase; the first is row {first}")
+            notes.append(f"{count(n, 'row')} left out: time does not increase; the first is row {first}")
         for check in self.value_checks:
             if check.saturated_count:
-                n = check.saturated_count
-                notes.append(f"{check.name}: {_rows(n)} saturated or infinite, from row {check.saturated}: now missing")
+                rows = count(check.saturated_count, "row")
+                notes.append(f"{check.name}: {rows} saturated or infinite, from row {check.saturated}: now missing")
         return notes
 
     def _warnings(self) -> list[str]:
@@ -142,7 +145,8 @@ class _Reader:
             notes.append(f"time: {many} {length:.3g} s before row {longest[2]}")
         for channel, check in zip(self.channels, self.value_checks, strict=True):
             if check.missing_count:
-                notes.append(f"{check.name}: {_rows(check.missing_count)} missing, the first is row {check.missing[0]}")
+                rows = count(check.missing_count, "row")
+                notes.append(f"{check.name}: {rows} missing, the first is row {check.missing[0]}")
             # rows of a table without time have no order
             for value, n, row in check.clipped() if self.time_check.count else []:
                 shown = f"{channel.slope * value + channel.shift:.6g} {channel.unit}".strip()
@@ -150,10 +154,61 @@ class _Reader:
         return notes
 
 
-def _rows(n: int) -> str:
-    return f"{n} rows" if n != 1 else "1 row"
+class _Store:
+    """One coordinate and some variables along it, in memory while small, else in a netCDF file read on demand."""
 
+    def __init__(self, dim: str, names: list[str]):
+        self.dim, self.names = dim, names
+        self.pieces: list[list[np.ndarray]] = []
+        self.bytes = 0
+        self.file: Any = None
+        self.path = Path()
+        self.rows = 0  # in the file
 
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.file is not None:
+            self.file.close()
+
+    def add(self, along: np.ndarray, values: list[np.ndarray]) -> None:
+        """Append rows."""
+        self.pieces.append([along, *values])
+        self.bytes += along.nbytes * (1 + len(values))
+        if self.bytes > _LIMIT:
+            self._flush()
+
+    def _flush(self) -> None:
+        """Move the rows in memory to the file."""
+        import h5netcdf
+
+        if self.file is None:
+            _folders.append(tempfile.TemporaryDirectory(prefix="nectosome-"))
+            self.path = Path(_folders[-1].name) / "recording.nc"
+            self.file = h5netcdf.File(self.path, "w")
+            self.file.dimensions = {self.dim: None}
+            for name in (self.dim, *self.names):
+                self.file.create_variable(name, (self.dim,), "f8", chunks=(100_000,))
+        for row in self.pieces:
+            start, self.rows = self.rows, self.rows + row[0].size
+            self.file.resize_dimension(self.dim, self.rows)
+            for name, values in zip((self.dim, *self.names), row, strict=True):
+                self.file.variables[name][start:] = values
+        self.pieces, self.bytes = [], 0
+
+    def dataset(self) -> "xr.Dataset":
+        """All rows; those in a file are read when used."""
+        import xarray as xr
+
+        if self.file is None:
+            along, *values = (np.concatenate(rows) for rows in zip(*self.pieces, strict=True))
+            data = {name: (self.dim, x) for name, x in zip(self.names, values, strict=True)}
+            return xr.Dataset(data, coords={self.dim: along})
+        self._flush()
+        self.file.close()
+        self.file = None
+        # an index would keep all times in memory
+        return xr.open_dataset(
+            self.path, engine="h5netcdf", decode_times=False, cache=False, create_default_indexes=False
+        )

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from nptdms import ChannelObject, TdmsFile, TdmsWriter
 from numpy.testing import assert_allclose, assert_array_equal
 
-from nectosome.measure.formats import tdms_channels as tdms_spans
 from nectosome.measure.formats.tdms import open_tdms
 from nectosome.units import InputError
 
@@ -69,10 +68,9 @@ def test_channels_of_any_type_come_back(write, dtype):
         st.tuples(st.integers(1, 6), st.integers(1, 5), st.booleans(), st.booleans()), min_size=1, max_size=5
     ),
     rows=st.integers(1, 12),
-    wide=st.booleans(),
 )
-def test_any_layout_reads_as_it_was_written(tmp_path_factory, runs, rows, wide):
-    """Whatever chunks, order of bytes and interleaving each segment has; `wide`: chunks count as large ones."""
+def test_any_layout_reads_as_it_was_written(tmp_path_factory, runs, rows):
+    """Whatever chunks, order of bytes and interleaving each segment has."""
     path = tmp_path_factory.mktemp("tdms") / "a.tdms"
     counts = [values * chunks for values, chunks, _, _ in runs]
     a, b, c = (np.arange(sum(counts)) * k for k in (1.5, -2.0, 1.0))
@@ -85,9 +83,7 @@ def test_any_layout_reads_as_it_was_written(tmp_path_factory, runs, rows, wide):
             for end, n, (_, chunks, big, interleaved) in zip(ends, counts, runs, strict=True)
         )
     )
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(tdms_spans, "_WIDE", 1 if wide else 2**16)
-        contents = read(open_tdms, path, rows=rows)
+    contents = read(open_tdms, path, rows=rows)
     assert_array_equal(contents.values, np.transpose([a, b, c]))
     with TdmsFile.open(path) as file:
         assert_array_equal(file["log"]["b"][:], contents["b"])

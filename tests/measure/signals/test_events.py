@@ -3,9 +3,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nectosome.measure.signals.events import Window, crossings, strokes, windows_where
+from nectosome.measure.signals.events import (
+    Window,
+    crossings,
+    peaks,
+    split,
+    split_at_idle,
+    split_at_resets,
+    strokes,
+    windows_where,
+)
+from nectosome.measure.signals.metadata import processing
 
-from .made import signal
+from .made import recording, signal
 
 T = np.arange(2000) * 0.005
 
@@ -95,3 +105,95 @@ def test_small_motions_make_no_stroke():
 def test_what_makes_no_sense_is_refused(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+FINE = np.arange(0, 10, 0.02)
+
+
+def test_the_vertex_of_a_parabola_is_met_between_uneven_samples():
+    t = np.cumsum(np.random.default_rng(0).uniform(0.2, 1.0, 20))
+    found = peaks(signal(t, 3 - 2 * (t - 5.123) ** 2), 1.0)
+    assert found["time"].values == pytest.approx([5.123], abs=1e-12)
+    assert found["height"].values == pytest.approx([3.0], abs=1e-12)
+
+
+def test_peaks_of_a_sine_lie_a_period_apart_with_its_amplitude():
+    found = peaks(signal(FINE, 2 * np.sin(2 * np.pi * FINE)), 1.0)
+    assert found["time"].values == pytest.approx(0.25 + np.arange(10), abs=1e-5)
+    assert found["height"].values == pytest.approx(np.full(10, 2.0), rel=1e-4)
+    assert found["height"].attrs["units"] == "N"
+
+
+def test_small_and_close_peaks_are_passed_over():
+    x = signal(FINE, np.sin(2 * np.pi * FINE) + 0.1 * np.sin(2 * np.pi * 7 * FINE + 0.5))
+    assert peaks(x, 0.01).sizes["peak"] > 20
+    assert peaks(x, 0.8).sizes["peak"] == 10
+    assert peaks(x, 0.01, distance=0.9).sizes["peak"] in (10, 11)
+
+
+def test_a_flat_top_is_met_at_a_sample_of_it_and_ends_are_no_peaks():
+    t = np.arange(8.0)
+    found = peaks(signal(t, [5, 0, 1, 1, 1, 0, 0, 5]), 0.5)
+    assert found["time"].values.tolist() == [3.0]
+    assert found["height"].values.tolist() == [1.0]
+
+
+def test_peaks_follow_shifts_and_units():
+    x = np.random.default_rng(1).normal(size=500)
+    plain, other = peaks(signal(FINE, x), 1.0), peaks(signal(FINE + 100, 1000 * x), 1000.0)
+    assert np.allclose(other["time"], plain["time"] + 100)
+    assert np.allclose(other["height"], 1000 * plain["height"])
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: peaks(signal(FINE, FINE), 0.0), "prominence is 0 N"),
+        (lambda: peaks(signal(FINE, np.where(FINE > 5, np.nan, FINE)), 1.0), "NaN or infinite"),
+        (lambda: peaks(signal(np.r_[FINE[:50], FINE[50:] + 1], FINE), 1.0, distance=0.5), "even steps"),
+    ],
+)
+def test_what_has_no_peaks_is_refused(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+LOG = np.arange(1000) * 0.01
+
+
+def test_runs_lie_between_idle_times_and_keep_short_pauses():
+    moving = ((LOG >= 1) & (LOG < 3)) | ((LOG >= 3.2) & (LOG < 4)) | ((LOG >= 7) & (LOG < 9))
+    log = recording(LOG, speed=moving * 0.5)
+    runs = split_at_idle(log, abs(log["speed"]) < 0.1, minimum=0.5)
+    ends = [float(t) for run in runs for t in run.time[[0, -1]]]
+    assert ends == pytest.approx([1.0, 3.99, 7.0, 8.99])
+    assert processing(runs[0])[-1]["function"] == "split"
+
+
+def test_a_log_without_idle_time_is_one_run():
+    log = recording(LOG, speed=np.ones(1000))
+    assert len(split_at_idle(log, log["speed"] < 0.1, 0.5)) == 1
+
+
+def test_a_log_that_was_started_anew_is_split_there():
+    t = np.r_[LOG[:300], LOG[:200], LOG[50:100]]
+    parts = split_at_resets(recording(t, force=np.arange(550.0)))
+    assert [p.sizes["time"] for p in parts] == [300, 200, 50]
+    assert np.concatenate([p["force"] for p in parts]).tolist() == list(range(550))
+    assert all(np.all(np.diff(p.time) > 0) for p in parts)
+
+
+def test_strokes_are_cut_out_with_their_ends():
+    log = recording(LOG, x=np.abs(LOG % 2 - 1))
+    parts = split(log, strokes(log["x"], 0.5))
+    assert [float(p["x"][-1] - p["x"][0]) for p in parts[:4]] == pytest.approx([-1, 1, -1, 1])
+
+
+def test_what_cannot_be_split_is_refused():
+    log = recording(LOG, speed=LOG)
+    with pytest.raises(ValueError, match="window 0, from 20 s to 30 s, has no sample"):
+        split(log, [Window(20.0, 30.0)])
+    with pytest.raises(ValueError, match=r"time is 0\.01 s and 0\.01 s in samples 1 and 2"):
+        split_at_resets(recording([0.0, 0.01, 0.01, 0.02], force=np.zeros(4)))
+    with pytest.raises(ValueError, match="10 samples; it needs the 1000"):
+        split_at_idle(log, log["speed"][:10] > 0, 1.0)

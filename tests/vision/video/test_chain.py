@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nectosome.vision.video.chain import assign_segments
+from nectosome.vision.video.angles import assign_segments
 from nectosome.vision.video.reasons import Reason
 from nectosome.vision.video.segments import SegmentPose
 

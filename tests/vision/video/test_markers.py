@@ -12,8 +12,7 @@ from nectosome.papers.track.tank import Filming
 from nectosome.units import InputError
 from nectosome.vision.cameras import Camera, Glass, calibrate_through_glass
 from nectosome.vision.video import Reason, track_markers
-from nectosome.vision.video.marker_candidates import Candidate
-from nectosome.vision.video.marker_identity import MarkerBody
+from nectosome.vision.video.marker_identity import Candidate, MarkerBody
 
 HOW = Filming(scale=3.0, rate=20.0)
 

@@ -9,7 +9,7 @@ from nectosome.papers.track.render import Film, Strip, write_clip
 from nectosome.units import InputError
 from nectosome.vision.video import Reason, track_segments
 from nectosome.vision.video.plane import plane_of
-from nectosome.vision.video.segments import blobs, coverage, pose
+from nectosome.vision.video.segments import blobs, coverage, segment_pose
 
 from . import scenes
 from .conftest import RATE, sheet_of
@@ -134,4 +134,4 @@ def test_what_does_not_stand_out_of_its_surroundings_is_a_gap():
     even = np.full((60, 60, 3), 90, np.uint8)
     assert not coverage(blob, even, bits)[1].any()
     plane = plane_of(sheet_of(size=(60, 60)), (60, 60))
-    assert pose(blob, even, bits, plane, "moments", False).area == 0
+    assert segment_pose(blob, even, bits, plane, "moments", False).area == 0

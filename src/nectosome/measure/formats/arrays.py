@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from nectosome.measure.formats.file_errors import damage_as_input_error
 from nectosome.measure.formats.headings import distinct
@@ -30,6 +31,16 @@ class ArrayRows(Protocol):
     def __getitem__(self, rows: slice, /) -> np.ndarray:
         """Return these rows."""
         ...
+
+
+class LazyArray:
+    """An array whose rows are read when they are used."""
+
+    def __init__(self, shape: tuple[int, ...], dtype: DTypeLike, read: Callable[[Any], np.ndarray]):
+        self.shape, self.dtype, self._read = shape, np.dtype(dtype), read
+
+    def __getitem__(self, rows: Any) -> np.ndarray:
+        return self._read(rows)
 
 
 def refusal(dtype: np.dtype[Any]) -> str:

@@ -1,17 +1,19 @@
-"""HDF5 and netCDF files: the datasets of one group and one length as columns, read by slices."""
+"""HDF5 and netCDF files: the datasets of one group and one length as columns, with CF attributes, read by slices."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nectosome.measure.formats.arrays import ArraySource
-from nectosome.measure.formats.cf_attributes import described, text
+import numpy as np
+
+from nectosome.measure.formats.arrays import ArraySource, LazyArray
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
-from nectosome.measure.formats.named_arrays import NamedArray, SkippedEntry
-from nectosome.measure.formats.netcdf3 import open_netcdf3
+from nectosome.measure.formats.headings import is_time
 from nectosome.measure.formats.source import Options, TableSource
-from nectosome.measure.formats.tables import choose
+from nectosome.measure.formats.tables import NamedArray, SkippedEntry, Transposed, choose, classify, text
+from nectosome.units import InputError
 
 if TYPE_CHECKING:
     import h5py
@@ -28,13 +30,17 @@ def open_hdf5(path: Path, options: Options) -> TableSource:
     import h5py
 
     start = first_bytes(path)
-    if start.startswith((b"CDF\x01", b"CDF\x02", b"CDF\x05")):
-        return open_netcdf3(path, options)
+    if start.startswith((b"CDF\x01", b"CDF\x02")):
+        return _open_netcdf3(path, options)
+    if start.startswith(b"CDF\x05"):
+        raise InputError("has the netCDF format CDF-5. Convert it: nccopy -k nc4 old.nc new.nc.", file=str(path))
     with damage_as_input_error(path), ExitStack() as stack:
         if not h5py.is_hdf5(path):
             raise wrong_format(path, "an HDF5 or netCDF file", start)
-        file = stack.enter_context(open_cached(path))
-        table = choose(_inventory(file), options.table)
+        datasets = _datasets(stack.enter_context(open_cached(path)))
+        labels = {name: _labels(dataset) for name, dataset in datasets.items() if dataset.is_scale}
+        entries = (_entry(name, dataset, labels) for name, dataset in datasets.items())
+        table = choose([entry for entry in entries if entry is not None], options.table)
         return ArraySource("hdf5", path, table.blocks(), table.found, close=stack.pop_all().close)
 
 
@@ -61,13 +67,6 @@ def _datasets(file: "h5py.File") -> "dict[str, h5py.Dataset]":
     return datasets
 
 
-def _inventory(file: "h5py.File") -> list[NamedArray | SkippedEntry]:
-    """All datasets of a file as arrays or skipped entries."""
-    datasets = _datasets(file)
-    labels = {path: _labels(dataset) for path, dataset in datasets.items() if dataset.is_scale}
-    return [entry for path, dataset in datasets.items() if (entry := _entry(path, dataset, labels)) is not None]
-
-
 def _entry(path: str, dataset: "h5py.Dataset", labels: Mapping[str, Sequence[str]]) -> NamedArray | SkippedEntry | None:
     import h5py
 
@@ -85,7 +84,7 @@ def _entry(path: str, dataset: "h5py.Dataset", labels: Mapping[str, Sequence[str
         return SkippedEntry(name, "a type unknown to NumPy", group)
     if h5py.check_string_dtype(dataset.dtype):
         return SkippedEntry(name, "text", group)  # not read: HDF5 can hang in a damaged heap of strings
-    return described(name, dataset, group, attributes, _dimensions(path, dataset), labels)
+    return _described(name, dataset, group, attributes, _dimensions(path, dataset), labels)
 
 
 def _dimensions(path: str, dataset: "h5py.Dataset") -> list[str]:
@@ -102,3 +101,78 @@ def _labels(dataset: "h5py.Dataset") -> Sequence[str]:
 
     is_text = dataset.shape is not None and len(dataset.shape) == 1 and h5py.check_string_dtype(dataset.dtype)
     return [str(label) for label in dataset.asstr()[:]] if is_text else ()
+
+
+def _open_netcdf3(path: Path, options: Options) -> TableSource:
+    """Open a classic netCDF file (format 1 or 2), mapped again for each piece, so that read data leave the memory."""
+    from scipy.io import netcdf_file
+
+    def mapped(name: str, data: np.ndarray) -> LazyArray:
+        def read(rows: Any) -> np.ndarray:
+            with netcdf_file(path, mmap=True) as file:
+                return np.array(file.variables[name].data[rows])
+
+        return LazyArray(data.shape, data.dtype, read)
+
+    with damage_as_input_error(path):
+        with netcdf_file(path, mmap=True) as file:
+            entries = [
+                _described(name, mapped(name, variable.data), "", variable._attributes, variable.dimensions)
+                for name, variable in file.variables.items()
+            ]
+        table = choose(entries, options.table)
+        return ArraySource("netcdf3", path, table.blocks(), table.found)
+
+
+def _described(
+    name: str,
+    array: Any,
+    group: str,
+    attributes: Mapping[str, Any],
+    dimensions: Sequence[str] = (),
+    labels: Mapping[str, Sequence[str]] | None = None,
+) -> NamedArray | SkippedEntry:
+    """An array with unit, dimension and notes of its attributes (CF conventions); `labels` of dimensions, by name."""
+    lower = {key.lower(): value for key, value in attributes.items()}
+    unit, notes = text(lower.get("units", lower.get("unit", ""))), []
+    if " since " in unit:
+        notes.append(f"{name}: {unit}")
+        unit = unit.partition(" since ")[0]
+    if array.dtype.kind in "iuf" and (unpacked := _unpacked(array, lower)) is not None:
+        array = unpacked
+        if {"scale_factor", "add_offset"} & lower.keys():
+            notes.append(f"{name}: unpacked with its scale_factor and add_offset")
+    entry = classify(name, array, group, unit=unit, notes=notes)
+    if isinstance(entry, SkippedEntry) or not dimensions:
+        return entry
+    along, *across = dimensions
+    if len(dimensions) == 2 and not entry.is_vector and is_time(_last(across[0])) and not is_time(_last(along)):
+        along, across, entry = across[0], [along], replace(entry, array=Transposed(array))
+    named = (labels or {}).get(across[0], ()) if across and not entry.is_vector else ()
+    return replace(entry, along=along, labels=named, first=_last(along) == name)
+
+
+def _unpacked(array: Any, lower: Mapping[str, Any]) -> LazyArray | None:
+    """Packed numbers as scale * raw + offset, NaN for the raw values that mean missing; None if there is neither."""
+    missing = [value for key in ("_fillvalue", "missing_value") for value in _numbers(lower.get(key)) if value == value]
+    (scale, *_), (offset, *_) = _numbers(lower.get("scale_factor")) or [1.0], _numbers(lower.get("add_offset")) or [0.0]
+    if not missing and (scale, offset) == (1, 0):
+        return None
+
+    def read(rows: Any) -> np.ndarray:
+        raw = np.asarray(array[rows])
+        values = raw.astype(float)
+        if (scale, offset) != (1, 0):
+            values = values * scale + offset
+        return np.where(np.isin(raw, missing), np.nan, values)
+
+    return LazyArray(array.shape, float, read)
+
+
+def _numbers(value: Any) -> list[float]:
+    values = np.ravel(value)
+    return values.astype(float).tolist() if values.dtype.kind in "iuf" else []
+
+
+def _last(path: str) -> str:
+    return path.rpartition("/")[2]

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nectosome.measure.formats.arrays import ArraySource
-from nectosome.measure.formats.cf_attributes import text
+from nectosome.measure.formats.arrays import ArraySource, LazyArray
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, is_text, wrong_format
 from nectosome.measure.formats.hdf5 import open_cached
 from nectosome.measure.formats.matlab_binary import Unread, Value, opaque, read_mat4, read_mat5
-from nectosome.measure.formats.named_arrays import NamedArray, SkippedEntry, classify, join
 from nectosome.measure.formats.source import Options, TableSource
-from nectosome.measure.formats.tables import choose
+from nectosome.measure.formats.tables import NamedArray, SkippedEntry, choose, classify, join, text
 from nectosome.units import shorten
 
 if TYPE_CHECKING:
@@ -23,21 +21,15 @@ if TYPE_CHECKING:
 _SIGNATURES = (b"PK\x03\x04", b"CDF", b"\x93NUMPY", b"TDS", b"\xd0\xcf\x11\xe0")
 
 
-class ReversedAxes:
+def _reversed(dataset: "h5py.Dataset") -> LazyArray:
     """A dataset with MATLAB's order of dimensions, the reverse of HDF5's."""
 
-    def __init__(self, dataset: "h5py.Dataset"):
-        self.shape, self.dtype, self._dataset = dataset.shape[::-1], dataset.dtype, dataset
-
-    def __getitem__(self, key: Any) -> np.ndarray:
+    def read(key: Any) -> np.ndarray:
         key = key if isinstance(key, tuple) else (key,)
-        full = (*key, *[slice(None)] * (len(self.shape) - len(key)))
-        return np.asarray(self._dataset[full[::-1]]).T
+        full = (*key, *[slice(None)] * (len(dataset.shape) - len(key)))
+        return np.asarray(dataset[full[::-1]]).T
 
-
-def read_mat73(file: "h5py.File") -> dict[str, Value]:
-    """Return the variables of a version 7.3 file by name; arrays are read later."""
-    return {name: _value(name, file, node) for name, node in file.items() if not name.startswith("#")}
+    return LazyArray(dataset.shape[::-1], dataset.dtype, read)
 
 
 def _value(name: str, file: "h5py.File", node: Any, depth: int = 0) -> Value:
@@ -60,11 +52,11 @@ def _value(name: str, file: "h5py.File", node: Any, depth: int = 0) -> Value:
     if kind == "cell" or node.dtype.kind == "O":
         return Unread("cells")
     if kind == "char":
-        letters = ReversedAxes(node)[:]
+        letters = _reversed(node)[:]
         return "\n".join("".join(map(chr, row)) for row in np.atleast_2d(letters))
     if node.dtype.names is not None and set(node.dtype.names) == {"real", "imag"}:
         return Unread("complex numbers")
-    return ReversedAxes(node)
+    return _reversed(node)
 
 
 def _struct(name: str, file: "h5py.File", group: "h5py.Group", depth: int) -> Value:
@@ -96,7 +88,8 @@ def open_matlab(path: Path, options: Options) -> TableSource:
     start = first_bytes(path)
     with damage_as_input_error(path), ExitStack() as stack:
         if h5py.is_hdf5(path):
-            values = read_mat73(stack.enter_context(open_cached(path)))
+            file = stack.enter_context(open_cached(path))
+            values = {name: _value(name, file, node) for name, node in file.items() if not name.startswith("#")}
         elif start.startswith(_SIGNATURES) or (is_text(start) and not start.startswith(b"MATLAB")):
             raise wrong_format(path, "a MAT-file", start)
         else:

@@ -6,32 +6,16 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from nectosome.measure.formats.arrays import ArraySource
+from nectosome.measure.formats.arrays import ArraySource, LazyArray
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
-from nectosome.measure.formats.named_arrays import NamedArray, SkippedEntry, classify
 from nectosome.measure.formats.source import Options, TableSource
-from nectosome.measure.formats.tables import choose
+from nectosome.measure.formats.tables import NamedArray, SkippedEntry, choose, classify
 from nectosome.units import InputError
 
 _OBJECTS = "Python objects, which are not read from files. Save arrays of numbers"
 
 
-class Mapped:
-    """The array of a .npy file, mapped again for each piece, so that read data do not stay in memory."""
-
-    def __init__(self, path: Path):
-        self._path = path
-        array = self._map()
-        self.shape, self.dtype = array.shape, array.dtype
-
-    def __getitem__(self, rows: Any) -> np.ndarray:
-        return np.array(self._map()[rows])
-
-    def _map(self) -> np.ndarray:
-        return np.lib.format.open_memmap(self._path, mode="r")
-
-
-def open_numpy(path: Path, options: Options) -> TableSource:
+def open_numpy_files(path: Path, options: Options) -> TableSource:
     """Open a .npy file (a vector, a matrix, records) or a .npz file (vectors of equal length, or a matrix).
 
     Raises InputError for another format, a damaged file, and Python objects.
@@ -52,7 +36,12 @@ def _single(path: Path, options: Options) -> TableSource:
     with path.open("rb") as file:
         if _dtype(file).hasobject:
             raise InputError(f"holds {_OBJECTS}.")
-    table = choose([classify("", Mapped(path))], None)
+    mapped = np.lib.format.open_memmap(path, mode="r")
+    # mapped again for each piece, so that read data do not stay in memory
+    again = LazyArray(
+        mapped.shape, mapped.dtype, lambda rows: np.array(np.lib.format.open_memmap(path, mode="r")[rows])
+    )
+    table = choose([classify("", again)], None)
     return ArraySource("numpy", path, table.blocks(), table.found)
 
 

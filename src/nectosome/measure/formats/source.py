@@ -1,12 +1,29 @@
-"""Contract of the readers: the columns of a file, and their numbers in pieces that fit into memory."""
+"""Contract of the readers (the columns of a file, its numbers in pieces that fit into memory), and their choice."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
 from typing import NamedTuple, Self
 
 import numpy as np
 from jaxtyping import Float, Int
+
+from nectosome.measure.formats.file_errors import first_bytes
+from nectosome.units import InputError
+
+# a reader is the function `open_excel` of the module `excel`
+_ENDINGS = {
+    **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc", ".lvm", ".log"), "text"),
+    **dict.fromkeys((".xlsx", ".xlsm"), "excel"),
+    **dict.fromkeys((".h5", ".hdf5", ".hdf", ".nc", ".cdf"), "hdf5"),
+    **dict.fromkeys((".npy", ".npz"), "numpy_files"),
+    ".mat": "matlab",
+    ".tdms": "tdms",
+    ".tdms_index": "tdms",
+}
+_BEGINNINGS = {b"\x89HDF": "hdf5", b"CDF": "hdf5", b"TDSm": "tdms", b"\x93NUMPY": "numpy_files", b"MATLAB 5": "matlab"}
 
 
 @dataclass(frozen=True)
@@ -62,3 +79,17 @@ class TableSource(ABC):
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def open_source(path: Path, options: Options) -> TableSource:
+    """Open a file with the reader of its ending, else of its first bytes. Raises InputError if it cannot be read."""
+    ending = path.suffix.lower()
+    kind = _ENDINGS.get(ending)
+    if kind is None:
+        first = first_bytes(path)
+        if ending in (".xls", ".ods", ".mdf", ".mf4"):
+            raise InputError(f"{path.suffix} files are not supported. Save it as .xlsx or .csv.", file=str(path))
+        kind = next((kind for mark, kind in _BEGINNINGS.items() if first.startswith(mark)), "text")
+    module = import_module(f"nectosome.measure.formats.{kind}")
+    opens: Callable[[Path, Options], TableSource] = getattr(module, f"open_{kind}")
+    return opens(path, options)

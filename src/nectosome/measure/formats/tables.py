@@ -1,14 +1,97 @@
-"""Choice of the table of a file of named arrays: arrays of one group and one length."""
+"""Tables of a file of named arrays: its entries, and the choice of arrays of one group and one length."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
-from nectosome.measure.formats.arrays import RowBlock
+import numpy as np
+
+from nectosome.measure.formats.arrays import ArrayRows, LazyArray, RowBlock, refusal
 from nectosome.measure.formats.headings import is_time
-from nectosome.measure.formats.named_arrays import NamedArray, SkippedEntry, Transposed, join
 from nectosome.units import InputError, count, did_you_mean, shorten
 
 _BESIDE = 10  # ratio from which a shorter table is auxiliary data, and a wider matrix has its samples along its rows
+
+
+@dataclass(frozen=True)
+class NamedArray:
+    """A vector or matrix of numbers with a name, samples first."""
+
+    name: str
+    array: ArrayRows
+    unit: str = ""
+    labels: Sequence[str] = ()  # of the columns of a matrix
+    group: str = ""  # "" at the top
+    along: str = ""  # dimension or sampling interval of the samples, if the file names one
+    first: bool = False  # a coordinate
+    notes: Sequence[str] = ()
+
+    @property
+    def path(self) -> str:
+        """Group and name."""
+        return join(self.group, self.name)
+
+    @property
+    def is_vector(self) -> bool:
+        """Whether it is one column."""
+        return len(self.array.shape) == 1 and self.array.dtype.names is None
+
+
+@dataclass(frozen=True)
+class SkippedEntry:
+    """An entry that is not a column of numbers."""
+
+    name: str
+    what: str  # "text", "complex numbers", "scalar"
+    group: str = ""
+    value: str = ""  # as text, if it is short
+
+    def __str__(self) -> str:
+        value = f" = {self.value}" if self.value else ""
+        return f"{shorten(join(self.group, self.name))}{value} ({self.what})"
+
+
+def join(group: str, name: str) -> str:
+    """Return the path of a name in a group."""
+    return f"{group}/{name}" if group else name or "the array"
+
+
+def classify(name: str, array: Any, group: str = "", **more: Any) -> NamedArray | SkippedEntry:
+    """Return an array of a file as a vector or matrix with `more` fields, or as a skipped entry with the reason."""
+    shape = tuple(array.shape)
+    what = refusal(array.dtype)
+    if array.dtype.names is None and what in ("", "text") and int(np.prod(shape)) == 1:
+        single = _decoded(np.asarray(array[0:1] if len(shape) == 1 else array[(0,) * len(shape)]).item())
+        value = f'"{shorten(single)}"' if isinstance(single, str) else shorten(single).removesuffix(".0")
+        return SkippedEntry(name, what or "scalar", group, value)
+    if not what and (0 in shape or not shape):
+        what = "empty" if shape else "one record"
+    if not what and len(shape) > 2:
+        what = f"{len(shape)} dimensions"
+    if what:
+        return SkippedEntry(name, what, group)
+    if len(shape) == 2 and 1 in shape:
+        is_row, matrix = shape[0] == 1, array
+        array = LazyArray((max(shape),), matrix.dtype, lambda rows: matrix[0, rows] if is_row else matrix[rows, 0])
+    return NamedArray(name, array, group=group, **more)
+
+
+def text(attribute: Any) -> str:
+    """Return an attribute as text; "" if it is not text."""
+    values = np.ravel(attribute)
+    first = _decoded(values[0]) if len(values) == 1 else None
+    return first.strip() if isinstance(first, str) else ""
+
+
+def _decoded(value: Any) -> Any:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+
+
+class Transposed(LazyArray):
+    """A matrix whose samples run along its rows, transposed."""
+
+    def __init__(self, array: Any):
+        super().__init__(array.shape[::-1], array.dtype, lambda rows: array[:, rows].T)
 
 
 @dataclass
@@ -38,7 +121,11 @@ def choose(entries: Sequence[NamedArray | SkippedEntry], name: str | None, besid
     """
     items = _samples_first([entry for entry in entries if isinstance(entry, NamedArray)])
     others = [entry for entry in entries if isinstance(entry, SkippedEntry)]
-    tables = _tables(items)
+    together: dict[tuple[str, int, str], ArrayTable] = {}
+    for item in items:
+        key = item.group, item.array.shape[0], item.along
+        together.setdefault(key, ArrayTable(*key, items=[])).items.append(item)
+    tables = list(together.values())
     if not tables:
         inside = f" Inside: {'; '.join(str(other) for other in others[:8])}." if others else ""
         raise InputError(f"holds no columns of numbers.{inside}")
@@ -52,14 +139,6 @@ def choose(entries: Sequence[NamedArray | SkippedEntry], name: str | None, besid
     transposed = [f"{i.path}: its rows taken as columns" for i in table.items if isinstance(i.array, Transposed)]
     notes = [note for item in table.items for note in item.notes]
     return replace(table, found=[*transposed, *notes, *rest, *(f"left out: {other}" for other in others)])
-
-
-def _tables(items: Sequence[NamedArray]) -> list[ArrayTable]:
-    tables: dict[tuple[str, int, str], ArrayTable] = {}
-    for item in items:
-        key = item.group, item.array.shape[0], item.along
-        tables.setdefault(key, ArrayTable(*key, items=[])).items.append(item)
-    return list(tables.values())
 
 
 def _samples_first(items: Sequence[NamedArray]) -> list[NamedArray]:

@@ -242,19 +242,15 @@ def _regroup(pieces: Iterable[Piece], rows: int) -> Iterator[Piece]:
     pending: list[Piece] = []
     for piece in pieces:
         pending.append(piece)
-        count = sum(len(part.rows) for part in pending)
-        if count >= rows:
+        if sum(len(part.rows) for part in pending) >= rows:
             whole = _join(pending)
-            full = count - count % rows
+            full = len(whole.rows) - len(whole.rows) % rows
             for start in range(0, full, rows):
                 yield Piece(whole.rows[start : start + rows], whole.values[start : start + rows])
             pending = [Piece(whole.rows[full:], whole.values[full:])]
-    rest = _join(pending) if pending else None
-    if rest is not None and len(rest.rows):
-        yield rest
+    if any(len(part.rows) for part in pending):
+        yield _join(pending)
 
 
 def _join(pieces: list[Piece]) -> Piece:
-    if len(pieces) == 1:
-        return pieces[0]
-    return Piece(np.concatenate([piece.rows for piece in pieces]), np.concatenate([piece.values for piece in pieces]))
+    return Piece(*(np.concatenate(parts) for parts in zip(*pieces, strict=True)))

@@ -92,11 +92,6 @@ def date_time(cell: str) -> pd.Timestamp:
     return time.tz_localize("UTC") if time.tz is None else time.tz_convert("UTC")
 
 
-def count_cells(count: int) -> str:
-    """Return `1 cell`, `2 cells`."""
-    return f"{count} cell{'s' * (count != 1)}"
-
-
 def not_a_number(cell: str, decimal: str) -> str:
     """Return why a cell is not a number, and the remedy."""
     shown = f'"{shorten(cell)}"'

@@ -18,7 +18,6 @@ from nectosome.measure.formats.text_dialect import (
     NUMERIC,
     CellKind,
     choose,
-    count_cells,
     date_time,
     has_thousands,
     kind,
@@ -28,8 +27,9 @@ from nectosome.measure.formats.text_dialect import (
     split,
     split_or_whole,
 )
-from nectosome.units import InputError, shorten
+from nectosome.units import InputError, count, shorten
 
+_SINGLE = re.compile(r"(?<! ) (?! )")  # a blank within a name, if two or more separate names
 _WIDE_GAP = re.compile(r"\t+| {2,}")
 _BEFORE_BRACKET = re.compile(r"[ \t]+(?=[\[(])")
 _JUDGED = 200  # lines that decide the delimiter
@@ -51,15 +51,15 @@ class Head:
     units_line: int = 0
 
 
-def find_head(above: list[tuple[int, str]], delimiter: str, decimal: str, widths: range) -> Head:
+def find_head(above: Lines, delimiter: str, decimal: str, widths: range) -> Head:
     """Return names and units from the numbered lines above the first row; cells per line must be in `widths`."""
 
     def fitting(line: str) -> list[str]:
         cells = name_cells(line, delimiter, widths)
-        return [] if any(kind(cell, decimal) in (CellKind.NUMBER, CellKind.DATE_TIME) for cell in cells) else cells
+        return [] if any(kind(cell, decimal) in NUMERIC for cell in cells) else cells
 
-    plain: list[tuple[int, list[str]]] = []
-    comments: list[tuple[int, list[str]]] = []
+    plain: Cells = []
+    comments: Cells = []
     for n, line in reversed(above):
         cells = fitting(uncomment(line))
         if line.lstrip().startswith(COMMENT):
@@ -85,7 +85,7 @@ def name_cells(line: str, delimiter: str, widths: range) -> list[str]:
     """
     variants = [line]
     if delimiter == BLANKS:
-        variants = [line, _WIDE_GAP.sub(" ", _glue(line)), _BEFORE_BRACKET.sub("\0", line)]
+        variants = [line, _WIDE_GAP.sub(" ", _SINGLE.sub("\0", line.strip())), _BEFORE_BRACKET.sub("\0", line)]
     for variant in variants:
         try:
             cells = [cell.replace("\0", " ") for cell in split(variant, delimiter)]
@@ -108,11 +108,6 @@ def units_of(cells: list[str], count: int) -> tuple[str, ...]:
 def uncomment(line: str) -> str:
     """Return a line without its comment sign."""
     return line.lstrip().lstrip("".join(COMMENT)).lstrip() if line.lstrip().startswith(COMMENT) else line
-
-
-def _glue(line: str) -> str:
-    """Replace single blanks, which belong to a name if two or more separate names."""
-    return re.sub(r"(?<! ) (?! )", "\0", line.strip())
 
 
 def is_unit_row(cells: list[str]) -> bool:
@@ -139,7 +134,8 @@ def find_layout(text: str, options: Options, file: str) -> TextLayout:
     lines = [(n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip()]
     if not lines:
         raise InputError("is empty.", file=file)
-    _check_header(options.header, lines, file)
+    if options.header and options.header not in dict(lines):
+        raise InputError(f"header is set to line {options.header}, which is empty.", file=file)
     # LabVIEW writes a header for the file and one for its first section
     ends = [n for n, line in lines if line.startswith(_LABVIEW)][:2]
     if not options.header:
@@ -218,7 +214,7 @@ def _check_no_row(line: int, row: list[str], kinds: tuple[CellKind, ...], decima
         remedy = f" If this line has the names, set header to {line}." if wrong[:1].isalpha() else ""
         raise InputError(f"{not_a_number(wrong, decimal)}{remedy}", file=file, line=line)
     if 2 * sum(cell in NUMERIC for cell in found) > len(row):
-        message = f"{count_cells(len(row))} here, and the rows below have {len(kinds)}"
+        message = f"{count(len(row), 'cell')} here, and the rows below have {len(kinds)}"
         raise InputError(f"{message}. Put # before it if it is not a row.", file=file, line=line)
 
 
@@ -228,11 +224,6 @@ def _check_no_numbers(column: int, cells: Cells, decimal: str, head: Head, file:
     for line, row in cells:
         if column < len(row) and (has_thousands(row[column]) or other_decimal(row[column], decimal)):
             raise InputError(not_a_number(row[column], decimal), file=file, line=line, field=field)
-
-
-def _check_header(header: int | None, lines: Lines, file: str) -> None:
-    if header and header not in dict(lines):
-        raise InputError(f"header is set to line {header}, which is empty.", file=file)
 
 
 def _head(above: Lines, options: Options, delimiter: str, decimal: str, widths: range, file: str) -> Head:
@@ -255,7 +246,7 @@ def _head(above: Lines, options: Options, delimiter: str, decimal: str, widths: 
         row = split_or_whole(text, delimiter)
         numeric = any(kind(cell, decimal) in NUMERIC for cell in row)
         if len(row) > 1 and all(row) and not numeric and len(row) in (widths[0] - 1, widths[-1] + 1):
-            message = f"{len(row)} names here, and the rows have {count_cells(widths[-1])}"
+            message = f"{len(row)} names here, and the rows have {count(widths[-1], 'cell')}"
             raise InputError(f"{message}. Name each column, or set header to 0.", file=file, line=line)
     return head
 
@@ -311,11 +302,11 @@ class TextRows:
             if not self.is_row(row):
                 continue
             try:
-                count = len(split(row, delimiter))
+                cells = len(split(row, delimiter))
             except ValueError as error:
                 raise InputError(str(error), file=self.file, line=n) from None
-            if count != width:
-                message = f"{count_cells(count)} here, {width} expected"
+            if cells != width:
+                message = f"{count(cells, 'cell')} here, {width} expected"
                 remedy = "Correct this line, or put # before it to leave it out."
                 raise InputError(f"{message}. {remedy}", file=self.file, line=n)
             rows.append((n, row))

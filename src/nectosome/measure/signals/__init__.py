@@ -1,19 +1,25 @@
 """Signal processing of recordings: pure functions that propagate standard errors and record their settings."""
 
 from .align import Alignment, align, align_at
-from .cycles import average_cycles, regular_starts, split_cycles
-from .events import StrokeWindow, Window, crossings, strokes, windows_where
+from .correlation import Period, find_period
+from .cycles import average_cycles, loop_area, regular_starts, split_cycles
+from .events import (
+    StrokeWindow,
+    Window,
+    crossings,
+    peaks,
+    split,
+    split_at_idle,
+    split_at_resets,
+    strokes,
+    windows_where,
+)
 from .features import features, mean, rms, slope
 from .filters import detrend, lowpass, smooth
-from .loops import loop_area
 from .metadata import SE, processing
-from .peaks import peaks
-from .period import Period, find_period
 from .repeated_runs import average_repeats, combine, propagate
 from .resample import resample
-from .runs import split, split_at_idle, split_at_resets
-from .sine import FittedSine, ValueWithError, sine
-from .spectra import dominant_frequency, spectrum
+from .spectra import FittedSine, ValueWithError, dominant_frequency, sine, spectrum
 
 __all__ = [
     "SE",

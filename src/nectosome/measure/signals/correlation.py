@@ -1,12 +1,17 @@
-"""Correlation of two signals over their lag, and the peak of it."""
+"""Correlation of two signals over their lag, its peak, and the unknown period of a signal by autocorrelation."""
 
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from jaxtyping import Float, Int
 from scipy.signal import correlate
 
-TOP = 0.8  # [highest correlation]: correlations above belong to the peak
+from .requirements import even_step, single
+
+_TOP = 0.8  # [highest correlation]: correlations above belong to the peak
+_AGAIN = 0.9  # [highest autocorrelation]: the first peak above is the period, later ones are its multiples
+_LEAST = 0.5  # least autocorrelation of a periodic signal
 
 
 class Peak(NamedTuple):
@@ -43,7 +48,7 @@ def correlations(
 
 def top_width(r: Float[np.ndarray, "n"], at: int) -> float:
     """Half width [lags] of the peak at index `at`: the smaller distance to 0.8 of its height; 1 at an end."""
-    level = TOP * r[at]
+    level = _TOP * r[at]
     widths = []
     for side in (r[at:], r[at::-1]):
         below = np.flatnonzero(side < level)
@@ -55,7 +60,7 @@ def top_width(r: Float[np.ndarray, "n"], at: int) -> float:
 
 def part_to_fit(height: float) -> float:
     """Fraction of the half width to fit: 1 for a peak of at most 0.95 (noise), less for a higher one."""
-    return float(np.sqrt(np.clip(4 * (1 - height) / (1 - TOP), 0.01, 1.0)))
+    return float(np.sqrt(np.clip(4 * (1 - height) / (1 - _TOP), 0.01, 1.0)))
 
 
 def parabola_top(lag: Float[np.ndarray, "n"], r: Float[np.ndarray, "n"]) -> Peak:
@@ -66,3 +71,61 @@ def parabola_top(lag: Float[np.ndarray, "n"], r: Float[np.ndarray, "n"]) -> Peak
     if not c2 < 0:
         return Peak(np.nan, float(r.max()), 0.0)
     return Peak(float(centre - scale * c1 / (2 * c2)), float(c0 - c1**2 / (4 * c2)), float(-2 * c2 / scale**2))
+
+
+class Period(NamedTuple):
+    """Period of a signal."""
+
+    period: float  # [s]
+    correlation: float  # autocorrelation at one period; 1 for a periodic signal without noise
+
+
+def find_period(signal: xr.DataArray, *, minimum: float = 0.0, maximum: float = np.inf) -> Period:
+    """Find the period between `minimum` and `maximum` [s] by autocorrelation.
+
+    Each interval of lags with positive autocorrelation, except that around zero, has one peak; the period is the first
+    peak within a tenth of the highest (McLeod, Wyvill, A smarter way to find pitch, ICMC 2005, with Pearson's r). It is
+    refined by least-squares parabolas through the peaks at 1, 2, 4, ... periods, up to half the signal. Any waveform
+    with five or more samples per period is possible; a trend hides the period: `detrend` first. Raises ValueError for
+    uneven sampling, NaN, less than two periods, and no autocorrelation above 0.5.
+    """
+    step = even_step(signal, "find_period")
+    _, x = single(signal, "find_period", least=8)
+    lags, r = correlations(x, x, len(x) // 2)
+    r = r[lags >= 0]
+    tops = [top for top in _peaks(r) if minimum <= top.lag * step <= maximum]
+    highest = max((top.height for top in tops), default=0.0)
+    if highest < _LEAST:
+        raise ValueError(
+            f"find_period: the signal of {len(x) * step:.6g} s has no period within half of that: the highest "
+            f"autocorrelation is {highest:.2f}, and {_LEAST} is needed. Take a longer stretch, detrend or smooth it."
+        )
+    period, height = next((top.lag, top.height) for top in tops if top.height >= _AGAIN * highest)
+    multiple = 1
+    while (peak := _peak_near(r, multiple * period)) is not None:
+        period, multiple = peak.lag / multiple, 2 * multiple
+    return Period(period * step, min(1.0, height))
+
+
+def _peaks(r: Float[np.ndarray, "n"]) -> list[Peak]:
+    """Peak of each positive interval within the array, in lags, interpolated between samples."""
+    edges = np.diff((r > 0).astype(int))
+    ups, downs = np.flatnonzero(edges > 0) + 1, np.flatnonzero(edges < 0) + 1
+    downs = downs[np.searchsorted(downs, ups[0]) :] if len(ups) else downs[:0]
+    highest = [up + int(np.argmax(r[up:down])) for up, down in zip(ups, downs, strict=False)]
+    return [parabola_top(np.arange(i - 1.0, i + 2.0), r[i - 1 : i + 2]) for i in highest]
+
+
+def _peak_near(r: Float[np.ndarray, "n"], lag: float) -> Peak | None:
+    """Peak nearest to a lag; None if it is beyond the array or not clear."""
+    at = round(lag)
+    reach = max(1, at // 20)
+    if at + reach >= len(r):
+        return None
+    at += int(np.argmax(r[at - reach : at + reach + 1])) - reach
+    half = max(1, round(top_width(r, at) * part_to_fit(r[at])))
+    if at + half >= len(r):
+        return None
+    near = np.arange(at - half, at + half + 1)
+    peak = parabola_top(near.astype(float), r[near])
+    return peak if near[0] <= peak.lag <= near[-1] else None

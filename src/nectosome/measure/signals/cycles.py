@@ -1,10 +1,10 @@
-"""Cycles of a periodic signal over phase, and their mean with standard error and confidence band."""
+"""Cycles of a periodic signal over phase: their mean with standard error and band, and the area of their loops."""
 
 import numpy as np
 import xarray as xr
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
-from .metadata import CORRELATED, RecordedSignal, each, quantities, with_step
+from .metadata import CORRELATED, SE, RecordedSignal, each, history, product, quantities, units, with_step
 from .repeated_runs import average
 from .requirements import positive, time_of
 from .resample import Method, between, default_gap, unbroken
@@ -49,7 +49,9 @@ def split_cycles(
     even = np.abs(durations - np.median(durations)) <= tolerance * np.median(durations)
     at = starts[:-1, None] + durations[:, None] * np.arange(samples) / samples
     stretches = unbroken(time, _known(recording), gap)
-    stretch_of = _stretch_of(time, stretches, at)
+    stretch_of, slack = np.full(len(at), -1), 1e-9 * (time[-1] - time[0])  # -1: no stretch has the whole cycle
+    for h, s in enumerate(stretches):
+        stretch_of[(at[:, 0] >= time[s][0] - slack) & (at[:, -1] <= time[s][-1] + slack)] = h
     kept = even & (stretch_of >= 0)
     if not kept.any():
         raise ValueError(
@@ -94,6 +96,42 @@ def average_cycles(cycles: xr.Dataset, *, coverage: float = 0.95) -> xr.Dataset:
     return average(cycles, "cycle", "average_cycles", coverage)
 
 
+def loop_area(x: xr.DataArray, y: xr.DataArray) -> xr.Dataset:
+    """Signed area of the closed polygon of each cycle, positive counterclockwise in the (x, y) plane [unit x unit].
+
+    $$ A = \\tfrac12 \\sum_k (x_k y_{k+1} - x_{k+1} y_k) = \\oint x\\, dy $$
+
+    `loop_area(force, displacement)` is the work of the force in a cycle. The signals run along `phase` (or `time`) for
+    one turn. With a dimension `cycle`, `area` has one value per cycle, `area_mean` with `area_mean_se` and `area_std`
+    their mean and spread. n points of an ellipse, even in phase, give sin(2 pi / n) / (2 pi / n) of its area. Raises
+    ValueError for NaN and signals with different dimensions.
+    """
+    along = next((dim for dim in ("phase", "time") if dim in x.dims), None)
+    if along is None or x.sizes != y.sizes or x.sizes[along] < 3:
+        raise ValueError(
+            "loop_area: both signals need the same dimensions with three or more points along phase or time; they "
+            f"have {dict(x.sizes)} and {dict(y.sizes)}."
+        )
+    y = y.transpose(*x.dims)
+    axis = x.get_axis_num(along)
+    u, v = x.values.astype(float), y.values.astype(float)
+    if not (np.isfinite(u).all() and np.isfinite(v).all()):
+        raise ValueError("loop_area: a loop with NaN has no area; leave out such cycles, as split_cycles does.")
+    u, v = u - u.mean(axis, keepdims=True), v - v.mean(axis, keepdims=True)  # against rounding far from the origin
+    area = 0.5 * np.sum(u * np.roll(v, -1, axis) - np.roll(u, -1, axis) * v, axis)
+    ux, uy = units(x), units(y)
+    unit = {"units": product((ux, 1), (uy, 1))} if ux is not None and uy is not None else {}
+    coords = {k: c for k, c in x.coords.items() if along not in c.dims}
+    areas = xr.DataArray(area, coords, [dim for dim in x.dims if dim != along], attrs=unit)
+    if "cycle" not in areas.dims:
+        return with_step(xr.Dataset({"area": areas}, attrs=history(x)), "loop_area")
+    n = areas.sizes["cycle"]
+    std = areas.std("cycle", ddof=1) if n > 1 else xr.full_like(areas.isel(cycle=0, drop=True), np.nan)
+    parts = {"area_mean": areas.mean("cycle"), "area_mean" + SE: std / np.sqrt(n), "area_std": std}
+    found = {"area": areas} | {name: part.assign_attrs(unit) for name, part in parts.items()}
+    return with_step(xr.Dataset(found, attrs=history(x)), "loop_area")
+
+
 def _known(recording: xr.Dataset) -> Bool[np.ndarray, "n"]:
     """Mask of the samples at which every variable is finite."""
     known = np.ones(recording.sizes["time"], bool)
@@ -101,13 +139,3 @@ def _known(recording: xr.Dataset) -> Bool[np.ndarray, "n"]:
         x = recording[name].transpose("time", ...).values.astype(float)
         known &= np.isfinite(x.reshape(len(x), -1)).all(axis=1)
     return known
-
-
-def _stretch_of(
-    time: Float[np.ndarray, "n"], stretches: list[slice], at: Float[np.ndarray, "cycles samples"]
-) -> Int[np.ndarray, "cycles"]:
-    """Index of the stretch that contains the whole cycle, -1 for none."""
-    stretch_of, slack = np.full(len(at), -1), 1e-9 * (time[-1] - time[0])
-    for h, s in enumerate(stretches):
-        stretch_of[(at[:, 0] >= time[s][0] - slack) & (at[:, -1] <= time[s][-1] + slack)] = h
-    return stretch_of

@@ -1,14 +1,16 @@
-"""Events in time: crossings of a level, windows in which a condition holds, strokes."""
+"""Events in time: crossings of a level, peaks, windows in which a condition holds, strokes; runs of a long log."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
-from jaxtyping import Float
+from jaxtyping import Float, Int
+from scipy.signal import find_peaks
 
-from .metadata import history, with_step
-from .requirements import positive, single, time_of
+from .metadata import history, units, with_step
+from .requirements import even_step, positive, single, time_of
 
 
 class Window(NamedTuple):
@@ -104,3 +106,95 @@ def _turning_points(x: Float[np.ndarray, "n"], excursion: float) -> list[int]:
             turns.append(high)
             direction, low = -1, i
     return local[[*turns, high if direction > 0 else low]].tolist() if turns else []
+
+
+def peaks(signal: xr.DataArray, prominence: float, *, distance: float = 0.0) -> xr.Dataset:
+    """Maxima of at least `prominence` [the signal's unit], `distance` [s] or more apart, along `peak`.
+
+    `time` [s] and `height` are those of the vertex of the parabola through the highest sample and its neighbours (of
+    the sample itself on a flat top). `prominence` is scipy's: the drop on both sides before the signal gets higher.
+    Minima are the peaks of -signal. The first and last sample are not peaks. Raises ValueError for NaN, and for uneven
+    sampling with a `distance`.
+    """
+    time, x = single(signal, "peaks", least=3)
+    positive(prominence, "prominence", units(signal) or "", "peaks")
+    apart = max(1.0, distance / even_step(signal, "peaks")) if distance > 0 else None
+    indices, about = find_peaks(x, prominence=prominence, distance=apart)
+    at, height = _vertices(time, x, indices)
+    unit = {"units": units(signal)} if units(signal) is not None else {}
+    found = xr.Dataset(
+        {
+            "time": ("peak", at, {"units": "s"}),
+            "height": ("peak", height, unit),
+            "prominence": ("peak", about["prominences"], unit),
+        },
+        attrs=history(signal),
+    )
+    return with_step(found, "peaks", prominence=prominence, distance=distance)
+
+
+def _vertices(
+    time: Float[np.ndarray, "n"], x: Float[np.ndarray, "n"], at: Int[np.ndarray, "k"]
+) -> tuple[Float[np.ndarray, "k"], Float[np.ndarray, "k"]]:
+    """Vertex of the parabola through three samples of any spacing, by divided differences."""
+    t0, t1, t2 = time[at - 1], time[at], time[at + 1]
+    left, right = (x[at] - x[at - 1]) / (t1 - t0), (x[at + 1] - x[at]) / (t2 - t1)
+    bend = (right - left) / (t2 - t0)
+    round_top = bend < 0
+    safe = np.where(round_top, bend, -1.0)
+    slope = left + bend * (t1 - t0)  # at t1
+    shift = np.where(round_top, -slope / (2 * safe), 0.0)
+    return t1 + shift, x[at] + np.where(round_top, slope * shift + bend * shift**2, 0.0)
+
+
+def split(recording: xr.Dataset, windows: Sequence[Window | StrokeWindow]) -> list[xr.Dataset]:
+    """Part of the recording in each window, both ends included. Raises ValueError for a window without samples."""
+    parts = []
+    for i, window in enumerate(windows):
+        part = recording.sel(time=slice(window.start, window.end))
+        if part.sizes["time"] == 0:
+            raise ValueError(
+                f"split: window {i}, from {window.start:g} s to {window.end:g} s, has no sample; the recording lasts "
+                f"from {float(recording.time[0]):g} s to {float(recording.time[-1]):g} s."
+            )
+        parts.append(with_step(part, "split", start=float(window.start), end=float(window.end)))
+    return parts
+
+
+def split_at_idle(recording: xr.Dataset, idle: xr.DataArray, minimum: float) -> list[xr.Dataset]:
+    """Runs between idle times: windows of `minimum` [s] or longer in which the condition `idle` holds.
+
+    `split_at_idle(log, abs(log.speed) < 1e-3, 2.0)`; a run may contain shorter pauses. Raises ValueError for a
+    condition that is not boolean over the recording's time.
+    """
+    if idle.sizes.get("time") != recording.sizes["time"]:
+        raise ValueError(
+            f"split_at_idle: the condition has {idle.sizes.get('time', 0)} samples; it needs the "
+            f"{recording.sizes['time']} of the recording."
+        )
+    time = recording["time"].values
+    active = np.ones(len(time), bool)
+    for window in windows_where(idle, minimum):
+        active &= (time < window.start) | (time > window.end)
+    return split(recording, windows_where(idle.copy(data=active)))
+
+
+def split_at_resets(recording: xr.Dataset) -> list[xr.Dataset]:
+    """Parts with increasing time: a new one starts wherever time decreases, as after a restart of the log.
+
+    Raises ValueError for equal times, since their order is unknown.
+    """
+    time = recording["time"].values.astype(float)
+    steps = np.diff(time)
+    still = np.flatnonzero((steps == 0) | np.isnan(steps))
+    if len(still):
+        i = still[0]
+        raise ValueError(
+            f"split_at_resets: time is {time[i]:.9g} s and {time[i + 1]:.9g} s in samples {i} and {i + 1}; it must "
+            "increase or decrease: drop one of the two with isel."
+        )
+    edges = [0, *(np.flatnonzero(steps < 0) + 1), len(time)]
+    return [
+        with_step(recording.isel(time=slice(a, b)), "split_at_resets", part=i)
+        for i, (a, b) in enumerate(pairwise(edges))
+    ]

@@ -7,11 +7,10 @@ import numpy as np
 import xarray as xr
 
 from .events import StrokeWindow
-from .metadata import SE, history, units, with_step
+from .metadata import SE, history, product, units, with_step
 from .noise import correlation_time
 from .requirements import single, time_of
-from .sine import ValueWithError, sine
-from .unit_text import product
+from .spectra import ValueWithError, sine
 
 Feature = Literal["mean", "rms", "slope", "amplitude", "frequency", "phase"]
 
@@ -94,11 +93,10 @@ def _of_each(x: xr.DataArray, chosen: Sequence[Feature]) -> dict[str, tuple[np.n
 
 
 def _unit(feature: str, unit: str | None) -> dict[str, str]:
-    if feature in ("frequency", "phase"):
-        return {"units": {"frequency": "Hz", "phase": "rad"}[feature]}
-    if unit is None:
-        return {}
-    return {"units": product((unit, 1), ("s", -1)) if feature == "slope" else unit}
+    if feature == "slope" and unit is not None:
+        unit = product((unit, 1), ("s", -1))
+    unit = {"frequency": "Hz", "phase": "rad"}.get(feature, unit)
+    return {} if unit is None else {"units": unit}
 
 
 def _mean(time: np.ndarray, x: np.ndarray) -> ValueWithError:

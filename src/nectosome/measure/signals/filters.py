@@ -8,10 +8,9 @@ import numpy as np
 from jaxtyping import Float
 from scipy.signal import butter, savgol_coeffs, savgol_filter, sosfiltfilt, zpk2sos
 
-from .metadata import CORRELATED, SE, R, RecordedSignal, each, errors_independent, with_step
+from .metadata import CORRELATED, SE, R, RecordedSignal, each, errors_independent, product, with_step
 from .noise import Weights, filtered_se
 from .requirements import even_step, positive, refuse_nan, time_of
-from .unit_text import product
 
 
 @dataclass(frozen=True)

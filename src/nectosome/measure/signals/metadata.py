@@ -11,6 +11,7 @@ of a Dataset loses the list of steps.
 """
 
 import json
+import re
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeVar
 
@@ -22,6 +23,7 @@ SE = "_se"
 CORRELATED = {"errors": "correlated"}
 R = TypeVar("R", xr.Dataset, xr.DataArray)
 _ALONE = "signal"
+_FACTOR = re.compile(r"([^\W\d_]+|%)(-?\d+)?")  # a symbol and its power
 
 
 class RecordedSignal(NamedTuple):
@@ -85,11 +87,10 @@ def each(
         if along is not None:
             instead, place = [coordinate.name for coordinate in along], order.index("time")
             dims, order = (*dims[:-1], *instead), (*order[:place], *instead, *order[place + 1 :])
-        attrs = {k: v for k, v in before.attrs.items() if k != "units"}
-        attrs |= {"units": after.units} if after.units is not None else {}
-        new[name] = xr.DataArray(after.values, dims=dims, attrs=attrs).transpose(*order)
+        unit = {"units": after.units} if after.units is not None else {}
+        others = {k: v for k, v in before.attrs.items() if k != "units"}
+        new[name] = xr.DataArray(after.values, dims=dims, attrs=others | unit).transpose(*order)
         if after.se is not None:
-            unit = {"units": after.units} if after.units is not None else {}
             new[name + SE] = xr.DataArray(after.se, dims=dims, attrs=unit).transpose(*order)
         else:
             recording = recording.drop_vars(name + SE, errors="ignore")
@@ -110,3 +111,41 @@ def _signal(recording: xr.Dataset, name: str, values: xr.DataArray) -> RecordedS
     if se is not None:
         se = se.broadcast_like(values).transpose(*values.dims).values.astype(float)
     return RecordedSignal(values.values.astype(float), se, units(values))
+
+
+def product(*factors: tuple[str, int]) -> str:
+    """Unit of a product of powers: `product(("m/s", 2), ("Hz", -1))` is `m2/(s2 Hz)`; "1" if all cancel.
+
+    A text with anything but symbols, powers, one slash and blanks counts as one symbol, in parentheses.
+    """
+    powers: dict[str, int] = {}
+    for text, power in factors:
+        for symbol, exponent in _powers(text).items():
+            powers[symbol] = powers.get(symbol, 0) + exponent * power
+    above = " ".join(_write(symbol, n) for symbol, n in powers.items() if n > 0)
+    below = [_write(symbol, -n) for symbol, n in powers.items() if n < 0]
+    if not below:
+        return above or "1"
+    return f"{above or '1'}/{below[0] if len(below) == 1 else '(' + ' '.join(below) + ')'}"
+
+
+def _powers(text: str) -> dict[str, int]:
+    above, _, below = re.sub(r"[*·]", " ", text.replace("**", "").replace("^", "")).partition("/")
+    if below.startswith("(") and below.endswith(")"):
+        below = below[1:-1]
+    elif " " in below:
+        return {f"({text})": 1}  # "N/m s" is ambiguous
+    powers: dict[str, int] = {}
+    for part, sign in ((above, 1), (below, -1)):
+        for factor in part.split():
+            if factor == "1":
+                continue
+            match = _FACTOR.fullmatch(factor)
+            if match is None or factor == "or":
+                return {f"({text})": 1}
+            powers[match[1]] = powers.get(match[1], 0) + sign * int(match[2] or 1)
+    return powers
+
+
+def _write(symbol: str, power: int) -> str:
+    return symbol if power == 1 else f"{symbol}{power}"

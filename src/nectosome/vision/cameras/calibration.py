@@ -42,15 +42,13 @@ def calibrate_through_glass(
     """
     points = np.asarray(points, float)
     side = (points - glass.point) @ glass.normal
-    side = side if abs(side.max()) > abs(side.min()) else -side
-    for k in np.flatnonzero(side < glass.thickness):
+    normal = glass.normal if abs(side.max()) > abs(side.min()) else -glass.normal  # towards the points
+    for k in np.flatnonzero((points - glass.point) @ normal < glass.thickness):
         raise InputError("is not behind the glass like the others.", field=f"points.{k}")
     rough: dict[str, Any] = settings | {"chance": 0.0}
     centre = calibrate(points, pixels, **rough).centre
-    if (centre - glass.point) @ glass.normal * np.sign((points[0] - glass.point) @ glass.normal) > 0:
-        # refraction moves the centre towards the pane, seldom through it
-        depth = abs((centre - points.mean(axis=0)) @ glass.normal)
-        centre = centre - np.sign((points[0] - glass.point) @ glass.normal) * glass.normal * depth
+    if (centre - glass.point) @ normal > 0:  # refraction moves the centre towards the pane, seldom through it
+        centre = centre - normal * abs((centre - points.mean(axis=0)) @ normal)
     for _ in range(_ROUNDS):
         seen, _ = glass.apparent(centre, points)
         if not np.isfinite(seen).all():
@@ -61,7 +59,8 @@ def calibrate_through_glass(
         if step < _TOLERANCE * float(np.linalg.norm(points - centre, axis=1).max()):
             camera = calibrate(glass.apparent(centre, points)[0], pixels, **settings)
             assert camera.report is not None
-            notes = (*camera.report.notes, f"known glass: the camera is {_away(camera, glass):.4g} m in front of it")
+            away = abs(float((camera.centre - glass.point) @ glass.normal))
+            notes = (*camera.report.notes, f"known glass: the camera is {away:.4g} m in front of it")
             return replace(camera, glass=glass, report=replace(camera.report, notes=notes))
     raise InputError(
         "fit no camera through this glass: check the glass's point, normal and thickness, and the points.",
@@ -69,11 +68,7 @@ def calibrate_through_glass(
     )
 
 
-def _away(camera: Camera, glass: Glass) -> float:
-    return abs(float((camera.centre - glass.point) @ glass.normal))
-
-
-def report_on(
+def _report(
     found: CameraFit,
     points: Float[np.ndarray, "n 3"],
     pixels: Float[np.ndarray, "n 2"],
@@ -187,7 +182,7 @@ def calibrate(
     refuse_no_camera(pixels, found, freedom, terms > 0)
     _refuse_undetermined(found, terms)
     _refuse_mirrored(found, points)
-    report = report_on(found, points, pixels, terms, sd_px, chance, doubt)
+    report = _report(found, points, pixels, terms, sd_px, chance, doubt)
     return Camera(found.camera.matrix, found.camera.lens, size, report)
 
 

@@ -14,40 +14,11 @@ _NEWTON_STEPS = 50
 _TOLERANCE = 1e-15
 
 
-def zeros(n: int, *shape: int) -> Float[np.ndarray, "n *shape"]:
-    """Zeros [n, *shape] with contiguous memory along n."""
-    return np.moveaxis(np.zeros((*shape, n)), -1, 0)
-
-
 def inverse(a: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "n 3 3"]:
-    """Inverses of symmetric matrices by cofactors; NaN or inf for singular ones."""
-    xx, yy, zz, xy, xz, yz = a[:, 0, 0], a[:, 1, 1], a[:, 2, 2], a[:, 0, 1], a[:, 0, 2], a[:, 1, 2]
-    out = zeros(len(a), 3, 3)
-    out[:, 0, 0] = yy * zz - yz * yz
-    out[:, 0, 1] = out[:, 1, 0] = xz * yz - xy * zz
-    out[:, 0, 2] = out[:, 2, 0] = xy * yz - xz * yy
-    out[:, 1, 1] = xx * zz - xz * xz
-    out[:, 1, 2] = out[:, 2, 1] = xy * xz - xx * yz
-    out[:, 2, 2] = xx * yy - xy * xy
-    det = xx * out[:, 0, 0] + xy * out[:, 0, 1] + xz * out[:, 0, 2]
+    """Inverses by cofactors; NaN or inf for singular matrices."""
+    cofactors = np.cross(a[:, [1, 2, 0]], a[:, [2, 0, 1]])
     with np.errstate(divide="ignore", invalid="ignore"):
-        out /= det[:, None, None]
-    return out
-
-
-def times(a: Float[np.ndarray, "n k m"], b: Float[np.ndarray, "n m l"]) -> Float[np.ndarray, "n k l"]:
-    """Matrix products."""
-    out = zeros(len(a), a.shape[1], b.shape[2])
-    for i in range(a.shape[1]):
-        for j in range(b.shape[2]):
-            for k in range(a.shape[2]):
-                out[:, i, j] += a[:, i, k] * b[:, k, j]
-    return out
-
-
-def apply(a: Float[np.ndarray, "n k m"], x: Float[np.ndarray, "n m"]) -> Float[np.ndarray, "n k"]:
-    """Matrix-vector products."""
-    return times(a, x[:, :, None])[:, :, 0]
+        return cofactors.transpose(0, 2, 1) / np.sum(a[:, 0] * cofactors[:, 0], axis=1)[:, None, None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,10 +86,9 @@ def distort(
 ) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n 2 2"], Float[np.ndarray, "n"]]:
     """As `Lens.distort`, with unchecked parameters."""
     scale, centre = K[:2, :2], K[:2, 2]
-    inverse = np.linalg.inv(scale)
-    out, jacobian, shown = _brown((pixels - centre) @ inverse.T, distortion)
-    by_pixels = inverse.T @ np.tensordot(scale, np.moveaxis(jacobian, 0, -1), 1)
-    return out @ scale.T + centre, np.moveaxis(by_pixels, -1, 0), shown
+    back = np.linalg.inv(scale)
+    out, jacobian, shown = _brown((pixels - centre) @ back.T, distortion)
+    return out @ scale.T + centre, scale @ jacobian @ back, shown
 
 
 def _size(xy: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n"]:
@@ -139,7 +109,7 @@ def _brown(
         [x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x), y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y],
         axis=1,
     )
-    jacobian = zeros(len(xy), 2, 2)
+    jacobian = np.empty((len(xy), 2, 2))
     jacobian[:, 0, 0] = radial + rise * x * x + 2 * p1 * y + 6 * p2 * x
     jacobian[:, 0, 1] = jacobian[:, 1, 0] = rise * x * y + 2 * p1 * x + 2 * p2 * y
     jacobian[:, 1, 1] = radial + rise * y * y + 6 * p1 * y + 2 * p2 * x
@@ -283,7 +253,7 @@ class Camera:
         if self.glass is not None:
             seen, by_point = self.glass.apparent(self.centre, points)
             pixels, jacobian, depth = replace(self, glass=None).project_with_jacobian(seen)
-            return pixels, times(jacobian, by_point), np.where(np.isfinite(depth), depth, -1.0)
+            return pixels, jacobian @ by_point, np.where(np.isfinite(depth), depth, -1.0)
         M = self.matrix[:, :3]
         h = M @ np.asarray(points, float).T + self.matrix[:, 3:]
         depth = h[2]
@@ -293,12 +263,12 @@ class Camera:
         if self.lens is None:
             return straight.T, jacobian, depth
         pixels, by_straight, shown = self.lens.distort(straight.T)
-        return pixels, times(by_straight, jacobian), np.where(shown > 0, depth, np.minimum(depth, 0))
+        return pixels, by_straight @ jacobian, np.where(shown > 0, depth, np.minimum(depth, 0))
 
     def undistort(self, pixels: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
         """Pixels without distortion; NaN outside the image of the lens."""
         return np.array(pixels, float) if self.lens is None else self.lens.undistort(pixels)
 
-    def depth(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n"]:
+    def depth(self, points: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch"]:
         """Depth of points in front of the camera, along its axis [m]."""
         return np.asarray(points, float) @ self.matrix[2, :3] + self.matrix[2, 3]

@@ -30,8 +30,8 @@ def fill(
         known_at = ~np.isnan(columns[:, k])
         for known, missing in _pieces(time, known_at, longest):
             x, y = time[known], columns[known, k]
-            smooth = how == "cubic"
-            columns[missing, k] = CubicSpline(x, y)(time[missing]) if smooth else np.interp(time[missing], x, y)
+            at = time[missing]
+            columns[missing, k] = CubicSpline(x, y)(at) if how == "cubic" else np.interp(at, x, y)
             filled[missing, k] = True
     return columns.reshape(out.shape), filled.reshape(out.shape)
 

@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 
 from .camera import Camera, Lens, distort
 
-_EXACT = 1e-15
+_EXACT: Any = dict.fromkeys(("xtol", "ftol", "gtol"), 1e-15)
 _STEPS = 100  # 5 to 30 for correct readings
 _SINGULAR = 1e-9  # singular value ratio of a normalised matrix; cameras have more than 1e-4
 
@@ -128,16 +128,7 @@ def fit(
     with np.errstate(all="ignore"):
         least, best = np.inf, np.zeros(11 + terms)
         for begin in _starts(start, chart, X, transformed(T, straight), terms, starts):
-            found = least_squares(
-                lambda p: model(p)[0],
-                begin,
-                jacobian,
-                method="lm",
-                xtol=_EXACT,
-                ftol=_EXACT,
-                gtol=_EXACT,
-                max_nfev=_STEPS,
-            )
+            found = least_squares(lambda p: model(p)[0], begin, jacobian, method="lm", max_nfev=_STEPS, **_EXACT)
             matrix = (start.ravel() + chart @ found.x[:11]).reshape(3, 4)
             if found.cost < least and _is_camera(matrix, *model(found.x)):
                 least, best = found.cost, found.x
@@ -233,9 +224,7 @@ def _denormalised(
 
 
 def _distortion(terms: Float[np.ndarray, "k"]) -> Float[np.ndarray, "5"]:
-    out = np.zeros(5)
-    out[: len(terms)] = terms
-    return out
+    return np.pad(terms, (0, 5 - len(terms)))
 
 
 def _upper(K: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "3 3"]:

@@ -96,11 +96,8 @@ def refuse_same(points: Float[np.ndarray, "n 3"], name: str) -> None:
 
 def axes(points: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "d"]:
     """Root mean square distances of points from their centroid along their principal axes, the longest first."""
-    centred = points - points.mean(axis=0)
-    out = np.zeros(points.shape[1])
-    singular = np.linalg.svd(centred, compute_uv=False) / np.sqrt(len(points))
-    out[: len(singular)] = singular
-    return out
+    singular = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) / np.sqrt(len(points))
+    return np.pad(singular, (0, points.shape[1] - len(singular)))
 
 
 def _far(off: float, spread: float) -> str:
@@ -168,7 +165,13 @@ def refuse_misread(
     n, left = len(points), freedom - 2
     if left < 1:
         return ""
-    without = _without(points, pixels, found, refit)
+    # by how much the sum of squares falls without each point; 0 along directions in which the camera needs it
+    kept = np.linalg.pinv(np.eye(2) - found.leverage, rcond=1e-9, hermitian=True)
+    gain = np.einsum("ni,nij,nj->n", found.residual, kept, found.residual)
+    # the others are not in a plane (`refuse_places`)
+    without = {
+        int(i): refit(np.delete(points, i, axis=0), np.delete(pixels, i, axis=0)) for i in np.argsort(-gain)[:_REFINED]
+    }
     k = min(without, key=lambda i: without[i].squares)
     squares = max(without[k].squares, 1e-300)
     off = float(np.linalg.norm(pixels[k] - without[k].camera.project_with_jacobian(points[[k]])[0]))
@@ -188,18 +191,6 @@ def refuse_misread(
         f"points.{k}{also} is read {off:.2g} px off the camera of the others, which fit within sd_px: it may be "
         "misread, or this is the effect of refraction and the lens"
     )
-
-
-def _without(
-    points: Float[np.ndarray, "n 3"], pixels: Float[np.ndarray, "n 2"], found: CameraFit, refit: Refit
-) -> dict[int, CameraFit]:
-    """Fits without each of the most probable outliers; the others are not in a plane (`refuse_places`)."""
-    gain = np.einsum("ni,nij,nj->n", found.residual, _inverse(found.leverage), found.residual)
-    fits = {}
-    for k in np.argsort(-gain)[:_REFINED]:
-        others = np.delete(np.arange(len(points)), k)
-        fits[int(k)] = refit(points[others], pixels[others])
-    return fits
 
 
 def refuse_no_camera(pixels: Float[np.ndarray, "n 2"], found: CameraFit, freedom: int, estimated: bool) -> None:
@@ -227,11 +218,6 @@ def smallest_found(found: CameraFit, freedom: int, chance: float) -> tuple[float
 
 def _or(names: list[str]) -> str:
     return f" (or else {' or '.join(names)})" if names else ""
-
-
-def _inverse(leverage: Float[np.ndarray, "n 2 2"]) -> Float[np.ndarray, "n 2 2"]:
-    """(1 - H)^-1, with 0 along directions in which the camera needs the point."""
-    return np.linalg.pinv(np.eye(2) - leverage, rcond=1e-9, hermitian=True)
 
 
 def _orders(residual: Float[np.ndarray, "n 2"]) -> Iterator[tuple[list[int], str]]:

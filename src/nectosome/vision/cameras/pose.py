@@ -61,10 +61,12 @@ def pose(
     count = w.sum(axis=1)
     bm, pm = w @ b / count[:, None], p.sum(axis=1) / count[:, None]
     bc, pc = w[..., None] * (b - bm[:, None]), w[..., None] * (p - pm[:, None])
-    R = _rotations(pc.transpose(0, 2, 1) @ bc)
+    U, _, V = np.linalg.svd(pc.transpose(0, 2, 1) @ bc)
+    U[:, :, 2] *= np.linalg.det(U @ V)[:, None]
+    R = U @ V
     q = bc @ R.transpose(0, 2, 1)
     arm = np.einsum("tij,tj->ti", R, bm)
-    angles = _angles(R)
+    angles = roll_pitch_yaw(R)
     status[np.flatnonzero(use)[np.cos(angles[:, 1]) < _GIMBAL]] = PlaceStatus.GIMBAL
     out = {
         "place": pm - arm,
@@ -77,7 +79,10 @@ def pose(
     if covariance is not None:
         marker = np.where(there[use][..., None, None], np.asarray(covariance, float)[use], 0)
         out["place_se"], out["angles_se"] = _errors(q, pc, arm, angles, w, marker)
-    full = {name: _spread(values, use) for name, values in out.items()}
+    full: dict[str, np.ndarray] = {}
+    for name, values in out.items():
+        full[name] = np.full((t, *values.shape[1:]), np.nan)
+        full[name][use] = values
     if unwrap:
         full["angles"][use] = np.unwrap(full["angles"][use], axis=0)
     return BodyPose(**full, status=status)
@@ -112,14 +117,7 @@ def _status(there: Bool[np.ndarray, "t m"], b: Float[np.ndarray, "m 3"]) -> Int8
     return kinds[which.reshape(-1)]
 
 
-def _rotations(h: Float[np.ndarray, "t 3 3"]) -> Float[np.ndarray, "t 3 3"]:
-    """Rotation R that maximises tr(R^T h)."""
-    U, _, V = np.linalg.svd(h)
-    U[:, :, 2] *= np.linalg.det(U @ V)[:, None]
-    return U @ V
-
-
-def _angles(R: Float[np.ndarray, "t 3 3"]) -> Float[np.ndarray, "t 3"]:
+def roll_pitch_yaw(R: Float[np.ndarray, "t 3 3"]) -> Float[np.ndarray, "t 3"]:
     """Roll, pitch, yaw of Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
     pitch = np.arctan2(-R[:, 2, 0], np.hypot(R[:, 0, 0], R[:, 1, 0]))
     return np.stack([np.arctan2(R[:, 2, 1], R[:, 2, 2]), pitch, np.arctan2(R[:, 1, 0], R[:, 0, 0])], axis=1)
@@ -157,10 +155,3 @@ def _cross(x: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3 3"]:
     out = np.zeros((*x.shape, 3))
     out[..., 0, 1], out[..., 0, 2], out[..., 1, 2] = -x[..., 2], x[..., 1], -x[..., 0]
     return out - np.swapaxes(out, -1, -2)
-
-
-def _spread(values: Float[np.ndarray, "k *shape"], use: Bool[np.ndarray, "t"]) -> Float[np.ndarray, "t *shape"]:
-    """Values of the frames in `use`, NaN in the others."""
-    out = np.full((len(use), *values.shape[1:]), np.nan)
-    out[use] = values
-    return out

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from itertools import combinations
+from typing import Self
 
 import numpy as np
 from jaxtyping import Float, Int8
 
-from .camera import Camera, apply, inverse, zeros
+from .camera import Camera, inverse
 
 _STEPS = 20
 _TOLERANCE = 1e-10  # last step over the distance from the cameras; the next one would be far smaller
@@ -18,31 +19,22 @@ _ENOUGH = 1e-6  # largest last step of a valid position over the distance from t
 class PlaceStatus(IntEnum):
     """Status of a position or a pose; 0: valid."""
 
-    GOOD = 0
-    FEW_CAMERAS = 1
-    PARALLEL = 2
-    BEHIND = 3
-    NOT_CONVERGED = 4
-    FEW_MARKERS = 5
-    LINE = 6
-    GIMBAL = 7
+    words: str  # description for messages
 
-    @property
-    def words(self) -> str:
-        """Description for messages."""
-        return _WORDS[self]
+    def __new__(cls, value: int, words: str) -> Self:
+        """Make a member of its number and its description."""
+        member = int.__new__(cls, value)
+        member._value_, member.words = value, words
+        return member
 
-
-_WORDS = {
-    PlaceStatus.GOOD: "good",
-    PlaceStatus.FEW_CAMERAS: "seen by fewer than two cameras",
-    PlaceStatus.PARALLEL: "its rays are nearly parallel",
-    PlaceStatus.BEHIND: "its rays meet behind a camera",
-    PlaceStatus.NOT_CONVERGED: "its rays do not meet",
-    PlaceStatus.FEW_MARKERS: "fewer than three markers have a position",
-    PlaceStatus.LINE: "the markers with a position lie on a line",
-    PlaceStatus.GIMBAL: "pitch is near 90 deg: roll and yaw are not separable, the rotation is valid",
-}
+    GOOD = 0, "good"
+    FEW_CAMERAS = 1, "seen by fewer than two cameras"
+    PARALLEL = 2, "its rays are nearly parallel"
+    BEHIND = 3, "its rays meet behind a camera"
+    NOT_CONVERGED = 4, "its rays do not meet"
+    FEW_MARKERS = 5, "fewer than three markers have a position"
+    LINE = 6, "the markers with a position lie on a line"
+    GIMBAL = 7, "pitch is near 90 deg: roll and yaw are not separable, the rotation is valid"
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,16 +122,13 @@ def _linear(
     cameras: Sequence[Camera], straight: Float[np.ndarray, "c n 2"], weight: Float[np.ndarray, "c n"]
 ) -> Float[np.ndarray, "n 3"]:
     """Linear least squares of (m_1 - u m_3) (x, 1) = 0, (m_2 - v m_3) (x, 1) = 0, m_i the matrix's rows."""
-    n = straight.shape[1]
-    normal, right = zeros(n, 3, 3), zeros(n, 3)
     about = np.mean([camera.centre for camera in cameras], axis=0)
-    for camera, pixels, w in zip(cameras, straight, weight, strict=True):
-        P = camera.matrix
-        start = P @ np.array([*about, 1.0])
-        for k in range(2):
-            pixel = np.where(w > 0, pixels[:, k], 0)
-            _add(normal, right, w, P[k, :3, None] - P[2, :3, None] * pixel, pixel * start[2] - start[k])
-    return apply(inverse(normal), right) + about
+    P = np.stack([camera.matrix for camera in cameras])[:, None]
+    start = P @ np.array([*about, 1.0])
+    pixels = np.where(weight[..., None] > 0, straight, 0)
+    rows = P[:, :, :2, :3] - pixels[..., None] * P[:, :, 2:, :3]
+    normal, right = _normal_equations(rows, pixels * start[..., 2:] - start[..., :2], weight)
+    return np.einsum("nij,nj->ni", inverse(normal), right) + about
 
 
 def _refined(
@@ -154,7 +143,7 @@ def _refined(
     todo = np.arange(len(x))
     for _ in range(_STEPS):
         normal, right, _, depth = _equations(cameras, read[:, todo], weight[:, todo], x[todo])
-        step = apply(inverse(normal), right)
+        step = np.einsum("nij,nj->ni", inverse(normal), right)
         x[todo] += step
         last[todo] = np.linalg.norm(step, axis=1) / np.abs(depth).max(axis=0)
         todo = todo[last[todo] > _TOLERANCE]
@@ -170,30 +159,15 @@ def _equations(
     x: Float[np.ndarray, "n 3"],
 ) -> tuple[Float[np.ndarray, "n 3 3"], Float[np.ndarray, "n 3"], Float[np.ndarray, "n"], Float[np.ndarray, "c n"]]:
     """J^T W J, J^T W (measured - projected), the sum of |measured - projected|^2 [px^2], and depths."""
-    normal, right, squares = zeros(len(x), 3, 3), zeros(len(x), 3), np.zeros(len(x))
-    depths = np.empty(weight.shape)
-    for k, camera in enumerate(cameras):
-        projected, jacobian, depths[k] = camera.project_with_jacobian(x)
-        w = weight[k]
-        for i in range(2):
-            residual = np.where(w > 0, read[k, :, i] - projected[:, i], 0)
-            squares += residual * residual
-            _add(normal, right, w, jacobian[:, i].T, residual)
-    return normal, right, squares, depths
+    each = zip(*(camera.project_with_jacobian(x) for camera in cameras), strict=True)
+    projected, jacobian, depths = map(np.stack, each)
+    residual = np.where(weight[..., None] > 0, read - projected, 0)
+    return *_normal_equations(jacobian, residual, weight), np.sum(residual**2, axis=(0, 2)), depths
 
 
-def _add(
-    normal: Float[np.ndarray, "n 3 3"],
-    right: Float[np.ndarray, "n 3"],
-    weight: Float[np.ndarray, "n"],
-    row: Float[np.ndarray, "3 n"],
-    value: Float[np.ndarray, "n"],
-) -> None:
-    """Add one equation row . x = value to the normal equations."""
-    for i in range(3):
-        weighted = weight * row[i]
-        right[:, i] += weighted * value
-        for j in range(i, 3):
-            normal[:, i, j] += weighted * row[j]
-            if j > i:
-                normal[:, j, i] = normal[:, i, j]
+def _normal_equations(
+    rows: Float[np.ndarray, "c n 2 3"], values: Float[np.ndarray, "c n 2"], weight: Float[np.ndarray, "c n"]
+) -> tuple[Float[np.ndarray, "n 3 3"], Float[np.ndarray, "n 3"]]:
+    """A^T W A and A^T W b of the equations rows . x = values of all cameras."""
+    weighted = rows * weight[..., None, None]
+    return (weighted.transpose(0, 1, 3, 2) @ rows).sum(axis=0), np.einsum("cnki,cnk->ni", weighted, values)

@@ -1,10 +1,10 @@
 """Tracking of a chain of segments in a video: positions, directions and joint angles, with quality and reasons."""
 
 import json
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from enum import IntEnum
-from itertools import pairwise
+from heapq import nsmallest
+from itertools import groupby, pairwise, permutations, product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,18 +12,18 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
 from nectosome.io import provenance
-from nectosome.units import InputError
 
-from .chain import assign_segments
-from .clip import Clip, Progress, intervals
+from .clip import Clip, Progress, clip_of, intervals
 from .plane import MotionPlane, plane_of
 from .reasons import Reason, loss_notes
-from .segments import ColourGroups, blobs, pose
-from .sheet import Segment, SegmentSheet
+from .segments import ColourGroups, SegmentPose, blobs, segment_pose
+from .sheet import SegmentSheet
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_ROUND = 1.25  # least ratio of length to width for a direction
+_CLOSE = 1.5  # sums of gaps that differ by a smaller factor are ambiguous
 _SCATTERS = 6.0  # accepted standard deviations
 _DOUBTFUL = 0.1  # relative deviation from a given size that casts doubt on the scale
 
@@ -39,14 +39,6 @@ class SegmentField(IntEnum):
     AREA = 5
 
 
-@dataclass(frozen=True)
-class FrameSegments:
-    """Segments in one picture."""
-
-    values: Float[np.ndarray, "segments 6"]  # see SegmentField; NaN if a reason says so
-    reasons: list[Reason]
-
-
 class SegmentFinder:
     """Finds the segments of a sheet in pictures of one size."""
 
@@ -56,19 +48,21 @@ class SegmentFinder:
         segments = list(sheet.segments.values())
         self._groups = ColourGroups(segments)
         of = self._groups.of
-        self._across = [_across(segments[of.index(k)]) for k in range(self._groups.count)]
+        owners = [segments[of.index(k)] for k in range(self._groups.count)]
+        self._across = [s.length is not None and s.width is not None and s.length < s.width for s in owners]
         self._alone = [of.count(k) == 1 for k in range(self._groups.count)]
         self._base = None
         if sheet.base is not None:
             u, v = (min(max(round(x), 0), n - 1) for x, n in zip(sheet.base, size, strict=True))
             self._base = self.plane.grid[v, u]
 
-    def find(self, image: UInt8[np.ndarray, "height width 3"]) -> FrameSegments:
-        """Segments in a picture (blue, green, red), independent of other pictures."""
+    def find(self, image: UInt8[np.ndarray, "height width 3"]) -> tuple[Float[np.ndarray, "segments 6"], list[Reason]]:
+        """Segments in one picture (blue, green, red): values by SegmentField, NaN if the reason says so."""
         bits = self._groups.find(image)
         found = blobs(bits, self._alone, self.sheet.smallest)
+        fit = self.sheet.fit
         poses = [
-            [one for blob in of_colour if (one := pose(blob, image, bits, self.plane, self.sheet.fit, across)).area > 0]
+            [one for blob in of_colour if (one := segment_pose(blob, image, bits, self.plane, fit, across)).area > 0]
             for of_colour, across in zip(found, self._across, strict=True)
         ]
         row, reasons, directions = assign_segments(poses, self._groups.of, self._base)
@@ -81,11 +75,7 @@ class SegmentFinder:
                 reasons[s] = Reason.EDGE
             elif direction is not None:
                 values[s, SegmentField.DIRECTION] = direction
-        return FrameSegments(values, reasons)
-
-
-def _across(segment: Segment) -> bool:
-    return segment.length is not None and segment.width is not None and segment.length < segment.width
+        return values, reasons
 
 
 _SIZES = {  # least and most deviation (of the logarithm) that is accepted
@@ -145,24 +135,12 @@ def track_segments(
     `reason` (segment), one of `Reason`. Values with a reason are NaN, except position and size of a segment with only
     its direction unknown. Missing frames have no row; `gaps` lists them. Raises InputError.
     """
-    clip = Clip(Path(video), sheet.rate)
-    if sheet.size is not None and sheet.size != clip.size:
-        (w, h), (a, b) = sheet.size, clip.size
-        raise InputError(
-            f"its pictures are {a} x {b} pixels, and the sheet is for {w} x {h}. Pixels of the sheet (points, "
-            "origin, base, lens) would be wrong.",
-            file=str(video),
-        )
+    advice = "Pixels of the sheet (points, origin, base, lens) would be wrong."
+    clip = clip_of(video, sheet.rate, sheet.size, "the sheet is for", advice)
     finder = SegmentFinder(sheet, clip.size)
-    times: list[float] = []
-    values: list[Float[np.ndarray, "segments 6"]] = []
-    reasons: list[list[Reason]] = []
-    for frame in clip.frames(progress):
-        seen = finder.find(frame.image)
-        times.append(frame.time)
-        values.append(seen.values)
-        reasons.append(seen.reasons)
-    return _dataset(clip, finder, np.array(times), np.array(values), np.array(reasons, np.int8))
+    frames = [(frame.time, *finder.find(frame.image)) for frame in clip.frames(progress)]
+    time, values, why = zip(*frames, strict=True)
+    return _dataset(clip, finder, np.array(time), np.array(values), np.array(why, np.int8))
 
 
 def _dataset(
@@ -232,3 +210,82 @@ def _sizes(sheet: SegmentSheet, values: Float[np.ndarray, "t s 6"], bad: np.ndar
 
 def _wrapped(angle: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
     return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+def assign_segments(
+    poses: Sequence[Sequence[SegmentPose]], colours: Sequence[int], base: Float[np.ndarray, "2"] | None
+) -> tuple[list[SegmentPose | None], list[Reason], list[float | None]]:
+    """Pose, reason and direction [rad] of each segment, whose colour is `colours[segment]`.
+
+    `poses` are by colour. The order of segments of one colour, and all directions, are those with the smallest sum of
+    gaps along the chain from the end of a segment to the start of the next one; the first gap is from `base`.
+    """
+    n = len(colours)
+    reasons = [Reason.SEEN] * n
+    places: list[list[int]] = [[s for s in range(n) if colours[s] == k] for k in range(len(poses))]
+    for k, found in enumerate(poses):
+        if len(found) != len(places[k]):
+            short = Reason.LOST if not found or len(places[k]) == 1 else Reason.MERGED
+            for s in places[k]:
+                reasons[s] = short if len(found) < len(places[k]) else Reason.PIECES
+    usable = [k for k, found in enumerate(poses) if len(found) == len(places[k])]
+
+    def candidates() -> Iterator[tuple[float, list[float | None], list[SegmentPose | None]]]:
+        for orders in product(*(permutations(poses[k]) for k in usable)):
+            row: list[SegmentPose | None] = [None] * n
+            for k, order in zip(usable, orders, strict=True):
+                for s, pose in zip(places[k], order, strict=True):
+                    row[s] = pose
+            yield (*_directions(row, base), row)
+
+    (total, directions, row), *others = nsmallest(2, candidates(), key=lambda candidate: candidate[0])
+    second = others[0][0] if others else np.inf
+    several = [s for k in usable if len(places[k]) > 1 for s in places[k]]
+    if several and second < _CLOSE * total:
+        for s in several:
+            row[s], directions[s], reasons[s] = None, None, Reason.DOUBT
+    for s, pose in enumerate(row):
+        if pose is not None and pose.length < _ROUND * pose.width and directions[s] is not None:
+            directions[s], reasons[s] = None, Reason.ROUND
+        elif pose is not None and directions[s] is None:
+            reasons[s] = Reason.DIRECTION
+    return row, reasons, directions
+
+
+def _directions(
+    row: Sequence[SegmentPose | None], base: Float[np.ndarray, "2"] | None
+) -> tuple[float, list[float | None]]:
+    """Least sum of gaps, and its directions; None for a segment without visible neighbours."""
+    directions: list[float | None] = [None] * len(row)
+    total = 0.0
+    for _, group in groupby(enumerate(row), key=lambda item: item[1] is None):
+        run = [(s, pose) for s, pose in group if pose is not None]
+        start = base if run and run[0][0] == 0 else None
+        if len(run) > 1 or start is not None:
+            gaps, found = _shortest_chain([pose for _, pose in run], start)
+            total += gaps
+            directions[run[0][0] : run[-1][0] + 1] = found
+    return total, directions
+
+
+def _shortest_chain(
+    poses: Sequence[SegmentPose], start: Float[np.ndarray, "2"] | None
+) -> tuple[float, list[float | None]]:
+    """Shortest chain of successive segments, by dynamic programming over their two directions."""
+    ends = [] if start is None else [start]  # of the segment before, for each of its directions
+    cost = np.zeros(len(ends))
+    came: list[list[int]] = []
+    for pose in poses:
+        half = 0.5 * pose.length * np.array([np.cos(pose.axis), np.sin(pose.axis)])
+        starts = [pose.middle - half, pose.middle + half]
+        gaps = [[c + float(np.linalg.norm(p - e)) for e, c in zip(ends, cost, strict=True)] or [0.0] for p in starts]
+        came.append(np.argmin(gaps, axis=1).tolist())
+        cost = np.min(gaps, axis=1)
+        ends = [pose.middle + half, pose.middle - half]
+    turned = int(np.argmin(cost))
+    total = float(cost[turned])
+    found: list[float | None] = []
+    for pose, back in zip(reversed(poses), reversed(came), strict=True):
+        found.append(pose.axis + np.pi * turned)
+        turned = back[turned]
+    return total, found[::-1]

@@ -53,7 +53,6 @@ class Clip:
             raise self._wrong("it contains no readable frame.")
         height, width = _upright(first).shape[:2]
         self.size = (width, height)
-        self.damaged = 0
 
     @property
     def description(self) -> str:
@@ -80,8 +79,8 @@ class Clip:
                 )
             image = _upright(picture)
             if image.shape[1::-1] != self.size:
-                shown = " x ".join(map(str, image.shape[1::-1]))
-                raise self._wrong(f"its frames change their size, from {_by(self.size)} to {shown} at frame {k + 1}.")
+                sizes = f"{_by(self.size)} to {_by(image.shape[1::-1])}"
+                raise self._wrong(f"its frames change their size, from {sizes} at frame {k + 1}.")
             last = time
             yield Frame(time, image)
 
@@ -100,9 +99,8 @@ class Clip:
                 raise self._wrong("its codec is unknown. Convert it, for instance to H.264.")
             stream.thread_type = "AUTO"
             self.codec = str(stream.codec_context.name)
-            rate = stream.average_rate or stream.guessed_rate or Fraction(25)
-            self.stored_rate = float(rate)
-            self.expected = stream.frames or _by_duration(container, av.time_base, self.stored_rate)
+            self.stored_rate = float(stream.average_rate or stream.guessed_rate or 25)
+            self.expected = stream.frames or round((container.duration or 0) / av.time_base * self.stored_rate)
             yield from self._decoded(container, stream, av.error.FFmpegError)
 
     def _decoded(self, container: Any, stream: Any, failure: type[Exception]) -> Iterator[Any]:
@@ -124,6 +122,15 @@ class Clip:
         return InputError(message, file=str(self.path))
 
 
+def clip_of(video: str | Path, rate: float | None, size: tuple[int, int] | None, whose: str, advice: str) -> Clip:
+    """Open a video whose pictures have `size` [px], if given. Raises InputError, with `advice`, if `whose` differs."""
+    clip = Clip(Path(video), rate)
+    if size is not None and size != clip.size:
+        message = f"its pictures are {_by(clip.size)} pixels, and {whose} {_by(size)}. {advice}"
+        raise InputError(message, file=str(video))
+    return clip
+
+
 def _upright(picture: Any) -> UInt8[np.ndarray, "height width 3"]:
     """Pixels rotated as a player shows them, by the rotation stored in the file."""
     image = picture.to_ndarray(format="bgr24")
@@ -131,16 +138,8 @@ def _upright(picture: Any) -> UInt8[np.ndarray, "height width 3"]:
     return np.ascontiguousarray(np.rot90(image, turns)) if turns else image
 
 
-def _by_duration(container: Any, base: int, rate: float) -> int:
-    return round(container.duration / base * rate) if container.duration else 0
-
-
-def _by(size: tuple[int, int]) -> str:
+def _by(size: tuple[int, ...]) -> str:
     return f"{size[0]} x {size[1]}"
-
-
-def _said(error: Exception) -> str:
-    return shorten(reason(error))
 
 
 def intervals(time: Float[np.ndarray, "t"], clip: Clip) -> tuple[list[list[float]], list[str]]:

@@ -1,18 +1,23 @@
-"""Identification of a body's markers among the candidates of several cameras, by the distances between markers."""
+"""Markers of a body in the pictures of several cameras: candidates by colour, identified by their distances.
+
+Candidates are blobs of a marker's colour, with centroids to a fraction of a pixel.
+"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import combinations, product
+from dataclasses import dataclass, field
+from itertools import combinations, islice, product
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt8
 
 from nectosome.units import InputError
 from nectosome.vision.cameras import Camera, triangulate
 
-from .marker_candidates import Candidate, Sightings
 from .reasons import Reason
+from .segments import ColourGroups, blobs, coverage
+from .sheet import Colour
 
+_TOUCH = 2  # px
 _MOST = 20_000  # assignments tried in a frame
 _CLEAR = 2.0  # factor by which the second best assignment must fit worse
 
@@ -21,6 +26,60 @@ _Option = tuple[
     Int[np.ndarray, "cameras"], Float[np.ndarray, "3"]
 ]  # candidate of each camera, -1: none, and their position
 _TOGETHER = 0.02  # [frame interval]: cameras within this are simultaneous
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A blob: its centroid [px], weighted by the coverage of each pixel, and its area [px].
+
+    The area is 0 if another colour touches the blob, which may then be partly covered.
+    """
+
+    pixel: tuple[float, float]
+    area: float
+
+
+class MarkerFinder:
+    """Finds candidates in pictures; markers of one colour form a group."""
+
+    def __init__(self, colours: Sequence[Colour], smallest: int):
+        self.groups = ColourGroups(colours)
+        self._smallest = smallest
+
+    def find(self, image: UInt8[np.ndarray, "height width 3"]) -> list[list[Candidate]]:
+        """Candidates of each group in a picture (blue, green, red), the largest first, without those at its edge."""
+        bits = self.groups.find(image)
+        found: list[list[Candidate]] = []
+        for of_colour in blobs(bits, [False] * self.groups.count, self._smallest):
+            group = []
+            for blob in of_colour:
+                if blob.cut:
+                    continue
+                (rows, columns), share = coverage(blob, image, bits)
+                total = float(share.sum())
+                if not total:  # no contrast
+                    continue
+                u = columns.start + float(share.sum(0) @ np.arange(share.shape[1])) / total
+                v = rows.start + float(share.sum(1) @ np.arange(share.shape[0])) / total
+                top, left = max(blob.top - _TOUCH, 0), max(blob.left - _TOUCH, 0)
+                about = bits[top : blob.top + blob.height + _TOUCH, left : blob.left + blob.width + _TOUCH]
+                touched = bool(np.any(about & ~np.uint8(1 << blob.colour)))
+                group.append(Candidate((u, v), 0.0 if touched else total))
+            found.append(group)
+        return found
+
+
+@dataclass
+class Sightings:
+    """All candidates of one camera, frame by frame."""
+
+    time: list[float] = field(default_factory=list)
+    groups: list[list[list[Candidate]]] = field(default_factory=list)  # of each frame
+
+
+def without_lamps(groups: list[list[Candidate]], lamps: Float[np.ndarray, "n 2"], near: float) -> list[list[Candidate]]:
+    """Candidates that are not within `near` [px] of a lamp."""
+    return [[c for c in group if np.min(np.hypot(*(lamps - c.pixel).T)) > near] for group in groups]
 
 
 class MarkerBody:
@@ -66,12 +125,10 @@ class MarkerBody:
             if not assignments:
                 continue
             assignments.sort(key=lambda one: one[0])
-            best = assignments[0]
-            if any(
-                _differ(best, one) and one[0] < max(_CLEAR * best[0], 0.5 * self.tolerance) for one in assignments[1:]
-            ):
+            (off, best), *others = assignments
+            if any(one != best and other < max(_CLEAR * off, 0.5 * self.tolerance) for other, one in others):
                 return picked, [Reason.DOUBT if options[k] else Reason.LOST for k in range(m)]
-            for marker, option in best[1].items():
+            for marker, option in best.items():
                 picked[:, marker] = options[marker][option][0]
                 reasons[marker] = Reason.SEEN
             return picked, reasons
@@ -112,9 +169,7 @@ class MarkerBody:
         assignments: list[tuple[float, dict[int, int]]] = []
         expected = self.distances[np.ix_(markers, markers)]
         pairs = np.triu_indices(len(markers), 1)
-        for looked, choice in enumerate(product(*(range(len(options[k])) for k in markers))):
-            if looked >= _MOST:
-                break
+        for choice in islice(product(*(range(len(options[k])) for k in markers)), _MOST):
             rows = np.array([options[k][j][0] for k, j in zip(markers, choice, strict=True)])
             if self._shared(markers, rows):
                 continue
@@ -129,10 +184,6 @@ class MarkerBody:
             self.groups[markers[a]] == self.groups[markers[b]] and np.any((rows[a] == rows[b]) & (rows[a] >= 0))
             for a, b in combinations(range(len(markers)), 2)
         )
-
-
-def _differ(a: tuple[float, dict[int, int]], b: tuple[float, dict[int, int]]) -> bool:
-    return a[1] != b[1]
 
 
 def _distances(places: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "m m"]:
@@ -206,11 +257,9 @@ def _at(
         if known.size < 2:
             continue
         clock = own[known]
-        after = np.searchsorted(clock, time)
-        inside = (after > 0) & (after < len(clock))
-        low, high = clock[np.clip(after - 1, 0, len(clock) - 1)], clock[np.clip(after, 0, len(clock) - 1)]
-        exact = np.isin(time, clock)
-        use = exact | (inside & (high - low <= gap))
+        after = np.clip(np.searchsorted(clock, time), 1, len(clock) - 1)
+        low, high = clock[after - 1], clock[after]
+        use = np.isin(time, clock) | ((low < time) & (time <= high) & (high - low <= gap))
         for d in range(2):
             out[use, k, d] = np.interp(time[use], clock, pixels[known, k, d])
     return out

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Bool, Float, Int, UInt8
+from jaxtyping import Float, Int, UInt8
 
 from nectosome.io import provenance
 from nectosome.units import InputError
@@ -22,11 +22,11 @@ from nectosome.vision.cameras import (
     pose,
     triangulate,
 )
+from nectosome.vision.cameras.pose import roll_pitch_yaw
 
 from .angles import unusual
-from .clip import Clip, Progress, intervals
-from .marker_candidates import MarkerFinder, Sightings, without_lamps
-from .marker_identity import MarkerBody, Tracks, identify_markers
+from .clip import Clip, Progress, clip_of, intervals
+from .marker_identity import MarkerBody, MarkerFinder, Sightings, Tracks, identify_markers, without_lamps
 from .reasons import Reason, loss_notes
 from .sheet import MarkerSheet
 
@@ -120,8 +120,8 @@ def track_markers(
         own = Sightings()
         for frame in clip.frames(_part(progress, name, k, len(clips))):
             found = finder.find(frame.image)
-            lit = lamps if sheet.lamp is not None else np.zeros((0, 2))
-            own.add(frame.time + sheet.cameras[name].offset, without_lamps(found, lit, sheet.near))
+            own.time.append(frame.time + sheet.cameras[name].offset)
+            own.groups.append(without_lamps(found, lamps, sheet.near) if sheet.lamp is not None else found)
         seen.append(own)
     progress("places", 0.9)
     return _dataset(sheet, clips, cameras, identify_markers(cameras, seen, body), at)
@@ -134,15 +134,8 @@ def _part(progress: Progress, name: str, k: int, n: int) -> Progress:
 
 def _clip(video: str | Path, sheet: MarkerSheet, name: str) -> Clip:
     own = sheet.cameras[name]
-    clip = Clip(Path(video), own.rate)
-    if own.size is not None and own.size != clip.size:
-        (w, h), (a, b) = own.size, clip.size
-        raise InputError(
-            f"its pictures are {a} x {b} pixels, and camera {name} has {w} x {h}. Are the videos in the order of the "
-            f"cameras ({', '.join(sheet.cameras)})?",
-            file=str(video),
-        )
-    return clip
+    advice = f"Are the videos in the order of the cameras ({', '.join(sheet.cameras)})?"
+    return clip_of(video, own.rate, own.size, f"camera {name} has", advice)
 
 
 def _dataset(
@@ -168,7 +161,8 @@ def _dataset(
     if sheet.fill > 0:
         position, gaps_filled = fill(time, position, sheet.fill)
         filled = gaps_filled[:, 0]
-        angle = _filled_angles(fill_rotations(time, found.rotation, sheet.fill)[0], angle, filled)
+        rotation, _ = fill_rotations(time, found.rotation, sheet.fill)
+        angle = np.where(filled[:, None], roll_pitch_yaw(rotation), angle)
     gaps, warnings = intervals(time, clips[0])
     for clip, name in list(zip(clips, sheet.cameras, strict=True))[1:]:
         warnings += [f"{name}: {clip.damaged} packets could not be decoded"] if clip.damaged else []
@@ -217,8 +211,7 @@ def _unusual_areas(
     """Mask of the pixels of covered or merged markers, by an unusual area times depth squared."""
     strange = np.zeros(areas.shape, bool)
     for c, camera in enumerate(cameras):
-        flat = places.place.reshape(-1, 3)
-        depth = (flat @ camera.matrix[2, :3] + camera.matrix[2, 3]).reshape(areas.shape[1:])
+        depth = camera.depth(places.place)
         for k in range(areas.shape[2]):
             full = areas[c, :, k] * depth[:, k] ** 2
             known = np.isfinite(full)
@@ -242,17 +235,6 @@ def _pixel_error(pixels: Float[np.ndarray, "c t m 2"], places: Triangulated) -> 
     if freedom < 30:
         return None
     return float(np.sqrt(np.sum(count[good] * places.residual[good] ** 2) / freedom))
-
-
-def _filled_angles(
-    rotation: Float[np.ndarray, "t 3 3"], angle: Float[np.ndarray, "t 3"], filled: Bool[np.ndarray, "t"]
-) -> Float[np.ndarray, "t 3"]:
-    """Angles, including those of filled rotations."""
-    R, out = rotation[filled], angle.copy()
-    out[filled] = np.column_stack(
-        [np.arctan2(R[:, 2, 1], R[:, 2, 2]), -np.arcsin(np.clip(R[:, 2, 0], -1, 1)), np.arctan2(R[:, 1, 0], R[:, 0, 0])]
-    )
-    return out
 
 
 def _notes(sheet: MarkerSheet, cameras: Sequence[Camera], tracks: Tracks) -> Iterator[str]:

@@ -38,7 +38,7 @@ class MotionPlane:
 def plane_of(sheet: SegmentSheet, size: tuple[int, int]) -> MotionPlane:
     """Plane of a picture of `size` (width, height) [px]. Raises InputError for points that do not fit."""
     width, height = size
-    lens, residual = _lens(sheet), None
+    lens, residual = sheet.lens.build() if sheet.lens is not None else None, None
     if sheet.points is not None:
         to_pixels, residual = _homography(sheet.points, lens)
         unit = "m"
@@ -48,17 +48,13 @@ def plane_of(sheet: SegmentSheet, size: tuple[int, int]) -> MotionPlane:
         down = -1.0 if sheet.seen_from == "above" else 1.0
         to_pixels = np.array([[1 / scale, 0, u], [0, down / scale, v], [0, 0, 1.0]])
         unit = "m" if sheet.pixel is not None else "px"
-    u, v = np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float))
-    seen = _straight(np.stack([u, v], -1).reshape(-1, 2), lens)
+    pixels = np.stack(np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float)), -1)
+    seen = _straight(pixels.reshape(-1, 2), lens)
     grid = _mapped(np.linalg.inv(to_pixels), seen).reshape(height, width, 2)
     a, b = height // 2, width // 2
     across, down = grid[a, b] - grid[a, b - 1], grid[a, b] - grid[a - 1, b]
     pixel = float(np.sqrt(abs(across[0] * down[1] - across[1] * down[0])))
     return MotionPlane(grid, unit, pixel, residual, to_pixels, lens)
-
-
-def _lens(sheet: SegmentSheet) -> Lens | None:
-    return sheet.lens.build() if sheet.lens is not None else None
 
 
 def _straight(pixels: Float[np.ndarray, "n 2"], lens: Lens | None) -> Float[np.ndarray, "n 2"]:

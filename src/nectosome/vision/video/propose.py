@@ -88,8 +88,7 @@ def _peaks(counts: Float[np.ndarray, "256"]) -> list[tuple[int, int]]:
                 lowest = min(lowest, level)
                 k += 1
             ends.append(k)
-        low, high = (top - ends[0]) % 256, (top + ends[1]) % 256
-        found.append((low, high))
+        found.append(((top - ends[0]) % 256, (top + ends[1]) % 256))
         left[np.arange(top - ends[0], top + ends[1] + 1) % 256] = 0.0
     return found
 

@@ -1,7 +1,8 @@
-"""Reasons of missing values in tracked data, and the table (.csv) of tracked data."""
+"""Reasons of missing values in tracked data, and notes on them."""
 
 from collections.abc import Iterator, Sequence
 from enum import IntEnum
+from typing import Self
 
 import numpy as np
 from jaxtyping import Int
@@ -10,33 +11,23 @@ from jaxtyping import Int
 class Reason(IntEnum):
     """Reason of a missing value in a frame; 0: not missing."""
 
-    SEEN = 0
-    LOST = 1
-    PIECES = 2
-    MERGED = 3
-    COVERED = 4
-    EDGE = 5
-    ROUND = 6
-    DIRECTION = 7
-    DOUBT = 8
+    words: str  # description for messages
 
-    @property
-    def words(self) -> str:
-        """Description for messages."""
-        return _WORDS[self]
+    def __new__(cls, value: int, words: str) -> Self:
+        """Make a member of its number and its description."""
+        member = int.__new__(cls, value)
+        member._value_, member.words = value, words
+        return member
 
-
-_WORDS = {
-    Reason.SEEN: "seen",
-    Reason.LOST: "not seen",
-    Reason.PIECES: "seen in too many pieces",
-    Reason.MERGED: "larger than usual: merged with something else",
-    Reason.COVERED: "smaller than usual: partly covered",
-    Reason.EDGE: "cut off by the edge of the picture",
-    Reason.ROUND: "as wide as long: it has no direction",
-    Reason.DIRECTION: "no visible neighbour gives its direction",
-    Reason.DOUBT: "two assignments are equally likely",
-}
+    SEEN = 0, "seen"
+    LOST = 1, "not seen"
+    PIECES = 2, "seen in too many pieces"
+    MERGED = 3, "larger than usual: merged with something else"
+    COVERED = 4, "smaller than usual: partly covered"
+    EDGE = 5, "cut off by the edge of the picture"
+    ROUND = 6, "as wide as long: it has no direction"
+    DIRECTION = 7, "no visible neighbour gives its direction"
+    DOUBT = 8, "two assignments are equally likely"
 
 
 def loss_notes(names: Sequence[str], why: Int[np.ndarray, "t n"]) -> Iterator[str]:

@@ -35,28 +35,22 @@ class ColourGroups:
     """Up to eight colour ranges, looked up for all pixels at once; equal ranges are one group."""
 
     def __init__(self, ranges: Sequence[Colour]):
-        colours: list[Colour] = []
-        self.of: list[int] = []  # group of each range
-        for colour in ranges:
-            same = (k for k, known in enumerate(colours) if _range(known) == _range(colour))
-            self.of.append(next(same, len(colours)))
-            if self.of[-1] == len(colours):
-                colours.append(colour)
-        self.count = len(colours)
+        colours = [(colour.hue, colour.saturation, colour.value) for colour in ranges]
+        groups = list(dict.fromkeys(colours))
+        self.of = [groups.index(colour) for colour in colours]  # group of each range
+        self.count = len(groups)
         if not 1 <= self.count <= MOST:
             raise ValueError(f"ColourGroups: {self.count} colours; from 1 to {MOST} are possible.")
         self._cv2 = package("cv2", "video")
         table = np.zeros((1, 256, 3), np.uint8)
         level = np.arange(256)
-        for k, colour in enumerate(colours):
-            low, high = (edge / (2 * math.pi) * 256 for edge in colour.hue)
+        for k, (hue, *others) in enumerate(groups):
+            low, high = (edge / (2 * math.pi) * 256 for edge in hue)
             # a hue n means n to n + 1 of 256 parts of a turn
             middle = level + 0.5
             hues = (middle >= low) & (middle <= high) if low < high else (middle >= low) | (middle <= high)
-            parts = [hues]
-            for edges in (colour.saturation, colour.value):
-                parts.append((level >= 255 * edges[0] - 0.5) & (level <= 255 * edges[1] + 0.5))
-            for channel, part in enumerate(parts):
+            rest = [(level >= 255 * low - 0.5) & (level <= 255 * high + 0.5) for low, high in others]
+            for channel, part in enumerate([hues, *rest]):
                 table[0, part, channel] |= 1 << k
         self._table = table
 
@@ -69,10 +63,6 @@ class ColourGroups:
         return cv2.bitwise_and(cv2.bitwise_and(hue, saturation), value)
 
 
-def _range(colour: Colour) -> tuple[object, ...]:
-    return colour.hue, colour.saturation, colour.value
-
-
 @dataclass(frozen=True)
 class Blob:
     """Connected pixels of one colour."""
@@ -83,6 +73,7 @@ class Blob:
     width: int
     height: int
     pixels: int
+    cut: bool  # touches the edge of the picture
     mask: Bool[np.ndarray, "height width"]  # within its box
 
 
@@ -121,23 +112,23 @@ def blobs(bits: UInt8[np.ndarray, "height width"], alone: Sequence[bool], smalle
             if n < smallest:
                 break
             inside = labels[y : y + h, x : x + w] == label
-            found[k].append(Blob(k, left + x, top + y, w, h, n, inside))
+            x, y = left + x, top + y
+            cut = x == 0 or y == 0 or x + w == bits.shape[1] or y + h == bits.shape[0]
+            found[k].append(Blob(k, x, y, w, h, n, cut, inside))
     return found
 
 
-def pose(
+def segment_pose(
     blob: Blob, image: UInt8[np.ndarray, "height width 3"], bits: UInt8[np.ndarray, "height width"], plane: MotionPlane,
     fit: Fit, across: bool,
 ) -> SegmentPose:  # fmt: skip
     """Rectangle of a blob; `across`: the segment is wider than long."""
-    height, width = bits.shape
-    cut = blob.left == 0 or blob.top == 0 or blob.left + blob.width == width or blob.top + blob.height == height
     middle, direction, longer, shorter, area = (
         _by_moments(blob, image, bits, plane) if fit == "moments" else _by_rectangle(blob, plane)
     )
     if across:
         direction, longer, shorter = direction + np.pi / 2, shorter, longer
-    return SegmentPose(middle, float(direction % np.pi), longer, shorter, area, cut)
+    return SegmentPose(middle, float(direction % np.pi), longer, shorter, area, blob.cut)
 
 
 def _by_moments(blob: Blob, image: np.ndarray, bits: np.ndarray, plane: MotionPlane) -> _Rectangle:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from nectosome.measure.signals.period import find_period
+from nectosome.measure.signals.correlation import find_period
 
 from .made import band_limited, signal
 
