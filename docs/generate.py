@@ -19,7 +19,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 
 from nectosome.description import RobotDescription
-from nectosome.description.plain_data import to_plain
+from nectosome.description.files import to_plain
 from nectosome.description.structure import Slot, slot
 from nectosome.designs import QUANTITIES
 from nectosome.io import load_dataset

@@ -1,19 +1,16 @@
 """The language of robot files: descriptions of robots and missions, their quantities by path, settings, URDF."""
 
-from .fields import Angle, AngularSpeed, AnyPressure, Coordinate, Curvature, Force, Quantity, Torque
+from .fields import Angle, AngularSpeed, Coordinate, Quantity, Torque
 from .files import dump_robot, json_schema, load_robot, parse_robot, save_robot
 from .joints import (
     FixedJoint,
     FreeJoint,
-    FreeStart,
     JointDescription,
     PlanarJoint,
-    PlanarStart,
     PrismaticJoint,
     RevoluteJoint,
     ServoLimits,
     SphericalJoint,
-    SphericalStart,
 )
 from .loads import (
     AddedMassLoad,
@@ -27,64 +24,49 @@ from .loads import (
     PlateDragLoad,
     SpheroidAddedMassLoad,
 )
-from .mission import Mission, load_mission, parse_mission
-from .parts import STRAIN_NAMES, Limb, RestStrains, Rigid, Rod
-from .paths import get_value, numeric_paths, numeric_values, resolve, with_values
+from .parts import STRAIN_NAMES, Rigid, Rod
+from .paths import get_value, resolve, with_values
 from .period import drive_frequencies, drive_period, driving_signals
 from .robot import RobotDescription, WaterDescription
 from .settings import Samples, apply_settings, parse_setting, with_recordings
 from .signals import (
-    AngleSignal,
     ConstantSignal,
     CycleSignal,
-    ForceSignal,
-    LengthSignal,
     RateSignal,
     RecordingSignal,
     SignalDescription,
     SineSignal,
     SmoothRecordingSignal,
     StrokeSignal,
-    TorqueSignal,
     WaveSignal,
 )
+from .structure import numeric_paths, numeric_values
 from .urdf import import_urdf
 
 __all__ = [
     "STRAIN_NAMES",
     "AddedMassLoad",
     "Angle",
-    "AngleSignal",
     "AngularSpeed",
-    "AnyPressure",
     "ConstantSignal",
     "Coordinate",
-    "Curvature",
     "CycleSignal",
     "CylinderAddedMassLoad",
     "DistributedForceLoad",
     "DragLoad",
     "FixedJoint",
-    "Force",
     "ForceLoad",
-    "ForceSignal",
     "FreeJoint",
-    "FreeStart",
     "GivenAddedMassLoad",
     "JointDescription",
-    "LengthSignal",
-    "Limb",
     "LoadDescription",
     "LumpedDragLoad",
-    "Mission",
     "PlanarJoint",
-    "PlanarStart",
     "PlateDragLoad",
     "PrismaticJoint",
     "Quantity",
     "RateSignal",
     "RecordingSignal",
-    "RestStrains",
     "RevoluteJoint",
     "Rigid",
     "RobotDescription",
@@ -95,11 +77,9 @@ __all__ = [
     "SineSignal",
     "SmoothRecordingSignal",
     "SphericalJoint",
-    "SphericalStart",
     "SpheroidAddedMassLoad",
     "StrokeSignal",
     "Torque",
-    "TorqueSignal",
     "WaterDescription",
     "WaveSignal",
     "apply_settings",
@@ -110,11 +90,9 @@ __all__ = [
     "get_value",
     "import_urdf",
     "json_schema",
-    "load_mission",
     "load_robot",
     "numeric_paths",
     "numeric_values",
-    "parse_mission",
     "parse_robot",
     "parse_setting",
     "resolve",

@@ -1,10 +1,11 @@
-"""What all descriptions share: frozen models, names, vectors, places, and errors that belong to one field."""
+"""What all descriptions share: frozen models, choices by kind, names, vectors, places, and errors of one field."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from itertools import pairwise
+from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
@@ -54,6 +55,40 @@ def inside(group: str) -> Iterator[None]:
     except PydanticCustomError as error:
         field = (error.context or {}).get("field")
         raise wrong(f"{group}.{field}" if field else group, error.message()) from None
+
+
+def increasing(why: str, key: Callable[[Any], float] = float) -> AfterValidator:
+    """Return the validator of a row whose items increase by `key`; its error says `why`."""
+
+    def check(row: tuple[Any, ...]) -> tuple[Any, ...]:
+        if any(key(after) <= key(before) for before, after in pairwise(row)):
+            raise unfit(why)
+        return row
+
+    return AfterValidator(check)
+
+
+def kinds_of(base: type[BaseModel]) -> dict[str, type[BaseModel]]:
+    """Return the classes below `base` that have a kind of their own, by kind, in the order of their definition."""
+    found: dict[str, type[BaseModel]] = {}
+    for cls in base.__subclasses__():
+        own = cls.model_fields["kind"].annotation
+        found |= {get_args(own)[0]: cls} if get_origin(own) is Literal else kinds_of(cls)
+    return found
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """Marks a base class in a field: each of its kinds is known there; messages name those that are `fitting`."""
+
+    fitting: Callable[[Any], bool] = lambda _: True
+
+    def union(self, base: type[BaseModel]) -> Any:
+        """Return the union of all kinds of `base`."""
+        return Union[tuple(kinds_of(base).values())]  # noqa: UP007  known when this is run only
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return handler.generate_schema(Annotated[self.union(source), Field(discriminator="kind")])
 
 
 class Shorthand(ABC):

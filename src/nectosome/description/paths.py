@@ -3,29 +3,19 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from nectosome.description.fields import Quantity
 from nectosome.description.robot import RobotDescription
-from nectosome.description.structure import changed, quantities, quantity_at, quantity_values, value_at
+from nectosome.description.structure import at_path, changed, numeric_paths, value_at
 from nectosome.units import InputError, did_you_mean, shorten
-
-
-def numeric_paths(description: RobotDescription) -> dict[str, Quantity]:
-    """Return every quantity that has a value, by path, with its dimension, SI unit and range."""
-    return quantities(description)
-
-
-def numeric_values(description: RobotDescription) -> dict[str, Any]:
-    """Return the SI value of every quantity that has one, by path, in the order of `numeric_paths`."""
-    return quantity_values(description)
 
 
 def resolve(description: RobotDescription, name: str) -> list[str]:
     """Return the paths that an alias stands for, or the path itself. Raises InputError for an unknown name."""
     if name in description.aliases:
         return list(description.aliases[name])
-    if quantity_at(description, name) is not None:
+    here, value = at_path(description, name)
+    if here is not None and here.quantity is not None and value is not None:
         return [name]
-    known = quantities(description)
+    known = numeric_paths(description)
     near = did_you_mean(name, [*description.aliases, *known])
     raise InputError(f'there is no quantity called "{shorten(name)}" in {description.name}.{near}')
 

@@ -5,13 +5,12 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from nectosome.description.base import AliasName, Described, Name, OneOrMany, Velocity, wrong
+from nectosome.description.base import AliasName, Described, Name, OneOf, OneOrMany, Velocity, wrong
 from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.fields import Coordinate, Density, Gravity
-from nectosome.description.kinds import OneOf
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb
-from nectosome.description.structure import quantities
+from nectosome.description.structure import numeric_paths
 from nectosome.units import did_you_mean
 
 
@@ -107,7 +106,7 @@ class RobotDescription(Described):
 
     @model_validator(mode="after")
     def _aliases_lead_somewhere(self) -> Self:
-        known = quantities(self)
+        known = numeric_paths(self)
         for name, paths in self.aliases.items():
             for path in paths:
                 if path not in known:

@@ -1,6 +1,6 @@
 """URDF files: the links and joints in them, as the parser of ROS reads them.
 
-The parser is given what a robot file has a place for; all else is taken out before and told, so that what it does
+The parser is given what a robot file has a place for; all else is taken out before and reported, so that what it does
 not know is a mistake.
 """
 

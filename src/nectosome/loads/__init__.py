@@ -1,13 +1,6 @@
 """Loads on bodies in water, on joints, inside rods, and between bodies."""
 
-from .added_mass import (
-    AddedMass,
-    CylinderAddedMass,
-    GivenAddedMass,
-    SpheroidAddedMass,
-    StripAddedMass,
-    lamb_coefficients,
-)
+from .added_mass import CylinderAddedMass, GivenAddedMass, SpheroidAddedMass, StripAddedMass, lamb_coefficients
 from .buoyancy import Buoyancy, Weight
 from .bushing import Bushing, BushingEnd
 from .drag import LumpedDrag, PlateDrag, StripDrag
@@ -15,19 +8,17 @@ from .forces import LineForce, PointForce
 from .ground_contact import GroundContact
 from .jet import Jet, Motor, Pulse
 from .joint_limits import LowerLimit, UpperLimit
-from .leg import Leg, Stride
-from .muscle import Muscle
+from .leg import Leg
 from .near_floor import NearFloor
 from .part_contact import Beads, Friction, PartContact
 from .places import AttachedPlaces
 from .pulsed_thrust import PulsedThrust
 from .springs import Damper, FlexureSpring, Spring
-from .threads import FluidChamber, Tendon, Thread
+from .threads import FluidChamber, Tendon
 from .trailing_edge import TrailingEdge
 from .wall_contact import WallContact
 
 __all__ = [
-    "AddedMass",
     "AttachedPlaces",
     "Beads",
     "Buoyancy",
@@ -46,7 +37,6 @@ __all__ = [
     "LowerLimit",
     "LumpedDrag",
     "Motor",
-    "Muscle",
     "NearFloor",
     "PartContact",
     "PlateDrag",
@@ -55,11 +45,9 @@ __all__ = [
     "PulsedThrust",
     "SpheroidAddedMass",
     "Spring",
-    "Stride",
     "StripAddedMass",
     "StripDrag",
     "Tendon",
-    "Thread",
     "TrailingEdge",
     "UpperLimit",
     "WallContact",

@@ -5,23 +5,21 @@ from .joints import Fixed, Free, Joint, Planar, Prismatic, Revolute, Spherical
 from .links import Link
 from .plane import InPlane
 from .reduce import in_plane, moves_in_plane, reduced
-from .robot import Attached, Forces, Paired, Robot, make_robot
+from .robot import Attached, Paired, Robot, make_robot
 from .rods import STRAINS, SoftRod, make_rod
 from .support_force import support_force
-from .tree import PartShape, Tree, TreePart, node_at
+from .tree import Tree, TreePart, node_at
 
 __all__ = [
     "STRAINS",
     "Attached",
     "Diagnosis",
     "Fixed",
-    "Forces",
     "Free",
     "InPlane",
     "Joint",
     "Link",
     "Paired",
-    "PartShape",
     "Planar",
     "Prismatic",
     "Revolute",

@@ -6,7 +6,7 @@ The paper crosses once in each way (section 3) and asks for no best schedule: th
 import numpy as np
 import xarray as xr
 
-from nectosome.description.schedule import get_schedule
+from nectosome.description.mission import get_schedule
 from nectosome.designs import ScheduleDesign, shipped_problem
 from nectosome.robots import describe
 from nectosome.search import CmaEs, Evaluation, minimise
