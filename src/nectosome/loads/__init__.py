@@ -1,21 +1,24 @@
 """Loads on bodies in water, on joints, inside rods, and between bodies."""
 
-from .added_mass import CylinderAddedMass, GivenAddedMass, SpheroidAddedMass, StripAddedMass, lamb_coefficients
+from .added_mass import (
+    CylinderAddedMass,
+    GivenAddedMass,
+    SpheroidAddedMass,
+    StripAddedMass,
+    TrailingEdge,
+    lamb_coefficients,
+)
 from .buoyancy import Buoyancy, Weight
 from .bushing import Bushing, BushingEnd
 from .drag import LumpedDrag, PlateDrag, StripDrag
-from .forces import LineForce, PointForce
-from .ground_contact import GroundContact
+from .forces import LineForce, PointForce, PulsedThrust
 from .jet import Jet, Motor, Pulse
-from .joint_limits import LowerLimit, UpperLimit
-from .leg import Leg
+from .leg import GroundContact, Leg
 from .near_floor import NearFloor
 from .part_contact import Beads, Friction, PartContact
 from .places import AttachedPlaces
-from .pulsed_thrust import PulsedThrust
-from .springs import Damper, FlexureSpring, Spring
-from .threads import FluidChamber, Tendon
-from .trailing_edge import TrailingEdge
+from .rod_loads import FluidChamber, Tendon
+from .springs import Damper, FlexureSpring, LowerLimit, Spring, UpperLimit
 from .wall_contact import WallContact
 
 __all__ = [

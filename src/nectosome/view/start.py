@@ -7,7 +7,7 @@ import numpy as np
 from nectosome.core.remember import remembered
 from nectosome.description import RobotDescription, dump_robot
 from nectosome.mechanism import Robot
-from nectosome.mechanism.start_poses import start_poses
+from nectosome.mechanism.robot import start_poses
 
 if TYPE_CHECKING:
     import xarray as xr
