@@ -14,8 +14,7 @@ from pydantic import BeforeValidator, Field
 
 from nectosome.description.base import Described, Name, OneOrMany
 from nectosome.description.fields import Duration, Quantity
-from nectosome.description.paths import numeric_paths, resolve
-from nectosome.description.robot import RobotDescription
+from nectosome.description.robot import RobotDescription, numeric_paths, resolve
 from nectosome.description.settings import parse_setting
 from nectosome.description.validate import line_of, validate_as
 from nectosome.description.variables import Variable, read_range

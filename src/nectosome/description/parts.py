@@ -65,7 +65,7 @@ class Repeat(Described):
     phase: Angle = 0.0
 
     @model_validator(mode="after")
-    def _one_way(self) -> Self:
+    def _one_pattern(self) -> Self:
         if self.mirror is not None:
             for name in ("count", "around", "along"):
                 if getattr(self, name) is not None:
@@ -331,8 +331,8 @@ class Rod(Part):
             missed = [share_missed(wave, self.length, order) for order in range(self.strains[name], 21)]
             if missed[0] > _MISSED:
                 enough = next((self.strains[name] + k for k, m in enumerate(missed) if m <= _MISSED), None)
-                way = "Choose a longer wavelength" if enough is None else f"It takes order {enough}"
-                why = f"polynomials of order {self.strains[name]} miss {100 * missed[0]:.0f} % of this wave. {way}."
+                remedy = "Choose a longer wavelength" if enough is None else f"It takes order {enough}"
+                why = f"polynomials of order {self.strains[name]} miss {100 * missed[0]:.0f} % of this wave. {remedy}."
                 raise wrong(f"strains.{name}", why)
         return self
 

@@ -5,8 +5,7 @@ from typing import Any, NamedTuple
 
 from nectosome.description.fields import Si
 from nectosome.description.files import to_plain
-from nectosome.description.paths import resolve
-from nectosome.description.robot import RobotDescription
+from nectosome.description.robot import RobotDescription, resolve
 from nectosome.description.signals import RecordingSignal
 from nectosome.description.structure import Slot, at_path, items, leaves, numeric_paths, slot
 from nectosome.description.validate import validate
@@ -40,7 +39,11 @@ def apply_settings(description: RobotDescription, settings: Iterable[str]) -> Ro
             for path in parse_setting(setting, description):
                 _put(data, description, path, text)
         else:
-            _put(data, description, name, _read_value(text, name))
+            try:
+                value = read_yaml(text, name)[0]
+            except InputError as error:
+                raise InputError(error.message, field=name) from None
+            _put(data, description, name, value)
     return validate(data)
 
 
@@ -76,13 +79,6 @@ def _split(setting: str) -> tuple[str, str]:
     if not equals or not name.strip() or not text.strip():
         raise InputError(f'"{shorten(setting)}" is no setting. Write a name, = and a value, as in "omega=14.4rad/s".')
     return name.strip(), text.strip()
-
-
-def _read_value(text: str, name: str) -> Any:
-    try:
-        return read_yaml(text, name)[0]
-    except InputError as error:
-        raise InputError(error.message, field=name) from None
 
 
 def _put(data: Any, description: RobotDescription, path: str, value: Any) -> None:

@@ -276,7 +276,13 @@ class SmoothRecordingSignal(RecordingSignal[Q], Generic[Q]):
         return self
 
 
-Envelope = Annotated[tuple[NonNegativeNumber, ...], Field(min_length=1)]
+def _somewhere(envelope: tuple[float, ...]) -> tuple[float, ...]:
+    if not any(envelope):
+        raise unfit("is 0 everywhere, so that there is no wave.")
+    return envelope
+
+
+Envelope = Annotated[tuple[NonNegativeNumber, ...], Field(min_length=1), AfterValidator(_somewhere)]
 
 
 class WaveSignal(SignalDescription, Generic[Q]):
@@ -297,11 +303,6 @@ class WaveSignal(SignalDescription, Generic[Q]):
     signed = ("amplitude", "offset")
     cycle_angle = "phase"
 
-    @model_validator(mode="after")
-    def _is_somewhere(self) -> Self:
-        _check_envelope(self.envelope)
-        return self
-
 
 class RecordedStrain(SmoothRecordingSignal[Curvature]):
     """The curvature `e(x)` times the `values` [rad/m] that were recorded at `times` [s], as a smooth curve.
@@ -312,16 +313,6 @@ class RecordedStrain(SmoothRecordingSignal[Curvature]):
     """
 
     envelope: Envelope = (1.0,)
-
-    @model_validator(mode="after")
-    def _is_somewhere(self) -> Self:
-        _check_envelope(self.envelope)
-        return self
-
-
-def _check_envelope(envelope: tuple[float, ...]) -> None:
-    if not any(envelope):
-        raise wrong("envelope", "is 0 everywhere, so that there is no wave.")
 
 
 AngleSignal = Annotated[

@@ -1,6 +1,6 @@
 """Walking a description, or the raw data of one: what belongs at a key, and which places hold quantities."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from types import NoneType, UnionType
@@ -167,3 +167,17 @@ def _changed(value: Any, tree: Any) -> Any:
     if isinstance(value, tuple):
         return tuple(new.get(str(i), item) for i, item in enumerate(value))
     return value.model_copy(update=new)
+
+
+def shortest(names: Iterable[str]) -> dict[str, str]:
+    """Return by name as few of its last words as tell it from the others: `start` for `limbs.shaft.motion.start`."""
+    words = [name.split(".") for name in names]
+
+    def last(name: list[str], n: int) -> str:
+        return ".".join(name[-n:])
+
+    found = {}
+    for own in words:
+        enough = (n for n in range(1, len(own) + 1) if [last(w, n) for w in words].count(last(own, n)) == 1)
+        found[".".join(own)] = last(own, next(enough, len(own)))
+    return found

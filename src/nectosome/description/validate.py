@@ -1,4 +1,4 @@
-"""Plain data to a description; an error names file, line and field of the first mistake, and says the way out."""
+"""Plain data to a description; an error names file, line and field of the first mistake, and the remedy."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -46,17 +46,16 @@ class _Spot:
 
 
 def _sentence(mistake: Any, spot: _Spot) -> str:
-    """Return what is wrong and the way out, for one of pydantic's errors."""
+    """Return what is wrong and the remedy, for one of pydantic's errors."""
     kind, name = mistake["type"], str(spot.path[-1]) if spot.path else ""
     if kind == "empty" and name == "kind" and spot.around is not None and spot.around.kinds():
         return _bad_kind(spot.data, spot.around)
     if "why" in mistake.get("ctx", {}):
         return mistake["ctx"]["why"]
+    known = spot.around.names(spot.data) if spot.around is not None else []
     if mistake["loc"][-1] == "[key]":
-        known = spot.around.names(spot.data) if spot.around is not None else []
         return f'"{shorten(name)}" is not known here.{did_you_mean(name, known)}' if known else _bad_name(name)
     if kind == "extra_forbidden":
-        known = spot.around.names(spot.data) if spot.around is not None else []
         return f'there is no field "{shorten(name)}" here.{did_you_mean(name, known)}'
     if kind in ("missing", "too_long") and spot.in_row and spot.around is not None:
         number = len(spot.data) if isinstance(spot.data, list) else 1
