@@ -21,7 +21,7 @@ from pydantic import BaseModel
 from xarray import Dataset
 
 from nectosome.description import RobotDescription
-from nectosome.description.plain_data import to_plain
+from nectosome.description.files import to_plain
 from nectosome.description.structure import Slot, slot
 from nectosome.designs import QUANTITIES
 from nectosome.io import load_dataset

@@ -4,8 +4,9 @@
 import jax
 import pytest
 
-from nectosome.description import apply_settings, get_value, numeric_paths, parse_setting, resolve, with_values
-from nectosome.description.paths import shortest
+from nectosome.description import apply_settings, get_value, numeric_paths, resolve, with_values
+from nectosome.description.settings import parse_setting
+from nectosome.description.structure import shortest
 from nectosome.units import InputError
 
 

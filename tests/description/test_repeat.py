@@ -13,7 +13,7 @@ from nectosome.description import (
     numeric_paths,
     parse_robot,
 )
-from nectosome.description.kinds import kinds_of
+from nectosome.description.base import kinds_of
 from nectosome.description.orientation import from_rpy
 from nectosome.units import InputError
 

@@ -8,8 +8,13 @@ import numpy as np
 import pytest
 from tests.small_robots import SUB
 
-from nectosome.description.mission import parse_mission
-from nectosome.description.schedule import dump_mission, get_schedule, read_schedule_variable, with_schedule
+from nectosome.description.mission import (
+    dump_mission,
+    get_schedule,
+    parse_mission,
+    read_schedule_variable,
+    with_schedule,
+)
 from nectosome.designs import Problem, ScheduleDesign, read_constraint
 from nectosome.search import CmaEs, multistart
 from nectosome.units import InputError

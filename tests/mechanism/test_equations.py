@@ -160,7 +160,9 @@ def test_the_reaction_of_a_prescribed_joint_is_the_torque_that_drives_a_free_one
     """Given to the same joint as its torque, it makes all accelerations what they were, that of the joint as given."""
     import equinox as eqx
 
-    from nectosome.description import Angle, ConstantSignal, SineSignal, Torque
+    from nectosome.description import Angle, ConstantSignal
+    from nectosome.description.fields import Torque
+    from nectosome.description.signals import SineSignal
     from nectosome.model import build
 
     def shaft(**changes):

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nectosome.core.se3 import exp_se3
-from nectosome.mechanism import STRAINS, make_rod
+from nectosome.description import STRAIN_NAMES
+from nectosome.mechanism import make_rod
 from nectosome.mechanism.rods import rod_shape, section_places
 from nectosome.mechanism.sections import ellipse, rectangle
 
@@ -73,11 +74,11 @@ def test_constant_strains_give_a_screw(q):
         np.testing.assert_allclose(p, wanted[1], atol=1e-13)
 
 
-ALL_CONSTANT = rod(dict.fromkeys(STRAINS, 0), points=3)
+ALL_CONSTANT = rod(dict.fromkeys(STRAIN_NAMES, 0), points=3)
 exp = jax.jit(exp_se3)
 
 
-@pytest.mark.parametrize("strain", STRAINS)
+@pytest.mark.parametrize("strain", STRAIN_NAMES)
 @pytest.mark.parametrize("order", [0, 2])
 def test_every_strain_has_its_coordinates_and_stiffness(strain, order):
     """Legendre polynomials are orthogonal: int Phi^T E J Phi dX = E J / L / (2 i + 1), and E A L / (2 i + 1)."""
@@ -86,9 +87,9 @@ def test_every_strain_has_its_coordinates_and_stiffness(strain, order):
     assert soft.names == tuple(f"{strain}.{i}" for i in range(order + 1))
     G, k = E / (2 * (1 + nu)), 6 * (1 + nu) / (7 + 6 * nu)
     J, A = np.pi / 4 * r**4, np.pi * r**2
-    material = dict(zip(STRAINS, [(G, 2 * J), (E, J), (E, J), (E, A), (k * G, A), (k * G, A)], strict=True))
+    material = dict(zip(STRAIN_NAMES, [(G, 2 * J), (E, J), (E, J), (E, A), (k * G, A), (k * G, A)], strict=True))
     modulus, geometry = material[strain]
-    scale = 1 / LENGTH if strain in STRAINS[:3] else LENGTH
+    scale = 1 / LENGTH if strain in STRAIN_NAMES[:3] else LENGTH
     share = np.diag(1 / (2 * np.arange(order + 1) + 1.0)) * geometry * scale
     np.testing.assert_allclose(soft.stiffness, modulus * share, rtol=1e-12, atol=1e-12)
     viscosity = {"torsion": 100.0, "shear_y": k * 100, "shear_z": k * 100}.get(strain, 300.0)

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.mechanism.strain import bending_of
+from nectosome.mechanism import bending_of
 from nectosome.solve import load_stepping
 
 BEAM = """

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from nectosome.core import State
-from nectosome.description import RevoluteJoint, SineSignal, Torque, with_values
+from nectosome.description import RevoluteJoint, with_values
+from nectosome.description.fields import Torque
+from nectosome.description.signals import SineSignal
 from nectosome.mechanism import diagnose
 from nectosome.model import build
 from nectosome.robots import describe

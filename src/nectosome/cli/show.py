@@ -12,9 +12,8 @@ from nectosome.cli.output import Page, write
 from nectosome.cli.page import number
 from nectosome.cli.summary import origin, summary
 from nectosome.cli.weights import PartWeight, hydrostatics, hydrostatics_rows, weigh
-from nectosome.description import RobotDescription, get_value
-from nectosome.description.paths import numeric_paths
-from nectosome.description.plain_data import to_plain
+from nectosome.description import RobotDescription, get_value, numeric_paths
+from nectosome.description.files import to_plain
 from nectosome.io import is_results, load_dataset
 from nectosome.units import InputError, count, format_quantity
 

@@ -11,7 +11,7 @@ from nectosome.cli.options import Over, Robot, Settings, read_count, read_pairs,
 from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import columns, number, page
 from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.description.paths import shortest
+from nectosome.description.structure import shortest
 from nectosome.units import DIMENSIONS, InputError, count, show_quantity
 
 if TYPE_CHECKING:

@@ -65,7 +65,7 @@ def hydrostatics(robot: "Robot") -> Hydrostatics:
     import numpy as np
 
     from nectosome.core.remember import remembered
-    from nectosome.mechanism.start_poses import start_poses
+    from nectosome.mechanism.robot import start_poses
 
     rotation, position = map(np.asarray, remembered(start_poses, robot))
     inertia = np.asarray(robot.inertia)

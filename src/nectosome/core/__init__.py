@@ -1,7 +1,7 @@
 """Contracts, signals, water, and SE(3) mathematics; switches JAX to float64."""
 
 from . import runtime as _runtime  # noqa: F401  first: sets up JAX
-from .block import Block, Line, Memoryless, RateIndependent, Stepper
+from .block import Block, Line, Memoryless, Pointwise, RateIndependent, Stepper
 from .se3 import safe_norm
 from .signals import (
     Constant,
@@ -20,7 +20,7 @@ from .signals import (
     signal_of,
 )
 from .solution import Solution, Status
-from .system import JointLoad, Load, Mechanical, PairLoad, RodLoad, State, Strips, System
+from .system import JointLoad, Load, Mechanical, PairLoad, ReshapingLoad, RodLoad, State, Strips, System
 from .water import STANDARD_GRAVITY, UniformCurrent, Water
 
 __all__ = [
@@ -35,9 +35,11 @@ __all__ = [
     "Mechanical",
     "Memoryless",
     "PairLoad",
+    "Pointwise",
     "Rate",
     "RateIndependent",
     "Recording",
+    "ReshapingLoad",
     "RodLoad",
     "Shaped",
     "Signal",

@@ -45,7 +45,21 @@ class RateIndependent(Block, Stepper):
         return self
 
 
-class Memoryless(RateIndependent):
+class Pointwise(RateIndependent):
+    """A rate-independent block of which each value of the input gives the next state and the output."""
+
+    @abstractmethod
+    def at(self, state: Any, u: Float[Array, "*channels"]) -> tuple[Any, Float[Array, "*outputs"]]:
+        """State and output after the input has gone to u, monotonically."""
+
+    def step(self, state: Any, u: Line) -> tuple[Any, Line]:
+        """State after both ends, and the outputs there."""
+        state, begin = self.at(state, u.begin)
+        state, end = self.at(state, u.end)
+        return state, Line(begin, end)
+
+
+class Memoryless(Pointwise):
     """A block whose output depends on the current input only."""
 
     @abstractmethod
@@ -56,6 +70,6 @@ class Memoryless(RateIndependent):
         """Empty state."""
         return ()
 
-    def step(self, state: tuple[()], u: Line) -> tuple[tuple[()], Line]:
-        """Values at both ends."""
-        return (), Line(self.value(u.begin), self.value(u.end))
+    def at(self, state: tuple[()], u: Float[Array, "*channels"]) -> tuple[tuple[()], Float[Array, "*outputs"]]:
+        """Value at u."""
+        return (), self.value(u)

@@ -1,13 +1,10 @@
-"""From a description to arrays, traced or not: its numbers, and the classes that say which description they are of.
-
-A class that is `described_by` the class of a description is made of one by `from_description`; where it says nothing
-else, of the fields of the same names.
-"""
+"""From a description to arrays, traced or not: its numbers, and the classes that say which description they are of."""
 
 from collections.abc import Iterator
 from dataclasses import fields
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
+import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -46,6 +43,17 @@ def numbers(described: Any, *names: str) -> dict[str, Array]:
 def same_named(cls: type[T], described: Any) -> T:
     """An instance of a class whose fields are all numbers, of the fields of the same names in a description."""
     return cls(**numbers(described, *(field.name for field in fields(cls))))  # pyright: ignore[reportArgumentType]
+
+
+class DescribedModule(eqx.Module):
+    """What a robot file describes, such as a load, a joint or a signal: `described_by` is the class that does."""
+
+    described_by: ClassVar[type]
+
+    @classmethod
+    def from_description(cls: type[T], described: Any, *args: Any, **kwargs: Any) -> T:
+        """What is described; if nothing else is defined, made of the fields of the same names."""
+        return same_named(cls, described)
 
 
 def class_for(described: Any, *bases: type[T]) -> type[T]:

@@ -6,10 +6,8 @@ classes in them; any change of these leads to a new trace.
 """
 
 import hashlib
-import os
 import pickle
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
@@ -23,7 +21,9 @@ import jax
 import jax.numpy as jnp
 from jax import export
 
+from nectosome.io.atomic import write_atomic
 from nectosome.io.lock import lock
+from nectosome.units import InputError
 
 _LONGEST = 300.0  # [s] wait for another process that traces the same program
 _programs: dict[Any, Future["_Program"]] = {}
@@ -94,7 +94,8 @@ def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeS
             traced = jax.jit(exported.call)
         run = traced.lower(*shapes).compile()
         if file is not None and new is not None:
-            _store(file, pickle.dumps((result, new.serialize())))
+            with suppress(InputError):  # a cache that cannot be written is no error
+                write_atomic(file, pickle.dumps((result, new.serialize())))
     return _Program(run, jax.tree.structure(result))
 
 
@@ -145,14 +146,3 @@ def _source(kind: type) -> Path | None:
     file = getattr(module, "__file__", None)
     whole = kind.__module__ != "__main__" and "<locals>" not in kind.__qualname__
     return Path(file) if file and whole else None
-
-
-def _store(file: Path, data: bytes) -> None:
-    """Write to a temporary file and rename it; errors of the cache are ignored."""
-    try:
-        handle, beside = tempfile.mkstemp(dir=file.parent)
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        Path(beside).replace(file)
-    except OSError:
-        return

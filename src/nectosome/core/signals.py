@@ -1,9 +1,7 @@
 """Signals: functions of time with their first two derivatives, which a prescribed joint needs."""
 
 from abc import abstractmethod
-from typing import Any, ClassVar
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -11,20 +9,13 @@ from jaxtyping import Array, Float
 
 from nectosome.description import signals as ds
 
-from .described import class_for, is_zero, number, numbers, same_named
+from .described import DescribedModule, class_for, is_zero, number, numbers
 
 Triple = tuple[Array, Array, Array]
 
 
-class Signal(eqx.Module):
+class Signal(DescribedModule):
     """A function of time t [s] that returns (u, du/dt, d2u/dt2), in the unit of the driven quantity."""
-
-    described_by: ClassVar[type]
-
-    @classmethod
-    def from_description(cls, described: Any) -> "Signal":
-        """The signal of a description."""
-        return same_named(cls, described)
 
     @abstractmethod
     def __call__(self, t: Float[Array, ""]) -> Triple:
@@ -138,10 +129,8 @@ class Wave(Signal):
         """Values and derivatives."""
         w = 2 * jnp.pi * self.frequency
         s, c = jnp.sin(w * t + self.phase), jnp.cos(w * t + self.phase)
-        here, ahead = (
-            self.amplitude * (self.cosine * s - self.sine * c),
-            self.amplitude * (self.cosine * c + self.sine * s),
-        )
+        here = self.amplitude * (self.cosine * s - self.sine * c)
+        ahead = self.amplitude * (self.cosine * c + self.sine * s)
         u = self.offset * self.envelope + here, w * ahead, -(w**2) * here
         return u if self.ramp is None else _ramped(u, t / self.ramp, self.ramp)
 

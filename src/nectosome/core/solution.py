@@ -8,41 +8,28 @@ from jaxtyping import Array, Float, Int
 
 
 class Status(IntEnum):
-    """Why a solver stopped."""
+    """Why a solver stopped, with the `reason` in words."""
 
-    SOLVED = 0
-    EVENT = 1
-    STEP_LIMIT = 2
-    STEP_TOO_SMALL = 3
-    NOT_FINITE = 4
-    NO_EQUILIBRIUM = 5
-    CANCELLED = 6
-    UNSTABLE = 7
-    UNSTEADY_DRIVES = 8
-    NO_PERIOD = 9
-    OTHER_PERIOD = 10
-    SETTLED = 11
+    reason: str
 
-    @property
-    def reason(self) -> str:
-        """The status in words."""
-        return _REASONS[self]
+    SOLVED = 0, "solved"
+    EVENT = 1, "stopped at the event"
+    STEP_LIMIT = 2, "failed: more time steps than allowed"
+    STEP_TOO_SMALL = 3, "failed: the time step became too small"
+    NOT_FINITE = 4, "failed: the state is NaN or infinite"
+    NO_EQUILIBRIUM = 5, "no equilibrium found"
+    CANCELLED = 6, "cancelled"
+    UNSTABLE = 7, "found, but unstable: small disturbances grow"
+    UNSTEADY_DRIVES = 8, "drives or loads change with time: there is no steady motion"
+    NO_PERIOD = 9, "no periodic motion found"
+    OTHER_PERIOD = 10, "drives or loads do not have this period"
+    SETTLED = 11, "periodic motion, found by free motion: Newton's method did not converge"
 
-
-_REASONS = {
-    Status.SOLVED: "solved",
-    Status.EVENT: "stopped at the event",
-    Status.STEP_LIMIT: "failed: more time steps than allowed",
-    Status.STEP_TOO_SMALL: "failed: the time step became too small",
-    Status.NOT_FINITE: "failed: the state is NaN or infinite",
-    Status.NO_EQUILIBRIUM: "no equilibrium found",
-    Status.CANCELLED: "cancelled",
-    Status.UNSTABLE: "found, but unstable: small disturbances grow",
-    Status.UNSTEADY_DRIVES: "drives or loads change with time: there is no steady motion",
-    Status.NO_PERIOD: "no periodic motion found",
-    Status.OTHER_PERIOD: "drives or loads do not have this period",
-    Status.SETTLED: "periodic motion, found by free motion: Newton's method did not converge",
-}
+    def __new__(cls, value: int, reason: str) -> "Status":
+        """A member, which is its value as an integer."""
+        self = int.__new__(cls, value)
+        self._value_, self.reason = value, reason
+        return self
 
 
 class Solution(eqx.Module):

@@ -7,7 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .described import same_named
+from .described import DescribedModule
 from .water import Water
 
 
@@ -71,25 +71,15 @@ class Strips(eqx.Module):
         return wrench[None] if n == 1 else jnp.zeros((n, 6)).at[0].set(wrench)
 
 
-class Load(eqx.Module):
+class Load(DescribedModule):
     """A load on the stations of one part; `tests/loads/test_contract.py` tests every load against its declarations.
 
-    A `dissipative` load never adds energy to a body in still water.
+    A `dissipative` load never adds energy to a body in still water. `from_description` has a description and the part,
+    a `nectosome.loads.places.Carrier`.
     """
 
     dissipative: ClassVar[bool] = False
     inertial: ClassVar[bool] = False  # nothing but added mass, whose force is that of the water carried along
-    described_by: ClassVar[type]
-
-    @classmethod
-    def from_description(cls, described: Any, part: Any) -> "Load":
-        """The load of a description on a part, a `nectosome.loads.places.Carrier`."""
-        return same_named(cls, described)
-
-    @property
-    def reshapes(self) -> bool:
-        """Whether the added mass changes with shape or position: a load that defines `carried`."""
-        return type(self).carried is not Load.carried
 
     def initial(self) -> Any:
         """Initial state z of the load; () for a load without state."""
@@ -102,21 +92,25 @@ class Load(eqx.Module):
         """
         return None
 
-    def carried(
-        self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
-    ) -> tuple[Float[Array, "6 6"], Float[Array, "6 6"]]:
-        """Current variable added mass at the part's first station, and its rate; only for a load that `reshapes`.
-
-        It adds to `inertia`. The wrench of the water is -d(A V)/dt; its part -dA/dt V is reported separately. If it
-        depends on the position, `force` includes the derivative of the energy V A V / 2 by the position.
-        """
-        raise NotImplementedError
-
     @abstractmethod
     def force(
         self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
     ) -> tuple[Float[Array, "n 6"] | None, Any]:
         """Wrench (moment [N m], force [N]) on each station in its own frame, or None; and the rate of z."""
+
+
+class ReshapingLoad(Load):
+    """A load whose added mass changes with shape or position."""
+
+    @abstractmethod
+    def carried(
+        self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
+    ) -> tuple[Float[Array, "6 6"], Float[Array, "6 6"]]:
+        """Current variable added mass at the part's first station, and its rate.
+
+        It adds to `inertia`. The wrench of the water is -d(A V)/dt; its part -dA/dt V is reported separately. If it
+        depends on the position, `force` includes the derivative of the energy V A V / 2 by the position.
+        """
 
 
 class JointLoad(eqx.Module):
@@ -133,35 +127,22 @@ class JointLoad(eqx.Module):
         return None
 
 
-class RodLoad(eqx.Module):
-    """A load inside a rod, between its sections, with zero net wrench."""
-
-    described_by: ClassVar[type]
-
-    @classmethod
-    def from_description(cls, described: Any, part: Any) -> "RodLoad":
-        """The load of a description on a part, a `nectosome.loads.places.Carrier`."""
-        return same_named(cls, described)
+class RodLoad(DescribedModule):
+    """A load inside a rod, between its sections, with zero net wrench; made as a `Load`."""
 
     @abstractmethod
     def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
         """Generalised force along the strain coordinates q of the rod, with rates v."""
 
 
-class PairLoad(eqx.Module):
+class PairLoad(DescribedModule):
     """A load between any two parts; `tests/loads/test_pairs.py` tests each one.
 
     The velocities of the strips are those in the world, independent of the current. The wrenches on the two parts
     cancel: their forces sum to zero, and so do their moments about any point. The pair is passive: its power is at most
-    the rate at which `energy` decreases.
+    the rate at which `energy` decreases. `from_description` has the two parts, `first` and `second`, as a `Load` has
+    its one.
     """
-
-    described_by: ClassVar[type]
-
-    @classmethod
-    def from_description(cls, described: Any, first: Any, second: Any) -> "PairLoad":
-        """The pair of a description, between two parts, each a `nectosome.loads.places.Carrier`."""
-        return same_named(cls, described)
 
     @abstractmethod
     def force(self, first: Strips, second: Strips) -> tuple[Float[Array, "n 6"], Float[Array, "m 6"]]:

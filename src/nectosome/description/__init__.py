@@ -1,90 +1,33 @@
 """The language of robot files: descriptions of robots and missions, their quantities by path, settings, URDF."""
 
-from .fields import Angle, AngularSpeed, AnyPressure, Coordinate, Curvature, Force, Quantity, Torque
+from .fields import Angle, AngularSpeed, Coordinate, Quantity
 from .files import dump_robot, json_schema, load_robot, parse_robot, save_robot
-from .joints import (
-    FixedJoint,
-    FreeJoint,
-    FreeStart,
-    JointDescription,
-    PlanarJoint,
-    PlanarStart,
-    PrismaticJoint,
-    RevoluteJoint,
-    ServoLimits,
-    SphericalJoint,
-    SphericalStart,
-)
-from .loads import (
-    AddedMassLoad,
-    CylinderAddedMassLoad,
-    DistributedForceLoad,
-    DragLoad,
-    ForceLoad,
-    GivenAddedMassLoad,
-    LoadDescription,
-    LumpedDragLoad,
-    PlateDragLoad,
-    SpheroidAddedMassLoad,
-)
-from .mission import Mission, load_mission, parse_mission
-from .parts import STRAIN_NAMES, Limb, RestStrains, Rigid, Rod
-from .paths import get_value, numeric_paths, numeric_values, resolve, with_values
+from .joints import FixedJoint, FreeJoint, JointDescription, PlanarJoint, PrismaticJoint, RevoluteJoint, ServoLimits
+from .loads import AddedMassLoad, ForceLoad, LoadDescription
+from .parts import STRAIN_NAMES, Rigid, Rod
 from .period import drive_frequencies, drive_period, driving_signals
-from .robot import RobotDescription, WaterDescription
-from .settings import Samples, apply_settings, parse_setting, with_recordings
-from .signals import (
-    AngleSignal,
-    ConstantSignal,
-    CycleSignal,
-    ForceSignal,
-    LengthSignal,
-    RateSignal,
-    RecordingSignal,
-    SignalDescription,
-    SineSignal,
-    SmoothRecordingSignal,
-    StrokeSignal,
-    TorqueSignal,
-    WaveSignal,
-)
+from .robot import RobotDescription, WaterDescription, get_value, resolve, with_values
+from .settings import Samples, apply_settings, with_recordings
+from .signals import ConstantSignal, RateSignal, SignalDescription
+from .structure import numeric_paths, numeric_values
 from .urdf import import_urdf
 
 __all__ = [
     "STRAIN_NAMES",
     "AddedMassLoad",
     "Angle",
-    "AngleSignal",
     "AngularSpeed",
-    "AnyPressure",
     "ConstantSignal",
     "Coordinate",
-    "Curvature",
-    "CycleSignal",
-    "CylinderAddedMassLoad",
-    "DistributedForceLoad",
-    "DragLoad",
     "FixedJoint",
-    "Force",
     "ForceLoad",
-    "ForceSignal",
     "FreeJoint",
-    "FreeStart",
-    "GivenAddedMassLoad",
     "JointDescription",
-    "LengthSignal",
-    "Limb",
     "LoadDescription",
-    "LumpedDragLoad",
-    "Mission",
     "PlanarJoint",
-    "PlanarStart",
-    "PlateDragLoad",
     "PrismaticJoint",
     "Quantity",
     "RateSignal",
-    "RecordingSignal",
-    "RestStrains",
     "RevoluteJoint",
     "Rigid",
     "RobotDescription",
@@ -92,16 +35,7 @@ __all__ = [
     "Samples",
     "ServoLimits",
     "SignalDescription",
-    "SineSignal",
-    "SmoothRecordingSignal",
-    "SphericalJoint",
-    "SphericalStart",
-    "SpheroidAddedMassLoad",
-    "StrokeSignal",
-    "Torque",
-    "TorqueSignal",
     "WaterDescription",
-    "WaveSignal",
     "apply_settings",
     "drive_frequencies",
     "drive_period",
@@ -110,13 +44,10 @@ __all__ = [
     "get_value",
     "import_urdf",
     "json_schema",
-    "load_mission",
     "load_robot",
     "numeric_paths",
     "numeric_values",
-    "parse_mission",
     "parse_robot",
-    "parse_setting",
     "resolve",
     "save_robot",
     "with_recordings",

@@ -1,12 +1,22 @@
-"""What all descriptions share: frozen models, names, vectors, places, and errors that belong to one field."""
+"""What all descriptions share: frozen models, choices by kind, names, vectors, places, and errors of one field."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from itertools import pairwise
+from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    PlainValidator,
+    WithJsonSchema,
+)
 from pydantic_core import PydanticCustomError, core_schema
 
 from nectosome.description.fields import Angle, AngularSpeed, Coordinate, Number, Speed
@@ -56,20 +66,54 @@ def inside(group: str) -> Iterator[None]:
         raise wrong(f"{group}.{field}" if field else group, error.message()) from None
 
 
+def increasing(why: str, key: Callable[[Any], float] = float) -> AfterValidator:
+    """Return the validator of a row whose items increase by `key`; its error says `why`."""
+
+    def check(row: tuple[Any, ...]) -> tuple[Any, ...]:
+        if any(key(after) <= key(before) for before, after in pairwise(row)):
+            raise unfit(why)
+        return row
+
+    return AfterValidator(check)
+
+
+def kinds_of(base: type[BaseModel]) -> dict[str, type[BaseModel]]:
+    """Return the classes below `base` that have a kind of their own, by kind, in the order of their definition."""
+    found: dict[str, type[BaseModel]] = {}
+    for cls in base.__subclasses__():
+        own = cls.model_fields["kind"].annotation
+        found |= {get_args(own)[0]: cls} if get_origin(own) is Literal else kinds_of(cls)
+    return found
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """Marks a base class in a field: each of its kinds is known there; messages name those that are `fitting`."""
+
+    fitting: Callable[[Any], bool] = lambda _: True
+
+    def union(self, base: type[BaseModel]) -> Any:
+        """Return the union of all kinds of `base`."""
+        return Union[tuple(kinds_of(base).values())]  # noqa: UP007  known when this is run only
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return handler.generate_schema(Annotated[self.union(source), Field(discriminator="kind")])
+
+
 class Shorthand(ABC):
-    """Marks a tuple that may be written in a shorter way."""
+    """Marks a tuple that has a short form in a file."""
 
     @abstractmethod
     def expand(self, value: Any) -> Any:
-        """Return what was written, the short way or in full, in full."""
+        """Return the full form of a value in either form."""
 
     @abstractmethod
     def shorten(self, row: list[Any]) -> Any:
-        """Return the short way to write `row`, or `row` itself."""
+        """Return the short form of `row`, or `row` itself if it has none."""
 
     @abstractmethod
     def json_schema(self, row: dict[str, Any]) -> dict[str, Any]:
-        """Return the JSON schema of the short way; `row` is that in full."""
+        """Return the JSON schema of the short form; `row` is that of the full one."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return core_schema.no_info_before_validator_function(self.expand, handler(source))
@@ -125,18 +169,6 @@ Axis = Annotated[Vector, AfterValidator(_not_zero), NamedAxis()]
 """A direction, of any length but 0."""
 
 
-@dataclass(frozen=True)
-class _PlaceField:
-    """Reads `tip`, `root` or a fraction between 0 and 1, the place of a mark."""
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        return core_schema.no_info_plain_validator_function(_read_place)
-
-    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
-        fraction = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
-        return {"description": "tip, root, or one of the rod's marks", "anyOf": [{"enum": ["tip", "root"]}, fraction]}
-
-
 def _read_place(value: Any) -> str | float:
     if isinstance(value, str) and value in ("tip", "root"):
         return value
@@ -146,5 +178,7 @@ def _read_place(value: Any) -> str | float:
     raise unfit(why)
 
 
-Place = Annotated[str | float, _PlaceField()]
+_FRACTION = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
+_PLACE = {"description": "tip, root, or one of the rod's marks", "anyOf": [{"enum": ["tip", "root"]}, _FRACTION]}
+Place = Annotated[str | float, PlainValidator(_read_place), WithJsonSchema(_PLACE)]
 """`tip`, `root`, or the fraction (0 to 1) of one of a rod's marks."""

@@ -6,13 +6,12 @@ from typing import Any, NamedTuple
 
 from nectosome.description.base import Described, inside, wrong
 from nectosome.description.orientation import applied, from_rpy, product, reflection, to_rpy, turn
-from nectosome.description.parts import Limb, Rod, has_place
-from nectosome.description.repeat import Repeat
+from nectosome.description.parts import Limb, Repeat, Rod, has_place
 from nectosome.description.structure import changed, value_at
 from nectosome.units import did_you_mean
 
 BODY, WORLD = "body", "world"
-_MOST_LIMBS = 500
+MOST_LIMBS = 500
 
 
 class Copy(NamedTuple):
@@ -59,8 +58,8 @@ def spread(body: Limb | None, limbs: Mapping[str, Limb]) -> tuple[dict[str, Limb
                 raise wrong(f"limbs.{name}", why)
         alone |= {copy.name: one for copy, one in made}
         copies[name] = tuple(copy for copy, _ in made)
-        if len(alone) > _MOST_LIMBS:
-            raise wrong(f"limbs.{name}", f"with its copies the robot has more than {_MOST_LIMBS} limbs.")
+        if len(alone) > MOST_LIMBS:
+            raise wrong(f"limbs.{name}", f"with its copies the robot has more than {MOST_LIMBS} limbs.")
     _check_phases(limbs)
     return alone, copies
 

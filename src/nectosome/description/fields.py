@@ -43,7 +43,7 @@ class Quantity:
         if isinstance(value, str):
             number = parse_quantity(value, self.dimension)
         elif isinstance(value, bool) or not isinstance(value, int | float):
-            raise ValueError(f"{_kind(value)} is no quantity. {expected(self.dimension)}")
+            raise ValueError(f"{given(value)} is no quantity. {expected(self.dimension)}")
         else:
             try:
                 number = float(value)
@@ -93,13 +93,13 @@ class Quantity:
         return {"description": about, "anyOf": [text, {"const": 0}]}
 
 
-def _kind(value: Any) -> str:
-    """Name a value that is no number, for a message."""
+def given(value: Any) -> str:
+    """Return a value that does not fit, for a message."""
     if isinstance(value, dict):
         return "a group of fields"
     if isinstance(value, list | tuple):
         return "a list"
-    return f'"{shorten(value)}"' if value is not None else "an empty value"
+    return "an empty value" if value is None else f'"{shorten(value)}"'
 
 
 def _positive(dimension: str) -> Quantity:

@@ -41,6 +41,19 @@ class JointDescription(Mirrored):
     kind: Any  # its name in a file, a literal of each class
     drive_field: ClassVar[str] = "drive"
 
+    @model_validator(mode="after")
+    def _one_drive(self) -> Self:
+        if getattr(self, "motion", None) is None:
+            return self
+        drive = self.drive_field
+        if getattr(self, drive) is not None:
+            raise wrong(drive, f"a joint with a motion cannot have a {drive} as well. Leave one of them out.")
+        for name in ("position", "velocity", "start"):
+            field = type(self).model_fields.get(name)
+            if field is not None and getattr(self, name) != field.default:
+                raise wrong(name, f"the motion already says where the joint starts. Leave the {name} out.")
+        return self
+
 
 class FixedJoint(JointDescription):
     """No motion."""
@@ -111,18 +124,6 @@ class _AxialJoint(JointDescription, Generic[Q, S, K, C]):
             raise wrong("upper.at", "must be above the lower stop.")
         return self
 
-    @model_validator(mode="after")
-    def _one_drive(self) -> Self:
-        if getattr(self, "motion", None) is None:
-            return self
-        drive = self.drive_field
-        if getattr(self, drive) is not None:
-            raise wrong(drive, f"a joint with a motion cannot have a {drive} as well. Leave one of them out.")
-        for name in ("position", "velocity"):
-            if getattr(self, name) != 0:
-                raise wrong(name, f"the motion already says where the joint starts. Leave the {name} out.")
-        return self
-
 
 class RevoluteJoint(_AxialJoint[Angle, AngularSpeed, AngularStiffness, AngularDamping]):
     """A hinge about `axis`: spring and damper, stops, and either a prescribed `motion`, a `torque`, or neither.
@@ -170,21 +171,6 @@ class PrismaticJoint(_AxialJoint[Coordinate, Speed, Stiffness, Damping]):
     drive_field = "force"
 
 
-class _SpaceJoint(JointDescription):
-    """What joints with several coordinates share: a signal for each in `motion` or `drive`, and a `start`."""
-
-    @model_validator(mode="after")
-    def _one_drive(self) -> Self:
-        if getattr(self, "motion", None) is None:
-            return self
-        if getattr(self, "drive", None) is not None:
-            raise wrong("drive", "a joint with a motion cannot have a drive as well. Leave one of them out.")
-        start: Any = getattr(self, "start", None)
-        if start != type(start)():
-            raise wrong("start", "the motion already says where the joint starts. Leave the start out.")
-        return self
-
-
 class PlanarMotion(Described):
     """Where a planar joint is made to go: `x`, `y` in the plane [m] and `angle` about its axis [rad]."""
 
@@ -213,7 +199,7 @@ class PlanarStart(Described):
     angular_speed: AngularSpeed = 0.0
 
 
-class PlanarJoint(_SpaceJoint):
+class PlanarJoint(JointDescription):
     """Moves in the plane normal to `axis`: two translations and the rotation about the axis."""
 
     kind: Literal["planar"]
@@ -266,7 +252,7 @@ class SphericalStart(Described):
     angular_velocity: AngularVelocity = ZERO
 
 
-class SphericalJoint(_SpaceJoint):
+class SphericalJoint(JointDescription):
     """Turns freely in all three directions, with the same `stiffness` and `damping` in each."""
 
     kind: Literal["spherical"]
@@ -316,7 +302,7 @@ class FreeStart(Described):
     angular_velocity: AngularVelocity = ZERO
 
 
-class FreeJoint(_SpaceJoint):
+class FreeJoint(JointDescription):
     """Moves and turns freely."""
 
     kind: Literal["free"]

@@ -52,6 +52,10 @@ class LoadDescription(Mirrored):
     on: ClassVar[tuple[str, ...]] = (*RIGID, *ROD)
     per_length: ClassVar[bool] = False
 
+    def image(self) -> Self:
+        """Return the image; what is in the world's frame stays as it is."""
+        return self if getattr(self, "frame", None) == "world" else super().image()
+
     def check(self, shape: str, marks: tuple[float, ...] = (), strains: Collection[str] = ()) -> None:
         """Raise the error of a field for a part that it does not act on: its shape, its marks, its free strains."""
         if shape not in self.on:
@@ -241,10 +245,6 @@ class ForceLoad(LoadDescription):
     frame: Literal["world", "body"] = "world"
     mirror = Mirror(force=along, moment=about)
 
-    def image(self) -> Self:
-        """Return the image; a force in the world's frame stays as it is."""
-        return self if self.frame == "world" else super().image()
-
     def check(self, shape: str, marks: tuple[float, ...] = (), strains: Collection[str] = ()) -> None:
         """Raise the error of a field for a place that the part does not have."""
         if not isinstance(self.at, str) and self.at not in marks:
@@ -299,10 +299,6 @@ class DistributedForceLoad(LoadDescription):
     on = ("cylinder", "box", "spheroid", "rod")
     per_length = True
     mirror = Mirror(force=along)
-
-    def image(self) -> Self:
-        """Return the image; a force in the world's frame stays as it is."""
-        return self if self.frame == "world" else super().image()
 
 
 class NearFloorLoad(LoadDescription):

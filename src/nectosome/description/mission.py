@@ -1,7 +1,12 @@
-"""Missions: what a robot is made to do, mode after mode, and what ends each of them."""
+"""Missions: the modes of a robot one after another, what ends each of them, and which of their numbers may be chosen.
+
+A number is called `MODE.QUANTITY`, the value to which a mode sets a quantity, by the path or the alias of the robot, or
+`MODE.until`, the duration of a mode that ends by time.
+"""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple, get_args
 
@@ -9,17 +14,17 @@ from pydantic import BeforeValidator, Field
 
 from nectosome.description.base import Described, Name, OneOrMany
 from nectosome.description.fields import Duration, Quantity
-from nectosome.description.paths import resolve
-from nectosome.description.robot import RobotDescription
+from nectosome.description.robot import RobotDescription, numeric_paths, resolve
 from nectosome.description.settings import parse_setting
 from nectosome.description.validate import line_of, validate_as
-from nectosome.io.yaml_text import Key, read_text, read_yaml
-from nectosome.units import InputError, did_you_mean, shorten
+from nectosome.description.variables import Variable, read_range
+from nectosome.io.yaml_text import read_text, read_yaml, write_yaml
+from nectosome.units import InputError, did_you_mean, format_quantity, shorten
 
 Happening = Literal["touchdown", "liftoff", "surface", "low_wall", "high_wall"]
 _LENGTH, _ANGLE = Quantity("length"), Quantity("angle")
 _PLACES: dict[str, Quantity] = {f"position.{axis}": _LENGTH for axis in "xyz"} | {"pitch": _ANGLE, "heading": _ANGLE}
-DURATION = Quantity("time", minimum=0)
+_DURATION = Quantity("time", minimum=0)
 _Text = Annotated[str, BeforeValidator(lambda value: str(value) if isinstance(value, int | float) else value)]
 
 
@@ -88,46 +93,46 @@ def parse_mission(text: str, robot: RobotDescription, source: str = "mission") -
     """Mission in YAML `text`, for a robot; `source` names it in messages. Raises InputError."""
     data, lines = read_yaml(text, source)
     found = validate_as(MissionDescription, data, "A mission has at least one mode.", file=source, lines=lines)
-    seen: dict[str, int] = {}
+
+    @contextmanager
+    def at(*path: str | int) -> Iterator[None]:
+        try:
+            yield
+        except InputError as error:
+            field = shorten(".".join(map(str, path)), 120)
+            raise InputError(error.message, file=source, line=line_of(path, lines), field=field) from None
+
+    names = [mode.name for mode in found.modes]
     modes = []
     for k, mode in enumerate(found.modes):
-        if mode.name in seen:
-            raise _mistake(
-                f"there is a mode of this name before, number {seen[mode.name]}.", ("modes", k, "name"), source, lines
-            )
-        seen[mode.name] = k + 1
+        with at("modes", k, "name"):
+            if mode.name in names[:k]:
+                raise InputError(f"there is a mode of this name before, number {names.index(mode.name) + 1}.")
         changes: dict[str, Change] = {}
         for name, value in mode.set.items():
-            try:
+            with at("modes", k, "set", name):
                 one = _read_change(name, value, robot)
-                twice = next((path for path in one if path in changes), None)
-                if twice is not None:
-                    raise InputError(f"{twice} is set twice in this mode.")
+                if twice := [path for path in one if path in changes]:
+                    raise InputError(f"{twice[0]} is set twice in this mode.")
                 changes |= one
-            except InputError as error:
-                raise _mistake(error.message, ("modes", k, "set", name), source, lines) from None
-        try:
+        with at("modes", k, "until"):
             until = tuple(_read_event(event, robot) for event in mode.until)
-        except InputError as error:
-            raise _mistake(error.message, ("modes", k, "until"), source, lines) from None
         modes.append(Mode(mode.name, changes, until, mode.longest))
     return Mission(robot, tuple(modes), text)
 
 
-def _mistake(why: str, path: Key, source: str, lines: Mapping[Key, int]) -> InputError:
-    return InputError(why, file=source, line=line_of(path, lines), field=shorten(".".join(map(str, path)), 120))
-
-
 def _read_change(name: str, text: str, robot: RobotDescription) -> dict[str, Change]:
     value, ramp, time = (part.strip() for part in text.partition(" in "))
-    seconds = 0.0
     resolve(robot, name)
-    if ramp:
-        try:
-            seconds = DURATION.read(time, units_required=True)
-        except ValueError as error:
-            raise InputError(str(error)) from None
+    seconds = _read(time, _DURATION) if ramp else 0.0
     return {path: Change(x, seconds) for path, x in parse_setting(f"{name}={value}", robot).items()}
+
+
+def _read(text: str, quantity: Quantity) -> float:
+    try:
+        return quantity.read(text, units_required=True)
+    except ValueError as error:
+        raise InputError(str(error)) from None
 
 
 def _read_event(text: str, robot: RobotDescription) -> Event:
@@ -135,24 +140,17 @@ def _read_event(text: str, robot: RobotDescription) -> Event:
     what = text.strip()
     place = re.fullmatch(r"([a-z.]+)\s*([<>])\s*(.+)", what)
     if place is None and re.match(r"[-+]?[\d.]", what):
-        try:
-            return Event(what, "time", DURATION.read(what, units_required=True))
-        except ValueError as error:
-            raise InputError(str(error)) from None
+        return Event(what, "time", _read(what, _DURATION))
     if place is not None and place[1] in _PLACES:
-        try:
-            return Event(what, place[1], _PLACES[place[1]].read(place[3], units_required=True), place[2] == "<")
-        except ValueError as error:
-            raise InputError(str(error)) from None
+        return Event(what, place[1], _read(place[3], _PLACES[place[1]]), place[2] == "<")
+    if what in get_args(Happening):
+        _check_possible(what, robot)
+        return Event(what, what)
     known = [*get_args(Happening), *(f"{name} > value" for name in _PLACES), "a time"]
-    for name in get_args(Happening):
-        if what == name:
-            _check_possible(name, robot)
-            return Event(what, name)
     raise InputError(f'"{shorten(what)}" is nothing that a mode can end with.{did_you_mean(what, known)}')
 
 
-def _check_possible(happening: Happening, robot: RobotDescription) -> None:
+def _check_possible(happening: str, robot: RobotDescription) -> None:
     """Raise InputError where a robot cannot have it."""
     loads = {load.kind for part in robot.parts.values() for load in part.loads.values()}
     water = robot.water
@@ -165,3 +163,83 @@ def _check_possible(happening: Happening, robot: RobotDescription) -> None:
     for what, there in lacks[happening]:
         if not there:
             raise InputError(f"{robot.name} has no {happening}: it lacks {what}.")
+
+
+_UNTIL = "until"
+
+
+class _Place(NamedTuple):
+    """Position of a number in a mission."""
+
+    mode: int
+    paths: tuple[str, ...]  # that the mode sets; () of the time that ends it
+    event: int  # that time among what ends the mode; -1 of paths
+
+
+def read_schedule_variable(name: str, span: str | Sequence[float], mission: Mission) -> Variable:
+    """Read a range of a mission's number, such as `5..20s` of `swim.until`.
+
+    Raises InputError for an unknown name, a value that its quantity does not allow, an empty range.
+    """
+    known = numeric_paths(mission.robot)
+    return read_range(name, span, [known[path] for path in _place(mission, name).paths] or [_DURATION])
+
+
+def with_schedule(mission: Mission, values: Mapping[str, float]) -> Mission:
+    """A mission with some of its numbers changed [SI]; each name may touch what others do not. Raises InputError."""
+    modes = list(mission.modes)
+    touched: dict[tuple[int, str], str] = {}
+    for name, value in values.items():
+        place = _place(mission, name)
+        for path in place.paths or (_UNTIL,):
+            other = touched.setdefault((place.mode, path), name)
+            if other != name:
+                raise InputError(f"is named twice: {other} stands for it too.", field=name)
+        mode = modes[place.mode]
+        changes = mode.changes | {path: mode.changes[path]._replace(value=value) for path in place.paths}
+        until = list(mode.until)
+        if not place.paths:
+            until[place.event] = until[place.event]._replace(text=format_quantity(value, "time"), limit=value)
+        modes[place.mode] = mode._replace(changes=changes, until=tuple(until))
+    changed = mission._replace(modes=tuple(modes))
+    return changed._replace(text=dump_mission(changed))
+
+
+def get_schedule(mission: Mission, name: str) -> float:
+    """A mission's number [SI]; of several, the first. Raises InputError."""
+    place = _place(mission, name)
+    mode = mission.modes[place.mode]
+    return mode.changes[place.paths[0]].value if place.paths else mode.until[place.event].limit
+
+
+def dump_mission(mission: Mission) -> str:
+    """YAML text of a mission, which reads back as the same modes."""
+    known = numeric_paths(mission.robot)
+    modes = []
+    for mode in mission.modes:
+        changes = {
+            path: format_quantity(change.value, known[path].dimension)
+            + (f" in {format_quantity(change.seconds, 'time')}" if change.seconds else "")
+            for path, change in mode.changes.items()
+        }
+        until, longest = [event.text for event in mode.until], format_quantity(mode.longest, "time")
+        own: dict[str, object] = {"set": changes} if changes else {}
+        modes.append({"name": mode.name, **own, "until": until, "longest": longest})
+    return write_yaml({"modes": modes})
+
+
+def _place(mission: Mission, name: str) -> _Place:
+    known: dict[str, _Place] = {}
+    for k, mode in enumerate(mission.modes):
+        known |= {f"{mode.name}.{path}": _Place(k, (path,), -1) for path in mode.changes}
+        for alias in mission.robot.aliases:
+            paths = tuple(resolve(mission.robot, alias))
+            if set(paths) <= set(mode.changes):
+                known[f"{mode.name}.{alias}"] = _Place(k, paths, -1)
+        times = [i for i, event in enumerate(mode.until) if event.kind == "time"]
+        if len(times) == 1:
+            known[f"{mode.name}.{_UNTIL}"] = _Place(k, (), times[0])
+    if name not in known:
+        why = f'"{shorten(name)}" is no number of this mission.{did_you_mean(name, known)}'
+        raise InputError(why, field="variables")
+    return known[name]

@@ -29,8 +29,7 @@ def turn(axis: Sequence[float], angle: float) -> Matrix:
 def product(a: Matrix, b: Matrix) -> Matrix:
     """Return the matrix product a b."""
     columns = [applied(a, column) for column in zip(*b, strict=True)]
-    rows = zip(*columns, strict=True)
-    x, y, z = rows
+    x, y, z = zip(*columns, strict=True)
     return (x, y, z)
 
 

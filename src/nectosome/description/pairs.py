@@ -81,7 +81,15 @@ class ContactPair(PairDescription):
     def check(self, parts: tuple[Limb, Limb]) -> None:
         """Raise the error of a field for a part that is not round."""
         for i, (name, part) in enumerate(zip(self.between, parts, strict=True)):
-            _check_shape(f"between.{i}", name, part)
+            if not isinstance(part, Rigid) or part.shape == "cylinder":
+                continue
+            if part.shape != "spheroid":
+                why = f"{name} is a {part.shape}: contact is between rods, cylinders and spheres. Add a cylinder to it."
+                raise wrong(f"between.{i}", why)
+            assert part.length is not None and part.radius is not None
+            if abs(part.length - 2 * part.radius) > 1e-6 * part.length:
+                why = f"{name} is no sphere: a spheroid in contact needs a length of twice its radius."
+                raise wrong(f"between.{i}", why)
 
 
 def check_pair(own: str, pair: PairDescription, parts: Mapping[str, Limb]) -> None:
@@ -97,15 +105,3 @@ def check_pair(own: str, pair: PairDescription, parts: Mapping[str, Limb]) -> No
         raise wrong(f"{here}.between", "a pair is of two parts, these are one.")
     with inside(here):
         pair.check((parts[first], parts[second]))
-
-
-def _check_shape(field: str, name: str, part: Limb) -> None:
-    if not isinstance(part, Rigid) or part.shape == "cylinder":
-        return
-    if part.shape != "spheroid":
-        raise wrong(
-            field, f"{name} is a {part.shape}: contact is between rods, cylinders and spheres. Add a cylinder to it."
-        )
-    assert part.length is not None and part.radius is not None
-    if abs(part.length - 2 * part.radius) > 1e-6 * part.length:
-        raise wrong(field, f"{name} is no sphere: a spheroid in contact needs a length of twice its radius.")

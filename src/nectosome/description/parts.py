@@ -1,24 +1,28 @@
-"""The parts of a robot: rigid bodies and soft rods."""
+"""The parts of a robot: rigid bodies and soft rods, and how often each comes."""
 
 from collections.abc import Sequence
-from itertools import pairwise
+from operator import attrgetter
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
 from nectosome.description.base import (
     ZERO,
+    Axis,
     Described,
     Name,
+    OneOf,
     OneOrMany,
     Place,
     Position,
     Rotation,
+    increasing,
     inside,
     unfit,
     wrong,
 )
 from nectosome.description.fields import (
+    Angle,
     Bend,
     Curvature,
     Density,
@@ -33,10 +37,8 @@ from nectosome.description.fields import (
     Volume,
 )
 from nectosome.description.joints import FixedJoint, JointDescription
-from nectosome.description.kinds import OneOf
 from nectosome.description.loads import ROD, LoadDescription, listed
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
-from nectosome.description.repeat import Repeat
 from nectosome.description.rod_loads import TURNED
 from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
 
@@ -44,6 +46,40 @@ StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y"
 STRAIN_NAMES: tuple[StrainName, ...] = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")
 Order = Annotated[int, Field(strict=True, ge=0, le=20)]
 Mark = Annotated[float, Field(strict=True, gt=0, lt=1)]
+
+
+class Repeat(Described):
+    """How often a limb comes: `count` times `around` an axis or `along` a row, or twice, by `mirror`.
+
+    All that sits on it comes with it. Axis, row and mirror are those of the part that the limb sits on, through the
+    place where it sits. Around: copy k is turned about the axis by (k - 1) 360 deg / count. Along: it is moved by
+    (k - 1) times that step [m]. Mirror: the second copy is the image of the first in the plane
+    normal to x, y or z. The copies of `leg` are `leg1`, `leg2`, ...; the first is as written. The drives of copy k
+    run ahead of those of the first by (k - 1) `phase` [rad].
+    """
+
+    count: Annotated[int, Field(strict=True, ge=2, le=100)] | None = None
+    around: Axis | None = None
+    along: Position | None = None
+    mirror: Literal["x", "y", "z"] | None = None
+    phase: Angle = 0.0
+
+    @model_validator(mode="after")
+    def _one_pattern(self) -> Self:
+        if self.mirror is not None:
+            for name in ("count", "around", "along"):
+                if getattr(self, name) is not None:
+                    raise wrong(name, "a mirrored limb comes twice. Leave it out, or the mirror.")
+            return self
+        if self.around is not None and self.along is not None:
+            raise wrong("along", "the copies go around an axis already. Leave one of the two out.")
+        if self.count is None or (self.around is None and self.along is None):
+            missing = "count" if self.count is None else "around"
+            ways = "{count: 4, around: x}, {count: 5, along: [-2 cm, 0 m, 0 m]} for a row, or {mirror: y} for a pair"
+            raise wrong(missing, f"is missing. Write {ways}.")
+        if self.along is not None and not any(self.along):
+            raise wrong("along", "is no step: all copies would be in one place.")
+        return self
 
 
 class Part(Mirrored):
@@ -184,6 +220,9 @@ _SECTION_FIELDS = {
 }
 
 
+_BETWEEN = "the sections must be in the order in which they come along the rod."
+
+
 class InnerSection(Described):
     """The section of a rod at the fraction `at` of its length: its `radius`, or its `width` (y) and `height` (z)."""
 
@@ -221,18 +260,6 @@ def _in_canonical_order(strains: dict[StrainName, int]) -> dict[StrainName, int]
     return {name: strains[name] for name in STRAIN_NAMES if name in strains}
 
 
-def _increasing(marks: tuple[float, ...]) -> tuple[float, ...]:
-    if any(b <= a for a, b in pairwise(marks)):
-        raise unfit("the marks must increase along the rod.")
-    return marks
-
-
-def _along(between: tuple[InnerSection, ...]) -> tuple[InnerSection, ...]:
-    if any(b.at <= a.at for a, b in pairwise(between)):
-        raise unfit("the sections must be in the order in which they come along the rod.")
-    return between
-
-
 class Rod(Part):
     """A soft rod along its own x axis, from 0 to `length`.
 
@@ -254,7 +281,7 @@ class Rod(Part):
     height: Length | None = None
     tip_width: Length | None = None
     tip_height: Length | None = None
-    between: Annotated[tuple[InnerSection, ...], AfterValidator(_along)] = ()
+    between: Annotated[tuple[InnerSection, ...], increasing(_BETWEEN, attrgetter("at"))] = ()
     young: Pressure
     poisson: Poisson = 0.5
     density: Density
@@ -263,7 +290,7 @@ class Rod(Part):
     rest: RestStrains = RestStrains()
     motion: PrescribedStrains = PrescribedStrains()
     points: Annotated[int, Field(strict=True, ge=2, le=200)] = 10
-    marks: Annotated[tuple[Mark, ...], AfterValidator(_increasing)] = ()
+    marks: Annotated[tuple[Mark, ...], increasing("the marks must increase along the rod.")] = ()
     mirror = Mirror(
         rest=Mirror(**dict.fromkeys((*TURNED, "shear_y"), opposite)),
         motion=Mirror(**dict.fromkeys(TURNED, opposite)),
@@ -304,8 +331,8 @@ class Rod(Part):
             missed = [share_missed(wave, self.length, order) for order in range(self.strains[name], 21)]
             if missed[0] > _MISSED:
                 enough = next((self.strains[name] + k for k, m in enumerate(missed) if m <= _MISSED), None)
-                way = "Choose a longer wavelength" if enough is None else f"It takes order {enough}"
-                why = f"polynomials of order {self.strains[name]} miss {100 * missed[0]:.0f} % of this wave. {way}."
+                remedy = "Choose a longer wavelength" if enough is None else f"It takes order {enough}"
+                why = f"polynomials of order {self.strains[name]} miss {100 * missed[0]:.0f} % of this wave. {remedy}."
                 raise wrong(f"strains.{name}", why)
         return self
 

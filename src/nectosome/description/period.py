@@ -17,10 +17,10 @@ _SAME = 1e-9  # relative difference of frequencies that counts as none
 def drive_period(description: RobotDescription) -> float:
     """Shortest time [s] after which all motions and drives of the description repeat themselves.
 
-    What turns at a constant rate repeats itself after a turn. A ramp is refused: the motion that a robot keeps does not
-    depend on how it was begun, and nothing repeats itself while the ramp lasts; and so is a recording. Raises
-    InputError for a ramp and a recording, where nothing goes to and fro or round, where something slides away for ever,
-    and where there is no common period of at most 50 cycles of the fastest drive.
+    A rotation at a constant rate repeats itself after a turn. A ramp is refused, since nothing repeats itself while it
+    lasts and the periodic motion does not depend on it; so is a recording. Raises InputError for these two, if no
+    drive is periodic, if something slides at a constant speed, and if there is no common period of at most 50 cycles
+    of the fastest drive.
     """
     found = drive_frequencies(description)
     if not found:
@@ -37,11 +37,25 @@ def drive_period(description: RobotDescription) -> float:
 
 
 def drive_frequencies(description: RobotDescription) -> dict[str, float]:
-    """Frequency [Hz], by its path, of everything that is made to go to and fro or round.
+    """Frequency [Hz] of each periodic drive, by its path.
 
-    Raises InputError for a ramp, for a recording, and where something slides away for ever.
+    Raises InputError for a ramp, for a recording, and if something slides at a constant speed.
     """
-    return dict(_frequencies(description))
+    found: dict[str, float] = {}
+    for path, signal in driving_signals(description).items():
+        if getattr(signal, "ramp", 0.0):
+            raise InputError("what begins slowly does not repeat itself. Set it to 0 s.", field=f"{path}.ramp")
+        if signal.kind == "recording" and signal.moves:
+            why = "a recording does not repeat itself. Cut one period out of it and give that as a cycle."
+            raise InputError(why, field=f"{path}.values")
+        frequency = getattr(signal, "frequency", 0.0)
+        if frequency and signal.moves:
+            found[f"{path}.frequency"] = frequency
+        if isinstance(signal, RateSignal) and signal.rate:
+            if signal.dimension != "angle":
+                raise InputError("what slides on and on never comes back. Give the period.", field=f"{path}.rate")
+            found[f"{path}.rate"] = abs(signal.rate) / (2 * math.pi)
+    return found
 
 
 def driving_signals(description: RobotDescription) -> dict[str, SignalDescription]:
@@ -63,19 +77,3 @@ def _signals(value: Any, path: str) -> Iterator[tuple[str, SignalDescription]]:
         return
     for key, item in items(value):
         yield from _signals(item, f"{path}.{key}")
-
-
-def _frequencies(description: RobotDescription) -> Iterator[tuple[str, float]]:
-    for path, signal in driving_signals(description).items():
-        if getattr(signal, "ramp", 0.0):
-            raise InputError("what begins slowly does not repeat itself. Set it to 0 s.", field=f"{path}.ramp")
-        if signal.kind == "recording" and signal.moves:
-            why = "a recording does not repeat itself. Cut one period out of it and give that as a cycle."
-            raise InputError(why, field=f"{path}.values")
-        frequency = getattr(signal, "frequency", 0.0)
-        if frequency and signal.moves:
-            yield f"{path}.frequency", frequency
-        if isinstance(signal, RateSignal) and signal.rate:
-            if signal.dimension != "angle":
-                raise InputError("what slides on and on never comes back. Give the period.", field=f"{path}.rate")
-            yield f"{path}.rate", abs(signal.rate) / (2 * math.pi)

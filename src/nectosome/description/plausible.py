@@ -8,7 +8,7 @@ from nectosome.description.loads import AddedMassLoad, CylinderAddedMassLoad, Dr
 from nectosome.description.pairs import ContactPair
 from nectosome.description.parts import Rigid, Rod
 from nectosome.description.robot import RobotDescription, WaterDescription
-from nectosome.description.structure import quantities, value_at
+from nectosome.description.structure import numeric_paths, value_at
 from nectosome.units import format_quantity
 
 
@@ -53,7 +53,7 @@ _KNOWN = (
 
 def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
     """Yield the path of each value far outside of what materials and water have, and a sentence about it."""
-    for path, quantity in quantities(description).items():
+    for path, quantity in numeric_paths(description).items():
         value = value_at(description, path)
         owner, _, field = path.rpartition(".")
         if field.isdigit():

@@ -1,18 +1,18 @@
-"""The description of a robot: its parts, the water around it, and short names for its quantities."""
+"""The description of a robot: its parts, the water around it, and its quantities by path or by short name."""
 
-from collections.abc import Iterator
+from collections.abc import Mapping
+from itertools import chain
 from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from nectosome.description.base import AliasName, Described, Name, OneOrMany, Velocity, wrong
+from nectosome.description.base import AliasName, Described, Name, OneOf, OneOrMany, Velocity, wrong
 from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.fields import Coordinate, Density, Gravity
-from nectosome.description.kinds import OneOf
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb
-from nectosome.description.structure import quantities
-from nectosome.units import did_you_mean
+from nectosome.description.structure import at_path, changed, numeric_paths, value_at
+from nectosome.units import InputError, did_you_mean, shorten
 
 
 class WaterDescription(Described):
@@ -87,17 +87,16 @@ class RobotDescription(Described):
         limbs, _ = spread(self.body, self.limbs)
         if limbs == self.limbs:
             return self
-        aliases = {name: tuple(self._on_copies(name, paths)) for name, paths in self.aliases.items()}
+        aliases = {}
+        for name, paths in self.aliases.items():
+            try:
+                every = [on_all_copies(self.body, self.limbs, path) for path in paths]
+            except ValueError as error:
+                raise wrong(f"aliases.{name}", str(error)) from None
+            aliases[name] = tuple(chain.from_iterable(every))
         object.__setattr__(self, "limbs", limbs)  # what was written is of no use from here on
         object.__setattr__(self, "aliases", aliases)
         return self
-
-    def _on_copies(self, alias: str, paths: tuple[str, ...]) -> Iterator[str]:
-        for path in paths:
-            try:
-                yield from on_all_copies(self.body, self.limbs, path)
-            except ValueError as error:
-                raise wrong(f"aliases.{alias}", str(error)) from None
 
     @model_validator(mode="after")
     def _pairs_are_of_parts(self) -> Self:
@@ -107,7 +106,7 @@ class RobotDescription(Described):
 
     @model_validator(mode="after")
     def _aliases_lead_somewhere(self) -> Self:
-        known = quantities(self)
+        known = numeric_paths(self)
         for name, paths in self.aliases.items():
             for path in paths:
                 if path not in known:
@@ -115,3 +114,28 @@ class RobotDescription(Described):
             if len({known[path].dimension for path in paths}) > 1:
                 raise wrong(f"aliases.{name}", "these paths are quantities of different kinds.")
         return self
+
+
+def resolve(description: RobotDescription, name: str) -> list[str]:
+    """Return the paths that an alias stands for, or the path itself. Raises InputError for an unknown name."""
+    if name in description.aliases:
+        return list(description.aliases[name])
+    here, value = at_path(description, name)
+    if here is not None and here.quantity is not None and value is not None:
+        return [name]
+    known = numeric_paths(description)
+    near = did_you_mean(name, [*description.aliases, *known])
+    raise InputError(f'there is no quantity called "{shorten(name)}" in {description.name}.{near}')
+
+
+def get_value(description: RobotDescription, name: str) -> Any:
+    """Return the SI value at a path or alias; an alias of several paths gives that of the first. Raises InputError."""
+    return value_at(description, resolve(description, name)[0])
+
+
+def with_values(description: RobotDescription, values: Mapping[str, Any]) -> RobotDescription:
+    """Return a copy with SI values put at paths or aliases. They are not checked, so that they may be JAX tracers.
+
+    Raises InputError for an unknown name.
+    """
+    return changed(description, {path: value for name, value in values.items() for path in resolve(description, name)})

@@ -1,12 +1,11 @@
 """Loads inside rods: tendons, chambers of fluid, muscles."""
 
 from collections.abc import Collection
-from itertools import pairwise
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from nectosome.description.base import Described, unfit, wrong
+from nectosome.description.base import Described, increasing, wrong
 from nectosome.description.fields import Coordinate, NonNegativeNumber, Number, PositiveArea, Pressure
 from nectosome.description.loads import ROD, LoadDescription
 from nectosome.description.mirror import Mirror, across, opposite
@@ -15,21 +14,9 @@ from nectosome.description.signals import ForceSignal, MomentSignal, PressureSig
 TURNED = ("torsion", "bending_z")
 """Strains whose image has the other sign."""
 
-
-def _forward(along: tuple[float, float]) -> tuple[float, float]:
-    if not along[0] < along[1]:
-        raise unfit("the first fraction of the rod's length must be less than the second.")
-    return along
-
-
-def _rising(thresholds: tuple[float, ...]) -> tuple[float, ...]:
-    if any(b <= a for a, b in pairwise(thresholds)):
-        raise unfit("the thresholds must increase.")
-    return thresholds
-
-
 _Fraction = Annotated[float, Field(ge=0, le=1)]
-_Along = Annotated[tuple[_Fraction, _Fraction], AfterValidator(_forward)]
+_FORWARD = "the first fraction of the rod's length must be less than the second."
+_Along = Annotated[tuple[_Fraction, _Fraction], increasing(_FORWARD)]
 _Across = tuple[Coordinate, Coordinate]
 
 
@@ -66,7 +53,7 @@ class PlayHysteresis(Described):
     """
 
     direct: NonNegativeNumber = 1.0
-    thresholds: Annotated[tuple[Pressure, ...], Field(min_length=1), AfterValidator(_rising)]
+    thresholds: Annotated[tuple[Pressure, ...], Field(min_length=1), increasing("the thresholds must increase.")]
     weights: tuple[Number, ...]
 
     @model_validator(mode="after")

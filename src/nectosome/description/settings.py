@@ -4,11 +4,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from nectosome.description.fields import Si
-from nectosome.description.paths import resolve
-from nectosome.description.plain_data import to_plain
-from nectosome.description.robot import RobotDescription
+from nectosome.description.files import to_plain
+from nectosome.description.robot import RobotDescription, resolve
 from nectosome.description.signals import RecordingSignal
-from nectosome.description.structure import Slot, items, leaves, quantities, slot
+from nectosome.description.structure import Slot, at_path, items, leaves, numeric_paths, slot
 from nectosome.description.validate import validate
 from nectosome.io.yaml_text import read_yaml
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, shorten
@@ -20,7 +19,7 @@ def parse_setting(setting: str, description: RobotDescription) -> dict[str, floa
     Raises InputError for an unknown name, a missing or wrong unit, or a value out of the field's range.
     """
     name, text = _split(setting)
-    known = quantities(description)
+    known = numeric_paths(description)
     try:
         return {path: known[path].read(text, units_required=True) for path in resolve(description, name)}
     except ValueError as error:
@@ -36,11 +35,15 @@ def apply_settings(description: RobotDescription, settings: Iterable[str]) -> Ro
     data = to_plain(description, si=True)
     for setting in settings:
         name, text = _split(setting)
-        if name in description.aliases or name in quantities(description):
+        if name in description.aliases or name in numeric_paths(description):
             for path in parse_setting(setting, description):
                 _put(data, description, path, text)
         else:
-            _put(data, description, name, _read_value(text, name))
+            try:
+                value = read_yaml(text, name)[0]
+            except InputError as error:
+                raise InputError(error.message, field=name) from None
+            _put(data, description, name, value)
     return validate(data)
 
 
@@ -59,11 +62,7 @@ def with_recordings(description: RobotDescription, recordings: Mapping[str, Samp
     """
     data = to_plain(description, si=True)
     for path, samples in recordings.items():
-        here: Slot | None = slot(type(description))
-        standing: Any = description
-        for key in path.split("."):
-            here = here.child(key, standing) if here is not None else None
-            standing = dict(items(standing)).get(key)
+        here, _ = at_path(description, path)
         kind = here.kinds().get("recording") if here is not None else None
         if kind is not None and issubclass(kind, RecordingSignal):
             unit = DIMENSIONS[kind.dimension].unit
@@ -80,13 +79,6 @@ def _split(setting: str) -> tuple[str, str]:
     if not equals or not name.strip() or not text.strip():
         raise InputError(f'"{shorten(setting)}" is no setting. Write a name, = and a value, as in "omega=14.4rad/s".')
     return name.strip(), text.strip()
-
-
-def _read_value(text: str, name: str) -> Any:
-    try:
-        return read_yaml(text, name)[0]
-    except InputError as error:
-        raise InputError(error.message, field=name) from None
 
 
 def _put(data: Any, description: RobotDescription, path: str, value: Any) -> None:

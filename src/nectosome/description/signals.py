@@ -1,7 +1,9 @@
 """Signals: what a joint, a tendon or a chamber is driven by over time, in the unit of what it drives."""
 
+import json
 from collections.abc import Mapping
 from itertools import pairwise
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Generic, Literal, Self, TypeVar, get_args
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
@@ -26,8 +28,9 @@ from nectosome.description.fields import (
     Torque,
 )
 from nectosome.description.mirror import opposite
-from nectosome.description.samples import read_samples
-from nectosome.units import DIMENSIONS
+from nectosome.units import DIMENSIONS, InputError, did_you_mean, expected, shorten
+
+_MOST_ROWS = 20_000
 
 Q = TypeVar("Q", bound=float)
 """The quantity of a signal, such as `Angle`."""
@@ -60,14 +63,10 @@ class SignalDescription(Described):
         """Return the signal with the other sign."""
         return self.model_copy(update={name: opposite(getattr(self, name)) for name in self.signed})
 
-    def least(self) -> float:
-        """Return the smallest value at any time."""
-        raise NotImplementedError
-
     @property
     def moves(self) -> bool:
-        """Whether its value changes."""
-        return bool(getattr(self, "amplitude", 0.0))
+        """Whether its value goes to and fro, or is recorded and changes."""
+        return bool(getattr(self, "amplitude", 0.0)) or len(set(getattr(self, "values", ()))) > 1
 
 
 def _quantity(hint: Any) -> Quantity:
@@ -151,11 +150,6 @@ class CycleSignal(SignalDescription, Generic[Q]):
         """Return the smallest of the values."""
         return min(self.values)
 
-    @property
-    def moves(self) -> bool:
-        """Whether the values differ."""
-        return len(set(self.values)) > 1
-
 
 def _increasing(times: tuple[float, ...]) -> tuple[float, ...]:
     for k, (before, after) in enumerate(pairwise(times), start=1):
@@ -193,7 +187,7 @@ class RecordingSignal(SignalDescription, Generic[Q]):
             if self.column is None:
                 raise wrong("column", "is missing. Say which column of the file it is.")
             folder = info.context.folder if isinstance(info.context, QuantitySource) else QuantitySource().folder
-            times, values = read_samples(self.file, self.column, self.sheet, folder, self.dimension, self.smooth)
+            times, values = _read_samples(self.file, self.column, self.sheet, folder, self.dimension, self.smooth)
             read = {"times": times, "values": values, "file": None, "column": None, "sheet": None}
             for name, value in read.items():
                 object.__setattr__(self, name, value)  # from here on it holds its samples, wherever the file is
@@ -211,10 +205,52 @@ class RecordingSignal(SignalDescription, Generic[Q]):
         """Return the smallest of the values."""
         return min(self.values)
 
-    @property
-    def moves(self) -> bool:
-        """Whether the values differ."""
-        return len(set(self.values)) > 1
+
+def _read_samples(
+    file: str, column: str, sheet: str | None, folder: Path, dimension: str, smooth: bool
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return times [s], from 0, and values [SI] of a column of a file in `folder`, or of a channel of its sheet.
+
+    Raises the error of a field for a file that cannot be read, a column that is not there, another unit, a missing
+    value, more than 20 000 rows and, for a `smooth` curve, a gap in time.
+    """
+    import numpy as np
+
+    from nectosome.measure import read  # it takes a second, and few robots need it
+
+    try:
+        recording = read(folder / file, None if sheet is None else folder / sheet)
+    except InputError as error:
+        raise wrong("file" if sheet is None else "sheet", str(error)) from None
+    if column not in recording.data_vars:
+        known = [str(name) for name in recording.data_vars]
+        raise wrong("column", f'{file} has no column "{shorten(column)}".{did_you_mean(column, known)}')
+    if "time" not in recording.dims:
+        raise wrong("file", f"{file} has no time. Say in a sheet which column it is, or its rate.")
+    if recording.sizes["time"] > _MOST_ROWS:
+        why = f"{file} has {recording.sizes['time']} rows, at most {_MOST_ROWS} can drive a robot."
+        raise wrong("file", f"{why} Resample it with fewer, or cut a part out.")
+    unit = str(recording[column].attrs.get("units", ""))
+    if unit != DIMENSIONS[dimension].unit:
+        if unit in ("", "1"):
+            why = f"{file} gives it no unit. Write one into its heading, as in angle (deg), or into a sheet."
+        else:
+            why = f"{file} has it in {unit}. {expected(dimension)}"
+        raise wrong("column", why)
+    values, time = recording[column].values.astype(float), recording["time"].values.astype(float)
+    missing = np.flatnonzero(~np.isfinite(values))
+    if missing.size:
+        found = json.loads(recording.attrs["provenance"])
+        odd = [text for text in (*found["warnings"], *found["repairs"]) if text.startswith(f"{column}: ")]
+        where = odd[0] if odd else f"{column}: {missing.size} values missing"
+        why = f"{file}, {where}, at {time[missing[0]]:.9g} s. Fill them in, or leave these rows out."
+        raise wrong("column", why)
+    gaps = json.loads(recording.attrs["gaps"]) if smooth else []
+    if gaps:
+        since, until, row = gaps[0]
+        why = f"{file}, row {row}: nothing was recorded between {since:.9g} s and {until:.9g} s."
+        raise wrong("file", f"{why} Cut out a part without a gap.")
+    return tuple((time - time[0]).tolist()), tuple(values.tolist())
 
 
 class SmoothRecordingSignal(RecordingSignal[Q], Generic[Q]):
@@ -240,7 +276,13 @@ class SmoothRecordingSignal(RecordingSignal[Q], Generic[Q]):
         return self
 
 
-Envelope = Annotated[tuple[NonNegativeNumber, ...], Field(min_length=1)]
+def _somewhere(envelope: tuple[float, ...]) -> tuple[float, ...]:
+    if not any(envelope):
+        raise unfit("is 0 everywhere, so that there is no wave.")
+    return envelope
+
+
+Envelope = Annotated[tuple[NonNegativeNumber, ...], Field(min_length=1), AfterValidator(_somewhere)]
 
 
 class WaveSignal(SignalDescription, Generic[Q]):
@@ -261,11 +303,6 @@ class WaveSignal(SignalDescription, Generic[Q]):
     signed = ("amplitude", "offset")
     cycle_angle = "phase"
 
-    @model_validator(mode="after")
-    def _is_somewhere(self) -> Self:
-        _check_envelope(self.envelope)
-        return self
-
 
 class RecordedStrain(SmoothRecordingSignal[Curvature]):
     """The curvature `e(x)` times the `values` [rad/m] that were recorded at `times` [s], as a smooth curve.
@@ -276,16 +313,6 @@ class RecordedStrain(SmoothRecordingSignal[Curvature]):
     """
 
     envelope: Envelope = (1.0,)
-
-    @model_validator(mode="after")
-    def _is_somewhere(self) -> Self:
-        _check_envelope(self.envelope)
-        return self
-
-
-def _check_envelope(envelope: tuple[float, ...]) -> None:
-    if not any(envelope):
-        raise wrong("envelope", "is 0 everywhere, so that there is no wave.")
 
 
 AngleSignal = Annotated[

@@ -1,6 +1,6 @@
 """Walking a description, or the raw data of one: what belongs at a key, and which places hold quantities."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from types import NoneType, UnionType
@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from nectosome.description.base import OneOf
 from nectosome.description.fields import Quantity
-from nectosome.description.kinds import OneOf
 
 
 @dataclass(frozen=True)
@@ -117,27 +117,25 @@ def _leaves(value: Any, here: Slot, path: str) -> Iterator[tuple[str, Slot, Any]
             yield from _leaves(item, below, f"{path}.{key}" if path else key)
 
 
-def quantities(description: BaseModel) -> dict[str, Quantity]:
-    """Return every quantity that has a value in `description`, by its path."""
+def numeric_paths(description: BaseModel) -> dict[str, Quantity]:
+    """Return the quantities that have a value in `description`, by path, with dimension, SI unit and range."""
     return {path: here.quantity for path, here in leaves(description) if here.quantity is not None}
 
 
-def quantity_values(description: BaseModel) -> dict[str, Any]:
-    """Return the value of every quantity that has one in `description`, by its path."""
+def numeric_values(description: BaseModel) -> dict[str, Any]:
+    """Return the SI values of the quantities that have one, by path, in the order of `numeric_paths`."""
     found = _leaves(description, slot(type(description)), "")
     return {path: value for path, here, value in found if here.quantity is not None}
 
 
-def quantity_at(description: BaseModel, path: str) -> Quantity | None:
-    """Return the quantity at a path of `description`; None where there is no such path, or no value."""
-    here, value = slot(type(description)), description
+def at_path(description: BaseModel, path: str) -> tuple[Slot | None, Any]:
+    """Return the slot and the value at a path of `description`; None for what is not there."""
+    here: Slot | None = slot(type(description))
+    value: Any = description
     for key in path.split("."):
-        below = here.child(key, value)
-        inner = dict(items(value))
-        if below is None or key not in inner:
-            return None
-        here, value = below, inner[key]
-    return None if value is None else here.quantity
+        here = here.child(key, value) if here is not None else None
+        value = dict(items(value)).get(key)
+    return here, value
 
 
 def value_at(value: Any, path: str) -> Any:
@@ -169,3 +167,17 @@ def _changed(value: Any, tree: Any) -> Any:
     if isinstance(value, tuple):
         return tuple(new.get(str(i), item) for i, item in enumerate(value))
     return value.model_copy(update=new)
+
+
+def shortest(names: Iterable[str]) -> dict[str, str]:
+    """Return by name as few of its last words as tell it from the others: `start` for `limbs.shaft.motion.start`."""
+    words = [name.split(".") for name in names]
+
+    def last(name: list[str], n: int) -> str:
+        return ".".join(name[-n:])
+
+    found = {}
+    for own in words:
+        enough = (n for n in range(1, len(own) + 1) if [last(w, n) for w in words].count(last(own, n)) == 1)
+        found[".".join(own)] = last(own, next(enough, len(own)))
+    return found

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from nectosome.description.copies import MOST_LIMBS
 from nectosome.description.files import dump_robot
 from nectosome.description.joints import (
     FixedJoint,
@@ -25,7 +26,6 @@ from nectosome.description.robot import RobotDescription
 from nectosome.description.urdf_file import UrdfTree, numbers, read_urdf
 from nectosome.units import InputError, shorten
 
-_MOST_LIMBS = 500  # as many as a robot file may have
 _UPRIGHT = from_rpy((0.0, -math.pi / 2, 0.0))  # takes a part's x axis to z, along which cylinders stand in URDF
 
 
@@ -46,11 +46,11 @@ def import_urdf(path: str | Path) -> Imported:
     Raises InputError with the file and the link or joint: what `read_urdf` does not take, a moving link without mass
     or inertia, an inertia that no body has, sizes that are not positive.
     """
-    return _Import(str(path), read_urdf(path)).made()
+    return _Importer(str(path), read_urdf(path)).imported()
 
 
-class _Import:
-    """The parts made so far, and what is to be told about them."""
+class _Importer:
+    """The parts imported so far, and what to report about them."""
 
     def __init__(self, source: str, tree: UrdfTree):
         self.source, self.tree = source, tree
@@ -59,7 +59,7 @@ class _Import:
         self.limbs: dict[str, Rigid] = {}
         self.by: list[str] = []  # which part is which link and joint
 
-    def made(self) -> Imported:
+    def imported(self) -> Imported:
         root = self.tree.root
         body = self.part(root, None)
         self.shapes(root)
@@ -72,30 +72,22 @@ class _Import:
             self.limbs[name] = self.part(joint.child, joint)
             self.shapes(joint.child)
             ahead += reversed(self.tree.joints[joint.child])
-            if len(self.limbs) > _MOST_LIMBS:
-                raise self.wrong(f"links and shapes make more than {_MOST_LIMBS} parts, too many for a robot file.")
+            if len(self.limbs) > MOST_LIMBS:
+                raise self.wrong(f"links and shapes make more than {MOST_LIMBS} parts, too many for a robot file.")
         description = RobotDescription(name=self.tree.name[:100], body=body, limbs=dict(self.limbs))
-        return Imported(description, self.comments() + dump_robot(description), tuple(self.left_out))
+        comment = "".join(f"# {line}\n" for line in self.comments())
+        return Imported(description, comment + dump_robot(description), tuple(self.left_out))
 
     def part(self, link: str, joint: Any) -> Rigid:
         """Return the part that stands for a link, on the joint that carries it (None for the root)."""
         mass, centre, moments, products = self.inertial(link, moves=joint is not None and joint.type != "fixed")
-        place: dict[str, Any] = {}
+        fields: dict[str, Any] = {"mass": mass, "inertia": moments, "products": products, "centre_of_mass": centre}
         if joint is not None:
             offset, rotation = self.place(joint.origin, f"joint {joint.name}, origin")
-            place = {"on": self.names[joint.parent], "offset": offset, "rotation": rotation}
-            place["joint"] = self.joint(joint)
-            if place["on"] == "body":
-                del place["on"]
-        return Rigid(
-            kind="rigid",
-            shape="point",
-            mass=mass,
-            inertia=moments,
-            products=products,
-            centre_of_mass=centre,
-            **place,
-        )
+            fields |= {"offset": offset, "rotation": rotation, "joint": self.joint(joint)}
+            if self.names[joint.parent] != "body":
+                fields["on"] = self.names[joint.parent]
+        return Rigid(kind="rigid", shape="point", **fields)
 
     def inertial(self, link: str, moves: bool) -> tuple[float, Vector, Vector | None, Vector | None]:
         """Return mass, centre of mass, moments and products of inertia in the frame of a link."""
@@ -128,7 +120,7 @@ class _Import:
         return mass, centre, moments, products
 
     def joint(self, joint: Any) -> JointDescription:
-        """Return the joint of a part; what has no place there is told."""
+        """Return the joint of a part; what has no place there is reported."""
         here = f"joint {joint.name}"
         (damping,) = numbers((0.0 if joint.dynamics is None else joint.dynamics.damping or 0.0,), self.source, here)
         if damping < 0:
@@ -184,31 +176,25 @@ class _Import:
         x, y, z, roll, pitch, yaw = numbers((*origin.xyz, *origin.rpy), self.source, here)
         return (x, y, z), (roll, pitch, yaw)
 
-    def free_name(self, wanted: str) -> str:
-        """Return a name that robot files allow and no part has yet."""
-        name = re.sub(r"[^a-z0-9]+", "_", wanted.lower()).strip("_")[:50] or "link"
+    def free_name(self, link: str) -> str:
+        """Return a name like that of a link that robot files allow and no part has yet."""
+        name = re.sub(r"[^a-z0-9]+", "_", link.lower()).strip("_")[:50] or "link"
         name = name if name[0].isalpha() else f"link_{name}"
         taken = {"body", *self.limbs, *self.names.values()}
-        return next(n for n in (name, *(f"{name}_{k}" for k in range(2, 2 * _MOST_LIMBS))) if n not in taken)
+        return next(n for n in (name, *(f"{name}_{k}" for k in range(2, 2 * MOST_LIMBS))) if n not in taken)
 
-    def comments(self) -> str:
-        """Return what stands above the robot file."""
-        return "".join(f"# {line}\n" for line in self.told())
-
-    def told(self) -> Iterator[str]:
-        """Yield the lines of the comments."""
+    def comments(self) -> Iterator[str]:
+        """Yield the lines of the comment at the top of the robot file."""
         yield f"From {shorten(Path(self.source).name)}. Each link is a point with its mass and inertia, on its joint;"
         yield "the shapes on it weigh nothing and displace water. Add what else the water does to them, as `loads`."
         if any(name.endswith("_shape2") for name in self.limbs):
             yield "Shapes that overlap displace the same water twice: take the inner one out."
         yield f"  body: link {shorten(self.tree.root)}. URDF does not say whether it is held, here it is."
         yield "    What lets it go is: joint: {kind: free}"
-        for line in self.by:
-            yield f"  {line}"
+        yield from (f"  {line}" for line in self.by)
         if self.left_out:
             yield "Not here, since it has no place in a robot file or the URDF does not say it:"
-            for line in self.left_out:
-                yield f"  {line}"
+            yield from (f"  {line}" for line in self.left_out)
 
     def wrong(self, why: str, here: str | None = None) -> InputError:
         return InputError(why, file=self.source, field=None if here is None else shorten(here, 200))

@@ -1,6 +1,6 @@
 """URDF files: the links and joints in them, as the parser of ROS reads them.
 
-The parser is given what a robot file has a place for; all else is taken out before and told, so that what it does
+The parser is given what a robot file has a place for; all else is taken out before and reported, so that what it does
 not know is a mistake.
 """
 
@@ -114,23 +114,14 @@ def _taken_out(root: ElementTree.Element) -> Iterator[str]:
                 yield f"{here}: {_words(child)}"
                 element.remove(child)
             elif child.tag == "dynamics":
-                yield from (f"{here}: {words}" for words in _more_than_damping(child))
+                for key in [key for key in child.attrib if key != "damping"]:
+                    if (value := child.attrib.pop(key)) not in ("0", "0.0"):
+                        yield f'{here}: {key}="{shorten(value)}"'
             elif child.tag in ("collision", "visual"):
-                yield from (f"{here}: {words}" for words in _more_than_shape(child))
+                for more in [part for part in child if part.tag not in ("origin", "geometry")]:
+                    yield f"{here}: {child.tag}: {_words(more)}"
+                    child.remove(more)
         yield from (f"{here}: {words}" for words in _unused(element))
-
-
-def _more_than_damping(dynamics: ElementTree.Element) -> Iterator[str]:
-    for key in [key for key in dynamics.attrib if key != "damping"]:
-        if (value := dynamics.attrib.pop(key)) not in ("0", "0.0"):
-            yield f'{key}="{shorten(value)}"'
-
-
-def _more_than_shape(body: ElementTree.Element) -> Iterator[str]:
-    for child in list(body):
-        if child.tag not in ("origin", "geometry"):
-            yield f"{body.tag}: {_words(child)}"
-            body.remove(child)
 
 
 def _unused(link: ElementTree.Element) -> Iterator[str]:

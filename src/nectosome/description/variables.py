@@ -7,8 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.description.fields import Quantity
-from nectosome.description.paths import get_value, numeric_paths, resolve
-from nectosome.description.robot import RobotDescription
+from nectosome.description.robot import RobotDescription, get_value, numeric_paths, resolve
 from nectosome.units import InputError, format_quantity, shorten
 from nectosome.units.ranges import Ranges, split_range
 

@@ -6,8 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from nectosome.description import RobotDescription, resolve
-from nectosome.description.mission import parse_mission
-from nectosome.description.schedule import read_schedule_variable
+from nectosome.description.mission import parse_mission, read_schedule_variable
 from nectosome.description.variables import read_variable
 from nectosome.io.yaml_text import Key, read_text, read_yaml
 from nectosome.robots import mission_of

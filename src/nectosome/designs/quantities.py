@@ -8,8 +8,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import STANDARD_GRAVITY
 from nectosome.core.se3 import dot
-from nectosome.mechanism import Robot
-from nectosome.mechanism.strain import bending_of
+from nectosome.mechanism import Robot, bending_of
 from nectosome.solve import CycleMeans, Equilibrium
 
 

@@ -8,8 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.description import RobotDescription, dump_robot
-from nectosome.description.mission import Mission
-from nectosome.description.schedule import dump_mission, get_schedule, with_schedule
+from nectosome.description.mission import Mission, dump_mission, get_schedule, with_schedule
 from nectosome.description.variables import Variable
 from nectosome.search import Evaluate, Evaluation
 from nectosome.solve import run_mission

@@ -1,11 +1,9 @@
 """Blocks of actuators and sensors: hysteresis, friction, transfer functions, valves, sensors, and chains of them."""
 
-from .bouc_wen import BoucWen
-from .chain import Chain, Curve, Gain, Parallel, antagonistic
-from .friction import Dahl
-from .hysteresis import Envelope, NumericInverse, Polynomial, PrandtlIshlinskii, Tanh, evenly, inverse
-from .rate_block import Driven, Integrated
-from .respond import respond
+from .chain import Chain, Curve, Gain, Parallel, antagonistic, respond
+from .friction import BoucWen, Dahl
+from .hysteresis import NumericInverse, Polynomial, PrandtlIshlinskii, Tanh, evenly, inverse
+from .rate_block import Integrated
 from .sensor import Sensor
 from .transfer import TransferFunction, second_order
 from .valve import DeadTime, Saturation, SlewLimit, Tank
@@ -16,8 +14,6 @@ __all__ = [
     "Curve",
     "Dahl",
     "DeadTime",
-    "Driven",
-    "Envelope",
     "Gain",
     "Integrated",
     "NumericInverse",

@@ -9,7 +9,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, ArrayLike, Float
 
-from nectosome.core import Line, RateIndependent
+from nectosome.core import Line, Pointwise, RateIndependent
 from nectosome.units import InputError
 
 
@@ -44,7 +44,7 @@ class Polynomial(Envelope):
         return jnp.polyval(self.coefficients[::-1], u)
 
 
-class PrandtlIshlinskii(RateIndependent):
+class PrandtlIshlinskii(Pointwise):
     r"""A direct part and play operators of increasing width (Prandtl 1928; Krejci and Kuhnen 2001).
 
     $$ y = c_0\,\gamma(u) + \sum_i c_i H_i, \quad
@@ -66,16 +66,11 @@ class PrandtlIshlinskii(RateIndependent):
         """Plays at rest."""
         return jnp.zeros_like(self.thresholds)
 
-    def step(self, state: Float[Array, "n"], u: Line) -> tuple[Float[Array, "n"], Line]:
-        """Plays after both ends of a line, and the sums there."""
-        begin, y_begin = self._at(state, u.begin)
-        end, y_end = self._at(begin, u.end)
-        return end, Line(y_begin, y_end)
-
-    def _at(self, plays: Float[Array, "n"], u: Float[Array, ""]) -> tuple[Float[Array, "n"], Float[Array, ""]]:
+    def at(self, state: Float[Array, "n"], u: Float[Array, ""]) -> tuple[Float[Array, "n"], Float[Array, ""]]:
+        """Plays, and their sum with the direct part."""
         up = u if self.rising is None else self.rising(u)
         down = up if self.falling is None else self.falling(u)
-        plays = jnp.maximum(up - self.thresholds, jnp.minimum(down + self.thresholds, plays))
+        plays = jnp.maximum(up - self.thresholds, jnp.minimum(down + self.thresholds, state))
         return plays, self.direct * 0.5 * (up + down) + jnp.sum(self.weights * plays)
 
     def slopes(self) -> Float[Array, "n+1"]:
@@ -102,7 +97,7 @@ def inverse(hysteresis: PrandtlIshlinskii) -> PrandtlIshlinskii:
     return PrandtlIshlinskii(1 / slopes[0], widths, -hysteresis.weights / (slopes[1:] * slopes[:-1]))
 
 
-class NumericInverse(RateIndependent):
+class NumericInverse(Pointwise):
     """Numerical inverse of an increasing, rate-independent block, by bisection of a range.
 
     An output out of range gives the end of the range.
@@ -117,26 +112,22 @@ class NumericInverse(RateIndependent):
         """Initial state of the operator."""
         return self.forward.initial()
 
-    def step(self, state: Array, u: Line) -> tuple[Array, Line]:
-        """State of the operator after the inputs for both ends."""
-        begin, x_begin = self._at(state, u.begin)
-        end, x_end = self._at(begin, u.end)
-        return end, Line(x_begin, x_end)
+    def at(self, state: Array, u: Array) -> tuple[Array, Array]:
+        """State of the operator after the input that gives u, and that input."""
 
-    def _at(self, state: Array, target: Array) -> tuple[Array, Array]:
-        def output(u: Array) -> Array:
-            return self.forward.step(state, Line(u, u))[1].end
+        def output(x: Array) -> Array:
+            return self.forward.step(state, Line(x, x))[1].end
 
         def halve(_: int, ends: tuple[Array, Array]) -> tuple[Array, Array]:
             middle = 0.5 * (ends[0] + ends[1])
-            small = output(middle) < target
+            small = output(middle) < u
             return jnp.where(small, middle, ends[0]), jnp.where(small, ends[1], middle)
 
         low, high = lax.fori_loop(0, self.halvings, halve, (self.low + 0.0, self.high + 0.0))
         middle = lax.stop_gradient(0.5 * (low + high))
         y, slope = jax.jvp(output, (middle,), (jnp.ones_like(middle),))
         slope = lax.stop_gradient(slope)  # one Newton step, so that the result is differentiable
-        found = jnp.clip(middle - jnp.where(slope > 0, (y - target) / slope, 0.0), self.low, self.high)
+        found = jnp.clip(middle - jnp.where(slope > 0, (y - u) / slope, 0.0), self.low, self.high)
         return self.forward.step(state, Line(found, found))[0], found
 
 

@@ -1,33 +1,27 @@
 """Loads on bodies in water, on joints, inside rods, and between bodies."""
 
 from .added_mass import (
-    AddedMass,
     CylinderAddedMass,
     GivenAddedMass,
     SpheroidAddedMass,
     StripAddedMass,
+    TrailingEdge,
     lamb_coefficients,
 )
 from .buoyancy import Buoyancy, Weight
 from .bushing import Bushing, BushingEnd
 from .drag import LumpedDrag, PlateDrag, StripDrag
-from .forces import LineForce, PointForce
-from .ground_contact import GroundContact
+from .forces import LineForce, PointForce, PulsedThrust
 from .jet import Jet, Motor, Pulse
-from .joint_limits import LowerLimit, UpperLimit
-from .leg import Leg, Stride
-from .muscle import Muscle
+from .leg import GroundContact, Leg
 from .near_floor import NearFloor
 from .part_contact import Beads, Friction, PartContact
 from .places import AttachedPlaces
-from .pulsed_thrust import PulsedThrust
-from .springs import Damper, FlexureSpring, Spring
-from .threads import FluidChamber, Tendon, Thread
-from .trailing_edge import TrailingEdge
+from .rod_loads import FluidChamber, Tendon
+from .springs import Damper, FlexureSpring, LowerLimit, Spring, UpperLimit
 from .wall_contact import WallContact
 
 __all__ = [
-    "AddedMass",
     "AttachedPlaces",
     "Beads",
     "Buoyancy",
@@ -46,7 +40,6 @@ __all__ = [
     "LowerLimit",
     "LumpedDrag",
     "Motor",
-    "Muscle",
     "NearFloor",
     "PartContact",
     "PlateDrag",
@@ -55,11 +48,9 @@ __all__ = [
     "PulsedThrust",
     "SpheroidAddedMass",
     "Spring",
-    "Stride",
     "StripAddedMass",
     "StripDrag",
     "Tendon",
-    "Thread",
     "TrailingEdge",
     "UpperLimit",
     "WallContact",

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water, safe_norm
-from nectosome.description import DragLoad, LumpedDragLoad, PlateDragLoad
+from nectosome.description.loads import DragLoad, LumpedDragLoad, PlateDragLoad
 
 from .buoyancy import wetted
 

@@ -24,7 +24,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Cycle, Load, Signal, Strips, Water, signal_of
+from nectosome.core import Cycle, ReshapingLoad, Signal, Strips, Water, signal_of
 from nectosome.core.described import numbers, same_named, unit, vector
 from nectosome.core.se3 import cross, skew
 from nectosome.description.loads import JetLoad
@@ -65,7 +65,7 @@ class Pulse(NamedTuple):
     torque: Float[Array, ""]  # at the crank [N m]
 
 
-class Jet(Load):
+class Jet(ReshapingLoad):
     r"""Thrust of a pulsed jet, and the added mass of chamber and bell (see above).
 
     The added mass $\rho V (1 + C d d^T)$ acts at the chamber's `place` on its velocity; the water does not rotate with
@@ -107,9 +107,8 @@ class Jet(Load):
         """Added mass of chamber and bell, and its rate [kg m2, kg m, kg]."""
         angle, speed = self._crank(t, z)
         V, slope, _ = self._volume(angle)
-        at = jnp.concatenate(
-            [skew(self.place).T, jnp.eye(3)], axis=1
-        )  # from the centre's twist to the velocity of `place`
+        # from the centre's twist to the velocity of `place`
+        at = jnp.concatenate([skew(self.place).T, jnp.eye(3)], axis=1)
         one = water.density * at.T @ (jnp.eye(3) + self.bell * jnp.outer(self.direction, self.direction)) @ at
         return V * one, slope * speed * one
 
@@ -119,7 +118,7 @@ class Jet(Load):
         now = self.pulse(t, z, jnp.sum(self.direction * v), water)
         moved = now.outflow * jnp.where(now.outflow > 0, 1.0, self.wake)
         f = now.thrust * self.direction - water.density * moved * v
-        wrench = jnp.zeros((strips.weight.shape[0], 6)).at[0].set(jnp.concatenate([cross(self.place, f), f]))
+        wrench = strips.at_first(jnp.concatenate([cross(self.place, f), f]))
         if isinstance(self.crank, Motor):
             z = jnp.stack([now.speed, (self.crank.torque(now.speed) - now.torque) / self.crank.inertia])
         return wrench, z

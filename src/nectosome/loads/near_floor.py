@@ -5,11 +5,11 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Strips, Water
+from nectosome.core import ReshapingLoad, Strips, Water
 from nectosome.description.loads import NearFloorLoad
 
 
-class NearFloor(Load):
+class NearFloor(ReshapingLoad):
     r"""Additional added mass and drag near the floor, as functions of the height h above it.
 
     The factor $s(h)$ is 1 up to `full`, 0 above `none`, and $1 - 3 x^2 + 2 x^3$ between, with

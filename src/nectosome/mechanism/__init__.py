@@ -1,27 +1,23 @@
 """Joints, rigid links, soft rods, and their kinematic tree: kinematics and equations of motion."""
 
-from .diagnose import Diagnosis, diagnose, load_names
+from .diagnose import Diagnosis, bending_of, diagnose, load_names, support_force
 from .joints import Fixed, Free, Joint, Planar, Prismatic, Revolute, Spherical
 from .links import Link
 from .plane import InPlane
 from .reduce import in_plane, moves_in_plane, reduced
-from .robot import Attached, Forces, Paired, Robot, make_robot
-from .rods import STRAINS, SoftRod, make_rod
-from .support_force import support_force
-from .tree import PartShape, Tree, TreePart, node_at
+from .robot import Attached, Paired, Robot, make_robot
+from .rods import SoftRod, make_rod
+from .tree import Tree, TreePart, node_at
 
 __all__ = [
-    "STRAINS",
     "Attached",
     "Diagnosis",
     "Fixed",
-    "Forces",
     "Free",
     "InPlane",
     "Joint",
     "Link",
     "Paired",
-    "PartShape",
     "Planar",
     "Prismatic",
     "Revolute",
@@ -30,6 +26,7 @@ __all__ = [
     "Spherical",
     "Tree",
     "TreePart",
+    "bending_of",
     "diagnose",
     "in_plane",
     "load_names",

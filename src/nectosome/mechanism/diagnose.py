@@ -1,4 +1,4 @@
-"""Diagnosis of a robot at one time, load by load: forces, powers, energies and reactions."""
+"""Diagnosis of a robot at one time, load by load: forces, powers, energies, reactions, bending strain and stress."""
 
 from typing import NamedTuple
 
@@ -7,14 +7,22 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from nectosome.core import Load, RodLoad, State
+from nectosome.core import JointLoad, Load, ReshapingLoad, RodLoad, State
 from nectosome.core.se3 import cross, dot, dot_t
 
 from .robot import Robot, times
-from .rods import SoftRod
-from .strain import Bending, bending_of
+from .rods import SoftRod, bending
 
 ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE = "added_mass", "shape_change", "viscous", "drive"
+
+
+class Bending(NamedTuple):
+    """Bending strain and stress at the edges of sections; NaN for rigid parts."""
+
+    strain: Float[Array, "n 2"]  # of each station of a rod, at +r_y and at +r_z of its section
+    stress: Float[Array, "n 2"]  # [Pa]
+    hinge_strain: Float[Array, "parts"]  # at the face of the flexible layer of the part's hinge
+    hinge_stress: Float[Array, "parts"]  # [Pa]
 
 
 class Diagnosis(NamedTuple):
@@ -44,7 +52,7 @@ def load_names(robot: Robot) -> tuple[str, ...]:
     """Names of all loads and pairs, in order, then of the forces of the mechanism itself."""
     own = dict.fromkeys(a.name for a in robot.loads if not (isinstance(a.load, Load) and a.load.inertial))
     own |= dict.fromkeys(pair.name for pair in robot.pairs)
-    reshaped = any(isinstance(a.load, Load) and a.load.reshapes for a in robot.loads)
+    reshaped = any(isinstance(a.load, ReshapingLoad) for a in robot.loads)
     return (*own, ADDED_MASS, *([SHAPE_CHANGE] if reshaped else []), VISCOUS, DRIVE)
 
 
@@ -76,6 +84,32 @@ def energies(robot: Robot, t: Array, x: State) -> Float[Array, "parts 3"]:
             elastic = 0.5 * bent @ part.body.stiffness @ bent
         found.append(jnp.stack([jnp.sum(own[place.stations]), jnp.sum(carried[place.stations]), elastic]))
     return jnp.stack(found)
+
+
+def bending_of(robot: Robot, q: Float[Array, "nq"]) -> Bending:
+    r"""Bending at all coordinates q, prescribed ones included.
+
+    Rods: $\epsilon = -\kappa_z r_y$ and $\kappa_y r_z$ with the curvatures relative to the rest shape, $\sigma = E
+    \epsilon$. Hinges: the moment $k\theta$ of a layer of thickness h and second moment I gives $\sigma = k \theta h /
+    2I$.
+    """
+    tree = robot.tree
+    strains, stresses = [], []
+    for part, place in zip(tree.parts, tree.layout, strict=True):
+        if isinstance(part.body, SoftRod):
+            strain = bending(part.body, q[place.q][part.joint.nq :])
+            strains.append(strain)
+            stresses.append(part.body.young * strain)
+        else:
+            strains.append(jnp.full(part.body.half_width.shape, jnp.nan))
+            stresses.append(strains[-1])
+    hinges = jnp.full((2, len(tree.parts)), jnp.nan)
+    for attached in robot.loads:
+        if isinstance(attached.load, JointLoad):
+            place, joint = tree.layout[attached.part], tree.parts[attached.part].joint
+            bent = attached.load.bending(joint.displacement(q[place.q][: joint.nq]))
+            hinges = hinges if bent is None else hinges.at[:, attached.part].set(bent)
+    return Bending(jnp.concatenate(strains), jnp.concatenate(stresses), *hinges)
 
 
 def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] | None = None) -> Diagnosis:
@@ -154,3 +188,15 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
         energy_rate=jnp.sum(energy_rate),
         bending=bending_of(robot, q),
     )
+
+
+def support_force(robot: Robot, t: Float[Array, ""], x: State) -> Float[Array, "3"]:
+    """Force on the support of the robot, world frame [N]: the sum of all loads minus the rate of its momentum."""
+
+    def momentum(t: Array, x: State) -> Array:
+        q, v, _ = robot.tree.complete(t, x.q, x.v)
+        shape = robot.tree.shape(q)
+        return jnp.sum(dot(shape.rotation, times(robot.inertia, robot.tree.twists(shape, v))[:, 3:]), axis=0)
+
+    rate = jax.jvp(momentum, (t, x), (jnp.ones(()), robot.rates(t, x)))[1]
+    return jnp.sum(diagnose(robot, t, x).load_force, axis=(0, 1)) - rate

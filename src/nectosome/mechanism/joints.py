@@ -8,12 +8,11 @@ for a rotation in space, a quaternion (scalar first, any non-zero length).
 from abc import abstractmethod
 from typing import Any, ClassVar, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core.described import number, unit, vector
+from nectosome.core.described import DescribedModule, number, unit, vector
 from nectosome.core.se3 import (
     cross,
     dot,
@@ -37,18 +36,12 @@ class JointMotion(NamedTuple):
     subspace: Float[Array, "nv 6"]  # unit twists, child frame
 
 
-class Joint(eqx.Module):
+class Joint(DescribedModule):
     """A joint with `nq` coordinates and `nv` velocities."""
 
     nq: ClassVar[int]
     nv: ClassVar[int]
     names: ClassVar[tuple[str, ...]]  # of the velocities
-    described_by: ClassVar[type]
-
-    @classmethod
-    @abstractmethod
-    def from_description(cls, described: Any) -> "Joint":
-        """The joint of a description."""
 
     @abstractmethod
     def motion(self, q: Float[Array, "nq"]) -> JointMotion:
@@ -81,11 +74,6 @@ class Fixed(Joint):
     nq = nv = 0
     names = ()
     described_by = dj.FixedJoint
-
-    @classmethod
-    def from_description(cls, described: dj.FixedJoint) -> "Fixed":
-        """Nothing of a description."""
-        return cls()
 
     def motion(self, q: Float[Array, "0"]) -> JointMotion:
         """Identity."""

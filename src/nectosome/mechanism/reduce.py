@@ -12,8 +12,7 @@ from nectosome.core.se3 import compose, dot, matmul3
 
 from .joints import Fixed, Joint, Planar, Prismatic, Revolute, plane_frame
 from .links import Link
-from .plane import InPlane, acting_on
-from .plane_links import LinkBatch, PlaneBody, about_root
+from .plane import InPlane, LinkBatch, PlaneBody, about_root, acting_on
 from .robot import Robot
 
 _STRAIGHT = 1e-12  # largest deviation of an axis from the normal or from the plane

@@ -17,14 +17,40 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import JointLoad, Load, Mechanical, PairLoad, RodLoad, State, Strips, Water
+from nectosome.core import JointLoad, Load, Mechanical, PairLoad, ReshapingLoad, RodLoad, State, Strips, Water
 from nectosome.core.linear_algebra import inverse
 from nectosome.core.se3 import coadjoint, cross, dot_t
-from nectosome.core.untraced import Untraced
 from nectosome.description import RobotDescription
 
 from .rods import SoftRod
 from .tree import PartShape, Tree
+
+
+@jax.tree_util.register_pytree_node_class
+class Untraced:
+    """A value in a field of a pytree that is neither a leaf nor a part of its structure.
+
+    Two trees that differ in it alone are the same to `jax.jit`: nothing is compiled anew. Whatever takes a tree apart
+    and puts it together again (`jit`, `vmap`, `tree.map`, `eqx.tree_at`) leaves None in its place: a value never
+    stays with a tree that has changed.
+    """
+
+    __slots__ = ("value",)
+
+    def __init__(self, value: Any = None):
+        self.value = value
+
+    def __repr__(self) -> str:
+        return f"Untraced({self.value!r})"
+
+    def tree_flatten(self) -> tuple[tuple[()], None]:
+        """No leaves, no structure."""
+        return (), None
+
+    @classmethod
+    def tree_unflatten(cls, structure: None, leaves: tuple[()]) -> "Untraced":
+        """Without the value."""
+        return cls()
 
 
 class Attached(eqx.Module):
@@ -113,25 +139,23 @@ class Robot(Mechanical):
 
     def displacements(self, q: Float[Array, "nq"]) -> Float[Array, "nv"]:
         """Displacements of the unknown coordinates q, one per velocity; rotations as rotation vectors [rad]."""
-        out, i = [jnp.zeros(0)], 0
-        for part in self.tree.parts:
-            if part.prescribed is None and part.joint.nv:
-                out.append(part.joint.displacement(q[i : i + part.joint.nq]))
-                i += part.joint.nq
-            n = part.free_strains.size
-            out.append(q[i : i + n])
-            i += n
-        return jnp.concatenate(out)
+        return self._converted(q, "nq", "displacement")
 
     def coordinates(self, displacements: Float[Array, "nv"]) -> Float[Array, "nq"]:
         """Unknown coordinates q of `displacements`."""
+        return self._converted(displacements, "nv", "coordinates")
+
+    def _converted(self, x: Array, size: str, method: str) -> Array:
+        """Numbers of all unknown joints, `size` of each, converted by a method of the joint; strains stay."""
         out, i = [jnp.zeros(0)], 0
         for part in self.tree.parts:
             if part.prescribed is None and part.joint.nv:
-                out.append(part.joint.coordinates(displacements[i : i + part.joint.nv]))
-                i += part.joint.nv
-            out.append(displacements[i : i + part.free_strains.size])
-            i += part.free_strains.size
+                n = getattr(part.joint, size)
+                out.append(getattr(part.joint, method)(x[i : i + n]))
+                i += n
+            n = part.free_strains.size
+            out.append(x[i : i + n])
+            i += n
         return jnp.concatenate(out)
 
     def strips(self, part: int, t: Array, shape: PartShape, twist: Array) -> Strips:
@@ -245,7 +269,7 @@ class Robot(Mechanical):
         """Added mass of all stations with load states z, and its rate; None if it is constant."""
         added, growth = self.added, None
         for attached, own in zip(self.loads, z, strict=True):
-            if isinstance(attached.load, Load) and attached.load.reshapes:
+            if isinstance(attached.load, ReshapingLoad):
                 strips = self.strips(attached.part, t, shape, twist)
                 now, rate = attached.load.carried(t, strips, own, self.water)
                 first = self.tree.layout[attached.part].stations.start
@@ -315,13 +339,24 @@ def times(matrix: Array, x: Array) -> Array:
     return jnp.sum(matrix * x[..., None, :], axis=-1)
 
 
+def start_shape(robot: Robot) -> PartShape:
+    """Poses of all stations at t = 0."""
+    x = robot.initial()
+    q, *_ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
+    return robot.tree.shape(q)
+
+
+def start_poses(robot: Robot) -> tuple[Float[Array, "n 3 3"], Float[Array, "n 3"]]:
+    """Rotations and positions [m] of all stations at t = 0, station frame to world frame."""
+    shape = start_shape(robot)
+    return shape.rotation, shape.position
+
+
 def make_robot(tree: Tree, loads: tuple[Attached, ...], water: Water, pairs: tuple[Paired, ...] = ()) -> Robot:
     """Robot with the inertia and the added mass of its bodies at its stations."""
     inertia = jnp.concatenate([part.body.inertia for part in tree.parts])
     bare = Robot(tree, loads, water, inertia, jnp.zeros_like(inertia))
-    x = bare.initial()
-    q, *_ = tree.complete(jnp.zeros(()), x.q, x.v)
-    shape = tree.shape(q)
+    shape = start_shape(bare)
     rest = jnp.zeros_like(inertia[:, 0])
     added = jnp.zeros_like(inertia)
     for attached in loads:

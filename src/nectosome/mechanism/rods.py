@@ -14,11 +14,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from nectosome.core import Shaped, Signal, Wave, signal_of
+from nectosome.core.described import is_zero, number, numbers, vector
 from nectosome.core.se3 import bracket, exp_se3, matmul3, tangent
+from nectosome.description import STRAIN_NAMES, Rod
+from nectosome.description.signals import RecordedStrain, WaveSignal
 
 from .sections import Sections
-
-STRAINS = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")
 
 
 class Grid(NamedTuple):
@@ -52,7 +54,7 @@ def legendre(order: int, s: np.ndarray) -> np.ndarray:
 def basis(orders: dict[str, int], s: np.ndarray) -> np.ndarray:
     """Strain basis [..., 6, nq] at fractions s; column order: strain by strain, degree by degree."""
     blocks = []
-    for row, name in enumerate(STRAINS):
+    for row, name in enumerate(STRAIN_NAMES):
         if name in orders:
             P = legendre(orders[name], s)
             block = np.zeros((*s.shape, 6, P.shape[-1]))
@@ -105,9 +107,7 @@ def rod_shape(rod: SoftRod, q: Float[Array, "nq"]) -> RodShape:
     Over an interval of width h, with the strains $\xi_1, \xi_2$ at its two collocation points,
     $\Omega = \tfrac h2 (\xi_1 + \xi_2) + \tfrac{\sqrt 3}{12} h^2 [\xi_1, \xi_2]$ and $g_{k+1} = g_k \exp\Omega$.
     """
-    strains = rod.rest + _combine(rod.basis, q)
-    h = rod.widths[:, None]
-    step = 0.5 * h * (strains[0] + strains[1]) + _MAGNUS * h**2 * bracket(strains[0], strains[1])
+    strains, step = _strains_and_step(rod, q)
 
     def forward(pose: tuple[Array, Array], step: tuple[Array, Array]):
         R, p = pose
@@ -119,10 +119,20 @@ def rod_shape(rod: SoftRod, q: Float[Array, "nq"]) -> RodShape:
     return RodShape(jnp.concatenate([root[0][None], R]), jnp.concatenate([root[1][None], p]), strains, step)
 
 
+_MAGNUS = np.sqrt(3) / 12
+
+
+def _strains_and_step(rod: SoftRod, q: Float[Array, "nq"]) -> tuple[Float[Array, "2 k 6"], Float[Array, "k 6"]]:
+    """Strains times length at the collocation points, and the Magnus vectors of the intervals."""
+    strains = rod.rest + rod.basis @ q
+    h = rod.widths[:, None]
+    return strains, 0.5 * h * (strains[0] + strains[1]) + _MAGNUS * h**2 * bracket(strains[0], strains[1])
+
+
 def rod_added(rod: SoftRod, strains: Array, step: Array, v: Float[Array, "nq"]) -> Float[Array, "k 6"]:
     r"""Twist increment of each interval, in the frame of its first node: $T(\Omega) \dot\Omega$; linear in v."""
     h = rod.widths[:, None]
-    rate = _combine(rod.basis, v)
+    rate = rod.basis @ v
     turning = bracket(strains[0], rate[1]) - bracket(strains[1], rate[0])
     return tangent(step, 0.5 * h * (rate[0] + rate[1]) + _MAGNUS * h**2 * turning)
 
@@ -131,14 +141,7 @@ def rod_added_rate(
     rod: SoftRod, q: Float[Array, "nq"], v: Float[Array, "nq"], a: Float[Array, "nq"]
 ) -> Float[Array, "k 6"]:
     """Rate of `rod_added` along the motion (q, v, a)."""
-    h = rod.widths[:, None]
-
-    def added(q: Array, v: Array) -> Array:
-        strains = rod.rest + _combine(rod.basis, q)
-        step = 0.5 * h * (strains[0] + strains[1]) + _MAGNUS * h**2 * bracket(strains[0], strains[1])
-        return rod_added(rod, strains, step, v)
-
-    return jax.jvp(added, (q, v), (v, a))[1]
+    return jax.jvp(lambda q, v: rod_added(rod, *_strains_and_step(rod, q), v), (q, v), (v, a))[1]
 
 
 def bending(rod: SoftRod, q: Float[Array, "nq"]) -> Float[Array, "n 2"]:
@@ -150,14 +153,6 @@ def bending(rod: SoftRod, q: Float[Array, "nq"]) -> Float[Array, "n 2"]:
             P = jnp.asarray(legendre(len(there) - 1, np.asarray(rod.nodes)))
             curvature[row] = P @ q[np.asarray(there)] / rod.length
     return jnp.stack([-curvature[1] * rod.half_width[:, 0], curvature[0] * rod.half_width[:, 1]], axis=-1)
-
-
-_MAGNUS = np.sqrt(3) / 12
-
-
-def _combine(basis: Float[Array, "2 k 6 nq"], q: Float[Array, "nq"]) -> Float[Array, "2 k 6"]:
-    """Linear combination of the basis with the coordinates q."""
-    return basis @ q
 
 
 def make_rod(
@@ -184,7 +179,7 @@ def make_rod(
     scale = jnp.concatenate([jnp.ones(3), jnp.ones(3) * length])
     collocation_basis = jnp.asarray(basis(orders, g.collocation.T)) * scale[:, None]
     unstrained = jnp.zeros((2, n - 1, 6)).at[..., 3].set(length)
-    for row, name in enumerate(STRAINS):
+    for row, name in enumerate(STRAIN_NAMES):
         if name in rest:
             P = jnp.asarray(legendre(rest[name].size - 1, g.collocation.T))
             unstrained = unstrained.at[..., row].add(length * (P @ rest[name]))
@@ -210,7 +205,7 @@ def make_rod(
     moments = jnp.stack([at_nodes.polar_moment, at_nodes.second_moment_y, at_nodes.second_moment_z], axis=-1)
     line = jnp.concatenate([moments, jnp.repeat(at_nodes.area[:, None], 3, axis=1)], axis=-1)
     inertia = (density * weight[:, None] * line)[..., None] * jnp.eye(6)
-    names = tuple(f"{name}.{i}" for name in STRAINS if name in orders for i in range(orders[name] + 1))
+    names = tuple(f"{name}.{i}" for name in STRAIN_NAMES if name in orders for i in range(orders[name] + 1))
     return SoftRod(
         names=names,
         nodes=tuple(g.nodes.tolist()),
@@ -238,3 +233,53 @@ def _stiffness_rule(orders: dict[str, int], points: int) -> tuple[np.ndarray, np
 def section_places(orders: dict[str, int], points: int, marks: tuple[float, ...]) -> np.ndarray:
     """Fractions of the length for the sections of `make_rod`: the nodes, then the stiffness rule's points."""
     return np.concatenate([grid(points, marks).nodes, _stiffness_rule(orders, points)[0]])
+
+
+_POINTS = 60  # of the Gauss rule along a rod
+
+
+def prescribed_strains(limb: Rod, rod: SoftRod) -> tuple[tuple[int, ...], tuple[Signal, ...]]:
+    """Which coordinates of a rod are prescribed, and their values as functions of time, by strain."""
+    known = {name: getattr(limb.motion, name) for name in type(limb.motion).model_fields}
+    given = {name: strain for name, strain in known.items() if strain is not None}
+    rows = [strain_rows(rod, name) for name in given]
+    signals = []
+    for strain, own in zip(given.values(), rows, strict=True):
+        scale = rod.length * (2 * np.arange(len(own)) + 1)  # coordinates of a curvature: (2 k + 1) L int P_k kappa ds
+        recorded = isinstance(strain, RecordedStrain)
+        signals.append(_recorded(strain, scale) if recorded else wave_of(strain, rod.length, scale))
+    return sum(rows, ()), tuple(signals)
+
+
+def strain_rows(rod: SoftRod, strain: str) -> tuple[int, ...]:
+    """Which coordinates of a rod are those of a strain."""
+    return tuple(k for k, name in enumerate(rod.names) if name.startswith(f"{strain}."))
+
+
+def wave_of(described: WaveSignal, length: Array, scale: Float[Array, "n"]) -> Wave:
+    """Wave by its numbers int P_k e(s) (1, cos, sin)(2 pi s L/wavelength) ds, each times `scale`."""
+    share, e, project = _projection(described, scale)
+    wavelength = described.wavelength
+    turn = jnp.asarray(share) * (0.0 if wavelength is None else 2 * jnp.pi * length / wavelength)
+    return Wave(
+        **numbers(described, "amplitude", "frequency", "phase", "offset"),
+        envelope=jnp.dot(project, e),
+        cosine=jnp.dot(project, e * jnp.cos(turn)),
+        sine=jnp.dot(project, e * jnp.sin(turn)),
+        ramp=None if is_zero(described.ramp) else number(described.ramp),
+    )
+
+
+def _recorded(described: RecordedStrain, scale: Float[Array, "n"]) -> Shaped:
+    """Recording by its numbers int P_k e(s) ds, each times `scale`."""
+    _, e, project = _projection(described, scale)
+    return Shaped(signal_of(described), jnp.dot(project, e))
+
+
+def _projection(described: WaveSignal | RecordedStrain, scale: Float[Array, "n"]) -> tuple[np.ndarray, Array, Array]:
+    """Points along a rod, the envelope there, and what gives its coefficients, times `scale`."""
+    s, weight = np.polynomial.legendre.leggauss(_POINTS)
+    share, weight = 0.5 * (s + 1), 0.5 * weight
+    knots = np.linspace(0, 1, max(len(described.envelope), 2))
+    e = jnp.interp(share, knots, jnp.broadcast_to(vector(described.envelope), knots.shape))
+    return share, e, scale[:, None] * jnp.asarray((legendre(scale.size - 1, share) * weight[:, None]).T)

@@ -111,14 +111,9 @@ class Tree(eqx.Module):
     def _select(self, prescribed: bool) -> np.ndarray:
         index = []
         for part, place in zip(self.parts, self.layout, strict=True):
-            joint = list(range(place.v.start, place.v.start + part.joint.nv))
-            bent = (
-                place.v.start
-                + part.joint.nv
-                + (np.array(part.prescribed_strains, dtype=int) if prescribed else part.free_strains)
-            )
-            index += joint if (part.prescribed is not None) == prescribed else []
-            index += bent.tolist()
+            first = place.v.start + part.joint.nv
+            index += range(place.v.start, first) if (part.prescribed is not None) == prescribed else ()
+            index += [first + i for i in (part.prescribed_strains if prescribed else part.free_strains)]
         return np.array(index, dtype=int)
 
     @property
@@ -232,26 +227,22 @@ class Tree(eqx.Module):
         R, p, frame_R, frame_p = (jnp.concatenate(x) for x in (R, p, frame_R, frame_p))
         return PartShape(R, p, tuple(joints), inner, frame_R, frame_p)
 
-    def _gather(self, joints: list[Array], rods: dict[int, Array]) -> Array:
-        """Twists of all segments, joints [6] and rod intervals [k, 6], in order."""
+    def _spatial(self, shape: PartShape, v: Array, rods: dict[int, Array]) -> Float[Array, "k 6"]:
+        """Spatial twists of the segments in order: joints with velocities (or accelerations) v, rod intervals."""
         out = []
-        for i, joint in enumerate(joints):
-            out.append(joint[None])
+        for i, (part, place, joint) in enumerate(zip(self.parts, self.layout, shape.joints, strict=True)):
+            out.append(jnp.sum(joint.subspace * v[place.v][: part.joint.nv, None], axis=0)[None])
             if i in rods:
                 out.append(rods[i])
-        return jnp.concatenate(out)
+        return to_spatial(shape.frame_rotation, shape.frame_position, jnp.concatenate(out))
 
     def _added(self, shape: PartShape, v: Array) -> Float[Array, "k 6"]:
         """Spatial twist increment of each segment; linear in v."""
-        joints = [
-            jnp.sum(joint.subspace * v[place.v][: part.joint.nv, None], axis=0)
-            for part, place, joint in zip(self.parts, self.layout, shape.joints, strict=True)
-        ]
         vs = self._of_rods(v, "v")
         inner = {i: rod for i, rod in enumerate(shape.rods) if rod is not None}
         strains, steps = ({i: rod[k] for i, rod in inner.items()} for k in (0, 1))
         rods = self._over_rods(rod_added, strains, steps, vs) if vs else {}
-        return to_spatial(shape.frame_rotation, shape.frame_position, self._gather(joints, rods))
+        return self._spatial(shape, v, rods)
 
     def twists(self, shape: PartShape, v: Float[Array, "nv"]) -> Float[Array, "n 6"]:
         r"""Body twists of all stations; linear in v.
@@ -274,13 +265,9 @@ class Tree(eqx.Module):
         $\dot V = \sum_k ad_{V_{k-1}} S_k v + Ad_{g_k} \dot s_k$ in the world frame, with the increment s_k of segment k
         in its own frame; the same vector in the body frame is the rate of the body twist.
         """
-        joints = [
-            jnp.sum(joint.subspace * a[place.v][: part.joint.nv, None], axis=0)
-            for part, place, joint in zip(self.parts, self.layout, shape.joints, strict=True)
-        ]
         vs = self._of_rods(v, "v")
         rods = self._over_rods(rod_added_rate, self._of_rods(q, "q"), vs, self._of_rods(a, "v")) if vs else {}
-        local = to_spatial(shape.frame_rotation, shape.frame_position, self._gather(joints, rods))
+        local = self._spatial(shape, a, rods)
         before_segment, before_station = self._ancestors()
         added = self._added(shape, v)
         total = local + bracket(before_segment @ added, added)

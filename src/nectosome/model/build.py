@@ -31,7 +31,7 @@ from nectosome.description.structure import changed
 from nectosome.loads.places import Carrier
 from nectosome.mechanism import Attached, Joint, Link, Paired, Robot, Tree, TreePart, make_robot, node_at
 from nectosome.mechanism import links as lk
-from nectosome.mechanism.prescribed import prescribed_strains
+from nectosome.mechanism.rods import prescribed_strains
 from nectosome.mechanism.sections import Sections, ellipse, rectangle
 
 from .build_loads import joint_loads, load_of, pair_of

@@ -12,9 +12,8 @@ from jaxtyping import Array, Float, Int
 
 from nectosome.core import State
 from nectosome.core.remember import remembered
-from nectosome.description import dump_robot
+from nectosome.description import dump_robot, numeric_paths
 from nectosome.description.mission import Event, Mission, Mode
-from nectosome.description.paths import numeric_paths
 from nectosome.io import provenance
 from nectosome.mechanism import moves_in_plane
 from nectosome.model import build, template_of

@@ -10,7 +10,7 @@ import xarray as xr
 from nectosome.core.remember import remembered
 from nectosome.description import RobotDescription, dump_robot
 from nectosome.mechanism import Robot
-from nectosome.mechanism.start_poses import start_poses
+from nectosome.mechanism.robot import start_poses
 
 from .page import write_page
 from .scenes import run_scene

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from nectosome.description.mission import load_mission
-from nectosome.description.schedule import get_schedule
+from nectosome.description.mission import get_schedule
 from nectosome.designs import ScheduleDesign, shipped_problem
 from nectosome.robots import describe, mission_of
 from nectosome.search import CmaEs, Evaluation, minimise

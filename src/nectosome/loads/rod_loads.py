@@ -1,4 +1,4 @@
-r"""Threads along rods: tendons and fluid chambers.
+r"""What acts inside rods: threads (tendons and fluid chambers), and muscles.
 
 A thread is at $d(x) = (0, y, z)$ in the sections of a rod. Its direction and stretch are those of
 $u = \gamma + \kappa \times d + d'$, with the curvatures $\kappa$ [rad/m] and linear strains $\gamma$ (1 along the rod
@@ -12,12 +12,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core import RodLoad, Signal, signal_of
+from nectosome.core import RodLoad, Signal, Wave, signal_of
 from nectosome.core.described import number, vector
 from nectosome.core.se3 import cross
 from nectosome.description import STRAIN_NAMES, Rod
-from nectosome.description.rod_loads import ChamberLoad, TendonLoad
-from nectosome.mechanism.rods import basis, legendre
+from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
+from nectosome.mechanism.rods import basis, legendre, strain_rows, wave_of
 
 from .places import Carrier
 
@@ -53,21 +53,16 @@ class Thread(eqx.Module):
         strains = jnp.asarray(basis({**limb.strains}, x)) * scale[:, None]
         return cls(strains, rest, along * jnp.asarray(0.5 * w), place, slope), share
 
-    def lever(self, q: Float[Array, "nq"]) -> tuple[Float[Array, "m 6"], Float[Array, "m"]]:
-        """Internal wrench per tension, and the thread's length per length of the rod."""
+    def lever(self, q: Float[Array, "nq"]) -> Float[Array, "m 6"]:
+        """Internal wrench per tension."""
         strain = self.rest + self.basis @ q
         u = strain[:, 3:] + cross(strain[:, :3], self.place) + self.slope
-        stretch = jnp.sqrt(jnp.sum(u * u, axis=-1))
-        along = u / stretch[:, None]
-        return jnp.concatenate([cross(self.place, along), along], axis=-1), stretch
+        along = u / jnp.sqrt(jnp.sum(u * u, axis=-1))[:, None]
+        return jnp.concatenate([cross(self.place, along), along], axis=-1)
 
     def pull(self, q: Float[Array, "nq"], tension: Float[Array, "m"]) -> Float[Array, "nq"]:
         """Generalised force of a tension [N] along the thread."""
-        return -jnp.einsum("m,mri,mr->i", self.weight * tension, self.basis, self.lever(q)[0])
-
-    def length(self, q: Float[Array, "nq"]) -> Float[Array, ""]:
-        """Length of the thread [m]."""
-        return jnp.sum(self.weight * self.lever(q)[1])
+        return -jnp.einsum("m,mri,mr->i", self.weight * tension, self.basis, self.lever(q))
 
 
 class Tendon(RodLoad):
@@ -109,3 +104,26 @@ class FluidChamber(RodLoad):
     def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
         r"""$p \partial V/\partial q$."""
         return self.thread.pull(q, -self.pressure(t)[0] * self.area)
+
+
+class Muscle(RodLoad):
+    r"""An active internal moment m(x, t) [N m] about one axis of the sections: $\int \Phi^T m\,dx$ with the basis Phi.
+
+    It travels along the rod as a wave. A positive moment increases the strain. `rows` are the indices of its
+    coordinates, of `count` in total.
+    """
+
+    rows: tuple[int, ...] = eqx.field(static=True)
+    count: int = eqx.field(static=True)
+    moment: Wave  # by coordinates
+    described_by = MuscleLoad
+
+    @classmethod
+    def from_description(cls, described: MuscleLoad, part: Carrier) -> "Muscle":
+        r"""In a rod: the generalised force is $\int P_k / L\, m\, dx$."""
+        rows = strain_rows(part.rod, described.strain)
+        return cls(rows, part.rod.nq, wave_of(described.moment, part.rod.length, jnp.ones(len(rows))))
+
+    def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
+        """Generalised force, independent of the shape."""
+        return jnp.zeros(self.count).at[jnp.array(self.rows)].set(self.moment(t)[0])
