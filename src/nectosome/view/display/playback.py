@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from nectosome.solve.screw import screw_of
+from nectosome.solve import screw_of
 
 if TYPE_CHECKING:
     import xarray as xr
