@@ -44,7 +44,7 @@ PI = pid_of([10.0, 20.0, 0.0], 0.0, ActuatorLimits(*map(jnp.asarray, (-MOST, MOS
 @pytest.fixture(scope="module")
 def slide():
     """Its velocity answers as 1/(m s + c)."""
-    return SampledPlant(SLIDE, "push", "velocity.x", DT, moments=2, rtol=1e-9, atol=1e-11)
+    return SampledPlant(SLIDE, "push", "velocity.x", DT, instants=2, rtol=1e-9, atol=1e-11)
 
 
 def test_a_robot_answers_as_its_transfer_function_saturated_or_not(slide):
@@ -126,12 +126,18 @@ def test_what_answers_downwards_gets_gains_below_nothing(slide):
     """The same robot, seen from behind: its relay turns the other way after a few samples."""
 
     class Behind:
-        dt, resting, parts, coordinates, displacements = DT, 0.0, slide.parts, slide.coordinates, slide.displacements
+        dt, initial_command, parts, coordinates, displacements = (
+            DT,
+            0.0,
+            slide.parts,
+            slide.coordinates,
+            slide.displacements,
+        )
         start = staticmethod(slide.start)
 
         @staticmethod
-        def hold(standing, command):
-            return slide.hold(standing, -command)
+        def hold(state, command):
+            return slide.hold(state, -command)
 
     found = relay_gains(Behind(), -MOST, MOST, 0.1)  # type: ignore[arg-type]
     assert found is not None

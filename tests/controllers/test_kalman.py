@@ -10,7 +10,7 @@ from scipy.signal import cont2discrete, tf2ss
 from simple_loops import DT, dynamics, lag, of
 
 from nectosome.controllers import kalman
-from nectosome.controllers.kalman import discrete
+from nectosome.controllers.predictive import discrete
 from nectosome.drives import TransferFunction, respond, second_order
 from nectosome.units import InputError
 

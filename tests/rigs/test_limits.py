@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 
 from nectosome.rigs import Limits
-from nectosome.rigs.guards import Guards
-from nectosome.rigs.limits import Frozen, Overruns, Timer, slewed
+from nectosome.rigs.guards import Frozen, Guards, Overruns, Timer, slewed
 from nectosome.units import InputError
 
 from .faulty import simulated
@@ -163,8 +162,8 @@ def test_a_measurement_that_is_none_or_out_of_range_stops_at_once(bad):
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_a_command_that_is_none_stops_at_once(bad):
-    assert f"{bad:g} Pa" in guards().wanted(bad)
-    assert guards().wanted(1e9) == ""
+    assert f"{bad:g} Pa" in guards().not_finite(bad)
+    assert guards().not_finite(1e9) == ""
 
 
 def test_late_samples_in_a_row_stop():

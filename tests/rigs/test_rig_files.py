@@ -7,7 +7,7 @@ import pytest
 
 from nectosome.rigs.dynamixel import Dynamixel, Servo
 from nectosome.rigs.files import load_rig
-from nectosome.rigs.limits import Limits
+from nectosome.rigs.guards import Limits
 from nectosome.rigs.ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
 from nectosome.rigs.serial_motor import MotorLink, SerialMotor
 from nectosome.rigs.simulated_rig import SimulatedRig

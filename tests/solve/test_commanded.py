@@ -43,11 +43,11 @@ aliases:
 @pytest.fixture(scope="module")
 def wagged():
     """Frequencies, and what was seen under them."""
-    robot = SampledPlant(WAGGING, "f", "body.position.rate", DT, moments=40, rtol=1e-9, atol=1e-10)
-    standing, first = robot.start()
+    robot = SampledPlant(WAGGING, "f", "body.position.rate", DT, instants=40, rtol=1e-9, atol=1e-10)
+    state, first = robot.start()
     held, commands = [first], (1.3, 2.1, 0.7, 0.7)
     for command in commands:
-        standing, one, status = robot.hold(standing, command)
+        state, one, status = robot.hold(state, command)
         assert status == Status.SOLVED and one is not None
         held.append(one)
     return robot, commands, held
@@ -89,10 +89,10 @@ def test_the_program_does_not_know_the_command(wagged, monkeypatch):
     from nectosome.core import remember
 
     monkeypatch.setattr(remember, "_program", lambda *_: pytest.fail("compiled anew"))
-    standing, _ = wagged[0].start()
+    state, _ = wagged[0].start()
     for command in (0.5, 3.0):
-        standing, *_ = wagged[0].hold(standing, command)
-    assert standing.sample == 2
+        state, *_ = wagged[0].hold(state, command)
+    assert state.sample == 2
 
 
 @pytest.mark.parametrize(

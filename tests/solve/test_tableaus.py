@@ -5,7 +5,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 import pytest
 
-from nectosome.solve.tableaus import ESDIRK4, GAMMA, TSIT5
+from nectosome.solve.runge_kutta import ESDIRK4, GAMMA, TSIT5
 
 
 def trees(order):

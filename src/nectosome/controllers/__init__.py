@@ -3,12 +3,14 @@
 from .autotune import (
     Relay,
     RelayGains,
+    Tuned,
     Ultimate,
     block_relay_gains,
     detune,
     relay_gains,
     smooth_pid,
     time_scaled,
+    tune,
     ultimate,
 )
 from .beat import Beat, BeatMean, beat_of, instants_per_sample
@@ -16,20 +18,16 @@ from .block_loop import BlockLoop, BlockLoopRecord, perturbed, run_batch
 from .closed_loop import ClosedLoopRecord, ClosedLoopRun, SensorModel, run_closed_loop
 from .commands import CommandRange, parse_gains
 from .contract import Controller, Regulator
-from .feedforward import Feedforward, HystereticModel, check_reachable, hysteretic
-from .kalman import KalmanFilter, kalman
-from .learning import Learned, Learner, learned
+from .feedforward import Feedforward, HystereticModel, Learned, Learner, check_reachable, hysteretic, learned
 from .margins import Margins, margins, open_loop
 from .pid import PID, ActuatorLimits, GainSchedule, PIDRegulator, VariableGainPI, pid_of
-from .predictive import Predictive
-from .references import SHAPES, Reference, chirp, eased, local_frequency, sine, times, triangle, varying
+from .predictive import KalmanFilter, Predictive, kalman
+from .references import Reference, chirp, eased, local_frequency, sine, times, triangle, varying
 from .robot_control import ControlResult, ControlTask, LoopGains, control
 from .tracking_errors import StepResponse, rms_error, step_response
-from .tuning import Tuned, tune
 
 __all__ = [
     "PID",
-    "SHAPES",
     "ActuatorLimits",
     "Beat",
     "BeatMean",

@@ -1,18 +1,22 @@
-"""PID gains from a relay experiment on a model, and their detuning."""
+"""Gains: from a relay experiment on a model, detuned, or with the least errors over a batch of loops."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from nectosome.core import Status
+from nectosome.identification.fits.misfit import Misfit
 from nectosome.solve import SampledPlant
 from nectosome.units import InputError
+from nectosome.units.ranges import Ranges
 
-from .block_loop import BlockLoop
+from .block_loop import BlockLoop, run_batch
 from .closed_loop import EXACT, SensorModel, run_closed_loop
 from .contract import Controller, Regulator
 from .pid import PID, ActuatorLimits, pid_of
@@ -83,7 +87,9 @@ def ultimate(measured: Float[np.ndarray, "n"], command: Float[np.ndarray, "n"], 
     amplitudes = np.array([0.5 * np.ptp(measured[a:b]) for a, b in pairwise(ups[-2 * _OSCILLATIONS - 1 :])])
     periods = np.diff(ups[-2 * _OSCILLATIONS - 1 :]) * dt
     n = _OSCILLATIONS
-    settled = all(len(x) == 2 * n and _same_mean(x[:n], x[n:]) for x in (amplitudes, periods))
+    settled = len(periods) == 2 * n and all(
+        abs(x[n:].mean() - x[:n].mean()) <= _DRIFT * x[n:].mean() for x in (amplitudes, periods)
+    )
     last, amplitudes, periods = ups[-n - 1 :], amplitudes[-n:], periods[-n:]
     for what, values in (("amplitudes", amplitudes), ("periods", periods)):
         if not settled and np.ptp(values) > _VARIATION * values.mean() + (2 * dt if what == "periods" else 0.0):
@@ -97,10 +103,6 @@ def ultimate(measured: Float[np.ndarray, "n"], command: Float[np.ndarray, "n"], 
             f"the output oscillates by {a:.3g}, within the band of {band:.3g}: it does not respond to the command."
         )
     return Ultimate(4 * d / (np.pi * np.sqrt(a**2 - band**2)), float(periods.mean()))
-
-
-def _same_mean(before: Float[np.ndarray, "n"], after: Float[np.ndarray, "n"]) -> bool:
-    return bool(abs(after.mean() - before.mean()) <= _DRIFT * after.mean())
 
 
 _PATIENCE = 8  # samples without a switch, after which the opposite sign is tried
@@ -144,7 +146,7 @@ def relay_gains(
             return False
         return True
 
-    relay = _SignSeekingRelay(Relay(jnp.asarray(size), jnp.zeros(())), jnp.asarray(middle))
+    relay = _SignSeekingRelay(jnp.asarray(size), jnp.asarray(middle))
     reference = np.full(_MOST, setpoint)
     run = run_closed_loop(robot, relay, reference, sensor._replace(noise=0.0), progress=progress, stop=stop)
     if run.status == Status.CANCELLED:
@@ -159,9 +161,9 @@ def block_relay_gains(loop: BlockLoop, amplitude: float) -> RelayGains:
 
     Raises InputError where the block does not cross 0, and where it has no even oscillation.
     """
-    quiet = loop.sensor.__class__(jnp.zeros(()), loop.sensor.low, loop.sensor.high, loop.sensor.seed)
-    relay = _SignSeekingRelay(Relay(jnp.asarray(amplitude), jnp.zeros(())), jnp.zeros(()))
-    record = BlockLoop(loop.plant, quiet, loop.dt, loop.substeps).run(relay, np.zeros(_MOST))
+    quiet = eqx.tree_at(lambda loop: loop.sensor.noise, loop, jnp.zeros(()))
+    relay = _SignSeekingRelay(jnp.asarray(amplitude), jnp.zeros(()))
+    record = quiet.run(relay, np.zeros(_MOST))
     return _relay_gains(np.asarray(record.measured), np.asarray(record.command), loop.dt, 0.0)
 
 
@@ -195,19 +197,17 @@ def _relay_gains(
 class _SignSeekingRelay(Controller):
     """A relay about a command, for plants with positive or negative response."""
 
-    relay: Relay
+    amplitude: Float[Array, ""]
     middle: Float[Array, ""]
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
         """About a constant reference."""
-        setpoint = jnp.asarray(reference[0], dtype=float)
-        return _SignSeekingRegulator(self.relay.planned(np.zeros(len(reference)), dt), self.middle, setpoint)
+        return _SignSeekingRegulator(self.amplitude, self.middle, jnp.asarray(reference[0], dtype=float))
 
 
 class _RelayState(NamedTuple):
     """State of a relay experiment between two samples."""
 
-    relay: tuple[Array, Array]
     sign: Float[Array, ""]  # of the response, 1 or -1
     command: Float[Array, ""]  # the last one, about the middle of its range
     since: Int[Array, ""]  # samples since the last switch
@@ -217,14 +217,13 @@ class _RelayState(NamedTuple):
 
 
 class _SignSeekingRegulator(Regulator):
-    relay: Regulator
+    amplitude: Float[Array, ""]
     middle: Float[Array, ""]
     setpoint: Float[Array, ""]
 
     def initial(self, command: Float[ArrayLike, ""] = 0.0, measured: Float[ArrayLike, ""] = 0.0) -> _RelayState:
         """The positive command, for a positive response."""
-        relay = self.relay.initial()
-        return _RelayState(relay, jnp.ones(()), relay[1], *map(jnp.asarray, (0, _PATIENCE, 0.0, 0)))
+        return _RelayState(jnp.ones(()), self.amplitude, *map(jnp.asarray, (0, _PATIENCE, 0.0, 0)))
 
     def step(self, state: _RelayState, measured: Float[Array, ""]) -> tuple[_RelayState, Float[Array, ""]]:
         """The opposite sign is tried after many samples without a switch in which the error did not decrease.
@@ -236,12 +235,12 @@ class _SignSeekingRegulator(Regulator):
         wrong = waited & (jnp.abs(error) > _UNCHANGED * state.halfway) & (state.switches < 2)
         sign = jnp.where(wrong, -state.sign, state.sign)
         patience = jnp.where(wrong, 4 * state.patience, state.patience)  # the way back takes longer
-        relay, command = self.relay.step(state.relay, sign * error)
+        command = jnp.where(error == 0, state.command, -sign * jnp.sign(error) * self.amplitude)
         same = command == state.command
         switches = jnp.where(wrong, 0, jnp.where(same, state.switches, state.switches + 1))
         since = jnp.where(same, state.since + 1, 0)
         halfway = jnp.where(since % patience == patience // 2, jnp.abs(error), state.halfway)
-        return _RelayState(relay, sign, command, since, patience, halfway, switches), self.middle + command
+        return _RelayState(sign, command, since, patience, halfway, switches), self.middle + command
 
 
 SPEEDS = (1.0, 0.8, 0.65, 0.5, 0.4, 0.3)  # of a detuned loop, relative to that of its gains
@@ -289,3 +288,55 @@ def detune(
 def time_scaled(gains: Float[np.ndarray, "3"], speed: float) -> Float[np.ndarray, "3"]:
     """Gains K_p p^2, K_i p^3, K_d p: the same motion of a double integrator, with all times longer by 1/p."""
     return gains * np.array([speed**2, speed**3, speed])
+
+
+_LEAST_GAIN = 1e-3  # relative decrease of the sum of squares below which the search stops
+
+
+class Tuned(NamedTuple):
+    """Gains, and the rms error over all loops and references, relative to the range of each reference."""
+
+    values: Float[np.ndarray, "p"]
+    error_before: float
+    error_after: float
+
+
+def tune(
+    make: Callable[[Float[Array, "p"]], Controller],
+    ranges: Ranges,
+    start: Float[np.ndarray, "p"],
+    loops: BlockLoop,
+    references: Sequence[Float[np.ndarray, "n"]],
+) -> Tuned:
+    """Least squares of the output errors over a batch of loops (such as `perturbed` plants); a local minimum.
+
+    `make` maps numbers within `ranges` to a controller; planning is differentiated too. All references have the same
+    weight.
+
+    Raises InputError for a start outside of the ranges, a constant reference, and a loop whose error is not finite at
+    the start.
+    """
+
+    for reference in references:
+        if np.ptp(reference) == 0:
+            message = f"is constant, {reference[0]:g}: errors are relative to its range, so it must vary."
+            raise InputError(message, field="references")
+
+    def residuals(theta: Array) -> Array:
+        controller = make(theta)
+        return jnp.concatenate([_errors(loops, controller, reference) for reference in references])
+
+    batch: Any = jax.jit(jax.vmap(residuals))
+    jacobian: Any = jax.jit(jax.jacfwd(residuals))
+    misfit = Misfit(lambda rows: np.asarray(batch(rows)), ranges, lambda theta: np.asarray(jacobian(theta)))
+    first = misfit.at(misfit.places(start)[None])[0]
+    found = misfit.fit(start, gain=_LEAST_GAIN * float(first @ first))
+    error_before, error_after = (float(np.sqrt(x / len(references))) for x in (first @ first, found.chi2))
+    return Tuned(found.theta, error_before, error_after)
+
+
+def _errors(loops: BlockLoop, controller: Controller, reference: Float[np.ndarray, "n"]) -> Float[Array, "m"]:
+    """Residuals whose squares sum to the mean square error, relative to the range of the reference."""
+    regulator = controller.planned(reference, loops.dt)
+    error = (run_batch(loops, regulator, reference).output - reference).ravel()
+    return error / (np.ptp(reference) * np.sqrt(error.shape[0]))

@@ -75,20 +75,13 @@ class ClosedLoopRecord:
 
         `position` [m] is that of each part's first station. Nothing is simulated for it, unlike `to_dataset`.
         """
-        import xarray as xr
-
         position = np.concatenate([interval.position for interval in self.intervals])
-        return self.samples().merge(
-            xr.Dataset(
-                {
-                    "reading": ("time", self.reading, {"units": self._unit}),
-                    "position": (("time", "station", "axis"), position, {"units": "m"}),
-                },
-                coords={
-                    "time": ("time", self.instants, {"units": "s"}),
-                    "station_part": ("station", [*self.robot.parts]),
-                },
-            )
+        signals = self.samples().assign_coords(
+            time=("time", self.instants, {"units": "s"}), station_part=("station", [*self.robot.parts])
+        )
+        return signals.assign(
+            reading=("time", self.reading, {"units": self._unit}),
+            position=(("time", "station", "axis"), position, {"units": "m"}),
         )
 
     def to_dataset(
@@ -203,7 +196,7 @@ class ClosedLoopRun:
 
     def __init__(self, robot: SampledPlant, regulator: Regulator, reference: float, sensor: SensorModel = EXACT):
         self.robot, self.rows = robot, list[tuple[float, float, float]]()
-        self._regulator_state = regulator.initial(robot.resting, reference)  # another first reference is a step
+        self._regulator_state = regulator.initial(robot.initial_command, reference)  # another first reference is a step
         start, first = robot.start()
         self.states, self.intervals = [start], [first]
         self._sensor = _SampledSensor(sensor, robot.dt, start.reading)

@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from nectosome.description import RobotDescription, get_value, numeric_paths, resolve
 from nectosome.units import InputError, parse_quantity, shorten, unit_to_si
+from nectosome.units.ranges import with_last_unit
 
 from .beat import Beat, beat_of
 
@@ -28,11 +29,11 @@ class CommandRange(NamedTuple):
     @classmethod
     def parse(cls, text: str, description: RobotDescription) -> "CommandRange":
         """Range such as `bias=-8..8 mN m`; the unit of the last number counts for both. Raises InputError."""
-        name, equals, rest = (part.strip() for part in text.partition("="))
-        low, dots, high = (part.strip() for part in rest.partition(".."))
-        if not (name and equals and low and dots and high):
-            message = f'"{shorten(text)}" has no range. Write PATH=LOW..HIGH, as in "bias=-8..8 mN m".'
-            raise InputError(message, field="command")
+        name, _, rest = (part.strip() for part in text.partition("="))
+        low, _, high = (part.strip() for part in rest.partition(".."))
+        if not (name and low and high):
+            hint = 'Write PATH=LOW..HIGH, as in "bias=-8..8 mN m".'
+            raise InputError(f'"{shorten(text)}" has no range. {hint}', field="command")
         try:
             paths = tuple(resolve(description, name))
         except InputError as error:
@@ -40,17 +41,15 @@ class CommandRange(NamedTuple):
             raise InputError(error.message + aliases, field="command") from None
         unit = unit_text(high)
         quantity = numeric_paths(description)[paths[0]]
-        texts = [low if unit_text(low) else f"{low} {unit}".strip(), high]
         try:
-            ends = [quantity.read(end, units_required=True) for end in texts]
+            ends = [quantity.read(end, units_required=True) for end in with_last_unit([low, high])]
         except ValueError as error:
             raise InputError(str(error), field=f"command {name}") from None
         initial = float(get_value(description, name))
         size = unit_to_si(unit)[0] if unit else 1.0
         found = cls(name, paths, ends[0], ends[1], initial, quantity.dimension, unit or quantity.unit, size)
         if not found.low < found.high:
-            message = f"{low}..{high} is empty. Write the smaller end first."
-            raise InputError(message, field=f"command {name}")
+            raise InputError(f"{low}..{high} is empty. Write the smaller end first.", field=f"command {name}")
         if not found.low <= initial <= found.high:
             ends_shown = f"{found.show(found.low)} to {found.show(found.high)}"
             message = f"it starts at {found.show(initial)}, outside of {ends_shown}."
@@ -95,10 +94,8 @@ def parse_gains(gains: str | Sequence[float], unit_size: float = 1.0) -> Float[n
     if len(numbers) != 3 or not numbers.any() or not np.isfinite(numbers).all():
         raise InputError(f'"{shorten(text)}" is not three numbers that are not all 0, such as 4,0.5,0.', field="gains")
     if min(numbers) < 0 < max(numbers):
-        message = (
-            f'"{shorten(text)}": gains must share one sign; use negative gains for a plant with negative response.'
-        )
-        raise InputError(message, field="gains")
+        hint = "gains must share one sign; use negative gains for a plant with negative response"
+        raise InputError(f'"{shorten(text)}": {hint}.', field="gains")
     return numbers * unit_size
 
 

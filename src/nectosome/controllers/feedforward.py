@@ -1,4 +1,9 @@
-"""Feedforward by the inverse of a model: inverse dynamics by derivatives of the reference, then inverse hysteresis."""
+"""Feedforward by the inverse of a model, and iterative learning control, which corrects it by the errors of each run.
+
+The inverse: inverse dynamics by derivatives of the reference, then inverse hysteresis.
+"""
+
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -70,6 +75,48 @@ class Feedforward(Controller):
         longer = np.pad(np.asarray(reference, dtype=float), (0, half_window(self.width, dt)), mode="edge")
         needed = self.model.dynamics_input(jnp.asarray(longer), dt, self.width)
         return self.pid.with_feedforward(longer, self.model.command(needed, dt), dt)
+
+
+class Learned(Controller):
+    """PID beside a feedforward that was learned for one reference."""
+
+    pid: PID
+    feedforward: Float[Array, "n"]
+
+    def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
+        """Raises InputError for a reference of another length than the one it was learned for."""
+        if len(reference) != self.feedforward.shape[0]:
+            message = f"has {len(reference)} samples; the feedforward was learned for {self.feedforward.shape[0]}."
+            raise InputError(message, field="reference")
+        return self.pid.with_feedforward(reference, self.feedforward, dt)
+
+
+class Learner(NamedTuple):
+    """A controller for the first run along a reference, and how its feedforward is corrected after each run."""
+
+    first: Feedforward
+    dt: float  # between samples [s]
+    width: float  # over which errors are smoothed [s]
+    share: float  # gamma, by which errors are corrected
+
+    def after(self, record: Any) -> Learned:
+        """Controller of the next run; `record` has reference, measured and command of the last one (see `learned`)."""
+        return learned(self.first.pid, self.first.model, record, self.dt, self.width, self.share)
+
+
+def learned(pid: PID, model: HystereticModel, record: Any, dt: float, width: float, share: float = 1.0) -> Learned:
+    r"""Controller of the next run: $H(u_{j+1}) = Q\,[H(u_j)] + \gamma\, G^{-1} Q\, e_j$.
+
+    H and G are hysteresis and dynamics of the model, Q smooths over `width` [s] without lag, $u_j$ is the whole command
+    of run j, feedback included, $e_j = r - y$ its measured error, and gamma the `share`. From run to run errors are
+    multiplied by $Q\,S\,(1 - \gamma\,G_0/G)$, with the sensitivity S of the loop and the dynamics G_0 of the actuator:
+    with a share of a half, a loop that more than doubles some disturbance makes it grow. `record` has reference,
+    measured and command, of a simulation or of a rig.
+    """
+    error = jnp.asarray(record.reference) - jnp.asarray(record.measured)
+    correction = model.advanced(model.dynamics_input(error, dt, width), dt)
+    smooth = convolved(smoothing(width, dt, 0)[0], respond(model.hysteresis, jnp.asarray(record.command), dt))
+    return Learned(pid, respond(model.inverse, smooth + share * correction, dt))
 
 
 def check_reachable(

@@ -48,7 +48,8 @@ def margins(frequency: Float[np.ndarray, "m"], response: Complex[np.ndarray, "m"
     ends = [((np.interp(at, x, phase) + np.pi) % (2 * np.pi), np.exp(at)) for at, _ in _crossings(x, size)]
     lags = [(lag - 2 * np.pi * unstable, f) for lag, f in ends]
     none = -np.inf if unstable else np.inf
-    delay, at = min(((lag / (2 * np.pi * f), f) for lag, f in lags), key=_size, default=(none, np.nan))
+    delays = [(lag / (2 * np.pi * f), f) for lag, f in lags]
+    delay, at = min(delays, key=lambda x: abs(x[0]), default=(none, np.nan))
     gains = [-s for s, _ in opposed if (s > 0) == unstable]
     gain = np.exp(min(gains, key=abs, default=none))
     return Margins(float(gain), float(min((lag for lag, _ in lags), key=abs, default=none)), float(delay), float(at))
@@ -65,10 +66,6 @@ def open_loop(
     regulator = controller.planned(np.zeros(2), loop.dt)
     block, law = _responses(loop, regulator, jnp.asarray(amplitude, dtype=float), jnp.asarray(_PERIODS))
     return (1 / (_PERIODS * loop.dt))[::-1], np.asarray(block * law)[::-1]
-
-
-def _size(delay: tuple[float, float]) -> float:
-    return abs(delay[0])
 
 
 def _crossings(x: Float[np.ndarray, "m"], y: Float[np.ndarray, "m"]) -> list[tuple[float, int]]:

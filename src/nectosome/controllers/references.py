@@ -75,12 +75,6 @@ def local_frequency(reference: Float[np.ndarray, "n"], dt: float) -> Float[np.nd
 
 
 SHAPES = ("sine", "triangle", "chirp", "varying")
-_NEEDS = {  # options of each kind, without `time`
-    "sine": ("amplitude", "frequency"),
-    "triangle": ("amplitude", "frequency"),
-    "chirp": ("amplitude", "frequency", "to"),
-    "varying": ("amplitude", "frequency"),
-}
 _KINDS = "a quantity, sine, triangle, chirp, varying, or a file with a recording"
 _CONSTANT_TIME = 10.0  # s, where none is given
 
@@ -92,7 +86,7 @@ class Reference:
     - kind: constant, sine, triangle, chirp, varying, file, or samples (an array, one value a sample).
     - values: the constant, or the amplitude (one for each sine of `varying`).
     - frequencies: [Hz]; first and last one of a chirp, one for each sine of `varying`.
-    - recorded: times [s] from 0 on, and values, of a file; for `samples` the values alone count.
+    - recorded: times from 0 on, [s] of a file, in samples of `samples`; and values.
     """
 
     kind: str
@@ -132,7 +126,7 @@ class Reference:
             values = np.asarray(reference, dtype=float)
             if values.ndim > 1 or not values.size or not np.isfinite(values).all():
                 raise InputError("is no finite number or row of finite numbers.", field="reference")
-            _check_options("a number", options, ())
+            _check_options("a number", options)
             if values.ndim == 0:
                 return cls("constant", dimension, si, 1.0, (float(values),))
             return cls("samples", dimension, si, 1.0, recorded=(np.arange(values.size), values))
@@ -140,29 +134,27 @@ class Reference:
         if text in SHAPES:
             return cls._shape(text, dimension, options)
         if re.match(r"[-+]?\.?\d", text) and not Path(text).is_file():
-            _check_options("a constant reference", options, ())
-            return cls(
-                "constant", dimension, *_unit_of(text, dimension), (read_quantity(text, dimension, "reference"),)
-            )
+            _check_options("a constant reference", options)
+            value = read_quantity(text, dimension, "reference")
+            return cls("constant", dimension, *_unit_of(text, dimension), (value,))
         if not Path(text).suffix:
             near = did_you_mean(text, SHAPES)
             raise InputError(f'"{shorten(text)}" is no reference: {_KINDS}.{near}', field="reference")
-        _check_options("a file", options, ("column",), needed=())
+        _check_options("a file", options, optional=("column",))
         recorded = recorded_reference(Path(text), dimension, column)
         return cls("file", dimension, si, 1.0, recorded=recorded)
 
     @classmethod
     def _shape(cls, kind: str, dimension: str, options: dict[str, str | None]) -> "Reference":
-        _check_options(f"a {kind}" if kind != "varying" else "a varying reference", options, _NEEDS[kind])
+        needed = ("amplitude", "frequency", "to") if kind == "chirp" else ("amplitude", "frequency")
+        _check_options(f"a {kind}" if kind != "varying" else "a varying reference", options, needed)
         amplitude, frequency = options["amplitude"] or "", options["frequency"] or ""
-        sizes, turns = ([part.strip() for part in text.split(",")] for text in (amplitude, frequency))
-        if kind == "varying" and len(sizes) != len(turns):
+        sizes, turns = (text.split(",") if kind == "varying" else [text] for text in (amplitude, frequency))
+        if len(sizes) != len(turns):
             message = f"{len(turns)} frequencies for {len(sizes)} amplitudes; as many are needed."
             raise InputError(message, field="frequency")
-        if kind != "varying":
-            sizes, turns = [amplitude], [frequency]
-        values = tuple(read_positive(text, dimension, "amplitude") for text in sizes)
-        frequencies = [read_positive(text, "frequency", "frequency") for text in turns]
+        values = tuple(read_positive(text.strip(), dimension, "amplitude") for text in sizes)
+        frequencies = [read_positive(text.strip(), "frequency", "frequency") for text in turns]
         if kind == "chirp":
             frequencies.append(read_positive(options["to"] or "", "frequency", "to"))
         return cls(kind, dimension, *_unit_of(sizes[-1], dimension), values, tuple(frequencies))
@@ -180,21 +172,17 @@ class Reference:
             raise InputError("a chirp needs it.", field="time")
         if self.kind == "varying":
             return float(np.sum(1 / np.array(self.frequencies)))
-        if self.kind == "samples":
-            return dt * (len(self.recorded[1]) - 1) if self.recorded is not None else 0.0
         if self.recorded is not None:
-            return float(self.recorded[0][-1])
+            return float(self.recorded[0][-1]) * (dt if self.kind == "samples" else 1.0)
         return _CONSTANT_TIME if self.kind == "constant" else 2 / self.frequencies[0]
 
     def samples(self, time: float, dt: float, start: float = 0.0) -> Float[np.ndarray, "k"]:
         """Values at 0, dt, ... up to `time` [s]; shapes oscillate about `start`, the output at the beginning."""
+        t = times(time, dt)
         if self.kind == "constant":
-            return np.full(times(time, dt).size, self.values[0])
-        if self.kind == "samples" and self.recorded is not None:
-            values = self.recorded[1]
-            return values[np.minimum(np.arange(times(time, dt).size), values.size - 1)]
+            return np.full(t.size, self.values[0])
         if self.recorded is not None:
-            return np.interp(times(time, dt), *self.recorded)
+            return np.interp(np.arange(t.size) if self.kind == "samples" else t, *self.recorded)
         if self.kind == "varying":
             return start + varying(self.values, self.frequencies, dt)
         if self.kind == "chirp":
@@ -237,12 +225,12 @@ def recorded_reference(
 
 
 def _check_options(
-    what: str, options: dict[str, str | None], known: tuple[str, ...], needed: tuple[str, ...] | None = None
+    what: str, options: dict[str, str | None], needed: tuple[str, ...] = (), optional: tuple[str, ...] = ()
 ) -> None:
     for option, text in options.items():
-        if text is None and option in (known if needed is None else needed):
+        if text is None and option in needed:
             raise InputError(f"{what} needs it.", field=option)
-        if text is not None and option not in known:
+        if text is not None and option not in needed + optional:
             raise InputError(f"{what} does not take it.", field=option)
 
 

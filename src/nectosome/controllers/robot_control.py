@@ -11,10 +11,9 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.core import Status
-from nectosome.description import RobotDescription
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.solve import SampledPlant
-from nectosome.units import InputError, read_quantity, show_quantity
+from nectosome.units import InputError, read_positive, read_quantity, show_quantity
 
 from .autotune import RelayGains, detune, relay_gains, smooth_pid, time_scaled
 from .beat import Beat, instants_per_sample
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Progress = Callable[[str, float], bool | None]
+ReferenceLike = str | Path | float | Float[np.ndarray, "k"] | Reference
 
 _RATE, _PER_BEAT = 20.0, 4  # samples a second, and a beat where the measurement is averaged over one
 _MOST = 100_000  # samples
@@ -41,6 +41,16 @@ class Shape(TypedDict, total=False):
     frequency: str | None
     to: str | None
     column: str | None
+
+
+class LoopOptions(Shape, total=False):
+    """Options of a closed loop, as text with units or in SI: see `control`."""
+
+    gains: str | Sequence[float] | None
+    rate: str | float | None
+    mean: bool
+    noise: str | float | None
+    delay: str | float | None
 
 
 class LoopGains(NamedTuple):
@@ -70,7 +80,7 @@ class ControlTask:
         *,
         command: str,
         measure: str,
-        reference: str | Path | float | Float[np.ndarray, "k"] | Reference,
+        reference: ReferenceLike,
         gains: str | Sequence[float] | None = None,
         rate: str | float | None = None,
         mean: bool = False,
@@ -85,19 +95,25 @@ class ControlTask:
         Raises InputError, whose field is the argument.
         """
         description = description_of(robot, settings)
-        frequency = None if rate is None else _si(rate, "frequency", "rate")
-        late = 0.0 if delay is None else _si(delay, "time", "delay")
+        frequency = None if rate is None else read_positive(rate, "frequency", "rate")
+        late = 0.0 if delay is None else read_positive(delay, "time", "delay")
         if gains is not None:
             parse_gains(gains)
         span = CommandRange.parse(command, description)
         beat = span.beat(description, required=mean)
-        usual = _PER_BEAT * beat.at(span.initial) if mean and beat is not None else _RATE
-        dt = 1 / (frequency or usual)
+        if frequency is None:
+            frequency = _PER_BEAT * beat.at(span.initial) if mean and beat is not None else _RATE
+        dt = 1 / frequency
         instants = 1 if beat is None else instants_per_sample(beat, span.largest, dt)
         instants = max(instants, math.ceil(dt / resolution))
-        plant = _plant(description, span.name, measure, dt, instants)
+        try:
+            plant = SampledPlant(description, span.name, measure, dt, instants)
+        except InputError as error:
+            raise InputError(error.message, field=error.field or "measure") from None
         target = Reference.parse(reference, plant.reading.dimension, **shape)
-        spread = 0.0 if noise is None else _si(noise, plant.reading.dimension, "noise", least=0.0)
+        spread = 0.0 if noise is None else read_quantity(noise, plant.reading.dimension, "noise")
+        if spread < 0:
+            raise InputError(f'"{noise}" is out of range: it must be not less than 0.', field="noise")
         sensor = SensorModel(beat if mean else None, late, spread)
         given = None if gains is None else parse_gains(gains, span.unit_size / target.unit_size)
         return cls(plant, span, target, sensor, beat, plant.start()[0].reading, given)
@@ -174,17 +190,13 @@ class ControlResult:
         error, step = answer.steady_error, run.reference[0] - run.output[0]
         if not ends or abs(error) <= _REACHED * abs(step):
             return ""
-        saturated, name = (
-            f"{run.robot.command} is at {span.show(ends[0])}, the end of its range",
-            run.robot.reading.name,
-        )
+        saturated, name = f"{span.name} is at {span.show(ends[0])}, the end of its range", run.robot.reading.name
         now, target = reference.show(run.output[-1]), reference.show(run.reference[-1])
         if error * step < 0 and abs(error) > abs(step):
             return f"{saturated}, and {name} moved away from the reference, to {now}. Try gains of the other sign."
         if still_approaching(run.output - run.reference):
-            return (
-                f"{target} is not reached yet: {saturated}, and {name} is {now} and approaches it. Give it more time."
-            )
+            more = "Give it more time."
+            return f"{target} is not reached yet: {saturated}, and {name} is {now} and approaches it. {more}"
         return f"the reference is out of reach: {saturated}, and {name} is {now} instead of {target}."
 
 
@@ -193,16 +205,11 @@ def control(
     *,
     command: str,
     measure: str,
-    reference: str | Path | float | Float[np.ndarray, "k"] | Reference,
-    gains: str | Sequence[float] | None = None,
+    reference: ReferenceLike,
     time: str | float | None = None,
-    rate: str | float | None = None,
-    mean: bool = False,
-    noise: str | float | None = None,
-    delay: str | float | None = None,
     settings: Iterable[str] = (),
     progress: Progress | None = None,
-    **shape: Unpack[Shape],
+    **options: Unpack[LoopOptions],
 ) -> ControlResult:
     """Simulate a robot under a PID that sets one of its quantities so that a reading tracks a reference.
 
@@ -224,58 +231,26 @@ def control(
     Raises InputError, whose field is the argument, for arguments that are wrong and where no gains are found.
     """
     settings = [settings] if isinstance(settings, str) else list(settings)
-    task = ControlTask.parse(
-        robot,
-        command=command,
-        measure=measure,
-        reference=reference,
-        gains=gains,
-        rate=rate,
-        mean=mean,
-        noise=noise,
-        delay=delay,
-        settings=settings,
-        **shape,
-    )
-    seconds = task.reference.duration(task.robot.dt) if time is None else _si(time, "time", "time")
+    task = ControlTask.parse(robot, command=command, measure=measure, reference=reference, settings=settings, **options)
+    seconds = task.reference.duration(task.robot.dt) if time is None else read_positive(time, "time", "time")
     samples = task.samples(seconds)
     found = task.find_gains(seconds, progress)
     if found is None:
-        return ControlResult(task, None, _empty(task))
+        (state, interval), none = task.robot.start(), np.zeros(0)
+        signals = none, none, none, none, none
+        empty = ClosedLoopRecord(task.robot, *signals, (state,), (interval,), Status.CANCELLED)
+        return ControlResult(task, None, empty)
     run = run_closed_loop(
         task.robot, task.pid(found), samples, task.sensor, progress=_named("simulating the loop", progress)
     )
     given = {"robot": str(robot) if isinstance(robot, str | Path) else run.robot.description.name, "set": settings}
-    given |= {"command": command, "measure": measure, "reference": _plain(reference), **shape}
-    given |= {"time": seconds, "rate": 1 / task.robot.dt, "mean": mean, "noise": noise, "delay": delay}
-    given |= {"gains": task.gains_text(found)}
+    given |= {"command": command, "measure": measure, "reference": _plain(reference), "mean": False, **options}
+    given |= {"time": seconds, "rate": 1 / task.robot.dt, "gains": task.gains_text(found)}
     return ControlResult(task, found, run, {name: value for name, value in given.items() if value is not None})
-
-
-def _plant(description: RobotDescription, command: str, measure: str, dt: float, instants: int) -> SampledPlant:
-    try:
-        return SampledPlant(description, command, measure, dt, instants)
-    except InputError as error:
-        raise InputError(error.message, field=error.field or "measure") from None
-
-
-def _empty(task: ControlTask) -> ClosedLoopRecord:
-    """Record of a run that was cancelled before its first sample."""
-    (start, interval), none = task.robot.start(), np.zeros(0)
-    return ClosedLoopRecord(task.robot, none, none, none, none, none, (start,), (interval,), Status.CANCELLED)
 
 
 def _named(what: str, progress: Progress | None) -> Callable[[float], bool | None] | None:
     return None if progress is None else lambda share: progress(what, share)
-
-
-def _si(value: str | float, dimension: str, name: str, least: float | None = None) -> float:
-    """SI value of an argument: more than 0, or not less than `least`."""
-    number = read_quantity(value, dimension, name) if isinstance(value, str) else float(value)
-    allowed = "more than 0" if least is None else f"not less than {least:g}"
-    if not (number > 0 if least is None else number >= least) or not math.isfinite(number):
-        raise InputError(f'"{value}" is out of range: it must be {allowed}.', field=name)
-    return number
 
 
 def _plain(reference: Any) -> Any:

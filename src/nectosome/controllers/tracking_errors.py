@@ -48,22 +48,17 @@ def step_response(
         settling = float(time[0])
     elif outside[-1] < time.size - 1:
         k = outside[-1]
-        edge = 1 + _SETTLED * np.sign(share[k] - 1)
-        settling = float(np.interp(0.0, *_line(edge - share[k : k + 2], time[k : k + 2])))
+        settling = _crossing(time, share, k, 1 + _SETTLED * np.sign(share[k] - 1))
     last = time >= time[-1] - _LAST * (time[-1] - time[0])
     return StepResponse(rise, float(max(share.max() - 1, 0.0)), settling, float(np.mean((output - reference)[last])))
 
 
 def _first(time: np.ndarray, share: np.ndarray, level: float) -> float:
     """Time at which a level is first reached; NaN where it is not."""
-    there = np.flatnonzero(share >= level)
-    if not there.size:
-        return np.nan
-    k = max(int(there[0]), 1)
-    return float(np.interp(level, *_line(share[k - 1 : k + 1], time[k - 1 : k + 1])))
+    reached = share >= level
+    return _crossing(time, share, int(np.argmax(reached)) - 1, level) if reached.any() else np.nan
 
 
-def _line(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two points in the order of x."""
-    order = np.argsort(x)
-    return x[order], y[order]
+def _crossing(time: np.ndarray, share: np.ndarray, k: int, level: float) -> float:
+    """Time between the samples k and k + 1 at which a level is crossed."""
+    return float(time[k] + (level - share[k]) / (share[k + 1] - share[k]) * (time[k + 1] - time[k]))

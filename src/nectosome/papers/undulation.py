@@ -21,7 +21,7 @@ from jaxtyping import Array, Float
 from nectosome.core import State, Wave
 from nectosome.loads import StripDrag
 from nectosome.mechanism import Robot, SoftRod
-from nectosome.solve.fixed_step import fixed_step
+from nectosome.solve import fixed_step
 
 STEPS = 32  # of a beat; four times as many change no speed by more than 1e-4
 _BEATS = 12  # of each pass

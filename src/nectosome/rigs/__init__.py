@@ -3,9 +3,9 @@
 Rigs of devices are in modules of their own, which load their drivers when they are opened.
 """
 
-from .bench import CONTROLLERS, Bench, BenchRun, rehearse
+from .bench import CONTROLLERS, Bench, BenchRun
 from .experiment import Experiment, RigRun
-from .limits import Limits
+from .guards import Limits
 from .log import recovered
 from .rig import Rig, RigError
 from .simulated_rig import SimulatedRig
@@ -21,5 +21,4 @@ __all__ = [
     "RigRun",
     "SimulatedRig",
     "recovered",
-    "rehearse",
 ]

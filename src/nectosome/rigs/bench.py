@@ -3,13 +3,14 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
 from nectosome.controllers import (
+    PID,
     ActuatorLimits,
     BlockLoop,
     BlockLoopRecord,
@@ -33,8 +34,7 @@ from nectosome.identification.fits.errors import range_errors
 from nectosome.units import InputError, dimension_of, show_quantity
 
 from .experiment import Experiment, RigRun
-from .guards import Guards
-from .limits import Limits
+from .guards import Guards, Limits
 from .rig import Rig
 from .simulated_rig import SimulatedRig
 
@@ -96,7 +96,7 @@ class Bench:
                 raise InputError(f"{name} needs a model of the rig.", field="model")
             if gains is None:
                 raise InputError("without a model no gains can be found: give gains, or a model.", field="gains")
-            return cls(rig, limits, dt, smooth_pid(gains, limits.low, limits.high, dt, limits.slew))
+            return cls(rig, limits, dt, _pid(gains, limits, dt))
         if (rig.command_unit, rig.measured_unit) != ("Pa", "m"):
             units = f"{rig.command_unit} and measures {rig.measured_unit}"
             raise InputError(f"is from Pa to m; the rig takes {units}.", field="model")
@@ -123,7 +123,21 @@ class Bench:
                     f"stability is at {found.gain:.2g} times these gains. Take lower ones.",
                     field="gains",
                 )
-        rehearse(self.loop, self._first, reference, self.limits, self.rig)
+        self._rehearse(self.loop, reference)
+
+    def _rehearse(self, loop: BlockLoop, reference: Float[np.ndarray, "n"]) -> None:
+        """Closed-loop run of the model. Raises InputError where the guards would end it, with their reason.
+
+        It finds an unstable loop, gains that are too high and a reference out of reach, but no errors of the model.
+        """
+        record = loop.run(self._first, reference)
+        guards, before = Guards(self.limits, self.rig, self.dt, len(reference)), 0.0
+        signals = reference.tolist(), np.asarray(record.measured).tolist(), np.asarray(record.command).tolist()
+        for k, (target, measured, command) in enumerate(zip(*signals, strict=True)):
+            why = guards.sample(0.0, target, measured, before) or guards.not_finite(command)
+            if why:
+                raise InputError(f"on the model it would end at {k * self.dt:.3f} s, nothing was moved: {why}")
+            before = guards.allowed(command, before, self.dt)
 
     def runs(
         self,
@@ -149,24 +163,6 @@ class Bench:
         return self.controller.first if isinstance(self.controller, Learner) else self.controller
 
 
-def rehearse(
-    loop: BlockLoop, controller: Controller, reference: Float[np.ndarray, "n"], limits: Limits, rig: Rig
-) -> BlockLoopRecord:
-    """Closed-loop run of a model. Raises InputError where the guards would end it, with their reason.
-
-    It finds an unstable loop, gains that are too high and a reference out of reach, but no errors of the model.
-    """
-    record = loop.run(controller, reference)
-    guards, before = Guards(limits, rig, loop.dt, len(reference)), 0.0
-    signals = reference.tolist(), np.asarray(record.measured).tolist(), np.asarray(record.command).tolist()
-    for k, (target, measured, command) in enumerate(zip(*signals, strict=True)):
-        why = guards.sample(0.0, target, measured, before) or guards.wanted(command)
-        if why:
-            raise InputError(f"on the model it would end at {k * loop.dt:.3f} s, nothing was moved: {why}")
-        before = guards.allowed(command, before, loop.dt)
-    return record
-
-
 def actuator_loop(model: "Identified", limits: Limits, dt: float, noise: float | None = None) -> BlockLoop:
     """A rig as a block in a loop: delay of one sample, limits of the command, hysteresis, dynamics, and its sensor.
 
@@ -182,17 +178,18 @@ def actuator_loop(model: "Identified", limits: Limits, dt: float, noise: float |
 def _controller(
     name: str, gains: Float[np.ndarray, "3"], model: HystereticModel, limits: Limits, dt: float, noise: float
 ) -> Controller | Learner:
-    def pid(share: float = 1.0) -> Any:
-        return smooth_pid(share * gains, limits.low, limits.high, dt, limits.slew)
-
     if name == "pid":
-        return pid()
+        return _pid(gains, limits, dt)
     if name == "ff-pid":
-        return Feedforward(pid(), model, SMOOTHING)
+        return Feedforward(_pid(gains, limits, dt), model, SMOOTHING)
     if name == "ilc":
-        return Learner(Feedforward(pid(_MILD), model, SMOOTHING), dt, _LEARNING, _SHARE)
+        return Learner(Feedforward(_pid(_MILD * gains, limits, dt), model, SMOOTHING), dt, _LEARNING, _SHARE)
     within = _actuator_limits(limits)
     return Predictive(model, within, _HORIZON, _WEIGHT, _WANDER * noise, noise, SMOOTHING)
+
+
+def _pid(gains: Float[np.ndarray, "3"], limits: Limits, dt: float) -> PID:
+    return smooth_pid(gains, limits.low, limits.high, dt, limits.slew)
 
 
 def _found_gains(loop: BlockLoop, limits: Limits, reference: Float[np.ndarray, "n"]) -> Float[np.ndarray, "3"]:
@@ -204,7 +201,7 @@ def _found_gains(loop: BlockLoop, limits: Limits, reference: Float[np.ndarray, "
     best, least = found, np.inf
     for speed in SPEEDS:
         gains = time_scaled(found, speed)
-        record = loop.run(smooth_pid(gains, limits.low, limits.high, loop.dt, limits.slew), reference)
+        record = loop.run(_pid(gains, limits, loop.dt), reference)
         error = float(np.sum(time * np.abs(np.asarray(record.output) - reference)))
         if error >= least:
             break

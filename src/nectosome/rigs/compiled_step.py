@@ -14,18 +14,21 @@ Step = Callable[..., tuple[Any, Array]]  # step(module, state, *inputs) -> (stat
 
 
 class CompiledStep:
-    """A module and its state, which advances with each call.
+    """A module and its state, which advances with each call; compiled at once, for such `inputs`.
 
     `filter_jit` would flatten and unflatten both at every call, which takes three times as long as the call itself.
     Modules of one structure share a program.
     """
 
-    def __init__(self, step: Step, module: Any, state: Any):
+    def __init__(self, step: Step, module: Any, state: Any, *inputs: ArrayLike):
         moving, still = eqx.partition(module, lambda x: isinstance(x, jax.Array | np.ndarray))
         arrays, structure = jax.tree.flatten(moving)
         words, frame = jax.tree.flatten(still)
         self._arrays = [jnp.asarray(x) for x in arrays]
         self._program = _program(step, structure, frame, tuple(words), jax.tree.structure(state))
+        self.start(state)
+        for _ in range(2):  # the state after a step may have other types than the initial one
+            self(*inputs)
         self.start(state)
 
     def start(self, state: Any) -> None:

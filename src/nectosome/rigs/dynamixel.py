@@ -10,8 +10,7 @@ from typing import Any
 
 from nectosome.units import InputError
 
-from .device import insisted, line, package
-from .rig import Rig, RigError
+from .rig import Rig, RigError, driver, line, retried
 
 # Control table of the XW540, and its units: ROBOTIS e-Manual, pages XW540-T140 and XW540-T260 (firmware 38 on).
 _MODELS = {1170: "XW540-T260", 1180: "XW540-T140"}
@@ -20,7 +19,7 @@ _TORQUE, _HARDWARE_ERROR, _WATCHDOG = (64, 1), (70, 1), (98, 1)
 _PROFILE_VELOCITY, _GOAL, _PRESENT = (112, 4), (116, 4), (132, 4)
 _POSITION_MODE = 3
 _ODD_DRIVE_MODES = {0x04: "times its motions instead of limiting their speed", 0x08: "takes torque on by itself"}
-_TROUBLES = {0x01: "input voltage", 0x04: "overheating", 0x08: "encoder", 0x10: "electrical shock", 0x20: "overload"}
+_FAULTS = {0x01: "input voltage", 0x04: "overheating", 0x08: "encoder", 0x10: "electrical shock", 0x20: "overload"}
 _ALERT, _OUT_OF_RANGE = 0x80, 4  # of the error field of an answer
 _STEPS, _MIDDLE = 4096, 2048  # a turn; an angle of 0
 _SPEED_UNIT = 0.229 * 2 * math.pi / 60  # [rad/s]
@@ -49,8 +48,8 @@ class Servo:
 class Dynamixel(Rig):
     """Angle [rad] in, angle [rad] out; 0 is the middle of its turn.
 
-    `open` takes torque on where the servo stands and goes to 0 at 0.5 rad/s, then lets it move at its own speed. The
-    servo stops and holds its angle where no packet comes; only `vent` takes its torque off. A lost answer is an error.
+    `open` switches torque on where the servo stands and goes to 0 at 0.5 rad/s, then lets it move at its own speed. The
+    servo stops and holds its angle where no packet comes; only `vent` switches torque off. A lost answer is an error.
     """
 
     name = "Dynamixel"
@@ -64,8 +63,8 @@ class Dynamixel(Rig):
         self._protocol: Any = None
 
     def open(self) -> None:
-        """Find the servo, look whether it is well, and go slowly to 0."""
-        sdk = package("dynamixel_sdk", "dynamixel")
+        """Find the servo, check it, and go slowly to 0."""
+        sdk = driver("dynamixel_sdk", "dynamixel")
         self._protocol = sdk.Protocol2PacketHandler()
         with line(self._where):
             port = sdk.PortHandler(self.servo.port)
@@ -74,7 +73,7 @@ class Dynamixel(Rig):
         self._port = port
         with self._exchange():
             model, result, error = self._protocol.ping(port, self.servo.number)
-        self._look(result, error)
+        self._check(result, error)
         if model not in _MODELS:
             known = " or ".join(f"{name} ({number})" for number, name in _MODELS.items())
             raise RigError(f"{self._where}: model {model}, but {known} expected. Look at the servo's ID.")
@@ -88,9 +87,9 @@ class Dynamixel(Rig):
 
     def _prepare(self) -> None:
         """Position mode, without torque: where this is on its settings are locked."""
-        trouble = self._get(_HARDWARE_ERROR)
-        if trouble:
-            raise RigError(self._troubled(trouble))
+        faults = self._get(_HARDWARE_ERROR)
+        if faults:
+            raise RigError(self._fault_text(faults))
         self._set(_TORQUE, 0)
         self._set(_WATCHDOG, 0)  # forget that it stopped in an earlier run
         mode = self._get(_DRIVE_MODE)
@@ -104,7 +103,7 @@ class Dynamixel(Rig):
             self._set(_OPERATING_MODE, _POSITION_MODE)
 
     def _approach(self) -> None:
-        """To 0; the questions keep the watchdog quiet."""
+        """To 0; each read resets the watchdog."""
         limit = time.perf_counter() + abs(self.measure()) / _APPROACH + 1.0
         self.write(0.0)
         while abs(angle := self.measure()) > _NEAR:
@@ -133,21 +132,21 @@ class Dynamixel(Rig):
         """Torque off, tried three times."""
         if self._port is not None:
             off = partial(self._set, _TORQUE, 0, alerted=True)
-            insisted(off, "Its torque may still be on: switch off its power.")
+            retried(off, "Its torque may still be on: switch off its power.")
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Release the port."""
         port, self._port = self._port, None
         if port is not None:
             with line(self._where):
                 port.closePort()
 
     def _get(self, register: tuple[int, int], alerted: bool = False) -> int:
-        """Value of a register; `alerted`: even while the servo tells of a trouble."""
+        """Value of a register; `alerted`: even while the servo reports a hardware error."""
         address, size = register
         with self._exchange():
             data, result, error = self._protocol.readTxRx(self._port, self.servo.number, address, size)
-        self._look(result, error & ~_ALERT if alerted else error)
+        self._check(result, error & ~_ALERT if alerted else error)
         if len(data) != size:
             raise RigError(f"{self._where}: an answer of {len(data)} bytes where {size} were asked for.")
         return int.from_bytes(bytes(data), "little", signed=size == 4)
@@ -157,7 +156,7 @@ class Dynamixel(Rig):
         data = list(value.to_bytes(size, "little", signed=size == 4))
         with self._exchange():
             result, error = self._protocol.writeTxRx(self._port, self.servo.number, address, size, data)
-        self._look(result, error & ~_ALERT if alerted else error)
+        self._check(result, error & ~_ALERT if alerted else error)
 
     @contextmanager
     def _exchange(self) -> Iterator[None]:
@@ -169,8 +168,8 @@ class Dynamixel(Rig):
         finally:
             self._port.is_using = False  # the SDK forgets this where the line breaks
 
-    def _look(self, result: int, error: int) -> None:
-        """What a packet's result and the error field of its answer say."""
+    def _check(self, result: int, error: int) -> None:
+        """Raise RigError for a packet's result or the error field of its answer."""
         if result:
             said = self._protocol.getTxRxResult(result).removeprefix("[TxRxResult] ").rstrip("!")
             raise RigError(
@@ -178,7 +177,7 @@ class Dynamixel(Rig):
                 f" ({self.servo.baud} expected)."
             )
         if error & _ALERT:
-            raise RigError(self._troubled(self._get(_HARDWARE_ERROR, alerted=True)))
+            raise RigError(self._fault_text(self._get(_HARDWARE_ERROR, alerted=True)))
         if error == _OUT_OF_RANGE and self._get(_WATCHDOG) == 0xFF:
             raise RigError(
                 f"{self._where}: it has stopped, since no packet came for {self.servo.watchdog:g} s. "
@@ -188,6 +187,6 @@ class Dynamixel(Rig):
             said = self._protocol.getRxPacketError(error).removeprefix("[RxPacketError] ").rstrip("!")
             raise RigError(f"{self._where}: {said}. Look at its limits with the DYNAMIXEL Wizard.")
 
-    def _troubled(self, bits: int) -> str:
-        words = ", ".join(name for bit, name in _TROUBLES.items() if bits & bit) or f"bits {bits:#04x}"
+    def _fault_text(self, bits: int) -> str:
+        words = ", ".join(name for bit, name in _FAULTS.items() if bits & bit) or f"bits {bits:#04x}"
         return f"{self._where}: hardware error: {words}. Remove the cause, then switch its power off and on."

@@ -24,9 +24,8 @@ from nectosome.controllers import Controller
 from nectosome.io import provenance
 from nectosome.units import InputError
 
-from .guards import Guards
+from .guards import Guards, Limits
 from .interrupts import Interrupts, caught
-from .limits import Limits
 from .log import LogError, RunLog
 from .rig import Rig, RigError
 from .sampling_loop import AbortError, CancelledError, ControlLaw, Progress, SamplingLoop
@@ -84,7 +83,9 @@ class Experiment:
         law = ControlLaw(self.controller.planned(self.reference, self.dt))
         guards = Guards(self.limits, self.rig, self.dt, len(self.reference))
         with Interrupts() as interrupts:
-            log = RunLog(log_path, self._attributes(), self._units())
+            of = self.rig.measured_unit
+            units = {"time": "s", "reference": of, "measured": of, "command": self.rig.command_unit, "late": "s"}
+            log = RunLog(log_path, self._attributes(), units)
             loop = SamplingLoop(self.rig, law, self.reference, guards, log, interrupts.check, progress)
             errors = {
                 "": interrupts.allowed(loop.samples),
@@ -97,7 +98,7 @@ class Experiment:
             wrong = {where: error for where, error in errors.items() if error is not None}
             run = _ended(log, wrong, guards)
         for error in wrong.values():
-            if not isinstance(error, _TOLD):
+            if not isinstance(error, _REPORTED):
                 error.add_note(f"{run.reason} The log is {run.path}.")
                 raise error
         return run
@@ -113,19 +114,15 @@ class Experiment:
             "provenance": json.dumps(provenance(settings)),
         }
 
-    def _units(self) -> dict[str, str]:
-        measured = self.rig.measured_unit
-        return {"time": "s", "reference": measured, "measured": measured, "command": self.rig.command_unit, "late": "s"}
 
-
-_TOLD = (AbortError, CancelledError, RigError, LogError, KeyboardInterrupt)
+_REPORTED = (AbortError, CancelledError, RigError, LogError, KeyboardInterrupt)
 
 
 def _ended(log: RunLog, wrong: dict[str, BaseException], guards: Guards) -> RigRun:
     """End the log with the status and all reasons, the first one first."""
     status = _status(next(iter(wrong.values()), None))
-    told = [f"{where}: {_sentence(error)}" if where else _sentence(error) for where, error in wrong.items()]
-    reason = " ".join(told) or "all samples were taken."
+    reasons = [f"{where}: {_sentence(error)}" if where else _sentence(error) for where, error in wrong.items()]
+    reason = " ".join(reasons) or "all samples were taken."
     data, path, lost = log.end({"status": status, "status_reason": reason} | guards.counts())
     if lost:
         reason = f"{reason} The log stays in {path}: {lost}"
@@ -147,4 +144,4 @@ def _sentence(error: BaseException) -> str:
     if isinstance(error, KeyboardInterrupt):
         return f"it was interrupted{f' by {error}' if str(error) else ''}."
     text = " ".join(str(error).split())
-    return text if isinstance(error, _TOLD) else f"{type(error).__name__}: {text}"
+    return text if isinstance(error, _REPORTED) else f"{type(error).__name__}: {text}"

@@ -10,15 +10,15 @@ import numpy as np
 from pydantic import Field, create_model
 
 from nectosome.controllers.commands import unit_text
-from nectosome.description import Quantity
 from nectosome.description.base import Described
+from nectosome.description.fields import Angle, AngularSpeed, AnyPressure, Coordinate, PositiveNumber, Quantity
 from nectosome.description.validate import line_of, validate_as
 from nectosome.io.yaml_text import Key, read_text, read_yaml
 from nectosome.units import InputError, did_you_mean, shorten, unit_to_si
 
 from .bench import actuator_loop
 from .dynamixel import Dynamixel, Servo
-from .limits import Limits
+from .guards import Limits
 from .ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
 from .rig import Rig, RigError
 from .serial_motor import MotorLink, SerialMotor
@@ -27,18 +27,13 @@ from .simulated_rig import SimulatedRig
 if TYPE_CHECKING:
     from nectosome.identification.hysteresis.fit import Identified
 
-_Made = TypeVar("_Made")
-_Pressure = Annotated[float, Quantity("pressure")]
-_Length = Annotated[float, Quantity("length")]
-_Angle = Annotated[float, Quantity("angle")]
-_AngularSpeed = Annotated[float, Quantity("angular_speed")]
+_Created = TypeVar("_Created")
 _Voltage = Annotated[float, Quantity("voltage")]
 _PressureRate = Annotated[float, Quantity("pressure_rate")]
 _AngularAcceleration = Annotated[float, Quantity("angular_acceleration")]
 _PressurePerVolt = Annotated[float, Quantity("pressure_per_volt")]
 _LengthPerVolt = Annotated[float, Quantity("length_per_volt")]
 _Time = Annotated[float, Quantity("time", minimum=0, exclusive=True)]
-_Share = Annotated[float, Quantity("number", minimum=0, exclusive=True)]
 _Count = Annotated[int, Field(ge=1, le=1_000_000)]
 _Word = Annotated[str, Field(min_length=1)]
 _Baud = Annotated[int, Field(ge=300, le=10_000_000)]
@@ -46,17 +41,13 @@ _Baud = Annotated[int, Field(ge=300, le=10_000_000)]
 
 @dataclass(frozen=True)
 class RigFile:
-    """A rig as its file describes it; `dt` [s] is the time between samples.
-
-    - command_unit: unit in which the limits of commands are written, and its size in SI.
-    - model: of a simulated rig.
-    """
+    """A rig as its file describes it."""
 
     rig: Rig
     limits: Limits
-    dt: float
-    command_unit: tuple[str, float]
-    model: "Identified | None" = None
+    dt: float  # between samples [s]
+    command_unit: tuple[str, float]  # in which the limits of commands are written, and its size in SI
+    model: "Identified | None" = None  # of a simulated rig
 
 
 def load_rig(path: str | Path) -> RigFile:
@@ -77,10 +68,14 @@ def load_rig(path: str | Path) -> RigFile:
     least = f"A rig file has at least a kind ({', '.join(kinds)}), dt and limits."
     given: Any = validate_as(schema, data, least, file=str(path), lines=lines)
     file = _File(str(path), lines)
-    limits = file.made(Limits, given.limits, "limits")
+    limits = file.create(Limits, given.limits, "limits")
     texts = [unit_text(str(data["limits"][name])) for name in ("high", "low")]
-    model = _model(file, given) if kind == "simulated" else None
-    rig = make(file, given, limits) if model is None else _simulated(model, given, limits)
+    if kind == "simulated":
+        model = _model(file, given)
+        loop, pace = actuator_loop(model, limits, given.dt, given.noise), "real" if given.real_time else "virtual"
+        rig: Rig = SimulatedRig(loop.plant, loop.sensor, dt=given.dt / loop.substeps, pace=pace)
+    else:
+        model, rig = None, make(file, given, limits)
     unit = next(filter(None, texts), rig.command_unit)
     return RigFile(rig, limits, given.dt, (unit, unit_to_si(unit)[0]), model)
 
@@ -97,14 +92,14 @@ class _File:
         field = ".".join(map(str, at))
         return InputError(message, file=self._source, line=line_of(at, self._lines), field=field or None)
 
-    def made(self, kind: Callable[..., _Made], group: Any, *at: str | int) -> _Made:
-        """A dataclass made of the fields of a group."""
+    def create(self, kind: Callable[..., _Created], group: Any, *at: str | int) -> _Created:
+        """A dataclass from the fields of a group."""
         try:
             return kind(**{name: getattr(group, name) for name in inspect.signature(kind).parameters})
         except InputError as error:
             raise self.wrong(error.message, *at, *([error.field] if error.field else [])) from None
 
-    def look(self, limits: Limits, check: Callable[[float], object]) -> None:
+    def check_ends(self, limits: Limits, check: Callable[[float], object]) -> None:
         """Check that the device takes commands at both ends of their range."""
         for name in ("low", "high"):
             try:
@@ -120,25 +115,25 @@ class _File:
 
 
 def _ni(file: _File, given: Any, limits: Limits) -> Rig:
-    valves = tuple(file.made(Valve, valve, "valves", k) for k, valve in enumerate(given.valves))
-    watchdog = given.watchdog and file.made(Watchdog, given.watchdog, "watchdog")
+    valves = tuple(file.create(Valve, valve, "valves", k) for k, valve in enumerate(given.valves))
+    watchdog = given.watchdog and file.create(Watchdog, given.watchdog, "watchdog")
     if watchdog:
         file.outlasts(watchdog.timeout, given.dt, "watchdog", "timeout")
     for valve in valves:
-        file.look(limits, valve.volts)
-    return NationalInstruments(Wiring(valves, file.made(Laser, given.laser, "laser"), watchdog))
+        file.check_ends(limits, valve.volts)
+    return NationalInstruments(Wiring(valves, file.create(Laser, given.laser, "laser"), watchdog))
 
 
 def _dynamixel(file: _File, given: Any, limits: Limits) -> Rig:
-    rig = Dynamixel(file.made(Servo, given))
+    rig = Dynamixel(file.create(Servo, given))
     file.outlasts(given.watchdog, given.dt, "watchdog")
-    file.look(limits, rig.step)
+    file.check_ends(limits, rig.step)
     return rig
 
 
 def _serial(file: _File, given: Any, limits: Limits) -> Rig:
     file.outlasts(given.watchdog, given.dt, "watchdog")
-    return SerialMotor(file.made(MotorLink, given))
+    return SerialMotor(file.create(MotorLink, given))
 
 
 @dataclass(frozen=True)
@@ -151,12 +146,6 @@ class Simulation:
     damping: float = 1.0  # its damping ratio
     noise: float | None = None  # standard deviation of the sensor; that of the model unless given [m]
     real_time: bool = False
-
-
-def _simulated(model: "Identified", given: Any, limits: Limits) -> Rig:
-    loop = actuator_loop(model, limits, given.dt, given.noise)
-    pace = "real" if given.real_time else "virtual"
-    return SimulatedRig(loop.plant, loop.sensor, dt=given.dt / loop.substeps, pace=pace)
 
 
 def _model(file: _File, given: Any) -> "Identified":
@@ -182,42 +171,42 @@ def _model(file: _File, given: Any) -> "Identified":
         raise file.wrong(str(error), "model") from None
 
 
-def _group(made: type, /, **units: Any) -> Any:
+def _group(kind: type, /, **units: Any) -> Any:
     """Schema of a group of fields for a dataclass, with the same defaults; `units` has the types of its numbers."""
     known: dict[str, Any] = {
         field.name: (units.pop(field.name, field.type), ... if field.default is MISSING else field.default)
-        for field in fields(made)
+        for field in fields(kind)
     }
-    return create_model(made.__name__, __base__=Described, **known, **units)
+    return create_model(kind.__name__, __base__=Described, **known, **units)
 
 
-def _rig(made: type, command: Any, rate: Any, measured: Any, **units: Any) -> Any:
+def _rig(settings: type, command: Any, rate: Any, measured: Any, **units: Any) -> Any:
     """Schema of the file of a rig, whose settings are a dataclass; types of command, its rate, and measurement."""
     limits = _group(
         Limits, low=command, high=command, slew=rate, least=measured, most=measured, error=measured,
-        error_time=_Time, saturated_time=_Time, frozen_time=_Time, frozen_share=_Share,
-        overrun=_Share, overruns_in_row=_Count, overruns_share=_Share,
+        error_time=_Time, saturated_time=_Time, frozen_time=_Time, frozen_share=PositiveNumber,
+        overrun=PositiveNumber, overruns_in_row=_Count, overruns_share=PositiveNumber,
     )  # fmt: skip
-    return _group(made, kind=(str, ...), about=(str, ""), dt=(_Time, ...), limits=(limits, ...), **units)
+    return _group(settings, kind=(str, ...), about=(str, ""), dt=(_Time, ...), limits=(limits, ...), **units)
 
 
 _LASER = _group(Laser, channel=_Word, zero=_Voltage, slope=_LengthPerVolt, low=_Voltage, high=_Voltage)
 _VALVE = _group(Valve, channel=_Word, zero=_Voltage, slope=_PressurePerVolt, low=_Voltage, high=_Voltage)
 _WATCHDOG = _group(Watchdog, device=_Word, timeout=_Time)
 _VALVES = Annotated[tuple[_VALVE, ...], Field(min_length=1)]
-_NI = _rig(Wiring, _Pressure, _PressureRate, _Length, valves=_VALVES, laser=_LASER, watchdog=_WATCHDOG | None)
+_NI = _rig(Wiring, AnyPressure, _PressureRate, Coordinate, valves=_VALVES, laser=_LASER, watchdog=_WATCHDOG | None)
 _DYNAMIXEL = _rig(
-    Servo, _Angle, _AngularSpeed, _Angle,
-    port=_Word, number=Annotated[int, Field(ge=0, le=252)], baud=_Baud, speed=_AngularSpeed, watchdog=_Time,
+    Servo, Angle, AngularSpeed, Angle,
+    port=_Word, number=Annotated[int, Field(ge=0, le=252)], baud=_Baud, speed=AngularSpeed, watchdog=_Time,
 )  # fmt: skip
 _SERIAL = _rig(
-    MotorLink, _AngularSpeed, _AngularAcceleration, _AngularSpeed,
+    MotorLink, AngularSpeed, _AngularAcceleration, AngularSpeed,
     port=_Word, baud=_Baud, timeout=_Time, start=_Time, watchdog=_Time,
 )  # fmt: skip
 _NOISE = Annotated[float, Quantity("length", minimum=0)]
 _GAIN = Annotated[float, Quantity("length_per_pressure", minimum=0, exclusive=True)]
 _FREQUENCY = Annotated[float, Quantity("angular_speed", minimum=0, exclusive=True)]
 _SIMULATED = _rig(
-    Simulation, _Pressure, _PressureRate, _Length,
-    model=_Word | None, gain=_GAIN | None, frequency=_FREQUENCY | None, damping=_Share, noise=_NOISE | None,
+    Simulation, AnyPressure, _PressureRate, Coordinate,
+    model=_Word | None, gain=_GAIN | None, frequency=_FREQUENCY | None, damping=PositiveNumber, noise=_NOISE | None,
 )  # fmt: skip

@@ -1,9 +1,48 @@
-"""Guards between a controller and a rig: they limit commands and check every sample."""
+"""Limits of commands and measurements of a rig, and guards that hold a controller to them at every sample."""
 
 import math
+from dataclasses import dataclass, fields
 
-from .limits import Frozen, Limits, Overruns, Timer, slewed
+from nectosome.units import InputError
+
 from .rig import Rig
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of commands and measurements, in the units of the rig. All of them are always checked.
+
+    Commands are limited to range and rate; anything else that is beyond its limit ends the experiment.
+    Time above the limit of the error counts, and time below it counts back at half the rate, so that a loop that
+    oscillates is stopped too: with an amplitude of 1.2 times the limit or more. The same holds for time at an end of
+    the range or at the largest rate: a loop whose gains are far too high oscillates there, maybe with a small error.
+    """
+
+    low: float  # of commands; 0 is within
+    high: float
+    slew: float  # of commands [1/s]
+    least: float  # of measurements
+    most: float
+    error: float  # of |reference - measured|
+    error_time: float = 0.5  # above it [s]
+    saturated_time: float = 2.0  # with the command at an end of its range, or at its largest rate [s]
+    frozen_time: float = 0.25  # with the same reading, to the last bit, [s]
+    frozen_share: float = 0.1  # while the command moves by this share of its range
+    overrun: float = 0.5  # share of dt by which a sample may be late
+    overruns_in_row: int = 10  # samples that are later
+    overruns_share: float = 0.05  # of all samples, that are later
+
+    def __post_init__(self):
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not math.isfinite(value):
+                raise InputError(f"{value:g} is no limit; a finite number expected.", field=field.name)
+            if field.name not in ("low", "high", "least", "most") and value <= 0:
+                raise InputError(f"{value:g} is no limit; a number above 0 expected.", field=field.name)
+        if not self.low <= 0 <= self.high or self.low == self.high:
+            raise InputError(f"commands from {self.low:g} to {self.high:g}: 0 must be within.", field="low")
+        if not self.least < self.most:
+            raise InputError(f"measurements from {self.least:g} to {self.most:g} leave no room.", field="least")
 
 
 class Guards:
@@ -18,16 +57,16 @@ class Guards:
         self._clamped = self._slowed = 0
         self._at_limit = False  # the last command, by its range or its rate
 
-    def allowed(self, wanted: float, before: float, elapsed: float) -> float:
-        """The command nearest to the wanted one, `elapsed` [s] after the one before.
+    def allowed(self, unlimited: float, before: float, elapsed: float) -> float:
+        """The admissible command nearest to an unlimited one, `elapsed` [s] after the one before.
 
         No more than dt counts, so that a pause is not made up for by a jump.
         """
         limits = self.limits
-        within = min(max(wanted, limits.low), limits.high)
+        within = min(max(unlimited, limits.low), limits.high)
         most = limits.slew * min(max(elapsed, 0.0), self.dt)
         command = slewed(within, before, most)
-        self._clamped += within != wanted
+        self._clamped += within != unlimited
         self._slowed += abs(command - within) > 1e-9 * (limits.high - limits.low)
         at_end = command != 0 and command in (limits.low, limits.high)  # at 0 it rests, wherever that is
         self._at_limit = at_end or abs(command - before) > 0.999 * most > 0
@@ -42,36 +81,36 @@ class Guards:
         self._saturated.count(self._at_limit)
         return self._clock(late) or self._measurement(measured) or self._loop(reference, measured, command)
 
-    def wanted(self, command: float) -> str:
-        """Why what the controller asks for ends the experiment, or ""."""
+    def not_finite(self, command: float) -> str:
+        """Why a command of the controller ends the experiment, or ""."""
         if math.isfinite(command):
             return ""
         return (
-            f"the controller asks for {command:g} {self._rig.command_unit}, which is no command. "
+            f"the controller's command is {command:g} {self._rig.command_unit}. "
             "Look at its numbers, and at the last measurements."
         )
 
     def counts(self) -> dict[str, float]:
         """Samples whose command was out of its range, or too fast, samples that were late, and the largest delay."""
-        seen = self._overruns
-        return {"clamped": self._clamped, "slowed": self._slowed, "overruns": seen.total, "latest": seen.latest}
+        total, latest = self._overruns.total, self._overruns.latest
+        return {"clamped": self._clamped, "slowed": self._slowed, "overruns": total, "latest": latest}
 
     def _clock(self, late: float) -> str:
-        limits, seen = self.limits, self._overruns
+        limits, overruns = self.limits, self._overruns
         if not late >= -limits.overrun * self.dt:  # nor where it is NaN
             return (
                 f"the sample comes {-late:.3g} s too early. "
-                "Look at the rig's clock: it went back, or does not wait as long as it is told."
+                "Look at the rig's clock: it went back, or does not wait as long as it should."
             )
         hint = "Look at what else runs on this machine, at the time that the rig takes to answer, or take a longer dt."
-        if seen.in_row >= limits.overruns_in_row:
+        if overruns.in_row >= limits.overruns_in_row:
             return (
-                f"{seen.in_row} samples in a row are late by more than {limits.overrun:g} of dt "
+                f"{overruns.in_row} samples in a row are late by more than {limits.overrun:g} of dt "
                 f"({self.dt:g} s), this one by {late:.3g} s. {hint}"
             )
-        if seen.total > max(limits.overruns_share * self._count, limits.overruns_in_row):
+        if overruns.total > max(limits.overruns_share * self._count, limits.overruns_in_row):
             return (
-                f"{seen.total} samples are late by more than {limits.overrun:g} of dt ({self.dt:g} s), at most "
+                f"{overruns.total} samples are late by more than {limits.overrun:g} of dt ({self.dt:g} s), at most "
                 f"{limits.overruns_share:.3g} of {self._count} are allowed. {hint}"
             )
         return ""
@@ -116,3 +155,59 @@ class Guards:
                 "oscillates, its gains are too high; or the rig cannot reach the reference, or its valve is shut."
             )
         return ""
+
+
+@dataclass
+class Timer:
+    """Time in which a condition holds; time in which it does not counts back at half the rate."""
+
+    dt: float
+    time: float = 0.0
+
+    def count(self, holds: bool) -> float:
+        """The time after one more sample."""
+        self.time = self.time + self.dt if holds else max(self.time - 0.5 * self.dt, 0.0)
+        return self.time
+
+
+class Frozen:
+    """A reading that stays the same to the last bit while the command moves."""
+
+    def __init__(self, dt: float):
+        self._dt = dt
+        self._reading = math.nan
+        self.time = 0.0
+        self._low = self._high = 0.0
+
+    @property
+    def moved(self) -> float:
+        """By how much the command moved in that time."""
+        return self._high - self._low
+
+    def count(self, reading: float, command: float) -> None:
+        """One more sample."""
+        if reading != self._reading:
+            self._reading, self.time, self._low, self._high = reading, 0.0, command, command
+        else:
+            self.time += self._dt
+            self._low, self._high = min(self._low, command), max(self._high, command)
+
+
+@dataclass
+class Overruns:
+    """Samples that come too late."""
+
+    total: int = 0
+    in_row: int = 0
+    latest: float = 0.0  # [s]
+
+    def count(self, late: float, limit: float) -> None:
+        """One more sample."""
+        self.latest = max(self.latest, late)
+        self.in_row = self.in_row + 1 if late > limit else 0
+        self.total += late > limit
+
+
+def slewed(target: float, before: float, most: float) -> float:
+    """The command nearest to a target, no further than `most` from the one before."""
+    return min(max(target, before - most), before + most)

@@ -10,15 +10,15 @@ _NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK", "SIGTSTP")
 
 
 class Interrupts:
-    """Within it, signals become KeyboardInterrupt in steps that allow them; all else they do after it.
+    """Within it, signals become KeyboardInterrupt in steps that allow them; other signals wait until its end.
 
-    It is the main thread that has signals: in any other one nothing changes. Signals that are ignored stay so.
+    Only the main thread receives signals: in any other one nothing changes. Signals that are ignored stay so.
     """
 
     def __init__(self):
         self._before: dict[int, Any] = {}
         self._listening = False
-        self._held = 0  # a signal that has come and not been told
+        self._held = 0  # a signal that has come and not been raised
 
     def __enter__(self) -> "Interrupts":
         if threading.current_thread() is threading.main_thread():
@@ -34,10 +34,10 @@ class Interrupts:
             signal.raise_signal(self._held)
 
     def allowed(self, step: Callable[[], object]) -> BaseException | None:
-        """Take a step that a signal may break off, at once if it has come before; what went wrong, or None.
+        """Take a step that a signal may break off, at once if it has come before; return its error, or None.
 
         What a signal raises is lost where Python runs something that must not fail, such as a finalizer. The step
-        calls `check` again and again, which tells the signal then.
+        calls `check` again and again, which raises the signal then.
         """
         try:
             try:
@@ -66,7 +66,7 @@ class Interrupts:
 
 
 def caught(step: Callable[[], object]) -> BaseException | None:
-    """Take a step; what went wrong, or None."""
+    """Take a step; return its error, or None."""
     try:
         step()
     except BaseException as error:

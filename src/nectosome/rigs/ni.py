@@ -9,8 +9,7 @@ from typing import Any
 
 from nectosome.units import InputError
 
-from .device import one_line, package
-from .rig import Rig, RigError
+from .rig import Rig, RigError, driver, one_line
 
 
 @dataclass(frozen=True)
@@ -102,21 +101,21 @@ class NationalInstruments(Rig):
     def open(self) -> None:
         """Tasks for each channel, and a command of 0."""
         if self._daq is None:
-            self._daq = package("nidaqmx", "ni")
-            package("nidaqmx.system.watchdog", "ni")
+            self._daq = driver("nidaqmx", "ni")
+            driver("nidaqmx.system.watchdog", "ni")
         if self.wiring.watchdog is not None:
             hint = " Not every device can watch analogue outputs: where it cannot, leave the watchdog out."
-            with self._told(f"watchdog of {self.wiring.watchdog.device}", hint):
+            with self._driver_errors(f"watchdog of {self.wiring.watchdog.device}", hint):
                 self._watch(self.wiring.watchdog)
         for valve in self.wiring.valves:
-            with self._told(valve.channel):
+            with self._driver_errors(valve.channel):
                 task = self._kept(valve.channel, self._daq.Task())
                 task.ao_channels.add_ao_voltage_chan(valve.channel, min_val=valve.low, max_val=valve.high)
                 task.start()
                 self._outputs.append((valve, task))
         self.write(0.0)
         laser = self.wiring.laser
-        with self._told(laser.channel):
+        with self._driver_errors(laser.channel):
             task = self._kept(laser.channel, self._daq.Task())
             # the widest range of the card: else it would hide that the sensor is out of its own
             task.ai_channels.add_ai_voltage_chan(laser.channel, min_val=-10.0, max_val=10.0)
@@ -148,27 +147,27 @@ class NationalInstruments(Rig):
         laser = self.wiring.laser
         if self._input is None:
             raise RigError(f"{laser.channel}: read before it was opened.")
-        with self._told(laser.channel):
+        with self._driver_errors(laser.channel):
             return laser.measured(float(self._input.read()))
 
     def write(self, command: float) -> None:
         """Volts to every valve, after which the watchdog waits anew."""
         if not self._outputs:
             raise RigError(f"{self.wiring.valves[0].channel}: written before it was opened.")
-        wanted = [valve.volts(command) for valve, _ in self._outputs]  # of all, before one of them moves
+        every = [valve.volts(command) for valve, _ in self._outputs]  # of all, before one of them moves
         try:
-            for volts, (valve, task) in zip(wanted, self._outputs, strict=True):
-                with self._told(valve.channel):
+            for volts, (valve, task) in zip(every, self._outputs, strict=True):
+                with self._driver_errors(valve.channel):
                     task.write(volts)
             if self._watchdog is not None:
-                with self._told("watchdog of the card"):
+                with self._driver_errors("watchdog of the card"):
                     self._watchdog.reset_timer()
         except RigError as error:
-            self._tell_expired(error)
+            self._explain_expired(error)
             raise
 
-    def _tell_expired(self, error: RigError) -> None:
-        """Say so, if it was the watchdog that made a command fail."""
+    def _explain_expired(self, error: RigError) -> None:
+        """Raise an error that says so, if it was the watchdog that made a command fail."""
         watchdog = self.wiring.watchdog
         with suppress(self._daq.errors.Error, OSError):
             if watchdog and self._watchdog and self._watchdog.expired:
@@ -189,11 +188,11 @@ class NationalInstruments(Rig):
         self._each(steps)
 
     def _each(self, steps: Iterable[tuple[str, Callable[[], Any]]]) -> None:
-        """All of them, and then what went wrong."""
+        """Take all steps; then raise the errors of those that failed."""
         wrong = []
         for what, step in steps:
             try:
-                with self._told(what):
+                with self._driver_errors(what):
                     step()
             except RigError as error:
                 wrong.append(error)
@@ -201,8 +200,8 @@ class NationalInstruments(Rig):
             raise RigError(" ".join(str(error) for error in wrong)) from wrong[0]
 
     @contextmanager
-    def _told(self, what: str, hint: str = "") -> Iterator[None]:
-        """Errors of the driver, as those of this rig."""
+    def _driver_errors(self, what: str, hint: str = "") -> Iterator[None]:
+        """Errors of the driver become RigError."""
         errors = self._daq.errors
         try:
             yield

@@ -1,7 +1,21 @@
-"""The contract of rigs: one command in, one measurement out, a clock, and a safe stop."""
+"""The contract of rigs: one command in, one measurement out, a clock, and a safe stop.
+
+Rigs of devices share the import of their drivers, the errors of serial lines, and repeated attempts.
+"""
 
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from nectosome.io import extras
+from nectosome.units import InputError
+
+try:
+    from termios import error as terminal_error  # not caught by pyserial, and no OSError
+except ImportError:  # on Windows
+    terminal_error = OSError
 
 
 class RigError(Exception):
@@ -48,3 +62,39 @@ class Rig(ABC):
         left = until - time.perf_counter()
         if left > 0:
             time.sleep(left)
+
+
+def driver(name: str, extra: str) -> Any:
+    """A module that comes with an extra of this package. Raises RigError where it is missing."""
+    try:
+        return extras.package(name, extra)
+    except InputError as error:
+        raise RigError(str(error)) from error
+
+
+@contextmanager
+def line(device: str) -> Iterator[None]:
+    """Errors of a serial line, or its absence, become RigError."""
+    try:
+        yield
+    except (OSError, terminal_error, ValueError) as error:
+        raise RigError(
+            f"{device}: the line does not work ({one_line(error)}). "
+            "Look at the port's name, the cable, the power, and whether another program uses the port."
+        ) from error
+
+
+def retried(step: Callable[[], object], otherwise: str) -> None:
+    """Try a step up to three times; `otherwise` is what a person must do if it fails."""
+    for left in (2, 1, 0):
+        try:
+            step()
+            return
+        except RigError as error:
+            if not left:
+                raise RigError(f"{error} {otherwise}") from error
+
+
+def one_line(error: object) -> str:
+    """A message without line breaks and full stop."""
+    return " ".join(str(error).split()).rstrip(".")

@@ -1,6 +1,7 @@
 """The sampling loop of an experiment, from its first sample to its last, and the ramp to a command of 0."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
 import equinox as eqx
@@ -11,8 +12,7 @@ from jaxtyping import Array, ArrayLike, Float
 from nectosome.controllers import Regulator
 
 from .compiled_step import CompiledStep
-from .guards import Guards
-from .limits import slewed
+from .guards import Guards, slewed
 from .log import RunLog
 from .rig import Rig
 
@@ -32,9 +32,7 @@ class ControlLaw:
 
     def __init__(self, regulator: Regulator):
         self._regulator = regulator
-        self._steps = CompiledStep(_step, regulator, _initial(regulator, np.asarray(0.0)))
-        for _ in range(2):  # the state after a step may have other types than the initial one
-            self._steps(np.asarray(0.0)).item()
+        self._steps = CompiledStep(_step, regulator, _initial(regulator, np.asarray(0.0)), np.asarray(0.0))
 
     def begin(self, measured: float) -> None:
         """Start from a command of 0."""
@@ -54,62 +52,57 @@ def _step(regulator: Regulator, state: Any, measured: ArrayLike) -> tuple[Any, A
     return regulator.step(state, jnp.asarray(measured))
 
 
+@dataclass
 class SamplingLoop:
     """The samples of one run, and the ramp back to 0; `check`, called between them, raises to end them."""
 
-    def __init__(
-        self,
-        rig: Rig,
-        law: ControlLaw,
-        reference: Float[np.ndarray, "n"],
-        guards: Guards,
-        log: RunLog,
-        check: Callable[[], None],
-        progress: Progress | None = None,
-    ):
-        self._rig, self._law, self._reference = rig, law, reference
-        self._guards, self._log, self._check, self._progress = guards, log, check, progress
-        self._dt, self._slew = guards.dt, guards.limits.slew
-        self._command = 0.0  # the last one that the rig has taken
-        self._written = 0.0  # its time
-        self._begun = False
+    rig: Rig
+    law: ControlLaw
+    reference: Float[np.ndarray, "n"]
+    guards: Guards
+    log: RunLog
+    check: Callable[[], None]
+    progress: Progress | None = None
+    _command: float = field(default=0.0, init=False)  # the last one that the rig has taken
+    _written: float = field(default=0.0, init=False)  # its time
+    _begun: bool = field(default=False, init=False)
 
     def samples(self) -> None:
         """Open the rig and take all samples, at multiples of dt."""
-        self._rig.open()
-        start = self._rig.now()
-        self._written = start - self._dt  # the command was 0 before
-        count = len(self._reference)
+        self.rig.open()
+        start = self.rig.now()
+        self._written = start - self.guards.dt  # the command was 0 before
+        count = len(self.reference)
         pulse = max(count // 100, 1)
-        for k, reference in enumerate(self._reference.tolist()):
-            self._check()
-            self._rig.wait(start + k * self._dt)
-            time = self._rig.now() - start
-            self._sample(time, reference, time - k * self._dt)
-            if self._progress is not None and k % pulse == 0 and self._progress((k + 1) / count) is False:
+        for k, reference in enumerate(self.reference.tolist()):
+            self.check()
+            self.rig.wait(start + k * self.guards.dt)
+            time = self.rig.now() - start
+            self._sample(time, reference, time - k * self.guards.dt)
+            if self.progress is not None and k % pulse == 0 and self.progress((k + 1) / count) is False:
                 raise CancelledError
 
     def _sample(self, time: float, reference: float, late: float) -> None:
-        measured = self._rig.measure()
-        why = self._guards.sample(late, reference, measured, self._command)
+        measured = self.rig.measure()
+        why = self.guards.sample(late, reference, measured, self._command)
         if not why:
             if not self._begun:
-                self._law.begin(measured)
+                self.law.begin(measured)
                 self._begun = True
-            command = self._law.command(measured)
-            why = self._guards.wanted(command)
+            command = self.law.command(measured)
+            why = self.guards.not_finite(command)
             if not why:
                 self._write(command)
         try:
-            self._log.append(time, reference, measured, self._command, late)
+            self.log.append(time, reference, measured, self._command, late)
         finally:
             if why:
                 raise AbortError(f"at {time:.3f} s {why}")
 
     def _write(self, unlimited: float) -> None:
-        now = self._rig.now()
-        command = self._guards.allowed(unlimited, self._command, now - self._written)
-        self._rig.write(command)
+        now = self.rig.now()
+        command = self.guards.allowed(unlimited, self._command, now - self._written)
+        self.rig.write(command)
         self._command, self._written = command, now
 
     def ramp(self) -> None:
@@ -119,8 +112,8 @@ class SamplingLoop:
         """
         commands = [self._command] if self._command else []
         while commands and commands[-1]:
-            commands.append(slewed(0.0, commands[-1], self._slew * self._dt))
+            commands.append(slewed(0.0, commands[-1], self.guards.limits.slew * self.guards.dt))
         for command in commands:
-            self._check()
-            self._rig.wait(self._rig.now() + self._dt)
-            self._rig.write(command)
+            self.check()
+            self.rig.wait(self.rig.now() + self.guards.dt)
+            self.rig.write(command)

@@ -11,7 +11,7 @@ two hexadecimal digits, as in NMEA 0183. Every question has one answer:
 | `0` | vents: no voltage, speed 0, forgets that the watchdog has vented | `0` |
 
 A question that is not understood is answered `E` and why; `S` is answered `E watchdog` after the watchdog has vented.
-The law of the speed loop is `nectosome.controllers.motor_speed.VariableGainPI`.
+The law of the speed loop is `nectosome.controllers.VariableGainPI`.
 """
 
 import math
@@ -23,8 +23,7 @@ from typing import Any
 
 from nectosome.units import InputError
 
-from .device import insisted, line, package
-from .rig import Rig, RigError
+from .rig import Rig, RigError, driver, line, retried
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ class SerialMotor(Rig):
     def open(self) -> None:
         """Wait until the controller runs, set its watchdog, and a speed of 0."""
         c = self.controller
-        serial = package("serial", "serial")
+        serial = driver("serial", "serial")
         with line(self._where):
             self._port = serial.Serial(c.port, c.baud, timeout=c.timeout, write_timeout=c.timeout, exclusive=True)
         limit = time.perf_counter() + c.start
@@ -100,17 +99,17 @@ class SerialMotor(Rig):
     def vent(self) -> None:
         """No voltage, tried three times."""
         if self._port is not None:
-            insisted(partial(self._ask, "0"), "It should stop by its own watchdog; else switch off its power.")
+            retried(partial(self._ask, "0"), "It should stop by its own watchdog; else switch off its power.")
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Release the port."""
         port, self._port = self._port, None
         if port is not None:
             with line(self._where):
                 port.close()
 
     def _ask(self, question: str) -> str:
-        """The answer to a question, without its letter; lines that belong to others are let go."""
+        """The answer to a question, without its letter; other lines are ignored."""
         if self._port is None:
             raise RigError(f"{self._where}: used before it was opened.")
         letter = {"S": "V", "R": "V"}.get(question[0], question[0])

@@ -54,16 +54,14 @@ class SimulatedRig(Rig):
     def open(self) -> None:
         """Start at rest; all compilation happens here."""
         stepper = _sampled(self._plant, np.asarray(self.dt))
-        self._model = CompiledStep(_advance, stepper, (stepper.initial(), jnp.zeros(())))
+        self._model = CompiledStep(
+            _advance, stepper, (stepper.initial(), jnp.zeros(())), np.asarray(0.0), np.asarray(0)
+        )
         self._command = 0.0
         self._pending.clear()
-        for _ in range(2):  # empty steps; the state after a step may have other types than the initial one
-            self._advance(0)
+        self._advance(0)
         if self._sensor is not None:
-            self._reading = CompiledStep(_measure, self._sensor, self._sensor.initial())
-            for _ in range(2):
-                self._reading(self._output)
-            self._reading.start(self._sensor.initial())
+            self._reading = CompiledStep(_measure, self._sensor, self._sensor.initial(), self._output)
         self.outputs = []
         self._started = time.perf_counter() - self._steps * self.dt
         self._opened = True
@@ -77,7 +75,6 @@ class SimulatedRig(Rig):
 
     def measure(self) -> float:
         """The present output, measured by the sensor."""
-        self._needs_open("measured")
         self.outputs.append(self.true)
         return self.outputs[-1] if self._reading is None else self._reading(self._output).item()
 

@@ -4,29 +4,25 @@ from .account import forces
 from .critical import CriticalValue, critical
 from .cycle_means import CycleMeans, cycle_means, mean_data, means_of, prepare_means
 from .equilibrium import Equilibrium, equilibrium
-from .fixed_step import fixed_step
-from .load_stepping import load_stepping
+from .integrate import fixed_step
 from .mission import Flown, Passed, mission_data, run_mission
 from .modes import NaturalModes, modes
-from .periodic import CyclePath, Periodic, periodic
+from .periodic import CyclePath, Periodic, Screw, periodic, screw_of
 from .readings import common_readings, reading, reading_of
-from .regime import Regime, regime_of
 from .results import (
     Results,
     Run,
     Trajectory,
     attributes_of,
-    diagnose_all,
     drive_limits,
     overloaded,
     prepare_results,
     results_of,
 )
 from .sampled_plant import SampledPlant
-from .screw import Screw, screw_of
 from .simulate import simulate
-from .static import Static, frozen_drives, static
-from .steady import Steady, steady
+from .static import Static, load_stepping, static
+from .steady import Regime, Steady, regime_of, steady
 from .symmetry import Symmetry, find_symmetry
 
 __all__ = [
@@ -51,13 +47,11 @@ __all__ = [
     "common_readings",
     "critical",
     "cycle_means",
-    "diagnose_all",
     "drive_limits",
     "equilibrium",
     "find_symmetry",
     "fixed_step",
     "forces",
-    "frozen_drives",
     "load_stepping",
     "mean_data",
     "means_of",

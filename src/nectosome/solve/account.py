@@ -10,11 +10,11 @@ from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
 from nectosome.core.remember import remembered
-from nectosome.mechanism import Diagnosis, Robot, diagnose
+from nectosome.mechanism import Robot, diagnose
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, count, did_you_mean, read_quantity, shorten
 
-from .results import Run, Trajectory, coordinate_unit, results_of
+from .results import Run, at_one_time, coordinate_unit, results_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,24 +52,17 @@ def forces(
     """
     built = robot_of(robot, settings)
     start = built.initial()
-    rest = np.asarray(remembered(_displacements, built, start))
-    shape = remembered(_coordinates, built, jnp.asarray(_values(built, "q", q, rest, 0))) if q is not None else start.q
+    rest = np.asarray(remembered(Robot.displacements, built, start.q))
+    shape = start.q
+    if q is not None:
+        shape = remembered(Robot.coordinates, built, jnp.asarray(_values(built, "q", q, rest, 0)))
     state = State(shape, jnp.asarray(_values(built, "v", v, np.zeros_like(rest), 1)), start.z)
     t = jnp.asarray(read_quantity(time, "time", "time"))
-    if a is None:
-        d = remembered(diagnose, built, t, state)
-    else:
-        d = remembered(diagnose, built, t, state, jnp.asarray(_values(built, "a", a, np.zeros_like(rest), 2)))
-    one = jax.tree.map(lambda x: jnp.asarray(x)[None], (t, state, d))
-    run = _Instant(Trajectory(built, *one[:2]), jnp.asarray(int(Status.SOLVED)), {}, jnp.zeros(()))
-    return _with_missing(run, one[2])
-
-
-def _with_missing(run: Run, d: Diagnosis) -> "xr.Dataset":
-    """Results at one instant with the forces that are missing, whose power counts in the balance."""
-    d = jax.tree.map(np.asarray, d)
+    given = () if a is None else (jnp.asarray(_values(built, "a", a, np.zeros_like(rest), 2)),)
+    d = jax.tree.map(lambda x: np.asarray(x)[None], remembered(diagnose, built, t, state, *given))
+    run = _Instant(at_one_time(built, state, t), jnp.asarray(int(Status.SOLVED)), {}, jnp.zeros(()))
     data = results_of(run, d).to_dataset().isel(time=0)
-    power = d.missing[0] * run.value.state.v[0]
+    power = d.missing[0] * state.v
     powers = np.concatenate([data["load_power"].values.ravel(), d.reaction_power[0], power])
     off = abs(float(d.energy_rate[0]) - powers.sum()) / max(np.abs(powers).sum(), np.finfo(float).tiny)
     return data.assign(
@@ -103,11 +96,3 @@ def _values(robot: Robot, what: str, given: Values, default: Float[np.ndarray, "
             raise InputError(f'"{shorten(value)}" must be a number in SI units per s2.', field=f"{what}.{name}")
         values[names.index(name)] = read_quantity(value, kinds[min(order, 1)], f"{what}.{name}")
     return values
-
-
-def _displacements(robot: Robot, x: State) -> Float[Array, "nv"]:
-    return robot.displacements(x.q)
-
-
-def _coordinates(robot: Robot, displacements: Float[Array, "nv"]) -> Float[Array, "nq"]:
-    return robot.coordinates(displacements)

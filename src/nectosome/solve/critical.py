@@ -1,7 +1,7 @@
 """Critical loads: where an equilibrium loses its stability as a quantity grows."""
 
 from collections.abc import Iterable
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -15,10 +15,9 @@ from nectosome.model import RobotLike, Template, description_of, instantiate, ro
 from nectosome.units import InputError, format_quantity, show_quantity
 
 from .equilibrium import equilibrium
-from .load_stepping import load_stepping
-from .modes import NaturalModes, is_stable, modes_of
+from .modes import NaturalModes, modes_of
 from .small_motions import linearised, without_drift
-from .static import frozen_drives
+from .static import frozen_drives, load_stepping
 from .symmetry import Symmetry, find_symmetry
 
 Range = str | tuple[float | str, float | str]
@@ -77,16 +76,14 @@ def critical(
         """Small motions at a value; None where there is no equilibrium."""
         nonlocal guess, warm
         now = numbers.at[places].set(value)
-        if about == "static":
-            A, _, found = remembered(_static_at, template, symmetry, now)
-        else:
-            A, state, found = remembered(_steady_at, template, symmetry, now, guess, warm)
-            guess, warm = (state, jnp.asarray(True)) if found else (guess, warm)
+        start = () if about == "static" else (guess, warm)
+        A, state, found = remembered(_linearised_at, template, symmetry, now, *start)
+        guess, warm = (state, jnp.asarray(True)) if found else (guess, warm)
         reduced = without_drift(np.asarray(A), symmetry, built.initial().v.size)
         return modes_of(*reduced, symmetry, built.coordinate_names, description) if found else None
 
     def stable(found: NaturalModes | None) -> bool:
-        return found is not None and is_stable(found.eigenvalue)
+        return found is not None and found.stable
 
     before = at(values[0])
     if not stable(before):
@@ -110,20 +107,15 @@ def critical(
             low, before = middle, found
         else:
             high, beyond = middle, found
-    leads, k = _leading(before, beyond)
+    # the mode that grows beyond the critical value; where there is no equilibrium, the one that is slowest before
+    leads = beyond or before
+    assert leads is not None
+    k = int(np.argmax(np.real(leads.eigenvalue)) if beyond is not None else np.argmin(np.abs(leads.eigenvalue)))
     eigenvalue = leads.eigenvalue[k]
     flutters = beyond is not None and abs(np.imag(eigenvalue)) > abs(np.real(eigenvalue))
     kind: Literal["divergence", "flutter"] = "flutter" if flutters else "divergence"
     frequency = abs(np.imag(eigenvalue)) / (2 * np.pi) if flutters else 0.0
     return CriticalValue(path, 0.5 * (low + high), quantity.unit, kind, frequency, leads.shape[k], leads.coordinates)
-
-
-def _leading(before: NaturalModes | None, beyond: NaturalModes | None) -> tuple[NaturalModes, int]:
-    """The mode that grows beyond the critical value; where there is no equilibrium, the one that is slowest before."""
-    if beyond is not None:
-        return beyond, int(np.argmax(np.real(beyond.eigenvalue)))
-    assert before is not None
-    return before, int(np.argmin(np.abs(before.eigenvalue)))
 
 
 def _values(path: str, between: Range, description: RobotDescription, samples: int) -> Float[np.ndarray, "samples"]:
@@ -140,20 +132,19 @@ def _values(path: str, between: Range, description: RobotDescription, samples: i
     return Box((read_variable(path, between, description),)).values(np.linspace(0.0, 1.0, samples)[:, None])[:, 0]
 
 
-def _static_at(
-    template: Template, symmetry: Symmetry, numbers: Float[Array, "n"]
+def _linearised_at(
+    template: Template, symmetry: Symmetry, numbers: Float[Array, "n"], *start: Any
 ) -> tuple[Float[Array, "m m"], State, Bool[Array, ""]]:
-    """Matrix of small motions about static equilibrium, the equilibrium, and whether there is one."""
-    robot = frozen_drives(instantiate(template, numbers))
-    found = load_stepping(robot)
-    return linearised(robot, symmetry, found.value), found.value, found.status == int(Status.SOLVED)
+    """Matrix of small motions about an equilibrium, its state, and whether there is one.
 
-
-def _steady_at(
-    template: Template, symmetry: Symmetry, numbers: Float[Array, "n"], guess: State, warm: Bool[Array, ""]
-) -> tuple[Float[Array, "m m"], State, Bool[Array, ""]]:
-    """The same about steady motion."""
+    Of steady motion from a `start`, a guess and whether it is warm; of static equilibrium without one.
+    """
     robot = instantiate(template, numbers)
-    found = equilibrium(robot, symmetry, guess, warm)
-    state = found.value.state
+    if start:
+        found = equilibrium(robot, symmetry, *start)
+        state = found.value.state
+    else:
+        robot = frozen_drives(robot)
+        found = load_stepping(robot)
+        state = found.value
     return linearised(robot, symmetry, state), state, found.status == int(Status.SOLVED)

@@ -78,21 +78,16 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     mean = jax.tree.map(lambda x: jnp.mean(x, axis=0), once)
     power = jnp.sum(mean.reaction_power) + jnp.sum(mean.load_power[driving(robot)])
     speed = safe_norm(d.position[-1, 0] - d.position[0, 0]) / times[-1]
+    Q = matmul3(d.rotation[-1, 0], d.rotation[0, 0].T)  # from start to end
     fastest = jnp.max(safe_norm(jax.lax.stop_gradient(once.velocity)))
     # the power source of a jet's crank or of a given force is not among the drives
     hull = not isinstance(robot.tree.parts[0].body, SoftRod)
     given = any(isinstance(attached.load, PointForce | LineForce | PulsedThrust) for attached in robot.loads)
     travels = (speed > _STAYS * fastest) & (SHAPE_CHANGE not in load_names(robot)) & (not given)
     return CycleMeans(
-        velocity=mean.velocity,
-        load_force=mean.load_force,
-        load_power=mean.load_power,
+        **{name: value for name, value in mean._asdict().items() if name in CycleMeans._fields},
         force=jnp.sum(mean.load_force, axis=(0, 1)),
         force_peak=_largest(jnp.sum(once.load_force, axis=(1, 2))),
-        reaction=mean.reaction,
-        reaction_power=mean.reaction_power,
-        energy=mean.energy,
-        part_energy=mean.part_energy,
         reaction_peak=_largest(once.reaction),
         drive_velocity_peak=_largest(once.drive_velocity),
         hinge_strain_peak=_largest(once.bending.hinge_strain),
@@ -101,7 +96,7 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
         bending_stress_peak=_by_part(robot, once.bending.stress),
         power=power,
         speed=speed,
-        turn_rate=_heading(d) / times[-1],
+        turn_rate=jnp.arctan2(Q[1, 0] - Q[0, 1], Q[0, 0] + Q[1, 1]) / times[-1],
         efficiency=_where(travels & (power > 0) & hull, _towing(robot, mean), power),
         cost_of_transport=_where(travels, power, jnp.sum(robot.weight()) * STANDARD_GRAVITY * speed),
     )
@@ -116,12 +111,6 @@ def _towing(robot: Robot, mean: Diagnosis) -> Float[Array, ""]:
     """Power [W] dissipated by the loads on the root body."""
     own = np.array([name not in (ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE) for name in load_names(robot)])
     return -jnp.sum(mean.load_power[own & ~driving(robot)[:, 0], 0])
-
-
-def _heading(d: Diagnosis) -> Float[Array, ""]:
-    """Change of heading of the root body [rad]: the twist about z of the rotation from start to end."""
-    Q = matmul3(d.rotation[-1, 0], d.rotation[0, 0].T)
-    return jnp.arctan2(Q[1, 0] - Q[0, 1], Q[0, 0] + Q[1, 1])
 
 
 def _largest(x: Float[Array, "n *rest"]) -> Float[Array, "*rest"]:

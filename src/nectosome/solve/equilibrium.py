@@ -8,7 +8,7 @@ stalled continuation, are solved by pseudo-transient steps $(P/\tau + J)\,\Delta
 inertia P (Kelley and Keyes 1998).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -20,7 +20,6 @@ from nectosome.core import Solution, State, Status
 from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.mechanism import Robot
 
-from .equations import Equations, Point
 from .symmetry import Symmetry
 
 _STIFF = 9.0  # sigma of the stiff robot: 8000 times as stiff
@@ -34,6 +33,70 @@ _BALANCED = 1e-10  # largest scaled residual of a solution
 _CORRECTIONS, _TRANSIENTS = 16, 200
 _TAU = 0.05  # [s] first pseudo-transient step
 _NEAR, _STIFFEN, _SOFTEN, _TRANSIENT, _DONE = range(5)
+
+
+class Point(NamedTuple):
+    """Unknowns: coordinates, rates along the symmetry (0 elsewhere), load states."""
+
+    q: Float[Array, "nq"]
+    rates: Float[Array, "nv"]
+    z: Any
+
+
+class Equations(eqx.Module):
+    """Residual R(y) of a steady motion near a point; elastic and joint forces are scaled by exp(sigma)."""
+
+    robot: Robot
+    symmetry: Symmetry
+
+    def state(self, p: Point) -> State:
+        """State of the steady motion."""
+        return State(p.q, self.symmetry.velocities(self.robot, p.q, p.rates), p.z)
+
+    def near(self, p: Point, y: Float[Array, "m"]) -> Point:
+        """Point displaced by y."""
+        n = p.rates.shape[0]
+        z, unravel = ravel_pytree(p.z)
+        rates = p.rates + jnp.where(self.symmetry.rates(n), y[:n], 0.0)
+        return Point(self.symmetry.displace(self.robot, p.q, y[:n]), rates, unravel(z + y[n:]))
+
+    def residual(self, p: Point, sigma: Float[Array, ""]) -> tuple[Float[Array, "m"], Float[Array, "np"]]:
+        """Unbalanced forces of the unknowns with the rates of load states, and the reactions of prescribed joints."""
+        t, x, tree = jnp.zeros(()), self.state(p), self.robot.tree
+        acting = self.robot.forces(t, x, jnp.zeros_like(x.v))
+        r = acting.residual + jnp.expm1(sigma) * (acting.elastic - acting.joint)
+        unbalanced = jnp.concatenate([r[tree.free_v], ravel_pytree(self.robot.state_rates(t, x))[0]])
+        return unbalanced, acting.residual[tree.prescribed_v]
+
+    def jacobian(self, p: Point, sigma: Float[Array, ""]) -> tuple[Float[Array, "m m"], Float[Array, "np m"]]:
+        """Derivatives of both parts of the residual by the unknowns."""
+        m = p.rates.shape[0] + ravel_pytree(p.z)[0].shape[0]
+        return jax.jacfwd(lambda y: self.residual(self.near(p, y), sigma))(jnp.zeros(m))
+
+    def mass(self, p: Point) -> Float[Array, "n n"]:
+        """Mass matrix of the unknown velocities, added mass included."""
+        tree = self.robot.tree
+        q, *_ = tree.complete(jnp.zeros(()), p.q, jnp.zeros_like(p.rates))
+        shape, t = tree.shape(q), jnp.zeros(())
+        still = jnp.zeros((shape.position.shape[0], 6))
+        return self.robot.mass(shape, self.robot.carried(t, shape, still, p.z)[0])
+
+    def imbalance(self, p: Point) -> tuple[Float[Array, ""], Float[Array, "np"]]:
+        """Largest residual relative to the sum of magnitudes of all forces on its unknown, and the reactions."""
+        t, x = jnp.zeros(()), self.state(p)
+        acting = self.robot.forces(t, x, jnp.zeros_like(x.v))
+        free, layout = self.robot.tree.free_v, self.robot.tree.layout
+        wrench = jnp.abs(acting.fluid) + jnp.abs(acting.inertia)
+        for attached, w in zip(self.robot.loads, acting.wrenches, strict=True):
+            if w is not None:
+                wrench = wrench.at[layout[attached.part].stations].add(jnp.abs(w))
+        total = jnp.sum(jnp.abs(self.robot.columns(acting.shape)) * wrench, axis=(1, 2))
+        inner = acting.elastic, acting.viscous, acting.joint, acting.active, acting.paired, acting.drive
+        total += sum(jnp.abs(f)[free] for f in inner)
+        share = jnp.abs(acting.residual[free]) / jnp.where(total > 0, total, 1.0)
+        moving, _ = ravel_pytree(self.robot.state_rates(t, x))
+        largest = jnp.max(jnp.concatenate([share, jnp.abs(moving)]))
+        return largest, acting.residual[self.robot.tree.prescribed_v]
 
 
 class Equilibrium(NamedTuple):
@@ -103,7 +166,7 @@ def equilibrium(robot: Robot, symmetry: Symmetry, guess: State, warm: Bool[Array
         it = _newton(
             equations, guess, s.inverted, sigma, share * s.origin, target == 0, stiffen | (s.phase == _TRANSIENT)
         )
-        fits = jnp.isfinite(it.size) & (it.size < _FAR) & (it.error <= _tolerance(target == 0))
+        fits = jnp.isfinite(it.size) & (it.size < _FAR) & (it.error <= jnp.where(target == 0, _EXACT, _ROUGH))
         step = s.step * jnp.where(fits, jnp.where(it.k <= 4, 2.0, 1.0), 0.5)
         phase = jnp.select(
             [follows & fits, near, soften, stiffen],
@@ -120,36 +183,16 @@ def equilibrium(robot: Robot, symmetry: Symmetry, guess: State, warm: Bool[Array
         moved = (*moved, target, jnp.where(stiffen, target, s.parameter))
         stayed = (s.p, s.before, s.parameter, s.parameter_before)
         p, before, parameter, parameter_before = jax.tree.map(lambda a, b: jnp.where(fits, a, b), moved, stayed)
-        return _Search(
-            p=p,
-            before=before,
-            parameter=parameter,
-            parameter_before=parameter_before,
-            step=jnp.where(follows, step, _STEP),
-            phase=phase,
-            found=fits & (target == 0),
-            origin=jnp.where(near & (s.parameter == 1) & (s.step == 1), it.first, s.origin),
-            inverted=it.inverted,
-            jacobians=s.jacobians + it.jacobians,
-            residuals=s.residuals + it.k,
-        )
+        step, found = jnp.where(follows, step, _STEP), fits & (target == 0)
+        origin = jnp.where(near & (s.parameter == 1) & (s.step == 1), it.first, s.origin)
+        counts = s.jacobians + it.jacobians, s.residuals + it.k
+        return _Search(p, before, parameter, parameter_before, step, phase, found, origin, it.inverted, *counts)
 
     given = Point(guess.q, symmetry.along(robot, guess), guess.z)
     one, none = jnp.ones(()), jnp.zeros((), int)
     m = guess.v.size + ravel_pytree(guess.z)[0].size
-    start = _Search(
-        p=given,
-        before=given,
-        parameter=one,
-        parameter_before=one,
-        step=one,
-        phase=jnp.where(warm, _NEAR, _STIFFEN),
-        found=jnp.asarray(False),
-        origin=jnp.zeros(m),
-        inverted=jnp.eye(m),
-        jacobians=none,
-        residuals=none,
-    )
+    phase, no = jnp.where(warm, _NEAR, _STIFFEN), jnp.asarray(False)
+    start = _Search(given, given, one, one, one, phase, no, jnp.zeros(m), jnp.eye(m), none, none)
     s = jax.lax.while_loop(lambda s: s.phase != _DONE, advance, start)
     imbalance, reaction = equations.imbalance(s.p)
     status = jnp.where(s.found & (imbalance <= _BALANCED), int(Status.SOLVED), int(Status.NO_EQUILIBRIUM))
@@ -182,10 +225,6 @@ def _implicit(primals: tuple, tangents: tuple) -> tuple[Solution, Solution]:
     return solution, eqx.tree_at(lambda s: s.value, unchanged, change, is_leaf=lambda x: x is None)
 
 
-def _tolerance(last: Array) -> Array:
-    return jnp.where(last, _EXACT, _ROUGH)
-
-
 def _newton(
     equations: Equations, p: Point, inverted: Array, sigma: Array, goal: Array, last: Array, transient: Array
 ) -> _Newton:
@@ -201,7 +240,7 @@ def _newton(
 
     def going(it: _Newton) -> Array:
         lost = (it.size > _FAR) | ((it.rate > 1.5) & (it.k > 1))
-        unsolved = (it.error > _tolerance(last)) | (last & ~it.polished)
+        unsolved = (it.error > jnp.where(last, _EXACT, _ROUGH)) | (last & ~it.polished)
         return (it.k == 0) | ((it.k < most) & unsolved & (transient | ~lost) & jnp.isfinite(it.size))
 
     def correct(it: _Newton) -> _Newton:

@@ -1,4 +1,4 @@
-"""Missions: a robot that goes from mode to mode, as time passes and things happen."""
+"""Missions: a robot that goes from mode to mode at events, while some of its numbers follow ramps."""
 
 import json
 from collections.abc import Callable
@@ -10,23 +10,112 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from nectosome.core import State
+from nectosome.core import State, System
 from nectosome.core.remember import remembered
 from nectosome.description import dump_robot, numeric_paths
 from nectosome.description.mission import Event, Mission, Mode
 from nectosome.io import provenance
-from nectosome.mechanism import moves_in_plane
-from nectosome.model import build, template_of
+from nectosome.loads import Leg, WallContact
+from nectosome.mechanism import Robot, in_plane, moves_in_plane
+from nectosome.model import Template, build, instantiate, template_of
 
-from .fixed_step import fixed_step
-from .ramps import Measures, RampedRobot, Ramps, measured
+from .integrate import fixed_step
+from .readings import place_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_STRETCH = 100  # steps between looks at what happened
-_SAMPLE = 0.02  # s between the moments that results keep
-_SURE = 1e-9  # s, to which an event is located within its step
+_STRETCH = 100  # steps between searches for events
+_SAMPLE = 0.02  # s between the samples of results
+_ACCURACY = 1e-9  # s, to which an event is located within its step
+
+
+class Ramps(NamedTuple):
+    """Numbers that go over evenly, each from a start to an end in its time, and then stay."""
+
+    start: Float[Array, "k"]
+    end: Float[Array, "k"]
+    since: Float[Array, "k"]  # when they began [s]
+    seconds: Float[Array, "k"]  # how long they take [s]
+
+    def at(self, t: Any, xp: Any = jnp) -> Float[Array, "k"] | Float[np.ndarray, "*n k"]:
+        """Their values at time t, or at times [n, 1] with NumPy for `xp`."""
+        lasting = self.seconds > 0
+        share = xp.where(lasting, xp.clip((t - self.since) / xp.where(lasting, self.seconds, 1.0), 0.0, 1.0), 1.0)
+        return self.start + share * (self.end - self.start)
+
+
+class RampedRobot(System):
+    """A robot whose numbers at some paths follow ramps; forces are those of the present numbers.
+
+    The rates of the numbers are ignored: a mass or an inertia that changes takes its momentum along.
+    """
+
+    template: Template
+    numbers: Float[Array, "n"]
+    varying: tuple[int, ...] = eqx.field(static=True)  # which of them follow the ramps
+    ramps: Ramps
+    flat: bool = eqx.field(static=True)  # it moves in a plane
+
+    def robot(self, t: Float[Array, ""]) -> Robot:
+        """The robot as it is at time t."""
+        now = dict(zip(self.varying, self.ramps.at(t), strict=True))
+        return instantiate(self.template, [now.get(i, x) for i, x in enumerate(self.numbers)])
+
+    def initial(self) -> State:
+        """State to start from, with the numbers as they are then."""
+        return self.robot(jnp.zeros(())).initial()
+
+    def rates(self, t: Float[Array, ""], x: State, u: None = None) -> State:
+        """Time derivative of the state."""
+        robot = self.robot(t)
+        return (in_plane(robot) if self.flat else robot).rates(t, x)
+
+
+class Measures(NamedTuple):
+    """Where a robot's body is, how it moves, and what it touches."""
+
+    position: Float[Array, "*n 3"]  # of the body's first station, world frame [m]
+    velocity: Float[Array, "*n 3"]  # of the same [m/s]
+    pitch: Float[Array, "*n"]  # of the body's x axis over the horizon [rad]
+    heading: Float[Array, "*n"]  # of the same axis seen from above, from the world's x towards y, -pi to pi [rad]
+    tilt: Float[Array, "*n"]  # of the body's z axis from straight above [rad]
+    feet: Float[Array, "*n"]  # how deep the foot that is deepest is in the floor [m]; -inf where there is none
+    surface: Float[Array, "*n"]  # how high the highest station's edge is over the surface [m]; -inf without one
+    low_wall: Float[Array, "*n"]  # how deep a hull is in the wall at the smaller x [m]; -inf where there is none
+    high_wall: Float[Array, "*n"]  # and in that at the larger x
+
+
+def measures(system: RampedRobot, t: Float[Array, ""], x: State) -> Measures:
+    """Quantities of the events of a mission."""
+    robot = system.robot(t)
+    tree, water, none = robot.tree, robot.water, -jnp.inf * jnp.ones(())
+    q, v, _ = tree.complete(t, x.q, x.v)
+    shape = tree.shape(q)
+    R, p = shape.rotation, shape.position
+    place = place_of(R[0], p[0], tree.twists(shape, v)[0])
+    feet, walls, top = [none], [jnp.stack([none, none])], none
+    for attached, z in zip(robot.loads, x.z, strict=True):
+        first, load = tree.layout[attached.part].stations.start, attached.load
+        if isinstance(load, Leg) and water.floor is not None:
+            ahead, above = load.foot(z.crank)[0]
+            arm = load.hip + jnp.stack([ahead, jnp.zeros(()), above])
+            feet.append(water.floor - p[first, 2] - R[first, 2] @ arm)
+        if isinstance(load, WallContact) and water.walls is not None:
+            walls.append(load.depths(p[first, 0], water))
+    if water.surface is not None:
+        half = jnp.concatenate([part.body.half_width for part in tree.parts])
+        edge = jnp.sqrt(jnp.sum((half * R[:, 2, 1:]) ** 2, axis=1))
+        top = jnp.max(p[:, 2] + edge) - water.surface
+    low, high = jnp.max(jnp.stack(walls), axis=0)
+    velocity = jnp.stack([place[f"velocity.{axis}"] for axis in "xyz"])
+    pitch, heading, tilt = (place[name] for name in ("pitch", "heading", "tilt"))
+    return Measures(p[0], velocity, pitch, heading, tilt, jnp.max(jnp.stack(feet)), top, low, high)
+
+
+def measured(system: RampedRobot, t: Float[Array, "n"], x: State) -> Measures:
+    """The same at n times."""
+    return jax.vmap(lambda t, x: measures(system, t, x))(t, x)
 
 
 class Passed(NamedTuple):
@@ -75,62 +164,53 @@ def run_mission(
     """Take a robot through its modes, with steps of one length [s], until the last has ended.
 
     An event is located within its step by shorter steps from the same start, so that it does not depend on the steps
-    more than the motion does; the next mode goes on from there. An event that stands already when its mode begins ends
-    it at once. A ramp that is not through goes on in the next modes, unless they set its quantity anew.
+    more than the motion does; the next mode goes on from there. An event that has happened when its mode begins ends it
+    at once. An unfinished ramp continues in the next modes, unless they set its quantity again.
     `progress(mode, share of the modes)` is called now and then; the mission ends where it returns False.
     """
     system = _system(mission)
     x, now = remembered(_begin, system)
     t, passed, reason = 0.0, [], ""
-    kept = _Kept()
+    pieces: list[tuple[np.ndarray, Measures, np.ndarray, np.ndarray]] = []
     for k, mode in enumerate(mission.modes):
         system = eqx.tree_at(lambda s: s.ramps, system, _changed(mission, system.ramps, mode, t))
-        kept.add(k, system, np.array([t]), now)
-        began, event = t, _standing(mode, now)
+        pieces.append(_piece(k, system, np.array([t]), now))
+        began, event = t, _immediate(mode, now)
         while event is None and not reason:
             if progress is not None and progress(mode.name, k / len(mission.modes)) is False:
                 reason = f"cancelled in {mode.name}"
                 break
             states, seen = remembered(_stretch, system, jnp.asarray(t), x, jnp.asarray(step))
             times = t + step * (1 + np.arange(_STRETCH))
-            hit, broken = (
-                _first(mode, seen, times - began),
-                np.flatnonzero(~np.isfinite(np.asarray(seen.position[:, 2]))),
-            )
+            hit = _first(mode, seen, times - began)
+            broken = np.flatnonzero(~np.isfinite(np.asarray(seen.position[:, 2])))
             if broken.size and (hit is None or broken[0] <= hit):
                 reason = f"the motion broke off in {mode.name} at {times[broken[0]]:.4g} s: try shorter steps"
                 hit = int(broken[0])
             count = _STRETCH if hit is None else hit
-            kept.add(k, system, times[:count], jax.tree.map(lambda a, n=count: a[:n], seen))
+            pieces.append(_piece(k, system, times[:count], jax.tree.map(lambda a, n=count: a[:n], seen)))
             if count:
                 t, x = float(times[count - 1]), jax.tree.map(lambda a, n=count: a[n - 1], states)
             if hit is not None and not reason:
                 t, x, now, event = _locate(system, mode, t, x, step, began)
-                kept.add(k, system, np.array([t]), now)
+                pieces.append(_piece(k, system, np.array([t]), now))
         if event is not None and event.kind == "longest":
-            wanted = " or ".join(e.text for e in mode.until)
-            reason = f"{mode.name} took longer than {mode.longest:g} s without coming to {wanted}"
+            awaited = " or ".join(e.text for e in mode.until)
+            reason = f"{mode.name} took longer than {mode.longest:g} s without coming to {awaited}"
         if reason:
             break
         assert event is not None
         passed.append(Passed(mode.name, event.text, t))
-    return kept.flown(mission, tuple(passed), reason)
+    time, joined, values, number = jax.tree.map(lambda *x: np.concatenate(x), *pieces)
+    return Flown(mission, time, joined, values, number, tuple(passed), reason)
 
 
-class _Kept:
-    """What is kept of a mission, piece by piece."""
-
-    def __init__(self) -> None:
-        self.pieces: list[tuple[np.ndarray, Measures, np.ndarray, np.ndarray]] = []
-
-    def add(self, mode: int, system: RampedRobot, times: Float[np.ndarray, "n"], seen: Measures) -> None:
-        ramps = jax.tree.map(np.asarray, system.ramps)
-        seen = jax.tree.map(np.asarray, seen)
-        self.pieces.append((times, seen, _at(ramps, times[:, None]), np.full(times.size, mode)))
-
-    def flown(self, mission: Mission, passed: tuple[Passed, ...], reason: str) -> Flown:
-        time, seen, values, mode = jax.tree.map(lambda *x: np.concatenate(x), *self.pieces)
-        return Flown(mission, time, seen, values, mode, passed, reason)
+def _piece(
+    mode: int, system: RampedRobot, times: Float[np.ndarray, "n"], seen: Measures
+) -> tuple[np.ndarray, Measures, np.ndarray, np.ndarray]:
+    """Times, measures, ramped quantities and the number of the mode."""
+    ramps, seen = jax.tree.map(np.asarray, (system.ramps, seen))
+    return times, seen, ramps.at(times[:, None], np), np.full(times.size, mode)
 
 
 def _paths(mission: Mission) -> tuple[str, ...]:
@@ -141,30 +221,20 @@ def _paths(mission: Mission) -> tuple[str, ...]:
 def _system(mission: Mission) -> RampedRobot:
     """The robot with the values of its description, which the modes will change."""
     paths = _paths(mission)
-    blueprint, numbers = template_of(mission.robot, paths)
-    varying = tuple(blueprint.paths.index(path) for path in paths)
+    template, numbers = template_of(mission.robot, paths)
+    varying = tuple(template.paths.index(path) for path in paths)
     values, none = numbers[jnp.array(varying, dtype=int)], jnp.zeros(len(paths))
     flat = moves_in_plane(build(mission.robot))
-    return RampedRobot(blueprint, numbers, varying, Ramps(values, values, none, none), flat)
-
-
-def _at(ramps: Ramps, t: float | Float[np.ndarray, "n 1"]) -> Float[np.ndarray, "*n k"]:
-    """Values of ramps, without JAX."""
-    share = np.where(ramps.seconds > 0, (t - ramps.since) / np.where(ramps.seconds > 0, ramps.seconds, 1.0), 1.0)
-    return np.asarray(ramps.start + np.clip(share, 0.0, 1.0) * (ramps.end - ramps.start))
+    return RampedRobot(template, numbers, varying, Ramps(values, values, none, none), flat)
 
 
 def _changed(mission: Mission, ramps: Ramps, mode: Mode, t: float) -> Ramps:
     """Ramps with those that a mode begins at time t."""
-    columns = {name: np.array(values) for name, values in jax.tree.map(np.asarray, ramps)._asdict().items()}
-    now = _at(ramps, t)
+    (start, end, since, seconds), now = map(np.array, ramps), ramps.at(t, np)
     for i, path in enumerate(_paths(mission)):
-        if path in mode.changes:
-            change = mode.changes[path]
-            new = {"start": now[i], "end": change.value, "since": t, "seconds": change.seconds}
-            for name, value in new.items():
-                columns[name][i] = value
-    return Ramps(**{name: jnp.asarray(values) for name, values in columns.items()})
+        if change := mode.changes.get(path):
+            start[i], end[i], since[i], seconds[i] = now[i], change.value, t, change.seconds
+    return Ramps(*map(jnp.asarray, (start, end, since, seconds)))
 
 
 _LONGEST = "longest"
@@ -176,7 +246,7 @@ def _ends(mode: Mode) -> tuple[Event, ...]:
 
 
 def _over(event: Event, seen: Measures, since: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
-    """How far beyond an event each moment is: from 0 on it has happened; `since` is the time in the mode [s]."""
+    """How far each sample is beyond an event, which has happened from 0 on; `since` is the time in the mode [s]."""
     if event.kind in ("time", _LONGEST):
         return since - event.limit
     if event.kind in ("touchdown", "liftoff"):
@@ -188,13 +258,13 @@ def _over(event: Event, seen: Measures, since: Float[np.ndarray, "n"]) -> Float[
     return ((value[..., "xyz".index(axis)] if axis else value) - event.limit) * (-1 if event.below else 1)
 
 
-def _standing(mode: Mode, now: Measures) -> Event | None:
-    """Event of a mode that stands already as it begins."""
+def _immediate(mode: Mode, now: Measures) -> Event | None:
+    """Event of a mode that has happened as it begins."""
     return next((event for event in _ends(mode) if _over(event, now, np.zeros(1))[0] >= 0), None)
 
 
 def _first(mode: Mode, seen: Measures, since: Float[np.ndarray, "n"]) -> int | None:
-    """The first of some moments at which an event has happened."""
+    """Index of the first sample at which an event has happened."""
     happened = np.any([_over(event, seen, since) >= 0 for event in _ends(mode)], axis=0)
     return int(np.argmax(happened)) if happened.any() else None
 
@@ -202,7 +272,8 @@ def _first(mode: Mode, seen: Measures, since: Float[np.ndarray, "n"]) -> int | N
 def _locate(
     system: RampedRobot, mode: Mode, t: float, x: State, step: float, began: float
 ) -> tuple[float, State, Measures, Event]:
-    """Moment within the step after t at which the first event happens, state and measures there, and the event."""
+    """Time within the step after t at which the first event happens, state and measures there, and the event."""
+    from scipy.optimize import brentq  # takes half a second
 
     def ahead(h: float) -> tuple[State, Measures]:
         states, seen = remembered(_stretch, system, jnp.asarray(t), x, jnp.asarray(h))  # of which the first counts
@@ -214,18 +285,13 @@ def _locate(
     found = []
     for event in _ends(mode):
         if over(event, step) >= 0:
-            h = 0.0 if over(event, 0.0) >= 0 else _zero(lambda h, e=event: over(e, h), step)
+            h = 0.0
+            if over(event, 0.0) < 0:
+                h = float(brentq(lambda h, e=event: over(e, h), 0.0, step, xtol=_ACCURACY))  # pyright: ignore[reportArgumentType]
             found.append((h, event))
     h, event = min(found, key=lambda pair: pair[0])
     state, now = ahead(h)
     return t + h, state, now, event
-
-
-def _zero(f: Callable[[float], float], step: float) -> float:
-    """Where f crosses 0 within a step."""
-    from scipy.optimize import brentq  # takes half a second
-
-    return float(brentq(f, 0.0, step, xtol=_SURE))  # pyright: ignore[reportArgumentType]
 
 
 def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Dataset":
@@ -238,13 +304,13 @@ def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Da
     import xarray as xr
 
     seen, robot = flown.measures, flown.mission.robot
-    wanted = np.searchsorted(flown.time, np.arange(0.0, flown.time[-1] + _SAMPLE, _SAMPLE))
+    even = np.searchsorted(flown.time, np.arange(0.0, flown.time[-1] + _SAMPLE, _SAMPLE))
     parted = np.flatnonzero(np.diff(flown.mode))
-    rows = np.unique(np.concatenate([wanted, parted, parted + 1]).clip(0, flown.time.size - 1))
+    rows = np.unique(np.concatenate([even, parted, parted + 1]).clip(0, flown.time.size - 1))
     vectors, angles = {"position": "m", "velocity": "m/s"}, {"pitch": "rad", "heading": "rad"}
     known = numeric_paths(robot)
     names = np.array([mode.name for mode in flown.mission.modes], dtype=str)
-    modes, told, times = zip(*flown.passed, strict=True) if flown.passed else ([], [], [])
+    modes, events, times = zip(*flown.passed, strict=True) if flown.passed else ([], [], [])
     return xr.Dataset(
         {name: (("time", "axis"), getattr(seen, name)[rows], {"units": unit}) for name, unit in vectors.items()}
         | {name: ("time", getattr(seen, name)[rows], {"units": unit}) for name, unit in angles.items()}
@@ -258,7 +324,7 @@ def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Da
             "axis": ["x", "y", "z"],
             "quantity": np.array(flown.paths, dtype=str),
             "quantity_unit": ("quantity", np.array([known[path].unit for path in flown.paths], dtype=str)),
-            "event": ("event", np.array(told, dtype=str)),
+            "event": ("event", np.array(events, dtype=str)),
             "event_mode": ("event", np.array(modes, dtype=str)),
         },
         attrs={

@@ -49,8 +49,9 @@ class NaturalModes:
 
     @property
     def stable(self) -> bool:
-        """Whether no small motion grows."""
-        return is_stable(self.eigenvalue)
+        """Whether no small motion grows, but for rounding."""
+        rounding = NEUTRAL * np.max(np.abs(self.eigenvalue), initial=0.0)
+        return bool(np.max(np.real(self.eigenvalue), initial=0.0) <= rounding)
 
     def __repr__(self) -> str:
         shown = ", ".join(f"{f:.4g}" for f in self.frequency[:6])
@@ -128,8 +129,3 @@ def modes_of(
     largest = shape[np.arange(kept.size), np.argmax(np.abs(shape), axis=1)] if n else np.ones(kept.size)
     shape = shape / np.where(largest == 0, 1.0, largest)[:, None]
     return NaturalModes(values[kept], shape, names, description)
-
-
-def is_stable(eigenvalues: Complex[np.ndarray, "k"]) -> bool:
-    """Whether no motion with these eigenvalues grows, but for rounding."""
-    return bool(np.max(np.real(eigenvalues), initial=0.0) <= NEUTRAL * np.max(np.abs(eigenvalues), initial=0.0))

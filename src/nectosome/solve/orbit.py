@@ -23,14 +23,12 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.linear_algebra import generalised_inverse
-from nectosome.mechanism import InPlane, Robot
+from nectosome.mechanism import Robot
 
 from .integrate import Method, Settings, begin, integrate
 from .runge_kutta import rms
 from .sensitivity import SensitivityState, SensitivitySystem
-from .symmetry import Symmetry
-
-Model = Robot | InPlane
+from .symmetry import Model, Symmetry, near
 
 _WAIT, _CYCLES = 2, 60  # cycles before Newton's method, and in total
 _CORRECTIONS = 12
@@ -74,13 +72,6 @@ class _Search(NamedTuple):
     waited: Array  # the last step was a cycle of free motion
     closed: Array
     done: Array
-
-
-def near(robot: Model, x: State, y: Float[Array, "m"]) -> State:
-    """State displaced by y: coordinates along the velocities, velocities, load states."""
-    n = x.v.shape[0]
-    z, unravel = ravel_pytree(x.z)
-    return State(robot.advance(x.q, y[:n], jnp.ones(())), x.v + y[n : 2 * n], unravel(z + y[2 * n :]))
 
 
 def between(robot: Model, symmetry: Symmetry, a: State, b: State) -> Float[Array, "m"]:
@@ -188,21 +179,13 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
         newton = closer & jnp.all(jnp.isfinite(ravel_pytree(corrected)[0]))
         x = jax.tree.map(lambda a, b, c: jnp.where(closed, a, jnp.where(newton, b, c)), s.x, corrected, found.end)
         bad = found.status != int(Status.SOLVED)
-        cycles = s.cycles + 1
+        corrections, cycles = s.corrections + newton, s.cycles + 1
         slow = ~newton | (jnp.isfinite(s.best) & (found.size > _QUICK * s.best))
-        return _Search(
-            x=x,
-            found=found,
-            monodromy=monodromy,
-            inverse=inverse,
-            derive=closed | ((cycles >= _WAIT) & slow),
-            best=jnp.where(closed, s.best, jnp.where(newton, found.size, jnp.inf)),
-            corrections=s.corrections + newton,
-            cycles=cycles,
-            waited=jnp.where(closed, s.waited, ~newton & ~first),
-            closed=closed,
-            done=(closed & s.derive) | bad | (~closed & (cycles >= _CYCLES)),
-        )
+        derive = closed | ((cycles >= _WAIT) & slow)
+        best = jnp.where(closed, s.best, jnp.where(newton, found.size, jnp.inf))
+        waited = jnp.where(closed, s.waited, ~newton & ~first)
+        done = (closed & s.derive) | bad | (~closed & (cycles >= _CYCLES))
+        return _Search(x, found, monodromy, inverse, derive, best, corrections, cycles, waited, closed, done)
 
     none, no, eye = jnp.zeros((), int), jnp.asarray(False), jnp.eye(m)
     start = _Search(guess, _before(guess, times), eye, 0 * eye, no, jnp.asarray(jnp.inf), none, none, no, no, no)
@@ -231,11 +214,11 @@ def _along(here: tuple, *change: Any) -> State:
     """`cycle_sensitivities` to one change. Under vmap all changes of one robot share one integration."""
     numbers, rest = eqx.partition(here, eqx.is_array)
 
-    def slopes(numbers: Any, *changes: Any) -> State:
+    def derivatives(numbers: Any, *changes: Any) -> State:
         return cycle_sensitivities(*eqx.combine(numbers, rest), *changes)
 
     def one(numbers: Any, *change: Any) -> State:
-        return jax.tree.map(lambda s: s[0], slopes(numbers, *jax.tree.map(lambda d: d[None], change)))
+        return jax.tree.map(lambda s: s[0], derivatives(numbers, *jax.tree.map(lambda d: d[None], change)))
 
     shared = jax.custom_batching.custom_vmap(one)
 
@@ -245,7 +228,7 @@ def _along(here: tuple, *change: Any) -> State:
             out = jax.vmap(one, jax.tree.map(lambda b: 0 if b else None, tuple(batched)))(numbers, *changes)
         else:
             alike = lambda d, b: d if b else jnp.broadcast_to(d, (k, *d.shape))  # noqa: E731
-            out = slopes(numbers, *jax.tree.map(alike, changes, tuple(batched[1:])))
+            out = derivatives(numbers, *jax.tree.map(alike, changes, tuple(batched[1:])))
         return out, jax.tree.map(lambda _: True, out)
 
     return shared(numbers, *change)
@@ -267,16 +250,16 @@ def cycle_sensitivities(
     """
     m, k = ravel_pytree((x.v, x.v, x.z))[0].shape[0], d_period.shape[0]
     starts = jax.vmap(lambda y: jax.jvp(lambda y: near(robot, x, y), (jnp.zeros(m),), (y,))[1])(jnp.eye(m + k, m))
-    changes, pace = jax.tree.map(lambda d: jnp.pad(d, [(m, 0), *[(0, 0)] * (d.ndim - 1)]), (d_robot, d_period))
+    changes, stretch = jax.tree.map(lambda d: jnp.pad(d, [(m, 0), *[(0, 0)] * (d.ndim - 1)]), (d_robot, d_period))
     start = begin(jnp.zeros(()), SensitivityState(x, starts), settings, jnp.asarray(_FIRST_STEP))
-    _, later = integrate(SensitivitySystem(robot, changes, pace / times[-1]), start, times[1:], settings)
+    _, later = integrate(SensitivitySystem(robot, changes, stretch / times[-1]), start, times[1:], settings)
     end = jax.tree.map(lambda x: x[-1], later)
 
-    def gap_derivative(change: Any, start: State, slope: State) -> Array:
+    def gap_derivative(change: Any, start: State, end_change: State) -> Array:
         here = robot, x, end.x
-        return eqx.filter_jvp(lambda r, a, b: between(r, symmetry, a, b), here, (change, start, slope))[1]
+        return eqx.filter_jvp(lambda r, a, b: between(r, symmetry, a, b), here, (change, start, end_change))[1]
 
-    gaps = jax.vmap(gap_derivative)(changes, starts, end.slopes)
+    gaps = jax.vmap(gap_derivative)(changes, starts, end.derivatives)
     weights = jnp.concatenate([-gaps[m:] @ _solved(gaps[:m].T).T, jnp.eye(k)], axis=1)
-    slopes = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), starts, later.slopes)
-    return jax.tree.map(lambda s: jnp.einsum("kp,np...->kn...", weights, s), slopes)
+    every = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), starts, later.derivatives)
+    return jax.tree.map(lambda s: jnp.einsum("kp,np...->kn...", weights, s), every)

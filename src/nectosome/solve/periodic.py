@@ -18,14 +18,57 @@ from nectosome.units import InputError, read_positive
 
 from .cycle_means import CycleMeans, cycle_means
 from .orbit import cycle_settings, orbit
-from .results import Results, Run, Trajectory
-from .screw import screw_of
+from .results import Results, Run, Trajectory, at_one_time
 from .simulate import check_tolerances
 from .symmetry import Symmetry, find_symmetry
 
 _SAME = 1e-9  # relative difference of residuals that counts as equal
 _STABLE = 1 + 1e-6  # largest multiplier of a stable motion
 _TURNS = 1e-6  # [rad per cycle] below, rotation is within the gap of the cycle
+_NOTHING = 1e-12  # [rad] below, rotation is rounding
+
+
+class Screw(NamedTuple):
+    """A rotation about a line and a translation along it."""
+
+    axis: Float[np.ndarray, "3"]  # direction of the line; without rotation that of the translation, 0 without motion
+    point: Float[np.ndarray, "3"]  # of the line, nearest to the origin [m]; NaN without rotation
+    angle: float  # of rotation [rad], 0 to pi
+    along: float  # translation [m]
+
+    def radius(self, position: Float[np.ndarray, "3"]) -> float:
+        """Distance [m] of a position from the line, the radius of its path; inf without rotation."""
+        if self.angle == 0:
+            return np.inf
+        return float(np.linalg.norm(np.cross(self.axis, position - self.point)))
+
+
+def screw_of(
+    start: tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "3"]],
+    end: tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "3"]],
+) -> Screw:
+    r"""Screw motion from one pose (R, p) to another, in the outer frame (Chasles; Murray, Li, Sastry 1994, sec. 2.3).
+
+    The displacement $x \to R x + d$, with $R = R_1 R_0^T = e^{[a]\theta}$ and $d = p_1 - R p_0$, maps to itself the
+    line along a through
+
+    $$ c = \tfrac12 \left(d_\perp + \cot\tfrac\theta2\; a \times d_\perp\right), \quad d_\perp = d - (a \cdot d)\, a $$
+
+    A rotation by more than pi appears as the shorter one in the other direction.
+    """
+    from scipy.spatial.transform import Rotation
+
+    R = end[0] @ start[0].T
+    d = end[1] - R @ start[1]
+    turn = Rotation.from_matrix(R).as_rotvec()
+    angle = float(np.linalg.norm(turn))
+    if angle < _NOTHING:
+        distance = float(np.linalg.norm(d))
+        return Screw(d / distance if distance > 0 else d, np.full(3, np.nan), 0.0, distance)
+    axis = turn / angle
+    along = float(axis @ d)
+    across = d - along * axis
+    return Screw(axis, 0.5 * (across + np.cross(axis, across) / np.tan(0.5 * angle)), angle, along)
 
 
 class CyclePath(NamedTuple):
@@ -45,11 +88,6 @@ class Periodic(Run):
 
     multipliers: np.ndarray = eqx.field(kw_only=True)  # complex Floquet multipliers, the largest first
     title: ClassVar[str] = "periodic motion"
-
-    @property
-    def state(self) -> State:
-        """State at the start of the cycle."""
-        return jax.tree.map(lambda x: x[0], self.value.state)
 
     def means(self) -> CycleMeans:
         """Means and peaks over the cycle."""
@@ -113,9 +151,8 @@ def periodic(
     T = jnp.asarray(period)
     stepping = cycle_settings("implicit", T, rtol, atol)
     if x.v.size and float(remembered(_change_over, robot, T)) > _SAME:
-        one = jax.tree.map(lambda x: jnp.asarray(x)[None], x)
         none = np.zeros(0, complex)
-        return _result(robot, T, np.zeros(1), one, Status.OTHER_PERIOD, {}, none, jnp.asarray(jnp.nan))
+        return _result(at_one_time(robot, x), T, Status.OTHER_PERIOD, {}, none, jnp.asarray(jnp.nan))
     times = np.linspace(0.0, period, samples)
     found: Solution = remembered(orbit, reduced(robot), symmetry, x, jnp.asarray(times), stepping)
     status, stats, multipliers = Status(int(found.status)), dict(found.stats), np.zeros(0, complex)
@@ -124,7 +161,8 @@ def periodic(
         stats["multiplier"] = np.max(np.abs(multipliers), initial=0.0)
         if stats["multiplier"] > _STABLE:
             status = Status.UNSTABLE
-    return _result(robot, T, times, found.value.states, status, stats, multipliers, found.residual)
+    trajectory = Trajectory(robot, jnp.asarray(times), found.value.states)
+    return _result(trajectory, T, status, stats, multipliers, found.residual)
 
 
 def _change_over(robot: Robot, period) -> jax.Array:
@@ -155,7 +193,6 @@ def _multipliers(symmetry: Symmetry, n: int, monodromy: np.ndarray) -> np.ndarra
     return values[np.argsort(-np.abs(values), kind="stable")]
 
 
-def _result(robot: Robot, period, times, state: State, status: Status, stats, multipliers, residual) -> Periodic:
+def _result(trajectory: Trajectory, period, status: Status, stats, multipliers, residual) -> Periodic:
     stats = {key: jnp.asarray(value) for key, value in {"period": period, **stats}.items()}
-    trajectory = Trajectory(robot, jnp.asarray(times), state)
     return Periodic(trajectory, jnp.asarray(int(status)), stats, residual, multipliers=multipliers)

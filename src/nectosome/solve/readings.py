@@ -56,7 +56,7 @@ class Reading(eqx.Module):
     """One number of a robot's state."""
 
     name: str = eqx.field(static=True)
-    dimension: str = eqx.field(static=True)  # a key of `io.dimensions.DIMENSIONS`
+    dimension: str = eqx.field(static=True)  # a key of `units.DIMENSIONS`
     kind: str = eqx.field(static=True)  # a key of PLACES, "coordinate", "rate", "force" or "reaction"
     index: int = eqx.field(static=True)  # of the station, of the coordinate among all (prescribed ones), of the axis
 
@@ -177,11 +177,8 @@ def reading_of(robot: Robot, name: str) -> Reading:
         return known[name]
     if name.rpartition(".")[2] == "depth" and robot.water.surface is None:
         raise InputError(f'"{shorten(name)}" needs a surface of the water, and there is none. Measure position.z.')
-    near = did_you_mean(name, known)
-    listed = common_readings(robot)[:30]
-    raise InputError(
-        f'"{shorten(name)}" is nothing that can be measured.{near or " Known: " + ", ".join(listed) + "."}'
-    )
+    hint = did_you_mean(name, known) or f" Known: {', '.join(common_readings(robot)[:30])}."
+    raise InputError(f'"{shorten(name)}" is nothing that can be measured.{hint}')
 
 
 def common_readings(robot: Robot) -> list[str]:

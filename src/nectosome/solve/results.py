@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, Float
@@ -39,6 +40,11 @@ class Run(Solution):
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {_describe(self.status)}, {_span(self.value.time)}>"
 
+    @property
+    def state(self) -> State:
+        """State at the first time: of one at rest, of a steady motion, or at the start of a cycle or a simulation."""
+        return jax.tree.map(lambda x: x[0], self.value.state)
+
     def results(self, settings: dict[str, Any] | None = None) -> "Results":
         """Results of the run (see `results_of`); `settings` go into their provenance."""
         trajectory = self.value
@@ -49,6 +55,11 @@ class Run(Solution):
     def to_dataset(self, settings: dict[str, Any] | None = None) -> "xr.Dataset":
         """The results as an `xarray.Dataset` in SI units, with the robot they are of; `settings` go into provenance."""
         return self.results(settings).to_dataset()
+
+
+def at_one_time(system: Any, x: State, time: float | Array = 0.0) -> Trajectory:
+    """Trajectory of a single state."""
+    return Trajectory(system, jnp.asarray(time)[None], jax.tree.map(lambda x: jnp.asarray(x)[None], x))
 
 
 def _describe(status: Any) -> str:

@@ -1,4 +1,4 @@
-r"""One time step of a mechanical system, implicit or explicit.
+r"""Runge-Kutta methods: their coefficients, and one time step of a mechanical system, implicit or explicit.
 
 Implicit: the stiffly accurate, L-stable ESDIRK 4(3) of Kennedy and Carpenter (2003, ARK4(3)6L[2]SA). A stage solves
 for the accelerations alone, since velocities and coordinates follow from them,
@@ -20,7 +20,73 @@ from jaxtyping import Array, Bool, Float, Int
 from nectosome.core import Mechanical, State
 from nectosome.core.linear_algebra import inverse
 
-from .tableaus import ESDIRK4, GAMMA, TSIT5
+
+class Tableau(NamedTuple):
+    """Butcher tableau whose last stage is the solution; `error` has the stage weights of the embedded error."""
+
+    order: int
+    A: np.ndarray  # [s, s]
+    c: np.ndarray  # [s]
+    error: np.ndarray  # [s]
+
+
+def _matrix(*rows: list[float]) -> np.ndarray:
+    return np.array([row + [0.0] * (len(rows) - len(row)) for row in rows])
+
+
+GAMMA = 0.25
+_B = [82889 / 524892, 0.0, 15625 / 83664, 69875 / 102672, -2260 / 8211, GAMMA]
+_EMBEDDED = [
+    4586570599 / 29645900160,
+    0.0,
+    178811875 / 945068544,
+    814220225 / 1159782912,
+    -3700637 / 11593932,
+    61727 / 225920,
+]
+
+# Kennedy, Carpenter (2003), ARK4(3)6L[2]SA, the implicit part: L-stable, stiffly accurate, first stage explicit.
+ESDIRK4 = Tableau(
+    order=4,
+    A=_matrix(
+        [0.0],
+        [GAMMA, GAMMA],
+        [8611 / 62500, -1743 / 31250, GAMMA],
+        [5012029 / 34652500, -654441 / 2922500, 174375 / 388108, GAMMA],
+        [15267082809 / 155376265600, -71443401 / 120774400, 730878875 / 902184768, 2285395 / 8070912, GAMMA],
+        _B,
+    ),
+    c=np.array([0.0, 0.5, 83 / 250, 31 / 50, 17 / 20, 1.0]),
+    error=np.array(_B) - np.array(_EMBEDDED),
+)
+
+_TSIT_B = [0.09646076681806523, 0.01, 0.4798896504144996, 1.379008574103742, -3.290069515436081, 2.324710524099774, 0.0]
+
+# Tsitouras (2011), order 5(4), first same as last.
+TSIT5 = Tableau(
+    order=5,
+    A=_matrix(
+        [0.0],
+        [0.161],
+        [-0.008480655492356989, 0.335480655492357],
+        [2.8971530571054935, -6.359448489975075, 4.3622954328695815],
+        [5.325864828439257, -11.748883564062828, 7.4955393428898365, -0.09249506636175525],
+        [5.86145544294642, -12.92096931784711, 8.159367898576159, -0.071584973281401, -0.028269050394068383],
+        _TSIT_B,
+    ),
+    c=np.array([0.0, 0.161, 0.327, 0.9, 0.9800255409045097, 1.0, 1.0]),
+    error=np.array(
+        [
+            0.0017800110522257773,
+            0.0008164344596567463,
+            -0.007880878010261994,
+            0.1447110071732629,
+            -0.5823571654525552,
+            0.45808210592918686,
+            -0.015151515151515152,
+        ]
+    ),
+)
 
 
 class Step(NamedTuple):
@@ -32,7 +98,6 @@ class Step(NamedTuple):
     error: State  # estimate of the local error
     memory: Any  # data of the method for the next step
     converged: Bool[Array, ""]
-    iterations: Int[Array, ""]
 
 
 class Newton(NamedTuple):
@@ -123,11 +188,6 @@ def _newton_derivatives(primals: tuple, tangents: tuple) -> tuple[_Iterate, _Ite
     return it, unchanged._replace(w=jnp.where(needed, dw, before))
 
 
-def coordinate_rates(system: Mechanical, q: Array, v: Array) -> Array:
-    """dq/dt = N(q) v."""
-    return jax.jvp(lambda s: system.advance(q, v, s), (jnp.zeros(()),), (jnp.ones(()),))[1]
-
-
 def newton_memory(n: int) -> Newton:
     """Memory of the first implicit step."""
     return Newton(jnp.asarray(np.eye(n)), jnp.asarray(0.0), jnp.asarray(True), jnp.asarray(0))
@@ -145,7 +205,7 @@ def implicit_step(
     tolerance, _ = ravel_pytree((allowed.v, allowed.z))
 
     def stage(carry, i: Array):
-        K, w, inverted, good, most, count = carry
+        K, w, inverted, good, count = carry
         needed = (i > 0) | ~known
         c = jnp.where(i > 0, GAMMA * h, 0.0)
         must = (i == 0) | ((i == 1) & outdated)
@@ -156,22 +216,22 @@ def implicit_step(
         it = _newton(_Stage(system, ti, base, c), w, inverted, must, needed, tolerance)
         a, dz = unravel(it.w)
         xi = _Stage(system, ti, base, c).reach(it.w)
-        Ki = State(coordinate_rates(system, xi.q, xi.v), a, dz)
+        _, dq = jax.jvp(lambda s: system.advance(xi.q, xi.v, s), (jnp.zeros(()),), (jnp.ones(()),))  # N(q) v
+        Ki = State(dq, a, dz)
         K = jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki)
         good &= ~needed | (it.remaining <= _NEWTON_SHARE)
-        return (K, it.w, it.inverted, good, jnp.maximum(most, it.k), count + it.refreshes), xi
+        return (K, it.w, it.inverted, good, count + it.refreshes), xi
 
     K = jax.tree.map(lambda k: jnp.zeros((6, *k.shape)), State(x.q, rate.v, rate.z))
     c = GAMMA * h
     outdated = memory.stale | ~known | (jnp.abs(c - memory.c) > 0.2 * memory.c)
-    none = jnp.zeros((), int)
-    start = (K, w0, jnp.asarray(memory.inverted), jnp.asarray(True), none, none)
-    (K, _, inverted, converged, most, count), stages = jax.lax.scan(stage, start, jnp.arange(6))
+    start = (K, w0, jnp.asarray(memory.inverted), jnp.asarray(True), jnp.zeros((), int))
+    (K, _, inverted, converged, count), stages = jax.lax.scan(stage, start, jnp.arange(6))
     last = jax.tree.map(lambda s: s[-1], stages)
     error = jax.tree.map(lambda k: h * jnp.tensordot(jnp.asarray(ESDIRK4.error), k, axes=1), K)
     memory = Newton(inverted, jnp.where(count > 0, c, memory.c), ~converged, memory.refreshes + count)
     first, end = (jax.tree.map(lambda k, i=i: k[i], K) for i in (0, -1))
-    return Step(last, first, end, error, memory, converged, most)
+    return Step(last, first, end, error, memory, converged)
 
 
 def explicit_step(
@@ -190,7 +250,7 @@ def explicit_step(
     error = jax.tree.map(lambda k: h * jnp.tensordot(jnp.asarray(TSIT5.error), k, axes=1), K)
     last = jax.tree.map(lambda s: s[-1], stages)
     first, end = (jax.tree.map(lambda k, i=i: k[i], K) for i in (0, -1))
-    return Step(last, first, end, error, None, jnp.asarray(True), jnp.zeros((), int))
+    return Step(last, first, end, error, None, jnp.asarray(True))
 
 
 def rms(x: Array) -> Array:

@@ -28,7 +28,7 @@ class SensitivityState(eqx.Module):
     """A state (or its rate, error or tolerance) and its sensitivities."""
 
     x: State
-    slopes: State  # leaves [p, ...]
+    derivatives: State  # leaves [p, ...]
 
 
 class SensitivitySystem(eqx.Module):
@@ -63,8 +63,9 @@ def with_sensitivity(step: Callable[..., Step]) -> Callable[..., Step]:
             done, d = eqx.filter_jvp(bare, (s.system, t, h, x.x, rate.x), tangents)
             return done, (d.x, scaled(d.first, done.first), scaled(d.rate, done.rate), d.error)
 
-        done, slopes = jax.vmap(along, out_axes=(None, 0))(s.tangents, s.time_scaling, x.slopes, rate.slopes)
-        both = map(SensitivityState, (done.x, done.first, done.rate, done.error), slopes)
+        changes = s.tangents, s.time_scaling, x.derivatives, rate.derivatives
+        done, derivatives = jax.vmap(along, out_axes=(None, 0))(*changes)
+        both = map(SensitivityState, (done.x, done.first, done.rate, done.error), derivatives)
         return done._replace(**dict(zip(("x", "first", "rate", "error"), both, strict=True)))
 
     return attempt
@@ -89,7 +90,7 @@ def allowed_sensitivity(rtol: Array, atol: Array | float, a: State, b: State) ->
     return State(of_kind(a.q, b.q), of_kind(a.v, b.v), of_kind(a.z, b.z))
 
 
-def _largest(slopes: Any) -> Float[Array, "p"] | None:
+def _largest(derivatives: Any) -> Float[Array, "p"] | None:
     """Largest magnitude of each of p sensitivities; None for an empty tree."""
-    leaves = [jnp.abs(leaf).reshape(leaf.shape[0], -1) for leaf in jax.tree.leaves(slopes) if leaf.size]
+    leaves = [jnp.abs(leaf).reshape(leaf.shape[0], -1) for leaf in jax.tree.leaves(derivatives) if leaf.size]
     return jnp.max(jnp.concatenate(leaves, axis=1), axis=1) if leaves else None

@@ -7,7 +7,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
 
 from nectosome.core import Mechanical, State, Status
 from nectosome.core.remember import remembered
@@ -21,11 +20,7 @@ from .results import Run, Trajectory
 _CHUNKS, _WIDEST = 20, 20  # number of chunks of a run, most samples of a chunk; it can be cancelled between chunks
 
 
-@eqx.filter_jit
-def _integrate_until(
-    system: Mechanical, m: Integration, times: Array, settings: Settings, guard: Guard
-) -> tuple[Integration, State]:
-    return integrate(system, m, times, settings, guard)
+_integrate_until = eqx.filter_jit(integrate)  # a guard is a Python function, which `remembered` does not take
 
 
 def simulate(
@@ -64,10 +59,9 @@ def simulate(
     stepping = Settings(kind, *map(jnp.asarray, (rtol, atol, max_steps)))
     x = system.initial() if initial is None else initial
     equations = reduced(system)
-    chunks = _chunks(times[1:])
     m = begin(jnp.asarray(0.0), x, stepping, jnp.asarray(min(1e-3, 0.1 * times[1])))
     states, status = [jax.tree.map(lambda x: x[None], x)], Status.SOLVED
-    for chunk in chunks:
+    for chunk in _chunks(times[1:]):
         if until is None:
             m, xs = remembered(integrate, equations, m, chunk, stepping)
         else:

@@ -16,47 +16,36 @@ from nectosome.core.remember import remembered
 from nectosome.core.se3 import bracket, cross
 from nectosome.mechanism import Free, Robot, Spherical
 
-from .equations import Equations, Point
-from .symmetry import Symmetry
+from .equilibrium import Equations, Point
+from .symmetry import Symmetry, near
 
 NEUTRAL = 1e-7  # of the largest eigenvalue: a growth as small is rounding
 
 
 def eigenvalues(robot: Robot, symmetry: Symmetry, x: State) -> Complex[np.ndarray, "k"]:
-    """Eigenvalues [1/s] of the motion linearised about the steady state x, those that grow fastest first."""
-    A, _ = matrix(robot, symmetry, x)
-    return sort_eigenvalues(np.linalg.eigvals(A).astype(complex), symmetry)
+    """Eigenvalues [1/s] about the steady state x, those that grow fastest first, without that of a free heading."""
+    values = np.linalg.eigvals(matrix(robot, symmetry, x)[0]).astype(complex)
+    if symmetry.spin:  # the heading is free too, but no coordinate of its own
+        values = np.delete(values, np.argmin(np.abs(values)))
+    return values[np.argsort(-np.real(values), kind="stable")]
 
 
 def matrix(robot: Robot, symmetry: Symmetry, x: State) -> tuple[Float[np.ndarray, "k k"], Int[np.ndarray, "k"]]:
-    """Matrix of the linear motion without what may drift, and which of (displacements, velocities, load states) it is
-    of.
-    """
+    """Matrix of the linear motion without drift, and its indices among displacements, velocities and load states."""
     return without_drift(np.asarray(remembered(linearised, robot, symmetry, x)), symmetry, x.v.size)
 
 
 def without_drift(
     A: Float[np.ndarray, "m m"], symmetry: Symmetry, n: int
 ) -> tuple[Float[np.ndarray, "k k"], Int[np.ndarray, "k"]]:
-    """The same of a matrix that is known, of n velocities."""
+    """The same of a known matrix, with n velocities."""
     keep = np.setdiff1d(np.arange(A.shape[0]), [i for i in symmetry.drift if i < n])
     return A[np.ix_(keep, keep)], keep
 
 
-def sort_eigenvalues(values: Complex[np.ndarray, "m"], symmetry: Symmetry) -> Complex[np.ndarray, "k"]:
-    """Eigenvalues, those that grow fastest first, without that of a heading that is free."""
-    if symmetry.spin:  # the heading is free too, but no coordinate of its own
-        values = np.delete(values, np.argmin(np.abs(values)))
-    return values[np.argsort(-np.real(values), kind="stable")]
-
-
 def linearised(robot: Robot, symmetry: Symmetry, x: State) -> Float[Array, "m m"]:
     """Matrix of the linear motion in (displacements, velocities, load states)."""
-    n, zero, one = x.v.shape[0], jnp.zeros(()), jnp.ones(())
-    z, unravel = ravel_pytree(x.z)
-
-    def moved(change: Array) -> State:
-        return State(robot.advance(x.q, change[:n], one), x.v + change[n : 2 * n], unravel(z + change[2 * n :]))
+    n, zero = x.v.shape[0], jnp.zeros(())
 
     def kinematics(change: Array) -> Array:
         displaced, v = change[:n], change[n : 2 * n]
@@ -67,12 +56,12 @@ def linearised(robot: Robot, symmetry: Symmetry, x: State) -> Float[Array, "m m"
         return v
 
     def forces(change: Array) -> Array:
-        return robot.residual(zero, moved(change), jnp.zeros(n))
+        return robot.residual(zero, near(robot, x, change), jnp.zeros(n))
 
     def states(change: Array) -> Array:
-        return ravel_pytree(robot.state_rates(zero, moved(change)))[0]
+        return ravel_pytree(robot.state_rates(zero, near(robot, x, change)))[0]
 
-    at = jnp.zeros(2 * n + z.shape[0])
+    at = jnp.zeros(ravel_pytree((x.v, x.v, x.z))[0].size)
     M = Equations(robot, symmetry).mass(Point(x.q, x.v, x.z))
     rows = (jax.jacfwd(kinematics)(at), -inverse(M) @ jax.jacfwd(forces)(at), jax.jacfwd(states)(at))
     return jnp.concatenate(rows)

@@ -1,13 +1,13 @@
-"""Static equilibrium of a robot: its shape under steady loads, with frozen drives."""
+"""Static equilibrium of a robot: its shape under steady loads that grow from zero to full, with frozen drives."""
 
 from collections.abc import Iterable
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from nectosome.core import Constant, Solution, State, Status
 from nectosome.core.remember import remembered
@@ -15,10 +15,13 @@ from nectosome.mechanism import Robot
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError
 
-from .load_stepping import load_stepping
-from .results import Run, Trajectory
+from .results import Run, at_one_time
 
 _NEUTRAL = 1e-9  # [largest stiffness] below, stiffness is rounding
+_MOST_ITERATIONS = 25
+_FIRST_STEP, _SMALLEST_STEP = 0.1, 1e-4  # share of the loads
+_BALANCED = 1e-10  # largest residual relative to the largest force in it
+_STILL = 1e-12  # [rad, m] correction that counts as converged, also if all forces vanish
 
 
 class Static(Run):
@@ -26,11 +29,6 @@ class Static(Run):
 
     loose: tuple[str, ...] = eqx.field(static=True, kw_only=True)  # coordinates without stiffness, if unsolved
     title: ClassVar[str] = "at rest"
-
-    @property
-    def state(self) -> State:
-        """State at rest."""
-        return jax.tree.map(lambda x: x[0], self.value.state)
 
 
 def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
@@ -45,7 +43,7 @@ def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
     if not robot.tree.free_v.size:
         raise InputError("nothing of this robot is free to move: there is no shape to be found.")
     robot = frozen_drives(robot)
-    found: Solution = remembered(_static_of, robot)
+    found: Solution = remembered(load_stepping, robot)
     status, loose = Status(int(found.status)), ()
     if status == Status.SOLVED and float(found.stats["stability"]) < -_NEUTRAL:
         status = Status.UNSTABLE
@@ -53,8 +51,7 @@ def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
         stiffness = np.abs(np.asarray(remembered(_stiffness, robot, found.value)))
         free = stiffness.max(axis=0) <= _NEUTRAL * stiffness.max()
         loose = tuple(name for name, is_free in zip(robot.coordinate_names, free, strict=True) if is_free)
-    trajectory = Trajectory(robot, jnp.zeros(1), jax.tree.map(lambda x: jnp.asarray(x)[None], found.value))
-    return Static(trajectory, jnp.asarray(int(status)), found.stats, found.residual, loose=loose)
+    return Static(at_one_time(robot, found.value), jnp.asarray(int(status)), found.stats, found.residual, loose=loose)
 
 
 def frozen_drives(robot: Robot) -> Robot:
@@ -68,16 +65,92 @@ def frozen_drives(robot: Robot) -> Robot:
     return eqx.tree_at(lambda r: r.tree.parts, robot, parts).described(robot.description)
 
 
-def _static_of(robot: Robot) -> Solution:
-    return load_stepping(robot)
-
-
 def _stiffness(robot: Robot, x: State) -> Float[Array, "n n"]:
     """Derivative of the residual by the coordinates, under all loads."""
     zero = jnp.zeros_like(x.v)
+    return jax.jacfwd(
+        lambda w: robot.residual(jnp.zeros(()), State(robot.advance(x.q, w, jnp.ones(())), zero, x.z), zero)
+    )(zero)
 
-    def residual(w: Array) -> Array:
-        moved = State(robot.advance(x.q, w, jnp.ones(())), zero, x.z)
-        return robot.residual(jnp.zeros(()), moved, zero)
 
-    return jax.jacfwd(residual)(zero)
+class _Path(NamedTuple):
+    """State of the load stepping."""
+
+    q: Array
+    load: Array  # fraction of the loads in equilibrium at q
+    before: Array  # q of the step before, for the secant
+    load_before: Array
+    step: Array
+    iterations: Array
+
+
+@eqx.filter_jit
+def load_stepping(robot: Robot) -> Solution:
+    """Static state in which elastic and spring forces balance all loads; drives and prescribed joints as at t = 0.
+
+    Newton's method at loads that grow from zero to one, with a secant predictor and steps that halve if it fails and
+    grow if it succeeds. Forces between two parts count as elastic. The largest residual is at most 1e-10 of the largest
+    force in it. Returns a Solution with the State (the last one in equilibrium) and status SOLVED or NO_EQUILIBRIUM;
+    `stats` holds the fraction of the loads reached, the Newton iterations, and the smallest eigenvalue of the tangent
+    stiffness' symmetric part (negative under conservative loads: the equilibrium is unstable). Works under jit and
+    vmap.
+    """
+    x = robot.initial()
+    zero = jnp.zeros_like(x.v)
+
+    def balance(q: Array, load: Array) -> tuple[Array, Array]:
+        """Residual at a fraction of the loads, and the largest force in it."""
+        acting = robot.forces(jnp.zeros(()), State(q, zero, x.z), zero)
+        inner = (acting.elastic - acting.joint - acting.paired)[robot.tree.free_v]
+        outer = acting.residual[robot.tree.free_v] - inner
+        return inner + load * outer, jnp.maximum(jnp.max(jnp.abs(inner)), load * jnp.max(jnp.abs(outer)))
+
+    def relative_residual(q: Array, load: Array) -> Array:
+        r, scale = balance(q, load)
+        return jnp.max(jnp.abs(r)) / jnp.maximum(scale, 1e-30)
+
+    def stiffness(q: Array, load: Array) -> Array:
+        return jax.jacfwd(lambda w: balance(robot.advance(q, w, jnp.ones(())), load)[0])(zero)
+
+    def newton(q: Array, load: Array) -> tuple[Array, Array, Int[Array, ""]]:
+        """Solution at a load, whether it converged, and the number of iterations."""
+
+        def going(it):
+            _, rest, size, k = it
+            return (rest > _BALANCED) & (size > _STILL) & (k < _MOST_ITERATIONS)
+
+        def correct(it):
+            q, _, _, k = it
+            dq = -jnp.linalg.solve(stiffness(q, load), balance(q, load)[0])
+            # at most 0.5 rad (or strain, or m) per correction
+            dq = dq * jnp.minimum(1.0, 0.5 / jnp.max(jnp.abs(dq)))
+            q = robot.advance(q, dq, jnp.ones(()))
+            return q, relative_residual(q, load), jnp.max(jnp.abs(dq)), k + 1
+
+        start = (q, relative_residual(q, load), jnp.asarray(jnp.inf), jnp.zeros((), int))
+        q, rest, size, k = jax.lax.while_loop(going, correct, start)
+        return q, (rest <= _BALANCED) | (size <= _STILL), k
+
+    def going(path: _Path) -> Array:
+        return (path.load < 1.0) & (path.step > _SMALLEST_STEP)
+
+    def follow(path: _Path) -> _Path:
+        load = jnp.minimum(path.load + path.step, 1.0)
+        span = path.load - path.load_before
+        ahead = jnp.where(span > 0, (load - path.load) / jnp.where(span > 0, span, 1.0), 0.0)
+        guess = path.q + ahead * (path.q - path.before)
+        q, converged, k = newton(guess, load)
+        step = path.step * jnp.where(converged, jnp.where(k < 6, 2.0, 1.0), 0.5)
+        reached = _Path(q, load, path.q, path.load, step, path.iterations + k)
+        return jax.tree.map(lambda a, b: jnp.where(converged, a, b), reached, path._replace(step=step))
+
+    start = _Path(x.q, jnp.zeros(()), x.q, jnp.zeros(()), jnp.asarray(_FIRST_STEP), jnp.zeros((), int))
+    path = jax.lax.while_loop(going, follow, start)
+    K = stiffness(path.q, path.load)
+    stability = jnp.min(jnp.linalg.eigvalsh(0.5 * (K + K.T)))
+    return Solution(
+        value=State(path.q, zero, x.z),
+        status=jnp.where(path.load >= 1.0, int(Status.SOLVED), int(Status.NO_EQUILIBRIUM)),
+        stats={"load": path.load, "iterations": path.iterations, "stability": stability},
+        residual=relative_residual(path.q, path.load),
+    )

@@ -1,10 +1,9 @@
-"""Steady motion (relative equilibrium) of a robot with steady drives, found as a root, and its stability."""
+"""Steady motion (relative equilibrium) of a robot with steady drives, its stability, and what it does without one."""
 
 from collections.abc import Iterable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -15,11 +14,52 @@ from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError
 
 from .equilibrium import equilibrium
-from .regime import Regime, regime_of
-from .results import Run, Trajectory
+from .results import Run, at_one_time
 from .simulate import simulate
 from .small_motions import NEUTRAL, eigenvalues
 from .symmetry import Symmetry, find_symmetry
+
+_STILL = 1e-3  # [largest velocity] amplitude that counts as steady
+_ALIKE = 0.98  # autocorrelation of a velocity at one period
+
+
+class Regime(NamedTuple):
+    """Kind of motion at the end of a run."""
+
+    kind: Literal["steady", "oscillating", "irregular", "lost"]
+    frequency: float  # [Hz] of an oscillation; else NaN
+
+    def __str__(self) -> str:
+        words = {
+            "steady": "it settles to a steady motion",
+            "oscillating": f"it keeps oscillating at {self.frequency:.3g} Hz (limit cycle)",
+            "irregular": "it keeps moving without a period",
+            "lost": "the run stops before its end (divergence)",
+        }
+        return words[self.kind]
+
+
+def regime_of(run: Run) -> Regime:
+    """Regime of the last half of a run, from its velocities at even samples."""
+    if int(run.status) != Status.SOLVED:
+        return Regime("lost", float("nan"))
+    v, time = np.asarray(run.value.state.v), np.asarray(run.value.time)
+    size = np.maximum(np.max(np.abs(v), axis=0), 1e-9)
+    if np.max(np.ptp(v[3 * time.size // 4 :], axis=0) / size) <= _STILL:
+        return Regime("steady", float("nan"))
+    v = v[time.size // 2 :]
+    widest = v[:, np.argmax(np.std(v, axis=0) / size)]
+    lags = np.arange(1, 2 * widest.size // 3)
+    alike = np.array([np.corrcoef(widest[:-k], widest[k:])[0, 1] for k in lags])
+    below = np.flatnonzero(alike < 0)
+    if not below.size:
+        return Regime("irregular", float("nan"))
+    best = below[0] + int(np.argmax(alike[below[0] :] >= _ALIKE))
+    if alike[best] < _ALIKE:
+        return Regime("irregular", float("nan"))
+    while best + 1 < alike.size and alike[best + 1] > alike[best]:
+        best += 1
+    return Regime("oscillating", 1 / (lags[best] * (time[1] - time[0])))
 
 
 class Steady(Run):
@@ -27,11 +67,6 @@ class Steady(Run):
 
     eigenvalues: np.ndarray = eqx.field(kw_only=True)  # complex [1/s], the fastest growing first; empty if unsolved
     title: ClassVar[str] = "steady motion"
-
-    @property
-    def state(self) -> State:
-        """State at t = 0."""
-        return jax.tree.map(lambda x: x[0], self.value.state)
 
     def instead(self, time: float = 10.0) -> Regime:
         """Regime that the robot reaches from rest in a simulation of `time` [s], for a robot without steady motion."""
@@ -73,6 +108,5 @@ def equilibrium_of(robot: Robot, symmetry: Symmetry, guess: State, warm: Any) ->
 
 
 def _result(robot: Robot, x: State, status: Status, stats: dict[str, Any], values: np.ndarray, left) -> Steady:
-    trajectory = Trajectory(robot, jnp.zeros(1), jax.tree.map(lambda x: jnp.asarray(x)[None], x))
     stats = {key: jnp.asarray(value) for key, value in stats.items()}
-    return Steady(trajectory, jnp.asarray(int(status)), stats, left, eigenvalues=values)
+    return Steady(at_one_time(robot, x), jnp.asarray(int(status)), stats, left, eigenvalues=values)

@@ -4,15 +4,18 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
 from nectosome.core import State
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot_t, matmul3
-from nectosome.mechanism import Free, Robot, Spherical
+from nectosome.mechanism import Free, InPlane, Robot, Spherical
 
 _SAME = 1e-9  # relative difference of residuals that counts as equal
 _SAMPLES = 3
+
+Model = Robot | InPlane
 
 
 class Symmetry(eqx.Module):
@@ -57,6 +60,13 @@ class Symmetry(eqx.Module):
 
 
 _UP = np.array([0.0, 0.0, 1.0])
+
+
+def near(robot: Model, x: State, y: Float[Array, "m"]) -> State:
+    """State displaced by y: coordinates along the velocities, velocities, load states."""
+    n = x.v.shape[0]
+    z, unravel = ravel_pytree(x.z)
+    return State(robot.advance(x.q, y[:n], jnp.ones(())), x.v + y[n : 2 * n], unravel(z + y[2 * n :]))
 
 
 def find_symmetry(robot: Robot) -> Symmetry:

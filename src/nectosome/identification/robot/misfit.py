@@ -101,7 +101,7 @@ class RobotMisfit:
 
 def _settings() -> Settings:
     """How to integrate; derivatives are those by places in the ranges, so that their tolerances are those of states."""
-    return Settings("implicit", *map(jnp.asarray, (_RTOL, _ATOL, _MOST)), slope_atol=_ATOL)
+    return Settings("implicit", *map(jnp.asarray, (_RTOL, _ATOL, _MOST)), sensitivity_atol=_ATOL)
 
 
 def _made(flat: bool, template: Template, numbers: Array) -> tuple[Any, Robot, State]:
@@ -156,7 +156,7 @@ def _jacobian(
     _, later = integrate(sloping, start, times[1:], _settings())
     states, slopes = (
         jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rest)
-        for first, rest in ((x, later.x), (d_x, later.slopes))
+        for first, rest in ((x, later.x), (d_x, later.derivatives))
     )
 
     def at(here: tuple[Array, State, State]) -> Float[Array, "p k"]:

@@ -7,7 +7,7 @@ import xarray as xr
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from nectosome.solve.screw import screw_of
+from nectosome.solve import screw_of
 
 
 def repeated(run: xr.Dataset, period: float, seconds: float) -> xr.Dataset:
