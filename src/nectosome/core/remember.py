@@ -23,7 +23,7 @@ import jax
 import jax.numpy as jnp
 from jax import export
 
-from nectosome.io.lock import lock
+from nectosome.io.atomic import lock
 
 _LONGEST = 300.0  # [s] wait for another process that traces the same program
 _programs: dict[Any, Future["_Program"]] = {}
