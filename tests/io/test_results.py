@@ -118,3 +118,8 @@ def test_variables_that_share_no_dimension_become_a_long_table():
     assert table["variable"].tolist() == ["value", "value", "error"] and table["unit"].tolist() == ["kg", "kg", ""]
     assert table["parameter"].tolist()[:2] == ["mass", "drag"] and table["recording"].tolist()[2] == "run 1"
     assert table["value"].tolist() == [1.5, 2.5, 0.1]
+
+
+def test_what_is_no_dataset_is_said_to_be_none(as_users_run, tmp_path):
+    with pytest.raises(InputError, match="a dict is given where a dataset is expected"):
+        save_dataset({}, tmp_path / "run.nc")

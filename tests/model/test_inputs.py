@@ -30,8 +30,10 @@ def test_a_name_a_path_a_description_and_a_built_robot_are_the_same(paddle, tmp_
     assert description_of(paddle) is paddle
     assert description_of(built) == paddle
     assert robot_of(built) is built
-    for given in (NAME, file, paddle):
+    for given in (NAME, file, paddle, built):
         assert eqx.tree_equal(robot_of(given), built)
+        assert eqx.tree_equal(build(given), built)
+        assert bind(given, ("water.density",))[0] == bind(paddle, ("water.density",))[0]
 
 
 def test_settings_change_a_robot_however_it_is_given(paddle):
@@ -85,5 +87,20 @@ def test_a_description_goes_along_into_another_process(paddle):
     ],
 )
 def test_what_is_no_robot_is_said_to_be_none(as_users_run, given, said):
-    with pytest.raises(InputError, match=said):
-        robot_of(given)
+    for take in (robot_of, build, lambda robot: bind(robot, ())):
+        with pytest.raises(InputError, match=said):
+            take(given)
+
+
+@pytest.mark.parametrize("settings", [3, [3], {3: "1 m"}, None])
+def test_settings_are_text(as_users_run, settings):
+    with pytest.raises(InputError, match=r"settings: .* is no setting\. Write text"):
+        description_of(NAME, settings)
+
+
+def test_a_name_or_a_path_is_described(as_users_run, paddle, tmp_path):
+    save_robot(paddle, tmp_path / "paddle.yaml")
+    assert describe(tmp_path / "paddle.yaml") == describe(str(tmp_path / "paddle.yaml")) == paddle
+    for given in (3, None, paddle):
+        with pytest.raises(InputError, match="is given where the name of a robot or the path of its file is expected"):
+            describe(given)

@@ -11,21 +11,19 @@ from importlib.metadata import version
 from cyclopts import App, CycloptsError, Parameter
 from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
 
-from nectosome.cli.check import check, schema
 from nectosome.cli.control import control
 from nectosome.cli.correct import correct
 from nectosome.cli.design import design
+from nectosome.cli.equilibrium import static, steady
 from nectosome.cli.identify import identify
 from nectosome.cli.measure import measure
-from nectosome.cli.new import new
 from nectosome.cli.output import tell
 from nectosome.cli.periodic import periodic
 from nectosome.cli.render import render
 from nectosome.cli.reproduce import reproduce
+from nectosome.cli.robot_file import check, new, schema
 from nectosome.cli.show import show
 from nectosome.cli.simulate import simulate
-from nectosome.cli.static import static
-from nectosome.cli.steady import steady
 from nectosome.cli.studio import studio
 from nectosome.cli.sweep import sweep
 from nectosome.cli.track import track
@@ -68,18 +66,15 @@ app.register_install_completion_command(help="Install tab completion for this sh
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command (that of the shell by default) and return its exit code.
 
-    0: done. 1: the computation did not come to its end. 2: a mistake in what was given, told in one sentence on
+    0: done. 1: the computation did not come to its end. 2: a mistake in what was given, with one sentence on
     stderr. 130: cancelled.
     """
     gc.set_threshold(50_000, 20, 20)  # importing and tracing make many objects that stay
     warnings.filterwarnings("ignore", message="Error (reading|writing) persistent compilation cache")
     try:
         code = app(argv)
-    except CycloptsError as error:
-        tell(_sentence(error))
-        return 2
-    except InputError as error:
-        tell(str(error))
+    except (CycloptsError, InputError) as error:
+        tell(_sentence(error) if isinstance(error, CycloptsError) else str(error))
         return 2
     except KeyboardInterrupt:
         tell("cancelled.")

@@ -1,20 +1,16 @@
 """`nectosome control ROBOT`: any robot under a controller that sets one of its quantities from a measurement."""
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 from rich.console import Group
-from rich.text import Text
 
-from nectosome.cli.control_options import ReferenceOptions, named_options
 from nectosome.cli.control_rig import control_rig
-from nectosome.cli.options import Robot, Settings, value
-from nectosome.cli.output import Outputs, tell, write
+from nectosome.cli.options import ReferenceOptions, Robot, Settings, named_options, value
+from nectosome.cli.output import Outputs, cancellable, progress_bar, tell, write
 from nectosome.cli.page import columns, ending, number, page
-from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.units import show_quantity
 
 if TYPE_CHECKING:
@@ -55,31 +51,25 @@ def control_robot(
     from nectosome import controllers
 
     start = time.perf_counter()
-    with progress_bar(Path(robot).stem) as update:
-
-        def compute(going_on: Callable[[], bool]) -> "ControlResult":
-            def progress(what: str, share: float) -> bool:
-                update(what, share)
-                return going_on()
-
-            with named_options():
-                return controllers.control(
-                    robot,
-                    command=command,
-                    measure=measure,
-                    reference=reference.reference,
-                    gains=gains,
-                    time=reference.time,
-                    rate=rate,
-                    mean=mean,
-                    noise=noise,
-                    delay=delay,
-                    settings=settings or (),
-                    progress=progress,
-                    **reference.shape(),
-                )
-
-        result = cancellable(compute)
+    with progress_bar(Path(robot).stem) as update, named_options():
+        result = cancellable(
+            lambda progress: controllers.control(
+                robot,
+                command=command,
+                measure=measure,
+                reference=reference.reference,
+                gains=gains,
+                time=reference.time,
+                rate=rate,
+                mean=mean,
+                noise=noise,
+                delay=delay,
+                settings=settings or (),
+                progress=progress,
+                **reference.shape(),
+            ),
+            update,
+        )
     if result.gains is None:
         tell("cancelled while gains were found.")
         return 130
@@ -133,9 +123,8 @@ def _page(result: "ControlResult", seconds: float) -> Group:
             table.add_row(name, number(value) if np.isfinite(value) else "never", of)
     table.add_row("rms error", number(rms_error(run.output, run.reference) / size), unit)
     table.add_row("largest error", number(float(np.abs(run.output - run.reference).max()) / size), unit)
-    title = Text(f"{run.title}, {run.time[-1]:.4g} s", "bold")
     attributes = {"status": run.status.name, "status_reason": run.status.reason, "seconds": seconds}
-    return page(title, [table], [*_lines(result), ending(attributes)])
+    return page(f"{run.title}, {run.time[-1]:.4g} s", [table], [*_lines(result), ending(attributes)])
 
 
 def _lines(result: "ControlResult") -> list[str]:

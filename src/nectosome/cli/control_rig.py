@@ -6,10 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.control_options import ReferenceOptions, named_options
-from nectosome.cli.options import read_count, value
-from nectosome.cli.output import Outputs, check_target, report, tell, write
-from nectosome.cli.progress import progress_bar
+from nectosome.cli.options import ReferenceOptions, named_options, read_count, value
+from nectosome.cli.output import Outputs, check_target, progress_bar, report, tell, write
 from nectosome.io import load_dataset, save_dataset
 from nectosome.io.results import SUFFIXES
 from nectosome.units import InputError, did_you_mean, dimension_of, show_quantity

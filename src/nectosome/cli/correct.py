@@ -1,20 +1,15 @@
 """`nectosome correct`: a simulator made to agree with a few experiments."""
 
-import json
-from collections.abc import Callable
 from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 from rich.console import Group
-from rich.table import Table
-from rich.text import Text
 
-from nectosome.cli.options import Over, Settings, read_count, read_pairs, value
-from nectosome.cli.output import Outputs, tell, write
+from nectosome.cli.options import Campaign, Over, Settings, read_count, read_pairs, value
+from nectosome.cli.output import Outputs, cancellable, described, progress_bar, tell, write
 from nectosome.cli.page import columns, page
-from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.units import InputError, read_positive
 
 if TYPE_CHECKING:
@@ -27,7 +22,7 @@ def correct(
     ] = None,
     /,
     *,
-    campaign: Annotated[Path, Parameter("--campaign", help="Campaign (.yaml): recordings and their conditions.")],
+    campaign: Campaign,
     over: Over = None,
     settings: Settings = None,
     sim: Annotated[
@@ -65,38 +60,22 @@ def correct(
 
     from nectosome import identification
     from nectosome.designs.sweep import forget
-    from nectosome.io import provenance
 
     folder = None if outputs.save is None or robot is None else outputs.save.with_suffix(".parts")
     chosen: dict[str, Any] = {"quantity": quantity, "parameter": parameter, "lowpass": cutoff, "aim": aim}
     chosen |= {"method": method, "over": axes, "count": number, "folder": folder}
     with progress_bar("correcting") as update:
-
-        def compute(going_on: Callable[[], bool]) -> "CorrectedGrid":
-            def progress(what: str, share: float) -> bool:
-                update(what, share)
-                return going_on()
-
-            return identification.correct(robot or sim or "", campaign, settings or (), **chosen, progress=progress)
-
+        given = robot or sim or "", campaign, settings or ()
         try:
-            found = cancellable(compute)
+            found = cancellable(lambda progress: identification.correct(*given, **chosen, progress=progress), update)
         except CancelledError:
             tell("cancelled." + (f" The parts done are in {folder}; the same command goes on." if folder else ""))
             return 130
-    asked: dict[str, Any] = {
-        "robot": robot,
-        "over": ", ".join(over or ()),
-        "set": ", ".join(settings or ()),
-        "sim": sim,
-    }
-    asked |= {"sim": sim, "campaign": campaign, "method": found.data.attrs["method"], "next": number}
-    asked |= {"aim": aim, "quantity": quantity, "parameter": parameter, "lowpass": lowpass}
-    data = found.to_dataset()
-    data.attrs |= {
-        "title": f"{found.column} of {robot if sim is None else sim.name}, corrected with {campaign.name}",
-        "provenance": json.dumps(provenance({key: value and str(value) for key, value in asked.items()})),
-    }
+    inputs = {"robot": robot, "over": ", ".join(over or ()), "set": ", ".join(settings or ()), "sim": sim}
+    inputs |= {"campaign": campaign, "method": found.data.attrs["method"], "next": number}
+    inputs |= {"aim": aim, "quantity": quantity, "parameter": parameter, "lowpass": lowpass}
+    title = f"{found.column} of {robot if sim is None else sim.name}, corrected with {campaign.name}"
+    data = described(found.to_dataset(), title, inputs)
     write(_page(found, aim))
     if outputs.given:
         from nectosome.view import show_correction
@@ -110,12 +89,5 @@ def correct(
 def _page(found: "CorrectedGrid", aim: str) -> Group:
     from nectosome.view.corrected_words import lines, read_lines, tables
 
-    title = Text(str(found.data.attrs["title"]), "bold")
-    head = Text("\n").join([title, Text(""), *map(Text, read_lines(found.observed))])
-    made = list[Table]()
-    for rows in tables(found.data, aim):
-        table = columns(*rows.names)
-        for row in rows.rows:
-            table.add_row(*row)
-        made.append(table)
-    return page(head, made, lines(found.data, found.observed))
+    made = [columns(*rows.names, rows=rows.rows) for rows in tables(found.data, aim)]
+    return page(str(found.data.attrs["title"]), made, lines(found.data, found.observed), read_lines(found.observed))

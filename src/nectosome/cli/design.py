@@ -7,22 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 from rich.table import Table
 
-from nectosome.cli.options import (
-    SEED,
-    STARTS,
-    Robot,
-    Seed,
-    Settings,
-    Starts,
-    Vary,
-    WriteRobot,
-    read_count,
-    read_pairs,
-    value,
-)
-from nectosome.cli.output import Data, check_target, tell, write
-from nectosome.cli.progress import progress_bar
-from nectosome.cli.weights import weigh
+from nectosome import robots
+from nectosome.cli import options
+from nectosome.cli.output import Data, check_target, progress_bar, tell, write
+from nectosome.cli.weights import build_weighed
 from nectosome.io import save_dataset, write_atomic
 from nectosome.units import show_quantity
 
@@ -34,15 +22,15 @@ _KEPT = ("search.json", "start_*.jsonl", "best.yaml", "evaluations.nc")  # files
 
 
 def design(
-    robot: Robot,
+    robot: options.Robot,
     /,
     *,
-    vary: Vary = None,
+    vary: options.Vary = None,
     maximise: Annotated[str | None, Parameter(help="speed, thrust, efficiency, ...; speed unless given.")] = None,
     minimise: Annotated[str | None, Parameter(help="power, torque, cost_of_transport, ... instead.")] = None,
     keep: Annotated[list[str] | None, Parameter(help='A limit, "torque <= 0.4 N m"; may be repeated.')] = None,
-    forward: Annotated[str | None, value("x, -x, ... -z: along which speed counts.")] = None,
-    settings: Settings = None,
+    forward: Annotated[str | None, options.value("x, -x, ... -z: along which speed counts.")] = None,
+    settings: options.Settings = None,
     mission: Annotated[
         Path | None, Parameter(help="Make this mission as short as possible: a file, or a robot that ships.")
     ] = None,
@@ -52,37 +40,31 @@ def design(
     optimiser: Annotated[
         Literal["gradient", "pattern", "cmaes"] | None, Parameter(help="gradient by default, cmaes for a mission.")
     ] = None,
-    starts: Starts = STARTS,
-    seed: Seed = SEED,
+    starts: options.Starts = options.STARTS,
+    seed: options.Seed = options.SEED,
     out: Annotated[
         Path | None,
         Parameter(help="Folder of all results; the same command again continues there, --force starts anew."),
     ] = None,
-    found: WriteRobot = None,
+    found: options.WriteRobot = None,
     data: Data = Data(),
 ) -> int:
     """Find the numbers of a robot that maximise or minimise a quantity of its motion, within ranges and limits."""
-    number = read_count(starts, "--starts", least=1, most=100_000)
-    seeded = read_count(seed, "--seed", least=0, most=2**31 - 1)
-    ranges = read_pairs(vary, "--vary", "limbs.fin.length=50..90mm")
+    number = options.read_count(starts, "--starts", least=1, most=100_000)
+    seeded = options.read_count(seed, "--seed", least=0, most=2**31 - 1)
+    ranges = options.read_pairs(vary, "--vary", "limbs.fin.length=50..90mm")
     data.check()
     check_target(found, "--write", ".yaml", data.force)
 
-    from nectosome import designs, model
-    from nectosome.model.inputs import description_of
+    from nectosome import designs
 
-    weigh(model.build(description_of(robot, settings or ())), robot)
+    build_weighed(robots.describe(robot, settings or ()), robot)
     if out is not None and data.force:
         for pattern in _KEPT:
             for path in out.glob(pattern):
                 path.unlink()
     began = clock.perf_counter()
     with progress_bar(f"{robot}, {number} starts") as update:
-
-        def progress(what: str, share: float) -> bool:
-            update(what, share)
-            return True
-
         try:
             result = designs.design(
                 robot,
@@ -98,7 +80,7 @@ def design(
                 starts=number,
                 seed=seeded,
                 folder=out,
-                progress=progress,
+                progress=update,
             )
         except KeyboardInterrupt:
             tell("cancelled." + (f" The same command goes on from what is in {out}." if out is not None else ""))
@@ -123,19 +105,17 @@ def design(
 
 def _show(result: "DesignResult", seconds: float) -> int:
     task, search = result.task, result.search
-    chosen = [start for start in search.best(5) if start.best is not None]
-    if not chosen:
+    designs = [start.best for start in search.best(5) if start.best is not None]
+    if not designs:
         why = "; ".join(dict.fromkeys(start.message for start in search.starts)) or "nothing was evaluated"
         tell(f"{task.description.name}: no design keeps all limits: {why}.")
         return 1
     table = Table(header_style="bold", title="best designs", title_justify="left")
     for name in (*task.names, *(f"{name} ({unit})" for name, unit in task.units.items())):
         table.add_column(name, justify="right")
-    for start in chosen:
-        assert start.best is not None
-        table.add_row(*_values(task, start.best), *(f"{start.best.outputs[name]:.4g}" for name in task.units))
-    best = chosen[0].best
-    assert best is not None
+    for one in designs:
+        table.add_row(*_values(task, one), *(f"{one.outputs[name]:.4g}" for name in task.units))
+    best = designs[0]
     active = [name for name, g in zip(task.constraint_names, best.constraints, strict=True) if g > -1e-4]
     refused = sum(sum(start.rejected.values()) for start in search.starts)
     write(
@@ -159,7 +139,6 @@ def _values(task: "Varied", e: "Evaluation") -> list[str]:
 
 def _at_an_end(task: "Varied", e: "Evaluation") -> list[str]:
     """A line that names the variables that a wider range may make better; none where there are none."""
-    ends = task.at_an_end(e.u)
-    each = zip(task.variables, _values(task, e), strict=True)
+    ends, each = task.at_an_end(e.u), zip(task.variables, _values(task, e), strict=True)
     there = [f"{v.name} ({value})" for v, value in each if v in ends]
     return [f"at an end of its range: {', '.join(there)}: widen it if the robot allows"] if there else []

@@ -1,49 +1,32 @@
 """`nectosome identify`: unknown quantities of a robot or a model, from recordings and from features of gaits."""
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
-from nectosome import view
-from nectosome.cli.options import (
-    SEED,
-    STARTS,
-    Robot,
-    Seed,
-    Settings,
-    Starts,
-    Test,
-    Vary,
-    WriteRobot,
-    read_count,
-    read_pairs,
-    value,
-)
-from nectosome.cli.output import Outputs, check_target, write
-from nectosome.cli.progress import progress_bar
-from nectosome.cli.weights import weigh
+from nectosome import robots, view
+from nectosome.cli import options
+from nectosome.cli.identify_pages import gait_page, hysteresis_page, robot_page, surge_page
+from nectosome.cli.output import Outputs, check_target, described, progress_bar, write
+from nectosome.cli.weights import build_weighed
 from nectosome.description import save_robot
-from nectosome.io import provenance
 from nectosome.units import InputError, read_positive, read_quantity
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-Campaign = Annotated[Path, Parameter("--campaign", help="Campaign (.yaml): recordings and their conditions.")]
+    pass
 
 identify = App(name="identify", help="Find unknown quantities of a robot or a model from recordings and gaits.")
 
 
 @identify.default
 def identify_robot(
-    robot: Robot,
+    robot: options.Robot,
     /,
     *,
-    campaign: Campaign,
-    vary: Vary = None,
+    campaign: options.Campaign,
+    vary: options.Vary = None,
     compare: Annotated[
         list[str] | None,
         Parameter(help="COLUMN=READING, such as push=-force.x or tip=tail.tip.y; may be repeated."),
@@ -55,28 +38,26 @@ def identify_robot(
         list[str] | None,
         Parameter(help="COLUMN=VALUE: its standard error; that of the residuals unless given; may be repeated."),
     ] = None,
-    skip: Annotated[str | None, value("Time at the start that is not compared.")] = None,
-    starts: Starts = STARTS,
-    settings: Settings = None,
-    test: Test = None,
-    tuned: WriteRobot = None,
+    skip: Annotated[str | None, options.value("Time at the start that is not compared.")] = None,
+    starts: options.Starts = options.STARTS,
+    settings: options.Settings = None,
+    test: options.Test = None,
+    tuned: options.WriteRobot = None,
     outputs: Outputs = Outputs(),
 ) -> None:
     """Find unknown quantities of a robot: its simulated motion is fitted to recordings by least squares."""
-    many = read_count(starts, "--starts", least=1, most=1000)
+    many = options.read_count(starts, "--starts", least=1, most=1000)
     seconds = 0.0 if skip is None else read_positive(skip, "time", "--skip")
-    ranges = read_pairs(vary, "--vary", "E=1..9MPa log")
-    compared = read_pairs(compare, "--compare", "push=-force.x")
-    drives = read_pairs(drive, "--drive", "pressure=body.loads.blow.pressure")
-    errors = read_pairs(error, "--error", "tip=0.5mm")
+    ranges = options.read_pairs(vary, "--vary", "E=1..9MPa log")
+    compared = options.read_pairs(compare, "--compare", "push=-force.x")
+    drives = options.read_pairs(drive, "--drive", "pressure=body.loads.blow.pressure")
+    errors = options.read_pairs(error, "--error", "tip=0.5mm")
     outputs.check()
     check_target(tuned, "--write", ".yaml", outputs.force)
 
-    from nectosome import identification, model
-    from nectosome.cli.identify_pages import robot_page
-    from nectosome.model.inputs import description_of
+    from nectosome import identification
 
-    weigh(model.build(description_of(robot, settings or ())), robot)
+    build_weighed(robots.describe(robot, settings or ()), robot)
     with progress_bar("identifying") as update:
         found = identification.identify(
             robot,
@@ -91,9 +72,9 @@ def identify_robot(
             starts=many,
             progress=update,
         )
-    asked = {"robot": robot, "campaign": campaign, "vary": vary, "compare": compare, "drive": drive, "error": error}
-    asked |= {"skip": skip, "starts": starts, "set": settings, "test": test}
-    data = _described(found.to_dataset(), f"{found.description.name}, fitted to {campaign.name}", asked)
+    inputs = {"robot": robot, "campaign": campaign, "vary": vary, "compare": compare, "drive": drive, "error": error}
+    inputs |= {"skip": skip, "starts": starts, "set": settings, "test": test}
+    data = described(found.to_dataset(), f"{found.description.name}, fitted to {campaign.name}", inputs)
     write(robot_page(data))
     if tuned is not None:
         save_robot(found.robot, tuned)
@@ -103,14 +84,14 @@ def identify_robot(
 @identify.command
 def surge(
     *,
-    campaign: Campaign,
-    mass: Annotated[str, value("Mass of the robot, such as 0.755kg.")],
+    campaign: options.Campaign,
+    mass: Annotated[str, options.value("Mass of the robot, such as 0.755kg.")],
     method: Annotated[
         str, Parameter(help="output_error, instrumental_variables, integral_windows, or finite_differences.")
     ] = "output_error",
-    test: Test = None,
+    test: options.Test = None,
     smooth: Annotated[
-        str | None, value("Window of a filter, such as 0.2s, for integral_windows and finite_differences.")
+        str | None, options.value("Window of a filter, such as 0.2s, for integral_windows and finite_differences.")
     ] = None,
     outputs: Outputs = Outputs(),
 ) -> None:
@@ -120,13 +101,12 @@ def surge(
     outputs.check()
 
     from nectosome import identification
-    from nectosome.cli.identify_pages import surge_page
 
     with progress_bar("identifying"):
         found = identification.identify_surge(campaign, kilograms, method=method, smooth=window, test=test or ())
         data = found.to_dataset()
-    asked = {"campaign": campaign, "mass": mass, "method": method, "smooth": smooth, "test": ", ".join(test or ())}
-    _described(data, f"surge of {campaign.name} by {method}", asked)
+    inputs = {"campaign": campaign, "mass": mass, "method": method, "smooth": smooth, "test": ", ".join(test or ())}
+    described(data, f"surge of {campaign.name} by {method}", inputs)
     write(surge_page(data, [*found.recordings, *found.test]))
     outputs.write(data, lambda data, path: view.show_surge(data, path))
 
@@ -134,24 +114,23 @@ def surge(
 @identify.command
 def hysteresis(
     *,
-    campaign: Campaign,
-    order: Annotated[str, value("Order of the transfer function.")] = "2",
+    campaign: options.Campaign,
+    order: Annotated[str, options.value("Order of the transfer function.")] = "2",
     slew: Annotated[bool, Parameter(help="Pressures are commands: fit the slew limit of the valve.")] = False,
-    test: Test = None,
+    test: options.Test = None,
     outputs: Outputs = Outputs(),
 ) -> None:
     """Find hysteresis and dynamics of a soft actuator from its pressure and displacement."""
-    degree = read_count(order, "--order", least=1, most=6)
+    degree = options.read_count(order, "--order", least=1, most=6)
     outputs.check()
 
     from nectosome import identification
-    from nectosome.cli.identify_pages import hysteresis_page
 
     with progress_bar("identifying"):
         found = identification.identify_hysteresis(campaign, order=degree, slew=slew, test=test or ())
         data = found.to_dataset()
-    asked = {"campaign": campaign, "order": order, "slew": slew, "test": ", ".join(test or ())}
-    _described(data, f"hysteresis of {campaign.name}", asked)
+    inputs = {"campaign": campaign, "order": order, "slew": slew, "test": ", ".join(test or ())}
+    described(data, f"hysteresis of {campaign.name}", inputs)
     write(hysteresis_page(data, [*found.recordings, *found.test]))
     outputs.write(data, lambda data, path: view.show_hysteresis(data, path))
 
@@ -163,48 +142,34 @@ def gait(
     optimiser: Annotated[
         str, Parameter(help="cmaes, genetic, differential, or nsga2, one objective a trial.")
     ] = "cmaes",
-    seed: Seed = SEED,
-    evaluations: Annotated[str, value("Largest number of evaluations of each trial.")] = "3000",
-    goal: Annotated[str, value("Discrepancy at which the search ends (eq. 13).")] = "1e-6",
+    seed: options.Seed = options.SEED,
+    evaluations: Annotated[str, options.value("Largest number of evaluations of each trial.")] = "3000",
+    goal: Annotated[str, options.value("Discrepancy at which the search ends (eq. 13).")] = "1e-6",
     out: Annotated[
         Path | None, Parameter(help="Folder of all evaluations; the same command again continues there.")
     ] = None,
     outputs: Outputs = Outputs(),
 ) -> None:
     """Find parameters with which a robot on legs has the features of measured gaits, and which are identifiable."""
-    most = read_count(evaluations, "--evaluations", least=1, most=10_000_000)
-    number = read_count(seed, "--seed", least=0, most=999_999_999)
+    most = options.read_count(evaluations, "--evaluations", least=1, most=10_000_000)
+    number = options.read_count(seed, "--seed", least=0, most=999_999_999)
     enough = read_quantity(goal, "number", "--goal")
     if enough < 0:
         raise InputError(f'"{goal}" is out of range: it must be at least 0.', field="--goal")
     outputs.check()
 
     from nectosome import identification
-    from nectosome.cli.identify_pages import gait_page
 
-    with progress_bar("walking") as update:
+    with progress_bar("identifying") as update:
         found = identification.identify_gait(
-            target,
-            optimiser=optimiser,
-            seed=number,
-            evaluations=most,
-            goal=enough,
-            folder=out,
-            progress=update,
+            target, optimiser=optimiser, seed=number, evaluations=most, goal=enough, folder=out, progress=update
         )
-    asked = {"target": target, "optimiser": optimiser, "seed": number, "evaluations": most, "goal": enough}
+    inputs = {"target": target, "optimiser": optimiser, "seed": number, "evaluations": most, "goal": enough}
     title = f"{found.fit.description.name}, fitted to gaits of {target.name} by {optimiser}"
-    data = _described(found.to_dataset(), title, asked)
+    data = described(found.to_dataset(), title, inputs)
     data.attrs["words"] = json.dumps(found.identifiability.words())
     write(gait_page(data))
     outputs.write(data, lambda data, path: view.show_gait(data, path))
-
-
-def _described(data: "xr.Dataset", title: str, asked: Mapping[str, Any]) -> "xr.Dataset":
-    """The data with its title and provenance."""
-    given = {key: value if value is None else str(value) for key, value in asked.items()}
-    data.attrs |= {"title": title, "provenance": json.dumps(provenance(given))}
-    return data
 
 
 def _bare(text: str) -> bool:

@@ -9,9 +9,8 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.options import Campaign as CampaignFile
-from nectosome.cli.output import Outputs, write
-from nectosome.cli.progress import progress_bar
+from nectosome.cli.options import Campaign
+from nectosome.cli.output import Outputs, progress_bar, write
 from nectosome.units import InputError, count
 
 if TYPE_CHECKING:
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 def measure(
     *files: Annotated[Path, Parameter(help="Recordings: .csv, .txt, .xlsx, .mat, .tdms, .h5, .nc, .npy, .npz.")],
     config: Annotated[Path | None, Parameter(help="Sheet (.yaml): quantity, unit and sign of each column.")] = None,
-    campaign: CampaignFile = None,
+    campaign: Campaign | None = None,
     outputs: Outputs = Outputs(),
 ) -> None:
     """Read recordings and print what they hold: quantities, units, repairs and oddities.

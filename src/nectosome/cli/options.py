@@ -1,19 +1,24 @@
 """Options that several commands share, each with one spelling and one help, and readers of their text."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from nectosome.units import InputError, shorten
+from nectosome import robots
+from nectosome.units import InputError, read_positive, shorten
 
 if TYPE_CHECKING:
     from cyclopts.completion import CompletionContext
 
+    from nectosome.controllers.robot_control import Shape
 
 _FILES = (".yaml", ".yml", ".nc")  # that may stand where a robot or a run is named
+_ARGUMENTS = ("command", "controller", "delay", "gains", "mean", "measure", "model", "noise", "rate")  # of controls
 
 
 def value(about: str, *names: str) -> Parameter:
@@ -23,8 +28,6 @@ def value(about: str, *names: str) -> Parameter:
 
 def _robots(context: "CompletionContext") -> list[str]:
     """Names of robots that ship, and files and folders that begin as the word does."""
-    from nectosome import robots
-
     folder, slash, start = context.incomplete.rpartition("/")
     there = [path for path in Path(folder + slash).iterdir() if path.name.startswith(start)]
     files = [path.name + "/" * path.is_dir() for path in there if path.is_dir() or path.suffix in _FILES]
@@ -41,10 +44,7 @@ Settings = Annotated[
 Loads = Annotated[
     bool, Parameter("--loads", help="Print force and power of each load on each part, and the energy of each part.")
 ]
-
-Campaign = Annotated[Path | None, Parameter("--campaign", help="Campaign (.yaml): recordings and their conditions.")]
-
-
+Campaign = Annotated[Path, Parameter("--campaign", help="Campaign (.yaml): recordings and their conditions.")]
 STARTS, SEED = "4", "1"  # of searches and fits, the defaults of `designs.design` and `identification.identify`
 Starts = Annotated[str, value("Number of starting points in the ranges.", "--starts")]
 Seed = Annotated[str, value("Seed of random numbers.", "--seed")]
@@ -59,6 +59,29 @@ Test = Annotated[
     list[str] | None, Parameter("--test", help="Files that are predicted, not fitted.", consume_multiple=True)
 ]
 WriteRobot = Annotated[Path | None, Parameter("--write", help="Write the robot that was found to this file (.yaml).")]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class ReferenceOptions:
+    """A reference as options of the command line."""
+
+    reference: Annotated[
+        str, value("A constant, such as 30deg; sine, triangle, chirp, varying; or a file with a recording.")
+    ]
+    amplitude: Annotated[str | None, value("Amplitude of a shape, such as 6mm; a list for varying.")] = None
+    frequency: Annotated[str | None, value("Frequency of a shape, such as 0.04Hz; a list for varying.")] = None
+    to: Annotated[str | None, value("Last frequency of a chirp.")] = None
+    column: Annotated[str | None, Parameter(help="Quantity of the file, if several have the dimension.")] = None
+    time: Annotated[str | None, value("Length; by default two periods, that of the file, or 10 s.")] = None
+
+    def shape(self) -> "Shape":
+        """Options that belong to the shape."""
+        return {"amplitude": self.amplitude, "frequency": self.frequency, "to": self.to, "column": self.column}
+
+    def seconds(self) -> float | None:
+        """The length [s]. Raises InputError."""
+        return None if self.time is None else read_positive(self.time, "time", "time")
 
 
 def read_pairs(texts: Iterable[str] | None, option: str, example: str) -> dict[str, str]:
@@ -80,3 +103,15 @@ def read_count(text: str, option: str, *, least: int, most: int) -> int:
     if not least <= number <= most:
         raise InputError(f'"{text}" must be a whole number from {least} to {most}.', field=option)
     return number
+
+
+@contextmanager
+def named_options() -> Iterator[None]:
+    """Errors of arguments name their options."""
+    try:
+        yield
+    except InputError as error:
+        known = (*ReferenceOptions.__dataclass_fields__, *_ARGUMENTS)
+        if (error.field or "").partition(" ")[0] not in known or error.file:
+            raise
+        raise InputError(error.message, field=f"--{error.field}") from None

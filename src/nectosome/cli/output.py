@@ -1,30 +1,38 @@
-"""What commands print and write: results to stdout, sentences to stderr, and the files that the user asks for."""
+"""What commands print and write: results to stdout, sentences and progress to stderr, files that the user asks for."""
 
+import json
 import os
 import sys
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 from rich.console import Console, RenderableType
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from nectosome.io.results import SUFFIXES, save_dataset
+from nectosome.io.results import SUFFIXES, provenance, save_dataset
 from nectosome.units import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _WIDTH = 120  # of what goes to a file or a pipe
+_DELAY = 2.0  # s, before a progress bar appears
 
 Save = Annotated[Path | None, Parameter("--save", help="Write the data to this file (.nc or .csv).")]
 Plot = Annotated[Path | None, Parameter("--plot", help="Write a page with figures to this file (.html).")]
 Force = Annotated[bool, Parameter("--force", help="Overwrite files that exist.")]
 
 
-class _Files:
-    """Files that a command writes if asked: a dataclass has some of the fields."""
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Outputs:
+    """Data and page that a command writes if asked: `--save`, `--plot` and `--force`."""
 
     save: Save = None
     plot: Plot = None
@@ -51,32 +59,25 @@ class _Files:
         report(*self.given, *others)
 
 
-@Parameter(name="*")
 @dataclass(frozen=True)
-class Page(_Files):
-    """The page that a command writes if asked: `--plot`, and `--force`."""
+class Page(Outputs):
+    """The page that a command writes if asked: `--plot` and `--force`."""
 
-    plot: Plot = None
-    force: Force = False
+    save: Annotated[None, Parameter(parse=False)] = None
 
 
-@Parameter(name="*")
 @dataclass(frozen=True)
-class Data(_Files):
-    """The data that a command writes if asked: `--save`, and `--force`."""
+class Data(Outputs):
+    """The data that a command writes if asked: `--save` and `--force`."""
 
-    save: Save = None
-    force: Force = False
+    plot: Annotated[None, Parameter(parse=False)] = None
 
 
-@Parameter(name="*")
-@dataclass(frozen=True)
-class Outputs(_Files):
-    """Data and page that a command writes if asked: `--save`, `--plot` and `--force`."""
-
-    save: Save = None
-    plot: Plot = None
-    force: Force = False
+def described(data: "xr.Dataset", title: str, settings: Mapping[str, Any]) -> "xr.Dataset":
+    """Return the data with its title, and its provenance with `settings` as text."""
+    given = {key: value if value is None else str(value) for key, value in settings.items()}
+    data.attrs |= {"title": title, "provenance": json.dumps(provenance(given))}
+    return data
 
 
 def write(*things: RenderableType, wrap: bool = True) -> None:
@@ -103,6 +104,58 @@ def tell(sentence: str) -> None:
     """Print one line to stderr."""
     line = "".join(c if c.isprintable() else " " for c in " ".join(sentence.split()))
     print(line, file=sys.stderr, flush=True)
+
+
+@contextmanager
+def progress_bar(label: str) -> Iterator[Callable[[str, float], None]]:
+    """Yield update(task, share done); the bar appears after two seconds, and only on a terminal."""
+    console = Console(stderr=True)
+    bar = Progress(
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    )
+    task = bar.add_task(label, total=None)  # pulses until a share is known
+
+    def update(what: str, share: float) -> None:
+        bar.update(task, total=1.0, completed=share, description=f"{label}: {what}" if what else label)
+
+    timer = threading.Timer(_DELAY, bar.start)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield update
+    finally:
+        timer.cancel()
+        timer.join()
+        bar.stop()
+
+
+def cancellable(compute: Callable[[Callable[[str, float], bool]], Any], update: Callable[[str, float], None]) -> Any:
+    """Return compute(progress), where progress(task, share done) updates the bar and returns whether to go on.
+
+    The first Ctrl-C makes it False, the second ends the program at once.
+    """
+    stop = threading.Event()
+
+    def progress(what: str, share: float) -> bool:
+        update(what, share)
+        return not stop.is_set()
+
+    with ThreadPoolExecutor(1) as pool:  # a thread, since compiled code does not listen to Ctrl-C
+        future = pool.submit(compute, progress)
+        while True:
+            try:
+                return future.result()
+            except KeyboardInterrupt:
+                if stop.is_set():
+                    os._exit(130)
+                stop.set()
+                tell("stopping; Ctrl-C again stops at once.")
 
 
 def check_target(path: Path | None, option: str, suffixes: str | tuple[str, ...], force: bool = False) -> None:

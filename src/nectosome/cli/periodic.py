@@ -2,28 +2,34 @@
 
 import math
 import time as clock
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
 from rich.console import Group
 from rich.table import Table
-from rich.text import Text
 
+from nectosome import robots
 from nectosome.cli.options import Loads, Robot, Settings, read_count, value
-from nectosome.cli.output import Outputs, tell, write
-from nectosome.cli.page import acting, columns, ending, is_joint, number, page, powers, reaction_unit, servos, stored
-from nectosome.cli.progress import progress_bar
-from nectosome.cli.weights import weigh
+from nectosome.cli.output import Outputs, progress_bar, tell, write
+from nectosome.cli.page import (
+    Arrays,
+    acting,
+    columns,
+    ending,
+    is_joint,
+    number,
+    page,
+    powers,
+    reaction_unit,
+    servos,
+    stored,
+)
+from nectosome.cli.weights import build_weighed
 from nectosome.description import drive_period
 from nectosome.units import InputError, read_positive, show_quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    import numpy as np
-
     from nectosome.solve import CyclePath
-
-    Arrays = Mapping[str, np.ndarray]
 
 _FLAT = 1e-6  # of the radius: a pitch as small is rounding
 _FEWEST, _MOST = 17, 10_000  # samples: fewer miss the peaks and spoil the means
@@ -44,8 +50,6 @@ def periodic(
     seconds = None if period is None else read_positive(period, "time", "--period")
     outputs.check()
 
-    from nectosome import model, robots
-
     description = robots.describe(robot, settings or ())
     if seconds is None:
         seconds = drive_period(description)
@@ -56,8 +60,7 @@ def periodic(
 
     start = clock.perf_counter()
     with progress_bar(description.name):
-        built = model.build(description)
-        weigh(built, robot)
+        built = build_weighed(description, robot)
         prepare_means(built, count)
         try:
             found = find(built, seconds, samples=count)
@@ -68,16 +71,16 @@ def periodic(
             way_out = " Leave --period out to take that of the robot file." if status == Status.OTHER_PERIOD else ""
             tell(f"{description.name}: {status.reason}.{way_out}")
             return 1
-        asked = {"robot": robot, "set": settings or [], "period": seconds, "samples": count}
+        inputs = {"robot": robot, "set": settings or [], "period": seconds, "samples": count}
         data, names = mean_data(built, found.means())
-        attributes = attributes_of(found, asked)
+        attributes = attributes_of(found, inputs)
         attributes["seconds"] = round(clock.perf_counter() - start, 3)
         arrays = Results(data | drive_limits(built), names, attributes).arrays
         write(_page(arrays, found.course(), attributes, loads))
         if outputs.given:
             from nectosome.view import show_run
 
-            results = found.results(asked)
+            results = found.results(inputs)
             results.attributes["seconds"] = attributes["seconds"]
             outputs.write(results.to_dataset(), show_run)
     if status == Status.UNSTABLE:
@@ -86,7 +89,7 @@ def periodic(
     return 0
 
 
-def _page(arrays: "Arrays", course: "CyclePath", attributes: "Mapping[str, Any]", each: bool) -> Group:
+def _page(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any], each: bool) -> Group:
     """Drives, the body's motion, bending, powers, and how well the samples tell them."""
     tables = [_drives(arrays)] if any(map(is_joint, arrays["prescribed"])) else []
     loads, joints = arrays["load_power"].sum(axis=1), arrays["reaction_power"]
@@ -99,11 +102,11 @@ def _page(arrays: "Arrays", course: "CyclePath", attributes: "Mapping[str, Any]"
     lines = [f"mean powers: off balance by {off:.1e}"]
     if "reaction_limit" in arrays:
         lines += servos(arrays, arrays["reaction_peak"], arrays["drive_velocity_peak"])
-    title = Text(f"{attributes['title']}, period {show_quantity(attributes['period'], 'time')}", "bold")
+    title = f"{attributes['title']}, period {show_quantity(attributes['period'], 'time')}"
     return page(title, tables, [*lines, ending(attributes)])
 
 
-def _drives(arrays: "Arrays") -> Table:
+def _drives(arrays: Arrays) -> Table:
     table = columns("driven joint", "mean reaction", "largest", "unit", "fastest", "unit", "mean power", "unit")
     for i, name in enumerate(map(str, arrays["prescribed"])):
         if not is_joint(name):
@@ -115,21 +118,15 @@ def _drives(arrays: "Arrays") -> Table:
     return table
 
 
-def _body(arrays: "Arrays") -> Table:
-    table = columns(str(arrays["part"][0]), "x", "y", "z", "unit")
-    table.add_row("mean velocity", *(number(x) for x in arrays["velocity"][0]), "m/s")
-    return table
+def _body(arrays: Arrays) -> Table:
+    row = ("mean velocity", *map(number, arrays["velocity"][0]), "m/s")
+    return columns(str(arrays["part"][0]), "x", "y", "z", "unit", rows=[row])
 
 
-def _motion(arrays: "Arrays") -> Table:
+def _motion(arrays: Arrays) -> Table:
     table = columns("cycle", "", "unit")
-    for name, unit in (
-        ("speed", "m/s"),
-        ("turn_rate", "rad/s"),
-        ("power", "W"),
-        ("efficiency", ""),
-        ("cost_of_transport", ""),
-    ):
+    units = {"speed": "m/s", "turn_rate": "rad/s", "power": "W", "efficiency": "", "cost_of_transport": ""}
+    for name, unit in units.items():
         value = float(arrays[name])
         if value == value:  # NaN: not defined for a body that stays
             about = " about z" if name == "turn_rate" else ""
@@ -145,11 +142,11 @@ def _turning(course: "CyclePath") -> list[Table]:
     table.add_row(f"turns about ({', '.join(number(x) for x in course.axis)}) by", number(course.rate), "rad/s")
     table.add_row("radius", number(course.radius), "m")
     if abs(course.pitch) > _FLAT * course.radius:
-        table.add_row("way along the axis in a turn", number(course.pitch), "m")
+        table.add_row("path along the axis in a turn", number(course.pitch), "m")
     return [table]
 
 
-def _bending(arrays: "Arrays") -> list[Table]:
+def _bending(arrays: Arrays) -> list[Table]:
     """What bends: hinges with a flexible layer, and soft parts."""
     table = columns("bends", "largest strain", "largest stress")
     for i, name in enumerate(map(str, arrays["part"])):

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from nectosome import robots
 from nectosome.cli.options import RobotOrRun, Settings, read_count, value
-from nectosome.cli.output import Force, check_target, tell, write
-from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.cli.weights import weigh
+from nectosome.cli.output import Force, cancellable, check_target, progress_bar, tell, write
+from nectosome.cli.weights import build_weighed
 from nectosome.io import is_results, load_dataset
 from nectosome.io.extras import package
 from nectosome.units import InputError, read_positive, read_quantity
@@ -24,7 +24,7 @@ _LEAST, _MOST = 128, 4096  # px
 _FASTEST = 100.0  # times real time, and as many times slower
 _MOST_FRAMES, _MOST_SAMPLES = 20_000, 100_000
 _APART = 1 / 30  # s, largest distance of the times that are kept
-_FOUND = ("SOLVED", "EVENT", "UNSTABLE", "SETTLED")  # statuses of motions that are what was asked for
+_FOUND = ("SOLVED", "EVENT", "UNSTABLE", "SETTLED")  # statuses of motions that are complete
 
 
 def render(
@@ -54,8 +54,8 @@ def render(
     elif at is not None:
         raise InputError("is for a picture (.png, .svg). Leave it out.", field="--at")
     pixels, rate = _read_size(size), read_count(_FPS if fps is None else fps, "--fps", least=1, most=120)
-    pace = read_quantity(_SPEED if speed is None else speed, "number", "--speed")
-    if not 1 / _FASTEST <= pace <= _FASTEST:
+    speedup = read_quantity(_SPEED if speed is None else speed, "number", "--speed")
+    if not 1 / _FASTEST <= speedup <= _FASTEST:
         raise InputError(f'"{speed}" is out of range: {1 / _FASTEST:g} to {_FASTEST:g} are allowed.', field="--speed")
     seconds = None if time is None else read_positive(time, "time", "--time")
     instant = None if at is None else read_quantity(at, "time", "--at")
@@ -77,15 +77,14 @@ def render(
                 return 1
         else:
             seconds = read_positive(_TIME, "time", "--time") if seconds is None else seconds
-            apart = _APART if still else min(pace / rate, _APART)
+            apart = _APART if still else min(speedup / rate, _APART)
             if seconds / apart >= _MOST_SAMPLES:
                 raise InputError(f"{seconds:g} s take more than {_MOST_SAMPLES} samples.", field="--time")
             if not still:
-                _check_frames(seconds, rate, pace)
-            made = _simulated(robot, settings or [], seconds, max(math.ceil(seconds / apart), 60) + 1, update)
-            if isinstance(made, int):
-                return made
-            run = made
+                _check_frames(seconds, rate, speedup)
+            run = _simulated(robot, settings or [], seconds, max(math.ceil(seconds / apart), 60) + 1, update)
+            if isinstance(run, int):
+                return run
         first, last = (float(run["time"].values[k]) for k in (0, -1))
         end = last if seconds is None else first + seconds
         if end > last * (1 + 1e-9):
@@ -102,8 +101,8 @@ def render(
             write_still(run, save, at=instant, end=end, size=pixels, camera=camera)
             write(f"written: {save}")
             return 0
-        _check_frames(end - first, rate, pace)
-        options: dict[str, Any] = {"size": pixels, "camera": camera, "rate": rate, "speed": pace}
+        _check_frames(end - first, rate, speedup)
+        options: dict[str, Any] = {"size": pixels, "camera": camera, "rate": rate, "speed": speedup}
         count = write_film(run, save, end=end, progress=lambda share: update("drawing", share), **options)
     write(f"written: {save}, {count} frames, {count / rate:.4g} s")
     return 0
@@ -113,27 +112,20 @@ def _simulated(
     robot: str, settings: list[str], seconds: float, samples: int, update: Callable[[str, float], None]
 ) -> "xr.Dataset | int":
     """A run from rest, or the exit code where it was not solved or cancelled."""
-    from nectosome import model, robots
-
     description = robots.describe(robot, settings)
 
     from nectosome.core import Status
     from nectosome.solve import prepare_results, simulate
 
-    def compute(going_on: Callable[[], bool]) -> Any:
-        def progress(share: float) -> bool:
-            update("simulating", share)
-            return going_on()
-
-        built = model.build(description)
-        weigh(built, robot)
+    def compute(progress: Callable[[str, float], bool]) -> Any:
+        built = build_weighed(description, robot)
         prepare_results(built, samples)
-        run = simulate(built, seconds, samples=samples, progress=progress)
+        run = simulate(built, seconds, samples=samples, progress=lambda share: progress("simulating", share))
         if Status(int(run.status)) not in (Status.SOLVED, Status.EVENT):
             return run, None
         return run, run.to_dataset({"robot": robot, "set": settings, "time": seconds})
 
-    run, found = cancellable(compute)
+    run, found = cancellable(compute, update)
     if found is not None:
         return found
     status, reached = Status(int(run.status)), float(run.value.time[-1])
@@ -150,15 +142,14 @@ def _read_size(text: str) -> tuple[int, int]:
     if found is None:
         raise InputError(f'"{text}" is no width and height, such as {_SIZE}.', field="--size")
     width, height = (int(number) for number in found.groups())
-    for number in (width, height):
-        if not _LEAST <= number <= _MOST or number % 2:
-            what = f"even numbers from {_LEAST} to {_MOST} are allowed"
-            raise InputError(f'"{text}" cannot be: {what}.', field="--size")
+    if not all(_LEAST <= number <= _MOST and number % 2 == 0 for number in (width, height)):
+        what = f"even numbers from {_LEAST} to {_MOST} are allowed"
+        raise InputError(f'"{text}" cannot be: {what}.', field="--size")
     return width, height
 
 
-def _check_frames(seconds: float, rate: int, pace: float) -> None:
+def _check_frames(seconds: float, rate: int, speedup: float) -> None:
     """Raise InputError where a video of so much time would have too many frames."""
-    if seconds * rate / pace > _MOST_FRAMES:
+    if seconds * rate / speedup > _MOST_FRAMES:
         way_out = "a shorter --time, a lower --fps or a higher --speed"
         raise InputError(f"{seconds:g} s make more than {_MOST_FRAMES} frames: take {way_out}.", field="--time")

@@ -9,8 +9,7 @@ from cyclopts import Parameter
 from rich.table import Table
 from rich.text import Text
 
-from nectosome.cli.output import Force, check_folder, check_target, tell, write
-from nectosome.cli.progress import progress_bar
+from nectosome.cli.output import Force, check_folder, check_target, progress_bar, tell, write
 from nectosome.io import save_dataset, write_atomic
 from nectosome.units import InputError, did_you_mean
 
@@ -85,12 +84,8 @@ def _save_runs(study: "Study", out: Path) -> None:
 
 def _row(row: dict[str, Any]) -> dict[str, Any]:
     """Return a row ready for JSON: plain numbers, and nothing where a number is not finite."""
-    return {field: _plain(row[field]) for field in _FIELDS}
-
-
-def _plain(value: Any) -> Any:
-    value = value.item() if hasattr(value, "item") else value
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    plain = {field: row[field].item() if hasattr(row[field], "item") else row[field] for field in _FIELDS}
+    return {field: None if isinstance(x, float) and not math.isfinite(x) else x for field, x in plain.items()}
 
 
 def _table(rows: list[dict[str, Any]]) -> Table:

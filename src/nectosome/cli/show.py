@@ -7,10 +7,10 @@ from typing import Any
 from rich.text import Text
 from rich.tree import Tree
 
+from nectosome import robots
 from nectosome.cli.options import Loads, RobotOrRun
 from nectosome.cli.output import Page, write
-from nectosome.cli.page import number
-from nectosome.cli.summary import origin, summary
+from nectosome.cli.page import number, origin, summary
 from nectosome.cli.weights import PartWeight, hydrostatics, hydrostatics_rows, weigh
 from nectosome.description import RobotDescription, get_value, numeric_paths
 from nectosome.description.files import to_plain
@@ -21,25 +21,20 @@ _PLACED = ("at", "offset", "rotation")
 _MOST = 40  # values of a row that are shown
 
 
-def show(
-    what: RobotOrRun,
-    /,
-    *,
-    outputs: Page = Page(),
-    loads: Loads = False,
-) -> None:
+def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -> None:
     """Show the parts of a robot and how it lies in the water, or the summary of a saved run."""
+    outputs.check()
     if is_results(what):
         _show_run(what, outputs, loads)
         return
     if loads:
         raise InputError("is for a saved run. Leave it out, or see nectosome simulate --loads.", field="--loads")
-    outputs.check()
-
-    from nectosome import model, robots
 
     description = robots.describe(what)
-    built = model.build(description)
+
+    from nectosome.model import build
+
+    built = build(description)
     parts = weigh(built, what)
     found = hydrostatics(built)
     whole = hydrostatics_rows(description, built, found)
@@ -53,8 +48,6 @@ def show(
 
 
 def _show_run(path: str, outputs: Page, loads: bool) -> None:
-    outputs.check()
-
     from nectosome.view.saved import check_run
 
     dataset = load_dataset(path)
@@ -70,7 +63,7 @@ def _show_run(path: str, outputs: Page, loads: bool) -> None:
 def _tree(description: RobotDescription, parts: list[PartWeight], whole: list[tuple[str, str]]) -> Tree:
     """Return the parts on one another, each with its sizes, masses, joint and loads, and what acts between them.
 
-    `whole` tells of all together.
+    `whole` has rows about all parts together.
     """
     weighed = {part.name: part for part in parts}
     plain = to_plain(description)

@@ -6,14 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
-from rich.text import Text
 
+from nectosome import robots
 from nectosome.cli.options import Loads, Robot, Settings, read_count, value
-from nectosome.cli.output import Outputs, tell, write
-from nectosome.cli.page import columns, ending, number, page
-from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.cli.summary import summary
-from nectosome.cli.weights import weigh
+from nectosome.cli.output import Outputs, cancellable, progress_bar, tell, write
+from nectosome.cli.page import columns, ending, number, page, summary
+from nectosome.cli.weights import build_weighed
 from nectosome.units import InputError, read_positive, read_quantity
 
 if TYPE_CHECKING:
@@ -53,9 +51,7 @@ def simulate(
                 raise InputError(
                     "is not for a mission, which takes even steps until its modes end. Leave it out.", field=option
                 )
-        return _run_mission(
-            robot, settings, mission, read_positive(_STEP if step is None else step, "time", "--step"), outputs
-        )
+        return _run_mission(robot, settings, mission, _STEP if step is None else step, outputs)
     if step is not None:
         raise InputError("is for a --mission; without one, --rtol sets the steps. Leave it out.", field="--step")
     seconds = read_positive(_TIME if time is None else time, "time", "--time")
@@ -65,32 +61,25 @@ def simulate(
     if not 0 < tolerance < 1:
         raise InputError(f'"{rtol}" is out of range: it must be more than 0 and less than 1.', field="--rtol")
 
-    from nectosome import model, robots
-
     description = robots.describe(robot, settings or ())
 
     from nectosome.core import Status
     from nectosome.solve import prepare_results
     from nectosome.solve import simulate as integrate
 
-    asked = {"robot": robot, "set": settings or [], "time": seconds}
-    asked |= {"method": method, "samples": count, "rtol": tolerance}
+    steps: dict[str, Any] = {"method": method, "samples": count, "rtol": tolerance}
+    inputs = {"robot": robot, "set": settings or [], "time": seconds, **steps}
     start = clock.perf_counter()
     with progress_bar(description.name) as update:
 
-        def compute(going_on: Callable[[], bool]) -> Any:
-            def progress(share: float) -> bool:
-                update("", share)
-                return going_on()
-
-            built = model.build(description)
-            weigh(built, robot)
+        def compute(progress: Callable[[str, float], bool]) -> Any:
+            built = build_weighed(description, robot)
             prepare_results(built, count)
-            run = integrate(built, seconds, samples=count, method=method, rtol=tolerance, progress=progress)
+            run = integrate(built, seconds, **steps, progress=lambda share: progress("", share))
             kept = outputs.given or int(run.status) != Status.CANCELLED
-            return run, run.results(asked) if kept else None
+            return run, run.results(inputs) if kept else None
 
-        run, found = cancellable(compute)
+        run, found = cancellable(compute, update)
     status = Status(int(run.status))
     if found is not None:
         found.attributes["seconds"] = round(clock.perf_counter() - start, 3)
@@ -110,29 +99,22 @@ def simulate(
     return 0
 
 
-def _run_mission(robot: str, settings: list[str] | None, file: Path, step: float, outputs: Outputs) -> int:
+def _run_mission(robot: str, settings: list[str] | None, file: Path, step: str, outputs: Outputs) -> int:
     """Run the modes of a mission, print when each of them ended, and return the exit code."""
-    if step > _LONGEST:
-        raise InputError(f"{step:g} s is out of range: it must be at most {_LONGEST} s.", field="--step")
+    length = read_positive(step, "time", "--step")
+    if length > _LONGEST:
+        raise InputError(f"{length:g} s is out of range: it must be at most {_LONGEST} s.", field="--step")
 
-    from nectosome import robots, solve
+    from nectosome import solve
     from nectosome.description.mission import load_mission
 
     description = robots.describe(robot, settings or ())
     path = robots.mission_of(str(file)) or file
     modes = load_mission(path, description)
     with progress_bar(description.name) as update:
-
-        def compute(going_on: Callable[[], bool]) -> Any:
-            def progress(mode: str, share: float) -> bool:
-                update(mode, share)
-                return going_on()
-
-            return solve.run_mission(modes, step=step, progress=progress)
-
-        run = cancellable(compute)
-    asked = {"robot": robot, "mission": str(path), "set": settings or [], "step": step}
-    found = solve.mission_data(run, asked)
+        run = cancellable(lambda progress: solve.run_mission(modes, step=length, progress=progress), update)
+    inputs = {"robot": robot, "mission": str(path), "set": settings or [], "step": length}
+    found = solve.mission_data(run, inputs)
     write(_modes(found))
     if outputs.given:
         from nectosome.view import show_mission
@@ -155,4 +137,4 @@ def _modes(found: "xr.Dataset") -> Any:
         speed = number((x - start) / (time - began)) if time > began else ""
         table.add_row(str(name), str(event), number(float(time)), number(x), number(z), speed, "s, m, m/s")
         began, start = float(time), x
-    return page(Text(found.attrs["title"], "bold"), [table], [ending(found.attrs)])
+    return page(found.attrs["title"], [table], [ending(found.attrs)])

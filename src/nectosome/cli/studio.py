@@ -8,6 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from nectosome import robots
 from nectosome.cli.options import Robot, read_count, value
 from nectosome.cli.output import tell, write
 from nectosome.units import InputError
@@ -28,8 +29,6 @@ def studio(
     number = read_count(port, "--port", least=1, most=65_535)
     if not folder.is_dir():
         raise InputError("is not a folder.", field="--folder")
-
-    from nectosome import robots
 
     robots.describe(robot)
 

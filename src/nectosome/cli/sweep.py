@@ -1,16 +1,14 @@
 """`nectosome sweep`: cycle averages of a robot's motion on a grid of its quantities."""
 
+import functools
 import time as clock
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated
 
 from rich.console import Group
-from rich.text import Text
 
 from nectosome.cli.options import Over, Robot, Settings, read_count, read_pairs, value
-from nectosome.cli.output import Outputs, tell, write
+from nectosome.cli.output import Outputs, cancellable, progress_bar, tell, write
 from nectosome.cli.page import columns, number, page
-from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.description.structure import shortest
 from nectosome.units import DIMENSIONS, InputError, count, show_quantity
 
@@ -45,15 +43,8 @@ def sweep(
     folder = None if outputs.save is None else outputs.save.with_suffix(".parts")
     start = clock.perf_counter()
     with progress_bar(f"sweep of {robot}") as update:
-
-        def compute(going_on: Callable[[], bool]) -> "xr.Dataset":
-            def progress(what: str, share: float) -> bool:
-                update(what, share)
-                return going_on()
-
-            return designs.sweep(robot, axes, settings or (), samples=times, folder=folder, progress=progress)
-
-        found = cancellable(compute)
+        given = functools.partial(designs.sweep, robot, axes, settings or (), samples=times, folder=folder)
+        found = cancellable(lambda progress: given(progress=progress), update)
     found.attrs["seconds"] = round(clock.perf_counter() - start, 3)
     if (found["status"] == "CANCELLED").any():
         tell("cancelled." + (f" The parts done are in {folder}; the same command goes on." if folder else ""))
@@ -81,7 +72,7 @@ def _page(found: "xr.Dataset") -> Group:
     words = found["status"].to_series().value_counts()
     solved = ", ".join(f"{n} {status}" for status, n in words.items())
     line = f"{count(found['status'].size, 'point')}: {solved}; {found.attrs['seconds']:.1f} s to compute"
-    return page(Text(str(found.attrs["title"]), "bold"), [table], [line])
+    return page(str(found.attrs["title"]), [table], [line])
 
 
 def _place(value: "xr.DataArray", dims: tuple[str, ...]) -> str:

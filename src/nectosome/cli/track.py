@@ -10,8 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from nectosome.cli.options import value
-from nectosome.cli.output import Outputs, check_target, write
-from nectosome.cli.progress import progress_bar
+from nectosome.cli.output import Outputs, check_target, progress_bar, write
 from nectosome.units import InputError, read_quantity
 
 if TYPE_CHECKING:

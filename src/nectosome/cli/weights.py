@@ -51,6 +51,15 @@ def weigh(robot: "Robot", source: str) -> list[PartWeight]:
     return parts
 
 
+def build_weighed(description: RobotDescription, source: str) -> "Robot":
+    """Return the robot of a description, which comes from `source`. Raises InputError as `weigh` does."""
+    from nectosome.model import build
+
+    robot = build(description)
+    weigh(robot, source)
+    return robot
+
+
 class Hydrostatics(NamedTuple):
     """Masses [kg] and centres [m, world frame] of a robot in its initial pose, all of it under the surface."""
 

@@ -21,8 +21,7 @@ import jax
 import jax.numpy as jnp
 from jax import export
 
-from nectosome.io.atomic import write_atomic
-from nectosome.io.lock import lock
+from nectosome.io.atomic import lock, write_atomic
 from nectosome.units import InputError
 
 _LONGEST = 300.0  # [s] wait for another process that traces the same program

@@ -2,8 +2,7 @@
 
 from .atomic import reason, write_atomic
 from .checkpoint import load_checkpoint, save_checkpoint
-from .provenance import provenance
-from .results import is_results, load_dataset, save_dataset
+from .results import is_results, load_dataset, provenance, save_dataset
 
 __all__ = [
     "is_results",

@@ -1,9 +1,11 @@
-"""Atomic writing of files."""
+"""Atomic writing of files, and locks on open files."""
 
 import os
 import secrets
+import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import IO
 
 from nectosome.units import InputError
 
@@ -39,3 +41,24 @@ def reason(error: Exception) -> str:
     """Return the reason of a read or write error in a few words."""
     words = getattr(error, "strerror", None) or str(error).partition("\n")[0] or "it failed"
     return str(words).rstrip(".")
+
+
+def lock(file: IO, wait: float = 0.0) -> bool:
+    """Try to lock an open file for `wait` [s]; return whether it is locked by this process.
+
+    Systems without such locks (Windows) always return True.
+    """
+    try:
+        import fcntl
+    except ImportError:
+        return True
+    until = time.monotonic() + wait
+    while True:
+        try:
+            fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            if time.monotonic() >= until:
+                return False
+            time.sleep(0.02)
+        else:
+            return True

@@ -5,8 +5,7 @@ import zlib
 from pathlib import Path
 from typing import Any
 
-from nectosome.io.atomic import reason
-from nectosome.io.lock import lock
+from nectosome.io.atomic import lock, reason
 from nectosome.units import InputError
 
 FORMAT = 1

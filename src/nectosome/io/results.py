@@ -1,11 +1,17 @@
-"""Results on disk: an `xarray.Dataset` as a netCDF file, or as a table of text (CSV)."""
+"""Results on disk: an `xarray.Dataset` as a netCDF file, or as a table of text (CSV), and their provenance."""
 
 import itertools
+import os
+import platform
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nectosome.io.atomic import reason, write_atomic
-from nectosome.units import InputError
+from nectosome.units import InputError, kind_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -13,13 +19,18 @@ if TYPE_CHECKING:
 
 _HDF5 = b"\x89HDF"
 SUFFIXES = (".nc", ".csv")  # of what `save_dataset` writes
+PACKAGES = ("jax", "jaxlib", "equinox", "numpy", "pydantic", "xarray", "h5netcdf")
 
 
 def save_dataset(dataset: "xr.Dataset", path: str | Path) -> None:
     """Write a dataset as netCDF, or as a table where the path ends in .csv; whole or not at all.
 
-    Only netCDF keeps attributes, such as the provenance. Raises InputError where it cannot be written.
+    Only netCDF keeps attributes, such as the provenance. Raises InputError for what is no dataset, and where it cannot
+    be written.
     """
+    if not hasattr(dataset, "to_netcdf"):
+        way_out = " Give its to_dataset()." if hasattr(dataset, "to_dataset") else ""
+        raise InputError(f"{kind_of(dataset)} is given where a dataset is expected.{way_out}")
     if Path(path).suffix == ".csv":
         write_atomic(path, table_of(dataset).to_csv(index=False, lineterminator="\n").encode())
     else:
@@ -43,7 +54,8 @@ def table_of(dataset: "xr.Dataset") -> "pd.DataFrame":
         return _long(dataset)
     chosen = {name: variable for name, variable in variables.items() if set(rows) <= set(variable.dims)}
     places = pd.MultiIndex.from_product([_labels(dataset, dim) for dim in rows], names=rows)
-    columns: dict[str, Any] = {_head(dataset, dim): places.get_level_values(dim) for dim in rows}
+    heads = (_with_unit(dim, dataset[dim]) if dim in dataset.coords else dim for dim in rows)
+    columns: dict[str, Any] = {head: places.get_level_values(dim) for head, dim in zip(heads, rows, strict=True)}
     for name, variable in chosen.items():
         others = [str(dim) for dim in variable.dims if dim not in rows]
         values = variable.transpose(*rows, *others).values.reshape(len(places), -1)
@@ -77,10 +89,6 @@ def _labels(dataset: "xr.Dataset", dim: str) -> list:
     if parts is None:
         return list(range(dataset.sizes[dim]))
     return [f"{part} {np.sum(parts[:k] == part)}" for k, part in enumerate(parts)]
-
-
-def _head(dataset: "xr.Dataset", dim: str) -> str:
-    return _with_unit(dim, dataset[dim]) if dim in dataset.coords else dim
 
 
 def _with_unit(name: str, variable: "xr.DataArray") -> str:
@@ -121,3 +129,24 @@ def load_dataset(path: str | Path) -> "xr.Dataset":
         if variable.dtype.kind in "OT":
             dataset = dataset.assign({name: variable.astype(str)})
     return dataset
+
+
+def provenance(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the data to reproduce a result, as JSON data: `settings`, versions, platform, processors, UTC time."""
+    return {
+        "nectosome": _version("nectosome"),
+        "python": platform.python_version(),
+        "packages": {name: _version(name) for name in PACKAGES},
+        "platform": platform.platform(),
+        "processors": os.cpu_count(),
+        "time": datetime.now(UTC).isoformat(timespec="seconds"),
+        "settings": dict(settings),
+    }
+
+
+@cache  # each call reads a file
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"

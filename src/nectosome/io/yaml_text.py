@@ -42,7 +42,8 @@ def read_yaml(text: str, source: str) -> tuple[Any, dict[Key, int]]:
     try:
         yaml = YAML(typ="safe", pure=True)
         node = yaml.compose(text)
-        return (None, {}) if node is None else _Reader(source, yaml.constructor).read(node)
+        reader = _Reader(source, yaml.constructor)
+        return (None if node is None else reader.value(node, ())), reader.lines
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         why = " ".join(str(error.problem or error.context or "it breaks off").split())
@@ -89,9 +90,6 @@ class _Reader:
         self.lines: dict[Key, int] = {}
         self.count = 0
 
-    def read(self, node: Any) -> tuple[Any, dict[Key, int]]:
-        return self.value(node, ()), self.lines
-
     def value(self, node: Any, path: Key) -> Any:
         self.lines.setdefault(path, node.start_mark.line + 1)
         self.count += 1
@@ -104,7 +102,9 @@ class _Reader:
         if node.id == "sequence":
             return [self.value(item, (*path, i)) for i, item in enumerate(node.value)]
         if kind == "int":
-            return self.whole(node)
+            if len(node.value) > 4000:
+                raise self.error("this number has too many digits.", node)
+            return self.constructor.construct_yaml_int(node)
         if kind == "float":
             return self.constructor.construct_yaml_float(node)
         if kind == "bool":
@@ -114,11 +114,6 @@ class _Reader:
         if kind in ("str", "timestamp", "value", "merge"):
             return str(node.value)
         raise self.error(f'the tag "{shorten(node.tag)}" is not used here. Leave it out.', node)
-
-    def whole(self, node: Any) -> int:
-        if len(node.value) > 4000:
-            raise self.error("this number has too many digits.", node)
-        return self.constructor.construct_yaml_int(node)
 
     def mapping(self, node: Any, path: Key) -> dict[str, Any]:
         result: dict[str, Any] = {}

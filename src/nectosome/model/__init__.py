@@ -1,7 +1,7 @@
 """From a description to a robot, and what a public function takes for one."""
 
-from .build import Template, bind, build, instantiate, template_of
-from .inputs import RobotLike, description_of, robot_of
+from .build import Template, bind, build, instantiate, robot_of, template_of
+from .inputs import RobotLike, description_of
 
 __all__ = [
     "RobotLike",

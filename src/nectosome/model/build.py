@@ -3,7 +3,7 @@
 Every number of the description may be a JAX tracer; only names, kinds and counts are looked at while tracing.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import groupby
 from typing import Any
 
@@ -14,7 +14,7 @@ from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from nectosome import loads as ld
-from nectosome.core import Constant, Signal, Stack, UniformCurrent, Water, signal_of
+from nectosome.core import Constant, PairLoad, Signal, Stack, UniformCurrent, Water, signal_of
 from nectosome.core.described import class_for, is_zero, number, vector
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import rotation_from_rpy
@@ -29,29 +29,52 @@ from nectosome.description import (
 from nectosome.description import parts as dp
 from nectosome.description.structure import changed
 from nectosome.loads.places import Carrier
-from nectosome.mechanism import Attached, Joint, Link, Paired, Robot, Tree, TreePart, make_robot, node_at
+from nectosome.mechanism import (
+    Attached,
+    Joint,
+    Link,
+    Paired,
+    Robot,
+    SoftRod,
+    Tree,
+    TreePart,
+    make_robot,
+    make_rod,
+    node_at,
+)
 from nectosome.mechanism import links as lk
-from nectosome.mechanism.rods import prescribed_strains
+from nectosome.mechanism.rods import prescribed_strains, section_places
 from nectosome.mechanism.sections import Sections, ellipse, rectangle
 
-from .build_loads import joint_loads, load_of, pair_of
-from .build_rods import rod_of
+from .build_loads import joint_loads, load_of
+from .inputs import RobotLike, description_of
 
 _LONG = 32  # numbers
 
 
-def build(description: RobotDescription) -> Robot:
-    """Robot of a description; differentiable with respect to every number in it.
+def build(robot: RobotLike) -> Robot:
+    """Robot of a description, or of what names one; differentiable with respect to every number in a description.
 
     Compiled once for each structure: numbers that are zero are part of it, all others are traced. The robot carries
-    its description, unless numbers in it are traced.
+    its description, unless numbers in it are traced. Raises InputError for what is no robot.
     """
+    description = description_of(robot)
     values = numeric_values(description)
     if any(isinstance(value, Tracer) for value in values.values()):
         return _assemble(description)
-    robot = remembered(instantiate, *_template(description, values, ()))
+    built = remembered(instantiate, *_template(description, values, ()))
     arrays = {path: float(value) for path, value in values.items() if not isinstance(value, float)}
-    return robot.described(changed(description, arrays) if arrays else description)
+    return built.described(changed(description, arrays) if arrays else description)
+
+
+def robot_of(robot: RobotLike, settings: Iterable[str] = ()) -> Robot:
+    """Built robot of a name, path, description or built robot, which is handed back as it is without `settings`.
+
+    Raises InputError as `description_of` does.
+    """
+    if isinstance(robot, Robot) and not settings:
+        return robot
+    return build(description_of(robot, settings))
 
 
 class Template(eqx.Module):
@@ -136,7 +159,7 @@ def _assemble(d: RobotDescription) -> Robot:
         strain_indices: tuple[int, ...] = ()
         strain_signals: tuple[Signal, ...] = ()
         if isinstance(limb, dp.Rod):
-            body = rod_of(limb)
+            body = _rod(limb)
             strain_indices, strain_signals = prescribed_strains(limb, body)
         else:
             body = _link(limb, _needs_strips(limb, weighs, surface))
@@ -164,23 +187,25 @@ def _assemble(d: RobotDescription) -> Robot:
             attached.append(Attached("buoyancy", i, ld.Buoyancy()))
     pairs = []
     for name, pair in d.pairs.items():
-        first, second = pair.between
-        acting = pair_of(pair, carriers[first], carriers[second])
-        pairs.append(Paired(name, (order.index(first), order.index(second)), acting))
+        acting = class_for(pair, PairLoad).from_description(pair, *(carriers[part] for part in pair.between))
+        first, second = map(order.index, pair.between)
+        pairs.append(Paired(name, (first, second), acting))
     return make_robot(Tree(tuple(parts)), tuple(attached), water, tuple(pairs))
 
 
 def bind(
-    description: RobotDescription,
+    robot: RobotLike,
     paths: tuple[str, ...],
     log: tuple[str, ...] = (),
     tie: dict[str, str] | None = None,
 ) -> tuple[Float[Array, "n"], Callable[[Float[Array, "n"]], Robot]]:
-    """Vector theta0 of the quantities at `paths` (or aliases), and build(theta) -> Robot.
+    """Vector theta0 of the quantities of a robot at `paths` (or aliases), and build(theta) -> Robot.
 
     Those named in `log` enter theta as their natural logarithm; `tie` maps further paths to one of `paths`, whose
-    value they then share. Raises InputError for unknown names, and for a logarithm of what is not positive.
+    value they then share. Raises InputError for what is no robot, for unknown names, and for a logarithm of what is not
+    positive.
     """
+    description = description_of(robot)
     groups = [list(resolve(description, path)) for path in paths]
     for other, leader in (tie or {}).items():
         groups[paths.index(leader)] += resolve(description, other)
@@ -207,6 +232,36 @@ def _needs_strips(limb: dp.Rigid, weighs: bool, surface: Array | None) -> bool:
     """Whether a rigid part is sampled along its axis: for loads per length, and to stand partly out of the water."""
     per_length = any(load.per_length for load in limb.loads.values())
     return limb.shape != "point" and (per_length or (weighs and surface is not None))
+
+
+def _rod(limb: dp.Rod) -> SoftRod:
+    """Soft rod, whose sections go over evenly from each one that is given to the next."""
+    s = jnp.asarray(section_places({**limb.strains}, limb.points, limb.marks))
+    known = np.array([0.0, *(inner.at for inner in limb.between), 1.0])
+
+    def size(name: str) -> Array:
+        root, tip = getattr(limb, name), getattr(limb, f"tip_{name}")
+        values = [root, *(getattr(inner, name) for inner in limb.between), root if tip is None else tip]
+        return jnp.interp(s, known, vector(values))
+
+    if limb.section == "circle":
+        sections = ellipse(size("radius"), size("radius"))
+    else:
+        shape = ellipse if limb.section == "ellipse" else rectangle
+        sections = shape(0.5 * size("width"), 0.5 * size("height"))
+    rest = {name: vector(getattr(limb.rest, name)) for name in type(limb.rest).model_fields if getattr(limb.rest, name)}
+    return make_rod(
+        length=number(limb.length),
+        sections=sections,
+        young=number(limb.young),
+        poisson=number(limb.poisson),
+        density=number(limb.density),
+        viscosity=number(limb.damping),
+        orders={**limb.strains},
+        rest=rest,
+        points=limb.points,
+        marks=limb.marks,
+    )
 
 
 def _link(limb: dp.Rigid, stripped: bool) -> Link:

@@ -13,11 +13,10 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from nectosome import loads as ld
-from nectosome.core import Constant, Cycle, Load, PairLoad, Recording, RodLoad, Signal, Sine
+from nectosome.core import Constant, Cycle, Load, Recording, RodLoad, Signal, Sine
 from nectosome.core.described import class_for, is_zero, number, numbers, vector
 from nectosome.description import JointDescription, LoadDescription
 from nectosome.description import joints as dj
-from nectosome.description.pairs import PairDescription
 from nectosome.description.rod_loads import ChamberLoad, PlayHysteresis
 from nectosome.drives import PrandtlIshlinskii, respond
 from nectosome.loads.places import Carrier
@@ -35,11 +34,6 @@ def load_of(described: LoadDescription, part: Carrier) -> Load | RodLoad:
     if isinstance(load, ld.FluidChamber) and isinstance(described, ChamberLoad) and described.hysteresis is not None:
         return eqx.tree_at(lambda c: c.pressure, load, _after(described.hysteresis, load.pressure))
     return load
-
-
-def pair_of(described: PairDescription, first: Carrier, second: Carrier) -> PairLoad:
-    """Pair of a description between two parts."""
-    return class_for(described, PairLoad).from_description(described, first, second)
 
 
 def joint_loads(j: JointDescription, part: int) -> Iterator[Attached]:

@@ -6,11 +6,10 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from nectosome.description import RobotDescription, apply_settings, load_robot
-from nectosome.units import InputError, did_you_mean
+from nectosome.units import InputError, did_you_mean, kind_of
 
-from .beetle import beetle, beetle_free
+from .beetle import beetle, beetle_free, paddle
 from .flagella import flagella
-from .paddle import paddle
 from .shipped import file_names, file_of, mission_of
 
 __all__ = ["beetle", "beetle_free", "describe", "flagella", "mission_of", "names", "of_family", "paddle"]
@@ -24,19 +23,20 @@ def names() -> list[str]:
     return sorted([*file_names(), *_USUAL, "beetle1", "flagella4", "paddle2"])
 
 
-def describe(robot: str, settings: Iterable[str] = ()) -> RobotDescription:
+def describe(robot: str | Path, settings: Iterable[str] = ()) -> RobotDescription:
     """Description of a robot that ships, by name, or of a robot file, by path, with `settings` such as `E=3MPa`.
 
     Of a family the setting `N=2` says how many flagella or segments. Raises InputError.
     """
-    family, count = _family(robot)
-    others = []
-    for setting in settings:
-        if family is not None and setting.partition("=")[0].strip() == "N":
-            count = _count(setting)
-        else:
-            others.append(setting)
-    description = _load(robot) if family is None or count is None else family(count)
+    if not isinstance(robot, str | Path):
+        raise InputError(f"{kind_of(robot)} is given where the name of a robot or the path of its file is expected.")
+    family, count = _family(str(robot))
+    numbers, others = [], []
+    for setting in [settings] if isinstance(settings, str) else settings:
+        is_number = family is not None and setting.partition("=")[0].strip() == "N"
+        (numbers if is_number else others).append(setting)
+    count = [count, *map(_count, numbers)][-1]
+    description = _load(str(robot)) if family is None or count is None else family(count)
     return apply_settings(description, others) if others else description
 
 

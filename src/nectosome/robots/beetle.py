@@ -1,12 +1,12 @@
-"""The rowing robot like a diving beetle: four paddles of the paddle's own description on one hull."""
+"""Rowing paddles of any number of segments, and the robot like a diving beetle: four of them on one hull."""
 
 import math
 
-from nectosome.description import FreeJoint, PlanarJoint, Rigid, RobotDescription
+from nectosome.description import FixedJoint, FreeJoint, PlanarJoint, Rigid, RobotDescription, load_robot
 from nectosome.description.loads import LumpedDragLoad, SpheroidAddedMassLoad
 from nectosome.units import InputError
 
-from .paddle import paddle
+from .shipped import file_of
 
 _ABOUT = (
     "The rowing robot of Hu et al. 2024, section 5.2: a hull with four paddles (see `paddle`) cut into {joints} "
@@ -36,12 +36,12 @@ def beetle(joints: int = 3) -> RobotDescription:
 
 
 def beetle_free(joints: int = 3) -> RobotDescription:
-    """Robot of `beetle`, free in all six directions."""
+    """Robot of `beetle`, free in all six directions. Raises InputError as it does."""
     return _beetle("beetle_free", joints, FreeJoint(kind="free"), _ALL_SIX)
 
 
 def _beetle(name: str, joints: int, joint: PlanarJoint | FreeJoint, freedom: str) -> RobotDescription:
-    if not 1 <= joints <= 5:
+    if joints not in range(1, 6):
         raise InputError(f"{name}: {joints} joints a paddle asked for; 1 to 5.")
     one = paddle(joints)
     limbs: dict[str, Rigid] = {}
@@ -111,3 +111,30 @@ def _aliases(joints: int) -> dict[str, tuple[str, ...]]:
         "drag_area": ("body.loads.drag.drag_area.0",),
         **{f"phase_{place}": (f"{motion[place]}.phase",) for place in PADDLES},
     }
+
+
+def paddle(segments: int) -> RobotDescription:
+    """Paddle cut into so many equal segments, each on a flexible passive joint; 0: a rigid plate of the same size.
+
+    Segments share length and mass of the whole paddle; all joints have the same flexure. Raises InputError for a count
+    outside 0..5.
+    """
+    if segments not in range(6):
+        raise InputError(f"paddle: {segments} segments asked for; 1 to 5, or 0 for a rigid plate.")
+    three = load_robot(file_of("paddle"))
+    parts = [part for name, part in three.limbs.items() if name != "arm"]
+    first, count = parts[0], max(segments, 1)
+    assert isinstance(first, Rigid)
+    assert first.length is not None
+    assert first.mass is not None
+    length, share = first.length * len(parts) / count, len(parts) / count
+    joint = first.joint if segments else FixedJoint(kind="fixed")
+    same = {"length": length, "mass": first.mass * share, "centre_of_mass": (0.5 * length, 0.0, 0.0), "joint": joint}
+    names = [f"segment{k + 1}" for k in range(count)]
+    limbs = {"arm": three.limbs["arm"]}
+    for on, name in zip(["arm", *names], names, strict=False):
+        limbs[name] = first.model_copy(update={**same, "on": on})
+    aliases = {**three.aliases, "Cn": tuple(f"limbs.{name}.loads.drag.normal" for name in names)}
+    with_joints = "with three flexible passive joints"
+    about = three.about.replace(with_joints, f"cut into {segments} segments" if segments else "in one rigid piece")
+    return three.model_copy(update={"name": f"paddle{segments}", "about": about, "limbs": limbs, "aliases": aliases})

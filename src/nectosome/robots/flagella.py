@@ -23,7 +23,7 @@ def flagella(count: int) -> RobotDescription:
 
     Raises InputError for a count outside 1..12.
     """
-    if not 1 <= count <= 12:
+    if count not in range(1, 13):
         raise InputError(f"flagella: {count} flagella asked for; 1 to 12 fit on the ring.")
     one = load_robot(file_of("flagellum"))
     shaft, hook, filament = (one.limbs[name] for name in ("shaft", "hook", "filament"))

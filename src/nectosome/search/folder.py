@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from nectosome.io.atomic import reason, write_atomic
+from nectosome.io.atomic import lock, reason, write_atomic
 from nectosome.io.journal import read_journal
-from nectosome.io.lock import lock
 from nectosome.units import InputError
 
 from .contract import Optimiser

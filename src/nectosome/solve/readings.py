@@ -15,8 +15,7 @@ from nectosome.core.se3 import dot
 from nectosome.description import parse_robot
 from nectosome.mechanism import Robot, diagnose, support_force
 from nectosome.model import build
-from nectosome.model.inputs import kind_of
-from nectosome.units import DIMENSIONS, InputError, did_you_mean, shorten
+from nectosome.units import DIMENSIONS, InputError, did_you_mean, kind_of, shorten
 
 from .results import Run
 

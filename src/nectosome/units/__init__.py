@@ -13,7 +13,7 @@ from .conversion import (
     unit_to_si,
 )
 from .dimensions import DIMENSIONS, Dimension, dimension_of
-from .errors import InputError, count, did_you_mean, shorten
+from .errors import InputError, count, did_you_mean, kind_of, shorten
 
 __all__ = [
     "DIMENSIONS",
@@ -24,6 +24,7 @@ __all__ = [
     "dimension_of",
     "expected",
     "format_quantity",
+    "kind_of",
     "parse_quantity",
     "read_any",
     "read_positive",

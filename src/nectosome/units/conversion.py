@@ -6,10 +6,8 @@ from fractions import Fraction
 from functools import cache
 from typing import Any, SupportsFloat
 
-from nectosome.units.dimensions import DIMENSIONS, Dimension
-from nectosome.units.errors import shorten
-
-from .errors import InputError
+from .dimensions import DIMENSIONS, Dimension
+from .errors import InputError, shorten
 
 
 def read_quantity(given: str | SupportsFloat, dimension: str, field: str) -> float:
@@ -144,15 +142,12 @@ def unit_to_si(text: str) -> tuple[float, str]:
 
 def read_any(text: str) -> tuple[float, str]:
     """Read text such as `20 deg` as an SI number and its SI unit; ValueError with a sentence for users."""
-    match = _NUMBER.fullmatch(text)
-    if match is None or len(text) > 100:
-        reason = "must be finite" if _NOT_FINITE.match(text) else "is not a number with a unit"
-        raise ValueError(f'"{shorten(text)}" {reason}.')
+    number, unit = _split(text, "is not a number with a unit")
     try:
-        factor, si = unit_to_si(match.group(2).strip())
+        factor, si = unit_to_si(unit)
     except ValueError as error:
         raise ValueError(f'"{shorten(text)}" {error}.') from None
-    number = float(match.group(1)) * factor
+    number = float(number) * factor
     if not math.isfinite(number):
         raise ValueError(f'"{shorten(text)}" must be finite.')
     return number, si
@@ -160,10 +155,16 @@ def read_any(text: str) -> tuple[float, str]:
 
 def split_unit(text: str) -> tuple[float, str]:
     """Split text such as `20 deg` into its number and its unit, as written; ValueError with a sentence for people."""
+    number, unit = _split(text, "is not a number with a unit")
+    return float(number), unit
+
+
+def _split(text: str, otherwise: str) -> tuple[str, str]:
+    """Number and unit as texts; ValueError where there is no number, which says what it is `otherwise`."""
     match = _NUMBER.fullmatch(text)
     if match is None or len(text) > 100:
-        raise ValueError(f'"{shorten(text)}" is not a number with a unit.')
-    return float(match[1]), match[2].strip()
+        raise ValueError(f'"{shorten(text)}" {"must be finite" if _NOT_FINITE.match(text) else otherwise}.')
+    return match[1], match[2].strip()
 
 
 _BASE = {
@@ -190,11 +191,10 @@ def parse_quantity(text: str, dimension: str) -> float:
     """
     shown = f'"{shorten(text)}"'
     kind = DIMENSIONS[dimension]
-    match = _NUMBER.fullmatch(text)
-    if match is None or len(text) > 100:
-        reason = "must be finite" if _NOT_FINITE.match(text) else "is not a number"
-        raise ValueError(f"{shown} {reason}. {expected(dimension)}")
-    number, unit = match.group(1), match.group(2).strip()
+    try:
+        number, unit = _split(text, "is not a number")
+    except ValueError as error:
+        raise ValueError(f"{error} {expected(dimension)}") from None
     if not unit and kind.unit and float(number) != 0:
         raise ValueError(f"{shown} has no unit. {expected(dimension)}")
     try:

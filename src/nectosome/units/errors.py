@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from typing import Any
 
 
 class InputError(Exception):
@@ -46,3 +47,28 @@ def shorten(value: object, limit: int = 60) -> str:
 def count(n: int, thing: str) -> str:
     """Return `1 part`, `2 parts`."""
     return f"{n} {thing}{'' if n == 1 else 's'}"
+
+
+_KINDS = {
+    "Dataset": "a dataset",
+    "DataArray": "a data array",
+    "DataFrame": "a table",
+    "ndarray": "an array of numbers",
+    "ArrayImpl": "an array of numbers",
+    "Run": "a run",
+    "Steady": "a steady motion",
+    "Periodic": "a periodic motion",
+    "Static": "a static equilibrium",
+}
+
+
+def kind_of(thing: Any) -> str:
+    """Return what something is, for messages: its kind, and a number itself."""
+    kind = type(thing)
+    if thing is None:
+        return "nothing (None)"
+    if kind.__name__ in _KINDS:
+        return _KINDS[kind.__name__]
+    if isinstance(thing, bool | int | float | bytes):
+        return f"the {kind.__name__} {shorten(thing)}"
+    return f"{'an' if kind.__name__[0].lower() in 'aeiou' else 'a'} {kind.__name__}"

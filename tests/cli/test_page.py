@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nectosome.cli.summary import _weights
+from nectosome.cli.page import _weights, reaction_unit
 from nectosome.io import load_dataset
 
 ARM = """
@@ -64,3 +64,10 @@ def test_it_is_told_what_means_are_over(nectosome, tmp_path, drive, time, words)
     answer = nectosome("simulate", "arm.yaml", "--time", time)
     assert answer.code == 0, answer.err
     assert told(answer) == f"means: over {words}"
+
+
+def test_a_reaction_times_the_rate_of_its_coordinate_is_a_power():
+    """Displacements are in m of a slide, in rad of a hinge and a bending, plain of an extension (`coordinate_unit`)."""
+    units = {"arm.angle": "N m", "slide.position": "N", "body.vx": "N", "body.wx": "N m"}
+    units |= {"tail.bending_z.0": "N m", "tail.extension.1": "N m"}
+    assert {name: reaction_unit(name) for name in units} == units

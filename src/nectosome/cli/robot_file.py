@@ -1,16 +1,21 @@
-"""`nectosome new`: a robot file to start from."""
+"""`nectosome new`, `check` and `schema`: a robot file to start from, its mistakes, and its schema for editors."""
 
+import json
 import re
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
+from nectosome import robots
 from nectosome.cli.output import Force, check_target, tell, write
 from nectosome.cli.page import columns
-from nectosome.description import import_urdf, load_robot, save_robot
+from nectosome.cli.weights import weigh
+from nectosome.description import import_urdf, json_schema, load_robot, save_robot
+from nectosome.description.plausible import implausible
 from nectosome.io import write_atomic
-from nectosome.units import InputError, did_you_mean
+from nectosome.robots.shipped import starter_names, starter_of
+from nectosome.units import InputError, count, did_you_mean
 
 
 def new(
@@ -29,17 +34,11 @@ def new(
 
     A URDF file (.urdf) gives its links, joints, boxes, cylinders and spheres; the rest of it is listed as left out.
     """
-    from nectosome import robots
-    from nectosome.robots.shipped import starter_names, starter_of
-
     shipped = starter_names()
     known = [*shipped, *(name for name in robots.names() if name not in shipped)]
     if template is None:
-        table = columns("template", "")
-        for name in known:
-            about = load_robot(starter_of(name)).about if name in shipped else robots.describe(name).about
-            table.add_row(name, _first_sentence(about))
-        write(table)
+        each = {name: load_robot(starter_of(name)) if name in shipped else robots.describe(name) for name in known}
+        write(columns("template", "", rows=[(name, _first_sentence(robot.about)) for name, robot in each.items()]))
         return
     urdf = template.lower().endswith(".urdf")
     member = None if urdf or template in shipped else robots.of_family(template)
@@ -63,3 +62,25 @@ def new(
 
 def _first_sentence(text: str) -> str:
     return re.split(r"(?<!et al)\. ", text, maxsplit=1)[0].removesuffix(".")
+
+
+def check(file: Annotated[Path, Parameter(help="A robot file.")], /) -> None:
+    """Check a robot file: print parts, degrees of freedom and mass, or the mistake.
+
+    Values far outside of those of materials and water give warnings.
+    """
+    description = load_robot(file)
+
+    from nectosome.model import build
+
+    parts = weigh(build(description), str(file))
+    for path, sentence in implausible(description):
+        tell(f"{file}, {path}: {sentence}")
+    freedoms = sum(len(part.freedoms) for part in parts)
+    mass = sum(part.mass for part in parts)
+    write(f"{file}: ok, {count(len(parts), 'part')}, {count(freedoms, 'degree')} of freedom, {mass:.4g} kg", wrap=False)
+
+
+def schema() -> None:
+    """Print the JSON Schema of robot files, for editors."""
+    write(json.dumps(json_schema(), indent=2), wrap=False)
