@@ -57,7 +57,12 @@ def multistart(
     that make no sense, InputError for a folder that cannot be used and an optimiser that cannot search this task,
     RuntimeError where a worker process died.
     """
-    _check(starts, seed, draws, workers)
+    counts = {"starts": (starts, 1), "seed": (seed, 0), "draws": (draws, 1)}
+    if workers is not None:
+        counts["workers"] = workers, 1
+    for name, (number, least) in counts.items():
+        if number < least:
+            raise ValueError(f"multistart: {name} is {number}; it must be at least {least}.")
     optimiser.check(task.space, True)
     with (
         nullcontext()
@@ -144,18 +149,8 @@ class _Job:
         return self._assemble([e for record in records[:-1] for e in decode(record)], records[-1]["end"], note)
 
     def _assemble(self, evaluations: list[Evaluation], end: dict[str, Any], note: str) -> Start:
-        return Start(
-            number=self.number,
-            evaluations=tuple(evaluations),
-            draws=end["draws"],
-            begun=end["begun"],
-            rejected=end["rejected"],
-            marks=tuple(end["marks"]),
-            converged=end["converged"],
-            message=end["message"],
-            tolerance=self.task.tolerance,
-            note=note,
-        )
+        ended = end | {"marks": tuple(end["marks"])}
+        return Start(self.number, tuple(evaluations), tolerance=self.task.tolerance, note=note, **ended)
 
 
 def _ended(records: list[dict[str, Any]]) -> bool:
@@ -239,11 +234,3 @@ def _prepared(task: Task) -> Evaluate:
         if _prepared_evaluate is None or _prepared_key != key:
             _prepared_key, _prepared_evaluate = key, task.prepare()
         return _prepared_evaluate
-
-
-def _check(starts: int, seed: int, draws: int, workers: int | None) -> None:
-    for name, number, least in (("starts", starts, 1), ("seed", seed, 0), ("draws", draws, 1)):
-        if number < least:
-            raise ValueError(f"multistart: {name} is {number}; it must be at least {least}.")
-    if workers is not None and workers < 1:
-        raise ValueError(f"multistart: workers is {workers}; it must be at least 1.")
