@@ -16,7 +16,7 @@ from nectosome.view.corrected_words import WordRows, lines, read_lines, tables
 if TYPE_CHECKING:
     import xarray as xr
 
-    from nectosome.identification.hysteresis.files import PressureRecording
+    from nectosome.identification.hysteresis.fit import PressureTrial
     from nectosome.identification.surge.estimators import SurgeRecording
 
 _NAMES = {"added_mass": "added mass m_as", "drag": "drag Lambda", "alpha": "alpha = -Lambda/m", "gamma": "gamma = 1/m"}
@@ -56,13 +56,13 @@ def _errors(found: "xr.Dataset") -> Table:
     return table
 
 
-def hysteresis_page(found: "xr.Dataset", recordings: "Sequence[PressureRecording]") -> Group:
+def hysteresis_page(found: "xr.Dataset", recordings: "Sequence[PressureTrial]") -> Group:
     """Return the page of what `hysteresis_data` holds, and of what was done to recordings."""
     from nectosome.identification.hysteresis.files import BENCH_UNITS
 
     train = int((found["used"] == "train").sum())
     said = [f"{count(train, 'recording')} fitted, {found.sizes['recording'] - train} held out"]
-    said += [f"{recording.trial.name}: {note}" for recording in recordings for note in recording.notes]
+    said += [f"{recording.name}: {note}" for recording in recordings for note in recording.notes]
     title = Text("\n").join([Text(str(found.attrs["title"]), "bold"), Text(""), *map(Text, said)])
     table = columns("parameter", "value", "95 % from", "to", "unit")
     for name in found["parameter"].values:
