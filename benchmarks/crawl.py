@@ -14,8 +14,7 @@ import numba
 import numpy as np
 
 from nectosome.description import get_value
-from nectosome.identification.gait.features import FEATURES
-from nectosome.identification.gait.walks import Walks
+from nectosome.identification.gait.walks import FEATURES, Walks
 from nectosome.mechanism import in_plane
 from nectosome.model import build
 from nectosome.robots import describe

@@ -7,10 +7,9 @@ import pytest
 from nectosome.description import get_value
 from nectosome.description.variables import read_variable
 from nectosome.identification import identifiability
-from nectosome.identification.gait.features import discrepancy, gait_of
 from nectosome.identification.gait.files import load_gait_fit
 from nectosome.identification.gait.fit import GaitFit, GaitTrial, gait_optimiser
-from nectosome.identification.gait.walks import Walks
+from nectosome.identification.gait.walks import Walks, discrepancy, gait_of
 from nectosome.model import build
 from nectosome.papers.poseidrone import crawl
 from nectosome.robots import describe
@@ -93,7 +92,7 @@ def test_a_search_finds_the_parameters_that_made_the_gaits(fit):
 
 def test_two_trials_are_two_objectives_too(fit):
     rows = np.array([[100.0, 5.0], TRUE])
-    np.testing.assert_allclose(fit.by_trial(rows).sum(axis=1), fit.summed(rows))
+    np.testing.assert_allclose(fit.by_trial(rows).sum(axis=1), fit.task().objective(rows))
     assert np.all(fit.by_trial(rows)[1] < 1e-20)
 
 

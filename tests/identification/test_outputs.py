@@ -6,7 +6,7 @@ import pytest
 
 from nectosome.drives import BoucWen, Chain, Curve, Dahl, Gain, Integrated, Parallel, Polynomial, respond
 from nectosome.identification import identifiability
-from nectosome.identification.fits.block_response import Response, output_misfit
+from nectosome.identification.fits.misfit import Response, output_misfit
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.stats import truncnorm
 
-from nectosome.identification.fits.posterior import posterior
+from nectosome.identification.fits.intervals import posterior
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from nectosome.identification.fits.linear import deviation, follow_recording, integral_windows
+from nectosome.identification.fits.errors import deviation
+from nectosome.identification.fits.linear import follow_recording, integral_windows
 from nectosome.identification.surge.estimators import BIASED, METHODS, STATIC, fit_surge
 from nectosome.identification.surge.files import surge_data
 from nectosome.papers.poseidrone.recordings import body, recording

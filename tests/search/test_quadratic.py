@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nectosome.search.optimisers.quadratic import minimise_quadratic
+from nectosome.search.optimisers.gradient import minimise_quadratic
 
 
 @pytest.mark.parametrize("seed", range(8))

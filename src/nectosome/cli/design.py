@@ -15,7 +15,7 @@ from nectosome.io import save_dataset, write_atomic
 from nectosome.units import show_quantity
 
 if TYPE_CHECKING:
-    from nectosome.designs import DesignResult, Varied
+    from nectosome.designs import DesignResult, DesignTask
     from nectosome.search import Evaluation
 
 _KEPT = ("search.json", "start_*.jsonl", "best.yaml", "evaluations.nc")  # files of a run
@@ -132,12 +132,12 @@ def _show(result: "DesignResult", seconds: float) -> int:
     return 0
 
 
-def _values(task: "Varied", e: "Evaluation") -> list[str]:
+def _values(task: "DesignTask", e: "Evaluation") -> list[str]:
     """The variables of a design in words."""
     return [show_quantity(float(x), v.dimension) for v, x in zip(task.variables, task.box.values(e.u), strict=True)]
 
 
-def _at_an_end(task: "Varied", e: "Evaluation") -> list[str]:
+def _at_an_end(task: "DesignTask", e: "Evaluation") -> list[str]:
     """A line that names the variables that a wider range may make better; none where there are none."""
     ends, each = task.at_an_end(e.u), zip(task.variables, _values(task, e), strict=True)
     there = [f"{v.name} ({value})" for v, value in each if v in ends]

@@ -12,7 +12,7 @@ from nectosome.units import count
 if TYPE_CHECKING:
     import xarray as xr
 
-    from nectosome.identification.hysteresis.files import PressureRecording
+    from nectosome.identification.hysteresis.fit import PressureTrial
     from nectosome.identification.surge.estimators import SurgeRecording
 
 _NAMES = {"added_mass": "added mass m_as", "drag": "drag Lambda", "alpha": "alpha = -Lambda/m", "gamma": "gamma = 1/m"}
@@ -34,11 +34,11 @@ def surge_page(found: "xr.Dataset", recordings: "Sequence[SurgeRecording]") -> G
     return page(str(found.attrs["title"]), [table, errors], _warnings(found), [said, *notes])
 
 
-def hysteresis_page(found: "xr.Dataset", recordings: "Sequence[PressureRecording]") -> Group:
+def hysteresis_page(found: "xr.Dataset", recordings: "Sequence[PressureTrial]") -> Group:
     """Return the page of what `hysteresis_data` holds, and of what was done to recordings."""
     from nectosome.identification.hysteresis.files import BENCH_UNITS
 
-    notes = [f"{recording.trial.name}: {note}" for recording in recordings for note in recording.notes]
+    notes = [f"{recording.name}: {note}" for recording in recordings for note in recording.notes]
     table = columns("parameter", "value", "95 % from", "to", "unit")
     for name in found["parameter"].values:
         one = found.sel(parameter=name)

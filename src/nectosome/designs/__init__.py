@@ -2,7 +2,7 @@
 
 from .constraints import Constraint, Limit, MotorLine, read_constraint
 from .design import DesignResult, design
-from .motion import MotionDesign, Varied
+from .motion import DesignTask, MotionDesign
 from .problem import Problem, load_problem, problem_of, shipped_problem
 from .quantities import QUANTITIES
 from .schedule import ScheduleDesign
@@ -12,12 +12,12 @@ __all__ = [
     "QUANTITIES",
     "Constraint",
     "DesignResult",
+    "DesignTask",
     "Limit",
     "MotionDesign",
     "MotorLine",
     "Problem",
     "ScheduleDesign",
-    "Varied",
     "design",
     "load_problem",
     "problem_of",

@@ -1,7 +1,7 @@
 """Axes of a sweep: quantities of a robot and the values that each of them takes."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from nectosome.description import RobotDescription, numeric_paths, resolve
@@ -56,6 +56,20 @@ def axis_of(name: str, values: AxisValues, description: RobotDescription | None)
     if name == COUNT and any(x != int(x) or x < 0 for x in found):
         raise InputError("is a count: whole numbers, as in N=1,2,3.", field=name)
     return SweepAxis(name, found, quantities[0].unit, quantities[0].dimension)
+
+
+def check_each_once(
+    quantities: Iterable[tuple[str, Iterable[str]]], field: str, taken: Mapping[str, str] | None = None
+) -> None:
+    """Raise InputError where two names set the same quantity, so that one of them would be ignored.
+
+    - quantities: names with the paths that they stand for; taken: paths that are set already, and by what.
+    """
+    known = dict(taken or {})
+    for name, paths in quantities:
+        for path in paths:
+            if known.setdefault(path, name) != name:
+                raise InputError(f"{known[path]} and {name} both set {path}. Take one of them.", field=field)
 
 
 def _steps(parts: RangeText, quantity: Quantity) -> list[str | float]:

@@ -22,23 +22,25 @@ from nectosome.units import InputError
 
 from .axes import SweepAxis
 
-_LANES = 28  # robots computed side by side where that is quicker than one after another
+_WIDTH = 28  # robots computed side by side where that is quicker than one after another
 _SLOW_RTOL = 1e-6  # of what settles slowly: its cycle is off by that of many cycles together
-_INSTANT = 1e-4  # s, over which a steady motion is looked at
+_INSTANT = 1e-4  # s, over which means of a steady motion are taken
 
 
 class SharedStructure(eqx.Module):
     """What robots that differ in numbers only have in common."""
 
-    blueprint: Template
+    template: Template
     symmetry: Symmetry
     flat: bool = eqx.field(static=True)  # they move in the plane
 
 
 @dataclass(frozen=True)
 class RobotBatch:
-    """Robots of one structure, point by point of a grid."""
+    """Robots of one structure, point by point of a grid of quantities."""
 
+    description: RobotDescription
+    axes: tuple[SweepAxis, ...]  # the last one runs fastest
     kind: SharedStructure
     robot: Robot  # one of them
     numbers: Float[np.ndarray, "k p"]
@@ -48,12 +50,12 @@ class RobotBatch:
 
     def spans(self) -> list[np.ndarray]:
         """Indices of the points that are computed together: those of like periods, which take as many steps."""
-        order, lanes = np.argsort(self.periods, kind="stable"), _LANES if self.kind.flat else 1
-        return [order[k : k + lanes] for k in range(0, order.size, lanes)]
+        order, width = np.argsort(self.periods, kind="stable"), _WIDTH if self.kind.flat else 1
+        return [order[k : k + width] for k in range(0, order.size, width)]
 
     def solved(self, span: np.ndarray) -> dict[str, np.ndarray]:
         """Means, and the status, of the motions of some points; NaN where there is none."""
-        padded = np.resize(span, _LANES) if self.kind.flat else span  # one program for all spans
+        padded = np.resize(span, _WIDTH) if self.kind.flat else span  # one program for all spans
         numbers, periods = jnp.asarray(self.numbers[padded]), self.periods[padded]
         if not periods.any():
             means, status = remembered(_steady, self.kind, numbers)
@@ -63,7 +65,7 @@ class RobotBatch:
         out = {name: np.array(x)[: span.size] for name, x in means._asdict().items()}
         status = np.array(status)[: span.size]
         for k in np.flatnonzero(status == int(Status.NO_PERIOD)):
-            robot = _robot(self.kind.blueprint, self.numbers[span[k]])
+            robot = _robot(self.kind.template, self.numbers[span[k]])
             rtol = min(self.rtol, _SLOW_RTOL)
             one = periodic(robot, periods[k], samples=self.samples, rtol=rtol, atol=1e-2 * rtol)
             status[k] = int(one.status)
@@ -88,20 +90,22 @@ def batches_of(description: RobotDescription, axes: tuple[SweepAxis, ...], sampl
     Raises InputError where drives have no period, and where the ends of the axes differ in what their motion may do.
     """
     paths = [resolve(description, a.name) for a in axes]
-    blueprint, base = template_of(description, tuple(path for group in paths for path in group))
+    template, base = template_of(description, tuple(path for group in paths for path in group))
     grid = np.array([*product(*(a.values for a in axes))])
     numbers = np.tile(np.asarray(base), (len(grid), 1))
     for k, group in enumerate(paths):
-        numbers[:, [blueprint.paths.index(path) for path in group]] = grid[:, k, None]
-    corners = [_robot(blueprint, numbers[k]) for k in _corners(axes)]
+        numbers[:, [template.paths.index(path) for path in group]] = grid[:, k, None]
+    corners = [_robot(template, numbers[k]) for k in _corners(axes)]
     symmetry, *others = (find_symmetry(robot) for robot in corners)
     if any(other != symmetry for other in others):
         raise InputError("changes what the robot is free to do without end. Sweep its parts apart.", field="over")
-    kind = SharedStructure(blueprint, symmetry, all(moves_in_plane(robot) for robot in corners))
+    kind = SharedStructure(template, symmetry, all(moves_in_plane(robot) for robot in corners))
     periods = np.zeros(len(grid))
     if not symmetry.steady:
-        periods = np.array([drive_period(_at(description, axes, values)) for values in grid])
-    return RobotBatch(kind, corners[0], numbers, periods, samples, rtol)
+        names = [a.name for a in axes]
+        points = (dict(zip(names, map(float, values), strict=True)) for values in grid)
+        periods = np.array([drive_period(with_values(description, point)) for point in points])
+    return RobotBatch(description, axes, kind, corners[0], numbers, periods, samples, rtol)
 
 
 def _corners(axes: tuple[SweepAxis, ...]) -> list[int]:
@@ -111,20 +115,16 @@ def _corners(axes: tuple[SweepAxis, ...]) -> list[int]:
     return sorted(int(index[end]) for end in product(*({0, n - 1} for n in shape)))
 
 
-def _at(description: RobotDescription, axes: tuple[SweepAxis, ...], values: np.ndarray) -> RobotDescription:
-    return with_values(description, {a.name: float(x) for a, x in zip(axes, values, strict=True)})
-
-
-def _robot(blueprint: Template, numbers: np.ndarray) -> Robot:
+def _robot(template: Template, numbers: np.ndarray) -> Robot:
     """Robot of one point."""
-    return remembered(instantiate, blueprint, jnp.asarray(numbers))
+    return remembered(instantiate, template, jnp.asarray(numbers))
 
 
 def _periodic(kind: SharedStructure, numbers: Array, times: Array, rtol: Array) -> tuple[CycleMeans, Array]:
     """Means over the cycles that robots settle to."""
 
     def one(numbers: Array, times: Array) -> tuple[CycleMeans, Array]:
-        robot = instantiate(kind.blueprint, numbers)
+        robot = instantiate(kind.template, numbers)
         settings = cycle_settings("explicit" if kind.flat else "implicit", times[-1], rtol, 1e-2 * rtol)
         system = in_plane(robot) if kind.flat else robot
         found = transient_cycle(system, kind.symmetry, robot.initial(), times, settings)
@@ -134,10 +134,10 @@ def _periodic(kind: SharedStructure, numbers: Array, times: Array, rtol: Array) 
 
 
 def _steady(kind: SharedStructure, numbers: Array) -> tuple[CycleMeans, Array]:
-    """What steady motions give at an instant."""
+    """Means of steady motions, over an instant."""
 
     def one(numbers: Array) -> tuple[CycleMeans, Array]:
-        robot = instantiate(kind.blueprint, numbers)
+        robot = instantiate(kind.template, numbers)
         found = equilibrium(robot, kind.symmetry, robot.initial(), jnp.asarray(False))
         x = found.value.state
         later = State(robot.advance(x.q, x.v, jnp.asarray(_INSTANT)), x.v, x.z)

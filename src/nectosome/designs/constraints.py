@@ -87,23 +87,15 @@ def read_constraint(text: str) -> Constraint:
     limit = re.fullmatch(r"\s*(\w+)\s*(<=|>=)\s*(.+)", str(text))
     try:
         if motor is not None:
-            stall, no_load = (
-                parse_quantity(part.strip(), kind)
-                for part, kind in zip(motor.groups(), ("torque", "angular_speed"), strict=True)
-            )
+            stall, no_load = map(parse_quantity, map(str.strip, motor.groups()), ("torque", "angular_speed"))
             if stall <= 0 or no_load <= 0:
-                raise InputError(
-                    f'"{shorten(text)}": stall torque and no-load speed must be more than 0.', field="constraint"
-                )
+                raise ValueError(f'"{shorten(text)}": stall torque and no-load speed must be more than 0.')
             return MotorLine(stall, no_load)
         if limit is None:
-            raise InputError(
-                f'"{shorten(text)}" is no constraint. Write it as in "torque <= 0.5 N m".', field="constraint"
-            )
+            raise ValueError(f'"{shorten(text)}" is no constraint. Write it as in "torque <= 0.5 N m".')
         name, sense, value = limit.groups()
         if name not in QUANTITIES:
-            near = did_you_mean(name, QUANTITIES)
-            raise InputError(f'"{shorten(name)}" is no quantity of a motion.{near}', field="constraint")
+            raise ValueError(f'"{shorten(name)}" is no quantity of a motion.{did_you_mean(name, QUANTITIES)}')
         return Limit(name, sense == "<=", parse_quantity(value.strip(), QUANTITIES[name].dimension))
     except ValueError as error:
         raise InputError(str(error), field="constraint") from None

@@ -14,7 +14,7 @@ from nectosome.search import Evaluation, Optimiser, Result, make_optimiser, mult
 from nectosome.units import InputError
 
 from .constraints import Constraint
-from .motion import MotionDesign, Varied
+from .motion import DesignTask, MotionDesign
 from .problem import Problem, RangeLike, load_problem, problem_of
 from .schedule import ScheduleDesign
 from .sweep import Progress
@@ -29,7 +29,7 @@ STARTS, SEED = 4, 1
 class DesignResult:
     """What a search for a design found."""
 
-    task: Varied
+    task: DesignTask
     search: Result  # all starts with their evaluations
 
     @property
@@ -109,13 +109,13 @@ def design(
     text = read_text(mission_of(str(mission)) or mission) if str(mission) else ""
     words = {"maximise": maximise, "minimise": minimise, "forward": forward, "mission": text}
     fixed = [setting.partition("=")[0].strip() for setting in settings]
-    asked = problem.changed(description, fixed=fixed, vary=vary, keep=keep, **words)
-    if not asked.vary:
+    problem = problem.changed(description, fixed=fixed, vary=vary, keep=keep, **words)
+    if not problem.vary:
         raise InputError("nothing varies. Give vary PATH=LOW..HIGH, or a problem file with ranges.", field="vary")
-    task = asked.task(description)
+    task = problem.task(description)
     if isinstance(optimiser, str):
-        optimiser = make_optimiser(optimiser or ("cmaes" if asked.mission else "gradient"))
-    if optimiser.derivatives and asked.mission:
+        optimiser = make_optimiser(optimiser or ("cmaes" if problem.mission else "gradient"))
+    if optimiser.derivatives and problem.mission:
         raise InputError("a mission has no derivatives. Take cmaes or pattern.", field="optimiser")
     task.prepare()  # mistakes come before anything is begun
 
@@ -124,7 +124,7 @@ def design(
         return None if progress is None else progress(f"{found}{evaluations} evaluations", done / starts)
 
     first = task.own if own_first else None
-    about = {"robot": dump_robot(description), "problem": asdict(asked) | {"keep": [*map(str, asked.keep)]}}
+    about = {"robot": dump_robot(description), "problem": asdict(problem) | {"keep": [*map(str, problem.keep)]}}
     options = {"first": first, "folder": folder, "about": about, "workers": workers}
     found = multistart(task, optimiser, starts, seed, progress=pulse, **options)
     return DesignResult(task, found)

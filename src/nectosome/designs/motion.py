@@ -2,7 +2,7 @@
 
 import hashlib
 from abc import abstractmethod
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import jax.numpy as jnp
@@ -26,7 +26,7 @@ from nectosome.description.variables import Box, Variable
 from nectosome.mechanism import moves_in_plane
 from nectosome.model import build, template_of
 from nectosome.search import Evaluate, Evaluation, Task
-from nectosome.solve import Symmetry, find_symmetry
+from nectosome.solve import find_symmetry
 from nectosome.units import InputError, did_you_mean
 
 from .constraints import Constraint
@@ -36,7 +36,7 @@ from .quantities import QUANTITIES
 _AT_AN_END = 1e-3  # of a variable's range, on its scale
 
 
-class Varied(Task):
+class DesignTask(Task):
     """A task over quantities of a robot, or of what it is made to do."""
 
     description: RobotDescription
@@ -44,9 +44,22 @@ class Varied(Task):
     objective: str  # name of what is made as good as it gets, among the outputs of evaluations
 
     @property
+    def names(self) -> tuple[str, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Names of the variables."""
+        return tuple(v.name for v in self.variables)
+
+    @property
     def box(self) -> Box:
         """From the unit box to values and back."""
         return Box(self.variables)
+
+    def values(self, u: Float[np.ndarray, "n"]) -> dict[str, float]:
+        """Values of the variables at a design."""
+        return dict(zip(self.names, self.box.values(u).tolist(), strict=True))
+
+    def _check_variables(self) -> None:
+        if not self.variables:
+            raise InputError("there is nothing to choose: at least one variable is needed.", field="variables")
 
     @property
     @abstractmethod
@@ -83,7 +96,7 @@ FORWARD = {
 
 
 @dataclass(frozen=True)
-class MotionDesign(Varied):
+class MotionDesign(DesignTask):
     """Maximise or minimise a quantity of a robot's motion, within ranges and limits.
 
     The motion is the steady one, or the periodic one where the drives change with time.
@@ -101,8 +114,6 @@ class MotionDesign(Varied):
     constraints: tuple[Constraint, ...] = ()
     forward: str = "x"
     best: Literal["", "high", "low"] = ""
-    names: tuple[str, ...] = field(init=False)
-    constraint_names: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         """Check what can be checked before anything is computed."""
@@ -111,14 +122,16 @@ class MotionDesign(Varied):
             raise InputError(f'"{self.objective}" is no quantity of a motion.{near}', field="objective")
         if self.forward not in FORWARD:
             raise InputError(f'"{self.forward}" is no direction. Write one of {", ".join(FORWARD)}.', field="forward")
-        if not self.variables:
-            raise InputError("there is nothing to choose: at least one variable is needed.", field="variables")
+        self._check_variables()
         paths = [path for v in self.variables for path in resolve(self.description, v.name)]
         double = next((path for path in paths if paths.count(path) > 1), None)
         if double is not None:
             raise InputError(f"{double} is named twice.", field="variables")
-        object.__setattr__(self, "names", tuple(v.name for v in self.variables))
-        object.__setattr__(self, "constraint_names", tuple(str(c) for c in self.constraints))
+
+    @property
+    def constraint_names(self) -> tuple[str, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The limits, as they are written."""
+        return tuple(map(str, self.constraints))
 
     @property
     def units(self) -> dict[str, str]:
@@ -149,25 +162,16 @@ class MotionDesign(Varied):
 
     def robot_at(self, u: Float[np.ndarray, "n"]) -> RobotDescription:
         """Description of the robot at a design."""
-        values = self.box.values(u)
-        return with_values(self.description, {v.name: float(x) for v, x in zip(self.variables, values, strict=True)})
+        return with_values(self.description, self.values(u))
 
     def accepts(self, evaluation: Evaluation) -> str:
         """A start must be solved, keep all limits and not swim backward."""
         refused = super().accepts(evaluation)
         return refused or ("swims backward" if evaluation.outputs["speed"] < 0 else "")
 
-    def _wanted(self) -> list[str]:
+    def _needed(self) -> list[str]:
         """Quantities that objective and constraints are made of."""
         return [self.objective, *(name for c in self.constraints for name in c.weights)]
-
-    def _symmetry(self) -> Symmetry:
-        robot = build(self.description)
-        if not robot.tree.free_v.size and not drive_frequencies(self.description):
-            raise InputError(
-                "nothing of this robot is free to move, or driven to and fro.", field=self.description.name
-            )
-        return find_symmetry(robot)
 
     def _period(self) -> tuple[float, int]:
         """Period [s], and -1; or its product with the variable that it is inverse to, and which that is."""
@@ -175,16 +179,14 @@ class MotionDesign(Varied):
         for k, v in enumerate(self.variables):
             moved = driven & set(resolve(self.description, v.name))
             if moved and moved != driven:
-                raise InputError(
-                    "changes the common period of the drives by leaps. Let one variable set all frequencies.",
-                    field=v.name,
-                )
+                words = "changes the common period of the drives by leaps. Let one variable set all frequencies."
+                raise InputError(words, field=v.name)
             if moved:
                 return drive_period(with_values(self.description, {v.name: v.upper})) * abs(v.upper), k
         return drive_period(self.description), -1
 
     def _jumping(self) -> str:
-        """Variable that shifts the moments at which strokes of unequal halves turn; "" where there is none."""
+        """Variable that shifts the times at which strokes of unequal halves turn; "" where there is none."""
         shares = {path: f"{path.rpartition('.')[0]}.forward_share" for path in numeric_paths(self.description)}
         for v in self.variables:
             for path in resolve(self.description, v.name):
@@ -203,23 +205,28 @@ class MotionDesign(Varied):
 
         Raises InputError where the robot has no steady or periodic motion, whatever its numbers.
         """
-        symmetry = self._symmetry()
+        robot = build(self.description)
+        if not robot.tree.free_v.size and not drive_frequencies(self.description):
+            words = "nothing of this robot is free to move, or driven to and fro."
+            raise InputError(words, field=self.description.name)
+        symmetry = find_symmetry(robot)
         groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
-        blueprint, numbers = template_of(self.description, tuple(path for group in groups for path in group))
-        wanted = {*self._wanted(), *_RECORDED}
-        used = [name for name in QUANTITIES if name in wanted]  # in one order: what asks for the same is one program
-        where = tuple(tuple(blueprint.paths.index(path) for path in group) for group in groups)
+        template, numbers = template_of(self.description, tuple(path for group in groups for path in group))
+        needed = {*self._needed(), *_RECORDED}
+        used = [name for name in QUANTITIES if name in needed]  # in one order: what asks for the same is one program
+        where = tuple(tuple(template.paths.index(path) for path in group) for group in groups)
         log = tuple(v.log for v in self.variables)
-        shared = blueprint, symmetry, where, log, tuple(used), FORWARD[self.forward]
+        shared = template, symmetry, where, log, tuple(used), FORWARD[self.forward]
         ends = jnp.asarray(self.box.ends)
         if symmetry.steady:
             return SteadyPlan(*shared), PlanInputs(numbers, ends, jnp.asarray(jnp.nan))
-        period, pace = self._period()
-        return CyclePlan(*shared, flat=self._flat(), pace=pace), PlanInputs(numbers, ends, jnp.asarray(period))
+        period, inverse_to = self._period()
+        inputs = PlanInputs(numbers, ends, jnp.asarray(period))
+        return CyclePlan(*shared, flat=self._flat(), inverse_to=inverse_to), inputs
 
     def prepare(self) -> Evaluate:
         """Return evaluate(u, derivatives, memory); the memory is the state of a motion nearby."""
-        (plan, numbers), wanted = self.plan(), self._wanted()
+        (plan, numbers), needed = self.plan(), self._needed()
         rest = build(self.description).initial()
         _, unravel = ravel_pytree(rest)
         sign = -1.0 if self.highest else 1.0
@@ -234,24 +241,24 @@ class MotionDesign(Varied):
                 )
             guess, warm = (rest, False) if memory is None else (unravel(jnp.asarray(memory)), True)
             program = judge_with_derivatives if derivatives else judge
-            found, steep = remembered(program, plan, numbers, jnp.asarray(u, dtype=float), guess, jnp.asarray(warm))
+            found, jacobian = remembered(program, plan, numbers, jnp.asarray(u, dtype=float), guess, jnp.asarray(warm))
             status = Status(int(found.status))
             if status not in (Status.SOLVED, Status.SETTLED):
                 return Evaluation.unsolved(u, len(self.constraints), status.reason)
             values = dict(zip(plan.used, np.asarray(found.quantities).tolist(), strict=True))
-            undefined = next((name for name in wanted if np.isnan(values[name])), None)
+            undefined = next((name for name in needed if np.isnan(values[name])), None)
             if undefined is not None:
                 return Evaluation.unsolved(u, len(self.constraints), f"{undefined} is not defined for this motion")
             evaluation = Evaluation(
                 u,
                 sign * values[self.objective],
                 np.array([c.excess(values) for c in self.constraints]),
-                outputs={name: values[name] for name in dict.fromkeys((*_RECORDED, *wanted))},
+                outputs={name: values[name] for name in dict.fromkeys((*_RECORDED, *needed))},
                 memory=np.asarray(ravel_pytree(found.state)[0]),
             )
             if not derivatives:
                 return evaluation
-            derivative = dict(zip(plan.used, np.asarray(steep), strict=True))
+            derivative = dict(zip(plan.used, np.asarray(jacobian), strict=True))
             rows = [c.weighted(derivative) for c in self.constraints]
             return replace(
                 evaluation,

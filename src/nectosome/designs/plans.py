@@ -24,13 +24,13 @@ _SAMPLES, _RTOL = 257, 1e-5  # of a cycle
 class PlanInputs(NamedTuple):
     """What the programs of a design take besides the design itself."""
 
-    values: Float[Array, "k"]  # of the robot, in the order of its blueprint
+    values: Float[Array, "k"]  # of the robot, in the order of its template
     ends: Float[Array, "n 2"]  # of the box, logarithms where a variable has them
     period: Float[Array, ""]  # of a cycle [s], times the variable that it is inverse to; NaN of a steady motion
 
 
 class MotionQuantities(NamedTuple):
-    """What the motion of a design gives."""
+    """Quantities of the motion of a design, and how it was solved."""
 
     quantities: Float[Array, "k"]
     status: Array
@@ -41,7 +41,7 @@ class MotionQuantities(NamedTuple):
 class Plan(eqx.Module):
     """What a program depends on besides numbers."""
 
-    blueprint: Template
+    template: Template
     symmetry: Symmetry
     where: tuple[tuple[int, ...], ...] = eqx.field(static=True)  # of each variable among the robot's numbers
     log: tuple[bool, ...] = eqx.field(static=True)
@@ -56,17 +56,17 @@ class Plan(eqx.Module):
         values = numbers.values
         for k, group in enumerate(self.where):
             values = values.at[np.array(group)].set(x[k])
-        return instantiate(self.blueprint, values), x
+        return instantiate(self.template, values), x
 
     @abstractmethod
-    def found(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
-        """What the motion of a design gives, looked for from a state; `warm` where that is of a design nearby."""
+    def motion(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
+        """Solve for the motion of a design from a state; `warm` where that is of a design nearby."""
 
 
 class SteadyPlan(Plan):
     """The motion is steady."""
 
-    def found(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
+    def motion(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
         """By the equilibrium of forces."""
         robot, _ = self.robot(numbers, u)
         solution = equilibrium(robot, self.symmetry, guess, warm)
@@ -79,19 +79,19 @@ class CyclePlan(Plan):
     """The motion repeats itself with the drives."""
 
     flat: bool = eqx.field(static=True)  # it stays in the plane
-    pace: int = eqx.field(static=True)  # which variable the period is inverse to; -1: none
+    inverse_to: int = eqx.field(static=True)  # which variable the period is inverse to; -1: none
 
-    def found(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
+    def motion(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
         """By the periodic orbit."""
         robot, x = self.robot(numbers, u)
-        period = numbers.period / jnp.abs(x[self.pace]) if self.pace >= 0 else numbers.period
+        period = numbers.period / jnp.abs(x[self.inverse_to]) if self.inverse_to >= 0 else numbers.period
         times = jnp.linspace(0.0, 1.0, _SAMPLES) * period
         settings = cycle_settings("implicit", jax.lax.stop_gradient(period), _RTOL, 1e-2 * _RTOL)
         system = in_plane(robot) if self.flat else robot
         solution = orbit(system, self.symmetry, guess, times, settings)
         states = solution.value.states
-        stroke = PeriodicSwim(cycle_means(robot, times, states), self._ahead(robot, states))
-        quantities = jnp.stack([QUANTITIES[name].of_cycle(stroke) for name in self.used])
+        swim = PeriodicSwim(cycle_means(robot, times, states), self._ahead(robot, states))
+        quantities = jnp.stack([QUANTITIES[name].of_cycle(swim) for name in self.used])
         return MotionQuantities(quantities, solution.status, solution.residual, jax.tree.map(lambda x: x[0], states))
 
     def _ahead(self, robot: Robot, states: State) -> Float[Array, "3"]:
@@ -118,15 +118,15 @@ _Judged = tuple[MotionQuantities, Array]
 
 
 def judge(plan: Plan, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> _Judged:
-    """What the motion of a design u gives, and no derivatives [0]."""
-    return plan.found(numbers, u, guess, warm), jnp.zeros(0)
+    """Quantities of the motion of a design u, and no derivatives [0]."""
+    return plan.motion(numbers, u, guess, warm), jnp.zeros(0)
 
 
 def judge_with_derivatives(plan: Plan, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> _Judged:
-    """What the motion of a design u gives, and the derivatives of its quantities [k, n]."""
+    """Quantities of the motion of a design u, and their derivatives [k, n]."""
 
     def quantities(u: Array) -> tuple[Array, MotionQuantities]:
-        found = plan.found(numbers, u, guess, warm)
+        found = plan.motion(numbers, u, guess, warm)
         return found.quantities, found
 
     derivatives, found = jax.jacfwd(quantities, has_aux=True)(u)

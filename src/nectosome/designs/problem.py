@@ -1,6 +1,7 @@
 """Design problems in words: what may vary, what is made as large or small as possible, which limits hold."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
@@ -12,8 +13,9 @@ from nectosome.io.yaml_text import Key, read_text, read_yaml
 from nectosome.robots import mission_of
 from nectosome.units import InputError, did_you_mean, shorten
 
+from .axes import check_each_once
 from .constraints import Constraint, read_constraint
-from .motion import MotionDesign, Varied
+from .motion import DesignTask, MotionDesign
 from .schedule import ScheduleDesign
 
 RangeLike = str | Sequence[float]  # `LOW..HIGH` with units, or two numbers in SI
@@ -59,7 +61,8 @@ class Problem:
         names, ranges = [*fixed], dict(vary or {})
         variables = dict(base.vary)
         if not (base.mission or mission):
-            _check_each_once(ranges, names, description)
+            taken = {path: f"set {name}" for name in names for path in _paths(name, description)}
+            check_each_once(((f"vary {name}", _paths(name, description)) for name in ranges), "vary", taken)
             new = {path for name in (*names, *ranges) for path in _paths(name, description)}
             variables = {v: text for v, text in variables.items() if not new & {*resolve(description, v)}}
         limits = [read_constraint(limit) if isinstance(limit, str) else limit for limit in keep]
@@ -73,23 +76,22 @@ class Problem:
             mission or base.mission,
         )
 
-    def task(self, description: RobotDescription) -> Varied:
+    def task(self, description: RobotDescription) -> DesignTask:
         """Task for a robot. Raises InputError for what does not fit it."""
         return self._schedule(description) if self.mission else self.motion(description)
 
     def motion(self, description: RobotDescription) -> MotionDesign:
         """Task about the motion of a robot. Raises InputError for what does not fit it."""
         if self.maximise and self.minimise:
-            raise InputError(
-                f"{self.maximise} to maximise and {self.minimise} to minimise: take one.", field="minimise"
-            )
+            both = f"{self.maximise} to maximise and {self.minimise} to minimise"
+            raise InputError(f"{both}: take one.", field="minimise")
         variables = tuple(read_variable(name, text, description) for name, text in self.vary.items())
         goal, best = (self.minimise, "low") if self.minimise else (self.maximise or "speed", "high")
         return MotionDesign(description, variables, goal, self.keep, self.forward or "x", best)
 
     def _schedule(self, description: RobotDescription) -> ScheduleDesign:
-        asked = {"maximise": (self.maximise, ""), "minimise": (self.minimise, "time"), "forward": (self.forward, "")}
-        for name, (value, fits) in asked.items():
+        words = {"maximise": (self.maximise, ""), "minimise": (self.minimise, "time"), "forward": (self.forward, "")}
+        for name, (value, fits) in words.items():
             if value not in ("", fits):
                 raise InputError(f'"{shorten(value)}": of a mission only the time is minimised.', field=name)
         if self.keep:
@@ -133,44 +135,49 @@ def _paths(name: str, description: RobotDescription) -> list[str]:
         return []
 
 
-def _check_each_once(vary: Iterable[str], fixed: Iterable[str], description: RobotDescription) -> None:
-    """Raise InputError where a quantity is set twice, so that one of both would be ignored."""
-    taken: dict[str, str] = {}
-    for what, names in (("set", fixed), ("vary", vary)):
-        for name in names:
-            for path in _paths(name, description):
-                if what == "vary" and path in taken:
-                    raise InputError(f"{taken[path]} and vary {name} both set {path}. Take one of them.", field="vary")
-                taken[path] = f"{what} {name}"
+class YamlFields:
+    """Named fields of a YAML file, and where each of them stands. Raises InputError for none, and for unknown ones."""
+
+    def __init__(self, text: str, source: str, what: str, known: Sequence[str]):
+        self.data, self.lines = read_yaml(text, source)
+        self.source = source
+        if not isinstance(self.data, dict):
+            raise InputError(f"is no {what}: it has no named fields.", file=source)
+        for key in self.data:
+            if key not in known:
+                raise self.wrong((str(key),), f"is not known here.{did_you_mean(str(key), known)}")
+
+    def wrong(self, at: Key, message: str) -> InputError:
+        """The error of a field."""
+        line = self.lines.get(at) or (self.lines.get(at[:-1]) if at[:-1] else None)
+        return InputError(message, file=self.source, line=line, field=shorten(".".join(map(str, at))))
+
+    @contextmanager
+    def errors_at(self, *at: str | int) -> Iterator[None]:
+        """Errors of what is read here are those of a field."""
+        try:
+            yield
+        except InputError as error:
+            raise self.wrong(at, error.message) from None
+        except ValueError as error:
+            raise self.wrong(at, str(error)) from None
 
 
 def _parse(text: str, source: str, folder: Path) -> Problem:
-    data, lines = read_yaml(text, source)
-    if not isinstance(data, dict):
-        raise InputError("is no problem file: it has no named fields.", file=source)
-
-    def wrong(key: object, message: str) -> InputError:
-        at: Key = (str(key),)
-        return InputError(message, file=source, line=lines.get(at), field=shorten(key))
-
     known = ("about", "vary", "maximise", "minimise", "keep", "forward", "mission")
-    for key in data:
-        if key not in known:
-            raise wrong(key, f"is not known here.{did_you_mean(str(key), known)}")
-    variables, limits = data.get("vary", {}), data.get("keep", [])
+    file = YamlFields(text, source, "problem file", known)
+    variables, limits = file.data.get("vary", {}), file.data.get("keep", [])
     if not isinstance(variables, dict) or not variables:
-        raise wrong("vary", "needs at least one name with a range.")
+        raise file.wrong(("vary",), "needs at least one name with a range.")
     if not isinstance(limits, list):
-        raise wrong("keep", "must be a list.")
-    words = {name: str(data.get(name, "")) for name in ("maximise", "minimise", "forward")}
-    try:
+        raise file.wrong(("keep",), "must be a list.")
+    words = {name: str(file.data.get(name, "")) for name in ("maximise", "minimise", "forward")}
+    with file.errors_at("keep"):
         keep = tuple(read_constraint(str(limit)) for limit in limits)
-    except InputError as error:
-        raise wrong("keep", error.message) from None
-    if "mission" in data:
-        name = str(data["mission"])
+    if "mission" in file.data:
+        name = str(file.data["mission"])
         try:
             words["mission"] = read_text(mission_of(name) or folder / name)
         except InputError as error:
-            raise wrong("mission", str(error)) from None
+            raise file.wrong(("mission",), str(error)) from None
     return Problem({str(name): str(span) for name, span in variables.items()}, keep=keep, **words)

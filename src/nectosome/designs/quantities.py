@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from operator import attrgetter
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -10,6 +11,7 @@ from nectosome.core import STANDARD_GRAVITY
 from nectosome.core.se3 import dot
 from nectosome.mechanism import Robot, bending_of
 from nectosome.solve import CycleMeans, Equilibrium
+from nectosome.units import DIMENSIONS
 
 
 @dataclass(frozen=True)
@@ -34,12 +36,16 @@ class MotionQuantity:
     """A number of a motion; `best` is "high" or "low"."""
 
     name: str
-    dimension: str  # a key of `io.dimensions.DIMENSIONS`
-    unit: str
+    dimension: str  # a key of `DIMENSIONS`
     best: str
     about: str
     of_steady: Callable[[SteadySwim], Float[Array, ""]]
     of_cycle: Callable[[PeriodicSwim], Float[Array, ""]]
+
+    @property
+    def unit(self) -> str:
+        """SI unit, "1" of a number."""
+        return DIMENSIONS[self.dimension].unit or "1"
 
 
 def _velocity(s: SteadySwim) -> Array:
@@ -124,48 +130,44 @@ def _largest_known(*stresses: Array) -> Array:
     return _largest(jnp.abs(jnp.where(jnp.isnan(x), 0.0, x)))
 
 
+def _drive_rate_peak(s: PeriodicSwim) -> Array:
+    return _largest(s.means.drive_velocity_peak)
+
+
+def _stress_peak(s: PeriodicSwim) -> Array:
+    return _largest_known(s.means.hinge_stress_peak, s.means.bending_stress_peak)
+
+
+_mean_power, _mean_efficiency, _mean_cost = (
+    attrgetter(f"means.{name}") for name in ("power", "efficiency", "cost_of_transport")
+)
+
 QUANTITIES = {
     quantity.name: quantity
     for quantity in (
-        MotionQuantity("speed", "speed", "m/s", "high", "speed of the body along forward", _speed, _mean_speed),
-        MotionQuantity("torque", "torque", "N m", "low", "largest torque (or force) of a drive", _torque, _torque_peak),
-        MotionQuantity("power", "power", "W", "low", "power of all drives", _power, lambda s: s.means.power),
-        MotionQuantity("thrust", "force", "N", "high", "forward force on the body by the rest", _thrust, _mean_thrust),
+        MotionQuantity("speed", "speed", "high", "speed of the body along forward", _speed, _mean_speed),
+        MotionQuantity("torque", "torque", "low", "largest torque (or force) of a drive", _torque, _torque_peak),
+        MotionQuantity("power", "power", "low", "power of all drives", _power, _mean_power),
+        MotionQuantity("thrust", "force", "high", "forward force on the body by the rest", _thrust, _mean_thrust),
         MotionQuantity(
             "efficiency",
             "number",
-            "1",
             "high",
             "what it costs to tow the body, over power",
             _efficiency,
-            lambda s: s.means.efficiency,
+            _mean_efficiency,
         ),
         MotionQuantity(
             "cost_of_transport",
             "number",
-            "1",
             "low",
             "power over weight in air times speed",
             _cost,
-            lambda s: s.means.cost_of_transport,
+            _mean_cost,
         ),
+        MotionQuantity("drive_rate", "angular_speed", "low", "largest rate of a drive", _drive_rate, _drive_rate_peak),
         MotionQuantity(
-            "drive_rate",
-            "angular_speed",
-            "rad/s",
-            "low",
-            "largest rate of a drive",
-            _drive_rate,
-            lambda s: _largest(s.means.drive_velocity_peak),
-        ),
-        MotionQuantity(
-            "stress",
-            "pressure",
-            "Pa",
-            "low",
-            "largest stress in a part or hinge that bends",
-            _stress,
-            lambda s: _largest_known(s.means.hinge_stress_peak, s.means.bending_stress_peak),
+            "stress", "pressure", "low", "largest stress in a part or hinge that bends", _stress, _stress_peak
         ),
     )
 }

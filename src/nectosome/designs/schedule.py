@@ -1,7 +1,7 @@
 """The schedule of a mission as a design task: what its modes set and how long they last, so that it is over soonest."""
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -14,19 +14,19 @@ from nectosome.search import Evaluate, Evaluation
 from nectosome.solve import run_mission
 from nectosome.units import InputError
 
-from .motion import Varied
+from .motion import DesignTask
 
 _UPRIGHT = np.deg2rad(60)
 
 
 @dataclass(frozen=True)
-class ScheduleDesign(Varied):
+class ScheduleDesign(DesignTask):
     """Bring a mission to its end in the shortest time, within ranges of its numbers.
 
     A mission that does not come to its end, or on which the robot tilts by more than 60 degrees, counts as unsolved.
     It has no derivatives: modes begin and end with events.
 
-    - variables: named as in `io.schedule`.
+    - variables: named as in `description.schedule`.
     - step: of the motion [s].
 
     Raises InputError for no variable, or for two that stand for the same number.
@@ -36,13 +36,10 @@ class ScheduleDesign(Varied):
     variables: tuple[Variable, ...]
     step: float = 1e-3
     objective: ClassVar[str] = "time"  # pyright: ignore[reportIncompatibleVariableOverride]
-    names: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         """Check what can be checked before anything is computed."""
-        if not self.variables:
-            raise InputError("there is nothing to choose: at least one variable is needed.", field="variables")
-        object.__setattr__(self, "names", tuple(v.name for v in self.variables))
+        self._check_variables()
         self.mission_at(np.zeros(len(self.variables)))
 
     @property
@@ -69,8 +66,7 @@ class ScheduleDesign(Varied):
 
     def mission_at(self, u: Float[np.ndarray, "n"]) -> Mission:
         """Mission of a design."""
-        values = self.box.values(u)
-        return with_schedule(self.mission, {v.name: float(x) for v, x in zip(self.variables, values, strict=True)})
+        return with_schedule(self.mission, self.values(u))
 
     def chosen(self, u: Float[np.ndarray, "n"]) -> str:
         """File of the mission of a design."""
@@ -82,15 +78,15 @@ class ScheduleDesign(Varied):
         def evaluate(u: np.ndarray, derivatives: bool, memory: np.ndarray | None) -> Evaluation:
             if derivatives:
                 raise InputError("a mission has no derivatives. Take cmaes or pattern.", field="optimiser")
-            flown = run_mission(self.mission_at(u), step=self.step)
-            fallen = np.asarray(flown.measures.tilt) > _UPRIGHT
+            record = run_mission(self.mission_at(u), step=self.step)
+            fallen = np.asarray(record.measures.tilt) > _UPRIGHT
             if fallen.any():
                 k = int(np.argmax(fallen))
-                mode = self.mission.modes[flown.mode[k]].name
+                mode = self.mission.modes[record.mode[k]].name
                 return Evaluation.unsolved(u, 0, f"it tilts by more than 60 deg in {mode}")
-            if flown.reason:
-                return Evaluation.unsolved(u, 0, flown.reason)
-            time = float(flown.time[-1])
+            if record.reason:
+                return Evaluation.unsolved(u, 0, record.reason)
+            time = float(record.time[-1])
             return Evaluation(u, time, np.zeros(0), outputs={"time": time})
 
         return evaluate

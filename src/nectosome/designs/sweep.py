@@ -4,7 +4,6 @@ import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,22 +11,24 @@ import jax.numpy as jnp
 import numpy as np
 
 from nectosome.core import Status
-from nectosome.description import RobotDescription, dump_robot, resolve
+from nectosome.description import dump_robot, resolve
 from nectosome.io import load_checkpoint, provenance, save_checkpoint
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.search.processes import processors
 from nectosome.solve import CycleMeans, mean_data
 from nectosome.units import InputError
 
-from .axes import COUNT, AxisValues, SweepAxis, axis_of
+from .axes import COUNT, AxisValues, SweepAxis, axis_of, check_each_once
 from .batches import RobotBatch, batches_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_Part = dict[str, np.ndarray]
 Progress = Callable[[str, float], bool | None]  # of what is computed and the share done; False cancels
 
 MEANS = ("speed", "turn_rate", "power", "efficiency", "cost_of_transport")
+_PART = "part-{}.npz"  # file of a finished part
 _NOTHING = 1e-3  # of its peak: the mean of a force that nothing opposes is 0 up to the integrator's tolerance
 
 
@@ -49,15 +50,6 @@ def nonzero_means(found: "xr.Dataset") -> dict[str, "xr.DataArray"]:
     forces = [f"force.{axis}" for axis in found["axis"].values] if "force" in found else []
     means = {name: mean_of(found, name) for name in (MEANS[0], *forces, *MEANS[1:])}
     return {name: values for name, values in means.items() if values.notnull().any() and (values != 0).any()}
-
-
-@dataclass(frozen=True)
-class _Grid:
-    """The points of one structure."""
-
-    description: RobotDescription
-    axes: tuple[SweepAxis, ...]
-    points: RobotBatch
 
 
 def sweep(
@@ -93,9 +85,9 @@ def sweep(
     given = {COUNT: axis_of(COUNT, over[COUNT], None)} if COUNT in over else {}
     axes = given | {axis.name: axis for axis in grids[0].axes}
     values = {name: [*axes[name].values] for name in over}
-    asked = {"robot": name, "set": settings, "over": values, "samples": samples, "rtol": rtol}
-    made = provenance(asked)
-    text = json.dumps([made["nectosome"], asked, [dump_robot(grid.description) for grid in grids]])
+    request = {"robot": name, "set": settings, "over": values, "samples": samples, "rtol": rtol}
+    made = provenance(request)
+    text = json.dumps([made["nectosome"], request, [dump_robot(grid.description) for grid in grids]])
     kept = _Parts(folder, hashlib.sha256(text.encode()).hexdigest())
     found = _compute(grids, kept, progress, workers or processors())
     datasets = [_dataset(grid, parts) for grid, parts in zip(grids, found, strict=True)]
@@ -104,14 +96,13 @@ def sweep(
     return _joined(datasets, given).assign_attrs(title=title, robot=one, provenance=json.dumps(made))
 
 
-_Part = dict[str, np.ndarray]
-
-
-def _compute(grids: list[_Grid], kept: "_Parts", progress: Progress | None, workers: int) -> list[list[_Part | None]]:
+def _compute(
+    grids: list[RobotBatch], kept: "_Parts", progress: Progress | None, workers: int
+) -> list[list[_Part | None]]:
     """Parts of each grid, None where the sweep was cancelled before. Threads, since compiled code runs side by side."""
-    work = [(i, grid.points, span) for i, grid in enumerate(grids) for span in grid.points.spans()]
+    work = [(i, grid, span) for i, grid in enumerate(grids) for span in grid.spans()]
     found: list[list[_Part | None]] = [[] for _ in grids]
-    going, words = True, f"{sum(len(grid.points.periods) for grid in grids)} points"
+    going, words = True, f"{sum(len(grid.periods) for grid in grids)} points"
     with ThreadPoolExecutor(workers) as pool:
         jobs = [pool.submit(kept.get, k, lambda p=p, s=span: p.solved(s)) for k, (_, p, span) in enumerate(work)]
         try:
@@ -128,7 +119,7 @@ def _compute(grids: list[_Grid], kept: "_Parts", progress: Progress | None, work
 
 def _grids(
     robot: RobotLike, over: Mapping[str, AxisValues], settings: list[str], samples: int, rtol: float
-) -> list[_Grid]:
+) -> list[RobotBatch]:
     if not over:
         raise InputError("there is nothing to sweep over: at least one quantity is needed.", field="over")
     if COUNT in over and not isinstance(robot, str):
@@ -138,18 +129,9 @@ def _grids(
     for count in counts:
         description = description_of(robot, [*settings, *filter(None, [count])])
         axes = tuple(axis_of(name, values, description) for name, values in over.items() if name != COUNT)
-        _check_each_once([axis.name for axis in axes], description)
-        grids.append(_Grid(description, axes, batches_of(description, axes, samples, rtol)))
+        check_each_once(((axis.name, resolve(description, axis.name)) for axis in axes), "over")
+        grids.append(batches_of(description, axes, samples, rtol))
     return grids
-
-
-def _check_each_once(names: Iterable[str], description: RobotDescription) -> None:
-    """Raise InputError where two axes set the same quantity, so that one of them would be ignored."""
-    taken: dict[str, str] = {}
-    for name in names:
-        for path in resolve(description, name):
-            if taken.setdefault(path, name) != name:
-                raise InputError(f"{taken[path]} and {name} both set {path}. Take one of them.", field="over")
 
 
 def forget(folder: Path) -> None:
@@ -158,9 +140,6 @@ def forget(folder: Path) -> None:
         path.unlink(missing_ok=True)
     if not any(folder.iterdir()):
         folder.rmdir()
-
-
-_PART = "part-{}.npz"
 
 
 class _Parts:
@@ -189,7 +168,7 @@ class _Parts:
         return found
 
 
-def _dataset(grid: _Grid, parts: list[_Part | None]) -> "xr.Dataset":
+def _dataset(grid: RobotBatch, parts: list[_Part | None]) -> "xr.Dataset":
     """Dataset of one structure; what was not computed is NaN and CANCELLED."""
     import xarray as xr
 
@@ -197,17 +176,17 @@ def _dataset(grid: _Grid, parts: list[_Part | None]) -> "xr.Dataset":
     total = int(np.prod(shape))
     status = np.full(total, int(Status.CANCELLED))
     done = next((part for part in parts if part is not None), None)
-    shapes = grid.points.shapes() if done is None else {name: done[name].shape[1:] for name in CycleMeans._fields}
+    shapes = grid.shapes() if done is None else {name: done[name].shape[1:] for name in CycleMeans._fields}
     arrays = {name: np.full((total, *own), np.nan) for name, own in shapes.items()}
-    for span, part in zip(grid.points.spans(), parts, strict=True):
+    for span, part in zip(grid.spans(), parts, strict=True):
         if part is not None:
             status[span] = part["status"]
             for name, x in arrays.items():
                 x[span] = part[name]
     means = CycleMeans(**{name: jnp.asarray(x.reshape(shape + x.shape[1:])) for name, x in arrays.items()})
-    data, names = mean_data(grid.points.robot, means, dims)
+    data, names = mean_data(grid.robot, means, dims)
     words = np.array([Status(int(s)).name for s in status]).reshape(shape)
-    periods = np.where(grid.points.periods > 0, grid.points.periods, np.nan).reshape(shape)
+    periods = np.where(grid.periods > 0, grid.periods, np.nan).reshape(shape)
     return xr.Dataset(
         {name: (d, x, {"units": unit}) for name, (d, x, unit) in data.items()}
         | {"status": (dims, words), "period": (dims, periods, {"units": "s"})},

@@ -9,13 +9,13 @@ from .gait.files import GaitResult, identify_gait
 from .hysteresis.files import HysteresisFit, identify_hysteresis
 from .recordings import recordings_of
 from .robot.fit import RobotFit, identify
-from .sim2real.alignment import RigidMap, align_inliers, align_points
 from .sim2real.correct import CorrectedGrid, correct, corrected_data
 from .sim2real.gaussian_process import Surface, Term, gaussian_process
 from .sim2real.grids import GridTable, table_of
 from .sim2real.method import METHODS, Corrected, SimToReal, leave_one_out
 from .sim2real.next_experiment import Aim, Next, next_experiments, uniform_plan
 from .sim2real.observe import Experiments, Observed, ParameterEstimate, experiments_of, observe
+from .sim2real.residuals import RigidMap, align_inliers, align_points
 from .surge.files import SurgeFit, identify_surge
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""Recordings that fits take: those of a campaign, datasets, or arrays; and which of them are only predicted."""
+"""Recordings that fits take: those of a campaign, datasets, or arrays; which are only predicted; models beside them."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
+from jaxtyping import Float
 
 from nectosome.measure import load_campaign
 from nectosome.measure.campaign import Campaign
@@ -77,6 +78,11 @@ def file_of(recording: "xr.Dataset") -> str:
     return Path(json.loads(recording.attrs.get("provenance", "{}")).get("file", "recording")).name
 
 
+def conditions_of(recording: "xr.Dataset") -> "dict[str, xr.DataArray]":
+    """Numbers that hold for a whole recording, by name; how often it was repeated is none of them."""
+    return {str(name): x for name, x in recording.coords.items() if x.ndim == 0 and name != "repeat"}
+
+
 def unit_of(quantity: "xr.DataArray") -> str:
     """SI unit of a quantity; of several ways to write one always the same."""
     unit = str(quantity.attrs.get("units", ""))
@@ -96,3 +102,54 @@ def fitted_and_test(recordings: Sequence[_T], test: Iterable[str]) -> tuple[list
     if not fitted:
         raise InputError("all recordings are named: none is left to fit.", field="test")
     return fitted, [one for one in recordings if one.file in names]
+
+
+def time_of(recording: "xr.Dataset", file: str) -> Float[np.ndarray, "n"]:
+    """Times of a recording [s]. Raises InputError where it has none."""
+    if "time" not in recording.dims:
+        raise InputError("has no time. Say in the campaign which column it is, or its rate.", file=file)
+    return recording["time"].values.astype(float)
+
+
+def check_units(recording: "xr.Dataset", file: str, units: Mapping[str, str], pair: tuple[str, str]) -> None:
+    """Raise InputError for columns that are not in these units, and for a pair of them that is swapped."""
+    given = {name: str(recording[name].attrs.get("units", "")) for name in units if name in recording.data_vars}
+    a, b = pair
+    if given.get(a) == units[b] and given.get(b) == units[a]:
+        raise InputError(f"{a} is in {units[b]} and {b} in {units[a]}: the two columns are swapped.", file=file)
+    for name, unit in given.items():
+        if unit != units[name]:
+            words = f"is in {unit or 'no unit'}; {units[name]} or a multiple is needed. Give its unit in the campaign."
+            raise InputError(words, file=file, field=name)
+
+
+def check_varies(values: Float[np.ndarray, "n"], file: str, name: str) -> None:
+    """Raise InputError for a column that is the same all the time."""
+    if np.ptp(values) == 0:
+        raise InputError("is constant: nothing can be identified from it.", file=file, field=name)
+
+
+def beside_recordings(
+    units: Mapping[str, str],
+    fitted: Sequence[str],
+    test: Sequence[str],
+    samples: "Mapping[str, tuple[Sequence[Float[np.ndarray, '_']], str]]",
+) -> "xr.Dataset":
+    """What results of all fits hold: parameters with their units, and a model beside its recordings.
+
+    - over `parameter`: `unit`. Over `recording`, its name: `used`, train if it was fitted, else test.
+    - over `sample`, recording by recording (`of` is its place): what `samples` has of each, with its unit.
+    """
+    import xarray as xr
+
+    sizes = [len(x) for x in samples["time"][0]]
+    return xr.Dataset(
+        {name: ("sample", np.concatenate(x), {"units": unit} if unit else {}) for name, (x, unit) in samples.items()},
+        {
+            "parameter": [*units],
+            "unit": ("parameter", [*units.values()]),
+            "recording": [*fitted, *test],
+            "used": ("recording", ["train"] * len(fitted) + ["test"] * len(test)),
+            "of": ("sample", np.repeat(np.arange(len(sizes)), sizes)),
+        },
+    )

@@ -2,16 +2,14 @@
 
 from . import optimisers
 from .contract import Ask, Optimiser, Outcome, Search
-from .dominance import front, undominated
 from .folder import read_search, read_starts
-from .history import Result, Start
+from .history import Result, Start, front, undominated
 from .minimise import minimise
 from .multistart import multistart
-from .objective import BatchTask
 from .optimisers import *  # noqa: F403  their names stand in one place
 from .optimisers import OPTIMISERS, make_optimiser
 from .processes import Workers
-from .task import Evaluate, Evaluation, Space, Task
+from .task import BatchTask, Evaluate, Evaluation, Space, Task
 
 __all__ = [
     "OPTIMISERS",

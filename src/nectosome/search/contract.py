@@ -5,9 +5,11 @@ what a journal holds instead of computing it. So an optimiser knows nothing of j
 cancelling, and a search that was killed goes on when it is run again.
 """
 
+import threading
 from abc import ABC, abstractmethod
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import asdict, dataclass
+from queue import SimpleQueue
 from typing import Any, ClassVar
 
 import numpy as np
@@ -44,12 +46,18 @@ class Optimiser(ABC):
 
     - name: as files and command lines call it.
     - derivatives: whether it asks for derivatives everywhere.
+    - needs_start: whether it searches from a design only.
     - evaluations: no iteration is begun after so many.
     """
 
     name: ClassVar[str]
     derivatives: ClassVar[bool] = False
+    needs_start: ClassVar[bool] = False
     evaluations: int
+
+    def __post_init__(self) -> None:
+        """Check the options; one with more of them checks these too."""
+        self._at_least("evaluations", 1)
 
     @abstractmethod
     def search(self, space: Space, start: Float[np.ndarray, "n"] | None, seed: int) -> Search:
@@ -62,8 +70,9 @@ class Optimiser(ABC):
         - seed: from 0 to 2^31 - 1.
         """
 
-    def check(self, space: Space, start: bool) -> None:  # noqa: B027
+    def check(self, space: Space, start: bool) -> None:
         """Raise InputError where such a space cannot be searched with, or without, a start, or a package is missing."""
+        self._require("start", start or not self.needs_start, "is missing: it searches from a design.")
 
     def describe(self) -> dict[str, Any]:
         """Return name and options as JSON data, of which `make_optimiser` makes it again."""
@@ -77,3 +86,44 @@ class Optimiser(ABC):
     def _at_least(self, option: str, least: int) -> None:
         number = getattr(self, option)
         self._require(option, number is None or number >= least, f"is {number}; it must be at least {least}.")
+
+
+class AbandonedError(Exception):
+    """Nobody answers any more: the search was given up."""
+
+
+def from_callback(solve: Callable[[Callable[[Ask], list[Evaluation]]], Outcome]) -> Search:
+    """Search with solve(evaluate), which runs in a thread of its own and waits in `evaluate` for its answers.
+
+    Once the search is closed `evaluate` raises AbandonedError, and `solve` must end.
+    """
+    asks: SimpleQueue[Any] = SimpleQueue()
+    answers: SimpleQueue[list[Evaluation]] = SimpleQueue()
+    abandoned = threading.Event()
+
+    def evaluate(ask: Ask) -> list[Evaluation]:
+        if not abandoned.is_set():
+            asks.put(ask)
+            answer = answers.get()
+            if not abandoned.is_set():
+                return answer
+        raise AbandonedError
+
+    def work() -> None:
+        try:
+            asks.put(solve(evaluate))
+        except BaseException as error:
+            asks.put(error)
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    try:
+        while isinstance(ask := asks.get(), Ask):
+            answers.put((yield ask))
+    finally:
+        abandoned.set()
+        answers.put([])
+        thread.join()
+    if isinstance(ask, BaseException):
+        raise ask
+    return ask

@@ -138,15 +138,13 @@ def _sound(e: Evaluation, u: np.ndarray, derivatives: bool, space: Space) -> Eva
         raise ValueError(f"evaluate gives {1 + e.others.size} objectives; the task has {space.objectives}.")
     if e.solved and derivatives and (e.gradient is None or e.jacobian is None):
         raise ValueError("evaluate gives no derivatives where the optimiser needs them.")
-    if not e.solved:
-        return replace(Evaluation.unsolved(u, space.constraints, e.reason, others), outputs=e.outputs)
-    numbers = {"objective is": e.objectives, "constraints are": e.constraints}
-    if derivatives and e.gradient is not None and e.jacobian is not None:
+    numbers: dict[str, Any] = {"objective is": e.objectives, "constraints are": e.constraints}
+    if derivatives:
         numbers |= {"derivatives are": e.gradient, "derivatives of the constraints are": e.jacobian}
-    for name, number in numbers.items():
-        if not np.all(np.isfinite(number)):
-            unsolved = Evaluation.unsolved(u, space.constraints, f"the {name} not finite", others)
-            return replace(unsolved, outputs=e.outputs)
+    odd = [name for name, number in numbers.items() if not np.all(np.isfinite(number))] if e.solved else []
+    if odd or not e.solved:
+        reason = e.reason or f"the {odd[0]} not finite"
+        return replace(Evaluation.unsolved(u, space.constraints, reason, others), outputs=e.outputs)
     return replace(e, u=u) if derivatives else replace(e, u=u, gradient=None, jacobian=None)
 
 

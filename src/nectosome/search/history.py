@@ -1,12 +1,12 @@
-"""What one start found, and many."""
+"""What one start found, and many; and the front between several objectives."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from .task import Evaluation
 
@@ -24,13 +24,13 @@ class Start:
 
     number: int
     evaluations: tuple[Evaluation, ...]
-    draws: int
-    begun: bool
-    rejected: Mapping[str, int]  # drawn designs refused, by reason
     marks: tuple[int, ...]  # how many evaluations were made at the end of each iteration
     converged: bool
     message: str  # how the optimiser ended, or why it did not begin
     tolerance: float
+    draws: int = 0
+    begun: bool = True
+    rejected: Mapping[str, int] = field(default_factory=dict)  # drawn designs refused, by reason
     note: str = ""  # on its record
     cancelled: bool = False
 
@@ -48,8 +48,8 @@ class Start:
     def best_of(self, evaluations: int) -> Evaluation | None:
         """Return the best of the first evaluations; designs that were drawn and refused do not count."""
         first = max(self.draws - 1, 0) if self.begun else self.draws
-        fit = [e for e in self.evaluations[first:evaluations] if e.feasible(self.tolerance)]
-        return min(fit, key=lambda e: e.objective, default=None)
+        feasible = [e for e in self.evaluations[first:evaluations] if e.feasible(self.tolerance)]
+        return min(feasible, key=lambda e: e.objective, default=None)
 
     @property
     def value(self) -> float:
@@ -69,12 +69,8 @@ class Start:
 
     def summed(self) -> "Start":
         """Return this start with the sum of all objectives as the only one."""
-        return replace(
-            self,
-            evaluations=tuple(
-                replace(e, objective=float(e.objectives.sum()), others=e.others[:0]) for e in self.evaluations
-            ),
-        )
+        summed = (replace(e, objective=float(e.objectives.sum()), others=e.others[:0]) for e in self.evaluations)
+        return replace(self, evaluations=tuple(summed))
 
     @property
     def start(self) -> Float[np.ndarray, "n"] | None:
@@ -131,7 +127,7 @@ class Result:
         pairs = [(start, i, e) for start in self.starts for i, e in enumerate(start.evaluations)]
         every = [e for _, _, e in pairs]
         outputs = sorted({name for e in every for name in e.outputs})
-        n, m = len(self.names), len(self.constraint_names)
+        k, n, m = len(every), len(self.names), len(self.constraint_names)
         values = [[e.outputs.get(name, np.nan) for name in outputs] for e in every]
         offsets = np.concatenate([[0], np.cumsum([len(start.evaluations) for start in self.starts])])
         best = [
@@ -139,14 +135,11 @@ class Result:
             for start, offset in zip(self.starts, offsets, strict=False)
         ]
         by_evaluation = {
-            "u": (("evaluation", "variable"), np.array([e.u for e in every]).reshape(len(every), n)),
+            "u": (("evaluation", "variable"), np.array([e.u for e in every]).reshape(k, n)),
             "objective": ("evaluation", np.array([e.objective for e in every])),
-            "others": (("evaluation", "further"), np.array([e.others for e in every]).reshape(len(every), -1)),
-            "constraints": (
-                ("evaluation", "constraint"),
-                np.array([e.constraints for e in every]).reshape(len(every), m),
-            ),
-            "outputs": (("evaluation", "output"), np.array(values, dtype=float).reshape(len(every), len(outputs))),
+            "others": (("evaluation", "further"), np.array([e.others for e in every]).reshape(k, -1)),
+            "constraints": (("evaluation", "constraint"), np.array([e.constraints for e in every]).reshape(k, m)),
+            "outputs": (("evaluation", "output"), np.array(values, dtype=float).reshape(k, len(outputs))),
             "reason": ("evaluation", np.array([e.reason for e in every], dtype=str)),
             "seconds": ("evaluation", np.array([e.seconds for e in every])),
             "iteration": ("evaluation", np.array([_iteration(start, i) for start, i, _ in pairs], dtype=int)),
@@ -173,3 +166,36 @@ class Result:
 def _iteration(start: Start, index: int) -> int:
     """The iteration that evaluation `index` of a start belongs to, from 1; 0 for drawn designs."""
     return 0 if index < start.draws else int(np.searchsorted(start.marks, index, side="right")) + 1
+
+
+def front(evaluations: Sequence[Evaluation], versus: int | None = None, tolerance: float = 1e-6) -> list[Evaluation]:
+    """Return the feasible evaluations that no other one dominates in their objectives, by rising first objective.
+
+    With `versus` the limit of that constraint is let go, and its value is an objective too.
+    """
+    kept = [e for e in evaluations if e.solved and limits(e, versus).max(initial=0.0) <= tolerance]
+    if not kept:
+        return []
+    return [kept[k] for k in undominated(np.array([goals(e, versus) for e in kept]))]
+
+
+def goals(evaluation: Evaluation, versus: int | None) -> Float[np.ndarray, "k"]:
+    """Objectives of an evaluation, the value of constraint `versus` behind them."""
+    let_go = evaluation.constraints[:0] if versus is None else evaluation.constraints[[versus]]
+    return np.concatenate([evaluation.objectives, let_go])
+
+
+def limits(evaluation: Evaluation, versus: int | None) -> Float[np.ndarray, "m"]:
+    """Constraints of an evaluation but for `versus`."""
+    return evaluation.constraints if versus is None else np.delete(evaluation.constraints, versus)
+
+
+def undominated(values: Float[np.ndarray, "m k"]) -> Int[np.ndarray, "f"]:
+    """Indices of the rows of k costs that no other row equals or beats in all, by rising first cost; of equals one."""
+    kept: list[int] = []
+    lower = np.empty_like(values)
+    for k in np.lexsort(values.T[::-1]):  # what beats a row comes before it
+        if not (lower[: len(kept)] <= values[k]).all(axis=1).any():
+            lower[len(kept)] = values[k]
+            kept.append(int(k))
+    return np.array(kept, dtype=int)

@@ -59,9 +59,6 @@ def minimise(
     return Start(
         number=0,
         evaluations=tuple(recorder.evaluations),
-        draws=0,
-        begun=True,
-        rejected={},
         marks=tuple(recorder.marks),
         converged=outcome.converged,
         message=outcome.message,

@@ -57,7 +57,12 @@ def multistart(
     that make no sense, InputError for a folder that cannot be used and an optimiser that cannot search this task,
     RuntimeError where a worker process died.
     """
-    _check(starts, seed, draws, workers)
+    counts = {"starts": (starts, 1), "seed": (seed, 0), "draws": (draws, 1)}
+    if workers is not None:
+        counts["workers"] = workers, 1
+    for name, (number, least) in counts.items():
+        if number < least:
+            raise ValueError(f"multistart: {name} is {number}; it must be at least {least}.")
     optimiser.check(task.space, True)
     with (
         nullcontext()
@@ -93,16 +98,15 @@ class _Job:
         """The start as its journal has it, None where it did not come to its end."""
         if self.journal is None or not self.journal[0].exists():
             return None
-        records, note = read_journal(*self.journal)
-        return self._start(records, note) if _ended(records) else None
+        return self._recorded(*read_journal(*self.journal))
 
     def run(self, stop: Callable[[], bool]) -> Start | None:
         """Run or go on with the start; None where it was stopped."""
         if stop():
             return None
         with Journal(*self.journal) if self.journal else nullcontext() as journal:
-            if journal and _ended(journal.records):
-                return self._start(journal.records, journal.damage)
+            if journal and (done := self._recorded(journal.records, journal.damage)):
+                return done
 
             def before() -> None:
                 if stop():
@@ -115,7 +119,7 @@ class _Job:
                 return None
             if journal:
                 journal.append({"end": end})
-            return self._assemble(recorder.evaluations, end, journal.damage if journal else "")
+            return self._start(recorder.evaluations, end, journal.damage if journal else "")
 
     def _search(self, recorder: Recorder) -> dict[str, Any]:
         """Draw a start and search from it; what is not in the evaluations, as JSON data."""
@@ -140,26 +144,15 @@ class _Job:
         outcome = recorder.drive(self.optimiser.search(self.task.space, accepted, seed))
         return end | {"marks": recorder.marks, "converged": outcome.converged, "message": outcome.message}
 
-    def _start(self, records: list[dict[str, Any]], note: str) -> Start:
-        return self._assemble([e for record in records[:-1] for e in decode(record)], records[-1]["end"], note)
+    def _start(self, evaluations: list[Evaluation], end: dict[str, Any], note: str) -> Start:
+        ended: dict[str, Any] = end | {"marks": tuple(end["marks"])}
+        return Start(self.number, tuple(evaluations), tolerance=self.task.tolerance, note=note, **ended)
 
-    def _assemble(self, evaluations: list[Evaluation], end: dict[str, Any], note: str) -> Start:
-        return Start(
-            number=self.number,
-            evaluations=tuple(evaluations),
-            draws=end["draws"],
-            begun=end["begun"],
-            rejected=end["rejected"],
-            marks=tuple(end["marks"]),
-            converged=end["converged"],
-            message=end["message"],
-            tolerance=self.task.tolerance,
-            note=note,
-        )
-
-
-def _ended(records: list[dict[str, Any]]) -> bool:
-    return bool(records) and "end" in records[-1]
+    def _recorded(self, records: list[dict[str, Any]], note: str) -> Start | None:
+        """The start of a journal; None where it did not come to its end."""
+        if not records or "end" not in records[-1]:
+            return None
+        return self._start([e for record in records[:-1] for e in decode(record)], records[-1]["end"], note)
 
 
 class _Run:
@@ -239,11 +232,3 @@ def _prepared(task: Task) -> Evaluate:
         if _prepared_evaluate is None or _prepared_key != key:
             _prepared_key, _prepared_evaluate = key, task.prepare()
         return _prepared_evaluate
-
-
-def _check(starts: int, seed: int, draws: int, workers: int | None) -> None:
-    for name, number, least in (("starts", starts, 1), ("seed", seed, 0), ("draws", draws, 1)):
-        if number < least:
-            raise ValueError(f"multistart: {name} is {number}; it must be at least {least}.")
-    if workers is not None and workers < 1:
-        raise ValueError(f"multistart: workers is {workers}; it must be at least 1.")

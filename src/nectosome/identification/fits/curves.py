@@ -22,6 +22,7 @@ from nectosome.measure.signals.noise import correlation_time
 from nectosome.units import InputError, shorten
 from nectosome.units.ranges import Ranges, split_range
 
+from .errors import CORRELATED
 from .identifiability import Identifiability, Interval, identifiability
 from .misfit import Misfit
 
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
 
 Curve = Callable[..., ArrayLike]  # (x, **theta) -> y
 _STEP = 1e-5  # of finite differences, as a share of a range: curves are smooth
-_CORRELATED = 5.0  # samples over which residuals are correlated: more than noise is by chance
 _OFTEN = 3.0  # times the standard error that was given: residuals are larger than noise
 _AT_BOUND = 1e-4  # of a range
 _EXACT = 1e-9  # of the values: stands for the standard error where the curve meets them all
@@ -123,30 +123,25 @@ def fit(
     if m < n + (errors is None):
         raise InputError(f"has {m} values, too few for {n} parameters.", field="y")
 
-    def computed(row: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
-        found = np.asarray(curve(x, **dict(zip(ranges.names, row.tolist(), strict=True))), dtype=float)
-        if found.shape != values.shape:
-            raise InputError(f"gives the shape {found.shape}, and y has the shape {values.shape}.", field="curve")
-        return found[known]
-
-    def slopes(row: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
-        assert jacobian is not None
-        found = np.asarray(jacobian(x, **dict(zip(ranges.names, row.tolist(), strict=True))), dtype=float)
-        if found.shape != (*values.shape, n):
-            raise InputError(f"gives the shape {found.shape}; {(*values.shape, n)} is needed.", field="jacobian")
+    def at(row: Float[np.ndarray, "n"], f: Callable[..., ArrayLike], name: str) -> Float[np.ndarray, "m *n"]:
+        """Rows of the curve, or of its Jacobian, where y has a value."""
+        found = np.asarray(f(x, **dict(zip(ranges.names, row.tolist(), strict=True))), dtype=float)
+        if name == "curve" and found.shape != values.shape:
+            raise InputError(f"gives the shape {found.shape}, and y has the shape {values.shape}.", field=name)
+        if name == "jacobian" and found.shape != (*values.shape, n):
+            raise InputError(f"gives the shape {found.shape}; {(*values.shape, n)} is needed.", field=name)
         return found[known]
 
     def misfit(size: Float[np.ndarray, "m"]) -> Misfit:
         def residuals(rows: Float[np.ndarray, "k n"]) -> Float[np.ndarray, "k m"]:
-            return np.stack([(computed(row) - values[known]) / size for row in rows])
+            return np.stack([(at(row, curve, "curve") - values[known]) / size for row in rows])
 
-        by = None if jacobian is None else lambda row: slopes(row) / size[:, None]
+        by = None if jacobian is None else lambda row, f=jacobian: at(row, f, "jacobian") / size[:, None]
         return Misfit(residuals, ranges, by, _STEP)
 
     problem = misfit(sigma)
-    found = [problem.fit(begin) for begin in _begun(problem, start or {}, starts)]
-    best = min(found, key=lambda one: one.chi2)
-    left = computed(best.theta) - values[known]
+    best = min((problem.fit(begin) for begin in _starts(problem, start or {}, starts)), key=lambda one: one.chi2)
+    left = at(best.theta, curve, "curve") - values[known]
     scale = np.sqrt(best.chi2 / (m - n)) if errors is None else 1.0
     scale = max(float(scale), _EXACT * float(np.abs(values[known]).max(initial=0.0)) / float(sigma.max())) or 1.0
     tau = correlation_time(left / sigma) if m > n + 1 else 1.0
@@ -180,7 +175,7 @@ def _ranges(vary: Mapping[str, str | Sequence[float]]) -> Ranges:
     return Ranges(tuple(vary), *zip(*ends, strict=True), log=log)
 
 
-def _begun(problem: Misfit, start: Mapping[str, float], starts: int) -> Iterable[Float[np.ndarray, "n"]]:
+def _starts(problem: Misfit, start: Mapping[str, float], starts: int) -> Iterable[Float[np.ndarray, "n"]]:
     """Parameters to begin with, those at which the curve is finite. Raises InputError where it is so at none."""
     ranges = problem.ranges
     for name in start:
@@ -200,7 +195,7 @@ def _warnings(
 ) -> tuple[str, ...]:
     """What makes a fit doubtful; chi2 is that of one value, where errors were given."""
     out = []
-    if tau > _CORRELATED:
+    if tau > CORRELATED:
         out.append(f"residuals are correlated over {tau:.0f} values: the curve lacks something")
     if chi2 > _OFTEN**2:
         out.append(f"residuals are {np.sqrt(chi2):.1f} times their standard errors")

@@ -7,6 +7,7 @@ from jaxtyping import Float
 from scipy.special import ndtri
 
 SIDES = float(ndtri(0.975))  # standard errors to each side of a 95 % interval
+CORRELATED = 5.0  # samples over which residuals are correlated: more than noise is by chance
 _LEAST = 0.01  # of the largest measured value: a percentage of less says nothing
 
 
@@ -59,3 +60,12 @@ def range_errors(model: Float[np.ndarray, "n"], measured: Float[np.ndarray, "n"]
     error = np.abs(model - measured)
     scale = 100 / float(np.ptp(measured))
     return scale * float(np.sqrt(np.mean(error**2))), scale * float(error.max())
+
+
+def deviation(measured: Float[np.ndarray, "n"], computed: Float[np.ndarray, "n"]) -> tuple[float, float, float]:
+    """Mean, standard deviation and largest magnitude of measured less computed values.
+
+    In percent of the root mean square of the measured ones.
+    """
+    error = 100 * (measured - computed) / np.sqrt(np.mean(measured**2))
+    return float(np.mean(error)), float(np.std(error)), float(np.max(np.abs(error)))

@@ -169,16 +169,15 @@ class Identifiability:
             weight = weight / weight[np.argmax(np.abs(weight * width))]
             kept = [k for k in range(len(group)) if abs(weight[k] * width[k]) > _SMALL * np.abs(weight * width).max()]
             if log.all():
-                out.append(" ".join(_power(names[k], weight[k]) for k in kept))
+                terms = [f"{names[k]}^{weight[k]:.2g}".removesuffix("^1") for k in kept]
             else:
                 terms = [f"{weight[k]:+.2g} {f'ln {names[k]}' if log[k] else names[k]}" for k in kept]
-                out.append(" ".join(terms))
+            out.append(" ".join(terms))
         return out
 
 
 def identifiability(misfit: Misfit, theta: Float[np.ndarray, "n"], share: float = 0.1) -> Identifiability:
     """How well data identify parameters near theta; with a standard error below `share` of its range one counts as so.
-
 
     Raises InputError for a share that is not between 0 and 0.28, for parameters outside of their ranges, and where
     residuals are NaN or infinite.
@@ -200,9 +199,8 @@ class Helpful(NamedTuple):
     def text(self) -> str:
         """The gain in words."""
         more = f"; then identifiable: {', '.join(self.identifiable)}" if self.identifiable else ""
-        return (
-            f"{self.name}: {self.gain:+.2f} parameters, {self.after.rank} of {len(self.after.theta)} directions{more}"
-        )
+        directions = f"{self.after.rank} of {len(self.after.theta)} directions"
+        return f"{self.name}: {self.gain:+.2f} parameters, {directions}{more}"
 
 
 def most_helpful(known: Identifiability, candidates: Mapping[str, Misfit]) -> list[Helpful]:
@@ -228,8 +226,3 @@ def _root(misfit: Misfit, theta: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n
     """R of the information R^T R of a misfit's data."""
     n = len(theta)
     return np.linalg.qr(np.concatenate([misfit.derivatives(misfit.places(theta)), np.zeros((n, n))])).R
-
-
-def _power(name: str, exponent: float) -> str:
-    shown = f"{exponent:.2g}"
-    return name if shown == "1" else f"{name}^{shown}"

@@ -21,6 +21,8 @@ from scipy.special import ndtri
 from nectosome.core import runtime as runtime  # float64
 from nectosome.measure.signals.noise import correlation_time
 
+from .errors import CORRELATED
+
 Regressors = Callable[..., Array]  # (time, state, *inputs) -> [k], for JAX
 Input = Callable[[np.ndarray], np.ndarray]  # of times [s], such as a spline through a recording
 _STEPS = 4  # from sample to sample
@@ -30,7 +32,6 @@ _CLOSE = 1e-10  # relative, of parameters from round to round
 _SETTLED = 0.1  # of the state's root mean square: means of the two halves may differ by as much
 _NOISY = 0.1  # of the residuals of differences: a share of noise that biases
 _RAW = np.ones(1)  # kernel of no filter
-_TOGETHER = 5.0  # samples over which residuals are correlated: more than noise is by chance
 
 
 class Trial(NamedTuple):
@@ -92,16 +93,30 @@ def finite_differences(trials: Sequence[Trial]) -> Estimate:
 
 
 def integral_windows(
-    trials: Sequence[Trial], lengths: Sequence[float], kernel: Float[np.ndarray, "w"] = _RAW
+    trials: Sequence[Trial],
+    lengths: Sequence[float],
+    kernel: Float[np.ndarray, "w"] = _RAW,
+    motions: Sequence[Float[np.ndarray, "n"]] | None = None,
 ) -> Estimate:
     r"""Least squares on $x(t + T) - x(t) = \int_t^{t + T} H \theta$ for all t and some lengths T [s]: trapezoids.
 
     Half and whole periods are good lengths: one shows changes within a period, the other the trend. Errors are
     those of samples with independent noise of one size, $\Sigma = \sigma^2 P D F F^T D^T P^T$ with the differences D,
     the symmetric filter F that state and inputs have gone through alike (its `kernel`), and $P = (X^T X)^{-1} X^T$.
-    Raises ValueError for a length that a recording has not.
+    Regressors along `motions` are instruments, if there are any. Raises ValueError for a length that a recording has
+    not.
     """
-    return _solved(trials, lengths, kernel, None)
+    own = [None] * len(trials) if motions is None else motions
+    parts = [_windowed(trial, lengths, kernel, motion) for trial, motion in zip(trials, own, strict=True)]
+    y, X, Z = (np.concatenate([part[i] for part in parts]) for i in range(3))
+    inverse = np.linalg.inv(Z.T @ X)
+    values = inverse @ Z.T @ y
+    left = y - X @ values
+    spread = sum(part[3].T @ part[3] for part in parts)  # Z^T D F F^T D^T Z
+    # of D F e the residuals keep all but what the parameters take
+    kept = sum(part[5] for part in parts) - np.trace(inverse @ sum(part[3].T @ part[4] for part in parts))
+    covariance = left @ left / kept * inverse @ spread @ inverse.T
+    return Estimate(values, covariance, left, _unsettled(trials))
 
 
 def instrumental_variables(trials: Sequence[Trial], lengths: Sequence[float]) -> Estimate:
@@ -111,8 +126,8 @@ def instrumental_variables(trials: Sequence[Trial], lengths: Sequence[float]) ->
     """
     found = integral_windows(trials, lengths)
     for _ in range(_ROUNDS):
-        motions = [np.asarray(motion(*arguments_of(t), found.values, t.state[0])) for t in trials]
-        before, found = found, _solved(trials, lengths, _RAW, motions)
+        motions = [np.asarray(_motion(*_arguments(t), np.append(found.values, t.state[0]))) for t in trials]
+        before, found = found, integral_windows(trials, lengths, motions=motions)
         if np.all(np.abs(found.values - before.values) <= _CLOSE * np.abs(found.values)):
             return found
     return found._replace(warnings=(*found.warnings, f"not converged after {_ROUNDS} rounds of instrumental variables"))
@@ -131,7 +146,7 @@ def output_error(trials: Sequence[Trial], start: Float[np.ndarray, "k"]) -> Esti
     size = np.abs(np.concatenate([start, [np.ptp(trial.state) for trial in trials]]))
     size[size == 0] = 1.0
     longest = max(len(trial.time) for trial in trials)  # of one length all are one program
-    programs = [arguments_of(trial, longest) for trial in trials]
+    programs = [_arguments(trial, longest) for trial in trials]
     state = np.concatenate([trial.state for trial in trials])
 
     @lru_cache(maxsize=1)  # the solver calls for residuals and Jacobian at one place after the other
@@ -139,7 +154,7 @@ def output_error(trials: Sequence[Trial], start: Float[np.ndarray, "k"]) -> Esti
         p = np.frombuffer(place) * size
         states, derivatives = [], []
         for i, (trial, what) in enumerate(zip(trials, programs, strict=True)):
-            x, by = (np.asarray(y)[: len(trial.time)] for y in with_derivatives(*what, p[:k], p[k + i]))
+            x, by = (np.asarray(y)[: len(trial.time)] for y in _with_derivatives(*what, p[[*range(k), k + i]]))
             own = np.zeros((len(x), k + m))
             own[:, :k], own[:, k + i] = by[:, :k], by[:, k]
             states.append(x)
@@ -149,34 +164,14 @@ def output_error(trials: Sequence[Trial], start: Float[np.ndarray, "k"]) -> Esti
     closely: Any = {"method": "lm", "xtol": 1e-12, "ftol": 1e-12, "gtol": 1e-12, "jac": lambda p: at(p.tobytes())[1]}
     found = least_squares(lambda p: at(p.tobytes())[0], begin / size, **closely)
     J, left = found.jac, found.fun
-    together = max(correlation_time(left), 1.0)
-    covariance = together * left @ left / (len(left) - k - m) * np.linalg.inv(J.T @ J)
+    tau = max(correlation_time(left), 1.0)
+    covariance = tau * left @ left / (len(left) - k - m) * np.linalg.inv(J.T @ J)
     warnings = [*_unsettled(trials)]
-    if together > _TOGETHER:
-        warnings.append(f"residuals are correlated over {together:.0f} samples: the model lacks something")
+    if tau > CORRELATED:
+        warnings.append(f"residuals are correlated over {tau:.0f} samples: the model lacks something")
     if not found.success:
         warnings.append(f"not solved: {found.message}")
     return Estimate(found.x[:k] * size[:k], (covariance * np.outer(size, size))[:k, :k], left, tuple(warnings))
-
-
-def _solved(
-    trials: Sequence[Trial],
-    lengths: Sequence[float],
-    kernel: Float[np.ndarray, "w"],
-    motions: Sequence[Float[np.ndarray, "n"]] | None,
-) -> Estimate:
-    """`integral_windows`, with instruments from motions if there are any."""
-    own = [None] * len(trials) if motions is None else motions
-    parts = [_windowed(trial, lengths, kernel, motion) for trial, motion in zip(trials, own, strict=True)]
-    y, X, Z = (np.concatenate([part[i] for part in parts]) for i in range(3))
-    inverse = np.linalg.inv(Z.T @ X)
-    values = inverse @ Z.T @ y
-    left = y - X @ values
-    spread = sum(part[3].T @ part[3] for part in parts)  # Z^T D F F^T D^T Z
-    # of D F e the residuals keep all but what the parameters take
-    kept = sum(part[5] for part in parts) - np.trace(inverse @ sum(part[3].T @ part[4] for part in parts))
-    covariance = left @ left / kept * inverse @ spread @ inverse.T
-    return Estimate(values, covariance, left, _unsettled(trials))
 
 
 def _windowed(
@@ -190,37 +185,36 @@ def _windowed(
     n = len(trial.time)
     X = _integral(trial.time, _rows(trial))
     Z = X if motion is None else _integral(trial.time, _rows(trial._replace(state=motion)))
-    first, last = [], []
+    first = list[np.ndarray]()
     for length in lengths:
         w = round(length / step)
         if not 0 < w < n:
-            raise ValueError(
-                f"integral_windows: {length:g} s does not fit into a recording of {n} samples, {step:g} s apart."
-            )
+            apart = f"a recording of {n} samples, {step:g} s apart"
+            raise ValueError(f"integral_windows: {length:g} s does not fit into {apart}.")
         first.append(np.arange(n - w))
-        last.append(np.arange(w, n))
-    i, j = np.concatenate(first), np.concatenate(last)
-    regressors, instruments_ = X[j] - X[i], Z[j] - Z[i]
+    i, j = np.concatenate(first), np.concatenate([k + n - len(k) for k in first])
+    regressors, instruments = X[j] - X[i], Z[j] - Z[i]
     back = [np.zeros_like(X), np.zeros_like(X)]
-    for part, rows in zip(back, (instruments_, regressors), strict=True):
+    for part, rows in zip(back, (instruments, regressors), strict=True):
         np.add.at(part, j, rows)
         np.subtract.at(part, i, rows)
     back = [convolve1d(part, kernel, axis=0, mode="nearest") for part in back]
     alike = np.correlate(kernel, kernel, "full")[len(kernel) - 1 :]  # F F^T by lag
     trace = sum(2 * len(a) * (alike[0] - (alike[n - len(a)] if n - len(a) < len(alike) else 0.0)) for a in first)
-    return trial.state[j] - trial.state[i], regressors, instruments_, *back, trace
+    return trial.state[j] - trial.state[i], regressors, instruments, *back, trace
 
 
 def _rows(trial: Trial) -> Float[np.ndarray, "n k"]:
     """H at the samples."""
     inputs = tuple(np.asarray(u(trial.time), float) for u in trial.inputs)
-    return np.asarray(at_samples(trial.regressors, trial.time, trial.state, inputs))
+    return np.asarray(_at_samples(trial.regressors, trial.time, trial.state, inputs))
 
 
-def arguments_of(trial: Trial, samples: int | None = None) -> tuple[Regressors, np.ndarray, tuple[np.ndarray, ...]]:
-    """Arguments of `motion`; samples beyond the last one repeat it."""
+def _arguments(trial: Trial, samples: int | None = None) -> tuple[Regressors, np.ndarray, tuple[np.ndarray, ...]]:
+    """Arguments of `_motion`, with inputs at all times that it needs; samples beyond the last one repeat it."""
     more = 0 if samples is None else samples - len(trial.time)
-    inputs = inputs_between(trial.time, trial.inputs)
+    times = trial.time[:-1, None] + np.diff(trial.time)[:, None] * _PLACES
+    inputs = (np.asarray(u(times), float) for u in trial.inputs)
     time = np.pad(trial.time, (0, more), mode="edge")
     return trial.regressors, time, tuple(np.pad(u, ((0, more), (0, 0)), mode="edge") for u in inputs)
 
@@ -238,20 +232,12 @@ def _unsettled(trials: Sequence[Trial]) -> tuple[str, ...]:
     return (f"not settled: {sum(far)} of {len(trials)} recordings change from half to half",) if any(far) else ()
 
 
-class Deviation(NamedTuple):
-    """Measured minus computed state, in percent of the root mean square of the measured one."""
-
-    mean: float  # signed
-    std: float  # about that mean
-    largest: float  # magnitude
-
-
 def follow_recording(trial: Trial, values: Float[np.ndarray, "k"]) -> Float[np.ndarray, "n"]:
     """The motion of a model with these parameters, from the first state of least squares to the samples."""
-    what = arguments_of(trial)
+    what = _arguments(trial)
 
     def at(x0: Float[np.ndarray, "1"]) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n k+1"]]:
-        states, derivatives = with_derivatives(*what, values, x0[0])
+        states, derivatives = _with_derivatives(*what, np.append(values, x0))
         return np.asarray(states), np.asarray(derivatives)
 
     how: Any = {"method": "lm", "jac": lambda x0: at(x0)[1][:, -1:]}
@@ -259,20 +245,8 @@ def follow_recording(trial: Trial, values: Float[np.ndarray, "k"]) -> Float[np.n
     return at(found.x)[0]
 
 
-def deviation(measured: Float[np.ndarray, "n"], computed: Float[np.ndarray, "n"]) -> Deviation:
-    """Errors of a motion against samples."""
-    error = 100 * (measured - computed) / np.sqrt(np.mean(measured**2))
-    return Deviation(float(np.mean(error)), float(np.std(error)), float(np.max(np.abs(error))))
-
-
-def inputs_between(time: Float[np.ndarray, "n"], inputs: tuple[Input, ...]) -> tuple[Float[np.ndarray, "n-1 s"], ...]:
-    """Inputs at all times that `motion` needs."""
-    times = time[:-1, None] + np.diff(time)[:, None] * _PLACES
-    return tuple(np.asarray(u(times), float) for u in inputs)
-
-
 @partial(jax.jit, static_argnums=0)
-def at_samples(
+def _at_samples(
     regressors: Regressors, time: Float[Array, "n"], state: Float[Array, "n"], inputs: tuple[Float[Array, "n"], ...]
 ) -> Float[Array, "n k"]:
     """H at the samples."""
@@ -280,14 +254,14 @@ def at_samples(
 
 
 @partial(jax.jit, static_argnums=0)
-def motion(
+def _motion(
     regressors: Regressors,
     time: Float[Array, "n"],
     inputs: tuple[Float[Array, "n-1 s"], ...],
-    theta: Float[Array, "k"],
-    x0: Float[Array, ""],
+    p: Float[Array, "k+1"],
 ) -> Float[Array, "n"]:
-    """States at the times: the classical Runge-Kutta method in quarters of a sample."""
+    """States at the times, by parameters and first state: the classical Runge-Kutta method in quarters of a sample."""
+    theta, x0 = p[:-1], p[-1]
 
     def step(x: Array, ends: tuple[Array, ...]) -> tuple[Array, Array]:
         start, h, *u = ends
@@ -308,18 +282,13 @@ def motion(
 
 
 @partial(jax.jit, static_argnums=0)
-def with_derivatives(
-    regressors: Regressors,
-    time: Float[Array, "n"],
-    inputs: tuple[Float[Array, "n-1 s"], ...],
-    theta: Float[Array, "k"],
-    x0: Float[Array, ""],
-) -> tuple[Float[Array, "n"], Float[Array, "n k+1"]]:
-    """The motion, and its derivatives by parameters and first state."""
+def _with_derivatives(regressors: Regressors, *arguments: Any) -> tuple[Float[Array, "n"], Float[Array, "n k+1"]]:
+    """`_motion` of the same arguments, and its derivatives by parameters and first state."""
+    *given, p = arguments
 
     def both(p: Array) -> tuple[Array, Array]:
-        x = motion(regressors, time, inputs, p[:-1], p[-1])
+        x = _motion(regressors, *given, p)
         return x, x
 
-    derivatives, states = jax.jacfwd(both, has_aux=True)(jnp.append(theta, x0))
+    derivatives, states = jax.jacfwd(both, has_aux=True)(p)
     return states, derivatives

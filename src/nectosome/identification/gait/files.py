@@ -6,21 +6,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from nectosome.description import RobotDescription, load_robot, numeric_paths, resolve
 from nectosome.description.variables import Variable, read_variable
 from nectosome.designs.design import SEED
+from nectosome.designs.problem import YamlFields
 from nectosome.designs.sweep import Progress
-from nectosome.io.yaml_text import Key, read_text, read_yaml
+from nectosome.io.yaml_text import Key, read_text
 from nectosome.robots import describe
-from nectosome.search import Start, minimise
+from nectosome.search import OPTIMISERS, Start, minimise
 from nectosome.units import InputError, did_you_mean, parse_quantity, shorten
 
 from ..fits.identifiability import Identifiability, identifiability
-from .features import FEATURES, UNITS
 from .fit import GaitFit, GaitTrial, gait_data, gait_optimiser
-from .walks import Walked
+from .walks import FEATURES, UNITS, Walked
 
 if TYPE_CHECKING:
     import xarray as xr
 
-OPTIMISERS = ("cmaes", "genetic", "differential", "nsga2")  # that search everywhere
 _KNOWN = ("about", "robot", "vary", "seconds", "window", "error", "trials")
 _DIMENSIONS = {"m": "length", "Hz": "frequency", "m/s": "speed"}
 
@@ -59,8 +58,9 @@ def identify_gait(
 
     Raises InputError for a file that makes no sense, an unknown optimiser, and where no candidate walks.
     """
-    if optimiser not in OPTIMISERS:
-        raise InputError(f'"{optimiser}" is none for gaits.{did_you_mean(optimiser, OPTIMISERS)}', field="optimiser")
+    everywhere = [name for name, kind in OPTIMISERS.items() if not kind.needs_start]
+    if optimiser not in everywhere:
+        raise InputError(f'"{optimiser}" is none for gaits.{did_you_mean(optimiser, everywhere)}', field="optimiser")
     fit = target if isinstance(target, GaitFit) else load_gait_fit(target)
     several = optimiser == "nsga2"
     if several and len(fit.trials) < 2:
@@ -91,71 +91,48 @@ def load_gait_fit(path: str | Path) -> GaitFit:
     `trials` are a list of features, amplitude, frequency, speed and height, with what differs from the robot in `set`;
     `error` is their relative standard error.
     """
-    text = read_text(path)
-    data, lines = read_yaml(text, str(path))
-    file = _File(Path(path), lines)
-    if not isinstance(data, dict):
-        raise InputError("is no file of gaits: it has no named fields.", file=str(path))
-    for key in data:
-        if key not in _KNOWN:
-            raise file.wrong((str(key),), f"is not known here.{did_you_mean(str(key), _KNOWN)}")
+    file = YamlFields(read_text(path), str(path), "file of gaits", _KNOWN)
+    data = file.data
     ranges, trials = data.get("vary"), data.get("trials")
     if not isinstance(ranges, dict) or not ranges:
         raise file.wrong(("vary",), "needs at least one name with a range.")
     if not isinstance(trials, list) or not trials:
         raise file.wrong(("trials",), "needs at least one gait, with a dash before it.")
     description = _robot(file, data.get("robot"))
-    variables = tuple(_variable(file, name, span, description) for name, span in ranges.items())
+    variables = list[Variable]()
+    for name, span in ranges.items():
+        with file.errors_at("vary", name):
+            variables.append(read_variable(name, str(span), description))
     found = tuple(_trial(file, k, one, description) for k, one in enumerate(trials))
     kinds = {"seconds": "time", "window": "time", "error": "number"}
-    numbers = {key: file.quantity((key,), data[key], kind) for key, kind in kinds.items() if key in data}
+    numbers = {key: _positive(file, (key,), data[key], kind) for key, kind in kinds.items() if key in data}
     try:
-        return GaitFit(description, variables, found, **numbers)
+        return GaitFit(description, tuple(variables), found, **numbers)
     except InputError as error:
-        line = lines.get((error.field or "",)) or lines.get(("vary", error.field or ""))
+        line = file.lines.get((error.field or "",)) or file.lines.get(("vary", error.field or ""))
         raise InputError(error.message, file=str(path), line=line, field=error.field) from None
 
 
-class _File:
-    """Where mistakes of a file are."""
-
-    def __init__(self, path: Path, lines: dict[Key, int]):
-        self.path, self.lines = path, lines
-
-    def wrong(self, at: Key, message: str) -> InputError:
-        """The error of a field."""
-        line = self.lines.get(at) or (self.lines.get(at[:-1]) if at[:-1] else None)
-        return InputError(message, file=str(self.path), line=line, field=shorten(".".join(map(str, at))))
-
-    def quantity(self, at: Key, text: Any, dimension: str) -> float:
-        """A positive quantity with its unit."""
-        try:
-            value = parse_quantity(str(text), dimension)
-        except ValueError as error:
-            raise self.wrong(at, str(error)) from None
-        if not value > 0:
-            raise self.wrong(at, f'"{shorten(text)}" is out of range: it must be more than 0.')
-        return value
+def _positive(file: YamlFields, at: Key, text: Any, dimension: str) -> float:
+    """A positive quantity with its unit."""
+    with file.errors_at(*at):
+        value = parse_quantity(str(text), dimension)
+    if not value > 0:
+        raise file.wrong(at, f'"{shorten(text)}" is out of range: it must be more than 0.')
+    return value
 
 
-def _robot(file: _File, name: Any) -> RobotDescription:
+def _robot(file: YamlFields, name: Any) -> RobotDescription:
     if not isinstance(name, str):
         raise file.wrong(("robot",), "is missing. Name a robot that ships, or a robot file.")
-    beside = file.path.parent / name
+    beside = Path(file.source).parent / name
     try:
         return load_robot(beside) if beside.suffix in (".yaml", ".yml") else describe(name)
     except InputError as error:
         raise file.wrong(("robot",), str(error)) from None
 
 
-def _variable(file: _File, name: str, span: Any, description: RobotDescription) -> Variable:
-    try:
-        return read_variable(name, str(span), description)
-    except InputError as error:
-        raise file.wrong(("vary", name), error.message) from None
-
-
-def _trial(file: _File, k: int, one: Any, description: RobotDescription) -> GaitTrial:
+def _trial(file: YamlFields, k: int, one: Any, description: RobotDescription) -> GaitTrial:
     at: Key = ("trials", k)
     if not isinstance(one, dict):
         raise file.wrong(at, "has no named fields: amplitude, frequency, speed and height are needed.")
@@ -165,18 +142,13 @@ def _trial(file: _File, k: int, one: Any, description: RobotDescription) -> Gait
     for name in FEATURES:
         if one.get(name) is None:
             raise file.wrong((*at, name), "is missing.")
-    a, f, v, z = (file.quantity((*at, f), one[f], _DIMENSIONS[u]) for f, u in zip(FEATURES, UNITS, strict=True))
+    a, f, v, z = (_positive(file, (*at, f), one[f], _DIMENSIONS[u]) for f, u in zip(FEATURES, UNITS, strict=True))
     changes, quantities = one.get("set", {}), numeric_paths(description)
     if not isinstance(changes, dict):
         raise file.wrong((*at, "set"), "needs names with values.")
-    values = {}
+    values = dict[str, float]()
     for name, text in changes.items():
-        try:
-            (value,) = {
-                quantities[path].read(str(text), units_required=True) for path in resolve(description, str(name))
-            }
-        except (InputError, ValueError) as error:
-            words = error.message if isinstance(error, InputError) else str(error)
-            raise file.wrong((*at, "set", str(name)), words) from None
-        values[str(name)] = value
+        with file.errors_at(*at, "set", str(name)):
+            read = [quantities[path].read(str(text), units_required=True) for path in resolve(description, str(name))]
+            (values[str(name)],) = {*read}
     return GaitTrial((a, f, v, z), values)

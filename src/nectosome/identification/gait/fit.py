@@ -1,6 +1,6 @@
 """Parameters of a walking robot from features of its gait, in one trial or in several that differ in what is known."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,8 +16,7 @@ from nectosome.units.ranges import Ranges
 
 from ..fits.identifiability import Identifiability
 from ..fits.misfit import Misfit
-from .features import FEATURES, UNITS, discrepancy
-from .walks import Walked, Walks
+from .walks import FEATURES, UNITS, Walked, Walks, discrepancy
 
 _STEP = 1e-3  # of finite differences, as a share of the ranges: contacts make features rough
 
@@ -57,9 +56,9 @@ class GaitFit:
 
     def walked(self, rows: Float[np.ndarray, "m n"]) -> list[Walked]:
         """Walks with each row of parameters, trial by trial."""
-        m, changed = len(rows), self._changed
-        lanes = [np.column_stack([rows, np.tile(values, (m, 1))]) for values in changed.values]
-        found = self._walks(np.concatenate(lanes))
+        m, own = len(rows), self._changed
+        given = [[(own | dict(trial.changes))[name] for name in own] for trial in self.trials]
+        found = self._walks(np.concatenate([np.column_stack([rows, np.tile(values, (m, 1))]) for values in given]))
         return [Walked(*(x[k * m : (k + 1) * m] for x in found)) for k in range(len(self.trials))]
 
     def by_trial(self, rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m trials"]:
@@ -69,15 +68,11 @@ class GaitFit:
         found = np.stack([discrepancy(one.gait, target, one.fell, self.seconds) for one, target in walked], axis=1)
         return np.where(np.isnan(found), np.inf, found)
 
-    def summed(self, rows: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m"]:
-        """Discrepancies of all trials together."""
-        return self.by_trial(rows).sum(axis=1)
-
     def task(self, by_trial: bool = False) -> BatchTask:
         """The least discrepancy of all trials together, or of each as an objective of its own."""
         if by_trial:
             return BatchTask(self.by_trial, self.ranges, len(self.trials), self.key)
-        return BatchTask(self.summed, self.ranges, text=self.key)
+        return BatchTask(lambda rows: self.by_trial(rows).sum(axis=1), self.ranges, text=self.key)
 
     @property
     def misfit(self) -> Misfit:
@@ -96,26 +91,18 @@ class GaitFit:
         return f"{self.description.model_dump_json()} {trials} {self.seconds} {self.window}"
 
     @cached_property
-    def _changed(self) -> "_Changed":
+    def _changed(self) -> dict[str, float]:
+        """The robot's own values of the quantities that differ between trials."""
         names = tuple(dict.fromkeys(name for trial in self.trials for name in trial.changes))
         for name in names:
             if name in self.ranges.names:
                 raise InputError("varies, and cannot be given too.", field=name)
-        own = {name: float(get_value(self.description, name)) for name in names}
-        return _Changed(names, [[(own | dict(trial.changes))[name] for name in names] for trial in self.trials])
+        return {name: float(get_value(self.description, name)) for name in names}
 
     @cached_property
     def _walks(self) -> Walks:
-        names = (*self.ranges.names, *self._changed.names)
+        names = (*self.ranges.names, *self._changed)
         return Walks(self.description, names, seconds=self.seconds, window=self.window)
-
-
-@dataclass(frozen=True)
-class _Changed:
-    """Quantities that differ between trials, and their values in each."""
-
-    names: tuple[str, ...]
-    values: Sequence[Sequence[float]]
 
 
 def gait_optimiser(name: str = "cmaes", evaluations: int = 3000) -> Optimiser:

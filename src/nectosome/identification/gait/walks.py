@@ -1,4 +1,4 @@
-"""Many walks of one robot, side by side: its gait, and when it falls, for rows of numbers in its description."""
+"""Gaits of a walking robot: their features, and many walks side by side, for rows of numbers in its description."""
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -19,13 +19,52 @@ from nectosome.model.build import Template, instantiate, template_of
 from nectosome.solve import fixed_step
 from nectosome.units import InputError
 
-from .features import gait_of
-
-_FEW, _MANY = 8, 25  # lanes side by side: small generations fill few, large ones go quicker with many
+FEATURES = ("amplitude", "frequency", "speed", "height")
+UNITS = ("m", "Hz", "m/s", "m")
+_FALL = 100.0  # least discrepancy of a robot that falls
+_SOONER = 5.0  # for each second that it falls sooner
+_FEW, _MANY = 8, 25  # walks in a batch: small generations fill few, large ones go quicker with many
 _THREADS = 2
 _UPRIGHT = 0.5  # cosine of the angle by which a fallen robot tilts
 _LONGEST = 3600.0  # s
 _THIN = 10  # steps from one kept sample to the next
+
+
+class Gait(NamedTuple):
+    """Features of the motion of a body that walks."""
+
+    amplitude: Float[Array, "*batch"]  # of the height, from its lowest to its highest value [m]
+    frequency: Float[Array, "*batch"]  # of the height [Hz], 0 where it does not come back to its mean
+    speed: Float[Array, "*batch"]  # mean speed along x [m/s]
+    height: Float[Array, "*batch"]  # mean height [m]
+
+
+def gait_of(x: Float[Array, "n"], z: Float[Array, "n"], step: Float[Array, ""]) -> Gait:
+    """Features of positions x and z [m], sampled every `step` [s]; the frequency by upward crossings of z's mean."""
+    mean = jnp.mean(z)
+    below, above = z[:-1] - mean, z[1:] - mean
+    up = (below < 0) & (above >= 0)
+    when = jnp.arange(z.shape[0] - 1) - below / jnp.where(up, above - below, 1.0)
+    first, last = jnp.min(jnp.where(up, when, jnp.inf)), jnp.max(jnp.where(up, when, -jnp.inf))
+    turns = jnp.sum(up) - 1
+    frequency = jnp.where(turns > 0, turns / (jnp.where(turns > 0, last - first, 1.0) * step), 0.0)
+    return Gait(jnp.max(z) - jnp.min(z), frequency, (x[-1] - x[0]) / ((x.shape[0] - 1) * step), mean)
+
+
+def discrepancy(
+    found: Float[np.ndarray, "*batch 4"],
+    target: Float[np.ndarray, "4"],
+    fell: Float[np.ndarray, "*batch"],
+    seconds: float,
+) -> Float[np.ndarray, "*batch"]:
+    r"""Sum of the squares of $(f^* - f)/f^*$ over the features, and for a robot that fell at t a penalty.
+
+    $100 + 5 (t_e - t)$, rounded up, of the `seconds` $t_e$ that it was to walk; `fell` is inf where it did not
+    (Giorgio-Serchi et al. 2017, section 4.3, eq. 13).
+    """
+    off = np.sum(((target - found) / target) ** 2, axis=-1)
+    stands = np.isinf(fell)
+    return np.where(stands, off, np.ceil(_FALL + _SOONER * (seconds - np.where(stands, seconds, fell))))
 
 
 class Walked(NamedTuple):
@@ -38,7 +77,7 @@ class Walked(NamedTuple):
 
 
 class _Steps(eqx.Module):
-    """How long to walk, and which numbers change from lane to lane."""
+    """How long to walk, and which numbers change from walk to walk."""
 
     windows: int = eqx.field(static=True)
     window: int = eqx.field(static=True)  # steps of each
@@ -95,21 +134,21 @@ class Walks:
     def __call__(self, rows: Float[np.ndarray, "m k"]) -> Walked:
         """Walk with each row of numbers."""
         m = len(rows)
-        lanes = _MANY if m >= _THREADS * _MANY else _FEW
-        padded = np.concatenate([rows, np.repeat(rows[-1:], -m % lanes, axis=0)])
+        width = _MANY if m >= _THREADS * _MANY else _FEW
+        padded = np.concatenate([rows, np.repeat(rows[-1:], -m % width, axis=0)])
         with ThreadPoolExecutor(_THREADS) as pool:
-            parts = [*pool.map(self._lanes, np.split(padded, len(padded) // lanes))]
+            parts = [*pool.map(self._solve_batch, np.split(padded, len(padded) // width))]
         return Walked(*(np.concatenate(each)[:m] for each in zip(*parts, strict=True)))
 
-    def _lanes(self, rows: Float[np.ndarray, "w k"]) -> tuple[np.ndarray, ...]:
-        found = remembered(side_by_side, self._template, self._how, self._numbers, jnp.asarray(rows))
+    def _solve_batch(self, rows: Float[np.ndarray, "w k"]) -> tuple[np.ndarray, ...]:
+        found = remembered(_batch, self._template, self._how, self._numbers, jnp.asarray(rows))
         return tuple(np.asarray(x) for x in found)
 
 
-def side_by_side(
+def _batch(
     template: Template, how: _Steps, numbers: Float[Array, "n"], rows: Float[Array, "w k"]
 ) -> tuple[Array, Array, Array, Array]:
-    """Fields of `Walked`, one lane for each row; numbers that do not change are shared by all."""
+    """Fields of `Walked`, one walk for each row; numbers that do not change are shared by all."""
     return jax.vmap(lambda row: _walked(template, how, numbers, row))(rows)
 
 
@@ -142,7 +181,7 @@ def _walked(template: Template, how: _Steps, numbers: Array, row: Array) -> tupl
 
 
 class _Seen(NamedTuple):
-    """What is kept of each step."""
+    """Record of each step."""
 
     place: Array  # of the body along x and z [m]
     tilt: Array  # [rad]

@@ -14,7 +14,16 @@ from nectosome.measure.signals.resample import default_gap, unbroken
 from nectosome.units import InputError, count
 
 from ..fits.errors import range_errors
-from ..recordings import CampaignLike, file_of, fitted_and_test, recordings_of
+from ..recordings import (
+    CampaignLike,
+    beside_recordings,
+    check_units,
+    check_varies,
+    file_of,
+    fitted_and_test,
+    recordings_of,
+    time_of,
+)
 from .fit import Identified, PressureTrial, fit_hysteresis
 
 if TYPE_CHECKING:
@@ -26,25 +35,16 @@ _REST = 0.1  # of the range of the displacement: as far from 0 it does not begin
 _LEAST = 50  # samples
 
 
-class PressureRecording(NamedTuple):
-    """A trial, and what was done to the recording."""
-
-    trial: PressureTrial
-    notes: tuple[str, ...]
-    file: str
-
-
 class HysteresisFit(NamedTuple):
     """A soft actuator, fitted to recordings."""
 
     found: Identified
-    recordings: tuple[PressureRecording, ...]  # that were fitted
-    test: tuple[PressureRecording, ...]  # and those that are predicted only
+    recordings: tuple[PressureTrial, ...]  # that were fitted
+    test: tuple[PressureTrial, ...]  # and those that are predicted only
 
     def to_dataset(self) -> "xr.Dataset":
         """Parameters, and the model beside the recordings (`hysteresis_data`)."""
-        trials = ([one.trial for one in group] for group in (self.recordings, self.test))
-        return hysteresis_data(self.found, *trials)
+        return hysteresis_data(self.found, self.recordings, self.test)
 
 
 def identify_hysteresis(
@@ -59,10 +59,10 @@ def identify_hysteresis(
     """
     recordings = pressure_recordings(recordings_of(campaign, _UNITS))
     fitted, held = fitted_and_test(recordings, test)
-    return HysteresisFit(fit_hysteresis([one.trial for one in fitted], order, slew), tuple(fitted), tuple(held))
+    return HysteresisFit(fit_hysteresis(fitted, order, slew), tuple(fitted), tuple(held))
 
 
-def pressure_recordings(recordings: "Sequence[xr.Dataset]") -> list[PressureRecording]:
+def pressure_recordings(recordings: "Sequence[xr.Dataset]") -> list[PressureTrial]:
     """Trials of files that have a `pressure` [Pa] and a `displacement` [m].
 
     Times that are not even are made so. What follows a gap is left out, since hysteresis remembers what came in it.
@@ -75,7 +75,7 @@ def pressure_recordings(recordings: "Sequence[xr.Dataset]") -> list[PressureReco
     return found
 
 
-def _recording(recording: "xr.Dataset") -> PressureRecording:
+def _recording(recording: "xr.Dataset") -> PressureTrial:
     file = file_of(recording)
     time, columns = _columns(file, recording)
     known = np.all([np.isfinite(x) for x in columns.values()], axis=0)
@@ -100,36 +100,28 @@ def _recording(recording: "xr.Dataset") -> PressureRecording:
         columns = {name: np.interp(even, time, x) for name, x in columns.items()}
         notes.append(f"put on even steps of {step:.4g} s")
     for name, x in columns.items():
-        if np.ptp(x) == 0:
-            raise InputError("is constant: nothing can be identified from it.", file=file, field=name)
-    begun, width = float(columns["displacement"][0]), float(np.ptp(columns["displacement"]))
-    if abs(begun) > _REST * width:
+        check_varies(x, file, name)
+    first_value, width = float(columns["displacement"][0]), float(np.ptp(columns["displacement"]))
+    if abs(first_value) > _REST * width:
         raise InputError(
-            f"begins at {begun:.4g} m, of a range of {width:.4g} m. It must begin at rest, near 0: give its zero in "
-            "the campaign, as in columns: {displacement: {zero: ...}}.",
+            f"begins at {first_value:.4g} m, of a range of {width:.4g} m. It must begin at rest, near 0: give its zero "
+            "in the campaign, as in columns: {displacement: {zero: ...}}.",
             file=file,
             field="displacement",
         )
-    return PressureRecording(PressureTrial(Path(file).stem, step, **columns), tuple(notes), file)
+    return PressureTrial(Path(file).stem, step, **columns, notes=tuple(notes), file=file)
 
 
 def _columns(file: str, recording: "xr.Dataset") -> tuple[Float[np.ndarray, "n"], dict[str, Float[np.ndarray, "n"]]]:
     """Times, and both columns in SI units."""
-    if "time" not in recording.dims:
-        raise InputError("has no time. Say in the campaign which column it is, or its rate.", file=file)
+    time = time_of(recording, file)
     for name in _UNITS:
         if name not in recording.data_vars:
             there = ", ".join(map(str, recording.data_vars))
             how = f"Name the column in the campaign, as in columns: {{{name}: {{column: ..., unit: ...}}}}"
             raise InputError(f"is missing; there are {there}. {how}.", file=file, field=name)
-    units = {name: str(recording[name].attrs.get("units", "")) for name in _UNITS}
-    if units == {"pressure": "m", "displacement": "Pa"}:
-        raise InputError("pressure is in m and displacement in Pa: the two columns are swapped.", file=file)
-    for name, unit in units.items():
-        if unit != _UNITS[name]:
-            words = f"is in {unit or 'no unit'}; {_UNITS[name]} or a multiple is needed. Give its unit in the campaign."
-            raise InputError(words, file=file, field=name)
-    return recording["time"].values.astype(float), {name: recording[name].values.astype(float) for name in _UNITS}
+    check_units(recording, file, _UNITS, ("pressure", "displacement"))
+    return time, {name: recording[name].values.astype(float) for name in _UNITS}
 
 
 def hysteresis_data(
@@ -144,37 +136,26 @@ def hysteresis_data(
 
     Attributes: `order` of the transfer function, `noise` [m], and `warnings` as JSON.
     """
-    import xarray as xr
-
-    names, recordings, block = [*found.intervals], [*train, *test], found.block()
+    recordings, block = [*train, *test], found.block()
     computed = [np.asarray(respond(block, one.pressure, one.dt)) for one in recordings]
     errors = np.array([range_errors(y, one.displacement) for y, one in zip(computed, recordings, strict=True)])
-    along = {
+    samples = {
         "time": ([one.dt * np.arange(len(one.pressure)) for one in recordings], "s"),
         "pressure": ([one.pressure for one in recordings], "Pa"),
         "measured": ([one.displacement for one in recordings], "m"),
         "computed": (computed, "m"),
     }
     plays = np.concatenate([np.zeros(len(found.theta) + 1), found.thresholds])
-    return xr.Dataset(
-        {
-            "value": ("parameter", np.array([*found.theta.values(), *found.slopes])),
-            "low": ("parameter", [one.low for one in found.intervals.values()]),
-            "high": ("parameter", [one.high for one in found.intervals.values()]),
-            "threshold": ("parameter", plays, {"units": "Pa"}),
-            "e_rmsp": ("recording", errors[:, 0], {"units": "percent"}),
-            "e_mp": ("recording", errors[:, 1], {"units": "percent"}),
-        }
-        | {name: ("sample", np.concatenate(x), {"units": unit}) for name, (x, unit) in along.items()},
-        coords={
-            "parameter": names,
-            "unit": ("parameter", [_PARAMETER_UNITS[name.rstrip("0123456789")] for name in names]),
-            "recording": [one.name for one in recordings],
-            "used": ("recording", ["train"] * len(train) + ["test"] * len(test)),
-            "of": ("sample", np.repeat(np.arange(len(recordings)), [len(one.pressure) for one in recordings])),
-        },
-        attrs={"order": found.order, "noise": found.noise, "warnings": json.dumps(found.warnings)},
-    )
+    units = {name: _PARAMETER_UNITS[name.rstrip("0123456789")] for name in found.intervals}
+    data = beside_recordings(units, [one.name for one in train], [one.name for one in test], samples)
+    return data.assign(
+        value=("parameter", np.array([*found.theta.values(), *found.slopes])),
+        low=("parameter", [one.low for one in found.intervals.values()]),
+        high=("parameter", [one.high for one in found.intervals.values()]),
+        threshold=("parameter", plays, {"units": "Pa"}),
+        e_rmsp=("recording", errors[:, 0], {"units": "percent"}),
+        e_mp=("recording", errors[:, 1], {"units": "percent"}),
+    ).assign_attrs(order=found.order, noise=found.noise, warnings=json.dumps(found.warnings))
 
 
 def saved_model(data: "xr.Dataset") -> Identified:

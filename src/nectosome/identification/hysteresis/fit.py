@@ -8,7 +8,7 @@ the slopes, which must not be negative: where one is, the hysteresis has no inve
 function are one: of the paper's 14 numbers 11 are identifiable.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -48,6 +48,8 @@ class PressureTrial(NamedTuple):
     dt: float  # [s]
     pressure: Float[np.ndarray, "n"]  # [Pa]
     displacement: Float[np.ndarray, "n"]  # [m]
+    notes: tuple[str, ...] = ()  # what was done to the recording
+    file: str = ""
 
 
 class Identified(NamedTuple):
@@ -98,7 +100,7 @@ def fit_hysteresis(
     if not trials:
         raise InputError("there is no recording to fit.", field="trials")
     model = HysteresisModel(tuple(trials), order, slew)
-    first = model.begun() if start is None else np.asarray(start, dtype=float)
+    first = model.first_guess() if start is None else np.asarray(start, dtype=float)
     if first.shape != (len(model.names),):
         raise InputError(f"{first.size} numbers, where {', '.join(model.names)} are needed.", field="start")
     found = model.problem.fit(first)
@@ -131,17 +133,15 @@ class HysteresisModel:
         u[frequencies] = np.linspace(0.5, 0.9, len(frequencies))
         return self.ranges.values(u)
 
-    def begun(self) -> Float[np.ndarray, "n"]:
+    def first_guess(self) -> Float[np.ndarray, "n"]:
         """Where to begin. A slew limit is the best of some fixed ones: far too low ones are no start."""
         if not self.slew:
             return self.start
-        projected, found = self.problem.projected(), []
+        projected, found, enough = self.problem.projected(), [], _ROUGH * float(self.problem.data @ self.problem.data)
         for share in _LIMITS:
             theta = self.start
             theta[-1] = share * self.steepest
-            found.append(
-                projected.fit(theta, fixed=("slew",), gain=_ROUGH * float(self.problem.data @ self.problem.data))
-            )
+            found.append(projected.fit(theta, fixed=("slew",), gain=enough))
         return min(found, key=lambda one: one.chi2).theta
 
     @cached_property
@@ -188,8 +188,8 @@ class HysteresisModel:
         if self.slew:
             h = _STEP * np.eye(len(theta))[-1] * theta[-1]
             ends = [self.basis(np.minimum(theta + side * h, self.ranges.bounds[:, 1])) @ weights for side in (1, -1)]
-            way = min(theta[-1] + h[-1], self.ranges.bounds[-1, 1]) - (theta - h)[-1]
-            columns.append((ends[0] - ends[1]) / way)
+            width = min(theta[-1] + h[-1], self.ranges.bounds[-1, 1]) - (theta - h)[-1]
+            columns.append((ends[0] - ends[1]) / width)
         return np.stack(columns, axis=1)
 
     def identified(
@@ -220,10 +220,8 @@ class HysteresisModel:
         if self.slew and theta[-1] > _SEEN * self.steepest:
             more.append("no slew limit is seen: the valve follows every command")
         names = (*self.names, *(f"slope{k}" for k in range(len(slopes))))
-        values = dict(zip(self.names, theta.tolist(), strict=True))
-        return Identified(
-            values, dict(zip(names, intervals, strict=True)), self.thresholds, slopes, noise, self.order, tuple(more)
-        )
+        values, named = dict(zip(self.names, theta.tolist(), strict=True)), dict(zip(names, intervals, strict=True))
+        return Identified(values, named, self.thresholds, slopes, noise, self.order, tuple(more))
 
     def _filtered(self, ratio: Ratio, inputs: list[Float[np.ndarray, "n *k"]]) -> Float[np.ndarray, "r *k"]:
         """Answers to the inputs of all recordings, one after the other."""
@@ -253,8 +251,8 @@ def _plays(pressure: Array, most: Array, thresholds: Array) -> Float[Array, "tri
     plays = PrandtlIshlinskii(jnp.zeros(()), thresholds, jnp.zeros_like(thresholds))
 
     def one(u: Array, most: Array) -> Array:
-        def step(carry: tuple[Array, Array], wanted: Array) -> tuple[tuple[Array, Array], Array]:
-            p = jnp.clip(wanted, carry[0] - most, carry[0] + most)
+        def step(carry: tuple[Array, Array], command: Array) -> tuple[tuple[Array, Array], Array]:
+            p = jnp.clip(command, carry[0] - most, carry[0] + most)
             state, _ = plays.step(carry[1], Line(p, p))
             return (p, state), jnp.concatenate([p[None], state])
 
@@ -288,32 +286,26 @@ def _ratio(theta: Float[np.ndarray, "n"], order: int) -> Ratio:
 def _derivatives(theta: Float[np.ndarray, "n"], order: int) -> list[Ratio]:
     """dG/d theta."""
     above, below = _ratio(theta, order)
-    every = [by for _, slopes in _parts(theta, order) for by in slopes]
+    every = [by for _, derivatives in _parts(theta, order) for by in derivatives]
     return [(np.polymul(above, b) / x, np.polymul(below, a)) for x, (b, a) in zip(theta[:order], every, strict=True)]
 
 
-class _Filter(NamedTuple):
-    """A transfer function for even samples joined by lines: exact."""
+def _filter(ratio: Ratio, dt: float) -> Callable[[Float[np.ndarray, "n *k"]], Float[np.ndarray, "n *k"]]:
+    """Answer of a transfer function, from rest, to even samples joined by lines: exact."""
+    first: Any = cont2discrete(ratio, dt, method="foh")
+    zero: Any = cont2discrete(ratio, dt, method="zoh")
+    above, below = np.ravel(first[0]), np.ravel(first[1])
+    line = np.cumsum(above - np.ravel(zero[0]))[:-1]  # what a line up to the first sample would leave behind
 
-    above: Float[np.ndarray, "n+1"]
-    below: Float[np.ndarray, "n+1"]
-    line: Float[np.ndarray, "n"]  # what a line up to the first sample would leave behind
-
-    def __call__(self, x: Float[np.ndarray, "n *k"]) -> Float[np.ndarray, "n *k"]:
-        """Answer from rest."""
-        y: Any = lfilter(self.above, self.below, x, axis=0)
+    def answer(x: Float[np.ndarray, "n *k"]) -> Float[np.ndarray, "n *k"]:
+        y: Any = lfilter(above, below, x, axis=0)
         if not np.any(x[0]):
             return y
         impulse = np.zeros(len(x))  # the filter takes it that a line from 0 led to the first sample too
         impulse[0] = 1.0
-        return y - np.multiply.outer(np.asarray(lfilter(self.line, self.below, impulse)), x[0])
+        return y - np.multiply.outer(np.asarray(lfilter(line, below, impulse)), x[0])
 
-
-def _filter(ratio: Ratio, dt: float) -> _Filter:
-    first: Any = cont2discrete(ratio, dt, method="foh")
-    zero: Any = cont2discrete(ratio, dt, method="zoh")
-    above, below = np.ravel(first[0]), np.ravel(first[1])
-    return _Filter(above, below, np.cumsum(above - np.ravel(zero[0]))[:-1])
+    return answer
 
 
 def _check(trial: PressureTrial) -> None:

@@ -24,10 +24,10 @@ from nectosome.model import build
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.units import DIMENSIONS, InputError, read_positive
 
-from ..fits.errors import range_errors
+from ..fits.errors import CORRELATED, range_errors
 from ..fits.identifiability import Identifiability, identifiability
 from ..fits.misfit import Fit
-from ..recordings import CampaignLike, fitted_and_test, recordings_of
+from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recordings_of
 from .misfit import RobotMisfit
 from .trials import Compared, RobotTrial, read_compared, robot_trials
 
@@ -39,7 +39,6 @@ _ROUNDS = 3  # of fits, each with the standard errors of the residuals of the la
 _EXACT = 1e-6  # of a column's range: stands for the standard error where the model has made the data
 _COARSE = 1e-3  # gain of chi2 by the last step of a fit that only shows where to go on, in rounds
 _SAME = 0.02  # of a range: results of two starts that are one
-CORRELATED = 5.0  # samples over which residuals are correlated: more than noise is by chance
 _OFTEN = 3.0  # times the standard error that was given: residuals are larger than noise
 
 
@@ -78,7 +77,43 @@ class RobotFit(NamedTuple):
 
         Attributes: `starts`, `agree`, and `words`, `warnings`, `notes` as JSON.
         """
-        return _dataset(self)
+        fitted, held = [*zip(self.trials, self.computed, strict=True)], [*self.test]
+        rows, columns = [*fitted, *held], range(len(self.compared))
+        errors = np.full((len(rows), len(columns), 2), np.nan)
+        for i, (trial, y) in enumerate(rows):
+            for c, there in enumerate(np.isfinite(trial.measured) & np.isfinite(y)):
+                if there.any():  # a robot may be one that cannot be simulated in a trial that was not fitted
+                    errors[i, c] = range_errors(y[c][there], trial.measured[c][there])
+        units = {v.name: DIMENSIONS[v.dimension].unit for v in self.variables}
+        samples = {
+            "time": ([np.tile(trial.time, len(columns)) for trial, _ in rows], "s"),
+            "measured": ([trial.measured.ravel() for trial, _ in rows], ""),
+            "computed": ([y.ravel() for _, y in rows], ""),
+        }
+        fitted_names, test_names = ([trial.name for trial, _ in group] for group in (fitted, held))
+        data = beside_recordings(units, fitted_names, test_names, samples).assign_coords(
+            column=[one.column for one in self.compared],
+            reading=("column", [one.text for one in self.compared]),
+            units_of=("column", [one.reading.unit for one in self.compared]),
+            of_column=("sample", np.concatenate([np.repeat(columns, trial.time.size) for trial, _ in rows])),
+        )
+        low, high = np.array([(one.low, one.high) for one in self.identifiability.intervals()]).T
+        return data.assign(
+            value=("parameter", self.theta),
+            low=("parameter", low),
+            high=("parameter", high),
+            before=("parameter", self.before),
+            identifiable=("parameter", self.identifiability.identifiable),
+            error=("column", self.errors),
+            e_rmsp=(("recording", "column"), errors[..., 0], {"units": "percent"}),
+            e_mp=(("recording", "column"), errors[..., 1], {"units": "percent"}),
+        ).assign_attrs(
+            starts=self.starts,
+            agree=self.agree,
+            words=json.dumps(self.identifiability.words()),
+            warnings=json.dumps(self.warnings),
+            notes=json.dumps([f"{trial.file}: {note}" for trial, _ in rows for note in trial.notes]),
+        )
 
 
 def identify(
@@ -248,56 +283,3 @@ def _warnings(
     if starts[0] > 1 and starts[1] == 1:
         out.append(f"no other of {starts[0]} starts came to these parameters")
     return out
-
-
-def _dataset(found: RobotFit) -> "xr.Dataset":
-    import xarray as xr
-
-    rows = [*zip(found.trials, found.computed, strict=True), *found.test]
-    of, column, time, measured, computed = [], [], [], [], []
-    errors = np.full((len(rows), len(found.compared), 2), np.nan)
-    for i, (trial, y) in enumerate(rows):
-        for c in range(len(found.compared)):
-            there = np.isfinite(trial.measured[c]) & np.isfinite(y[c])
-            if there.any():  # a robot may be one that cannot be simulated in a trial that was not fitted
-                errors[i, c] = range_errors(y[c][there], trial.measured[c][there])
-            of += [i] * trial.time.size
-            column += [c] * trial.time.size
-            time.append(trial.time)
-            measured.append(trial.measured[c])
-            computed.append(y[c])
-    low, high = np.array([(one.low, one.high) for one in found.identifiability.intervals()]).T
-    notes = [f"{trial.file}: {note}" for trial, _ in rows for note in trial.notes]
-    return xr.Dataset(
-        {
-            "value": ("parameter", found.theta),
-            "low": ("parameter", low),
-            "high": ("parameter", high),
-            "before": ("parameter", found.before),
-            "identifiable": ("parameter", found.identifiability.identifiable),
-            "error": ("column", found.errors),
-            "e_rmsp": (("recording", "column"), errors[..., 0], {"units": "percent"}),
-            "e_mp": (("recording", "column"), errors[..., 1], {"units": "percent"}),
-            "time": ("sample", np.concatenate(time), {"units": "s"}),
-            "measured": ("sample", np.concatenate(measured)),
-            "computed": ("sample", np.concatenate(computed)),
-        },
-        coords={
-            "parameter": [v.name for v in found.variables],
-            "unit": ("parameter", [DIMENSIONS[v.dimension].unit for v in found.variables]),
-            "column": [one.column for one in found.compared],
-            "reading": ("column", [one.text for one in found.compared]),
-            "units_of": ("column", [one.reading.unit for one in found.compared]),
-            "recording": [trial.name for trial, _ in rows],
-            "used": ("recording", ["train"] * len(found.trials) + ["test"] * (len(rows) - len(found.trials))),
-            "of": ("sample", of),
-            "of_column": ("sample", column),
-        },
-        attrs={
-            "starts": found.starts,
-            "agree": found.agree,
-            "words": json.dumps(found.identifiability.words()),
-            "warnings": json.dumps(found.warnings),
-            "notes": json.dumps(notes),
-        },
-    )

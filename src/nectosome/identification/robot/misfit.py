@@ -31,9 +31,10 @@ class RobotMisfit:
         self.trials, self.box, self.compared = tuple(trials), Box(tuple(variables)), tuple(compared)
         self._groups = [list(resolve(trials[0].description, v.name)) for v in variables]
         also = tuple(path for group in self._groups for path in group)
-        self._templates = [template_of(trial.description, also) for trial in trials]
+        templates = [template_of(trial.description, also) for trial in trials]
+        flat = moves_in_plane(instantiate(*templates[0]))
+        self._programs = [(_Equations(template, self.compared, flat), numbers) for template, numbers in templates]
         self._longest = max(trial.time.size for trial in trials)
-        self._flat = moves_in_plane(instantiate(*self._templates[0]))
 
     def computed(self, theta: Float[np.ndarray, "p"]) -> list[Float[np.ndarray, "k n"]]:
         """Readings of the robot with these parameters in each trial; NaN from where its motion could not be computed.
@@ -84,17 +85,16 @@ class RobotMisfit:
 
     def _arguments(self, i: int, theta: Float[np.ndarray, "p"]) -> tuple[Any, ...]:
         """Arguments of the programs of a trial. Times are padded so that trials of one structure share a program."""
-        template, numbers = self._templates[i]
+        equations, numbers = self._programs[i]
         for x, group in zip(theta, self._groups, strict=True):
             for path in group:
-                numbers = numbers.at[template.paths.index(path)].set(float(x))
+                numbers = numbers.at[equations.template.paths.index(path)].set(float(x))
         time = self.trials[i].time
-        times = jnp.asarray(np.pad(time, (0, self._longest - time.size), mode="edge"))
-        return self._flat, self.compared, template, numbers, times
+        return equations, numbers, jnp.asarray(np.pad(time, (0, self._longest - time.size), mode="edge"))
 
     def _directions(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[Array, "p n"]:
         """Derivatives of a template's numbers by the parameters' places in their ranges."""
-        paths, wide = self._templates[i][0].paths, self.box.derivatives(theta)
+        paths, wide = self._programs[i][0].template.paths, self.box.derivatives(theta)
         rows = zip(self._groups, wide, strict=True)
         return jnp.array([[float(x) if path in group else 0.0 for path in paths] for group, x in rows])
 
@@ -104,57 +104,48 @@ def _settings() -> Settings:
     return Settings("implicit", *map(jnp.asarray, (_RTOL, _ATOL, _MOST)), sensitivity_atol=_ATOL)
 
 
-def _made(flat: bool, template: Template, numbers: Array) -> tuple[Any, Robot, State]:
-    """Equations of motion, the robot, and how it begins."""
-    robot = instantiate(template, numbers)
-    return (in_plane(robot) if flat else robot), robot, robot.initial()
+class _Equations(eqx.Module):
+    """What a robot is besides its numbers, and what of it is compared."""
 
+    template: Template
+    compared: tuple[Compared, ...]
+    flat: bool = eqx.field(static=True)
 
-def _read(compared: tuple[Compared, ...], robot: Robot, t: Array, x: State) -> Float[Array, "k"]:
-    return jnp.stack([one.sign * one.reading.value(robot, t, x) for one in compared])
+    def made(self, numbers: Float[Array, "n"]) -> tuple[Any, Robot, State]:
+        """Equations of motion, the robot, and how it begins."""
+        robot = instantiate(self.template, numbers)
+        return (in_plane(robot) if self.flat else robot), robot, robot.initial()
+
+    def read(self, robot: Robot, t: Array, x: State) -> Float[Array, "k"]:
+        """Readings at a time."""
+        return jnp.stack([one.sign * one.reading.value(robot, t, x) for one in self.compared])
 
 
 @eqx.filter_jit
-def _computed(
-    flat: bool,
-    compared: tuple[Compared, ...],
-    template: Template,
-    numbers: Float[Array, "n"],
-    times: Float[Array, "t"],
-) -> Float[Array, "k t"]:
-    moving, robot, x = _made(flat, template, numbers)
-    end, later = integrate(
-        moving, begin(jnp.zeros(()), x, _settings(), jnp.asarray(_FIRST_STEP)), times[1:], _settings()
-    )
+def _computed(equations: _Equations, numbers: Float[Array, "n"], times: Float[Array, "t"]) -> Float[Array, "k t"]:
+    moving, robot, x = equations.made(numbers)
+    start = begin(jnp.zeros(()), x, _settings(), jnp.asarray(_FIRST_STEP))
+    end, later = integrate(moving, start, times[1:], _settings())
     states = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, later)
-    values = jax.lax.map(lambda tx: _read(compared, robot, *tx), (times, states))
+    values = jax.lax.map(lambda tx: equations.read(robot, *tx), (times, states))
     return jnp.where((end.status == int(Status.SOLVED)) | (times < end.end)[:, None], values, jnp.nan).T
 
 
 @eqx.filter_jit
 def _jacobian(
-    flat: bool,
-    compared: tuple[Compared, ...],
-    template: Template,
-    numbers: Float[Array, "n"],
-    times: Float[Array, "t"],
-    directions: Float[Array, "p n"],
+    equations: _Equations, numbers: Float[Array, "n"], times: Float[Array, "t"], directions: Float[Array, "p n"]
 ) -> Float[Array, "p k t"]:
     """Derivatives of the readings, carried through the time steps."""
-    made = _made(flat, template, numbers)
 
     def change(direction: Array) -> Any:
-        def numbers_of(numbers: Array) -> Any:
-            return eqx.filter(_made(flat, template, numbers), eqx.is_inexact_array)
+        return jax.jvp(lambda x: eqx.filter(equations.made(x), eqx.is_inexact_array), (numbers,), (direction,))[1]
 
-        return jax.jvp(numbers_of, (numbers,), (direction,))[1]
-
-    moving, robot, x = made
+    moving, robot, x = equations.made(numbers)
     d_moving, d_robot, d_x = jax.vmap(change)(directions)
     start = begin(jnp.zeros(()), SensitivityState(x, d_x), _settings(), jnp.asarray(_FIRST_STEP))
-    sloping = SensitivitySystem(moving, d_moving, jnp.zeros(directions.shape[0]))
-    _, later = integrate(sloping, start, times[1:], _settings())
-    states, slopes = (
+    system = SensitivitySystem(moving, d_moving, jnp.zeros(directions.shape[0]))
+    _, later = integrate(system, start, times[1:], _settings())
+    states, sensitivities = (
         jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rest)
         for first, rest in ((x, later.x), (d_x, later.derivatives))
     )
@@ -163,8 +154,8 @@ def _jacobian(
         t, x, dx = here
 
         def along(d_robot: Any, dx: State) -> Array:
-            return eqx.filter_jvp(lambda robot, x: _read(compared, robot, t, x), (robot, x), (d_robot, dx))[1]
+            return eqx.filter_jvp(lambda robot, x: equations.read(robot, t, x), (robot, x), (d_robot, dx))[1]
 
         return jax.vmap(along)(d_robot, dx)
 
-    return jnp.moveaxis(jax.lax.map(at, (times, states, slopes)), 0, -1)
+    return jnp.moveaxis(jax.lax.map(at, (times, states, sensitivities)), 0, -1)

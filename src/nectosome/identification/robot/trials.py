@@ -12,7 +12,7 @@ from nectosome.mechanism import Robot
 from nectosome.solve.readings import Reading, reading_of
 from nectosome.units import InputError, count, did_you_mean
 
-from ..recordings import file_of, unit_of
+from ..recordings import check_varies, conditions_of, file_of, time_of, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -86,9 +86,7 @@ def _trial(
     skip: float,
 ) -> RobotTrial:
     file = file_of(recording)
-    if "time" not in recording.dims:
-        raise InputError("has no time. Say in the campaign which column it is, or its rate.", file=file)
-    time = recording["time"].values.astype(float)
+    time = time_of(recording, file)
     if time.size < _LEAST:
         raise InputError(f"has {count(time.size, 'row')}; at least {_LEAST} are needed.", file=file)
     time = time - time[0]
@@ -99,12 +97,12 @@ def _trial(
         values, unit = _column(recording, column, file)
         driven[path], left_out = _driven(time, values, unit)
         if left_out > _ROUGH:
-            notes.append(
-                f"{column}: {_KNOTS} samples drive the robot, which leave out {100 * left_out:.2g} % of its range"
-            )
+            share = f"{100 * left_out:.2g} % of its range"
+            notes.append(f"{column}: {_KNOTS} samples drive the robot, which leave out {share}")
     try:
-        standing = _without_names(apply_settings(description, _conditions(recording)), inputs)
-        described = with_recordings(standing, driven) if driven else standing
+        given = [f"{k}={float(x)!r} {unit_of(x)}".strip() for k, x in conditions_of(recording).items()]
+        described = _without_names(apply_settings(description, given), inputs)
+        described = with_recordings(described, driven) if driven else described
     except InputError as error:
         raise InputError(error.message, file=file, field=error.field) from None
     measured = np.stack([_measured(recording, one, file) for one in compared])
@@ -112,11 +110,8 @@ def _trial(
     for one, row in zip(compared, measured, strict=True):
         known = int(np.isfinite(row).sum())
         if known < _LEAST:
-            raise InputError(
-                f"has {count(known, 'value')} to compare; {_LEAST} at least are needed.",
-                file=file,
-                field=one.column,
-            )
+            words = f"has {count(known, 'value')} to compare; {_LEAST} at least are needed."
+            raise InputError(words, file=file, field=one.column)
     gaps = int(np.isnan(measured[:, time >= skip]).sum())
     notes += [f"{gaps} values are missing and are not compared"] if gaps else []
     return RobotTrial(Path(file).stem, described, time, measured, tuple(notes), file)
@@ -127,16 +122,6 @@ def _without_names(description: RobotDescription, inputs: Mapping[str, str]) -> 
     gone = tuple(f"{path}." for path in inputs.values())
     aliases = {name: tuple(p for p in paths if not p.startswith(gone)) for name, paths in description.aliases.items()}
     return description.model_copy(update={"aliases": {name: paths for name, paths in aliases.items() if paths}})
-
-
-def _conditions(recording: "xr.Dataset") -> list[str]:
-    """Settings that make the robot what it was in a recording."""
-    out = []
-    for name, value in recording.coords.items():
-        if value.ndim == 0 and name != "repeat":
-            unit = unit_of(value)
-            out.append(f"{name}={float(value)!r} {unit}".strip())
-    return out
 
 
 def _driven(time: Float[np.ndarray, "n"], values: Float[np.ndarray, "n"], unit: str) -> tuple[Samples, float]:
@@ -165,14 +150,12 @@ def _column(recording: "xr.Dataset", column: str, file: str) -> tuple[Float[np.n
     """Values and SI unit of a column. Raises InputError for one that is missing, empty or the same all the time."""
     if column not in recording.data_vars:
         there = [str(name) for name in recording.data_vars]
-        raise InputError(
-            f"is missing; there are {', '.join(there)}.{did_you_mean(column, there)}", file=file, field=column
-        )
+        words = f"is missing; there are {', '.join(there)}.{did_you_mean(column, there)}"
+        raise InputError(words, file=file, field=column)
     values = recording[column].values.astype(float)
     known = values[np.isfinite(values)]
     if known.size < 2:
         what = "has 1 value" if known.size else "has no values"
         raise InputError(f"{what}: nothing can be identified from it.", file=file, field=column)
-    if np.ptp(known) == 0:
-        raise InputError("is constant: nothing can be identified from it.", file=file, field=column)
+    check_varies(known, file, column)
     return values.copy(), unit_of(recording[column])

@@ -107,7 +107,7 @@ def correct(
     table = table_of(values, name, nominal)
     peaks = None if peak is None else table_of(peak, name, nominal)
     observed = observe(recordings, values, column, name, lowpass=cutoff)
-    experiments: Experiments = experiments_of(observed, table, peaks)
+    experiments = experiments_of(observed, table, peaks)
     report("fitting", 0.0)
     fitted = how.fit(table, experiments)
     report("leaving each out", 0.2)
@@ -116,9 +116,8 @@ def correct(
     planned = next_experiments(how, table, experiments, count, aim)
     found = corrected_data(fitted, values, experiments, left_out, planned)
     source = "peaks" if experiments.estimate else "values"
-    return CorrectedGrid(
-        found.assign_attrs(method=how.method, nominal=nominal, estimated_from=source), observed, column
-    )
+    data = found.assign_attrs(method=how.method, nominal=nominal, estimated_from=source)
+    return CorrectedGrid(data, observed, column)
 
 
 _TAKEN = ("simulated", "parameter", "measured", "predicted", "expected", "reason")

@@ -1,20 +1,15 @@
-"""Simulated grids: which of their quantities is meant, and which axis is a parameter's."""
+"""Simulated grids: which of their quantities is meant, which axis is a parameter's, and values between their points."""
 
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING, NamedTuple
-
-from nectosome.description import get_value, parse_robot
-from nectosome.units import InputError, did_you_mean, read_any, unit_to_si
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
+
+from nectosome.description import get_value, parse_robot
+from nectosome.units import InputError, did_you_mean, read_any, unit_to_si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,10 +87,7 @@ class GridTable:
         return c0 + h * (c1 + h * (c2 + h * c3)), c1 + h * (2 * c2 + 3 * h * c3)
 
     def matching(
-        self,
-        points: Float[np.ndarray, "m d"],
-        values: Float[np.ndarray, "m"],
-        errors: Float[np.ndarray, "m"],
+        self, points: Float[np.ndarray, "m d"], values: Float[np.ndarray, "m"], errors: Float[np.ndarray, "m"]
     ) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m"]]:
         """Parameter with which the simulator gives these values, and its standard error; NaN where no level does.
 
@@ -107,9 +99,8 @@ class GridTable:
             if roots.size and np.isfinite(roots).all():
                 found[i] = roots[np.argmin(np.abs(roots - self.nominal))]
         known, found_errors = np.isfinite(found), np.full(len(values), np.nan)
-        slope = np.abs(self.simulated(points[known], found[known])[1])
         with np.errstate(divide="ignore"):
-            found_errors[known] = errors[known] / slope
+            found_errors[known] = errors[known] / np.abs(self.simulated(points[known], found[known])[1])
         return found, found_errors
 
 
@@ -124,8 +115,8 @@ def table_of(simulated: "xr.DataArray", parameter: str | None = None, nominal: f
         raise InputError(f"is no dimension of the simulated grid, which has {', '.join(names)}.", field=parameter)
     if not names:
         raise InputError("the simulated grid has no condition: at least one dimension beside the parameter is needed.")
-    grid = simulated.transpose(*names, *([] if parameter is None else [parameter]))
-    grid = grid.sortby([*grid.dims])
+    dims = [*names, *([] if parameter is None else [parameter])]
+    grid = simulated.transpose(*dims).sortby(dims)
     levels = [np.asarray(grid[name].values, dtype=float) for name in grid.dims]
     for name, level in zip(grid.dims, levels, strict=True):
         if level.size < 2 or not np.all(np.diff(level) > 0):
@@ -155,24 +146,24 @@ class GridQuantity(NamedTuple):
     column: str
 
 
-def quantity_of(grid: "xr.Dataset", columns: Sequence[str], asked: str | None) -> GridQuantity:
-    """The quantity that is asked for, `force.y` or `-force.y`; else the only one that grid and columns both have.
+def quantity_of(grid: "xr.Dataset", columns: Sequence[str], requested: str | None) -> GridQuantity:
+    """The quantity that is requested, `force.y` or `-force.y`; else the only one that grid and columns both have.
 
     Raises InputError where there is none, or where it is not said which.
     """
-    if asked is None:
+    if requested is None:
         both = [name for name in columns if _known(grid, name)]
         if len(both) != 1:
             what = f"which of {', '.join(both)} is meant?" if both else "the grid and the recordings share no quantity:"
             names = f"the recordings have {', '.join(columns)}, the grid has {', '.join(_numeric(grid))}"
             raise InputError(f"{what} {names}. Name one, as in force.y.", field="quantity")
-        asked = both[0]
-    name = asked.removeprefix("-").strip()
+        requested = both[0]
+    name = requested.removeprefix("-").strip()
     values, stem = _values(grid, name)
     peak = f"{stem}_peak" in grid and grid[f"{stem}_peak"].dims == grid[stem].dims
     column = name if name in columns else stem
     return GridQuantity(
-        -values if asked.startswith("-") else values,
+        -values if requested.startswith("-") else values,
         _values(grid, f"{stem}_peak{name.removeprefix(stem)}")[0] if peak else None,
         column,
     )
@@ -215,24 +206,24 @@ def _in_si(values: "xr.DataArray") -> "xr.DataArray":
 
 
 def parameter_of(
-    values: "xr.DataArray", conditions: Collection[str], asked: str | None, robot: str
+    values: "xr.DataArray", conditions: Collection[str], requested: str | None, robot: str
 ) -> tuple[str | None, float]:
     """Name and nominal value of the axis that is no condition, None and 1 where there is none.
 
-    `asked` is `Cn=1`, or a name alone; else it is the only such axis, and its value that in the `robot` (YAML), which
-    the sweep was made of. Raises InputError where either is not known.
+    `requested` is `Cn=1`, or a name alone; else it is the only such axis, and its value that in the `robot` (YAML),
+    which the sweep was made of. Raises InputError where either is not known.
     """
     dims = [str(dim) for dim in values.dims]
     others = [dim for dim in dims if dim not in conditions]
-    if asked is None and not others:
+    if requested is None and not others:
         return None, 1.0
-    if asked is None and len(others) > 1:
+    if requested is None and len(others) > 1:
         raise InputError(
             f"the grid has {' and '.join(others)}, which are no conditions of the campaign; only one of them can be "
             "the parameter. Name it, as in Cn=1, and write the others into the campaign.",
             field="parameter",
         )
-    name, _, text = (others[0] if asked is None else asked).partition("=")
+    name, _, text = (others[0] if requested is None else requested).partition("=")
     name, text = name.strip(), text.strip()
     if name not in dims:
         raise InputError(f'"{name}" is no dimension of the grid, which has {", ".join(dims)}.', field="parameter")
@@ -246,11 +237,10 @@ def _given(values: "xr.DataArray", name: str, text: str) -> float:
         value, unit = read_any(text)
     except ValueError as error:
         raise InputError(str(error), field="parameter") from None
-    wanted = str(values[name].attrs.get("units", ""))
-    if unit != wanted:
-        raise InputError(
-            f'"{text}" is in {unit or "no unit"}, in the grid {name} is in {wanted or "no unit"}.', field="parameter"
-        )
+    expected = str(values[name].attrs.get("units", ""))
+    if unit != expected:
+        words = f'"{text}" is in {unit or "no unit"}, in the grid {name} is in {expected or "no unit"}.'
+        raise InputError(words, field="parameter")
     return value
 
 

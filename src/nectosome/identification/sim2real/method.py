@@ -36,18 +36,9 @@ class Method(NamedTuple):
     residual: Callable[[Given], Correction]  # how residuals are then corrected
 
 
-METHODS = {
-    "cn": Method(True, nothing),
-    "svd": Method(False, rigid),
-    "cn-svd": Method(True, rigid),
-    "svd-raw": Method(False, rigid_raw),
-    "cn-svd-raw": Method(True, rigid_raw),
-    "affine": Method(False, affine),
-    "cn-affine": Method(True, affine),
-    "thin-plate": Method(False, thin_plate),
-    "cn-thin-plate": Method(True, thin_plate),
-    "gp": Method(False, gaussian),
-    "cn-gp": Method(True, gaussian),
+_RESIDUALS = {"svd": rigid, "svd-raw": rigid_raw, "affine": affine, "thin-plate": thin_plate, "gp": gaussian}
+METHODS = {"cn": Method(True, nothing)} | {
+    f"{first}{name}": Method(bool(first), residual) for name, residual in _RESIDUALS.items() for first in ("", "cn-")
 }
 
 
@@ -118,13 +109,10 @@ def leave_one_out(how: SimToReal, table: GridTable, experiments: Experiments) ->
     if m < 2:
         raise InputError(f"{m} experiment; two are needed to leave one out.")
     rows, estimate = np.arange(m), experiments.estimate
-    known = (
-        None
-        if estimate is None or not METHODS[how.method].parameter
-        else np.isfinite(estimate.errors) & table.holds(estimate.values)
-    )
-    if known is not None and known.sum() == 1:
-        only = f"only experiment {np.flatnonzero(known)[0] + 1} determines it, and without that one none does"
-        raise InputError(f"{only}. Measure more, or take a method that needs none, such as gp.", field=table.called)
+    if estimate is not None and METHODS[how.method].parameter:
+        known = np.flatnonzero(np.isfinite(estimate.errors) & table.holds(estimate.values))
+        if known.size == 1:
+            only = f"only experiment {known[0] + 1} determines it, and without that one none does"
+            raise InputError(f"{only}. Measure more, or take a method that needs none, such as gp.", field=table.called)
     found = [how.fit(table, experiments.take(rows != k)).predict(experiments.conditions[[k]]) for k in rows]
     return Surface(*(np.concatenate(x) for x in zip(*found, strict=True)))

@@ -60,7 +60,10 @@ def next_experiments(
         fitted = how.fit(table, experiments)
         found = fitted.predict(table.points[free])
         if np.isfinite(found.error).all():
-            k, reason = _least_known(found, table.unit) if aim == "error" else _best(found, fitted, experiments, aim)
+            k = int(np.argmax(found.error))
+            reason = f"least known: within {SIDES * found.error[k]:.3g} {table.unit} at 95 %"
+            if aim != "error":
+                k, reason = _best(found, fitted, experiments, aim)
         else:
             k = int(uniform_plan(x[free], 1, made)[0])
             reason = f"{_distance(x[free], made)[k]:.2f} of the range away from all others" if len(made) else "central"
@@ -68,12 +71,6 @@ def next_experiments(
         chosen.append(one)
         experiments = _believing(fitted, experiments, one)
     return chosen
-
-
-def _least_known(found: Surface, unit: str) -> tuple[int, str]:
-    """Where the error is largest."""
-    k = int(np.argmax(found.error))
-    return k, f"least known: within {SIDES * found.error[k]:.3g} {unit} at 95 %"
 
 
 def _best(found: Surface, fitted: Corrected, experiments: Experiments, aim: Aim) -> tuple[int, str]:
@@ -93,13 +90,9 @@ def _believing(fitted: Corrected, experiments: Experiments, one: Next) -> Experi
     """The experiments with one more that gave what is expected of it, with the noise that the others have."""
     noise, estimate = _noise(experiments.errors, experiments.values), experiments.estimate
     if estimate is not None:
-        parameter = fitted.parameter(one.conditions[None])
-        values = np.append(estimate.values, parameter.mean)
-        estimate = replace(
-            estimate,
-            values=values,
-            errors=np.append(estimate.errors, _noise(estimate.errors, estimate.values) * np.abs(parameter.mean)),
-        )
+        parameter = fitted.parameter(one.conditions[None]).mean
+        errors = np.append(estimate.errors, _noise(estimate.errors, estimate.values) * np.abs(parameter))
+        estimate = replace(estimate, values=np.append(estimate.values, parameter), errors=errors)
     return Experiments(
         np.concatenate([experiments.conditions, one.conditions[None]]),
         np.append(experiments.values, one.expected),

@@ -14,7 +14,7 @@ from nectosome.measure.signals import mean as mean_of
 from nectosome.measure.signals import regular_starts, split_cycles
 from nectosome.units import InputError, did_you_mean, shown_unit
 
-from ..recordings import file_of, unit_of
+from ..recordings import conditions_of, file_of, unit_of
 from .grids import GridTable
 
 if TYPE_CHECKING:
@@ -64,20 +64,21 @@ class Experiments:
 
 
 @dataclass(frozen=True)
-class Recorded:
-    """Numbers of one recording, in SI units."""
+class Observed:
+    """What was measured at some conditions, in SI units; repeats are averaged."""
 
-    file: str
     conditions: Mapping[str, float]
     mean: float
-    error: float  # standard error from the scatter within it; NaN where it is unknown
-    peak: float  # largest magnitude of a cycle, mean over cycles
-    peak_error: float
-    seconds: float
+    error: float  # standard error; of a single recording from the scatter within it, NaN where it is unknown
+    peak: float  # largest magnitude of a cycle, mean over cycles and repeats
+    peak_error: float  # NaN where it is unknown
+    repeats: int
+    files: tuple[str, ...]
+    seconds: float  # recorded, with what was left out
     notes: tuple[str, ...]  # what was left out
 
 
-def recorded(recording: "xr.Dataset", simulated: "xr.DataArray", column: str, lowpass: float | None) -> Recorded:
+def _recorded(recording: "xr.Dataset", simulated: "xr.DataArray", column: str, lowpass: float | None) -> Observed:
     """Numbers of a column of a recording at conditions of a simulated grid. Raises InputError that names the file."""
     about, file = json.loads(recording.attrs["provenance"]), file_of(recording)
     if column not in recording.data_vars:
@@ -95,13 +96,9 @@ def recorded(recording: "xr.Dataset", simulated: "xr.DataArray", column: str, lo
         numbers = _numbers(signal, float(given) if given is not None and cyclic else None, lowpass, file)
     except ValueError as error:
         raise InputError(str(error), file=file, field=column) from None
-    said = [f"{file}: {note}" for note in (*about["repairs"], *about["warnings"]) if _concerns(note, recording, column)]
-    return Recorded(file, conditions, *numbers[:-1], float(time[-1] - time[0]), (*said, *numbers[-1]))
-
-
-def _concerns(note: str, recording: "xr.Dataset", column: str) -> bool:
-    """Whether what is odd about a recording is not odd about another of its columns."""
-    return not any(note.startswith(f"{name}: ") for name in recording.data_vars if name != column)
+    others = tuple(f"{name}: " for name in recording.data_vars if name != column)
+    notes = [f"{file}: {note}" for note in (*about["repairs"], *about["warnings"]) if not note.startswith(others)]
+    return Observed(conditions, *numbers[:-1], 1, (file,), float(time[-1] - time[0]), (*notes, *numbers[-1]))
 
 
 def _same_unit(measured: "xr.DataArray", simulated: "xr.DataArray", file: str, name: str) -> None:
@@ -112,7 +109,7 @@ def _same_unit(measured: "xr.DataArray", simulated: "xr.DataArray", file: str, n
 
 def _conditions(recording: "xr.Dataset", simulated: "xr.DataArray", file: str) -> dict[str, float]:
     """Conditions of a recording, in the order of the grid's dimensions. Raises InputError where they do not fit it."""
-    given = {str(name): value for name, value in recording.coords.items() if value.ndim == 0 and name != "repeat"}
+    given = conditions_of(recording)
     dims = [str(dim) for dim in simulated.dims]
     for name in [*dims, *given]:
         if name not in given:
@@ -175,21 +172,6 @@ def _mean(values: Float[np.ndarray, "c"]) -> tuple[float, float]:
     return mean_of(xr.DataArray(values, {"time": np.arange(float(len(values)))}, "time"))
 
 
-@dataclass(frozen=True)
-class Observed:
-    """What was measured at some conditions, in SI units; repeats are averaged."""
-
-    conditions: Mapping[str, float]
-    mean: float
-    error: float  # standard error
-    peak: float  # largest magnitude of a cycle, mean over cycles and repeats
-    peak_error: float  # NaN where it is unknown
-    repeats: int
-    files: tuple[str, ...]
-    seconds: float  # recorded, with what was left out
-    notes: tuple[str, ...]  # what was left out
-
-
 def observe(
     recordings: "Iterable[xr.Dataset]",
     simulated: "xr.DataArray",
@@ -212,14 +194,14 @@ def observe(
     than three conditions.
     """
     grid = simulated if parameter is None else simulated.isel({parameter: 0}, drop=True)
-    groups: dict[tuple[float, ...], list[Recorded]] = {}
+    groups: dict[tuple[float, ...], list[Observed]] = {}
     for recording in recordings:
-        run = recorded(recording, grid, column, lowpass)
+        run = _recorded(recording, grid, column, lowpass)
         same = tuple(float(f"{x:.9g}") for x in run.conditions.values())  # 30 deg and 0.523598776 rad
         groups.setdefault(same, []).append(run)
     if len(groups) < _CONDITIONS:
-        few = f"{len(groups)} different conditions were measured, too few: at least {_CONDITIONS} are needed"
-        raise InputError(f"{few}.", field="recordings")
+        few = f"{len(groups)} different conditions were measured, too few: at least {_CONDITIONS} are needed."
+        raise InputError(few, field="recordings")
     every = [*groups.values()]
     kept = _without_outliers(every)
     if not any(run.mean for runs in kept for run in runs):
@@ -247,7 +229,7 @@ def experiments_of(observed: Sequence[Observed], table: GridTable, peaks: GridTa
     return Experiments(points, values, errors, estimate)
 
 
-def _without_outliers(groups: Sequence[list[Recorded]]) -> list[list[Recorded]]:
+def _without_outliers(groups: Sequence[list[Observed]]) -> list[list[Observed]]:
     means = [np.array([run.mean for run in runs]) for runs in groups]
     at = np.array([abs(np.median(x)) for x in means])
     off = [np.abs(x - np.median(x)) for x in means]
@@ -291,16 +273,16 @@ def _sizes(
     """
     k = np.repeat(np.arange(len(at)), [len(d) for d in off])
     z, w = np.abs(np.concatenate(off)), weight[k]
-    tried = []
+    candidates = []
     for r in _CONSTANT * max(at.max(), 1e-300):
         size = np.hypot(r, at)
         scale = (np.sum((z / size[k]) ** power) / w.sum()) ** (1 / power)
-        tried.append((float(w @ (np.log(max(scale, 1e-300)) + np.log(size[k]))), r))
-    best = min(tried)
-    return np.hypot(best[1] if best[0] < tried[0][0] - 1 else tried[0][1], at)
+        candidates.append((float(w @ (np.log(max(scale, 1e-300)) + np.log(size[k]))), r))
+    best = min(candidates)
+    return np.hypot(best[1] if best[0] < candidates[0][0] - 1 else candidates[0][1], at)
 
 
-def _averaged(every: Sequence[Recorded], kept: Sequence[Recorded], error: float, peak_error: float) -> Observed:
+def _averaged(every: Sequence[Observed], kept: Sequence[Observed], error: float, peak_error: float) -> Observed:
     """One row. Raises InputError where its standard error is unknown."""
     # where few conditions were repeated cycles may scatter more than these repeats do by chance
     error, peak_error = np.fmax(
@@ -311,20 +293,11 @@ def _averaged(every: Sequence[Recorded], kept: Sequence[Recorded], error: float,
         raise InputError(
             "holds a single cycle, and no conditions were measured twice: the scatter of means is unknown. "
             "Repeat some conditions, or record longer.",
-            file=kept[0].file,
+            file=kept[0].files[0],
         )
     notes = [note for run in every for note in run.notes]
-    notes += [f"{run.file}: left out, far from the other repeats" for run in every if run not in kept]
+    notes += [f"{run.files[0]}: left out, far from the other repeats" for run in every if run not in kept]
     mean, peak = (float(np.mean([getattr(run, what) for run in kept])) for what in ("mean", "peak"))
-    files, seconds = tuple(run.file for run in every), sum(run.seconds for run in every)
-    return Observed(
-        kept[0].conditions,
-        mean,
-        float(error),
-        peak,
-        float(peak_error),
-        len(kept),
-        files,
-        seconds,
-        tuple(dict.fromkeys(notes)),
-    )
+    files, seconds = tuple(run.files[0] for run in every), sum(run.seconds for run in every)
+    numbers = mean, float(error), peak, float(peak_error)
+    return Observed(kept[0].conditions, *numbers, len(kept), files, seconds, tuple(dict.fromkeys(notes)))

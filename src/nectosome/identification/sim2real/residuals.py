@@ -5,6 +5,8 @@ Each correction takes what is `Given` and returns a function that corrects the s
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import combinations
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
@@ -13,12 +15,16 @@ from scipy.interpolate import RBFInterpolator
 
 from nectosome.units import InputError
 
-from .alignment import align_inliers, align_points
 from .gaussian_process import Surface, Term, gaussian_process
 from .grids import GridTable
 from .observe import Experiments, ParameterEstimate
 
 _DOUBT = 0.1  # of a parameter: how far off an estimate usually may be
+_TINY = 1e-100  # sizes below it are none
+_TRIALS = 500  # subsets of points that are tried where there are more
+_SIGMAS = 2.5  # of the scatter: what lies farther off is an outlier
+_ROUGH = 1e-3  # of a simulated value: what time steps, samples and interpolation leave of it
+_SMOOTHING = (0.0, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0)  # of a thin plate
 
 
 @dataclass(frozen=True)
@@ -54,7 +60,8 @@ def field_of(table: GridTable, experiments: Experiments) -> ParameterField:
             "needs none, such as gp.",
             field="method",
         )
-    estimate = experiments.estimate or matched(table, experiments)
+    at, measured, errors = experiments.conditions, experiments.values, experiments.errors
+    estimate = experiments.estimate or ParameterEstimate(*table.matching(at, measured, errors), apart=False)
     low, high = table.parameter[[0, -1]]
     known = np.isfinite(estimate.errors) & table.holds(estimate.values)
     if not known.any():
@@ -68,13 +75,6 @@ def field_of(table: GridTable, experiments: Experiments) -> ParameterField:
     steep = (high - low) / ((p - low) * (high - p))
     x = table.in_box(experiments.conditions[known])
     return ParameterField(table, x, u, steep * estimate.errors[known], steep * _DOUBT * np.abs(p), estimate.apart)
-
-
-def matched(table: GridTable, experiments: Experiments) -> ParameterEstimate:
-    """The parameter with which the simulator gives the measured values themselves."""
-    return ParameterEstimate(
-        *table.matching(experiments.conditions, experiments.values, experiments.errors), apart=False
-    )
 
 
 class Simulated(NamedTuple):
@@ -96,9 +96,6 @@ class Given(NamedTuple):
     field: ParameterField | None
 
 
-_TINY = 1e-100  # sizes below it are none
-_ROUGH = 1e-3  # of a simulated value: what time steps, samples and interpolation leave of it
-
 Correction = Callable[[Simulated], Surface]
 
 
@@ -107,22 +104,75 @@ def nothing(given: Given | None = None) -> Correction:
     return lambda there: Surface(there.values, _no_error(there))
 
 
+class RigidMap(NamedTuple):
+    """x -> rotation x + translation."""
+
+    rotation: Float[np.ndarray, "d d"]
+    translation: Float[np.ndarray, "d"]
+
+    def __call__(self, points: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "n d"]:
+        """The points moved."""
+        return points @ self.rotation.T + self.translation
+
+
+def align_points(points: Float[np.ndarray, "n d"], targets: Float[np.ndarray, "n d"]) -> RigidMap:
+    r"""Rotation R and translation T with the least $\sum_k |e_k - (R s_k + T)|^2$, points s to targets e.
+
+    With centred points $H = \sum_k s_k e_k^T = U \Lambda V^T$ (Arun et al. 1987)
+
+    $$ R = V \mathrm{diag}(1, \dots, 1, \det V U^T) U^T, \quad T = \bar e - R \bar s $$
+
+    where the last sign makes a rotation of what would be a reflection (Umeyama 1991; Hu et al. 2024, algorithm 1, gives
+    up there). Points of fewer than d - 1 dimensions do not determine R: of all it takes one. All axes count alike:
+    scale them first. Raises ValueError without points.
+    """
+    if len(points) == 0:
+        raise ValueError("align_points: no points; at least one is needed.")
+    s, e = points.mean(axis=0), targets.mean(axis=0)
+    U, _, Vt = np.linalg.svd((points - s).T @ (targets - e))
+    signs = np.ones(len(s))
+    signs[-1] = np.sign(np.linalg.det(Vt.T @ U.T))
+    R = Vt.T @ np.diag(signs) @ U.T
+    return RigidMap(R, e - R @ s)
+
+
+def align_inliers(
+    points: Float[np.ndarray, "n d"], targets: Float[np.ndarray, "n d"]
+) -> tuple[RigidMap, Bool[np.ndarray, "n"]]:
+    r"""`align_points` without outliers, and which points were kept.
+
+    Of the maps that d points each determine, all of them or 500 drawn at random, the one with the least median of
+    squares (Rousseeuw 1984), a RANSAC that needs no threshold. Its scatter $1.4826 (1 + 5/(n - d)) \sqrt{\mathrm{med}}$
+    is that of normal errors; what is at most 2.5 times as far off is aligned. With fewer than 2 d points all are kept.
+    """
+    n, d = points.shape
+    if n < 2 * d:
+        return align_points(points, targets), np.ones(n, bool)
+    if comb(n, d) <= _TRIALS:
+        subsets = [list(s) for s in combinations(range(n), d)]
+    else:
+        rng = np.random.default_rng(0)
+        subsets = [rng.choice(n, d, replace=False) for _ in range(_TRIALS)]
+    far = [np.linalg.norm(targets - align_points(points[k], targets[k])(points), axis=1) for k in subsets]
+    best = min(far, key=np.median)
+    scatter = 1.4826 * (1 + 5 / (n - d)) * float(np.median(best))
+    kept = best <= max(_SIGMAS * scatter, 1e-12 * float(np.abs(targets).max()))
+    return align_points(points[kept], targets[kept]), kept
+
+
 def rigid(given: Given) -> Correction:
     r"""Rotation and translation of the points (x, F), simulated to measured (`align_inliers`).
 
     The paper's $S_T = (M S^T)^T$ (Hu et al. 2024, eq. 29): a point keeps its conditions, though it is moved along them
     too. Values are scaled like the conditions, from the least to the largest simulated one: a rotation mixes them.
     """
-    low, size = given.simulated.values.min(), float(np.ptp(given.simulated.values)) or 1.0
-
-    def points(x: Float[np.ndarray, "n d"], values: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n e"]:
-        return np.column_stack([x, (values - low) / size])
-
-    x = given.simulated.x
-    move, _ = align_inliers(points(x, given.simulated.values), points(x, given.measured))
+    at = given.simulated
+    low, size = at.values.min(), float(np.ptp(at.values)) or 1.0
+    move, _ = align_inliers(*(np.column_stack([at.x, (F - low) / size]) for F in (at.values, given.measured)))
 
     def corrected(there: Simulated) -> Surface:
-        return Surface(low + size * move(points(there.x, there.values))[:, -1], _no_error(there))
+        moved = move(np.column_stack([there.x, (there.values - low) / size]))
+        return Surface(low + size * moved[:, -1], _no_error(there))
 
     return corrected
 
@@ -132,13 +182,9 @@ def rigid_raw(given: Given) -> Correction:
 
     A rotation then mixes radians, hertz and newtons: it depends on their units.
     """
-
-    def points(of: Simulated, values: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n e"]:
-        return np.column_stack([of.conditions, values])
-
     at = given.simulated
-    move = align_points(points(at, at.values), points(at, given.measured))
-    return lambda there: Surface(move(points(there, there.values))[:, -1], _no_error(there))
+    move = align_points(*(np.column_stack([at.conditions, F]) for F in (at.values, given.measured)))
+    return lambda there: Surface(move(np.column_stack([there.conditions, there.values]))[:, -1], _no_error(there))
 
 
 def affine(given: Given) -> Correction:
@@ -152,9 +198,6 @@ def affine(given: Given) -> Correction:
 
     change, *_ = np.linalg.lstsq(terms(given.simulated), given.measured - given.simulated.values)
     return lambda there: Surface(there.values + terms(there) @ change, _no_error(there))
-
-
-_SMOOTHING = (0.0, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0)
 
 
 def thin_plate(given: Given) -> Correction:

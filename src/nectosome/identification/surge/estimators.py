@@ -109,7 +109,13 @@ def fit_surge(
         turned = "the speed falls where the thrust pushes: one of them has the other sign"
         raise InputError(f"{turned}. Turn it in the campaign (sign: -1).", field="thrust")
     bodily = physical(found, mass)
-    warnings += [*found.warnings, *_odd(bodily, mass)]
+    warnings += found.warnings
+    added, drag = bodily.values
+    if added < 0:
+        robot = f"one of {mass + added:.3g} kg"
+        warnings.append(f"the added mass is negative: the robot moves like {robot}. Check its mass")
+    if drag < 0:
+        warnings.append("the drag is negative: thrust or speed is not what it seems, or too short to tell")
     if gamma < _FROM_ZERO * error:
         warnings.append("the speed hardly follows the thrust: the added mass is unknown, and its interval too short")
     warnings += [BIASED] if method == "finite_differences" else []
@@ -139,16 +145,13 @@ def _estimate(trials: Sequence[Trial], method: str, smooth: float | None, warnin
         if len({len(kernel) for kernel in kernels}) > 1:
             raise ValueError("recordings of several rates cannot go through one filter: leave smooth out")
         return integral_windows(filtered, lengths, kernels[0])
-    if method != "output_error":
-        found = integral_windows if method == "integral_windows" else instrumental_variables
-        return found(trials, lengths)
-    return output_error(trials, _start(trials, integral_windows(trials, lengths)))
-
-
-def _start(trials: Sequence[Trial], near: Estimate) -> Float[np.ndarray, "2"]:
-    """Parameters near those of `integral_windows`, with the signs that noise may have turned."""
+    if method == "instrumental_variables":
+        return instrumental_variables(trials, lengths)
+    if method == "integral_windows":
+        return integral_windows(trials, lengths)
+    near = integral_windows(trials, lengths)
     alpha, gamma = near.values
-    return np.array([-abs(alpha), gamma if gamma > 0 else near.errors[1]])
+    return output_error(trials, np.array([-abs(alpha), gamma if gamma > 0 else near.errors[1]]))  # noise turns signs
 
 
 def _lengths(trials: Sequence[Trial]) -> tuple[tuple[float, float], float | None]:
@@ -174,18 +177,6 @@ def _smoothed(trial: Trial, window: float, signals: int) -> tuple[Trial, Float[n
         inputs = tuple(CubicSpline(trial.time, savgol_filter(u(trial.time), samples, _ORDER)) for u in trial.inputs)
     state = np.asarray(savgol_filter(trial.state, samples, _ORDER))
     return trial._replace(state=state, inputs=inputs), savgol_coeffs(samples, _ORDER)
-
-
-def _odd(physical: Estimate, mass: float) -> list[str]:
-    """Parameters that no body has."""
-    (added, drag), warnings = physical.values, []
-    if added < 0:
-        warnings.append(
-            f"the added mass is negative: the robot moves like one of {mass + added:.3g} kg. Check its mass"
-        )
-    if drag < 0:
-        warnings.append("the drag is negative: thrust or speed is not what it seems, or too short to tell")
-    return warnings
 
 
 def _rate(t: Array, v: Array, thrust: Array) -> Array:

@@ -14,8 +14,18 @@ from nectosome.measure.signals.requirements import is_even
 from nectosome.measure.signals.resample import default_gap, unbroken
 from nectosome.units import InputError, count, did_you_mean
 
-from ..fits.linear import deviation
-from ..recordings import CampaignLike, file_of, fitted_and_test, recordings_of
+from ..fits.errors import deviation
+from ..recordings import (
+    CampaignLike,
+    beside_recordings,
+    check_units,
+    check_varies,
+    conditions_of,
+    file_of,
+    fitted_and_test,
+    recordings_of,
+    time_of,
+)
 from .estimators import METHODS, Surge, SurgeRecording, fit_surge
 
 if TYPE_CHECKING:
@@ -115,20 +125,10 @@ def _check(file: str, recording: "xr.Dataset") -> None:
         there = ", ".join(map(str, recording.data_vars))
         how = "Name the columns in the campaign, as in columns: {speed: {column: v, unit: m/s}}"
         raise InputError(f"has no speed, position or thrust, but {there}. {how}.", file=file)
-    if "time" not in recording.dims:
-        raise InputError("has no time. Say in the campaign which column it is, or its rate.", file=file)
-    units = {name: str(recording[name].attrs.get("units", "")) for name in names}
-    if units.get("speed") == "N" and units.get("thrust") == "m/s":
-        raise InputError("speed is in N and thrust in m/s: the two columns are swapped.", file=file)
-    for name, unit in units.items():
-        if unit != _UNITS[name]:
-            raise InputError(
-                f"is in {unit or 'no unit'}; {_UNITS[name]} or a multiple is needed. Give its unit in the campaign.",
-                file=file,
-                field=name,
-            )
-        if np.ptp(_signal(file, recording, name).values) == 0:
-            raise InputError("is constant: nothing can be identified from it.", file=file, field=name)
+    time_of(recording, file)
+    check_units(recording, file, _UNITS, ("speed", "thrust"))
+    for name in names:
+        check_varies(_signal(file, recording, name).values, file, name)
 
 
 def _signal(file: str, recording: "xr.Dataset", name: str) -> _Signal:
@@ -160,11 +160,9 @@ def _partner(file: str, recording: "xr.Dataset", thrusts: "Mapping[str, xr.Datas
 
 
 def _conditions(recording: "xr.Dataset") -> list[tuple[str, float, str]]:
-    return sorted(
-        (str(name), float(f"{float(value):.9g}"), str(value.attrs.get("units", "")))
-        for name, value in recording.coords.items()
-        if value.ndim == 0 and name not in ("repeat", _SHIFT)
-    )
+    given = conditions_of(recording).items()
+    rows = ((name, float(f"{float(x):.9g}"), str(x.attrs.get("units", ""))) for name, x in given if name != _SHIFT)
+    return sorted(rows)
 
 
 def _stretches(file: str, recording: "xr.Dataset", other: str, force: "xr.Dataset") -> list[SurgeRecording]:
@@ -190,9 +188,8 @@ def _stretches(file: str, recording: "xr.Dataset", other: str, force: "xr.Datase
         )
     left_out = speed.time.size - sum(part.time.size for part, _ in parts)
     if left_out:
-        notes.append(
-            f"{left_out} of {speed.time.size} samples left out, where the thrust is not known or gaps are near"
-        )
+        where = "where the thrust is not known or gaps are near"
+        notes.append(f"{left_out} of {speed.time.size} samples left out, {where}")
     out, stem = [], Path(file).stem
     for k, (part, push) in enumerate(parts, start=1):
         part, said = _even(part)
@@ -220,11 +217,8 @@ def _differentiated(part: _Signal, push: _Signal) -> tuple[_Signal, _Signal]:
 def _on_clock(recording: "xr.Dataset", force: "xr.Dataset", speed: _Signal, thrust: _Signal) -> tuple[_Signal, str]:
     """The thrust at the times when the crank of the swimming robot was as far, or as it is; and what was done."""
     if not all("crank" in one.data_vars for one in (recording, force)):
-        how = (
-            "shifted as the campaign says"
-            if _SHIFT in {*recording.coords, *force.coords}
-            else "taken to be on the same clock"
-        )
+        shifted = _SHIFT in {*recording.coords, *force.coords}
+        how = "shifted as the campaign says" if shifted else "taken to be on the same clock"
         return thrust, f"thrust of {thrust.file}, {how}"
     swims, holds = (_turning(_signal(x.file, of, "crank")) for x, of in ((speed, recording), (thrust, force)))
     angle = np.interp(thrust.time, holds.time, holds.values)
@@ -274,35 +268,24 @@ def surge_data(found: Surge, train: Sequence[SurgeRecording], test: Sequence[Sur
 
     Attributes: `method`, `mass`, and `warnings` as JSON.
     """
-    import xarray as xr
-
     parts = found.physical, found.rate
-    values, errors, percent = (np.concatenate([getattr(p, name) for p in parts]) for name in _EACH)
+    values, errors, percent = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("values", "errors", "percent")
+    )
     low, high = np.concatenate([part.interval() for part in parts]).T
     over = {"value": values, "error": errors, "percent": percent, "low": low, "high": high}
     recordings = [*train, *test]
     computed = [found.speed(recording) for recording in recordings]
     deviations = np.array([deviation(r.speed, v) for r, v in zip(recordings, computed, strict=True)])
     names = ("deviation_mean", "deviation_std", "deviation_largest")
-    along = {
+    samples = {
         "time": ([r.time for r in recordings], "s"),
         "measured": ([r.speed for r in recordings], "m/s"),
         "computed": (computed, "m/s"),
         "thrust": ([r.trial.inputs[0](r.time) for r in recordings], "N"),
     }
-    return xr.Dataset(
+    data = beside_recordings(_PARAMETER_UNITS, [r.name for r in train], [r.name for r in test], samples)
+    return data.assign(
         {name: ("parameter", x) for name, x in over.items()}
         | {name: ("recording", x, {"units": "percent"}) for name, x in zip(names, deviations.T, strict=True)}
-        | {name: ("sample", np.concatenate(x), {"units": unit}) for name, (x, unit) in along.items()},
-        coords={
-            "parameter": [*_PARAMETER_UNITS],
-            "unit": ("parameter", [*_PARAMETER_UNITS.values()]),
-            "recording": [r.name for r in recordings],
-            "used": ("recording", ["train"] * len(train) + ["test"] * len(test)),
-            "of": ("sample", np.repeat(np.arange(len(recordings)), [len(r.time) for r in recordings])),
-        },
-        attrs={"method": found.method, "mass": found.mass, "warnings": json.dumps(found.warnings)},
-    )
-
-
-_EACH = ("values", "errors", "percent")
+    ).assign_attrs(method=found.method, mass=found.mass, warnings=json.dumps(found.warnings))

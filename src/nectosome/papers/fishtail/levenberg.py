@@ -66,7 +66,7 @@ def identify_as_printed(model: HysteresisModel, start: Float[np.ndarray, "n"] | 
 
     `start` as in `fit_hysteresis`, which finds the same with less care about where it starts.
     """
-    first = model.begun() if start is None else np.asarray(start, dtype=float)
+    first = model.first_guess() if start is None else np.asarray(start, dtype=float)
     gain = 4 * model.gain
     weights = np.full(len(model.thresholds) + 1, 0.25 * gain)
     ended = levenberg(model.problem.whole(gain), np.concatenate([first, weights]))

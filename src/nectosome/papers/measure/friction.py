@@ -19,9 +19,8 @@ from scipy.special import stdtrit
 
 from nectosome.core import Block
 from nectosome.drives import Chain, Curve, Dahl, Gain, Parallel, Polynomial, respond
-from nectosome.identification.fits.block_response import Response, output_misfit
 from nectosome.identification.fits.errors import range_errors
-from nectosome.identification.fits.misfit import Misfit
+from nectosome.identification.fits.misfit import Misfit, Response, output_misfit
 from nectosome.measure import calibrate, read
 from nectosome.measure.signals import StrokeWindow, split, strokes
 from nectosome.units.ranges import Ranges

@@ -14,9 +14,8 @@ from jaxtyping import Float
 from nectosome.description import with_values
 from nectosome.description.variables import read_variable
 from nectosome.identification import Identifiability, Misfit, identifiability, most_helpful, profile
-from nectosome.identification.gait.features import FEATURES, discrepancy
 from nectosome.identification.gait.fit import GaitFit, GaitTrial, gait_data, gait_optimiser
-from nectosome.identification.gait.walks import Walks
+from nectosome.identification.gait.walks import FEATURES, Walks, discrepancy
 from nectosome.robots import describe
 from nectosome.search import Start, minimise
 

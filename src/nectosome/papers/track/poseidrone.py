@@ -12,7 +12,7 @@ from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
 from nectosome.description import get_value
-from nectosome.identification.gait.features import gait_of
+from nectosome.identification.gait.walks import gait_of
 from nectosome.identification.surge.estimators import Surge, fit_surge
 from nectosome.identification.surge.files import surge_recordings
 from nectosome.io import save_dataset

@@ -30,7 +30,6 @@ class CmaEs(Optimiser):
     - restarts: how many there are.
     - unsolved: a design without a solution is drawn again (`redrawn`), so that the strategy only sees designs that have
       one, or ranked behind all others (`last`).
-    - evaluations: no generation is begun after so many.
     """
 
     spread: float = 0.2
@@ -42,6 +41,7 @@ class CmaEs(Optimiser):
     name: ClassVar[str] = "cmaes"
 
     def __post_init__(self):
+        super().__post_init__()
         self._require("spread", 0 < self.spread <= 1, f"is {self.spread}; it must lie between 0 and 1.")
         self._at_least("population", 4)
         fits = 0 < self.tolerance < self.spread
@@ -49,7 +49,6 @@ class CmaEs(Optimiser):
         self._at_least("restarts", 0)
         known = self.unsolved in ("redrawn", "last")
         self._require("unsolved", known, f'is "{self.unsolved}"; it must be "redrawn" or "last".')
-        self._at_least("evaluations", 1)
 
     def search(self, space: Space, start: Float[np.ndarray, "n"] | None, seed: int) -> Search:
         """Minimise from `start`, or from a drawn design."""
@@ -61,12 +60,12 @@ class CmaEs(Optimiser):
         run = _Run(self, space)
         settled, message = False, ""
         for _ in range(1 + self.restarts):
-            before = run.asked
+            before = run.evaluations
             run_settled, message = yield from run.go(_strategy(at, spread, self.tolerance, size, rng, space))
             settled |= run_settled
-            if run.asked >= self.evaluations and not run_settled:
+            if run.evaluations >= self.evaluations and not run_settled:
                 return Outcome(False, message, run.generations)
-            spent[large] += run.asked - before
+            spent[large] += run.evaluations - before
             large, at = spent[True] <= spent[False] or doublings == 0, rng.uniform(size=n)
             if large:
                 doublings += 1
@@ -86,7 +85,7 @@ class _Run:
 
     options: CmaEs
     space: Space
-    asked: int = 0
+    evaluations: int = 0
     generations: int = 0
     multipliers: Any = None
 
@@ -94,7 +93,7 @@ class _Run:
         """Run a strategy to its end; whether it settled where constraints are kept, and how it ended in words."""
         self.multipliers = _multipliers(self.space) if self.space.constraints else None
         last, empty = self.options.unsolved == "last", 0
-        while self.asked < self.options.evaluations:
+        while self.evaluations < self.options.evaluations:
             drawn, made = yield from self._generation(strategy, _REDRAWS if not last else 1)
             solved = [e for e in made if e.solved]
             self.generations += 1
@@ -110,7 +109,7 @@ class _Run:
                 if broken > _BROKEN:
                     return False, f"the population has settled where constraints are broken by {broken:.2g}"
                 return True, f"the population has settled ({', '.join(reasons)})"
-        return False, f"{self.asked} evaluations made"
+        return False, f"{self.evaluations} evaluations made"
 
     def _generation(
         self, strategy: Any, draws: int
@@ -126,7 +125,7 @@ class _Run:
             kept = [(z, e) for z, e in zip(places, evaluations, strict=True) if e.solved or draws == 1]
             drawn += [z for z, _ in kept]
             made += [e for _, e in kept]
-        self.asked += tries
+        self.evaluations += tries
         return drawn, made
 
     def _fitness(self, found: list[Evaluation]) -> list[float]:

@@ -1,59 +1,110 @@
-"""Genetic algorithm and differential evolution (package pymoo)."""
+"""Optimisers of the package pymoo, a generation at a time: genetic algorithm and differential evolution."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
-from ..contract import Optimiser, Search
-from ..task import Space
-from .populations import first_population, pymoo, run_generations
+from nectosome.io.extras import package
+
+from ..contract import Ask, Optimiser, Outcome, Search
+from ..task import Evaluation, Space
 
 _SETTLED = 1e-8  # of the box: differences as small move nothing
 _WEIGHT, _CROSSOVER = 0.8, 0.9  # of differences, and the share of parameters taken over: Storn and Price 1997
 
 
+class PymooOptimiser(Optimiser):
+    """An optimiser of pymoo, which searches the whole box.
+
+    - population: ten times the number of variables where it is None. With a start, this and drawn designs are the
+      first one.
+    """
+
+    population: int | None
+
+    def __post_init__(self):
+        super().__post_init__()
+        self._at_least("population", 4)
+
+    def check(self, space: Space, start: bool) -> None:
+        """Raise InputError where pymoo is not installed."""
+        _pymoo("core")
+
+    def run_generations(
+        self,
+        algorithm: str,
+        space: Space,
+        start: Float[np.ndarray, "n"] | None,
+        seed: int,
+        settled: float = 0.0,
+        objectives: Callable[[Evaluation], Float[np.ndarray, "k"]] = lambda e: e.objectives[:1],
+        constraints: Callable[[Evaluation], Float[np.ndarray, "m"]] = lambda e: e.constraints,
+        **options: Any,
+    ) -> Search:
+        """Run an algorithm by its module and class; until a population is as small as `settled`, a share of the box.
+
+        What has no solution breaks its constraints by infinity: it loses every comparison.
+        """
+        n, size = space.variables, self.population or 10 * space.variables
+        if start is not None:
+            drawn = np.random.default_rng(seed).uniform(size=(size - 1, n))
+            options["sampling"] = np.vstack([start, drawn])
+        module, _, kind = algorithm.rpartition(".")
+        running = getattr(_pymoo(f"algorithms.{module}"), kind)(size, **options)
+        rest = Evaluation.unsolved(np.zeros(n), space.constraints, "none", space.objectives - 1)
+        k, m = objectives(rest).size, constraints(rest).size
+        problem = _pymoo("core.problem").Problem(n_var=n, n_obj=k, n_ieq_constr=m + 1, xl=np.zeros(n), xu=np.ones(n))
+        running.setup(problem, termination=_pymoo("core.termination").NoTermination(), seed=seed)
+        made = generations = 0
+        while made < self.evaluations:
+            candidates = running.ask()
+            if candidates is None:
+                return Outcome(True, "there are no new candidates", generations)
+            found = yield Ask(candidates.get("X"), iterations=generations)
+            made, generations = made + len(found), generations + 1
+            candidates.set("F", np.array([objectives(e) if e.solved else np.zeros(k) for e in found]))
+            limits = [[*constraints(e), -1.0] if e.solved else np.full(m + 1, np.inf) for e in found]
+            candidates.set("G", np.array(limits))
+            for one in candidates:
+                one.evaluated.update(("F", "G", "H"))
+            running.tell(infills=candidates)
+            if np.ptp(running.pop.get("X"), axis=0).max() < settled:
+                return Outcome(True, "the population has settled", generations)
+        return Outcome(False, f"{made} evaluations made", generations)
+
+
 @dataclass(frozen=True)
-class Genetic(Optimiser):
+class Genetic(PymooOptimiser):
     """Genetic algorithm with real numbers: simulated binary crossover and polynomial mutation (Deb 2001).
 
     A design that breaks constraints loses against one that breaks them less.
     """
 
-    population: int = 100
+    population: int | None = 100
     evaluations: int = 5000
     name: ClassVar[str] = "genetic"
 
-    def __post_init__(self):
-        self._at_least("population", 4)
-        self._at_least("evaluations", 1)
-
-    def check(self, space: Space, start: bool) -> None:
-        """Raise InputError where pymoo is not installed."""
-        pymoo("core")
-
     def search(self, space: Space, start: Float[np.ndarray, "n"] | None, seed: int) -> Search:
-        """Search the whole box; `start` is one of the first population."""
-        ga = pymoo("algorithms.soo.nonconvex.ga")
-        algorithm = ga.GA(self.population, **first_population(start, self.population, seed))
-        return run_generations(algorithm, space, seed, self.evaluations)
+        """Run the algorithm."""
+        return self.run_generations("soo.nonconvex.ga.GA", space, start, seed)
 
 
 @dataclass(frozen=True)
-class Differential(Genetic):
-    """Differential evolution, best/1/bin with weight 0.8 and crossover 0.9 (Storn and Price 1997; Price 2005).
+class Differential(PymooOptimiser):
+    """Differential evolution, best/1/bin with weight 0.8 and crossover 0.9 (Storn and Price 1997; Price 2005)."""
 
-    - population: ten times the number of variables unless given.
-    """
-
-    population: int | None = None  # pyright: ignore[reportIncompatibleVariableOverride]
+    population: int | None = None
+    evaluations: int = 5000
     name: ClassVar[str] = "differential"
 
     def search(self, space: Space, start: Float[np.ndarray, "n"] | None, seed: int) -> Search:
-        """Search the whole box; `start` is one of the first population."""
-        size = self.population or 10 * space.variables
-        de = pymoo("algorithms.soo.nonconvex.de")
+        """Run the algorithm, until all candidates are alike."""
         options = {"variant": "DE/best/1/bin", "F": _WEIGHT, "CR": _CROSSOVER}
-        algorithm = de.DE(size, **options, **first_population(start, size, seed))
-        return run_generations(algorithm, space, seed, self.evaluations, _SETTLED)
+        return self.run_generations("soo.nonconvex.de.DE", space, start, seed, _SETTLED, **options)
+
+
+def _pymoo(module: str) -> Any:
+    return package(f"pymoo.{module}", "pymoo")

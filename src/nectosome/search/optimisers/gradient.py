@@ -5,16 +5,18 @@ from collections.abc import Generator
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+import daqp
 import numpy as np
 from jaxtyping import Float
 from scipy.optimize import linprog
 
 from ..contract import Ask, Optimiser, Outcome, Search
 from ..task import Evaluation, Space
-from .quadratic import minimise_quadratic
 
 _FIRST_RADIUS = 0.2  # of the box
 _ENOUGH = 1e-4  # share of the predicted decrease that a step must bring
+_EXACT = 1e-12  # miss of a constraint, where solutions are of the order of 1
+_NO_LIMIT = -1e30
 
 
 @dataclass(frozen=True)
@@ -27,7 +29,7 @@ class Gradient(Optimiser):
 
     - tolerance: on the Karush-Kuhn-Tucker conditions, and the constraints.
     - smallest_step: share of the box at which it gives up.
-    - evaluations: no iteration is begun after so many, each with derivatives.
+    - evaluations: each with derivatives.
     """
 
     tolerance: float = 1e-6
@@ -35,17 +37,14 @@ class Gradient(Optimiser):
     evaluations: int = 200
     name: ClassVar[str] = "gradient"
     derivatives: ClassVar[bool] = True
+    needs_start: ClassVar[bool] = True
 
     def __post_init__(self):
+        super().__post_init__()
         for name in ("tolerance", "smallest_step"):
             value = getattr(self, name)
             fits = math.isfinite(value) and 0 < value < 0.1
             self._require(name, fits, f"is {value}; it must lie between 0 and 0.1.")
-        self._at_least("evaluations", 1)
-
-    def check(self, space: Space, start: bool) -> None:
-        """Raise InputError without a start."""
-        self._require("start", start, "is missing: it searches from a design.")
 
     def search(self, space: Space, start: Float[np.ndarray, "n"] | None, seed: int) -> Search:
         """Minimise from `start`, which must be solved; `seed` is not needed."""
@@ -87,29 +86,26 @@ class _Iterations:
     at: _Point
     radius: float = _FIRST_RADIUS
     penalty: float = 0.0
-    asked: int = 1
+    evaluations: int = 1
     accepted: int = 0
     curvature: np.ndarray | None = None  # of the Lagrangian
     unsolved: list[np.ndarray] = field(default_factory=list)  # designs without a solution
     reason: str = ""  # of the last of them
 
     def run(self) -> Search:
-        while self.asked < self.options.evaluations:
+        while self.evaluations < self.options.evaluations:
             if self.radius < self.options.smallest_step:
-                return self._ended(False, f"no shorter step helps{self._blame()}")
+                return Outcome(False, f"no shorter step helps{self._blame()}", self.accepted)
             d, multipliers = self._step(self.at.g)
             if self._optimal(multipliers):
-                return self._ended(True, "the optimality conditions are met")
+                return Outcome(True, "the optimality conditions are met", self.accepted)
             predicted = self._predict(d, multipliers)
             if predicted <= 1e-13 * (1 + abs(self.at.f)):
                 feasible = self.at.g.max(initial=0.0) <= self.options.tolerance
                 what = "no step promises to be better" if feasible else "the constraints cannot be met from here"
-                return self._ended(bool(feasible) and not self._blame(), what + self._blame())
+                return Outcome(bool(feasible) and not self._blame(), what + self._blame(), self.accepted)
             yield from self._try(d, multipliers, predicted)
-        return self._ended(False, f"{self.options.evaluations} evaluations made")
-
-    def _ended(self, converged: bool, message: str) -> Outcome:
-        return Outcome(converged, message, self.accepted)
+        return Outcome(False, f"{self.options.evaluations} evaluations made", self.accepted)
 
     def _blame(self) -> str:
         """Say so where designs without a solution are nearby."""
@@ -144,7 +140,7 @@ class _Iterations:
 
     def _at(self, z: np.ndarray) -> Generator[Ask, list[Evaluation], _Point | None]:
         """The point at z; None, and a note of it, where there is no solution."""
-        self.asked += 1
+        self.evaluations += 1
         (e,) = yield Ask(np.clip(z, 0, 1)[None], derivatives=True, iterations=self.accepted)
         if not e.solved:
             self.unsolved.append(z)
@@ -157,16 +153,16 @@ class _Iterations:
         at, n, m = self.at, self.at.z.size, g.size
         B = np.eye(n) * max(1.0, float(np.abs(at.df).max())) if self.curvature is None else self.curvature
         low, high = np.maximum(-self.radius, -at.z), np.minimum(self.radius, 1 - at.z)
-        ways = [z - at.z for z in self.unsolved if np.abs(z - at.z).max() <= 2 * self.radius]
-        walls = np.array([way / np.linalg.norm(way) for way in ways]).reshape(-1, n)
-        halfway = np.array([0.5 * np.linalg.norm(way) for way in ways])
+        offsets = [z - at.z for z in self.unsolved if np.abs(z - at.z).max() <= 2 * self.radius]
+        walls = np.array([offset / np.linalg.norm(offset) for offset in offsets]).reshape(-1, n)
+        halfway = np.array([0.5 * np.linalg.norm(offset) for offset in offsets])
         A = np.vstack([at.dg, walls, np.eye(n), -np.eye(n)])
         b = np.concatenate([-g, halfway, high, -low])
         found = minimise_quadratic(B, at.df, A, b, self.radius)
         if found is None:
             nearest = linprog(
                 np.concatenate([np.zeros(n), np.ones(m)]),
-                np.block([[at.dg, -np.eye(m)], [walls, np.zeros((len(ways), m))]]),
+                np.block([[at.dg, -np.eye(m)], [walls, np.zeros((len(offsets), m))]]),
                 np.concatenate([-g, halfway]),
                 bounds=[*zip(low, high, strict=True), *[(0, None)] * m],
             )
@@ -217,3 +213,23 @@ class _Iterations:
         values, vectors = np.linalg.eigh(B)
         values = np.clip(values, 1e-8 * max(values.max(), 1e-8), None)
         self.curvature = (vectors * values) @ vectors.T
+
+
+def minimise_quadratic(
+    B: Float[np.ndarray, "n n"],
+    c: Float[np.ndarray, "n"],
+    A: Float[np.ndarray, "k n"],
+    b: Float[np.ndarray, "k"],
+    length: float = 1.0,
+) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "k"]] | None:
+    r"""Minimise \( c^T d + d^T B d / 2 \) with \( A d \le b \), B positive definite.
+
+    By the dual active-set solver DAQP (Arnstrom, Bemporad and Axehill 2022); `length` is the order of d. Returns d and
+    the multipliers (>= 0) of the rows of A, or None where no d fits them.
+    """
+    size = float(np.abs(B).max())
+    lower = np.full(b.size, _NO_LIMIT)
+    d, _, flag, info = daqp.solve(
+        B / size, c / (size * length), np.ascontiguousarray(A), b / length, lower, primal_tol=_EXACT
+    )
+    return (d * length, info["lam"] * (size * length)) if flag == 1 else None

@@ -11,9 +11,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from jaxtyping import Float
 
-from ..contract import Ask, Optimiser, Outcome, Search
+from ..contract import Ask, Optimiser, Outcome, Search, from_callback
 from ..task import Evaluation, Space
-from .callback import from_callback
 
 _ALONE = threading.Lock()  # NOMAD keeps its cache and random numbers in the process, one run at a time
 
@@ -41,20 +40,21 @@ class Pattern(Optimiser):
     models: bool = False
 
     name: ClassVar[str] = "pattern"
+    needs_start: ClassVar[bool] = True
 
     def __post_init__(self):
+        super().__post_init__()
         meshes = self.mesh if isinstance(self.mesh, tuple) else () if self.mesh is None else (self.mesh,)
         positive = all(math.isfinite(mesh) and mesh > 0 for mesh in meshes)
         self._require("mesh", positive, f"is {self.mesh}; it must be positive.")
         small = math.isfinite(self.smallest_mesh) and 0 < self.smallest_mesh < min(meshes, default=math.inf)
         self._require("smallest_mesh", small, f"is {self.smallest_mesh}; it must be positive and below mesh.")
-        self._at_least("evaluations", 1)
         known = self.directions in ("2n", "n+1")
         self._require("directions", known, f'is "{self.directions}"; it must be "2n" or "n+1".')
 
     def check(self, space: Space, start: bool) -> None:
         """Raise InputError without a start, and for meshes of other variables."""
-        self._require("start", start, "is missing: it searches from a design.")
+        super().check(space, start)
         fits = not isinstance(self.mesh, tuple) or len(self.mesh) == space.variables
         self._require("mesh", fits, f"has not one number for each of the {space.variables} variables: {self.mesh}.")
 
@@ -74,7 +74,6 @@ class Pattern(Optimiser):
         mesh = np.broadcast_to(np.array(0.1 if self.mesh is None else self.mesh, dtype=float), start.shape)
         failure: list[BaseException] = []
         iterations = 0
-
         handler = _get_handler(signal.SIGINT)
 
         def blackbox(point: Any) -> int:
