@@ -9,9 +9,9 @@ import numpy as np
 
 from nectosome.drives import respond
 from nectosome.identification.hysteresis.fit import HysteresisModel, fit_hysteresis
+from nectosome.papers.fishtail.levenberg import identify_as_printed
 from nectosome.papers.fishtail.plant import LARGEST, RECORDED_DT, TRAIN, plant, recorded
 
-from nectosome.papers.fishtail.levenberg import identify_as_printed
 from .timing import timed
 
 _STARTS, _SAMPLES, _REPEATS = 20, 60_000, 5

@@ -3,11 +3,11 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from nectosome.papers.fishtail.levenberg import identify_as_printed
 
 from nectosome.drives import Chain, SlewLimit, TransferFunction, evenly, respond, second_order
 from nectosome.identification import Misfit, identifiability
 from nectosome.identification.hysteresis.fit import HysteresisModel, PressureTrial, fit_hysteresis
+from nectosome.papers.fishtail.levenberg import identify_as_printed
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
 

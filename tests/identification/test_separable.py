@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from nectosome.papers.fishtail.levenberg import levenberg
 
 from nectosome.identification.fits.misfit import Misfit
 from nectosome.identification.fits.separable import Separable
+from nectosome.papers.fishtail.levenberg import levenberg
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
 

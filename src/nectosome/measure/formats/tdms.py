@@ -144,30 +144,30 @@ def _column(
 class _Run(NamedTuple):
     """Raw values of a channel in equal chunks.
 
-    The first chunk begins at byte `base`. Each chunk has `stride` bytes; `count` values of the channel begin at its
+    The first chunk begins at byte `base`. Each chunk has `stride` bytes; `samples` values of the channel begin at its
     byte `offset`. An interleaved segment is a run of chunks with one value of each channel.
     """
 
     base: int
     stride: int
     offset: int
-    count: int
+    samples: int
     chunks: int
-    big: int  # whether big-endian
+    big: bool  # big-endian
 
     @property
     def rows(self) -> int:
-        return self.count * self.chunks
+        return self.samples * self.chunks
 
     def values(self, raw: np.ndarray, start: int, stop: int, dtype: np.dtype[Any]) -> np.ndarray:
         """Values `start` to `stop` - 1 of this run of the file with the bytes `raw`."""
         if self.big:
             big = [("seconds", ">i8"), ("fractions", ">u8")]
             dtype = np.dtype(big) if dtype.names else dtype.newbyteorder(">")
-        skipped, last = start // self.count, (stop - 1) // self.count
-        shape, at = (last - skipped + 1, self.count), self.base + skipped * self.stride + self.offset
+        skipped, last = start // self.samples, (stop - 1) // self.samples
+        shape, at = (last - skipped + 1, self.samples), self.base + skipped * self.stride + self.offset
         chunks = np.ndarray(shape, dtype, raw.data, at, (self.stride, dtype.itemsize))
-        start, stop = start - skipped * self.count, stop - last * self.count
+        start, stop = start - skipped * self.samples, stop - last * self.samples
         if len(chunks) == 1:
             return chunks[0, start:stop]
         return np.concatenate([chunks[0, start:], chunks[1:-1].ravel(), chunks[-1, :stop]])
@@ -205,12 +205,14 @@ def _runs(file: "TdmsFile", path: str) -> list[_Run] | None:
             return None
         big = bool(segment.toc_mask & toc_properties["kTocBigEndian"])
         interleaved = bool(segment.toc_mask & toc_properties["kTocInterleavedData"])
-        runs += [_Run(*map(int, run), big) for run in _runs_of_segment(segment, path, interleaved)]
+        for run in _runs_of_segment(segment, path, interleaved):
+            base, stride, offset, samples, chunks = map(int, run)
+            runs.append(_Run(base, stride, offset, samples, chunks, big))
     return runs
 
 
 def _runs_of_segment(segment: Any, path: str, interleaved: bool) -> Iterator[tuple[int, int, int, int, int]]:
-    """Base, stride, offset, count, chunks of the runs in a segment: its whole chunks, and an incomplete last one."""
+    """Base, stride, offset, samples, chunks of the runs in a segment: its whole chunks, and an incomplete last one."""
     objects = [o for o in segment.ordered_objects if o.has_data]
     at = next(i for i, o in enumerate(objects) if o.path == path)
     here, before = objects[at], objects[:at]

@@ -8,8 +8,7 @@ the crank speeds: across the tank by the jet, and back on the legs.
 import numpy as np
 import xarray as xr
 
-from nectosome.description.mission import load_mission
-from nectosome.description.mission import get_schedule
+from nectosome.description.mission import get_schedule, load_mission
 from nectosome.designs import ScheduleDesign, shipped_problem
 from nectosome.robots import describe, mission_of
 from nectosome.search import CmaEs, Evaluation, minimise
