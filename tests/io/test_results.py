@@ -121,5 +121,5 @@ def test_variables_that_share_no_dimension_become_a_long_table():
 
 
 def test_what_is_no_dataset_is_said_to_be_none(as_users_run, tmp_path):
-    with pytest.raises(InputError, match="a dict is given where a dataset is expected"):
+    with pytest.raises(InputError, match="a dict is given where a result or its dataset is expected"):
         save_dataset({}, tmp_path / "run.nc")

@@ -121,7 +121,7 @@ def test_what_is_no_run_is_said_to_be_none(as_users_run, rowed):
     data = rowed[1]
     for wrong, said in (
         (data.drop_vars("rotation"), "a dataset without rotation is given where a run is expected"),
-        ("rower.nc", "a str without time is given where a run is expected"),
+        ("rower.nc", 'the text "rower.nc" is given where a run is expected'),
         (data.assign_attrs(robot=""), "this dataset does not tell its robot"),
     ):
         with pytest.raises(InputError, match=said):

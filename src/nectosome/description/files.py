@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 from nectosome.description.base import Shorthand
 from nectosome.description.fields import Si
-from nectosome.description.robot import RobotDescription
+from nectosome.description.robot import RobotDescription, check_description
 from nectosome.description.structure import Slot, items, slot
 from nectosome.description.validate import validate
 from nectosome.io.atomic import write_atomic
@@ -38,8 +38,9 @@ def dump_robot(description: RobotDescription) -> str:
 def save_robot(description: RobotDescription, path: str | Path) -> None:
     """Write a robot file that `load_robot` reads as exactly the same description, whole or not at all.
 
-    Raises InputError where it cannot be written.
+    Raises InputError for what is no description, and where it cannot be written.
     """
+    check_description(description)
     write_atomic(path, dump_robot(description).encode())
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from nectosome.description.loads import CrankMotor
-from nectosome.description.robot import RobotDescription
+from nectosome.description.robot import RobotDescription, check_description
 from nectosome.description.signals import RateSignal, SignalDescription
 from nectosome.description.structure import items
 from nectosome.units import InputError, show_quantity
@@ -22,6 +22,7 @@ def drive_period(description: RobotDescription) -> float:
     drive is periodic, if something slides at a constant speed, and if there is no common period of at most 50 cycles
     of the fastest drive.
     """
+    check_description(description)
     found = drive_frequencies(description)
     if not found:
         raise InputError("nothing of this robot is driven to and fro or round, so there is no period.", field="period")

@@ -12,7 +12,16 @@ from nectosome.description.fields import Coordinate, Density, Gravity
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb
 from nectosome.description.structure import at_path, changed, numeric_paths, value_at
-from nectosome.units import InputError, did_you_mean, shorten
+from nectosome.units import InputError, did_you_mean, kind_of, shorten
+
+
+def check_description(given: Any) -> None:
+    """Raise InputError unless `given` is a description."""
+    if not isinstance(given, RobotDescription):
+        raise InputError(
+            f"{kind_of(given)} is given where a robot's description is expected. ns.describe gives that of a name or a "
+            "path, and takes settings; a built robot has one as its attribute description."
+        )
 
 
 class WaterDescription(Described):

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from nectosome.description.fields import Si
 from nectosome.description.files import to_plain
-from nectosome.description.robot import RobotDescription, resolve
+from nectosome.description.robot import RobotDescription, check_description, resolve
 from nectosome.description.signals import RecordingSignal
 from nectosome.description.structure import Slot, at_path, items, leaves, numeric_paths, slot
 from nectosome.description.validate import validate
@@ -32,6 +32,7 @@ def apply_settings(description: RobotDescription, settings: Iterable[str]) -> Ro
     What is no quantity is set by its path too: `limbs.filament.strains.torsion=5`, `limbs.shaft.joint={kind: fixed}`.
     Raises InputError.
     """
+    check_description(description)
     data = to_plain(description, si=True)
     for setting in settings:
         name, text = _split(setting)

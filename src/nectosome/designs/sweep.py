@@ -16,7 +16,7 @@ from nectosome.io import load_checkpoint, provenance, save_checkpoint
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.search.processes import processors
 from nectosome.solve import CycleMeans, mean_data
-from nectosome.units import InputError
+from nectosome.units import InputError, check_names, check_share, check_whole
 
 from .axes import COUNT, AxisValues, SweepAxis, axis_of, check_each_once
 from .batches import RobotBatch, batches_of
@@ -78,6 +78,9 @@ def sweep(
     `status` says how each point was solved; where it was not, its numbers are NaN. Raises InputError for names and
     values that make no sense, and for a folder that holds another sweep.
     """
+    check_names(over, "over", "{'f': '0.5..2:0.5Hz'}")
+    check_whole(samples, "samples", 2)
+    check_share(rtol, "rtol")
     settings = [settings] if isinstance(settings, str) else [*settings]
     over = {axis: given if isinstance(given, str) else [*given] for axis, given in over.items()}
     grids = _grids(robot, over, settings, samples, rtol)

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from nectosome.measure import load_campaign
 from nectosome.measure.campaign import Campaign
-from nectosome.units import InputError, did_you_mean, unit_to_si
+from nectosome.units import InputError, did_you_mean, kind_of, unit_to_si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,6 +44,11 @@ def recordings_of(campaign: CampaignLike, units: Mapping[str, str] | None = None
         return campaign.recordings()
     import xarray as xr
 
+    if isinstance(campaign, xr.Dataset | Mapping) or not isinstance(campaign, Iterable):
+        raise InputError(
+            f"{kind_of(campaign)} is given where a campaign is expected: a file, or a list of recordings.",
+            field="campaign",
+        )
     each = enumerate(campaign, start=1)
     return [one if isinstance(one, xr.Dataset) else _of_arrays(one, f"recording {k}", units or {}) for k, one in each]
 

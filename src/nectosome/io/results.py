@@ -22,15 +22,22 @@ SUFFIXES = (".nc", ".csv")  # of what `save_dataset` writes
 PACKAGES = ("jax", "jaxlib", "equinox", "numpy", "pydantic", "xarray", "h5netcdf")
 
 
-def save_dataset(dataset: "xr.Dataset", path: str | Path) -> None:
-    """Write a dataset as netCDF, or as a table where the path ends in .csv; whole or not at all.
+def dataset_of(result: Any) -> "xr.Dataset":
+    """The dataset itself, or that of a result that has `to_dataset()`. Raises InputError for anything else."""
+    if hasattr(result, "to_dataset"):
+        result = result.to_dataset()
+    if not hasattr(result, "to_netcdf"):
+        raise InputError(f"{kind_of(result)} is given where a result or its dataset is expected.")
+    return result
+
+
+def save_dataset(dataset: Any, path: str | Path) -> None:
+    """Write a dataset, or that of a result, as netCDF, or as a table where the path ends in .csv; whole or not at all.
 
     Only netCDF keeps attributes, such as the provenance. Raises InputError for what is no dataset, and where it cannot
     be written.
     """
-    if not hasattr(dataset, "to_netcdf"):
-        way_out = " Give its to_dataset()." if hasattr(dataset, "to_dataset") else ""
-        raise InputError(f"{kind_of(dataset)} is given where a dataset is expected.{way_out}")
+    dataset = dataset_of(dataset)
     if Path(path).suffix == ".csv":
         write_atomic(path, table_of(dataset).to_csv(index=False, lineterminator="\n").encode())
     else:

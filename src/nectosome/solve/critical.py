@@ -12,7 +12,7 @@ from nectosome.core.remember import remembered
 from nectosome.description import RobotDescription, numeric_paths, resolve
 from nectosome.description.variables import Box, read_variable
 from nectosome.model import RobotLike, Template, description_of, instantiate, robot_of, template_of
-from nectosome.units import InputError, format_quantity, show_quantity
+from nectosome.units import InputError, check_whole, format_quantity, show_quantity
 
 from .equilibrium import equilibrium
 from .modes import NaturalModes, modes_of
@@ -120,8 +120,7 @@ def critical(
 
 def _values(path: str, between: Range, description: RobotDescription, samples: int) -> Float[np.ndarray, "samples"]:
     """Values of the range, evenly spread on its scale."""
-    if samples < 2:
-        raise InputError(f"{samples} samples; at least 2 are needed, both ends of the range.", field="samples")
+    check_whole(samples, "samples", 2)
     if not isinstance(between, str):
         dimension = numeric_paths(description)[resolve(description, path)[0]].dimension
         try:

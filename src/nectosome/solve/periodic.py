@@ -14,7 +14,7 @@ from nectosome.core.remember import remembered
 from nectosome.description import drive_period
 from nectosome.mechanism import Robot, reduced
 from nectosome.model import RobotLike, description_of, robot_of
-from nectosome.units import InputError, read_positive
+from nectosome.units import check_whole, read_positive
 
 from .cycle_means import CycleMeans, cycle_means
 from .orbit import cycle_settings, orbit
@@ -142,8 +142,7 @@ def periodic(
     if period is None:
         period = drive_period(description_of(robot, settings))
     period = read_positive(period, "time", "period")
-    if samples < 2:
-        raise InputError(f"{samples} samples; at least 2 are needed, both ends of the cycle.", field="samples")
+    check_whole(samples, "samples", 2)
     check_tolerances(rtol, atol)
     robot = robot_of(robot, settings)
     symmetry = find_symmetry(robot)

@@ -120,7 +120,9 @@ def reading(run: "Run | xr.Dataset", name: str) -> Float[np.ndarray, "n"]:
 
 def _saved(data: "xr.Dataset", name: str) -> tuple[Reading, Float[np.ndarray, "n"]]:
     """A reading and its values along a saved run: those that it holds as they are, others of the robot rebuilt."""
-    lacking = [what for what in ("time", "rotation", "velocity", "q") if what not in getattr(data, "variables", ())]
+    if not hasattr(data, "variables"):
+        raise InputError(f"{kind_of(data)} is given where a run is expected. {_RUNS}")
+    lacking = [what for what in ("time", "rotation", "velocity", "q") if what not in data.variables]
     if lacking:
         raise InputError(f"{kind_of(data)} without {lacking[0]} is given where a run is expected. {_RUNS}")
     if not data.attrs.get("robot"):
@@ -171,6 +173,8 @@ def reading_of(robot: Robot, name: str) -> Reading:
 
     Raises InputError for what cannot be read of this robot, with what can.
     """
+    if not isinstance(name, str):
+        raise InputError(f"{kind_of(name)} is given where the name of a reading is expected.")
     known = {reading.name: reading for reading in _readings(robot)}
     if name in known:
         return known[name]

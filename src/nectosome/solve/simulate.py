@@ -12,11 +12,12 @@ from nectosome.core import Mechanical, State, Status
 from nectosome.core.remember import remembered
 from nectosome.mechanism import reduced
 from nectosome.model import RobotLike, robot_of
-from nectosome.units import InputError, read_positive
+from nectosome.units import InputError, check_choice, check_share, check_whole, read_numbers, read_positive
 
 from .integrate import Guard, Integration, Method, Settings, begin, integrate, interpolate
 from .results import Run, Trajectory
 
+_METHODS = ("auto", "implicit", "explicit")
 _CHUNKS, _WIDEST = 20, 20  # number of chunks of a run, most samples of a chunk; it can be cancelled between chunks
 
 
@@ -52,7 +53,12 @@ def simulate(
     Raises InputError for what is no robot, and for a time, sample count or tolerance that makes no sense.
     """
     time = read_positive(time, "time", "time")
-    times = np.linspace(0.0, time, samples) if isinstance(samples, int) else np.asarray(samples, dtype=float)
+    check_choice(method, _METHODS, "method")
+    if np.ndim(samples) == 0:
+        check_whole(samples, "samples", 2)
+        times = np.linspace(0.0, time, int(samples))  # pyright: ignore[reportArgumentType]
+    else:
+        times = read_numbers(samples, "samples")
     _check(time, times, rtol, atol)
     system = robot if isinstance(robot, Mechanical) else robot_of(robot, settings)
     kind: Method = "implicit" if method == "auto" else method
@@ -108,6 +114,5 @@ def _check(time: float, times: np.ndarray, rtol: float, atol: float) -> None:
 
 def check_tolerances(rtol: float, atol: float) -> None:
     """Raise InputError for tolerances that are not between 0 and 1."""
-    for name, value in (("rtol", rtol), ("atol", atol)):
-        if not 0 < value < 1:
-            raise InputError(f"{value} is out of range: it must be more than 0 and less than 1.", field=name)
+    check_share(rtol, "rtol")
+    check_share(atol, "atol")

@@ -1,5 +1,6 @@
 """Quantities with units as text to SI and back, ranges, and input errors."""
 
+from .arguments import check_choice, check_names, check_share, check_whole, read_numbers
 from .conversion import (
     expected,
     format_quantity,
@@ -19,6 +20,10 @@ __all__ = [
     "DIMENSIONS",
     "Dimension",
     "InputError",
+    "check_choice",
+    "check_names",
+    "check_share",
+    "check_whole",
     "count",
     "did_you_mean",
     "dimension_of",
@@ -27,6 +32,7 @@ __all__ = [
     "kind_of",
     "parse_quantity",
     "read_any",
+    "read_numbers",
     "read_positive",
     "read_quantity",
     "shorten",

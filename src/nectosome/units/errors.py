@@ -67,6 +67,8 @@ def kind_of(thing: Any) -> str:
     kind = type(thing)
     if thing is None:
         return "nothing (None)"
+    if isinstance(thing, str):
+        return f'the text "{shorten(thing)}"'
     if kind.__name__ in _KINDS:
         return _KINDS[kind.__name__]
     if isinstance(thing, bool | int | float | bytes):

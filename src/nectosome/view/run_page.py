@@ -9,6 +9,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from nectosome.io.results import dataset_of
+from nectosome.solve import Run
+from nectosome.units import InputError
+
 from . import series
 from .closed_loop import closed_loop_panels
 from .page import write_page
@@ -19,12 +23,15 @@ from .tubes import description
 _BLURRED = 0.2  # revolutions of a drive between two pictures, from which on it looks slower than it is
 
 
-def show_run(run: xr.Dataset, path: str | Path) -> None:
+def show_run(run: Run | xr.Dataset, path: str | Path) -> None:
     """Write a page about any one run, with its robot in motion, velocity, powers and energies.
 
     Of one under a controller also how the reference was followed. The page works offline and is written whole or not at
-    all. Raises InputError where it cannot be written.
+    all. Raises InputError for what is no run, and where the page cannot be written.
     """
+    run = dataset_of(run)
+    if "position" not in run or "time" not in run.dims:
+        raise InputError("this dataset is no run: it lacks the positions of the robot over time.")
     title = str(run.attrs.get("title") or "simulation")
     source = json.loads(run.attrs.get("provenance") or "{}")
     robot = description(run)

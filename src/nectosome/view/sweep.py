@@ -6,8 +6,9 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from nectosome.designs.sweep import mean_of, nonzero_means
-from nectosome.units import shown_unit
+from nectosome.designs.sweep import MEANS, mean_of, nonzero_means
+from nectosome.io.results import dataset_of
+from nectosome.units import InputError, shown_unit
 
 from .heatmap import MapAxis, maps, sequential
 from .page import write_page
@@ -26,6 +27,9 @@ _NOTHING = 1e-4  # rad/s: a robot that turns no faster is left out of the figure
 
 def show_sweep(found: xr.Dataset, path: str | Path) -> None:
     """Write a page with a figure of each mean of a sweep over one or two axes. Raises InputError where it cannot."""
+    found = dataset_of(found)
+    if lacking := [name for name in MEANS if name not in found]:
+        raise InputError(f"this dataset is no sweep: it lacks {lacking[0]}.")
     write_page(path, str(found.attrs["title"]), panels(found))
 
 

@@ -7,6 +7,7 @@ with m values, n parameters and the Jacobian J of the residuals by the parameter
 $\sigma_k$ are given.
 """
 
+import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,7 @@ from scipy.stats import qmc
 
 from nectosome.designs.design import STARTS
 from nectosome.measure.signals.noise import correlation_time
-from nectosome.units import InputError, shorten
+from nectosome.units import InputError, check_names, kind_of, read_numbers, shorten
 from nectosome.units.ranges import Ranges, split_range
 
 from .errors import CORRELATED
@@ -112,9 +113,16 @@ def fit(
     Raises InputError for values, errors, ranges or a start that make no sense, for fewer values than parameters, and
     where the curve is NaN or infinite at every start.
     """
-    ranges, values = _ranges(vary), np.asarray(y, dtype=float)
+    check_names(vary, "vary", "{'tau': '0.01..10 log'}")
+    ranges, values = _ranges(vary), read_numbers(y, "y")
+    for field, function in (("curve", curve), ("jacobian", jacobian)):
+        if function is not None:
+            _check_function(function, x, ranges.names, field)
     known = ~np.isnan(values)
-    sigma = np.broadcast_to(np.asarray(1.0 if errors is None else errors, dtype=float), values.shape)[known]
+    given = read_numbers(1.0 if errors is None else errors, "errors")
+    if given.ndim and given.shape != values.shape:
+        raise InputError(f"has the shape {given.shape}, and y has the shape {values.shape}.", field="errors")
+    sigma = np.broadcast_to(given, values.shape)[known]
     m, n = int(known.sum()), len(ranges.names)
     if not np.isfinite(values[known]).all():
         raise InputError("has values that are infinite.", field="y")
@@ -155,6 +163,20 @@ def fit(
     named = dict(zip(ranges.names, intervals, strict=True))
     error = float(scale * sigma[0]) if errors is None else None
     return CurveFit(curve, ranges, best.theta, covariance, left, error, spread, named, warnings)
+
+
+def _check_function(function: Any, x: Any, names: Sequence[str], field: str) -> None:
+    """Raise InputError unless a function takes x and the parameters by name."""
+    if not callable(function):
+        raise InputError(
+            f"{kind_of(function)} is given where a function of x and of parameters is expected.", field=field
+        )
+    try:
+        inspect.signature(function).bind(x, **dict.fromkeys(names, 0.0))
+    except TypeError as error:
+        raise InputError(f"cannot be called with x and {', '.join(names)}: {error}.", field=field) from None
+    except ValueError:
+        return  # compiled functions have no signature
 
 
 def _ranges(vary: Mapping[str, str | Sequence[float]]) -> Ranges:

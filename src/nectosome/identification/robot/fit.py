@@ -22,7 +22,7 @@ from nectosome.designs.sweep import Progress
 from nectosome.measure.signals.noise import correlation_time
 from nectosome.model import build
 from nectosome.model.inputs import RobotLike, description_of
-from nectosome.units import DIMENSIONS, InputError, read_positive
+from nectosome.units import DIMENSIONS, InputError, check_names, check_whole, read_positive
 
 from ..fits.errors import CORRELATED, range_errors
 from ..fits.identifiability import Identifiability, identifiability
@@ -40,6 +40,12 @@ _EXACT = 1e-6  # of a column's range: stands for the standard error where the mo
 _COARSE = 1e-3  # gain of chi2 by the last step of a fit that only shows where to go on, in rounds
 _SAME = 0.02  # of a range: results of two starts that are one
 _OFTEN = 3.0  # times the standard error that was given: residuals are larger than noise
+_EXAMPLES = {
+    "vary": "{'k': '0.05..0.5N m/rad'}",
+    "compare": "{'angle': 'fin.angle'}",
+    "drive": "{'torque': 'fin.joint.torque'}",
+    "errors": "{'angle': '0.5deg'}",
+}
 
 
 class RobotFit(NamedTuple):
@@ -149,8 +155,9 @@ def identify(
     Raises InputError that names the field, or file and column, for what is missing, unknown or does not fit together,
     and where the robot cannot be simulated at any start.
     """
-    if starts < 1:
-        raise InputError(f"is {starts}; it must be at least 1.", field="starts")
+    check_whole(starts, "starts", 1)
+    for field, given in (("vary", vary), ("compare", compare), ("drive", drive or {}), ("errors", errors or {})):
+        check_names(given, field, _EXAMPLES[field])
     description = description_of(robot, settings)
     built = build(description)
     variables = [read_variable(name, span, description) for name, span in vary.items()]

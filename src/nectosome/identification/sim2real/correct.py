@@ -11,8 +11,8 @@ from jaxtyping import Float
 from nectosome.designs.axes import AxisValues
 from nectosome.designs.sweep import Progress, sweep
 from nectosome.io import load_dataset
-from nectosome.model.inputs import RobotLike
-from nectosome.units import InputError, read_positive
+from nectosome.model.inputs import RobotLike, description_of
+from nectosome.units import InputError, check_names, read_positive
 
 from ..recordings import CampaignLike, recordings_of
 from .gaussian_process import Surface
@@ -83,8 +83,11 @@ def correct(
     cutoff = read_positive(lowpass, "frequency", "lowpass") if isinstance(lowpass, str) else lowpass
     saved = isinstance(simulated, str | Path) and str(simulated).endswith(".nc")
     robot = not saved and not isinstance(simulated, xr.Dataset)
+    if robot and not isinstance(simulated, str | Path):
+        description_of(simulated)  # pyright: ignore[reportArgumentType]  # what is no robot is told first
     if robot and not over:
         raise InputError("a robot is swept first: name at least one axis, as in f=0.5..2:0.5Hz.", field="over")
+    check_names(over or {}, "over", "{'f': '0.5..2:0.5Hz'}")
     if not robot and (over or settings):
         raise InputError("axes and settings are of a robot, and a grid is given.", field="over")
     recordings = recordings_of(campaign)  # a mistake in them comes before anything long is computed
