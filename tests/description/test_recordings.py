@@ -68,6 +68,25 @@ def test_a_sheet_says_what_the_file_does_not(folder):
     np.testing.assert_allclose(motion.values, -np.radians(ANGLE), rtol=1e-12)
 
 
+@pytest.mark.parametrize("unit", ["1/m", "rad/m", "1/cm"])
+def test_a_curvature_may_be_recorded_without_radians(folder, unit):
+    (folder / "bend.csv").write_text(table(head=f"time (s),bend ({unit}),c"))
+    rod = """
+name: a
+body:
+  kind: rod
+  length: 10 cm
+  section: circle
+  radius: 1 cm
+  young: 1 MPa
+  density: 1000 kg/m3
+  strains: {bending_z: 0}
+  motion: {bending_z: {kind: recording, file: bend.csv, column: bend}}
+"""
+    bend = parse_robot(rod, str(folder / "robot.yaml")).body.motion.bending_z
+    np.testing.assert_allclose(bend.values, ANGLE * (100 if unit == "1/cm" else 1), rtol=1e-12)
+
+
 def test_samples_are_put_in_exactly_and_checked():
     held = parse_robot(robot("stiffness: 1 N m/rad"))
     values = (np.random.default_rng(0).normal(size=1000) / 3).tolist()

@@ -28,7 +28,7 @@ from nectosome.description.fields import (
     Torque,
 )
 from nectosome.description.mirror import opposite
-from nectosome.units import DIMENSIONS, InputError, did_you_mean, expected, shorten
+from nectosome.units import DIMENSIONS, InputError, did_you_mean, expected, parse_quantity, shorten
 
 _MOST_ROWS = 20_000
 
@@ -231,12 +231,14 @@ def _read_samples(
         why = f"{file} has {recording.sizes['time']} rows, at most {_MOST_ROWS} can drive a robot."
         raise wrong("file", f"{why} Resample it with fewer, or cut a part out.")
     unit = str(recording[column].attrs.get("units", ""))
-    if unit != DIMENSIONS[dimension].unit:
-        if unit in ("", "1"):
-            why = f"{file} gives it no unit. Write one into its heading, as in angle (deg), or into a sheet."
-        else:
-            why = f"{file} has it in {unit}. {expected(dimension)}"
+    if unit in ("", "1") and DIMENSIONS[dimension].unit:
+        why = f"{file} gives it no unit. Write one into its heading, as in angle (deg), or into a sheet."
         raise wrong("column", why)
+    if unit not in ("", "1"):
+        try:
+            parse_quantity(f"1 {unit}", dimension)  # SI already; rad may be left out, as in 1/m
+        except ValueError:
+            raise wrong("column", f"{file} has it in {unit}. {expected(dimension)}") from None
     values, time = recording[column].values.astype(float), recording["time"].values.astype(float)
     missing = np.flatnonzero(~np.isfinite(values))
     if missing.size:
