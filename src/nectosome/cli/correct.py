@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 from rich.console import Group
 
-from nectosome.cli.options import Campaign, Over, Settings, read_count, read_pairs, value
+from nectosome.cli.options import Campaign, Over, Settings, read_count, value
 from nectosome.cli.output import Outputs, cancellable, described, progress_bar, tell, write
 from nectosome.cli.page import columns, page
-from nectosome.units import InputError, read_positive
+from nectosome.units import InputError, read_pairs, read_positive
 
 if TYPE_CHECKING:
     from nectosome.identification import CorrectedGrid

@@ -2,7 +2,7 @@
 
 import time as clock
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 from rich.table import Table
@@ -12,7 +12,7 @@ from nectosome.cli import options
 from nectosome.cli.output import Data, check_target, progress_bar, tell, write
 from nectosome.cli.weights import build_weighed
 from nectosome.io import save_dataset, write_atomic
-from nectosome.units import show_quantity
+from nectosome.units import read_pairs, show_quantity
 
 if TYPE_CHECKING:
     from nectosome.designs import DesignResult, DesignTask
@@ -38,7 +38,8 @@ def design(
         Path | None, Parameter(help="Problem file; ROBOT.design.yaml beside the robot by default.")
     ] = None,
     optimiser: Annotated[
-        Literal["gradient", "pattern", "cmaes"] | None, Parameter(help="gradient by default, cmaes for a mission.")
+        str | None,
+        Parameter(help="gradient, pattern, cmaes, genetic or differential; gradient by default, cmaes for a mission."),
     ] = None,
     starts: options.Starts = options.STARTS,
     seed: options.Seed = options.SEED,
@@ -52,7 +53,7 @@ def design(
     """Find the numbers of a robot that maximise or minimise a quantity of its motion, within ranges and limits."""
     number = options.read_count(starts, "--starts", least=1, most=100_000)
     seeded = options.read_count(seed, "--seed", least=0, most=2**31 - 1)
-    ranges = options.read_pairs(vary, "--vary", "limbs.fin.length=50..90mm")
+    ranges = read_pairs(vary, "--vary", "limbs.fin.length=50..90mm")
     data.check()
     check_target(found, "--write", ".yaml", data.force)
 
@@ -76,7 +77,7 @@ def design(
                 keep=keep or (),
                 forward=forward or "",
                 mission=mission or "",
-                optimiser=optimiser or "",
+                optimiser=optimiser,
                 starts=number,
                 seed=seeded,
                 folder=out,

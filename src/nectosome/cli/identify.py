@@ -12,7 +12,7 @@ from nectosome.cli.identify_pages import gait_page, hysteresis_page, robot_page,
 from nectosome.cli.output import Outputs, check_target, described, progress_bar, write
 from nectosome.cli.weights import build_weighed
 from nectosome.description import save_robot
-from nectosome.units import InputError, read_positive, read_quantity
+from nectosome.units import InputError, read_pairs, read_positive, read_quantity
 
 if TYPE_CHECKING:
     pass
@@ -48,10 +48,10 @@ def identify_robot(
     """Find unknown quantities of a robot: its simulated motion is fitted to recordings by least squares."""
     many = options.read_count(starts, "--starts", least=1, most=1000)
     seconds = 0.0 if skip is None else read_positive(skip, "time", "--skip")
-    ranges = options.read_pairs(vary, "--vary", "E=1..9MPa log")
-    compared = options.read_pairs(compare, "--compare", "push=-force.x")
-    drives = options.read_pairs(drive, "--drive", "pressure=body.loads.blow.pressure")
-    errors = options.read_pairs(error, "--error", "tip=0.5mm")
+    ranges = read_pairs(vary, "--vary", "E=1..9MPa log")
+    compared = read_pairs(compare, "--compare", "push=-force.x")
+    drives = read_pairs(drive, "--drive", "pressure=body.loads.blow.pressure")
+    errors = read_pairs(error, "--error", "tip=0.5mm")
     outputs.check()
     check_target(tuned, "--write", ".yaml", outputs.force)
 

@@ -1,7 +1,7 @@
 """Options that several commands share, each with one spelling and one help, and readers of their text."""
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from nectosome import robots
-from nectosome.units import InputError, read_positive, shorten
+from nectosome.units import InputError, read_positive
 
 if TYPE_CHECKING:
     from cyclopts.completion import CompletionContext
@@ -82,19 +82,6 @@ class ReferenceOptions:
     def seconds(self) -> float | None:
         """The length [s]. Raises InputError."""
         return None if self.time is None else read_positive(self.time, "time", "time")
-
-
-def read_pairs(texts: Iterable[str] | None, option: str, example: str) -> dict[str, str]:
-    """Read `NAME=VALUE` texts, each name once. Raises InputError, which shows the example."""
-    found: dict[str, str] = {}
-    for text in texts or ():
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not (name and equals and value):
-            raise InputError(f'"{shorten(text)}" must have a name, = and a value, as in "{example}".', field=option)
-        if name in found:
-            raise InputError(f"{shorten(name)} is named twice.", field=option)
-        found[name] = value
-    return found
 
 
 def read_count(text: str, option: str, *, least: int, most: int) -> int:

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 from rich.console import Group
 
-from nectosome.cli.options import Over, Robot, Settings, read_count, read_pairs, value
+from nectosome.cli.options import Over, Robot, Settings, read_count, value
 from nectosome.cli.output import Outputs, cancellable, progress_bar, tell, write
 from nectosome.cli.page import columns, number, page
 from nectosome.description.structure import shortest
-from nectosome.units import DIMENSIONS, InputError, count, show_quantity
+from nectosome.units import DIMENSIONS, InputError, count, read_pairs, show_quantity
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -72,7 +72,7 @@ def design(
     keep: Iterable[str | Constraint] = (),
     forward: str = "",
     mission: str | Path = "",
-    optimiser: str | Optimiser = "",
+    optimiser: str | Optimiser | None = None,
     starts: int = STARTS,
     seed: int = SEED,
     own_first: bool = False,
@@ -89,7 +89,8 @@ def design(
     - problem: in words, or the path of a problem file; unless given that of the robot (`problem_of`). `vary`,
       `maximise` or `minimise`, `keep`, `forward` and `mission`, a file or the name of one that ships, change it
       (`Problem`).
-    - optimiser: gradient, pattern or cmaes, or one with options; gradient unless given, cmaes for a mission.
+    - optimiser: a name such as gradient, pattern, cmaes or genetic, or one with options; gradient unless given, cmaes
+      for a mission.
     - starts, seed: how many searches from designs drawn at random, and the seed of the draws; with `own_first` the
       first search begins with the robot's own numbers.
     - folder: evaluations are kept there: the same call goes on from them after an interruption.
@@ -113,8 +114,10 @@ def design(
     if not problem.vary:
         raise InputError("nothing varies. Give vary PATH=LOW..HIGH, or a problem file with ranges.", field="vary")
     task = problem.task(description)
+    if optimiser is None:
+        optimiser = "cmaes" if problem.mission else "gradient"
     if isinstance(optimiser, str):
-        optimiser = make_optimiser(optimiser or ("cmaes" if problem.mission else "gradient"))
+        optimiser = make_optimiser(optimiser)
     if optimiser.derivatives and problem.mission:
         raise InputError("a mission has no derivatives. Take cmaes or pattern.", field="optimiser")
     task.prepare()  # mistakes come before anything is begun

@@ -1,6 +1,6 @@
 """Quantities with units as text to SI and back, ranges, and input errors."""
 
-from .arguments import check_choice, check_names, check_share, check_whole, read_numbers
+from .arguments import check_choice, check_names, check_share, check_whole, read_numbers, read_pairs
 from .conversion import (
     expected,
     format_quantity,
@@ -33,6 +33,7 @@ __all__ = [
     "parse_quantity",
     "read_any",
     "read_numbers",
+    "read_pairs",
     "read_positive",
     "read_quantity",
     "shorten",

@@ -1,6 +1,6 @@
 """What a public function was given: the wrong kind of thing is answered with a sentence that names the argument."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
@@ -48,3 +48,16 @@ def read_numbers(given: Any, field: str) -> "np.ndarray":
         return np.asarray(given, dtype=float)
     except (TypeError, ValueError):
         raise InputError(f"{kind_of(given)} is given where numbers are expected.", field=field) from None
+
+
+def read_pairs(texts: Iterable[str] | None, field: str, example: str) -> dict[str, str]:
+    """Read `NAME=VALUE` texts, each name once. Raises InputError, which shows the example."""
+    found: dict[str, str] = {}
+    for text in texts or ():
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise InputError(f'"{shorten(text)}" must have a name, = and a value, as in "{example}".', field=field)
+        if name in found:
+            raise InputError(f"{shorten(name)} is named twice.", field=field)
+        found[name] = value
+    return found

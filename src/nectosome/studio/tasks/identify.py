@@ -20,7 +20,7 @@ from nectosome.studio.folder import NOTHING
 from nectosome.studio.sliders import around
 from nectosome.studio.uploads import received
 from nectosome.studio.work import Progress, labelled
-from nectosome.units import InputError, shorten
+from nectosome.units import InputError, read_pairs, shorten
 from nectosome.view.fit_pages import robot_panel
 from nectosome.view.scorecard import number as shown
 
@@ -128,7 +128,7 @@ class Identify(PanelTask):
         if recording is None:
             raise InputError("there is no recording yet. Send one, or open one of the folder.")
         compare, drive, vary = (
-            _pairs(field.value, label)
+            read_pairs(filter(str.strip, field.value.splitlines()), label, "angle = fin.angle")
             for field, label in ((self._compare, "Compare"), (self._drive, "Driven by"), (self._unknown, "Unknown"))
         )
         for label, given in (("Compare", compare), ("Unknown", vary)):
@@ -175,19 +175,6 @@ def _signals(robot: RobotDescription) -> list[str]:
     with suppress(InputError):
         return list(driving_signals(robot))
     return []
-
-
-def _pairs(text: str, label: str) -> dict[str, str]:
-    """Read `NAME = VALUE`, one a line, each name once. Raises InputError."""
-    found: dict[str, str] = {}
-    for line in filter(None, map(str.strip, text.splitlines())):
-        name, equals, value = (part.strip() for part in line.partition("="))
-        if not (name and equals and value):
-            raise InputError(f'"{shorten(line)}" must have a name, = and a value.', field=label)
-        if name in found:
-            raise InputError(f"{name} is named twice.", field=label)
-        found[name] = value
-    return found
 
 
 def fitted_html(found: xr.Dataset) -> str:
