@@ -4,6 +4,7 @@ import json
 import os
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -122,9 +123,10 @@ def test_it_ends_after_so_many_evaluations(optimiser):
 def test_a_search_that_is_given_up_leaves_no_thread(optimiser):
     search = optimiser.search(HOLED.space, np.array([0.2, 0.6]), 1)
     recorder, before = Recorder(HOLED), threading.active_count()
-    ask = next(search)
-    for _ in range(2):
-        assert isinstance(ask, Ask)
-        ask = search.send(recorder(ask.points, ask.derivatives))
+    with suppress(StopIteration):  # one that asks for all of its designs at once
+        ask = next(search)
+        for _ in range(2):
+            assert isinstance(ask, Ask)
+            ask = search.send(recorder(ask.points, ask.derivatives))
     search.close()
     assert threading.active_count() == before
