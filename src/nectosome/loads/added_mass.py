@@ -155,7 +155,7 @@ class TrailingEdge(Load):
     (Lighthill 1971, eqs. 3-5; Candelier, Boyer and Leroyer 2011): for a tail that moves through the water at
     $u = -V_x$, momentum leaves at the rate $u p$, and the pressure on the plane of the trailing edge adds $m w^2/2$:
 
-    $$ F = -(u\,p + \tfrac12 (p \cdot V)\,e_x), \qquad F \cdot V = -\tfrac12 u\, p \cdot V $$
+    $$ F = -(u\,p + \tfrac12 (p \cdot V)\,e_x), \quad F \cdot V = -\tfrac12 u\, p \cdot V $$
 
     exactly the rate of kinetic energy in the wake. Strips and this force together give Lighthill's theory: the mean
     thrust of a towed body is $\overline{m (h_t^2 - U^2 h_x^2)}/2$ at its tail.

@@ -56,9 +56,9 @@ def test_glass_that_is_not_told_of_shows_in_the_points(videos, found):
     assert any("points are 0." in line or "points are 1" in line for line in told)
 
 
-def test_a_camera_that_is_late_is_put_on_the_clock_of_the_first(tmp_path):
+def test_a_camera_that_is_late_is_put_on_the_clock_of_the_first():
     how = Filming(scale=2.15, rate=20.0, late=0.02)
-    late = tank.tracked(tmp_path, path, how, 0.6, lambda share: None)
+    late = tank.tracked(path, how, 0.6, lambda share: None)
     off = tank.marker_errors(late)
     assert np.sqrt(np.nanmean(off**2)) < 1.5e-3
     assert "frames of the cameras are up to" in late.attrs["provenance"]
