@@ -210,7 +210,7 @@ def test_progress_cancels(hinge):
         ({"errors": {"other": 1.0}}, "error: other is not compared"),
         ({"errors": {"encoder": 0.0}}, "error: of encoder is 0; it must be more than 0"),
         ({"errors": {"encoder": "1 N"}}, "error of encoder: "),
-        ({"starts": 0}, "starts: is 0"),
+        ({"starts": 0}, 'starts: "0" must be'),
         ({"test": ["nobody.csv"]}, 'test: "nobody.csv" is no recording here'),
         ({"test": ["hinge.csv"]}, "test: all recordings are named"),
         ({"campaign": []}, "recordings: there is no recording"),
