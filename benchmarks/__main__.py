@@ -25,6 +25,7 @@ BENCHMARKS = {
     "crawl": True,
     "mission": True,
     "command_line": False,
+    "compile": False,
     "reading": True,
     "crawl_search": False,
     "hysteresis": False,

@@ -82,6 +82,7 @@ def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeS
         result = jax.tree.map(lambda _: 0, out)
         return jax.tree.leaves(out)
 
+    flat.__name__ = f.__name__  # XLA's name of the program
     traced, new = jax.jit(flat), None
     with _alone(file):
         if file is not None:
@@ -90,7 +91,13 @@ def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeS
                 exported = export.deserialize(data)
             except (OSError, ValueError, EOFError, pickle.UnpicklingError):  # missing, or incomplete after a kill
                 new = exported = export.export(traced)(*shapes)
-            traced = jax.jit(exported.call)
+            call = exported.call
+
+            def loaded(*leaves: jax.Array) -> Any:
+                return call(*leaves)
+
+            loaded.__name__ = f.__name__
+            traced = jax.jit(loaded)
         run = traced.lower(*shapes).compile()
         if file is not None and new is not None:
             with suppress(InputError):  # a cache that cannot be written is no error
