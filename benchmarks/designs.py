@@ -86,7 +86,7 @@ class DesignCheck(NamedTuple):
 
 
 def check(u: np.ndarray, dynamics: bool) -> DesignCheck:
-    """Solve one design from rest; compare it with central differences and, if asked for, with its dynamics."""
+    """Solve one design from rest; compare it with central differences and, with `dynamics`, with its own transient."""
     s = swimmers()
     at = jnp.asarray(u)
     values, found = s.outputs(at, s.rest, jnp.asarray(False))

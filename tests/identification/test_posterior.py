@@ -49,9 +49,9 @@ def test_the_same_seed_draws_the_same_and_too_few_draws_are_told():
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ({"draws": 0}, "draws: is 0; it must be at least 4."),
-        ({"chains": 0}, "chains: is 0; it must be at least 1."),
-        ({"coverage": 1.0}, "coverage: is 1; it must lie between 0 and 1."),
+        ({"draws": 0}, 'draws: "0" must be a whole number of at least 4.'),
+        ({"chains": 0}, 'chains: "0" must be a whole number of at least 1.'),
+        ({"coverage": 1.0}, 'coverage: "1.0" is out of range: it must be more than 0 and less than 1.'),
         ({"theta": np.array([11.0, 0.0])}, "a: 11 is not between -10 and 10."),
         ({"residuals": lambda theta: theta / 0}, "the residuals are NaN or infinite at a = 0, b = 0."),
     ],

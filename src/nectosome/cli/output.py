@@ -32,7 +32,7 @@ Force = Annotated[bool, Parameter("--force", help="Overwrite files that exist.")
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Outputs:
-    """Data and page that a command writes if asked: `--save`, `--plot` and `--force`."""
+    """Data and page that a command writes on request: `--save`, `--plot` and `--force`."""
 
     save: Save = None
     plot: Plot = None
@@ -51,7 +51,7 @@ class Outputs:
     def write(
         self, data: "xr.Dataset", page: "Callable[[xr.Dataset, Path], object] | None", *others: Path | None
     ) -> None:
-        """Write data and page as far as asked, and print their names and those of files that are written already."""
+        """Write data and page as requested, and print their names and those of files that are written already."""
         if self.save is not None:
             save_dataset(data, self.save)
         if self.plot is not None and page is not None:
@@ -61,14 +61,14 @@ class Outputs:
 
 @dataclass(frozen=True)
 class Page(Outputs):
-    """The page that a command writes if asked: `--plot` and `--force`."""
+    """The page that a command writes on request: `--plot` and `--force`."""
 
     save: Annotated[None, Parameter(parse=False)] = None
 
 
 @dataclass(frozen=True)
 class Data(Outputs):
-    """The data that a command writes if asked: `--save` and `--force`."""
+    """The data that a command writes on request: `--save` and `--force`."""
 
     plot: Annotated[None, Parameter(parse=False)] = None
 

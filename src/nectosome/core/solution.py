@@ -1,16 +1,15 @@
 """Result of a solver: value, named status, statistics, residual."""
 
-from enum import IntEnum
 from typing import Any
 
 import equinox as eqx
 from jaxtyping import Array, Float, Int
 
+from nectosome.units.status import ReasonedStatus
 
-class Status(IntEnum):
-    """Why a solver stopped, with the `reason` in words."""
 
-    reason: str
+class Status(ReasonedStatus):
+    """Why a solver stopped."""
 
     SOLVED = 0, "solved"
     EVENT = 1, "stopped at the event"
@@ -24,12 +23,6 @@ class Status(IntEnum):
     NO_PERIOD = 9, "no periodic motion found"
     OTHER_PERIOD = 10, "drives or loads do not have this period"
     SETTLED = 11, "periodic motion, found by free motion: Newton's method did not converge"
-
-    def __new__(cls, value: int, reason: str) -> "Status":
-        """A member, which is its value as an integer."""
-        self = int.__new__(cls, value)
-        self._value_, self.reason = value, reason
-        return self
 
 
 class Solution(eqx.Module):

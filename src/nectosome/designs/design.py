@@ -11,7 +11,7 @@ from nectosome.io.yaml_text import read_text
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.robots import mission_of
 from nectosome.search import Evaluation, Optimiser, Result, make_optimiser, multistart
-from nectosome.units import InputError
+from nectosome.units import InputError, check_whole
 
 from .constraints import Constraint
 from .motion import DesignTask, MotionDesign
@@ -99,9 +99,8 @@ def design(
 
     Raises InputError for words that do not fit the robot or each other, and for a folder of another search.
     """
-    for name, number, least in (("starts", starts, 1), ("seed", seed, 0)):
-        if number < least:
-            raise InputError(f"is {number}; it must be at least {least}.", field=name)
+    check_whole(starts, "starts", 1)
+    check_whole(seed, "seed", 0)
     settings = [settings] if isinstance(settings, str) else [*settings]
     description = description_of(robot, settings)
     if not isinstance(problem, Problem):

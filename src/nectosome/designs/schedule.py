@@ -26,7 +26,7 @@ class ScheduleDesign(DesignTask):
     A mission that does not come to its end, or on which the robot tilts by more than 60 degrees, counts as unsolved.
     It has no derivatives: modes begin and end with events.
 
-    - variables: named as in `description.schedule`.
+    - variables: named as in `description.mission`.
     - step: of the motion [s].
 
     Raises InputError for no variable, or for two that stand for the same number.

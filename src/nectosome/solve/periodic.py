@@ -14,12 +14,11 @@ from nectosome.core.remember import remembered
 from nectosome.description import drive_period
 from nectosome.mechanism import Robot, reduced
 from nectosome.model import RobotLike, description_of, robot_of
-from nectosome.units import check_whole, read_positive
+from nectosome.units import check_share, check_whole, read_positive
 
 from .cycle_means import CycleMeans, cycle_means
 from .orbit import cycle_settings, orbit
 from .results import Results, Run, Trajectory, at_one_time
-from .simulate import check_tolerances
 from .symmetry import Symmetry, find_symmetry
 
 _SAME = 1e-9  # relative difference of residuals that counts as equal
@@ -143,7 +142,8 @@ def periodic(
         period = drive_period(description_of(robot, settings))
     period = read_positive(period, "time", "period")
     check_whole(samples, "samples", 2)
-    check_tolerances(rtol, atol)
+    check_share(rtol, "rtol")
+    check_share(atol, "atol")
     robot = robot_of(robot, settings)
     symmetry = find_symmetry(robot)
     x = robot.initial() if guess is None else guess

@@ -109,10 +109,5 @@ def _check(time: float, times: np.ndarray, rtol: float, atol: float) -> None:
         raise InputError(f"{times.size} times; at least 2 are needed, the start and the end.", field="samples")
     if times[0] != 0 or times[-1] != time or not np.all(np.diff(times) > 0):
         raise InputError(f"the times must increase from 0 to {time:g} s.", field="samples")
-    check_tolerances(rtol, atol)
-
-
-def check_tolerances(rtol: float, atol: float) -> None:
-    """Raise InputError for tolerances that are not between 0 and 1."""
     check_share(rtol, "rtol")
     check_share(atol, "atol")

@@ -162,7 +162,7 @@ def test_pixels_at_random_never_give_a_place_behind_a_camera():
 
 
 def test_every_status_has_words():
-    assert len({status.words for status in PlaceStatus}) == len(PlaceStatus)
+    assert len({status.reason for status in PlaceStatus}) == len(PlaceStatus)
 
 
 @pytest.mark.parametrize(

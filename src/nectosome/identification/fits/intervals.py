@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from scipy.special import chdtri
 
 from nectosome.io.extras import package
-from nectosome.units import InputError
+from nectosome.units import InputError, check_share, check_whole
 from nectosome.units.ranges import Ranges
 
 from .identifiability import Interval, identifiability, intervals_of
@@ -154,10 +154,8 @@ def posterior(
     """
     package("numpyro", "numpyro")
     for name, value, least in (("draws", draws, 4), ("warmup", warmup, 1), ("chains", chains, 1), ("seed", seed, 0)):
-        if value < least:
-            raise InputError(f"is {value}; it must be at least {least}.", field=name)
-    if not 0 < coverage < 1:
-        raise InputError(f"is {coverage:g}; it must lie between 0 and 1.", field="coverage")
+        check_whole(value, name, least)
+    check_share(coverage, "coverage")
     u0 = ranges.places(np.asarray(theta, dtype=float))
     for k in np.flatnonzero(~((u0 >= 0) & (u0 <= 1))):
         low, high = ranges.bounds[k]

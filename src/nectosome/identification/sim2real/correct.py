@@ -84,7 +84,7 @@ def correct(
     saved = isinstance(simulated, str | Path) and str(simulated).endswith(".nc")
     robot = not saved and not isinstance(simulated, xr.Dataset)
     if robot and not isinstance(simulated, str | Path):
-        description_of(simulated)  # pyright: ignore[reportArgumentType]  # what is no robot is told first
+        description_of(simulated)  # pyright: ignore[reportArgumentType]  # a wrong robot is the first error
     if robot and not over:
         raise InputError("a robot is swept first: name at least one axis, as in f=0.5..2:0.5Hz.", field="over")
     check_names(over or {}, "over", "{'f': '0.5..2:0.5Hz'}")

@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from itertools import combinations
-from typing import Self
 
 import numpy as np
 from jaxtyping import Float, Int8
+
+from nectosome.units.status import ReasonedStatus
 
 from .camera import Camera, inverse
 
@@ -16,16 +16,8 @@ _TOLERANCE = 1e-10  # last step over the distance from the cameras; the next one
 _ENOUGH = 1e-6  # largest last step of a valid position over the distance from the cameras
 
 
-class PlaceStatus(IntEnum):
+class PlaceStatus(ReasonedStatus):
     """Status of a position or a pose; 0: valid."""
-
-    words: str  # description for messages
-
-    def __new__(cls, value: int, words: str) -> Self:
-        """Make a member of its number and its description."""
-        member = int.__new__(cls, value)
-        member._value_, member.words = value, words
-        return member
 
     GOOD = 0, "good"
     FEW_CAMERAS = 1, "seen by fewer than two cameras"

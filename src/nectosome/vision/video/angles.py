@@ -164,7 +164,7 @@ def _dataset(
     gaps, odd = intervals(time, clip)
     attrs = {
         "title": sheet.about or clip.path.name,
-        "reasons": json.dumps({int(reason): reason.words for reason in Reason}),
+        "reasons": json.dumps({int(reason): reason.reason for reason in Reason}),
         "gaps": json.dumps(gaps),
         "provenance": json.dumps(
             provenance({"sheet": sheet.model_dump(mode="json")})

@@ -174,8 +174,8 @@ def _dataset(
     }
     attrs = {
         "title": sheet.about or clips[0].path.name,
-        "reasons": json.dumps({int(reason): reason.words for reason in Reason}),
-        "statuses": json.dumps({int(status): status.words for status in PlaceStatus}),
+        "reasons": json.dumps({int(reason): reason.reason for reason in Reason}),
+        "statuses": json.dumps({int(status): status.reason for status in PlaceStatus}),
         "gaps": json.dumps(gaps),
         "provenance": json.dumps(provenance({"sheet": sheet.model_dump(mode="json")}) | about),
     }
@@ -248,7 +248,7 @@ def _notes(sheet: MarkerSheet, cameras: Sequence[Camera], tracks: Tracks) -> Ite
 
 def _status_notes(status: Int[np.ndarray, "t"]) -> list[str]:
     return [
-        f"body: {kind.words} in {np.sum(status == kind)} of {len(status)} frames"
+        f"body: {kind.reason} in {np.sum(status == kind)} of {len(status)} frames"
         for kind in PlaceStatus
         if kind != PlaceStatus.GOOD and np.any(status == kind)
     ]

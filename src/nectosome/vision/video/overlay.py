@@ -52,7 +52,7 @@ def draw(image: UInt8[np.ndarray, "h w 3"], plane: MotionPlane, at: "xr.Dataset"
     for s, name in enumerate(names):
         colour = _COLOURS[s % len(_COLOURS)]
         if why[s] != Reason.SEEN:
-            lines.append((f"{name}: {Reason(int(why[s])).words}", colour))
+            lines.append((f"{name}: {Reason(int(why[s])).reason}", colour))
             continue
         quality = float(at["quality"].values[s])
         lines.append((f"{name}: {np.rad2deg(direction[s]):.1f} deg, quality {quality:.2f}", colour))

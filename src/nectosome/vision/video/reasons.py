@@ -1,23 +1,15 @@
 """Reasons of missing values in tracked data, and notes on them."""
 
 from collections.abc import Iterator, Sequence
-from enum import IntEnum
-from typing import Self
 
 import numpy as np
 from jaxtyping import Int
 
+from nectosome.units.status import ReasonedStatus
 
-class Reason(IntEnum):
+
+class Reason(ReasonedStatus):
     """Reason of a missing value in a frame; 0: not missing."""
-
-    words: str  # description for messages
-
-    def __new__(cls, value: int, words: str) -> Self:
-        """Make a member of its number and its description."""
-        member = int.__new__(cls, value)
-        member._value_, member.words = value, words
-        return member
 
     SEEN = 0, "seen"
     LOST = 1, "not seen"
@@ -37,4 +29,4 @@ def loss_notes(names: Sequence[str], why: Int[np.ndarray, "t n"]) -> Iterator[st
             count = int(np.sum(why[:, k] == reason))
             if count and reason != Reason.SEEN:
                 first = int(np.argmax(why[:, k] == reason)) + 1
-                yield f"{name}: {reason.words} in {count} of {len(why)} frames, the first is frame {first}"
+                yield f"{name}: {reason.reason} in {count} of {len(why)} frames, the first is frame {first}"
