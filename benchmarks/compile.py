@@ -39,7 +39,7 @@ def main(names: list[str]) -> None:
     if unknown := [name for name in names if name not in _COMMANDS]:
         sys.exit(f"There is no command {unknown[0]}. There are: {', '.join(_COMMANDS)}.")
     with tempfile.TemporaryDirectory() as folder:
-        before = _earlier(Path(folder) / "before")
+        before = earlier(Path(folder) / "before")
         print(f"\nfirst answers, processor seconds beside those of {BEFORE}" if before else "\nfirst answers")
         for name in names or _COMMANDS:
             rows = {}
@@ -56,7 +56,7 @@ def main(names: list[str]) -> None:
             _list(*(cost.programs for cost in rows["now"]))
 
 
-def _earlier(folder: Path) -> Path | None:
+def earlier(folder: Path) -> Path | None:
     """The earlier commit as a tree of its own; None where this checkout does not have it."""
     folder.mkdir()
     archive = subprocess.run(["git", "archive", BEFORE, "src"], cwd=_HERE, capture_output=True, check=False)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from nectosome.core import State, Strips, Water
+from nectosome.core import State, Stations, Strips, Water
 from nectosome.description import RobotDescription
 from nectosome.loads.buoyancy import wetted
 from nectosome.mechanism import Robot, diagnose
@@ -33,7 +33,8 @@ def strip(height: float, up: tuple[float, float, float]) -> Strips:
     position = jnp.array([[0.0, 0.0, height]])
     still, half_width = jnp.zeros((1, 3)), jnp.array([[0.01, 0.02]])
     x, weight = jnp.array([0.05]), jnp.array([0.1])
-    return Strips(rotation, position, still, still, x, weight, half_width, jnp.ones(1), jnp.eye(6)[None])
+    own = Stations.along(x, weight, half_width, jnp.ones(1), jnp.eye(6)[None])
+    return Strips(**vars(own), rotation=rotation, position=position, angular_velocity=still, velocity=still)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
 import nectosome.loads as ld
-from nectosome.core import JointLoad, Load, Rate, ReshapingLoad, Strips, Water
+from nectosome.core import JointLoad, Load, Rate, ReshapingLoad, Stations, Strips, Water
 from nectosome.core.se3 import exp_so3
 
 NUMBER, LENGTH, AREA, MASS, INERTIA = (0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (2, 1, 0)
@@ -195,11 +195,15 @@ def strips(seed: int) -> Strips:
         position=jnp.asarray(r.normal(size=(n, 3)) * [1.0, 1.0, 0.01] + [0.0, 0.0, 0.1]),
         angular_velocity=jnp.asarray(r.normal(size=(n, 3))),
         velocity=jnp.asarray(r.normal(size=(n, 3))),
-        x=jnp.asarray(0.08 * np.arange(n) + 0.04),
-        weight=jnp.asarray(r.uniform(0.05, 0.1, n)),
-        half_width=jnp.asarray(r.uniform(0.02, 0.04, (n, 2))),
-        volume=jnp.asarray(r.uniform(1e-4, 1e-3, n)),
-        inertia=jnp.asarray(root @ root.transpose(0, 2, 1)),
+        **vars(
+            Stations.along(
+                jnp.asarray(0.08 * np.arange(n) + 0.04),
+                jnp.asarray(r.uniform(0.05, 0.1, n)),
+                jnp.asarray(r.uniform(0.02, 0.04, (n, 2))),
+                jnp.asarray(r.uniform(1e-4, 1e-3, n)),
+                jnp.asarray(root @ root.transpose(0, 2, 1)),
+            )
+        ),
     )
 
 
@@ -251,6 +255,26 @@ def test_a_dissipative_joint_load_takes_energy_out(example: Example):
 
 
 @every("place", PLACES)
+@every("example", [e for e in ON_BODIES if e.load.by_station], ids=_name)
+def test_a_load_that_goes_by_station_takes_the_strips_of_two_parts_as_those_of_each(example: Example, place: str):
+    """With the numbers of two loads, one for each station."""
+    other = jax.tree.map(lambda x: 1.3 * x, example.load)
+    both = jax.tree.map(lambda a, b: jnp.concatenate([a, b]), strips(1), strips(2))
+    numbers = jax.tree.map(lambda a, b: jnp.stack([a] * STATIONS + [b] * STATIONS), example.load, other)
+    for of in (wrench, added):
+        each = [of(load, strips(seed), water(place)) for load, seed in ((example.load, 1), (other, 2))]
+        close(of(numbers, both, water(place)), np.concatenate(each), rel=1e-14)
+
+
+@every("place", PLACES)
+@every("example", [e for e in ON_BODIES if e.load.on_first], ids=_name)
+def test_a_load_on_the_first_station_looks_at_no_other(example: Example, place: str):
+    s = strips(1)
+    whole, alone = (wrench(example.load, x, water(place)) for x in (s, jax.tree.map(lambda x: x[:1], s)))
+    close(whole, np.pad(alone, ((0, STATIONS - 1), (0, 0))))
+
+
+@every("place", PLACES)
 @every("example", ON_BODIES, ids=_name)
 def test_turning_and_shifting_body_and_world_together_changes_nothing(example: Example, place: str):
     upright = example.vertical or "surface" in place
@@ -275,6 +299,7 @@ _STRIPS_DIMENSIONS = {
     "angular_velocity": RATE,
     "velocity": SPEED,
     "x": LENGTH,
+    "ends": LENGTH,
     "weight": LENGTH,
     "half_width": LENGTH,
     "volume": (3, 0, 0),

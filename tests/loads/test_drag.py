@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.core import Strips, Water
+from nectosome.core import Stations, Strips, Water
 from nectosome.loads import LumpedDrag, StripDrag
 
 RHO = 1000.0
@@ -16,11 +16,15 @@ def strip(velocity, half_width=(0.01, 0.01), spin=(0.0, 0.0, 0.0)) -> Strips:
         position=jnp.zeros((1, 3)),
         angular_velocity=jnp.array([spin]),
         velocity=jnp.array([velocity]),
-        x=jnp.array([0.1]),
-        weight=jnp.array([0.2]),
-        half_width=jnp.array([half_width]),
-        volume=jnp.array([1e-4]),
-        inertia=jnp.eye(6)[None],
+        **vars(
+            Stations.along(
+                jnp.array([0.1]),
+                jnp.array([0.2]),
+                jnp.array([half_width]),
+                jnp.array([1e-4]),
+                jnp.eye(6)[None],
+            )
+        ),
     )
 
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from jax.flatten_util import ravel_pytree
 
 import nectosome.loads as ld
-from nectosome.core import PairLoad, Strips
+from nectosome.core import PairLoad, Stations, Strips
 from nectosome.core.se3 import exp_so3, rotation_from_rpy
 from nectosome.loads.part_contact import nearest
 
@@ -86,11 +86,15 @@ def strips(seed: int, apart: float = 0.0) -> Strips:
         position=_n(line + np.array([0, 0, apart])),
         angular_velocity=_n(r.normal(size=(STATIONS, 3))),
         velocity=_n(0.3 * r.normal(size=(STATIONS, 3))),
-        x=_n(np.arange(STATIONS) * 0.04),
-        weight=_n(np.full(STATIONS, 0.04)),
-        half_width=_n(np.full((STATIONS, 2), 0.03)),
-        volume=_n(np.full(STATIONS, 1e-4)),
-        inertia=jnp.zeros((STATIONS, 6, 6)),
+        **vars(
+            Stations.along(
+                _n(np.arange(STATIONS) * 0.04),
+                _n(np.full(STATIONS, 0.04)),
+                _n(np.full((STATIONS, 2), 0.03)),
+                _n(np.full(STATIONS, 1e-4)),
+                jnp.zeros((STATIONS, 6, 6)),
+            )
+        ),
     )
 
 

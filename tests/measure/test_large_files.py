@@ -56,7 +56,7 @@ def test_a_file_of_2_GB_is_read_shown_and_drawn_in_500_MB(tmp_path, name, write)
 import re, sys
 from pathlib import Path
 from nectosome.cli import main
-code = main(["measure", sys.argv[1], "--sheet", "sheet.yaml", "--plot", "page.html"])
+code = main(["measure", sys.argv[1], "--config", "sheet.yaml", "--plot", "page.html"])
 print("peak", re.search(r"VmHWM:\\s+(\\d+) kB", Path("/proc/self/status").read_text())[1])
 sys.exit(code)
 """

@@ -44,7 +44,7 @@ def test_spheroid(described):
     robot = described(RIGID + "  shape: spheroid\n  radius: 30 mm")
     points, volume = discs(lambda s: 0.03 * np.sqrt(4 * s * (1 - s)))
     np.testing.assert_allclose(robot.inertia[0], inertia(points, DENSITY * volume), atol=1e-15, rtol=1e-12)
-    assert float(robot.tree.parts[0].body.volume[0]) == pytest.approx(volume.sum(), rel=1e-12)
+    assert float(robot.tree.stations.volume[0]) == pytest.approx(volume.sum(), rel=1e-12)
 
 
 def test_box_with_its_centre_of_mass_elsewhere(described):
@@ -87,8 +87,9 @@ def test_what_is_given_comes_before_the_shape(described):
 def test_strips_share_the_length_and_the_volume(described):
     strips = "  shape: spheroid\n  radius: 30 mm\n  strips: 7\n"
     load = "  loads: {f: {kind: distributed_force, force: [0 N/m, 0 N/m, 1 N/m]}}"
-    body = described(RIGID + strips + load).tree.parts[0].body
+    part = described(RIGID + strips + load).tree.one(0)
+    body, link = part.stations, part.body
     assert float(body.weight.sum()) == pytest.approx(L, rel=1e-14)
     assert float(body.volume.sum()) == pytest.approx(4 / 3 * np.pi * 0.5 * L * 0.03**2, rel=1e-14)
     assert float(body.weight[0]) == float(body.volume[0]) == 0
-    np.testing.assert_allclose(body.position[:, 0], body.x, atol=1e-16)
+    np.testing.assert_allclose(link.position[:, 0], body.x, atol=1e-16)

@@ -16,7 +16,7 @@ from nectosome.mechanism.sections import ellipse, rectangle
 LENGTH = 0.8
 
 
-def rod(orders, points=5, rest=None, marks=(), radius=(0.02, 0.02), density=1000.0, young=1e6, poisson=0.3):
+def with_stations(orders, points=5, rest=None, marks=(), radius=(0.02, 0.02), density=1000.0, young=1e6, poisson=0.3):
     s = jnp.asarray(section_places(orders, points, marks))
     numbers = [jnp.asarray(x) for x in (LENGTH, young, poisson, density, 100.0, *radius)]
     rest = {name: jnp.asarray(c) for name, c in (rest or {}).items()}
@@ -28,6 +28,10 @@ def rod(orders, points=5, rest=None, marks=(), radius=(0.02, 0.02), density=1000
         return make_rod(length, ellipse(r, r), *material, orders, rest, points, marks)
 
     return make(numbers, rest)
+
+
+def rod(*args, **kwargs):
+    return with_stations(*args, **kwargs)[0]
 
 
 shape = jax.jit(rod_shape)
@@ -98,9 +102,9 @@ def test_every_strain_has_its_coordinates_and_stiffness(strain, order):
 
 def test_stiffness_and_mass_of_a_tapered_rod():
     """r = r0 (1 - s/2): int r^4 = r0^4 31/80, int r^2 = r0^2 7/12; exact for few points."""
-    soft = rod({"bending_y": 0}, points=2, radius=(0.02, 0.01))
+    soft, stations = with_stations({"bending_y": 0}, points=2, radius=(0.02, 0.01))
     assert float(soft.stiffness[0, 0]) == pytest.approx(1e6 * np.pi / 4 * 0.02**4 * 31 / 80 / LENGTH, rel=1e-13)
-    mass, volume = float(jnp.sum(soft.inertia[:, 3, 3])), float(jnp.sum(soft.volume))
+    mass, volume = float(jnp.sum(stations.inertia[:, 3, 3])), float(jnp.sum(stations.volume))
     assert mass == pytest.approx(1000 * np.pi * 0.02**2 * LENGTH * 7 / 12, rel=1e-13)
     assert volume == pytest.approx(mass / 1000, rel=1e-13)
 
@@ -118,16 +122,16 @@ def test_a_rod_curved_at_rest_is_a_straight_one_bent_as_much():
 
 def test_marks_are_places_without_mass():
     marks = (0.37, 0.6, 0.9)
-    marked, plain = rod({"bending_z": 0}, marks=marks), rod({"bending_z": 0})
+    (marked, stations), (plain, others) = with_stations({"bending_z": 0}, marks=marks), with_stations({"bending_z": 0})
     s = shape(marked, jnp.array([2.0]))
     for mark in marks:
         i = marked.nodes.index(mark)
         np.testing.assert_allclose(s.position[i], exp(mark * jnp.array([0, 0, 2.0, LENGTH, 0, 0]))[1], atol=1e-15)
-        assert float(marked.weight[i]) == 0
-        assert float(marked.x[i]) == pytest.approx(mark * LENGTH)
+        assert float(stations.weight[i]) == 0
+        assert float(stations.x[i]) == pytest.approx(mark * LENGTH)
     assert len(marked.nodes) == len(plain.nodes) + len(marks)
-    np.testing.assert_allclose(jnp.sum(marked.inertia, axis=0), jnp.sum(plain.inertia, axis=0), rtol=1e-14)
-    np.testing.assert_allclose(jnp.sum(marked.weight), LENGTH, rtol=1e-14)
+    np.testing.assert_allclose(jnp.sum(stations.inertia, axis=0), jnp.sum(others.inertia, axis=0), rtol=1e-14)
+    np.testing.assert_allclose(jnp.sum(stations.weight), LENGTH, rtol=1e-14)
 
 
 @pytest.mark.parametrize("ratio", [1.0, 2.0, 5.0, 20.0])

@@ -97,8 +97,8 @@ def test_a_robot_read_back_is_the_same_robot(flagellum, robot):
 def test_sections_of_a_described_rod(shape):
     """Full widths in the file, half widths in the robot, tapered evenly."""
     size = "radius: 10 mm" if shape == "circle" else "width: 20 mm\n  height: 8 mm\n  tip_height: 4 mm"
-    rod = build(parse_robot(ROD.format(shape=shape, size=size))).tree.parts[0].body
-    s = np.array(rod.nodes)
+    part = build(parse_robot(ROD.format(shape=shape, size=size))).tree.one(0)
+    s, rod = np.array(part.body.nodes), part.stations
     half_z = 0.01 + 0 * s if shape == "circle" else 0.004 - 0.002 * s
     np.testing.assert_allclose(rod.half_width, np.stack([0.01 + 0 * s, half_z], axis=-1), rtol=1e-14)
     area = {"circle": np.pi * 0.01 * half_z, "ellipse": np.pi * 0.01 * half_z, "rectangle": 4 * 0.01 * half_z}[shape]

@@ -40,7 +40,7 @@ def test_a_free_swimmer_keeps_the_speed_at_which_lighthills_thrust_is_its_fricti
     x = State(x.q, x.v.at[0, 0].set(-0.16 * found.speed[0]), x.z)
     places = np.asarray(undulation._swim_on(shark, together, jnp.asarray(friction), x)[1])[0, undulation.STEPS :]
 
-    f, body = float(wave[0].frequency), shark.tree.parts[0].body
+    f, body = float(wave[0].frequency), shark.tree.stations
     way = places[-1, 0] - places[0, 0]
     U, along = f * np.linalg.norm(way), way / np.linalg.norm(way)
     time = np.linspace(0, 1, undulation.STEPS + 1)[:-1, None, None]

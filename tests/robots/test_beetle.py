@@ -43,7 +43,7 @@ def test_it_has_the_printed_mass_and_size(straight):
     """2.5 kg, neutrally buoyant; 0.426 m long; from tip to tip 0.11 m and four times 0.105 m."""
     robot = straight.value.system
     assert float(np.sum(robot.weight())) == pytest.approx(2.5)
-    assert float(sum(np.sum(part.body.volume) for part in robot.tree.parts)) == pytest.approx(2.5e-3)
+    assert float(np.sum(robot.tree.stations.volume)) == pytest.approx(2.5e-3)
     for name in ("beetle", "beetle_free"):
         d = describe(name)
         assert get_value(d, "body.length") == pytest.approx(0.426)

@@ -106,7 +106,7 @@ def recorded(times: str, values: str):
 def test_a_recorded_thrust_drives_a_body_as_straight_lines_do():
     """Without drag: impulse over (M + m_a) of trapezoids, from a start before the recording to a hold after it."""
     robot = build(recorded("0.1 s, 0.3 s, 0.4 s", "0.5 N, 1.5 N, -0.2 N"))
-    robot = eqx.tree_at(lambda r: r.loads[0].load.drag_area, robot, jnp.zeros(3))
+    robot = eqx.tree_at(lambda r: r.load_groups.on_bodies[0].load.drag_area, robot, jnp.zeros((1, 3)))
     samples = [0.0, 0.1, 0.3, 0.4, 1.0]
     run = simulate(robot, 1.0, samples=samples, rtol=1e-9, atol=1e-11).value
     impulse = np.cumsum([0.0, 0.5 * 0.1, 1.0 * 0.2, 0.65 * 0.1, -0.2 * 0.6])

@@ -62,7 +62,7 @@ def swum(name: str, *settings: str) -> dict[str, float]:
 @pytest.mark.parametrize("name", MADE)
 def test_it_is_neutral(name):
     robot = made(name)
-    volume = sum(float(np.sum(part.body.volume)) for part in robot.tree.parts)
+    volume = float(np.sum(robot.tree.stations.volume))
     assert float(robot.water.density) * volume == pytest.approx(float(robot.weight().sum()), rel=1e-9)
 
 

@@ -300,7 +300,7 @@ def test_sections_go_over_from_one_to_the_next():
     rod = robot.tree.parts[0].body
     assert isinstance(rod, SoftRod)
     radius = np.interp(rod.nodes, [0, 0.2, 0.7, 1], [4e-3, 12e-3, 8e-3, 2e-3])
-    np.testing.assert_allclose(rod.half_width, np.stack([radius, radius], axis=-1), rtol=1e-12)
+    np.testing.assert_allclose(robot.tree.stations.half_width, np.stack([radius, radius], axis=-1), rtol=1e-12)
     cones = [0.2 * (4**2 + 4 * 12 + 12**2), 0.5 * (12**2 + 12 * 8 + 8**2), 0.3 * (8**2 + 8 * 2 + 2**2)]
     mass = 1000 * 0.3 * np.pi / 3 * sum(cones) * 1e-6
     assert float(robot.weight()[0]) == pytest.approx(mass, rel=1e-3)

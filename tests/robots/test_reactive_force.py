@@ -8,6 +8,8 @@ import pytest
 from nectosome import model
 from nectosome.core import State
 from nectosome.description import parse_robot
+from nectosome.mechanism import diagnose, load_names
+from nectosome.mechanism.diagnose import ADDED_MASS
 
 SPEED, FREQUENCY, WAVELENGTH, LENGTH, RADIUS = 0.5, 2.0, 0.35, 0.4, 0.02
 TOWED = f"""
@@ -39,10 +41,8 @@ def mean_force(amplitude: float) -> np.ndarray:
 
     @jax.jit
     def force(t: jax.Array) -> jax.Array:
-        acting = robot.forces(t, State(jnp.zeros(0), jnp.zeros(0), robot.initial().z), jnp.zeros(0))
-        wake = next(w for a, w in zip(robot.loads, acting.wrenches, strict=True) if a.name == "wake")
-        along = [jnp.sum(jnp.einsum("nij,nj->ni", acting.shape.rotation, w[:, 3:])[:, 0]) for w in (acting.fluid, wake)]
-        return jnp.stack(along)
+        d = diagnose(robot, t, State(jnp.zeros(0), jnp.zeros(0), robot.initial().z), jnp.zeros(0))
+        return jnp.stack([jnp.sum(d.load_force[load_names(robot).index(name), :, 0]) for name in (ADDED_MASS, "wake")])
 
     times = np.arange(64) / 64 / FREQUENCY
     return np.mean([force(jnp.asarray(t)) for t in times], axis=0)

@@ -1,10 +1,10 @@
-import equinox as eqx
 import jax.numpy as jnp
 import pytest
 from tests.small_robots import DRIVEN, ROWING
 
 from nectosome.core import State
 from nectosome.description import RobotDescription, parse_robot
+from nectosome.mechanism import make_robot
 from nectosome.model import build
 
 # a mass point that slides, without any force
@@ -50,6 +50,6 @@ def slider():
     bare = build(parse_robot(SLIDER))
 
     def loaded(*loads):
-        return eqx.tree_at(lambda r: r.loads, bare, loads)
+        return make_robot(bare.tree.parts, loads, bare.water)
 
     return loaded

@@ -1,5 +1,6 @@
 """Time integration against closed forms, and what a run promises: samples, status, resumption, batches."""
 
+from dataclasses import replace
 from typing import Any
 
 import equinox as eqx
@@ -13,7 +14,7 @@ from scipy.special import ellipk
 
 from nectosome.core import Constant, Load, State, Status, Strips, Water
 from nectosome.loads import Damper
-from nectosome.mechanism import Attached
+from nectosome.mechanism import Attached, make_robot
 from nectosome.model import bind
 from nectosome.solve import simulate
 from nectosome.solve.integrate import Settings, begin, integrate
@@ -186,7 +187,7 @@ def maxwell():
 @pytest.mark.parametrize("method", METHODS)
 def test_a_mass_on_a_maxwell_element_moves_as_its_linear_equation_says(slider, maxwell, method):
     k, c, m = 50.0, 20.0, 2.0
-    start = State(jnp.array([0.1]), jnp.array([0.3]), (jnp.zeros(()),))
+    start = State(jnp.array([0.1]), jnp.array([0.3]), (jnp.zeros(1),))
     run = simulate(slider(maxwell), 1.0, samples=21, method=method, initial=start, **TIGHT)
     x = run.value.state
     A = np.array([[0, 1, 0], [-k / m, 0, k / m], [k / c, 0, -k / c]])
@@ -198,11 +199,11 @@ def test_a_mass_on_a_maxwell_element_moves_as_its_linear_equation_says(slider, m
 def test_a_held_maxwell_element_relaxes(slider, maxwell, method):
     """F = k x exp(-k t / c), on a joint whose motion is given: the load's state is the only unknown."""
     robot = slider(maxwell)
-    hold = lambda r: r.tree.parts[0].prescribed  # noqa: E731
-    robot = eqx.tree_at(hold, robot, Constant(jnp.asarray(0.1)), is_leaf=lambda x: x is None)
+    part = replace(robot.tree.one(0), prescribed=Constant(jnp.asarray(0.1)))
+    robot = make_robot([part], robot.loads, robot.water)
     run = simulate(robot, 1.0, samples=21, method=method, **TIGHT)
     t = np.asarray(run.value.time)
-    np.testing.assert_allclose(0.1 - run.value.state.z[0], 0.1 * np.exp(-50 / 20 * t), atol=2e-9)
+    np.testing.assert_allclose(0.1 - run.value.state.z[0][:, 0], 0.1 * np.exp(-50 / 20 * t), atol=2e-9)
 
 
 def test_lengths_side_by_side_move_as_one_by_one(pendulum):

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.core import Load, State, Status
+from nectosome.core import State, Status
 from nectosome.description import with_values
 from nectosome.mechanism.reduce import in_plane
 from nectosome.model import bind
@@ -67,12 +67,7 @@ def mean_thrust(robot, times, states):
 
     def at(t, x):
         acting = robot.forces(t, x, jnp.zeros_like(x.v))
-        pushes = [
-            jnp.sum(acting.shape.rotation[robot.tree.layout[attached.part].stations, 1] * wrench[:, 3:])
-            for attached, wrench in zip(robot.loads, acting.wrenches, strict=True)
-            if isinstance(attached.load, Load)
-        ]
-        return -sum(pushes)
+        return -jnp.sum(acting.shape.rotation[:, 1] * robot.on_stations(acting.wrenches)[:, 3:])
 
     return jnp.mean(jax.vmap(at)(times, states)[1:])
 

@@ -11,7 +11,8 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Load, State, Strips, Water
 from nectosome.loads import lamb_coefficients
-from nectosome.mechanism import Attached, Robot, diagnose, make_robot
+from nectosome.mechanism import Attached, Robot, diagnose, load_names, make_robot
+from nectosome.mechanism.diagnose import ADDED_MASS
 from nectosome.solve import simulate
 
 from .case import Case, robot
@@ -128,7 +129,7 @@ def _swimmer() -> Robot:
     tow = {"kind": "prismatic", "axis": "x", "motion": {"kind": "rate", "rate": -SPEED}}
     bare = robot(point | {"joint": tow}, {"sway": point | {"joint": sway}, "rod": rod})
     wake = Attached("wake", 2, TailWake(jnp.asarray(1000 * np.pi * RADIUS**2)))
-    return make_robot(bare.tree, (*bare.loads, wake), bare.water)
+    return make_robot(bare.tree.parts, (*bare.loads, wake), bare.water)
 
 
 def _wave(t: Array) -> Float[Array, "nq"]:
@@ -145,15 +146,9 @@ def _forces_over_a_cycle(swimmer: Robot, times: Array) -> tuple[Array, Array]:
     def one(t: Array) -> tuple[Array, Array]:
         q, v = jax.jvp(_wave, (t,), (jnp.ones(()),))
         a = jax.jvp(lambda t: jax.jvp(_wave, (t,), (jnp.ones(()),))[1], (t,), (jnp.ones(()),))[1]
-        acting = swimmer.forces(t, State(q, v, swimmer.initial().z), a)
-        R = acting.shape.rotation
-        here = swimmer.tree.layout[2].stations
-        of_loads = [
-            jnp.sum(R[here, 0] * w[:, 3:])
-            for attached, w in zip(swimmer.loads, acting.wrenches, strict=True)
-            if w is not None
-        ]
-        return jnp.stack(of_loads), jnp.sum(R[:, 0] * acting.fluid[:, 3:])
+        forces = jnp.sum(diagnose(swimmer, t, State(q, v, swimmer.initial().z), a).load_force[..., 0], axis=1)
+        water = load_names(swimmer).index(ADDED_MASS)
+        return forces[:water], forces[water]
 
     return jax.lax.map(one, times)
 

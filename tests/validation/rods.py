@@ -49,8 +49,8 @@ def slender(upright: bool = False, water: float = VACUUM) -> Robot:
 
 def put(robot: Robot, load: str, vector: tuple[float, ...], field: str = "vector") -> Robot:
     """The robot with another force, or moment, in one of its loads."""
-    k = [a.name for a in robot.loads].index(load.replace(" ", "_"))
-    return eqx.tree_at(lambda r: getattr(r.loads[k].load, field), robot, jnp.array(vector))
+    (k,) = [k for k, g in enumerate(robot.load_groups.on_bodies) if load.replace(" ", "_") in g.names]
+    return eqx.tree_at(lambda r: getattr(r.load_groups.on_bodies[k].load, field), robot, jnp.array([vector]))
 
 
 # --- elastica --------------------------------------------------------------------------------------------------------

@@ -36,13 +36,13 @@ def weigh(robot: "Robot", source: str) -> list[PartWeight]:
 
     from nectosome.mechanism import Fixed
 
-    density = float(robot.water.density)
     inertia, names = np.asarray(robot.inertia), robot.coordinate_names
     parts = []
-    for part, place in zip(robot.tree.parts, robot.tree.layout, strict=True):
+    displaces = float(robot.water.density) * np.asarray(robot.tree.stations.volume)
+    for part, place in zip(robot.tree.structure, robot.tree.layout, strict=True):
         mass = float(np.sum(inertia[place.stations, 3, 3]))
-        displaced = float(np.sum(np.asarray(part.body.volume))) * density
-        weightless = mass == 0 and isinstance(part.joint, Fixed)  # such as a float whose mass is with the body's
+        displaced = float(np.sum(displaces[place.stations]))
+        weightless = mass == 0 and issubclass(part.joint, Fixed)  # such as a float whose mass is with the body's
         if not ((0 < mass < math.inf or weightless) and displaced < math.inf):
             why = f"the mass of {part.name} comes to {mass:.3g} kg, what it displaces to {displaced:.3g} kg."
             raise InputError(f"{why} Look at its sizes and densities.", file=source)
@@ -82,7 +82,7 @@ def hydrostatics(robot: "Robot") -> Hydrostatics:
     first = inertia[:, :3, 3:]  # m [c]: the first moment of mass in each station's frame
     moment = np.stack([first[:, 2, 1], first[:, 0, 2], first[:, 1, 0]], axis=-1)
     moment = mass[:, None] * position + np.einsum("nij,nj->ni", rotation, moment)
-    displaced = float(robot.water.density) * np.concatenate([np.asarray(p.body.volume) for p in robot.tree.parts])
+    displaced = float(robot.water.density) * np.asarray(robot.tree.stations.volume)
     return Hydrostatics(
         float(mass.sum()),
         float(displaced.sum()),

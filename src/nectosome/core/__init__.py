@@ -20,7 +20,7 @@ from .signals import (
     signal_of,
 )
 from .solution import Solution, Status
-from .system import JointLoad, Load, Mechanical, PairLoad, ReshapingLoad, RodLoad, State, Strips, System
+from .system import JointLoad, Load, Mechanical, PairLoad, ReshapingLoad, RodLoad, State, Stations, Strips, System
 from .water import STANDARD_GRAVITY, UniformCurrent, Water
 
 __all__ = [
@@ -48,6 +48,7 @@ __all__ = [
     "Solution",
     "Stack",
     "State",
+    "Stations",
     "Status",
     "Stepper",
     "Steps",

@@ -7,7 +7,9 @@ the outer origin. All functions broadcast over leading axes.
 
 from collections.abc import Callable
 from math import factorial
+from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
@@ -65,48 +67,34 @@ def compose(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Arra
     return matmul3(a[0], b[0]), a[1] + dot(a[0], b[1])
 
 
-_TERMS = 10
+_TERMS = 12  # of a series, in three rows of four
 
 
 def _table(*terms: Callable[[int], float]) -> np.ndarray:
-    """Taylor coefficients in s = theta^2, [terms, functions], highest power first."""
-    return np.array([[term(k) for term in terms] for k in reversed(range(_TERMS))])
+    """Taylor coefficients in s = theta^2 [4, 3, functions]: of s^(i + 4 j)."""
+    whole = np.array([[term(k) for term in terms] for k in range(_TERMS)])
+    return whole.reshape(3, 4, len(terms)).swapaxes(0, 1)
 
 
-_EXP = _table(
+_EXP = (
     lambda k: (-1.0) ** k / factorial(2 * k + 1),
     lambda k: (-1.0) ** k / factorial(2 * k + 2),
     lambda k: (-1.0) ** k / factorial(2 * k + 3),
 )
-_TANGENT = _table(
+_TANGENT = (
     lambda k: (-1.0) ** (k + 1) * (k - 1) / factorial(2 * k + 2),
     lambda k: (-1.0) ** (k + 1) * (k - 1) / factorial(2 * k + 3),
     lambda k: (-1.0) ** k * (k + 1) / factorial(2 * k + 4),
     lambda k: (-1.0) ** k * (k + 1) / factorial(2 * k + 5),
 )
+_EXP_TABLE, _TABLE = _table(*_EXP), _table(*_EXP, *_TANGENT)
 
 
-def _even(theta: Array, table: np.ndarray, closed: Callable[[Array], list[Array]]) -> Array:
-    """Even functions of |theta| [..., functions]: series below 1 rad, closed form above.
-
-    As functions of theta^2 they and their derivatives are smooth at 0.
-    """
-    s = jnp.sum(theta * theta, axis=-1, keepdims=True)
-    small = s < 1.0
-    series = jnp.zeros_like(s)
-    for row in table:
-        series = series * s + row
-    t = jnp.sqrt(jnp.where(small, 1.0, s))
-    return jnp.where(small, series, jnp.concatenate(closed(t), axis=-1))
-
-
-def _exp_closed(t: Array) -> list[Array]:
-    sin, cos = jnp.sin(t), jnp.cos(t)
+def _exp_closed(t: Array, sin: Array, cos: Array) -> list[Array]:
     return [sin / t, (1 - cos) / t**2, (t - sin) / t**3]
 
 
-def _tangent_closed(t: Array) -> list[Array]:
-    sin, cos = jnp.sin(t), jnp.cos(t)
+def _tangent_closed(t: Array, sin: Array, cos: Array) -> list[Array]:
     return [
         (4 - t * sin - 4 * cos) / (2 * t**2),
         (4 * t - 5 * sin + t * cos) / (2 * t**3),
@@ -115,9 +103,38 @@ def _tangent_closed(t: Array) -> list[Array]:
     ]
 
 
+def _even(s: Float[Array, "*batch 1"], tangents: bool) -> Float[Array, "*batch functions"]:
+    """Coefficients of the exponential, and of its tangent: series below 1 rad, closed form above.
+
+    As functions of s = theta^2 they and their derivatives are smooth at 0.
+    """
+    small, table = s < 1.0, _TABLE if tangents else _EXP_TABLE
+    square = s * s
+    powers = jnp.concatenate([jnp.ones_like(s), s, square, square * s], axis=-1)
+    low, middle, high = jnp.moveaxis(jnp.sum(powers[..., None, None] * table, axis=-3), -2, 0)
+    fourth = square * square
+    series = low + fourth * (middle + fourth * high)
+    t = jnp.sqrt(jnp.where(small, 1.0, s))
+    sin, cos = jnp.sin(t), jnp.cos(t)
+    closed = _exp_closed(t, sin, cos) + (_tangent_closed(t, sin, cos) if tangents else [])
+    return jnp.where(small, series, jnp.concatenate(closed, axis=-1))
+
+
+def _square(twist: Twist) -> Float[Array, "*batch 1"]:
+    theta = _part(twist, 0, 3)
+    return jnp.sum(theta * theta, axis=-1, keepdims=True)
+
+
 def exp_so3(theta: Vector) -> Rotation:
     r"""Rotation by the vector theta [rad]: I + (sin t/t) [theta] + ((1 - cos t)/t^2) [theta]^2 (Rodrigues)."""
     return exp_se3(jnp.concatenate([theta, jnp.zeros_like(theta)], axis=-1))[0]
+
+
+def rotation_about(axis: Vector, angle: Float[Array, "*batch"]) -> Rotation:
+    """Rotation by an angle [rad] about a unit vector: I + sin(angle) [axis] + (1 - cos(angle)) [axis]^2."""
+    K = skew(axis)
+    angle = angle[..., None, None]
+    return jnp.eye(3) + jnp.sin(angle) * K + (1 - jnp.cos(angle)) * matmul3(K, K)
 
 
 def exp_se3(twist: Twist) -> tuple[Array, Array]:
@@ -126,9 +143,12 @@ def exp_se3(twist: Twist) -> tuple[Array, Array]:
     $$ R = 1 + a[\theta] + b[\theta]^2, \quad p = (1 + b[\theta] + c[\theta]^2)\,\rho $$ with twist = (theta, rho),
     a = sin t/t, b = (1 - cos t)/t^2, c = (t - sin t)/t^3.
     """
-    theta, rho = twist[..., :3], twist[..., 3:]
-    a, b, c = (x[..., None] for x in jnp.moveaxis(_even(theta, _EXP, _exp_closed), -1, 0))
-    K = skew(theta)
+    return _exp(twist, _even(_square(twist), False))
+
+
+def _exp(twist: Twist, coefficients: Float[Array, "*batch 3"]) -> tuple[Array, Array]:
+    a, b, c = (_part(coefficients, k, k + 1) for k in range(3))
+    K, rho = skew(_part(twist, 0, 3)), _part(twist, 3, 6)
     once = dot(K, rho)
     p = rho + b * once + c * dot(K, once)
     return jnp.eye(3) + a[..., None] * K + b[..., None] * matmul3(K, K), p
@@ -136,7 +156,12 @@ def exp_se3(twist: Twist) -> tuple[Array, Array]:
 
 def bracket(x: Twist, y: Twist) -> Twist:
     """Lie bracket ad_x y. The barrier keeps XLA from recomputing nested brackets."""
-    return lax.optimization_barrier(dot(jnp.tensordot(x, _AD, axes=1), y))
+    return lax.optimization_barrier(dot(ad(x), y))
+
+
+def ad(x: Twist) -> Float[Array, "*batch 6 6"]:
+    """Matrix of the Lie bracket: ad_x y = [x, y]."""
+    return jnp.tensordot(x, _AD, axes=1)
 
 
 def tangent(twist: Twist, x: Twist) -> Twist:
@@ -144,13 +169,43 @@ def tangent(twist: Twist, x: Twist) -> Twist:
 
     Closed form of degree four in ad (Selig 2005, sec. 4.3), series below 1 rad.
     """
-    c = jnp.moveaxis(_even(twist[..., :3], _TANGENT, _tangent_closed), -1, 0)
-    ad = jnp.tensordot(twist, _AD, axes=1)
-    total, power = x, x
-    for k in range(4):
-        power = lax.optimization_barrier(dot(ad, power))
-        total = total + c[k][..., None] * power
-    return total
+    return exponential(twist).tangent(x)
+
+
+class Exponential(NamedTuple):
+    """Exponential of a twist, with what its tangent and the rate of its tangent need."""
+
+    twist: Float[Array, "*batch 6"]
+    coefficients: Float[Array, "*batch 4"]  # c_k of ad^k in the tangent
+    slopes: Float[Array, "*batch 4"]  # their derivatives by the square of the angle
+    rotation: Float[Array, "*batch 3 3"]
+    position: Float[Array, "*batch 3"]
+
+    def tangent(self, x: Twist) -> Twist:
+        r"""$T x = x + \sum_k c_k ad^k x$."""
+        matrix, total, power = ad(self.twist), x, x
+        for k in range(4):
+            power = lax.optimization_barrier(dot(matrix, power))
+            total = total + _part(self.coefficients, k, k + 1) * power
+        return total
+
+    def tangent_rate(self, x: Twist, rate: Twist) -> Twist:
+        r"""Rate of T x along x, which changes at `rate`: $\dot x + \sum_k \dot c_k ad^k x + c_k (ad^k x)\dot{}$."""
+        matrix, moved = ad(self.twist), ad(x)
+        growth = self.slopes * (2 * jnp.sum(_part(self.twist, 0, 3) * _part(x, 0, 3), axis=-1, keepdims=True))
+        power, change, total = x, rate, rate
+        for k in range(4):
+            change = lax.optimization_barrier(dot(matrix, change) + dot(moved, power))
+            power = lax.optimization_barrier(dot(matrix, power))
+            total = total + _part(self.coefficients, k, k + 1) * change + _part(growth, k, k + 1) * power
+        return total
+
+
+def exponential(twist: Twist) -> Exponential:
+    """Pose of `exp_se3`, and its tangent."""
+    s = _square(twist)
+    every, slopes = jax.jvp(lambda s: _even(s, True), (s,), (jnp.ones_like(s),))
+    return Exponential(twist, every[..., 3:], slopes[..., 3:], *_exp(twist, every[..., :3]))
 
 
 def to_spatial(R: Array, p: Array, twist: Array) -> Array:
@@ -181,8 +236,7 @@ def rotation_from_quaternion(quaternion: Float[Array, "*batch 4"]) -> Rotation:
 
 def rotation_from_rpy(angles: Vector) -> Rotation:
     """Rz(yaw) Ry(pitch) Rx(roll) from (roll, pitch, yaw) [rad]."""
-    e = jnp.eye(3)
-    roll, pitch, yaw = (exp_so3(e[i] * angles[..., i, None]) for i in range(3))
+    roll, pitch, yaw = (rotation_about(jnp.eye(3)[i], angles[..., i]) for i in range(3))
     return matmul3(yaw, matmul3(pitch, roll))
 
 

@@ -47,23 +47,36 @@ class Mechanical(System):
         """Solve q1 = q + step N(q1) v: an implicit stage, and with step 1 a retraction along v."""
 
 
-class Strips(eqx.Module):
-    """Stations of one part for a load, in each station's own frame (x along the body)."""
+class Stations(eqx.Module):
+    """What the design says of stations along a part, in each station's own frame (x along the body)."""
 
-    rotation: Float[Array, "n 3 3"]  # station frame to world frame
-    position: Float[Array, "n 3"]  # [m], world frame
-    angular_velocity: Float[Array, "n 3"]  # [rad/s]
-    velocity: Float[Array, "n 3"]  # relative to the water [m/s]
     x: Float[Array, "n"]  # position along the part [m]
-    weight: Float[Array, "n"]  # length of the station's strip [m]; 0 at frames and marks
+    ends: Float[Array, "n 2"]  # of the station's strip along the part, from the station [m]; 0 at frames and marks
+    weight: Float[Array, "n"]  # length of the strip [m]; 0 at frames and marks
     half_width: Float[Array, "n 2"]  # half axes of the section along y and z [m]
     volume: Float[Array, "n"]  # displaced water [m3]
     inertia: Float[Array, "n 6 6"]  # of the body's own matter [kg m2, kg m, kg]
+
+    @classmethod
+    def along(cls, x: Array, weight: Array, half_width: Array, volume: Array, inertia: Array) -> "Stations":
+        """Of one part, whose strips tile it from its root; a station lies within its strip."""
+        end = jnp.cumsum(weight)
+        ends = jnp.stack([end - weight, end], axis=-1) - x[:, None]
+        return cls(x, jnp.where(weight[:, None] > 0, ends, 0.0), weight, half_width, volume, inertia)
 
     @property
     def radius(self) -> Float[Array, "n"]:
         """Mean half axis of the section [m]."""
         return 0.5 * (self.half_width[:, 0] + self.half_width[:, 1])
+
+
+class Strips(Stations):
+    """Stations and their motion for a load."""
+
+    rotation: Float[Array, "n 3 3"]  # station frame to world frame
+    position: Float[Array, "n 3"]  # [m], world frame
+    angular_velocity: Float[Array, "n 3"]  # [rad/s]
+    velocity: Float[Array, "n 3"]  # relative to the water [m/s]
 
     def at_first(self, wrench: Float[Array, "6"]) -> Float[Array, "n 6"]:
         """A wrench on the first station, zero on the others."""
@@ -80,6 +93,8 @@ class Load(DescribedModule):
 
     dissipative: ClassVar[bool] = False
     inertial: ClassVar[bool] = False  # nothing but added mass, whose force is that of the water carried along
+    by_station: ClassVar[bool] = False  # each station by itself: the load's numbers may have an axis of stations
+    on_first: ClassVar[bool] = False  # looks at and acts on the part's first station only
 
     def initial(self) -> Any:
         """Initial state z of the load; () for a load without state."""

@@ -101,9 +101,9 @@ class CyclePlan(Plan):
         the file, R_0.
         """
         forward = jnp.asarray(self.forward)
-        root = robot.tree.parts[0].joint
+        root = robot.tree.structure[0].joint
         turning = {i for i, name in enumerate(root.names) if name in ("angle", "wx", "wy", "wz")}
-        if not isinstance(root, Planar | Free) or not (self.symmetry.spin or turning & set(self.symmetry.drift)):
+        if not issubclass(root, Planar | Free) or not (self.symmetry.spin or turning & set(self.symmetry.drift)):
             return forward
 
         def turned(x: State) -> Array:

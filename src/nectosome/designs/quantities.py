@@ -80,10 +80,8 @@ def _thrust(s: SteadySwim) -> Array:
     robot, x = s.robot, s.steady.state
     acting = robot.forces(jnp.zeros(()), x, jnp.zeros_like(x.v))
     here = robot.tree.layout[0].stations
-    force = jnp.zeros(3)
-    for attached, w in zip(robot.loads, acting.wrenches, strict=True):
-        if attached.part == 0 and w is not None:
-            force += jnp.sum(dot(acting.shape.rotation[here], w[:, 3:]), axis=0)
+    own = robot.on_stations(acting.wrenches)[here, 3:]
+    force = jnp.sum(dot(acting.shape.rotation[here], own), axis=0)
     return -jnp.sum(force * jnp.asarray(s.forward))
 
 

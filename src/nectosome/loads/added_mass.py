@@ -37,6 +37,7 @@ class StripAddedMass(AddedMass):
 
     normal: Float[Array, ""]  # C_n [-]
     tangential: Float[Array, ""]  # C_t [-]
+    by_station = True
     described_by = AddedMassLoad
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:

@@ -21,10 +21,7 @@ def wetted(strips: Strips, water: Water) -> Float[Array, "n"]:
     up = strips.rotation[:, 2, :]
     across = (strips.half_width[:, 0] * up[:, 1]) ** 2 + (strips.half_width[:, 1] * up[:, 2]) ** 2
     half_height = jnp.sqrt(across + _THIN**2)
-    # strips tile the part from its root; a station lies within its strip
-    end = jnp.cumsum(strips.weight)
-    ends = jnp.stack([end - strips.weight, end]) - strips.x
-    centre = jnp.where(strips.weight > 0, ends, 0.0) * up[:, 0] + strips.position[:, 2]
+    centre = strips.ends.T * up[:, 0] + strips.position[:, 2]
     d = (water.surface - centre) / half_height
     span = d[1] - d[0]
     level = jnp.abs(span) < 1e-4
@@ -54,23 +51,23 @@ def _wet_integral(d: Float[Array, "n"]) -> Float[Array, "n"]:
 class Weight(Load):
     """Gravity on the body's own mass: m g at the centre of mass."""
 
+    by_station = True
+
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench of gravity: inertia times the acceleration g."""
-        x, y, z_ = (-water.gravity * strips.rotation[:, 2, i] for i in range(3))
-        columns = strips.inertia[:, :, 3:]
-        rows = [columns[:, i, 0] * x + columns[:, i, 1] * y + columns[:, i, 2] * z_ for i in range(6)]
-        return jnp.stack(rows, axis=-1), z
+        up = strips.rotation[:, None, 2, :]
+        return -water.gravity * jnp.sum(strips.inertia[:, :, 3:] * up, axis=-1), z
 
 
 class Buoyancy(Load):
     """Archimedes: -rho V g at the centre of the displaced water, and rho V Dc/Dt of an accelerating current."""
 
+    by_station = True
+
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Force on each station; no moment, since stations are on the axis."""
         displaced = water.density * strips.volume * wetted(strips, water)
-        push = [water.gravity * strips.rotation[:, 2, i] for i in range(3)]
+        push = water.gravity * strips.rotation[:, 2, :]
         if water.current is not None:
-            rate = dot_t(strips.rotation, water.flow(t, strips.position)[1])
-            push = [p + rate[:, i] for i, p in enumerate(push)]
-        none = jnp.zeros_like(displaced)
-        return jnp.stack([none, none, none, *(displaced * p for p in push)], axis=-1), z
+            push += dot_t(strips.rotation, water.flow(t, strips.position)[1])
+        return jnp.concatenate([jnp.zeros_like(push), displaced[:, None] * push], axis=-1), z

@@ -25,7 +25,7 @@ class StripDrag(Load):
     normal: Float[Array, ""]  # C_n [-]
     tangential: Float[Array, ""]  # C_t [-]
     lift: Float[Array, ""]  # C_l [-]
-    dissipative = True
+    dissipative = by_station = True
     described_by = DragLoad
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
@@ -57,7 +57,7 @@ class PlateDrag(Load):
     """
 
     normal: Float[Array, ""]  # C_n [-]
-    dissipative = True
+    dissipative = by_station = True
     described_by = PlateDragLoad
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
@@ -75,14 +75,11 @@ class LumpedDrag(Load):
 
     drag_area: Float[Array, "3"]  # drag areas C_d A along local x, y, z [m2]
     rotational: Float[Array, "3"]  # [kg m2]
-    dissipative = True
+    dissipative = on_first = True
     described_by = LumpedDragLoad
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on the centre, zero on other stations."""
-        v, w = strips.velocity[0], strips.angular_velocity[0]
-        wet = wetted(strips, water)[0]
-        half = 0.5 * water.density * wet
-        moment = [-wet * self.rotational[i] * jnp.abs(w[i]) * w[i] for i in range(3)]
-        force = [-half * self.drag_area[i] * jnp.abs(v[i]) * v[i] for i in range(3)]
-        return strips.at_first(jnp.stack([*moment, *force])), z
+        twist = jnp.concatenate([strips.angular_velocity[0], strips.velocity[0]])
+        drag = jnp.concatenate([self.rotational, 0.5 * water.density * self.drag_area])
+        return strips.at_first(-wetted(strips, water)[0] * drag * jnp.abs(twist) * twist), z

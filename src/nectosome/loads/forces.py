@@ -51,6 +51,7 @@ class LineForce(Load):
 
     vector: Float[Array, "3"]
     follower: bool = eqx.field(static=True)
+    by_station = True
     described_by = DistributedForceLoad
 
     @classmethod
@@ -81,6 +82,7 @@ class PulsedThrust(Load):
     start: Float[Array, ""]  # phi at the start [rad]
     direction: Float[Array, "3"]  # d, of length 1, part frame
     place: Float[Array, "3"]  # where it acts, from the part's centre, part frame [m]
+    on_first = True
     described_by = PulsedThrustLoad
 
     @classmethod

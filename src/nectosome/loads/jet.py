@@ -84,6 +84,7 @@ class Jet(ReshapingLoad):
     direction: Float[Array, "3"]  # d of the thrust, of length 1, part frame
     place: Float[Array, "3"]  # of the chamber from the part's centre [m], part frame
     crank: Signal | Motor  # angle as a function of time, or what turns it
+    on_first = True
     described_by = JetLoad
 
     @classmethod

@@ -95,6 +95,7 @@ class Leg(Load):
     tangential: Float[Array, ""]  # lambda_t [kg/m]
     normal: Float[Array, ""]  # lambda_n [kg/m]
     count: Float[Array, ""]
+    on_first = True
     described_by = LegLoad
 
     @classmethod
@@ -141,7 +142,7 @@ class Leg(Load):
             depth = water.floor - p[2] - R[2, 0] * x - R[2, 1] * y - R[2, 2] * h
             drift = jnp.zeros(3) if water.current is None else water.flow(t, strips.position)[0][0]
             gx, gy, gz = (R[i, 0] * vx + R[i, 1] * vy + R[i, 2] * vz + drift[i] for i in range(3))
-            damping = 2 * self.damping_ratio * jnp.sqrt(self.contact.stiffness * jnp.sum(strips.inertia[:, 3, 3]))
+            damping = 2 * self.damping_ratio * jnp.sqrt(self.contact.stiffness * strips.inertia[0, 3, 3])
             (nx, ny, nz), rate = self.contact.force(depth, (gx, gy, gz), (z.stretch[0], z.stretch[1]), damping)
             rate = jnp.stack(rate)
             free = 1 - self.contact.grip(depth)

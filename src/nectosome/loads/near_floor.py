@@ -24,6 +24,7 @@ class NearFloor(ReshapingLoad):
     rotational: Float[Array, "3"]  # c [kg m2]
     full: Float[Array, ""]  # height up to which all of it is there [m]
     none: Float[Array, ""]  # height from which on nothing is [m]
+    on_first = True
     described_by = NearFloorLoad
 
     def carried(

@@ -64,7 +64,7 @@ class Beads(eqx.Module):
     def sampled(cls, part: Carrier) -> "tuple[Beads, Float[Array, 'm']]":
         """Beads of the part that feels the other, and the share of its length that each stands for."""
         if isinstance(part.body, SoftRod):
-            return cls._of_rod(part.body), part.body.weight / part.body.length
+            return cls._of_rod(part), part.stations.weight / part.body.length
         assert isinstance(part.limb, Rigid)
         if part.limb.shape == "spheroid":
             return cls(AttachedPlaces((0,), jnp.zeros((1, 3))), number(part.limb.radius)[None]), jnp.ones(1)
@@ -75,7 +75,7 @@ class Beads(eqx.Module):
     def chain(cls, part: Carrier) -> "Beads":
         """Nodes of the part that is felt; a sphere has the same one twice, a straight cylinder its ends."""
         if isinstance(part.body, SoftRod):
-            return cls._of_rod(part.body)
+            return cls._of_rod(part)
         assert isinstance(part.limb, Rigid)
         if part.limb.shape == "spheroid":
             return cls(AttachedPlaces((0, 0), jnp.zeros((2, 3))), number(part.limb.radius) * jnp.ones(2))
@@ -83,9 +83,9 @@ class Beads(eqx.Module):
         return cls._of_cylinder(part, np.linspace(0.0, 1.0, ends))
 
     @classmethod
-    def _of_rod(cls, rod: SoftRod) -> "Beads":
-        n = rod.weight.shape[0]
-        return cls(AttachedPlaces(tuple(range(n)), jnp.zeros((n, 3))), 0.5 * jnp.sum(rod.half_width, axis=1))
+    def _of_rod(cls, part: Carrier) -> "Beads":
+        n = part.stations.x.shape[0]
+        return cls(AttachedPlaces(tuple(range(n)), jnp.zeros((n, 3))), part.stations.radius)
 
     @classmethod
     def _of_cylinder(cls, part: Carrier, fractions: Float[np.ndarray, "m"]) -> "Beads":

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core import Strips
+from nectosome.core import Stations, Strips
 from nectosome.core.se3 import cross, dot, dot_t
 from nectosome.description import Rigid, Rod
 from nectosome.mechanism import Link, SoftRod, node_at
@@ -18,6 +18,7 @@ class Carrier(NamedTuple):
 
     limb: Rigid | Rod
     body: Link | SoftRod
+    stations: Stations
 
     @property
     def rod(self) -> SoftRod:
@@ -33,7 +34,7 @@ class Carrier(NamedTuple):
 
     def station(self, at: str | float) -> int:
         """The station of a rod at its tip, its root or a mark."""
-        return self.rod.weight.shape[0] - 1 if at == "tip" else node_at(self.rod, at)
+        return len(self.rod.nodes) - 1 if at == "tip" else node_at(self.rod, at)
 
     def from_centre(self, place: Float[Array, "*m 3"]) -> Float[Array, "*m 3"]:
         """From the centre of a rigid part to places in the part's frame, in the centre's frame."""

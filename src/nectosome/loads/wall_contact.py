@@ -24,6 +24,7 @@ class WallContact(Load):
     stiffness: Float[Array, ""]  # k [N/m]
     damping: Float[Array, ""]  # c [N s/m]
     softness: Float[Array, ""]  # delta_0 [m]
+    on_first = True
     described_by = WallContactLoad
 
     def depths(self, x: Float[Array, ""], water: Water) -> Float[Array, "2"]:

@@ -3,11 +3,13 @@
 from .diagnose import Diagnosis, bending_of, diagnose, load_names, support_force
 from .joints import Fixed, Free, Joint, Planar, Prismatic, Revolute, Spherical
 from .links import Link
+from .load_groups import Attached, Paired
+from .parts import TreePart, node_at
 from .plane import InPlane
 from .reduce import in_plane, moves_in_plane, reduced
-from .robot import Attached, Paired, Robot, make_robot
+from .robot import Robot, make_robot
 from .rods import SoftRod, make_rod
-from .tree import Tree, TreePart, node_at
+from .tree import Tree
 
 __all__ = [
     "Attached",

@@ -7,11 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from nectosome.core import JointLoad, Load, ReshapingLoad, RodLoad, State
+from nectosome.core import State
+from nectosome.core.rows import Spread, rows
 from nectosome.core.se3 import cross, dot, dot_t
 
+from .load_groups import names_of, spread
 from .robot import Robot, times
-from .rods import SoftRod, bending
+from .rods import bending
 
 ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE = "added_mass", "shape_change", "viscous", "drive"
 
@@ -50,20 +52,18 @@ class Diagnosis(NamedTuple):
 
 def load_names(robot: Robot) -> tuple[str, ...]:
     """Names of all loads and pairs, in order, then of the forces of the mechanism itself."""
-    own = dict.fromkeys(a.name for a in robot.loads if not (isinstance(a.load, Load) and a.load.inertial))
-    own |= dict.fromkeys(pair.name for pair in robot.pairs)
-    reshaped = any(isinstance(a.load, ReshapingLoad) for a in robot.loads)
-    return (*own, ADDED_MASS, *([SHAPE_CHANGE] if reshaped else []), VISCOUS, DRIVE)
+    loads = robot.load_groups
+    own = dict.fromkeys((*names_of([*loads.acting, *loads.on_joints, *loads.in_rods]), *names_of(loads.pairs)))
+    return (*own, ADDED_MASS, *([SHAPE_CHANGE] if loads.reshaping else []), VISCOUS, DRIVE)
 
 
 def driving(robot: Robot) -> Bool[np.ndarray, "loads parts"]:
     """Mask of the load powers of drives: driven joints, and actuators inside rods."""
     names = load_names(robot)
-    out = np.zeros((len(names), len(robot.tree.parts)), bool)
+    out = np.zeros((len(names), len(robot.tree.structure)), bool)
     out[names.index(DRIVE)] = True
-    for attached in robot.loads:
-        if isinstance(attached.load, RodLoad):
-            out[names.index(attached.name), attached.part] = True
+    for g in robot.load_groups.in_rods:
+        out[[names.index(name) for name in g.names], g.parts] = True
     return out
 
 
@@ -76,14 +76,12 @@ def energies(robot: Robot, t: Array, x: State) -> Float[Array, "parts 3"]:
     relative, _ = robot.relative(t, shape, twist, twist)
     own = 0.5 * jnp.sum(twist * times(robot.inertia, twist), axis=1)  # of each station
     carried = 0.5 * jnp.sum(relative * times(robot.carried(t, shape, twist, x.z)[0], relative), axis=1)
-    found = []
-    for part, place in zip(tree.parts, tree.layout, strict=True):
-        elastic = jnp.zeros(())
-        if isinstance(part.body, SoftRod):
-            bent = q[place.q][part.joint.nq :]
-            elastic = 0.5 * bent @ part.body.stiffness @ bent
-        found.append(jnp.stack([jnp.sum(own[place.stations]), jnp.sum(carried[place.stations]), elastic]))
-    return jnp.stack(found)
+    bent = tree.split(q, "q")[1]
+    energy = [0.5 * jnp.einsum("mi,mij,mj->m", x, g.things.stiffness, x) for g, x in zip(tree.rods, bent, strict=True)]
+    parts = len(tree.structure)
+    elastic = Spread(parts, np.array([i for g in tree.rods for i in g.members], dtype=int))(energy)
+    by_part = Spread(parts, tree.plan.part_of_station)
+    return jnp.stack([by_part([own]), by_part([carried]), elastic], axis=-1)
 
 
 def bending_of(robot: Robot, q: Float[Array, "nq"]) -> Bending:
@@ -93,23 +91,30 @@ def bending_of(robot: Robot, q: Float[Array, "nq"]) -> Bending:
     \epsilon$. Hinges: the moment $k\theta$ of a layer of thickness h and second moment I gives $\sigma = k \theta h /
     2I$.
     """
-    tree = robot.tree
-    strains, stresses = [], []
-    for part, place in zip(tree.parts, tree.layout, strict=True):
-        if isinstance(part.body, SoftRod):
-            strain = bending(part.body, q[place.q][part.joint.nq :])
-            strains.append(strain)
-            stresses.append(part.body.young * strain)
-        else:
-            strains.append(jnp.full(part.body.half_width.shape, jnp.nan))
-            stresses.append(strains[-1])
-    hinges = jnp.full((2, len(tree.parts)), jnp.nan)
-    for attached in robot.loads:
-        if isinstance(attached.load, JointLoad):
-            place, joint = tree.layout[attached.part], tree.parts[attached.part].joint
-            bent = attached.load.bending(joint.displacement(q[place.q][: joint.nq]))
-            hinges = hinges if bent is None else hinges.at[:, attached.part].set(bent)
-    return Bending(jnp.concatenate(strains), jnp.concatenate(stresses), *hinges)
+    tree, layout = robot.tree, robot.tree.layout
+    strains, stresses, places = [], [], []
+    for g, x in zip(tree.rods, tree.split(q, "q")[1], strict=True):
+        here = np.array([np.arange(layout[i].stations.start, layout[i].stations.stop) for i in g.members])
+        strain = g.map(bending, rows(tree.stations.half_width, here), x)
+        strains.append(strain.reshape(-1, 2))
+        stresses.append((g.things.young[:, None, None] * strain).reshape(-1, 2))
+        places.append(here.ravel())
+    n, parts = layout[-1].stations.stop, len(tree.structure)
+    hinges, hinged = [], []
+    for g in robot.load_groups.on_joints:
+        bent = g.map(lambda load, x: load.bending(x), g.displacements(tree, q))
+        if bent is not None:
+            hinges.append(bent)
+            hinged += g.parts
+    of_parts = _known(parts, hinges, np.array(hinged, dtype=int))
+    at = np.concatenate([np.zeros(0, int), *places])
+    return Bending(_known(n, strains, at), _known(n, stresses, at), of_parts[:, 0], of_parts[:, 1])
+
+
+def _known(n: int, found: list[Array], at: np.ndarray) -> Float[Array, "n 2"]:
+    """Rows at their places among n, NaN elsewhere."""
+    missing = ~np.isin(np.arange(n), at)[:, None]
+    return jnp.where(missing, jnp.nan, Spread(n, at)(found, (2,)))
 
 
 def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] | None = None) -> Diagnosis:
@@ -123,29 +128,31 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     rate = rate if a is None else State(rate.q, a, rate.z)
     acting = robot.forces(t, x, rate.v)
     shape, twist = acting.shape, acting.twist
-    n, parts = shape.position.shape[0], len(tree.parts)
+    n, parts, several = shape.position.shape[0], len(tree.structure), len(names)
     q, v, _ = tree.complete(t, x.q, x.v)
-    weight = jnp.concatenate([part.body.weight for part in tree.parts])
-    belongs = jnp.concatenate([jnp.full(part.body.weight.shape[0], i) for i, part in enumerate(tree.parts)])
+    weight = tree.stations.weight
+    by_part = jax.vmap(Spread(parts, tree.plan.part_of_station).of_one)
+    row = {name: k for k, name in enumerate(names)}
 
-    wrench = jnp.zeros((len(names), n, 6)).at[names.index(ADDED_MASS)].set(acting.fluid)
-    joint_power = jnp.zeros((len(names), parts))
-    for attached, w, f in zip(robot.loads, acting.wrenches, acting.inner_forces, strict=True):
-        place = tree.layout[attached.part]
-        if w is not None:
-            wrench = wrench.at[names.index(attached.name), place.stations].add(w)
-        if f is not None:
-            watts = f @ v[place.v]
-            joint_power = joint_power.at[names.index(attached.name), attached.part].add(watts)
-    for pair, both in zip(robot.pairs, acting.pair_wrenches, strict=True):
-        for part, w in zip(pair.parts, both, strict=True):
-            wrench = wrench.at[names.index(pair.name), tree.layout[part].stations].add(w)
-    for i, place in enumerate(tree.layout):
-        joint_power = joint_power.at[names.index(VISCOUS), i].set(-acting.viscous[place.v] @ v[place.v])
-        joint_power = joint_power.at[names.index(DRIVE), i].set(acting.drive[place.v] @ v[place.v])
+    loads, every = robot.load_groups, [row[ADDED_MASS] * n + np.arange(n)]
+    for g in loads.acting:
+        counts = [len(here) for here in g.stations_of_each(tree)]
+        every.append(np.repeat([row[name] for name in g.names], counts) * n + g.stations(tree))
+    for g in loads.pairs:
+        of_name = np.array([row[name] for name in g.names])[:, None] * n
+        every += [of_name + g.stations(tree, side) for side in (0, 1)]
+    to_names = spread(several * n, every)
+    wrench = to_names([acting.fluid, *acting.wrenches, *acting.pair_wrenches]).reshape(several, n, 6)
 
-    def by_part(x: Array) -> Array:
-        return jax.vmap(lambda y: jax.ops.segment_sum(y, belongs, parts))(x)
+    inner = [*loads.on_joints, *loads.in_rods]
+    watts = [
+        jnp.sum(f * rows(v, g.coordinates(tree, "v")), axis=1)
+        for g, f in zip(inner, (*acting.on_joints, *acting.in_rods), strict=True)
+    ]
+    owner = np.concatenate([np.full(place.v.stop - place.v.start, i) for i, place in enumerate(tree.layout)])
+    every = [np.array([row[name] for name in g.names]) * parts + g.parts for g in inner]
+    to_parts = spread(several * parts, [*every, row[VISCOUS] * parts + owner, row[DRIVE] * parts + owner])
+    joint_power = to_parts([*watts, -acting.viscous * v, acting.drive * v]).reshape(several, parts)
 
     power = jnp.sum(wrench * twist, axis=-1)
     # the kinetic energy of the added mass is part of the energy; only a current gives power through it
@@ -162,7 +169,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     world = dot(shape.rotation, wrench[:, :, 3:])
     strip = (weight > 0)[:, None]
     line = jnp.where(strip, wrench[:, :, 3:] / jnp.where(strip, weight[:, None], 1.0), jnp.nan)
-    first = jnp.array([place.stations.start for place in tree.layout])
+    first = np.array([place.stations.start for place in tree.layout])
     reaction = acting.residual[tree.prescribed_v]
     local = times(robot.inertia, twist)
     linear = dot(shape.rotation, local[:, 3:])
@@ -173,7 +180,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
         a=rate.v,
         position=shape.position,
         rotation=shape.rotation,
-        velocity=dot(shape.rotation[first], twist[first, 3:]),
+        velocity=dot(rows(shape.rotation, first), rows(twist, first)[:, 3:]),
         load_force=by_part(world),
         load_power=power,
         line_force=line,

@@ -17,9 +17,9 @@ from nectosome.core.se3 import (
     cross,
     dot,
     dot_t,
-    exp_so3,
     matmul3,
     quaternion_from_rpy,
+    rotation_about,
     rotation_from_quaternion,
     rotation_from_rpy,
     safe_norm,
@@ -42,24 +42,29 @@ class Joint(DescribedModule):
     nq: ClassVar[int]
     nv: ClassVar[int]
     names: ClassVar[tuple[str, ...]]  # of the velocities
+    plain: ClassVar[bool] = False  # the coordinates change at the velocities
 
     @abstractmethod
     def motion(self, q: Float[Array, "nq"]) -> JointMotion:
         """Pose and subspace."""
 
-    def advance(self, q: Float[Array, "nq"], v: Float[Array, "nv"], step: Float[Array, ""]) -> Float[Array, "nq"]:
+    @staticmethod
+    def advance(q: Float[Array, "nq"], v: Float[Array, "nv"], step: Float[Array, ""]) -> Float[Array, "nq"]:
         """Solve q1 = q + step N(q1) v."""
         return q + step * v
 
-    def displacement(self, q: Float[Array, "nq"]) -> Float[Array, "nv"]:
+    @staticmethod
+    def displacement(q: Float[Array, "nq"]) -> Float[Array, "nv"]:
         """Displacement for springs: the coordinates, or the rotation vector [rad]."""
         return q
 
-    def coordinates(self, displacement: Float[Array, "nv"]) -> Float[Array, "nq"]:
+    @staticmethod
+    def coordinates(displacement: Float[Array, "nv"]) -> Float[Array, "nq"]:
         """Coordinates of a displacement."""
         return displacement
 
-    def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
+    @staticmethod
+    def prescribed(u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
         """Coordinates, velocities and accelerations of a joint with the prescribed motion u [nv]."""
         return u, du, ddu
 
@@ -73,6 +78,7 @@ class Fixed(Joint):
 
     nq = nv = 0
     names = ()
+    plain = True
     described_by = dj.FixedJoint
 
     def motion(self, q: Float[Array, "0"]) -> JointMotion:
@@ -91,6 +97,7 @@ class AxialJoint(Joint):
     position: Float[Array, "1"]  # at the start [rad or m]
     velocity: Float[Array, "1"]  # at the start [rad/s or m/s]
     nq = nv = 1
+    plain = True
 
     @classmethod
     def from_description(cls, described: Any) -> "AxialJoint":
@@ -111,7 +118,7 @@ class Revolute(AxialJoint):
     def motion(self, q: Float[Array, "1"]) -> JointMotion:
         """R = exp(q [axis]), S = (axis, 0)."""
         S = jnp.concatenate([self.axis, jnp.zeros(3)])[None]
-        return JointMotion(exp_so3(self.axis * q), jnp.zeros(3), S)
+        return JointMotion(rotation_about(self.axis, q[0]), jnp.zeros(3), S)
 
 
 class Prismatic(AxialJoint):
@@ -152,14 +159,16 @@ class Planar(Joint):
         e1, e2, n = self.frame.T
         o = jnp.zeros(3)
         S = jnp.stack([jnp.concatenate([o, e1]), jnp.concatenate([o, e2]), jnp.concatenate([n, o])])
-        return JointMotion(exp_so3(n * q[2]), e1 * q[0] + e2 * q[1], S)
+        return JointMotion(rotation_about(n, q[2]), e1 * q[0] + e2 * q[1], S)
 
-    def advance(self, q: Float[Array, "3"], v: Float[Array, "3"], step: Float[Array, ""]) -> Float[Array, "3"]:
+    @staticmethod
+    def advance(q: Float[Array, "3"], v: Float[Array, "3"], step: Float[Array, ""]) -> Float[Array, "3"]:
         """Implicit step of d(angle)/dt = v3, d(e1, e2)/dt = R(angle) (v1, v2)."""
         angle = q[2] + step * v[2]
         return jnp.append(q[:2] + step * dot(_turn(angle), v[:2]), angle)
 
-    def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
+    @staticmethod
+    def prescribed(u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
         """From the coordinates and their rates."""
         R, w = _turn(u[2]), du[2]
         v = dot_t(R, du[:2])
@@ -228,19 +237,23 @@ class Spherical(Joint):
         """S = (I, 0)."""
         return JointMotion(rotation_from_quaternion(q), jnp.zeros(3), jnp.eye(6)[:3])
 
-    def advance(self, q: Float[Array, "4"], v: Float[Array, "3"], step: Float[Array, ""]) -> Float[Array, "4"]:
+    @staticmethod
+    def advance(q: Float[Array, "4"], v: Float[Array, "3"], step: Float[Array, ""]) -> Float[Array, "4"]:
         """Implicit step of dQ/dt = Q w / 2."""
         return _advance_quaternion(q, v, step)
 
-    def displacement(self, q: Float[Array, "4"]) -> Float[Array, "3"]:
+    @staticmethod
+    def displacement(q: Float[Array, "4"]) -> Float[Array, "3"]:
         """Rotation vector [rad]."""
         return _rotation_vector(q)
 
-    def coordinates(self, displacement: Float[Array, "3"]) -> Float[Array, "4"]:
+    @staticmethod
+    def coordinates(displacement: Float[Array, "3"]) -> Float[Array, "4"]:
         """Quaternion of a rotation vector."""
         return _quaternion(displacement)
 
-    def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
+    @staticmethod
+    def prescribed(u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
         """From roll, pitch, yaw [rad]."""
         return quaternion_from_rpy(u), *_angular_rates(u, du, ddu)
 
@@ -270,20 +283,24 @@ class Free(Joint):
         """S = I."""
         return JointMotion(rotation_from_quaternion(q[3:]), q[:3], jnp.eye(6))
 
-    def advance(self, q: Float[Array, "7"], v: Float[Array, "6"], step: Float[Array, ""]) -> Float[Array, "7"]:
+    @staticmethod
+    def advance(q: Float[Array, "7"], v: Float[Array, "6"], step: Float[Array, ""]) -> Float[Array, "7"]:
         """Implicit step of dQ/dt = Q w / 2, dp/dt = R v."""
         turned = _advance_quaternion(q[3:], v[:3], step)
         return jnp.concatenate([q[:3] + step * dot(rotation_from_quaternion(turned), v[3:]), turned])
 
-    def displacement(self, q: Float[Array, "7"]) -> Float[Array, "6"]:
+    @staticmethod
+    def displacement(q: Float[Array, "7"]) -> Float[Array, "6"]:
         """Rotation vector [rad] and position [m]."""
         return jnp.concatenate([_rotation_vector(q[3:]), q[:3]])
 
-    def coordinates(self, displacement: Float[Array, "6"]) -> Float[Array, "7"]:
+    @staticmethod
+    def coordinates(displacement: Float[Array, "6"]) -> Float[Array, "7"]:
         """Position and quaternion."""
         return jnp.concatenate([displacement[3:], _quaternion(displacement[:3])])
 
-    def prescribed(self, u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
+    @staticmethod
+    def prescribed(u: Array, du: Array, ddu: Array) -> tuple[Array, Array, Array]:
         """From x, y, z [m] and roll, pitch, yaw [rad] in the parent's frame."""
         w, dw = _angular_rates(u[3:], du[3:], ddu[3:])
         R = rotation_from_rpy(u[3:])

@@ -15,16 +15,11 @@ from .sections import Sections
 class Link(eqx.Module):
     """A rigid body. Station 0 is the centre of its shape; strips, if any, follow from root to tip.
 
-    The part's frame is at the root, local +x along the (possibly bent) axis.
+    The inertia is concentrated at the centre. The part's frame is at the root, local +x along the (possibly bent) axis.
     """
 
     rotation: Float[Array, "n 3 3"]  # of the stations in the part frame
     position: Float[Array, "n 3"]  # [m]
-    weight: Float[Array, "n"]  # length of the station's strip [m]; 0 for the centre
-    x: Float[Array, "n"]  # position along the axis [m]
-    half_width: Float[Array, "n 2"]
-    volume: Float[Array, "n"]  # displaced [m3]
-    inertia: Float[Array, "n 6 6"]  # concentrated at the centre
     tip_rotation: Float[Array, "3 3"]
     tip_position: Float[Array, "3"]
     nq: ClassVar[int] = 0  # number of own coordinates

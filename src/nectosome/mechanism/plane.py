@@ -17,10 +17,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import JointLoad, Load, Mechanical, ReshapingLoad, State, Strips, Water, se2
+from nectosome.core import Load, Mechanical, ReshapingLoad, State, Stations, Strips, Water, se2
 from nectosome.core.linear_algebra import computed_once
+from nectosome.core.rows import rows
 
-from .links import Link
 from .robot import Robot
 
 
@@ -49,12 +49,11 @@ class MovingLink(NamedTuple):
 class LinkBatch(eqx.Module):
     """Links of one structure and their loads, stacked along the first axis for one vectorised call."""
 
-    body: Link
+    stations: Stations
     loads: tuple[Load, ...]
     plane: Float[Array, "*m 3 3"]  # axes of the plane in the world, as columns
     rotation: Float[Array, "*m n 3 3"]  # of the stations, to the axes of the plane
     position: Float[Array, "*m n 3"]
-    inertia: Float[Array, "*m n 6 6"]
 
     def link_forces(
         self, t: Array, links: list[MovingLink], states: list[tuple[Any, ...]], water: Water
@@ -117,7 +116,7 @@ def forces_on_link(
     alike: LinkBatch, t: Array, moves: Float[Array, "7"], z: tuple[Any, ...], water: Water
 ) -> LinkForces:
     """Forces of all loads with states z on one link with the motion (heading, position, twist)."""
-    body, R, at = alike.body, alike.rotation, alike.position
+    R, at = alike.rotation, alike.position
     c, s, X, Y, w, x, y = moves
     # in axes that rotate with the link
     own = w, c * x + s * y, c * y - s * x
@@ -126,15 +125,11 @@ def forces_on_link(
     place = [X + c * at[:, 0] - s * at[:, 1], Y + s * at[:, 0] + c * at[:, 1], at[:, 2]]
     turned = [c * Rx - s * Ry, s * Rx + c * Ry, Rz]
     strips = Strips(
+        **vars(alike.stations),
         rotation=jnp.stack([_combined(row, turned) for row in alike.plane], axis=1),
         position=jnp.stack([_combined(row, place) for row in alike.plane], axis=1),
         angular_velocity=Rz * w,
         velocity=Rx * x[:, None] + Ry * y[:, None],
-        x=body.x,
-        weight=body.weight,
-        half_width=body.half_width,
-        volume=body.volume,
-        inertia=alike.inertia,
     )
     acting = [load.force(t, strips, state, water) for load, state in zip(alike.loads, z, strict=True)]
     wrenches = [wrench for wrench, _ in acting if wrench is not None]
@@ -192,11 +187,13 @@ class InPlane(Mechanical):
 
     def state_rates(self, t: Array, x: State, u: Any = None) -> Any:
         """Rates of the load states."""
-        return self._inertias(t, x, self._moving(t, x, self._turns(t, x)))[2]
+        every = self._coordinates(t, x)
+        return self._inertias(t, x, self._moving(every, self._turns(every[0])))[2]
 
     def residual(self, t: Array, x: State, a: Float[Array, "n"], u: Array | None = None) -> Float[Array, "n"]:
         """Unbalanced forces [N m, N] at accelerations a, by recursive Newton-Euler."""
-        links, missing = self._moving(t, x, self._turns(t, x)), -self._joint_forces(t, x, u)
+        every = self._coordinates(t, x)
+        links, missing = self._moving(every, self._turns(every[0])), -self._joint_forces(t, every, u)
         inertias, bias_wrenches, _ = self._inertias(t, x, links)
         accelerations: list[se2.Twist] = []
         wrenches: list[se2.Wrench] = []
@@ -216,8 +213,9 @@ class InPlane(Mechanical):
 
     def rates(self, t: Array, x: State, u: Array | None = None) -> State:
         """Time derivative of the state, by articulated inertias."""
-        turns = self._turns(t, x)
-        links, force = self._moving(t, x, turns), self._joint_forces(t, x, u)
+        every = self._coordinates(t, x)
+        turns = self._turns(every[0])
+        links, force = self._moving(every, turns), self._joint_forces(t, every, u)
         inertias, wrenches, z = self._inertias(t, x, links)
         eliminated: list[list[tuple]] = [[] for _ in links]
         for k, link in reversed([*enumerate(links)]):
@@ -245,29 +243,42 @@ class InPlane(Mechanical):
 
     def _free(self, part: int) -> range:
         """Indices of the unknown coordinates of a part's joint."""
-        parts = self.robot.tree.parts
-        first = sum(before.joint.nv for before in parts[:part] if before.prescribed is None)
-        return range(first, first + (parts[part].joint.nv if parts[part].prescribed is None else 0))
+        parts = self.robot.tree.structure
+        first = sum(before.joint.nv for before in parts[:part] if not before.prescribed)
+        return range(first, first + (0 if parts[part].prescribed else parts[part].joint.nv))
 
     def _of_parent(self, k: int, of_links: list[se2.Twist], link: MovingLink) -> se2.Twist:
         """Twist or acceleration of the parent at a link's root."""
         parent = self.bodies[k].parent
         return se2.shift_twist(of_links[parent], link.step) if parent >= 0 else ground().twist
 
-    def _turns(self, t: Array, x: State) -> dict[int, se2.Vector]:
+    def _coordinates(self, t: Array, x: State) -> tuple[Array, Array, Array]:
+        """Coordinates, velocities and prescribed accelerations of all joints."""
+        every = self.robot.tree.complete(t, x.q, x.v)
+        if not self.robot.tree.motions:
+            return every
+        q, v, a = computed_once(jnp.stack(every))
+        return q, v, a
+
+    def _turns(self, q: Array) -> dict[int, se2.Vector]:
         """Cosine and sine of the angle of each rotating joint."""
-        turning = [k for k, body in enumerate(self.bodies) if body.turn]
+        layout = self.robot.tree.layout
+        turning = {k: layout[body.part].q.stop - 1 for k, body in enumerate(self.bodies) if body.turn}
         if not turning:
             return {}
-        angles = jnp.stack([self.bodies[k].turn[0] * self._joint(self.bodies[k].part, t, x)[0][-1] for k in turning])
+        angles = jnp.stack([self.bodies[k].turn[0] * q[i] for k, i in turning.items()])
         cosines, sines = computed_once(jnp.stack([jnp.cos(angles), jnp.sin(angles)]))
         return {k: (cosines[i], sines[i]) for i, k in enumerate(turning)}
 
-    def _moving(self, t: Array, x: State, turns: dict[int, se2.Vector]) -> list[MovingLink]:
+    def _moving(self, every: tuple[Array, Array, Array], turns: dict[int, se2.Vector]) -> list[MovingLink]:
         links: list[MovingLink] = []
+        tree = self.robot.tree
         for k, body in enumerate(self.bodies):
-            before = links[body.parent] if body.parent >= 0 else ground()
-            links.append(link_motion(body, before, turns.get(k), *self._joint(body.part, t, x)))
+            before, here = links[body.parent] if body.parent >= 0 else ground(), tree.layout[body.part].v
+            q, v, a = (x[here] for x in every)
+            links.append(
+                link_motion(body, before, turns.get(k), q, v, a if tree.structure[body.part].prescribed else None)
+            )
         return links
 
     def _drift(self, x: State, turns: dict[int, se2.Vector]) -> Float[Array, "n"]:
@@ -281,26 +292,18 @@ class InPlane(Mechanical):
                 out[i], out[j] = se2.rotate((c, body.turn[0] * s), (x.v[i], x.v[j]))
         return jnp.stack(out) if out else x.v
 
-    def _joint(self, index: int, t: Array, x: State) -> tuple[Array, Array, Array | None]:
-        """Coordinates and velocities of a part's joint; accelerations of one that is prescribed."""
-        part, free = self.robot.tree.parts[index], self._free(index)
-        if part.prescribed is None:
-            return x.q[free.start : free.stop], x.v[free.start : free.stop], None
-        given = (jnp.broadcast_to(y, (part.joint.nv,)) for y in part.prescribed(t))
-        q, v, a = computed_once(jnp.stack(part.joint.prescribed(*given)))
-        return q, v, a
-
     def _inertias(
         self, t: Array, x: State, links: list[MovingLink]
     ) -> tuple[list[se2.Inertia], list[se2.Wrench], tuple[Any, ...]]:
         """Inertias of the links, their wrenches at zero acceleration, and the rates of load states."""
-        at_zero, rates = [body.inertia for body in self.bodies], [*x.z]
+        at_zero, states = [body.inertia for body in self.bodies], self.robot.states_by_load(x.z)
+        rates, on_parts = {**states}, acting(self.robot)
         load_wrenches = [ground().twist for _ in links]
         for batch, members in zip(self.wetted, self.members, strict=True):
-            acting = [acting_on(self.robot, part) for part, _ in members]
-            states = [tuple(x.z[i] for i in each) for each in acting]
-            forces = batch.link_forces(t, [links[k] for _, k in members], states, self.robot.water)
-            for (_, k), each, found in zip(members, acting, forces, strict=True):
+            indices = [on_parts[part] for part, _ in members]
+            own = [tuple(states[i] for i in each) for each in indices]
+            forces = batch.link_forces(t, [links[k] for _, k in members], own, self.robot.water)
+            for (_, k), each, found in zip(members, indices, forces, strict=True):
                 load_wrenches[k] = se2.add(load_wrenches[k], found.wrench)
                 if found.carried is not None:
                     at_zero[k] = se2.add_inertias(at_zero[k], found.carried)
@@ -314,25 +317,19 @@ class InPlane(Mechanical):
             needed = se2.add(steady, se2.gyroscopic(link.twist, se2.times(inertia, link.twist)))
             inertias.append(inertia)
             bias_wrenches.append(se2.add(needed, se2.scale(-jnp.ones(()), wrench)))
-        return inertias, bias_wrenches, tuple(rates)
+        return inertias, bias_wrenches, self.robot.states_by_group(rates)
 
-    def _joint_forces(self, t: Array, x: State, u: Array | None) -> Float[Array, "n"]:
+    def _joint_forces(self, t: Array, every: tuple[Array, Array, Array], u: Array | None) -> Float[Array, "n"]:
         """Forces of springs, dampers, joint limits and drives along the unknown coordinates."""
-        out = jnp.zeros(x.v.shape) if u is None else u
-        for attached in self.robot.loads:
-            free = self._free(attached.part)
-            if len(free) and isinstance(attached.load, JointLoad):
-                out = out.at[free.start : free.stop].add(
-                    attached.load.force(x.q[free.start : free.stop], x.v[free.start : free.stop])
-                )
-        for k, part in enumerate(self.robot.tree.parts):
-            free = self._free(k)
-            if part.drive is not None:
-                out = out.at[free.start : free.stop].add(part.drive(t)[0])
-        return out
+        q, v, _ = every
+        on_joints = self.robot.along_joints(self.robot.on_joints(t, q, v))
+        return rows(on_joints + self.robot.driving_forces(t, u), self.robot.tree.free_v)
 
 
-def acting_on(robot: Robot, part: int) -> dict[int, Load]:
-    """Loads on the stations of a part, by index, without added mass, which is in the inertias."""
-    own = {i: a.load for i, a in enumerate(robot.loads) if a.part == part}
-    return {i: load for i, load in own.items() if isinstance(load, Load) and not load.inertial}
+def acting(robot: Robot) -> dict[int, list[int]]:
+    """Indices of the loads on the stations of each part, without added mass, which is in the inertias."""
+    out: dict[int, list[int]] = {}
+    for g in robot.load_groups.acting:
+        for i, part in zip(g.members, g.parts, strict=True):
+            out.setdefault(part, []).append(i)
+    return {part: sorted(indices) for part, indices in out.items()}

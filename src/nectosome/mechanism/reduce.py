@@ -12,7 +12,7 @@ from nectosome.core.se3 import compose, dot, matmul3
 
 from .joints import Fixed, Joint, Planar, Prismatic, Revolute, plane_frame
 from .links import Link
-from .plane import InPlane, LinkBatch, PlaneBody, about_root, acting_on
+from .plane import InPlane, LinkBatch, PlaneBody, about_root, acting
 from .robot import Robot
 
 _STRAIGHT = 1e-12  # largest deviation of an axis from the normal or from the plane
@@ -28,18 +28,18 @@ def moves_in_plane(robot: Robot) -> bool:
 
     Robots with pair loads use the full equations.
     """
-    links = all(isinstance(part.body, Link) for part in robot.tree.parts)
-    joints = all(isinstance(part.joint, Fixed | Revolute | Prismatic | Planar) for part in robot.tree.parts)
-    if not (links and joints and robot.water.current is None and not robot.pairs):
+    links = all(part.strains is None for part in robot.tree.structure)
+    joints = all(issubclass(part.joint, Fixed | Revolute | Prismatic | Planar) for part in robot.tree.structure)
+    if not (links and joints and robot.water.current is None and not robot.load_groups.pairs):
         return False
     return float(remembered(_deviation, robot)) < _STRAIGHT
 
 
 def in_plane(robot: Robot) -> InPlane:
     """Planar equations of a robot for which `moves_in_plane` is true."""
-    plane = _plane(robot)
+    plane, parts = _plane(robot), robot.tree.parts
     at_zero = _zero_poses(robot, plane.T)
-    carriers = _rigid_groups(robot)
+    carriers, loads, on_parts = _rigid_groups(robot), robot.loads, acting(robot)
     order = {k: i for i, k in enumerate(dict.fromkeys(carriers))}
     inertias: dict[int, list[Array]] = {k: [] for k in order}
     wetted: dict[tuple[int, int], LinkBatch] = {}
@@ -48,13 +48,13 @@ def in_plane(robot: Robot) -> InPlane:
         rotation, position = matmul3(R, link.rotation), dot(R, link.position) + p - at_zero[carrier][2]
         inertia = robot.inertia[place.stations] + robot.added[place.stations]
         inertias[carrier].append(about_root(inertia, rotation, position))
-        if acting := acting_on(robot, k):
-            own = robot.inertia[place.stations]
+        if own := on_parts.get(k):
             height = position.at[:, 2].add(at_zero[carrier][2][2])
-            wetted[k, order[carrier]] = LinkBatch(link, tuple(acting.values()), plane, rotation, height, own)
+            on_link: tuple[Any, ...] = tuple(loads[i].load for i in own)
+            wetted[k, order[carrier]] = LinkBatch(parts[k].stations, on_link, plane, rotation, height)
     bodies = []
     for k in order:
-        part, (_, R, p) = robot.tree.parts[k], at_zero[k]
+        part, (_, R, p) = parts[k], at_zero[k]
         parent = carriers[part.parent] if part.parent >= 0 else -1
         root = at_zero[parent][2] if parent >= 0 else jnp.zeros(3)
         slides = tuple(tuple(R[:2] @ axis) for axis in _slides(part.joint))
@@ -72,8 +72,8 @@ def in_plane(robot: Robot) -> InPlane:
 def _rigid_groups(robot: Robot) -> list[int]:
     """Index of the part to which each part is rigidly fixed, or its own."""
     out: list[int] = []
-    for k, part in enumerate(robot.tree.parts):
-        out.append(out[part.parent] if part.parent >= 0 and isinstance(part.joint, Fixed) else k)
+    for k, part in enumerate(robot.tree.structure):
+        out.append(out[part.parent] if part.parent >= 0 and issubclass(part.joint, Fixed) else k)
     return out
 
 

@@ -9,20 +9,24 @@ w the wrenches of the loads (Boyer et al. 2021, eq. 44; Armanini et al. 2022). I
 the momentum A V of the water also changes with its added mass A, which gives the wrench $-\dot A V$.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+import numpy as np
+from jaxtyping import Array, Float, Int
 
-from nectosome.core import JointLoad, Load, Mechanical, PairLoad, ReshapingLoad, RodLoad, State, Strips, Water
+from nectosome.core import Mechanical, State, Strips, Water
 from nectosome.core.linear_algebra import inverse
+from nectosome.core.rows import Spread, part_of, rows, stacked
 from nectosome.core.se3 import coadjoint, cross, dot_t
 from nectosome.description import RobotDescription
 
-from .rods import SoftRod
+from .load_groups import Attached, Loads, Paired, spread
+from .parts import TreePart
 from .tree import PartShape, Tree
 
 
@@ -53,30 +57,15 @@ class Untraced:
         return cls()
 
 
-class Attached(eqx.Module):
-    """A load and the part on whose stations or joint it acts."""
-
-    name: str = eqx.field(static=True)
-    part: int = eqx.field(static=True)
-    load: Load | JointLoad | RodLoad
-
-
-class Paired(eqx.Module):
-    """A load between two parts."""
-
-    name: str = eqx.field(static=True)
-    parts: tuple[int, int] = eqx.field(static=True)
-    load: PairLoad
-
-
 class Forces(NamedTuple):
     """All forces at one time; their sum is the residual."""
 
     shape: PartShape
     twist: Float[Array, "n 6"]  # of the stations, body frame
-    wrenches: tuple[Array | None, ...]  # of each load on its part's stations, station frame
-    inner_forces: tuple[Array | None, ...]  # of each load along the velocities of its part's joint or strains
-    pair_wrenches: tuple[tuple[Array, Array], ...]  # of each pair on the stations of its two parts, station frame
+    wrenches: tuple[Array, ...]  # of each group of loads on its stations, station frame
+    on_joints: tuple[Array, ...]  # of each group of loads on joints along their velocities
+    in_rods: tuple[Array, ...]  # of each group of loads inside rods along their velocities
+    pair_wrenches: tuple[Array, ...]  # of each group of pairs on the first parts, and on the second ones
     joint: Float[Array, "nv"]  # sum of those on joints
     active: Float[Array, "nv"]  # sum of those inside rods
     paired: Float[Array, "nv"]  # sum of those of pairs
@@ -94,15 +83,14 @@ class Robot(Mechanical):
     """A tree of parts in water. `make_robot` computes the data that depend on the design only."""
 
     tree: Tree
-    loads: tuple[Attached, ...]
+    load_groups: Loads  # kind by kind
     water: Water
-    inertia: Float[Array, "n 6 6"]  # of the body's own matter, at each station
     added: Float[Array, "n 6 6"]  # constant added mass (variable part: see `carried`)
-    pairs: tuple[Paired, ...] = ()
+    start: State
     made_from: Untraced = Untraced()
 
     def __repr__(self) -> str:
-        parts = ", ".join(part.name for part in self.tree.parts)
+        parts = ", ".join(self.tree.names)
         return (
             f"<Robot: parts {parts}; {len(self.tree.free_v)} degrees of freedom, {len(self.tree.prescribed_v)} driven>"
         )
@@ -128,10 +116,28 @@ class Robot(Mechanical):
         names = self.tree.coordinate_names
         return tuple(names[i] for i in self.tree.prescribed_v)
 
+    @property
+    def inertia(self) -> Float[Array, "n 6 6"]:
+        """Inertia of the body's own matter, at each station."""
+        return self.tree.stations.inertia
+
+    @property
+    def loads(self) -> tuple[Attached, ...]:
+        """The loads one by one."""
+        return self.load_groups.one_by_one()
+
+    def states_by_load(self, z: tuple[Any, ...]) -> dict[int, Any]:
+        """States of the loads on bodies by their places among `loads`, from the load states z of the robot."""
+        groups = zip(self.load_groups.on_bodies, z, strict=True)
+        return {i: part_of(own, k) for g, own in groups for k, i in enumerate(g.members)}
+
+    def states_by_group(self, states: dict[int, Any]) -> tuple[Any, ...]:
+        """Load states z of the robot, from those of the loads on bodies."""
+        return tuple(stacked([states[i] for i in g.members]) for g in self.load_groups.on_bodies)
+
     def initial(self) -> State:
         """Joints at their start values, rods unstressed and at rest."""
-        q, v = self.tree.start()
-        return State(q, v, tuple(a.load.initial() if isinstance(a.load, Load) else () for a in self.loads))
+        return self.start
 
     def advance(self, q: Array, v: Array, step: Array) -> Array:
         """Solve q1 = q + step N(q1) v."""
@@ -139,117 +145,83 @@ class Robot(Mechanical):
 
     def displacements(self, q: Float[Array, "nq"]) -> Float[Array, "nv"]:
         """Displacements of the unknown coordinates q, one per velocity; rotations as rotation vectors [rad]."""
-        return self._converted(q, "nq", "displacement")
+        return self.tree.displacements(q)
 
     def coordinates(self, displacements: Float[Array, "nv"]) -> Float[Array, "nq"]:
         """Unknown coordinates q of `displacements`."""
-        return self._converted(displacements, "nv", "coordinates")
+        return self.tree.coordinates(displacements)
 
-    def _converted(self, x: Array, size: str, method: str) -> Array:
-        """Numbers of all unknown joints, `size` of each, converted by a method of the joint; strains stay."""
-        out, i = [jnp.zeros(0)], 0
-        for part in self.tree.parts:
-            if part.prescribed is None and part.joint.nv:
-                n = getattr(part.joint, size)
-                out.append(getattr(part.joint, method)(x[i : i + n]))
-                i += n
-            n = part.free_strains.size
-            out.append(x[i : i + n])
-            i += n
-        return jnp.concatenate(out)
-
-    def strips(self, part: int, t: Array, shape: PartShape, twist: Array) -> Strips:
-        """Stations of one part for a load, with velocities relative to the water."""
-        strips = self.in_world(part, shape, twist)
+    def strips(self, t: Array, shape: PartShape, twist: Array) -> Strips:
+        """All stations for loads, with velocities relative to the water."""
+        strips = self.in_world(shape, twist)
         if self.water.current is None:
             return strips
         c = dot_t(strips.rotation, self.water.flow(t, strips.position)[0])
         return eqx.tree_at(lambda s: s.velocity, strips, strips.velocity - c)
 
-    def in_world(self, part: int, shape: PartShape, twist: Array) -> Strips:
-        """Stations of one part for a pair load, with velocities in the world."""
-        here, body = self.tree.layout[part].stations, self.tree.parts[part].body
-        return Strips(
-            rotation=shape.rotation[here],
-            position=shape.position[here],
-            angular_velocity=twist[here, :3],
-            velocity=twist[here, 3:],
-            x=body.x,
-            weight=body.weight,
-            half_width=body.half_width,
-            volume=body.volume,
-            inertia=self.inertia[here],
-        )
+    def in_world(self, shape: PartShape, twist: Array) -> Strips:
+        """All stations for pair loads, with velocities in the world."""
+        moving = shape.rotation, shape.position, twist[:, :3], twist[:, 3:]
+        return Strips(**vars(self.tree.stations), **dict(zip(_MOVING, moving, strict=True)))
 
     def forces(self, t: Array, x: State, a: Float[Array, "nv"], u: Array | None = None) -> Forces:
         """All forces at time t with accelerations a of the unknown coordinates.
 
         u [n] adds to the generalised forces of all unknown coordinates.
         """
-        tree = self.tree
-        q, v, prescribed = tree.complete(t, x.q, x.v)
-        full_a = prescribed.at[tree.free_v].add(a)
+        tree, plan, loads = self.tree, self.tree.plan, self.load_groups
+        q, v, full_a = tree.complete(t, x.q, x.v, a)
         shape = tree.shape(q)
-        twist, pull = jax.vjp(lambda v: tree.twists(shape, v), v)
-        rate = tree.twist_rates(shape, q, v, full_a)
+        rod_q, split_v = tree.split(q, "q")[1], tree.split(v, "v")
+
+        def moved(joints: tuple[Array, ...], rods: tuple[Array, ...]) -> tuple[Array, Array]:
+            added = tree.added(shape, (joints, rods))
+            return tree.body_twists(shape, added), added
+
+        twist, transposed, added_twist = jax.vjp(moved, *split_v, has_aux=True)
+
+        def pull(wrench: Array) -> Float[Array, "nv"]:
+            joints, rods = transposed(wrench)
+            return plan.to_v([x.ravel() for x in (*joints, *rods)])
+
+        rate = tree.rates_of(shape, added_twist, split_v, tree.split(full_a, "v"))
 
         momentum = times(self.inertia, twist)
         inertia = times(self.inertia, rate) + coadjoint(twist, momentum)
+        strips = self.strips(t, shape, twist)
         relative, relative_rate = self.relative(t, shape, twist, rate)
-        added, growth = self.carried(t, shape, twist, x.z)
+        added, growth = self._carried(t, strips, x.z)
         momentum = times(added, relative)
         fluid = -times(added, relative_rate) - coadjoint(relative, momentum)
         reshaping = None if growth is None else -times(growth, relative)
 
         wrench = fluid - inertia if reshaping is None else fluid + reshaping - inertia
-        joint, active = jnp.zeros(v.shape), jnp.zeros(v.shape)
-        wrenches, inner_forces = [], []
-        for attached, z in zip(self.loads, x.z, strict=True):
-            place = tree.layout[attached.part]
-            if isinstance(attached.load, Load):
-                w, _ = attached.load.force(t, self.strips(attached.part, t, shape, twist), z, self.water)
-                wrench = wrench if w is None else wrench.at[place.stations].add(w)
-                wrenches.append(w)
-                inner_forces.append(None)
-            else:
-                kind = tree.parts[attached.part].joint
-                if isinstance(attached.load, RodLoad):
-                    f = attached.load.force(t, q[place.q][kind.nq :], v[place.v][kind.nv :])
-                    f = jnp.concatenate([jnp.zeros(kind.nv), f])
-                    active = active.at[place.v].add(f)
-                else:
-                    f = attached.load.force(kind.displacement(q[place.q][: kind.nq]), v[place.v][: kind.nv])
-                    f = jnp.concatenate([f, jnp.zeros(place.v.stop - place.v.start - kind.nv)])
-                    joint = joint.at[place.v].add(f)
-                wrenches.append(None)
-                inner_forces.append(f)
+        wrenches = tuple(w for w, _ in self._on_bodies(t, strips, x.z) if w is not None)
+        if wrenches:
+            wrench = wrench + self.on_stations(wrenches)
+        on_joints = self.on_joints(t, q, v)
+        in_rods = tuple(g.force(tree, t, q, v) for g in loads.in_rods)
+        inside = spread(v.shape[0], [g.coordinates(tree, "v") for g in loads.in_rods])
+        active = inside([f.ravel() for f in in_rods])
+        world = self.in_world(shape, twist)
+        pair_wrenches = tuple(w for g in loads.pairs for w in g.force(tree, world))
+        between = spread(twist.shape[0], [g.stations(tree, side) for g in loads.pairs for side in (0, 1)])
+        paired = pull(between(pair_wrenches)) if loads.pairs else jnp.zeros(v.shape)
 
-        between = jnp.zeros_like(wrench)
-        pair_wrenches = []
-        for pair in self.pairs:
-            both = pair.load.force(*(self.in_world(part, shape, twist) for part in pair.parts))
-            for part, w in zip(pair.parts, both, strict=True):
-                between = between.at[tree.layout[part].stations].add(w)
-            pair_wrenches.append(both)
-        paired = pull(between)[0] if self.pairs else jnp.zeros(v.shape)
-
-        elastic, viscous, drive = (jnp.zeros(v.shape) for _ in range(3))
-        for part, place in zip(tree.parts, tree.layout, strict=True):
-            start = place.v.start + part.joint.nv
-            if isinstance(part.body, SoftRod):
-                elastic = elastic.at[start : place.v.stop].set(part.body.stiffness @ q[place.q][part.joint.nq :])
-                viscous = viscous.at[start : place.v.stop].set(part.body.damping @ v[start : place.v.stop])
-            if part.drive is not None:
-                drive = drive.at[place.v.start : start].set(part.drive(t)[0])
-        if u is not None:
-            drive = drive.at[tree.free_v].add(u)
-        residual = elastic + viscous - joint - active - paired - drive - pull(wrench)[0]
+        along = [[g.things.stiffness, g.things.damping] for g in tree.rods]
+        elastic, viscous = (
+            plan.rods_to_v([times(own[k], x).ravel() for own, x in zip(along, moving, strict=True)])
+            for k, moving in enumerate((rod_q, split_v[1]))
+        )
+        joint, drive = self.along_joints(on_joints), self.driving_forces(t, u)
+        residual = elastic + viscous - joint - active - paired - drive - pull(wrench)
         return Forces(
             shape=shape,
             twist=twist,
-            wrenches=tuple(wrenches),
-            inner_forces=tuple(inner_forces),
-            pair_wrenches=tuple(pair_wrenches),
+            wrenches=wrenches,
+            on_joints=on_joints,
+            in_rods=in_rods,
+            pair_wrenches=pair_wrenches,
             joint=joint,
             active=active,
             paired=paired,
@@ -263,19 +235,51 @@ class Robot(Mechanical):
             residual=residual,
         )
 
+    def _on_bodies(self, t: Array, strips: Strips, z: tuple[Any, ...]) -> list[tuple[Array | None, Any]]:
+        """Wrenches on stations of each group of loads on bodies, and the rates of its states."""
+        return [
+            (None, own) if g.load.inertial else g.force(self.tree, t, strips, own, self.water)
+            for g, own in zip(self.load_groups.on_bodies, z, strict=True)
+        ]
+
+    def on_stations(self, wrenches: Sequence[Array]) -> Float[Array, "n 6"]:
+        """Sum of `Forces.wrenches` on all stations."""
+        places = [g.stations(self.tree) for g in self.load_groups.acting]
+        return spread(self.tree.layout[-1].stations.stop, places)(wrenches, (6,))
+
+    def on_joints(self, t: Array, q: Array, v: Array) -> tuple[Float[Array, "m nv"], ...]:
+        """Forces of each group of loads on joints, from all coordinates and velocities."""
+        return tuple(g.force(self.tree, t, q, v) for g in self.load_groups.on_joints)
+
+    def along_joints(self, forces: Sequence[Array]) -> Float[Array, "nv"]:
+        """Sum of `on_joints` along all velocities."""
+        places = [g.coordinates(self.tree, "v") for g in self.load_groups.on_joints]
+        return spread(self.tree.layout[-1].v.stop, places)([f.ravel() for f in forces])
+
+    def driving_forces(self, t: Array, u: Array | None) -> Float[Array, "nv"]:
+        """Generalised forces of driven joints, and u of the unknown coordinates."""
+        tree = self.tree
+        places = [_driven(tree, g.members) for g in tree.drives]
+        forces = [g.map(lambda signal: signal(t)[0]).ravel() for g in tree.drives]
+        if u is not None:
+            places.append(tree.free_v)
+            forces.append(u)
+        return spread(tree.layout[-1].v.stop, places)(forces)
+
     def carried(
         self, t: Array, shape: PartShape, twist: Array, z: Any
     ) -> tuple[Float[Array, "n 6 6"], Float[Array, "n 6 6"] | None]:
         """Added mass of all stations with load states z, and its rate; None if it is constant."""
-        added, growth = self.added, None
-        for attached, own in zip(self.loads, z, strict=True):
-            if isinstance(attached.load, ReshapingLoad):
-                strips = self.strips(attached.part, t, shape, twist)
-                now, rate = attached.load.carried(t, strips, own, self.water)
-                first = self.tree.layout[attached.part].stations.start
-                growth = (jnp.zeros_like(added) if growth is None else growth).at[first].add(rate)
-                added = added.at[first].add(now)
-        return added, growth
+        return self._carried(t, self.strips(t, shape, twist), z)
+
+    def _carried(self, t: Array, strips: Strips, z: tuple[Any, ...]) -> tuple[Array, Array | None]:
+        groups = self.load_groups.reshaping
+        if not groups:
+            return self.added, None
+        found = [g.carried(self.tree, t, strips, z[k], self.water) for k, g in groups.items()]
+        places = spread(self.added.shape[0], [g.stations(self.tree) for g in groups.values()])
+        now, growth = (places(x) for x in zip(*found, strict=True))
+        return self.added + now, growth
 
     def relative(self, t: Array, shape: PartShape, twist: Array, rate: Array) -> tuple[Array, Array]:
         """Twist relative to the water and its rate (with Dc/Dt, after Morison), station frame."""
@@ -292,12 +296,12 @@ class Robot(Mechanical):
 
     def residual(self, t: Array, x: State, a: Float[Array, "nv"], u: Array | None = None) -> Float[Array, "nv"]:
         """M a + h [N or N m] of the unknown coordinates."""
-        return self.forces(t, x, a, u).residual[self.tree.free_v]
+        return rows(self.forces(t, x, a, u).residual, self.tree.free_v)
 
     def mass_bias(self, t: Array, x: State, u: Array | None = None) -> tuple[Array, Array]:
         """Mass matrix (added mass included) and bias of the unknown coordinates."""
         acting = self.forces(t, x, jnp.zeros_like(x.v), u)
-        return self.mass(acting.shape, acting.added), acting.residual[self.tree.free_v]
+        return self.mass(acting.shape, acting.added), rows(acting.residual, self.tree.free_v)
 
     def mass(self, shape: PartShape, added: Float[Array, "n 6 6"]) -> Float[Array, "nv nv"]:
         """Mass matrix, with this added mass, of the unknown coordinates."""
@@ -306,7 +310,7 @@ class Robot(Mechanical):
 
     def columns(self, shape: PartShape) -> Float[Array, "nv n 6"]:
         """Body twists of all stations for unit velocities of the unknown coordinates."""
-        return self.tree.jacobian(shape, jnp.eye(self.tree.layout[-1].v.stop)[self.tree.free_v])
+        return self.tree.jacobian(shape, jnp.asarray(np.eye(self.tree.layout[-1].v.stop)[self.tree.free_v]))
 
     def state_rates(self, t: Array, x: State, u: Any = None) -> Any:
         """Rates of the load states."""
@@ -314,13 +318,11 @@ class Robot(Mechanical):
             return x.z
         q, v, _ = self.tree.complete(t, x.q, x.v)
         shape = self.tree.shape(q)
-        twist = self.tree.twists(shape, v)
-        rates = []
-        for attached, z in zip(self.loads, x.z, strict=True):
-            if isinstance(attached.load, Load):
-                z = attached.load.force(t, self.strips(attached.part, t, shape, twist), z, self.water)[1]
-            rates.append(z)
-        return tuple(rates)
+        strips = self.strips(t, shape, self.tree.twists(shape, v))
+        return tuple(
+            g.force(self.tree, t, strips, own, self.water)[1] if jax.tree.leaves(own) else own
+            for g, own in zip(self.load_groups.on_bodies, x.z, strict=True)
+        )
 
     def rates(self, t: Array, x: State, u: Array | None = None) -> State:
         """Time derivative of the state (explicit integration)."""
@@ -331,7 +333,7 @@ class Robot(Mechanical):
 
     def weight(self) -> Float[Array, "parts"]:
         """Mass of each part [kg]."""
-        return jnp.stack([jnp.sum(self.inertia[place.stations, 3, 3]) for place in self.tree.layout])
+        return Spread(len(self.tree.structure), self.tree.plan.part_of_station)([self.inertia[:, 3, 3]])
 
 
 def times(matrix: Array, x: Array) -> Array:
@@ -352,16 +354,27 @@ def start_poses(robot: Robot) -> tuple[Float[Array, "n 3 3"], Float[Array, "n 3"
     return shape.rotation, shape.position
 
 
-def make_robot(tree: Tree, loads: tuple[Attached, ...], water: Water, pairs: tuple[Paired, ...] = ()) -> Robot:
-    """Robot with the inertia and the added mass of its bodies at its stations."""
-    inertia = jnp.concatenate([part.body.inertia for part in tree.parts])
-    bare = Robot(tree, loads, water, inertia, jnp.zeros_like(inertia))
-    shape = start_shape(bare)
-    rest = jnp.zeros_like(inertia[:, 0])
-    added = jnp.zeros_like(inertia)
-    for attached in loads:
-        if isinstance(attached.load, Load):
-            mass = attached.load.inertia(bare.strips(attached.part, jnp.zeros(()), shape, rest), water)
-            if mass is not None:
-                added = added.at[tree.layout[attached.part].stations].add(mass)
-    return Robot(tree, loads, water, inertia, added, pairs)
+def make_robot(
+    parts: Sequence[TreePart], loads: Sequence[Attached], water: Water, pairs: Sequence[Paired] = ()
+) -> Robot:
+    """Robot with the added mass of its bodies at its stations, and its start."""
+    tree = Tree.of(parts)
+    groups = Loads.of(loads, pairs, tree)
+    inertia = tree.stations.inertia
+    q, v = tree.start()
+    begin = State(q, v, tuple(g.initial() for g in groups.on_bodies))
+    bare = Robot(tree, groups, water, jnp.zeros_like(inertia), begin)
+    strips = bare.strips(jnp.zeros(()), start_shape(bare), jnp.zeros_like(inertia[:, 0]))
+    masses = [(g.stations(tree), g.added(tree, strips, water)) for g in groups.on_bodies]
+    known = [(at, mass) for at, mass in masses if mass is not None]
+    places = spread(inertia.shape[0], [at for at, _ in known])
+    return replace(bare, added=places([mass for _, mass in known], (6, 6)))
+
+
+_MOVING = ("rotation", "position", "angular_velocity", "velocity")
+
+
+def _driven(tree: Tree, members: tuple[int, ...]) -> Int[np.ndarray, "m nv"]:
+    """Velocities of the joints that signals of one kind drive."""
+    first = np.array([tree.layout[i].v.start for i in members])
+    return first[:, None] + np.arange(tree.structure[members[0]].joint.nv)

@@ -14,9 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core import Shaped, Signal, Wave, signal_of
+from nectosome.core import Shaped, Signal, Stations, Wave, signal_of
 from nectosome.core.described import is_zero, number, numbers, vector
-from nectosome.core.se3 import bracket, exp_se3, matmul3, tangent
+from nectosome.core.se3 import Exponential, bracket, exponential, matmul3
 from nectosome.description import STRAIN_NAMES, Rod
 from nectosome.description.signals import RecordedStrain, WaveSignal
 
@@ -74,10 +74,6 @@ class SoftRod(eqx.Module):
     rest: Float[Array, "2 k 6"]  # stress-free strain times length
     length: Float[Array, ""]  # [m]
     young: Float[Array, ""]  # [Pa]
-    weight: Float[Array, "n"]  # [m]
-    half_width: Float[Array, "n 2"]
-    volume: Float[Array, "n"]  # displaced [m3]
-    inertia: Float[Array, "n 6 6"]
     stiffness: Float[Array, "nq nq"]  # generalised, int Phi^T diag(GJx, EJy, EJz, EA, GA, GA) Phi dX
     damping: Float[Array, "nq nq"]
 
@@ -86,11 +82,6 @@ class SoftRod(eqx.Module):
         """Number of strain coordinates."""
         return len(self.names)
 
-    @property
-    def x(self) -> Float[Array, "n"]:
-        """Position of the nodes along the rod [m]."""
-        return self.length * jnp.asarray(self.nodes)
-
 
 class RodShape(NamedTuple):
     """A rod's shape relative to its root frame."""
@@ -98,7 +89,7 @@ class RodShape(NamedTuple):
     rotation: Float[Array, "n 3 3"]
     position: Float[Array, "n 3"]
     strains: Float[Array, "2 k 6"]  # strain times length at the two collocation points of each interval
-    step: Float[Array, "k 6"]  # Magnus vector of each interval
+    steps: Exponential  # of the Magnus vector of each interval
 
 
 def rod_shape(rod: SoftRod, q: Float[Array, "nq"]) -> RodShape:
@@ -107,7 +98,9 @@ def rod_shape(rod: SoftRod, q: Float[Array, "nq"]) -> RodShape:
     Over an interval of width h, with the strains $\xi_1, \xi_2$ at its two collocation points,
     $\Omega = \tfrac h2 (\xi_1 + \xi_2) + \tfrac{\sqrt 3}{12} h^2 [\xi_1, \xi_2]$ and $g_{k+1} = g_k \exp\Omega$.
     """
-    strains, step = _strains_and_step(rod, q)
+    strains = rod.rest + rod.basis @ q
+    h = rod.widths[:, None]
+    steps = exponential(0.5 * h * (strains[0] + strains[1]) + _MAGNUS * h**2 * bracket(strains[0], strains[1]))
 
     def forward(pose: tuple[Array, Array], step: tuple[Array, Array]):
         R, p = pose
@@ -115,36 +108,39 @@ def rod_shape(rod: SoftRod, q: Float[Array, "nq"]) -> RodShape:
         return new, new
 
     root = (jnp.eye(3), jnp.zeros(3))
-    _, (R, p) = jax.lax.scan(forward, root, exp_se3(step))
-    return RodShape(jnp.concatenate([root[0][None], R]), jnp.concatenate([root[1][None], p]), strains, step)
+    _, (R, p) = jax.lax.scan(forward, root, (steps.rotation, steps.position))
+    return RodShape(jnp.concatenate([root[0][None], R]), jnp.concatenate([root[1][None], p]), strains, steps)
 
 
 _MAGNUS = np.sqrt(3) / 12
 
 
-def _strains_and_step(rod: SoftRod, q: Float[Array, "nq"]) -> tuple[Float[Array, "2 k 6"], Float[Array, "k 6"]]:
-    """Strains times length at the collocation points, and the Magnus vectors of the intervals."""
-    strains = rod.rest + rod.basis @ q
+def _step_rate(rod: SoftRod, strains: Float[Array, "2 k 6"], rates: Float[Array, "2 k 6"]) -> Float[Array, "k 6"]:
+    r"""Rate of the Magnus vectors, linear in the rates: $\tfrac h2 (\dot\xi_1 + \dot\xi_2) + \tfrac{\sqrt 3}{12} h^2
+    ([\xi_1, \dot\xi_2] - [\xi_2, \dot\xi_1])$."""
     h = rod.widths[:, None]
-    return strains, 0.5 * h * (strains[0] + strains[1]) + _MAGNUS * h**2 * bracket(strains[0], strains[1])
+    turning = bracket(strains, rates[::-1])
+    return 0.5 * h * (rates[0] + rates[1]) + _MAGNUS * h**2 * (turning[0] - turning[1])
 
 
-def rod_added(rod: SoftRod, strains: Array, step: Array, v: Float[Array, "nq"]) -> Float[Array, "k 6"]:
+def rod_added(rod: SoftRod, shape: RodShape, v: Float[Array, "nq"]) -> Float[Array, "k 6"]:
     r"""Twist increment of each interval, in the frame of its first node: $T(\Omega) \dot\Omega$; linear in v."""
-    h = rod.widths[:, None]
-    rate = rod.basis @ v
-    turning = bracket(strains[0], rate[1]) - bracket(strains[1], rate[0])
-    return tangent(step, 0.5 * h * (rate[0] + rate[1]) + _MAGNUS * h**2 * turning)
+    return shape.steps.tangent(_step_rate(rod, shape.strains, rod.basis @ v))
 
 
-def rod_added_rate(
-    rod: SoftRod, q: Float[Array, "nq"], v: Float[Array, "nq"], a: Float[Array, "nq"]
-) -> Float[Array, "k 6"]:
-    """Rate of `rod_added` along the motion (q, v, a)."""
-    return jax.jvp(lambda q, v: rod_added(rod, *_strains_and_step(rod, q), v), (q, v), (v, a))[1]
+def rod_added_rate(rod: SoftRod, shape: RodShape, v: Float[Array, "nq"], a: Float[Array, "nq"]) -> Float[Array, "k 6"]:
+    r"""Rate of `rod_added`, of rates v that change at a.
+
+    $\ddot\Omega$ is the rate of the Magnus vectors at the second rates, and $\tfrac{\sqrt 3}{6} h^2 [\dot\xi_1,
+    \dot\xi_2]$.
+    """
+    rates = rod.basis @ v
+    second = _step_rate(rod, shape.strains, rod.basis @ a)
+    second += 2 * _MAGNUS * rod.widths[:, None] ** 2 * bracket(rates[0], rates[1])
+    return shape.steps.tangent_rate(_step_rate(rod, shape.strains, rates), second)
 
 
-def bending(rod: SoftRod, q: Float[Array, "nq"]) -> Float[Array, "n 2"]:
+def bending(rod: SoftRod, half_width: Float[Array, "n 2"], q: Float[Array, "nq"]) -> Float[Array, "n 2"]:
     r"""Bending strain relative to the rest shape at the section's edges +r_y, +r_z of each node."""
     curvature = [jnp.zeros(len(rod.nodes))] * 2
     for row, name in enumerate(("bending_y", "bending_z")):
@@ -152,7 +148,7 @@ def bending(rod: SoftRod, q: Float[Array, "nq"]) -> Float[Array, "n 2"]:
         if there:
             P = jnp.asarray(legendre(len(there) - 1, np.asarray(rod.nodes)))
             curvature[row] = P @ q[np.asarray(there)] / rod.length
-    return jnp.stack([-curvature[1] * rod.half_width[:, 0], curvature[0] * rod.half_width[:, 1]], axis=-1)
+    return jnp.stack([-curvature[1] * half_width[:, 0], curvature[0] * half_width[:, 1]], axis=-1)
 
 
 def make_rod(
@@ -166,8 +162,8 @@ def make_rod(
     rest: dict[str, Array],
     points: int,
     marks: tuple[float, ...],
-) -> SoftRod:
-    r"""Build a rod from its primary quantities.
+) -> tuple[SoftRod, Stations]:
+    r"""A rod and its stations, from its primary quantities.
 
     `sections` are at `section_places`. Stiffness diag(G J_x, E J_y, E J_z, E A, k G A, k G A) with
     G = E / (2 (1 + nu)) and Cowper's shear factor k = 6 (1 + nu)/(7 + 6 nu); Kelvin-Voigt damping puts the viscosity
@@ -206,7 +202,7 @@ def make_rod(
     line = jnp.concatenate([moments, jnp.repeat(at_nodes.area[:, None], 3, axis=1)], axis=-1)
     inertia = (density * weight[:, None] * line)[..., None] * jnp.eye(6)
     names = tuple(f"{name}.{i}" for name in STRAIN_NAMES if name in orders for i in range(orders[name] + 1))
-    return SoftRod(
+    rod = SoftRod(
         names=names,
         nodes=tuple(g.nodes.tolist()),
         marks=marks,
@@ -215,13 +211,11 @@ def make_rod(
         rest=unstrained,
         length=length,
         young=young,
-        weight=weight,
-        half_width=at_nodes.half_width,
-        volume=weight * at_nodes.area,
-        inertia=inertia,
         stiffness=stiffness,
         damping=damping,
     )
+    x = length * jnp.asarray(g.nodes)
+    return rod, Stations.along(x, weight, at_nodes.half_width, weight * at_nodes.area, inertia)
 
 
 def _stiffness_rule(orders: dict[str, int], points: int) -> tuple[np.ndarray, np.ndarray]:

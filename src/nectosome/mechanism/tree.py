@@ -1,61 +1,29 @@
-"""The kinematic tree of parts: poses, twists and twist rates of all stations."""
+"""The kinematic tree of parts: poses, twists and twist rates of all stations.
 
-from collections.abc import Callable
+Joints of a class, rods of a structure and signals of a kind go through one vectorised call each, their numbers stacked.
+"""
+
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 from jaxtyping import Array, Float
 
-from nectosome.core import Signal
-from nectosome.core.se3 import bracket, compose, dot, matmul3, to_body, to_spatial
+from nectosome.core import Signal, Stations
+from nectosome.core.rows import Alike, Spread, alike, joined, part_of, rows, stacked
+from nectosome.core.se3 import bracket, to_body, to_spatial
 
-from .joints import Joint, JointMotion
+from .joints import Joint
 from .links import Link
-from .rods import SoftRod, rod_added, rod_added_rate, rod_shape
+from .parts import TreePart, poses
+from .plan import PartPlan, Plan, TreeLayout, plan_of
+from .rods import RodShape, SoftRod, rod_added, rod_added_rate, rod_shape
 
-
-class TreePart(eqx.Module):
-    """A body, its joint to the parent, and the position of that joint on the parent."""
-
-    name: str = eqx.field(static=True)
-    parent: int = eqx.field(static=True)  # index of an earlier part; -1: the world
-    node: int = eqx.field(static=True)  # -1: the parent's tip; 0: its root; else a node of a parent rod
-    rotation: Float[Array, "3 3"]  # joint frame in the frame of that node
-    position: Float[Array, "3"]  # [m]
-    joint: Joint
-    body: Link | SoftRod
-    prescribed: Signal | None = None  # the joint's coordinates as a function of time
-    drive: Signal | None = None  # generalised force of a driven joint [N m, N]
-    prescribed_strains: tuple[int, ...] = eqx.field(static=True, default=())  # indices of strain coordinates of a rod
-    strain_signals: tuple[Signal, ...] = ()  # their values as functions of time, in order
-
-    @property
-    def free_strains(self) -> np.ndarray:
-        """Indices of the free strain coordinates of a rod."""
-        every = np.arange(self.body.nq)
-        return np.setdiff1d(every, self.prescribed_strains) if self.prescribed_strains else every
-
-    def strains(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
-        """All strain coordinates of a rod and their first and second rates, from the free ones."""
-        if not self.prescribed_strains:
-            return q, v, jnp.zeros(v.shape)
-        prescribed = [jnp.concatenate(x) for x in zip(*(signal(t) for signal in self.strain_signals), strict=True)]
-        free = q, v, jnp.zeros(v.shape)
-        whole = (jnp.zeros(self.body.nq).at[self.free_strains].set(x) for x in free)
-        full_q, full_v, full_a = (
-            x.at[np.array(self.prescribed_strains)].set(y) for x, y in zip(whole, prescribed, strict=True)
-        )
-        return full_q, full_v, full_a
-
-
-def node_at(body: Link | SoftRod, at: str | float) -> int:
-    """The node of a part at its "tip" (-1), its "root" (0) or a mark of a rod."""
-    if at == "tip":
-        return -1
-    return body.nodes.index(at) if isinstance(body, SoftRod) and at != "root" else 0
+Split = tuple[tuple[Array, ...], tuple[Array, ...]]  # of joints class by class, of rods structure by structure
 
 
 class PartShape(NamedTuple):
@@ -63,186 +31,219 @@ class PartShape(NamedTuple):
 
     rotation: Float[Array, "n 3 3"]  # station frame to world frame
     position: Float[Array, "n 3"]  # [m], world frame
-    joints: tuple[JointMotion, ...]
-    rods: tuple[tuple[Array, Array] | None, ...]  # strains and steps of each part that is a rod
+    subspaces: tuple[Float[Array, "m nv 6"], ...]  # unit twists of the joints of each class, child frame
+    rods: tuple[RodShape, ...]  # of each structure, stacked
     frame_rotation: Float[Array, "k 3 3"]  # of each segment
     frame_position: Float[Array, "k 3"]
 
 
-class TreeLayout(NamedTuple):
-    """Slices of a part in the flat arrays; static."""
-
-    q: slice  # joint coordinates, then rod coordinates
-    v: slice
-    stations: slice
-    segments: slice  # motion increments: the joint, then a rod's intervals
-
-
 class Tree(eqx.Module):
-    """Parts, parents first."""
+    """Parts, parents first; `Tree.of` puts their numbers together."""
 
-    parts: tuple[TreePart, ...]
+    structure: tuple[PartPlan, ...] = eqx.field(static=True)
+    mounts: Float[Array, "parts 3 4"]  # joint frames on the parents, in the order of joints
+    joints: tuple[Alike[Joint], ...]  # of each class
+    link_stations: Float[Array, "n 3 4"]  # on their links, link by link
+    link_tips: Float[Array, "links 3 4"]
+    rods: tuple[Alike[SoftRod], ...]  # of each structure, without stations
+    stations: Stations  # of all parts
+    motions: tuple[Alike[Signal], ...]  # of prescribed joints
+    drives: tuple[Alike[Signal], ...]  # of driven joints
+    strains: tuple[Alike[Signal], ...]  # of prescribed strains
+    strain_places: tuple[tuple[tuple[int, int], ...], ...] = eqx.field(static=True)  # part and signal of each of those
+
+    @classmethod
+    def of(cls, parts: Sequence[TreePart]) -> "Tree":
+        """The tree of these parts."""
+        structure = tuple(map(_plan, parts))
+        joints = alike({i: part.joint for i, part in enumerate(parts)}, lambda i: type(parts[i].joint))
+        order = [i for group in joints for i in group.members]
+        links = [part.body for part in parts if isinstance(part.body, Link)]
+        none = jnp.zeros((0, 3, 4))
+        bent = {(i, k): signal for i, part in enumerate(parts) for k, signal in enumerate(part.strain_signals)}
+        places = list(bent)
+        strains = alike(dict(enumerate(bent.values())), lambda k: structure[places[k][0]].strain_signals[places[k][1]])
+        return cls(
+            structure=structure,
+            mounts=stacked([poses(parts[i].rotation, parts[i].position) for i in order]),
+            joints=joints,
+            link_stations=joined([poses(link.rotation, link.position) for link in links]) if links else none,
+            link_tips=stacked([poses(link.tip_rotation, link.tip_position) for link in links]) if links else none,
+            rods=alike({i: part.body for i, part in enumerate(parts) if isinstance(part.body, SoftRod)}),
+            stations=jax.tree.map(lambda *x: jnp.concatenate(x), *(part.stations for part in parts)),
+            motions=_signals({i: part.prescribed for i, part in enumerate(parts)}, parts),
+            drives=_signals({i: part.drive for i, part in enumerate(parts)}, parts),
+            strains=strains,
+            strain_places=tuple(tuple(places[k] for k in group.members) for group in strains),
+        )
+
+    @property
+    def plan(self) -> Plan:
+        """Constant indices of the tree."""
+        groups = (tuple(group.members for group in kind) for kind in (self.joints, self.rods, self.motions))
+        return plan_of(self.structure, *groups, self.strain_places)
+
+    @property
+    def parts(self) -> tuple[TreePart, ...]:
+        """The parts one by one."""
+        return tuple(map(self.one, range(len(self.structure))))
+
+    def one(self, i: int) -> TreePart:
+        """The i-th part."""
+        own, here = self.structure[i], self.layout[i].stations
+        if own.strains is None:
+            links = [part.stations for part in self.structure[:i] if part.strains is None]
+            there = part_of(self.link_stations, slice(sum(links), sum(links) + own.stations))
+            tip = part_of(self.link_tips, len(links))
+            body = Link(there[..., :3], there[..., 3], tip[:, :3], tip[:, 3])
+        else:
+            body = _member(self.rods, i)
+        mount = part_of(self.mounts, int(self.plan.in_order[i]))
+        places = [place for group in self.strain_places for place in group]
+        return TreePart(
+            name=own.name,
+            parent=own.parent,
+            node=own.node,
+            rotation=mount[:, :3],
+            position=mount[:, 3],
+            joint=_member(self.joints, i),
+            body=body,
+            stations=part_of(self.stations, here),
+            prescribed=_member(self.motions, i),
+            drive=_member(self.drives, i),
+            prescribed_strains=own.prescribed_strains,
+            strain_signals=tuple(
+                _member(self.strains, sorted(places).index((i, k))) for k in range(len(own.strain_signals))
+            ),
+        )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parts."""
+        return tuple(part.name for part in self.structure)
 
     @property
     def layout(self) -> tuple[TreeLayout, ...]:
         """Layout of each part."""
-        out, q, v, n, k = [], 0, 0, 0, 0
-        for part in self.parts:
-            dq, dv = part.joint.nq + part.body.nq, part.joint.nv + part.body.nq
-            dn = part.body.weight.shape[0]
-            dk = 1 + (dn - 1 if isinstance(part.body, SoftRod) else 0)
-            out.append(TreeLayout(slice(q, q + dq), slice(v, v + dv), slice(n, n + dn), slice(k, k + dk)))
-            q, v, n, k = q + dq, v + dv, n + dn, k + dk
-        return tuple(out)
+        return self.plan.layout
 
     def part(self, name: str) -> int:
         """Index of a part."""
-        return [part.name for part in self.parts].index(name)
+        return self.names.index(name)
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
         """Names of all velocities, prescribed ones included, such as `filament.bending_y.2`."""
-        names = []
-        for part in self.parts:
-            names += [f"{part.name}.{name}" for name in part.joint.names]
-            names += [f"{part.name}.{name}" for name in (part.body.names if isinstance(part.body, SoftRod) else ())]
-        return tuple(names)
-
-    def _select(self, prescribed: bool) -> np.ndarray:
-        index = []
-        for part, place in zip(self.parts, self.layout, strict=True):
-            first = place.v.start + part.joint.nv
-            index += range(place.v.start, first) if (part.prescribed is not None) == prescribed else ()
-            index += [first + i for i in (part.prescribed_strains if prescribed else part.free_strains)]
-        return np.array(index, dtype=int)
+        return tuple(
+            f"{part.name}.{name}" for part in self.structure for name in (*part.joint.names, *(part.strains or ()))
+        )
 
     @property
     def free_v(self) -> np.ndarray:
         """Indices of the unknown velocities."""
-        return self._select(False)
+        return self.plan.free_v
 
     @property
     def prescribed_v(self) -> np.ndarray:
         """Indices of the prescribed velocities."""
-        return self._select(True)
+        return self.plan.prescribed_v
 
-    def complete(self, t: Array, q: Array, v: Array) -> tuple[Array, Array, Array]:
-        """Coordinates, velocities and accelerations of all joints: prescribed ones from their signals, else a = 0."""
-        full_q, full_v, full_a = [], [], []
-        iq = iv = 0
-        for part in self.parts:
-            if part.prescribed is not None:
-                follow = (jnp.broadcast_to(x, (part.joint.nv,)) for x in part.prescribed(t))
-                joint = part.joint.prescribed(*follow)
-            else:
-                nq, nv = part.joint.nq, part.joint.nv
-                joint = q[iq : iq + nq], v[iv : iv + nv], jnp.zeros(nv)
-                iq, iv = iq + nq, iv + nv
-            n = part.free_strains.size
-            bent = part.strains(q[iq : iq + n], v[iv : iv + n], t)
-            iq, iv = iq + n, iv + n
-            for full, *own in zip((full_q, full_v, full_a), joint, bent, strict=True):
-                full += own
-        return jnp.concatenate(full_q), jnp.concatenate(full_v), jnp.concatenate(full_a)
+    def complete(self, t: Array, q: Array, v: Array, a: Array | None = None) -> tuple[Array, Array, Array]:
+        """Coordinates, velocities and accelerations of all joints and strains: prescribed ones from their signals.
+
+        Accelerations of the unknown ones are a, or 0.
+        """
+        every = [[q], [v], [jnp.zeros(v.shape) if a is None else a]]
+        for motion in self.motions:
+            joint = self.structure[motion.members[0]].joint
+            size = (len(motion.members), joint.nv)
+            u = (jnp.broadcast_to(x.reshape(size[0], -1), size) for x in _at(motion, t))
+            for whole, own in zip(every, jax.vmap(joint.prescribed)(*u), strict=True):
+                whole.append(own.ravel())
+        for group in self.strains:
+            for whole, own in zip(every, _at(group, t), strict=True):
+                whole.append(own.ravel())
+        index = self.plan.complete_q, self.plan.complete_v, self.plan.complete_v
+        full_q, full_v, full_a = (rows(joined(x), i) for x, i in zip(every, index, strict=True))
+        return full_q, full_v, full_a
 
     def advance(self, q: Array, v: Array, step: Array) -> Array:
         """Solve q1 = q + step N(q1) v for the unknown coordinates."""
-        out, iq, iv = [], 0, 0
-        for part in self.parts:
-            if part.prescribed is None and part.joint.nv:
-                nq, nv = part.joint.nq, part.joint.nv
-                out.append(part.joint.advance(q[iq : iq + nq], v[iv : iv + nv], step))
-                iq, iv = iq + nq, iv + nv
-            n = part.free_strains.size
-            out.append(q[iq : iq + n] + step * v[iv : iv + n])
-            iq, iv = iq + n, iv + n
-        return jnp.concatenate([jnp.zeros(0), *out])
+        return self._converted("advance", {"q": q, "v": v}, lambda q, v: q + step * v, "q", step)
+
+    def displacements(self, q: Float[Array, "nq"]) -> Float[Array, "nv"]:
+        """Displacements of the unknown coordinates q, one per velocity; rotations as rotation vectors [rad]."""
+        return self._converted("displacement", {"q": q}, lambda q: q, "v")
+
+    def coordinates(self, displacements: Float[Array, "nv"]) -> Float[Array, "nq"]:
+        """Unknown coordinates q of `displacements`."""
+        return self._converted("coordinates", {"v": displacements}, lambda x: x, "q")
+
+    def _converted(self, method: str, given: dict[str, Array], plain: Callable, result: str, *more: Array) -> Array:
+        """A method of the joints for all unknown joints; coordinates that are displacements go as in `plain`."""
+        out, place = [], []
+        for group, unknown in zip(self.joints, self.plan.unknown, strict=True):
+            if unknown.q.size:
+                f = getattr(self.structure[group.members[0]].joint, method)
+                x = (rows(x, getattr(unknown, what)) for what, x in given.items())
+                out.append(jax.vmap(lambda *x, f=f: f(*x, *more))(*x).ravel())
+                place.append(getattr(unknown, result).ravel())
+        ordinary = self.plan.plain
+        if ordinary.q.size or not out:
+            out.append(plain(*(rows(x, getattr(ordinary, what)) for what, x in given.items())))
+            place.append(getattr(ordinary, result))
+        return rows(joined(out), np.argsort(np.concatenate(place)))
 
     def start(self) -> tuple[Array, Array]:
         """Initial unknown coordinates and velocities: joints by their start values, rods at rest and unstressed."""
-        qs, vs = [], []
-        for part in self.parts:
-            if part.prescribed is None:
-                q, v = part.joint.start()
-                qs.append(q)
-                vs.append(v)
-            n = part.free_strains.size
-            qs.append(jnp.asarray(np.zeros(n)))
-            vs.append(jnp.asarray(np.zeros(n)))
-        return jnp.concatenate([jnp.zeros(0), *qs]), jnp.concatenate([jnp.zeros(0), *vs])
+        plan = self.plan
+        begin = [group.map(lambda joint: joint.start()) for group in self.joints]
+        q = Spread(self.layout[-1].q.stop, _flat(plan.joint_q))([x.ravel() for x, _ in begin])
+        v = Spread(self.layout[-1].v.stop, _flat(plan.joint_v))([x.ravel() for _, x in begin])
+        return rows(q, plan.free_q), rows(v, plan.free_v)
 
-    def _over_rods(self, f: Callable, *args: dict[int, Any]) -> dict[int, Any]:
-        """f(rod, *its arguments) for all rods, with one vectorised call for rods of one structure."""
-        groups: dict[object, list[int]] = {}
-        for i in args[0]:
-            groups.setdefault(jax.tree.structure(self.parts[i].body), []).append(i)
-        out = {}
-        for members in groups.values():
-            each = [(self.parts[i].body, *(arg[i] for arg in args)) for i in members]
-            if len(members) == 1:
-                out[members[0]] = f(*each[0])
-                continue
-            together = jax.vmap(f)(*jax.tree.map(lambda *x: jnp.stack(x), *each))
-            for k, i in enumerate(members):
-                out[i] = jax.tree.map(lambda x, k=k: x[k], together)
-        return out
-
-    def _of_rods(self, x: Array, what: str) -> dict[int, Array]:
-        """Rod coordinates (what = "q") or velocities ("v") of each part that is a rod."""
-        return {
-            i: x[getattr(place, what)][getattr(part.joint, "n" + what) :]
-            for i, (part, place) in enumerate(zip(self.parts, self.layout, strict=True))
-            if isinstance(part.body, SoftRod)
-        }
+    def split(self, x: Array, what: str) -> Split:
+        """All coordinates (what = "q") or velocities ("v") of joints and of rods."""
+        plan = self.plan
+        joints, rods = (plan.joint_q, plan.rod_q) if what == "q" else (plan.joint_v, plan.rod_v)
+        return tuple(rows(x, i) for i in joints), tuple(rows(x, i) for i in rods)
 
     def shape(self, q: Float[Array, "nq"]) -> PartShape:
         """Poses of all stations from the completed coordinates."""
-        rods = self._over_rods(rod_shape, self._of_rods(q, "q"))
-        R, p, frame_R, frame_p, joints = [], [], [], [], []
-        places: list[tuple[Array, Array, Array, Array]] = []
-        for i, (part, place) in enumerate(zip(self.parts, self.layout, strict=True)):
-            base = (jnp.eye(3), jnp.zeros(3))
-            if part.parent >= 0:
-                Rn, pn, Rt, pt = places[part.parent]
-                base = (Rt, pt) if part.node < 0 else (Rn[part.node], pn[part.node])
-            joint = part.joint.motion(q[place.q][: part.joint.nq])
-            carrier = compose(base, (part.rotation, part.position))
-            R0, p0 = compose(carrier, (joint.rotation, joint.position))
-            if isinstance(part.body, SoftRod):
-                Rn, pn = matmul3(R0, rods[i].rotation), p0 + dot(R0, rods[i].position)
-                places.append((Rn, pn, Rn[-1], pn[-1]))
-                frame_R += [R0[None], Rn[:-1]]
-                frame_p += [p0[None], pn[:-1]]
-            else:
-                Rn, pn = matmul3(R0, part.body.rotation), p0 + dot(R0, part.body.position)
-                places.append(
-                    (R0[None], p0[None], *compose((R0, p0), (part.body.tip_rotation, part.body.tip_position)))
-                )
-                frame_R.append(R0[None])
-                frame_p.append(p0[None])
-            R.append(Rn)
-            p.append(pn)
-            joints.append(joint)
-        inner = tuple((rods[i].strains, rods[i].step) if i in rods else None for i in range(len(self.parts)))
-        R, p, frame_R, frame_p = (jnp.concatenate(x) for x in (R, p, frame_R, frame_p))
-        return PartShape(R, p, tuple(joints), inner, frame_R, frame_p)
+        plan, (joint_q, rod_q) = self.plan, self.split(q, "q")
+        moved = [g.map(lambda joint, q: joint.motion(q), q) for g, q in zip(self.joints, joint_q, strict=True)]
+        bent = [g.map(rod_shape, q) for g, q in zip(self.rods, rod_q, strict=True)]
+        nodes = [poses(rod.rotation, rod.position).reshape(-1, 3, 4) for rod in bent]
+        still = jnp.eye(3, 4)[None]
+        base = rows(joined([still, self.link_tips, *nodes]), plan.bases)
+        local = _compose(_compose(base, self.mounts), joined([poses(m.rotation, m.position) for m in moved]))
+        before, roots = local, []
+        for level in plan.levels:
+            here = rows(local, level.parts)
+            before = _compose(rows(before, level.parents), here) if level.parents.size else here
+            roots.append(before)
+        root = rows(joined(roots), plan.after_levels)
+        placed = _compose(rows(root, plan.owners), joined([self.link_stations, *nodes]))
+        station, frame = rows(placed, plan.stations), rows(joined([root, placed]), plan.frames)
+        return PartShape(
+            rotation=station[..., :3],
+            position=station[..., 3],
+            subspaces=tuple(m.subspace for m in moved),
+            rods=tuple(bent),
+            frame_rotation=frame[..., :3],
+            frame_position=frame[..., 3],
+        )
 
-    def _spatial(self, shape: PartShape, v: Array, rods: dict[int, Array]) -> Float[Array, "k 6"]:
-        """Spatial twists of the segments in order: joints with velocities (or accelerations) v, rod intervals."""
-        out = []
-        for i, (part, place, joint) in enumerate(zip(self.parts, self.layout, shape.joints, strict=True)):
-            out.append(jnp.sum(joint.subspace * v[place.v][: part.joint.nv, None], axis=0)[None])
-            if i in rods:
-                out.append(rods[i])
-        return to_spatial(shape.frame_rotation, shape.frame_position, jnp.concatenate(out))
+    def _spatial(self, shape: PartShape, joint_v: tuple[Array, ...], rods: list[Array]) -> Float[Array, "k 6"]:
+        """Spatial twists of the segments: joints with velocities (or accelerations) of each class, rod intervals."""
+        joints = [jnp.sum(S * v[..., None], axis=1) for S, v in zip(shape.subspaces, joint_v, strict=True)]
+        own = joined([*joints, *(rod.reshape(-1, 6) for rod in rods)])
+        return to_spatial(shape.frame_rotation, shape.frame_position, own)
 
-    def _added(self, shape: PartShape, v: Array) -> Float[Array, "k 6"]:
+    def added(self, shape: PartShape, v: Split) -> Float[Array, "k 6"]:
         """Spatial twist increment of each segment; linear in v."""
-        vs = self._of_rods(v, "v")
-        inner = {i: rod for i, rod in enumerate(shape.rods) if rod is not None}
-        strains, steps = ({i: rod[k] for i, rod in inner.items()} for k in (0, 1))
-        rods = self._over_rods(rod_added, strains, steps, vs) if vs else {}
-        return self._spatial(shape, v, rods)
+        rods = [g.map(rod_added, rod, v) for g, rod, v in zip(self.rods, shape.rods, v[1], strict=True)]
+        return self._spatial(shape, v[0], rods)
 
     def twists(self, shape: PartShape, v: Float[Array, "nv"]) -> Float[Array, "n 6"]:
         r"""Body twists of all stations; linear in v.
@@ -250,47 +251,70 @@ class Tree(eqx.Module):
         In the world frame the twist of a station is the sum of the increments of the segments before it,
         $V = \sum_k S_k v$: a product with the constant ancestor matrix.
         """
-        _, before_station = self._ancestors()
-        return to_body(shape.rotation, shape.position, before_station @ self._added(shape, v))
+        return self.body_twists(shape, self.added(shape, self.split(v, "v")))
+
+    def body_twists(self, shape: PartShape, added: Float[Array, "k 6"]) -> Float[Array, "n 6"]:
+        """Body twists of all stations from the increments of the segments."""
+        return to_body(shape.rotation, shape.position, jnp.asarray(self.plan.before_station) @ added)
 
     def jacobian(self, shape: PartShape, directions: Float[Array, "m nv"]) -> Float[Array, "m n 6"]:
         """Body twists of all stations for unit velocities: columns of the geometric Jacobian along `directions`."""
         return jax.vmap(lambda v: self.twists(shape, v))(directions)
 
-    def twist_rates(
-        self, shape: PartShape, q: Float[Array, "nq"], v: Float[Array, "nv"], a: Float[Array, "nv"]
-    ) -> Float[Array, "n 6"]:
-        r"""Rates of the body twists along the motion (q, v, a).
+    def twist_rates(self, shape: PartShape, v: Float[Array, "nv"], a: Float[Array, "nv"]) -> Float[Array, "n 6"]:
+        """Rates of the body twists, of velocities v that change at a."""
+        split = self.split(v, "v")
+        return self.rates_of(shape, self.added(shape, split), split, self.split(a, "v"))
+
+    def rates_of(self, shape: PartShape, added: Float[Array, "k 6"], v: Split, a: Split) -> Float[Array, "n 6"]:
+        r"""Rates of the body twists, with the increments `added` of the segments.
 
         $\dot V = \sum_k ad_{V_{k-1}} S_k v + Ad_{g_k} \dot s_k$ in the world frame, with the increment s_k of segment k
         in its own frame; the same vector in the body frame is the rate of the body twist.
         """
-        vs = self._of_rods(v, "v")
-        rods = self._over_rods(rod_added_rate, self._of_rods(q, "q"), vs, self._of_rods(a, "v")) if vs else {}
-        local = self._spatial(shape, a, rods)
-        before_segment, before_station = self._ancestors()
-        added = self._added(shape, v)
-        total = local + bracket(before_segment @ added, added)
-        return to_body(shape.rotation, shape.position, before_station @ total)
+        moving = zip(self.rods, shape.rods, v[1], a[1], strict=True)
+        local = self._spatial(shape, a[0], [g.map(rod_added_rate, *x) for g, *x in moving])
+        total = local + bracket(jnp.asarray(self.plan.before_segment) @ added, added)
+        return self.body_twists(shape, total)
 
-    def _ancestors(self) -> tuple[Array, Array]:
-        """Matrices of the segments before each segment [k, k], and before or at each station [n, k]."""
-        layout = self.layout
-        n, k = layout[-1].stations.stop, layout[-1].segments.stop
-        to_segment, to_station = np.zeros((k, k)), np.zeros((n, k))
-        for part, place in zip(self.parts, layout, strict=True):
-            inherited = np.zeros(k)
-            if part.parent >= 0:
-                parent = layout[part.parent]
-                rows = to_station[parent.stations]
-                # the tip of a link is rigidly connected to its stations
-                inherited = rows[part.node] if isinstance(self.parts[part.parent].body, SoftRod) else rows[0]
-            for j, segment in enumerate(range(place.segments.start, place.segments.stop)):
-                to_segment[segment] = inherited
-                inherited = inherited.copy()
-                inherited[segment] = 1
-                if isinstance(part.body, SoftRod):
-                    to_station[place.stations.start + j] = inherited
-            if not isinstance(part.body, SoftRod):
-                to_station[place.stations] = inherited
-        return jnp.asarray(to_segment), jnp.asarray(to_station)
+
+def _plan(part: TreePart) -> PartPlan:
+    rod = part.body if isinstance(part.body, SoftRod) else None
+    t = jnp.zeros(())
+    return PartPlan(
+        name=part.name,
+        parent=part.parent,
+        node=part.node,
+        joint=type(part.joint),
+        strains=None if rod is None else rod.names,
+        stations=part.stations.x.shape[0],
+        prescribed=part.prescribed is not None,
+        prescribed_strains=part.prescribed_strains,
+        strain_signals=tuple(jax.eval_shape(signal, t)[0].size for signal in part.strain_signals),
+    )
+
+
+def _member(groups: tuple[Alike, ...], i: int) -> Any:
+    """The one with index i; None if it is in no group."""
+    return next((part_of(g.things, g.members.index(i)) for g in groups if i in g.members), None)
+
+
+def _signals(signals: dict[int, Signal | None], parts: Sequence[TreePart]) -> tuple[Alike[Signal], ...]:
+    """Those that are there, by kind of signal and class of joint."""
+    given = {i: signal for i, signal in signals.items() if signal is not None}
+    return alike(given, lambda i: type(parts[i].joint))
+
+
+def _at(signals: Alike[Signal], t: Array) -> tuple[Array, Array, Array]:
+    """Values and derivatives of signals of one kind."""
+    return signals.map(lambda signal: signal(t))
+
+
+def _flat(index: Sequence[np.ndarray]) -> np.ndarray:
+    return np.concatenate([x.ravel() for x in index])
+
+
+def _compose(a: Float[Array, "n 3 4"], b: Float[Array, "n 3 4"]) -> Float[Array, "n 3 4"]:
+    """Poses a followed by poses b, the latter given in a's frames."""
+    turned = jnp.sum(a[..., :3, None] * b[..., None, :, :], axis=-2)
+    return turned + lax.pad(a[..., 3:], 0.0, ((0, 0, 0), (0, 0, 0), (3, 0, 0)))

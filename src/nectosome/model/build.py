@@ -14,7 +14,7 @@ from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from nectosome import loads as ld
-from nectosome.core import Constant, PairLoad, Signal, Stack, UniformCurrent, Water, signal_of
+from nectosome.core import Constant, PairLoad, Signal, Stack, Stations, UniformCurrent, Water, signal_of
 from nectosome.core.described import class_for, is_zero, number, vector
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import rotation_from_rpy
@@ -36,7 +36,6 @@ from nectosome.mechanism import (
     Paired,
     Robot,
     SoftRod,
-    Tree,
     TreePart,
     make_robot,
     make_rod,
@@ -63,7 +62,7 @@ def build(robot: RobotLike) -> Robot:
     if any(isinstance(value, Tracer) for value in values.values()):
         return _assemble(description)
     built = remembered(instantiate, *_template(description, values, ()))
-    arrays = {path: float(value) for path, value in values.items() if not isinstance(value, float)}
+    arrays = {path: float(value) for path, value in values.items() if type(value) is not float}
     return built.described(changed(description, arrays) if arrays else description)
 
 
@@ -159,11 +158,11 @@ def _assemble(d: RobotDescription) -> Robot:
         strain_indices: tuple[int, ...] = ()
         strain_signals: tuple[Signal, ...] = ()
         if isinstance(limb, dp.Rod):
-            body = _rod(limb)
+            body, stations = _rod(limb)
             strain_indices, strain_signals = prescribed_strains(limb, body)
         else:
-            body = _link(limb, _needs_strips(limb, weighs, surface))
-        carriers[name] = Carrier(limb, body)
+            body, stations = _link(limb, _needs_strips(limb, weighs, surface))
+        carriers[name] = Carrier(limb, body, stations)
         parts.append(
             TreePart(
                 name=name,
@@ -173,6 +172,7 @@ def _assemble(d: RobotDescription) -> Robot:
                 position=vector(limb.offset),
                 joint=class_for(limb.joint, Joint).from_description(limb.joint),
                 body=body,
+                stations=stations,
                 prescribed=_signal(getattr(limb.joint, "motion", None)),
                 drive=_signal(getattr(limb.joint, limb.joint.drive_field, None)),
                 prescribed_strains=strain_indices,
@@ -190,7 +190,7 @@ def _assemble(d: RobotDescription) -> Robot:
         acting = class_for(pair, PairLoad).from_description(pair, *(carriers[part] for part in pair.between))
         first, second = map(order.index, pair.between)
         pairs.append(Paired(name, (first, second), acting))
-    return make_robot(Tree(tuple(parts)), tuple(attached), water, tuple(pairs))
+    return make_robot(parts, attached, water, pairs)
 
 
 def bind(
@@ -234,8 +234,8 @@ def _needs_strips(limb: dp.Rigid, weighs: bool, surface: Array | None) -> bool:
     return limb.shape != "point" and (per_length or (weighs and surface is not None))
 
 
-def _rod(limb: dp.Rod) -> SoftRod:
-    """Soft rod, whose sections go over evenly from each one that is given to the next."""
+def _rod(limb: dp.Rod) -> tuple[SoftRod, Stations]:
+    """Soft rod and its stations, whose sections go over evenly from each one that is given to the next."""
     s = jnp.asarray(section_places({**limb.strains}, limb.points, limb.marks))
     known = np.array([0.0, *(inner.at for inner in limb.between), 1.0])
 
@@ -264,8 +264,8 @@ def _rod(limb: dp.Rod) -> SoftRod:
     )
 
 
-def _link(limb: dp.Rigid, stripped: bool) -> Link:
-    """Rigid part: inertia about its shape's centre, strips along its axis."""
+def _link(limb: dp.Rigid, stripped: bool) -> tuple[Link, Stations]:
+    """Rigid part and its stations: inertia about its shape's centre, strips along its axis."""
     n = limb.strips if stripped else 0
     s, w = np.polynomial.legendre.leggauss(max(n, 1))
     fractions = np.concatenate([[0.5], 0.5 * (s + 1)[:n]])
@@ -279,7 +279,8 @@ def _link(limb: dp.Rigid, stripped: bool) -> Link:
     along = jnp.asarray(share) * sections.area
     split = volume * along / jnp.sum(along) if n else volume * jnp.ones(1)
     inertia = jnp.zeros((n + 1, 6, 6)).at[0].set(_link_inertia(limb, mass, length, sections, (R[0], p[0])))
-    return Link(R, p, length * share, length * fractions, sections.half_width, split, inertia, tip_R[0], tip_p[0])
+    stations = Stations.along(length * fractions, length * share, sections.half_width, split, inertia)
+    return Link(R, p, tip_R[0], tip_p[0]), stations
 
 
 def _link_sections(limb: dp.Rigid, fractions: np.ndarray) -> tuple[Sections, Float[Array, ""]]:

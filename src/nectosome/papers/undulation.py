@@ -10,6 +10,7 @@ C_t is the tangential coefficient of `StripDrag`: rho pi/2 r C_t u^2 per length 
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import equinox as eqx
@@ -20,7 +21,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import State, Wave
 from nectosome.loads import StripDrag
-from nectosome.mechanism import Robot, SoftRod
+from nectosome.mechanism import Robot, SoftRod, Tree
 from nectosome.solve import fixed_step
 
 STEPS = 32  # of a beat; four times as many change no speed by more than 1e-4
@@ -70,12 +71,12 @@ def _swim_on(
     robot: Robot, waves: Wave, tangential: Float[Array, "n"], x: State
 ) -> tuple[State, Float[Array, "n steps stations 2"]]:
     """States after the beats of a pass, and where all stations are in the last two of them, both ends included [m]."""
-    (drag,) = [k for k, a in enumerate(robot.loads) if isinstance(a.load, StripDrag)]
+    (drag,) = [k for k, g in enumerate(robot.load_groups.on_bodies) if isinstance(g.load, StripDrag)]
 
     def one(wave: Wave, tangential: Array, x: State) -> tuple[State, Array]:
-        swimmer = eqx.tree_at(
-            lambda r: (r.tree.parts[0].strain_signals[0], r.loads[drag].load.tangential), robot, (wave, tangential)
-        )
+        part = eqx.tree_at(lambda part: part.strain_signals[0], robot.tree.one(0), wave)
+        swimmer = replace(robot, tree=Tree.of([part]))
+        swimmer = eqx.tree_at(lambda r: r.load_groups.on_bodies[drag].load.tangential, swimmer, tangential[None])
         tree, step = swimmer.tree, 1 / wave.frequency / STEPS
 
         def place(t: Array, x: State) -> Float[Array, "stations 2"]:

@@ -11,7 +11,7 @@ from nectosome.core import STANDARD_GRAVITY, State, safe_norm
 from nectosome.core.remember import prepare
 from nectosome.core.se3 import matmul3
 from nectosome.loads import LineForce, PointForce, PulsedThrust
-from nectosome.mechanism import Diagnosis, Robot, SoftRod, load_names
+from nectosome.mechanism import Diagnosis, Robot, load_names
 from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS, driving
 
 from .results import VARIABLES, Data, Names, blank, diagnose_all, labels
@@ -81,8 +81,8 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     Q = matmul3(d.rotation[-1, 0], d.rotation[0, 0].T)  # from start to end
     fastest = jnp.max(safe_norm(jax.lax.stop_gradient(once.velocity)))
     # the power source of a jet's crank or of a given force is not among the drives
-    hull = not isinstance(robot.tree.parts[0].body, SoftRod)
-    given = any(isinstance(attached.load, PointForce | LineForce | PulsedThrust) for attached in robot.loads)
+    hull = robot.tree.structure[0].strains is None
+    given = any(isinstance(g.load, PointForce | LineForce | PulsedThrust) for g in robot.load_groups.acting)
     travels = (speed > _STAYS * fastest) & (SHAPE_CHANGE not in load_names(robot)) & (not given)
     return CycleMeans(
         **{name: value for name, value in mean._asdict().items() if name in CycleMeans._fields},

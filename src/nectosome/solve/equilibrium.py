@@ -85,11 +85,9 @@ class Equations(eqx.Module):
         """Largest residual relative to the sum of magnitudes of all forces on its unknown, and the reactions."""
         t, x = jnp.zeros(()), self.state(p)
         acting = self.robot.forces(t, x, jnp.zeros_like(x.v))
-        free, layout = self.robot.tree.free_v, self.robot.tree.layout
+        free = self.robot.tree.free_v
         wrench = jnp.abs(acting.fluid) + jnp.abs(acting.inertia)
-        for attached, w in zip(self.robot.loads, acting.wrenches, strict=True):
-            if w is not None:
-                wrench = wrench.at[layout[attached.part].stations].add(jnp.abs(w))
+        wrench += self.robot.on_stations([jnp.abs(w) for w in acting.wrenches])
         total = jnp.sum(jnp.abs(self.robot.columns(acting.shape)) * wrench, axis=(1, 2))
         inner = acting.elastic, acting.viscous, acting.joint, acting.active, acting.paired, acting.drive
         total += sum(jnp.abs(f)[free] for f in inner)

@@ -95,7 +95,9 @@ def measures(system: RampedRobot, t: Float[Array, ""], x: State) -> Measures:
     R, p = shape.rotation, shape.position
     place = place_of(R[0], p[0], tree.twists(shape, v)[0])
     feet, walls, top = [none], [jnp.stack([none, none])], none
-    for attached, z in zip(robot.loads, x.z, strict=True):
+    loads = robot.loads
+    for i, z in sorted(robot.states_by_load(x.z).items()):
+        attached = loads[i]
         first, load = tree.layout[attached.part].stations.start, attached.load
         if isinstance(load, Leg) and water.floor is not None:
             ahead, above = load.foot(z.crank)[0]
@@ -104,8 +106,7 @@ def measures(system: RampedRobot, t: Float[Array, ""], x: State) -> Measures:
         if isinstance(load, WallContact) and water.walls is not None:
             walls.append(load.depths(p[first, 0], water))
     if water.surface is not None:
-        half = jnp.concatenate([part.body.half_width for part in tree.parts])
-        edge = jnp.sqrt(jnp.sum((half * R[:, 2, 1:]) ** 2, axis=1))
+        edge = jnp.sqrt(jnp.sum((tree.stations.half_width * R[:, 2, 1:]) ** 2, axis=1))
         top = jnp.max(p[:, 2] + edge) - water.surface
     low, high = jnp.max(jnp.stack(walls), axis=0)
     velocity = jnp.stack([place[f"velocity.{axis}"] for axis in "xyz"])

@@ -198,7 +198,7 @@ def _readings(robot: Robot) -> Iterator[Reading]:
         if of is not None:
             given = "torque" if of[0] == "angle" else "force"
             yield Reading(f"{_REACTION}.{coordinate}", given, _REACTION, i)
-    for k, (part, place) in enumerate(zip(robot.tree.parts, robot.tree.layout, strict=True)):
+    for k, (part, place) in enumerate(zip(robot.tree.structure, robot.tree.layout, strict=True)):
         for kind, (dimension, _) in PLACES.items():
             if kind == "depth" and robot.water.surface is None:
                 continue
@@ -206,7 +206,7 @@ def _readings(robot: Robot) -> Iterator[Reading]:
                 yield Reading(kind, dimension, kind, place.stations.start)
             yield Reading(f"{part.name}.{kind}", dimension, kind, place.stations.start)
             yield Reading(f"{part.name}.tip.{kind}", dimension, kind, place.stations.stop - 1)
-    for part, place in zip(robot.tree.parts, robot.tree.layout, strict=True):
+    for part, place in zip(robot.tree.structure, robot.tree.layout, strict=True):
         if part.joint.nq == part.joint.nv:  # else its coordinates are no angles one by one
             for i, what in enumerate(part.joint.names):
                 if f"{part.name}.{what}" not in (f"{part.name}.{kind}" for kind in PLACES):

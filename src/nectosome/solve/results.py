@@ -152,7 +152,7 @@ def labels(robot: Robot) -> Names:
     names = {
         "coordinate": robot.coordinate_names,
         "prescribed": robot.prescribed_names,
-        "part": [part.name for part in robot.tree.parts],
+        "part": [*robot.tree.names],
         "load": load_names(robot),
         "axis": ["x", "y", "z"],
         "row": ["x", "y", "z"],
@@ -230,13 +230,13 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
         "bending_strain": (("time", "station", "across"), d.bending.strain, "1"),
         "bending_stress": (("time", "station", "across"), d.bending.stress, "Pa"),
         "power_balance": (("time",), balance, "1"),
-        "station_x": (("station",), np.concatenate([p.body.x for p in tree.parts]), "m"),
-        "station_weight": (("station",), np.concatenate([p.body.weight for p in tree.parts]), "m"),
-        "half_width": (("station", "across"), np.concatenate([p.body.half_width for p in tree.parts]), "m"),
+        "station_x": (("station",), tree.stations.x, "m"),
+        "station_weight": (("station",), tree.stations.weight, "m"),
+        "half_width": (("station", "across"), tree.stations.half_width, "m"),
     }
     found = d._asdict() | d.bending._asdict()
     data |= {name: (("time", *dims), found[name], unit) for name, (dims, unit) in VARIABLES.items()}
-    of_stations = np.concatenate([[p.name] * p.body.weight.shape[0] for p in tree.parts])
+    of_stations = np.array(tree.names)[tree.plan.part_of_station]
     names = labels(robot) | {
         "time": ("time", np.asarray(trajectory.time), "s"),
         "station_part": ("station", of_stations, ""),

@@ -1,6 +1,7 @@
 """A robot whose command is set anew at each sample and held between: one compiled step, whatever the command."""
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import equinox as eqx
@@ -13,7 +14,7 @@ from nectosome.core import Handover, State, Status
 from nectosome.core.remember import remembered
 from nectosome.description import RobotDescription, get_value, numeric_paths, resolve
 from nectosome.description.fields import Quantity
-from nectosome.mechanism import Diagnosis, Robot, in_plane, moves_in_plane
+from nectosome.mechanism import Diagnosis, Robot, Tree, in_plane, moves_in_plane
 from nectosome.model import Template, build, instantiate, template_of
 from nectosome.units import InputError
 
@@ -84,7 +85,7 @@ class SampledPlant:
         template, self._numbers = template_of(description, changing)
         self._index = {path: template.paths.index(path) for path in changing}
         robot = build(description)
-        self.parts = tuple(part.name for part in robot.tree.parts)
+        self.parts = robot.tree.names
         self.coordinates = robot.coordinate_names
         self.displacements = robot.displacements
         self._state = robot.initial()
@@ -198,7 +199,7 @@ def _robot(plant: _Structure, before: Array, numbers: Array, t: Array, dt: Array
             new = eqx.tree_at(lambda p: p.prescribed, new, Handover(old.prescribed, new.prescribed, t, dt))  # type: ignore[arg-type]
         strains = tuple(Handover(a, b, t, dt) for a, b in zip(old.strain_signals, new.strain_signals, strict=True))
         parts.append(eqx.tree_at(lambda p: p.strain_signals, new, strains) if strains else new)
-    return eqx.tree_at(lambda r: r.tree.parts, robot, tuple(parts))
+    return replace(robot, tree=Tree.of(parts))
 
 
 def _check_acts(path: str) -> None:

@@ -14,7 +14,7 @@ from nectosome.core import State
 from nectosome.core.linear_algebra import inverse
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import bracket, cross
-from nectosome.mechanism import Free, Robot, Spherical
+from nectosome.mechanism import Free, Joint, Robot, Spherical
 
 from .equilibrium import Equations, Point
 from .symmetry import Symmetry, near
@@ -67,12 +67,12 @@ def linearised(robot: Robot, symmetry: Symmetry, x: State) -> Float[Array, "m m"
     return jnp.concatenate(rows)
 
 
-def _rotating_joints(robot: Robot) -> list[tuple[int, Free | Spherical]]:
+def _rotating_joints(robot: Robot) -> list[tuple[int, type[Joint]]]:
     """Unknown joints with velocities in a rotating frame, and the index of their first velocity."""
     out, start = [], 0
-    for part in robot.tree.parts:
-        free = part.joint.nv if part.prescribed is None else 0
-        if free and isinstance(part.joint, Free | Spherical):
+    for part in robot.tree.structure:
+        free = 0 if part.prescribed else part.joint.nv
+        if free and issubclass(part.joint, Free | Spherical):
             out.append((start, part.joint))
-        start += free + part.free_strains.size
+        start += free + part.own - len(part.prescribed_strains)
     return out

@@ -1,6 +1,7 @@
 """Static equilibrium of a robot: its shape under steady loads that grow from zero to full, with frozen drives."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import ClassVar, NamedTuple
 
 import equinox as eqx
@@ -11,7 +12,7 @@ from jaxtyping import Array, Float, Int
 
 from nectosome.core import Constant, Solution, State, Status
 from nectosome.core.remember import remembered
-from nectosome.mechanism import Robot
+from nectosome.mechanism import Robot, Tree
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError
 
@@ -62,7 +63,7 @@ def frozen_drives(robot: Robot) -> Robot:
         else eqx.tree_at(lambda p: p.prescribed, part, Constant(part.prescribed(jnp.zeros(()))[0]))
         for part in robot.tree.parts
     )
-    return eqx.tree_at(lambda r: r.tree.parts, robot, parts).described(robot.description)
+    return replace(robot, tree=Tree.of(parts)).described(robot.description)
 
 
 def _stiffness(robot: Robot, x: State) -> Float[Array, "n n"]:

@@ -86,13 +86,13 @@ def find_symmetry(robot: Robot) -> Symmetry:
 
 
 def _turns(robot: Robot) -> bool:
-    root = robot.tree.parts[0]
-    return isinstance(root.joint, Free | Spherical) and root.prescribed is None
+    root = robot.tree.structure[0]
+    return issubclass(root.joint, Free | Spherical) and not root.prescribed
 
 
 def _in_root_frame(robot: Robot, q: Array, vector: Array) -> Array:
     """Vector of the world in the root frame."""
-    root = robot.tree.parts[0]
+    root = robot.tree.one(0)
     turned = root.joint.motion(q[: root.joint.nq]).rotation
     return dot_t(matmul3(root.rotation, turned), vector)
 

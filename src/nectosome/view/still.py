@@ -23,16 +23,16 @@ Rows = Sequence[Sequence[str]]
 def standing(described: RobotDescription, robot: Robot) -> xr.Dataset:
     """One instant, without forces."""
     rotation, position = remembered(start_poses, robot)
-    bodies = {part.name: part.body for part in robot.tree.parts}
-    of_stations = np.concatenate([[name] * body.x.size for name, body in bodies.items()])
+    tree = robot.tree
+    of_stations = np.array(tree.names)[tree.plan.part_of_station]
     return xr.Dataset(
         {
             "position": (("time", "station", "axis"), np.asarray(position)[None]),
             "rotation": (("time", "station", "row", "axis"), np.asarray(rotation)[None]),
-            "station_x": ("station", np.concatenate([body.x for body in bodies.values()])),
-            "half_width": (("station", "across"), np.concatenate([body.half_width for body in bodies.values()])),
+            "station_x": ("station", np.asarray(tree.stations.x)),
+            "half_width": (("station", "across"), np.asarray(tree.stations.half_width)),
         },
-        coords={"time": [0.0], "part": [*bodies], "station_part": ("station", of_stations)},
+        coords={"time": [0.0], "part": [*tree.names], "station_part": ("station", of_stations)},
         attrs={"title": described.name, "robot": dump_robot(described)},
     )
 

@@ -194,7 +194,9 @@ def _seen(robot: Robot, x: State) -> _Seen:
     shape = robot.tree.shape(q)
     floor, feet = robot.water.floor, []
     assert floor is not None
-    for attached, z in zip(robot.loads, x.z, strict=True):
+    loads = robot.loads
+    for i, z in robot.states_by_load(x.z).items():
+        attached = loads[i]
         if isinstance(attached.load, Leg):
             (ahead, above), _, _ = attached.load.foot(z.crank)
             hip, station = attached.load.hip, robot.tree.layout[attached.part].stations.start

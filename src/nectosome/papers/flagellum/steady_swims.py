@@ -76,7 +76,7 @@ def reaction_over_a_turn(robot: Robot, x: State, rate: float, parts: tuple[str, 
     run = simulate(robot, 2 * np.pi / rate, rtol=1e-8, atol=1e-10, initial=x)
     if int(run.status) != Status.SOLVED:
         raise RuntimeError(f"one turn of the flagellum: {Status(int(run.status)).reason}")
-    carried = np.isin([part.name for part in robot.tree.parts], parts)
+    carried = np.isin(robot.tree.names, parts)
     wrench = np.asarray(remembered(_wrenches, robot, run.value.time, run.value.state, carried))[:-1]
     time = np.asarray(run.value.time)[:-1]
     return xr.Dataset(
@@ -87,15 +87,12 @@ def reaction_over_a_turn(robot: Robot, x: State, rate: float, parts: tuple[str, 
 
 def _wrenches(robot: Robot, time: Array, x: State, carried: Bool[Array, "parts"]) -> Float[Array, "n 6"]:
     """Loads and inertia of the carried parts at all times, summed about the body's first station."""
-    owner = np.concatenate([np.full(part.body.weight.shape[0], i) for i, part in enumerate(robot.tree.parts)])
+    owner = robot.tree.plan.part_of_station
 
     def one(at: tuple[Array, State]) -> Array:
         t, x = at
         acting = robot.forces(t, x, robot.rates(t, x).v)
-        wrench = acting.fluid - acting.inertia
-        for attached, w in zip(robot.loads, acting.wrenches, strict=True):
-            if w is not None:
-                wrench = wrench.at[robot.tree.layout[attached.part].stations].add(w)
+        wrench = acting.fluid - acting.inertia + robot.on_stations(acting.wrenches)
         R, p = acting.shape.rotation, acting.shape.position - acting.shape.position[0]
         moment, force = dot(R, wrench[:, :3]), dot(R, wrench[:, 3:])
         total = jnp.concatenate([moment + cross(p, force), force], axis=1)

@@ -94,7 +94,7 @@ def numbers(robot: Robot, made: xr.Dataset, period: float) -> dict[str, float]:
 
 def _crank_power(robot: Robot, once: xr.Dataset) -> float:
     """Mean power [W] that turns the crank of a jet on the body, along its x through its centre; 0 without one."""
-    if not any(isinstance(attached.load, Jet) for attached in robot.loads):
+    if not any(isinstance(g.load, Jet) for g in robot.load_groups.acting):
         return 0.0
     along = np.einsum("ti,ti->t", once["velocity"].values[:, 0], once["rotation"].values[:, 0, :, 0])
     pulse = pulses(robot, jnp.asarray(once["time"].values), (), jnp.asarray(along))

@@ -168,7 +168,8 @@ def motor_turns(description: RobotDescription) -> dict[str, tuple]:
     robot = build(with_motor(held(description)))
     run = simulate(robot, _TURNS * drive_period(description), samples=_TURNS * _SAMPLES, rtol=1e-7, atol=1e-9)
     time = run.value.time
-    z = next(z for a, z in zip(robot.loads, run.value.state.z, strict=True) if isinstance(a.load, Jet))
+    states = jax.vmap(robot.states_by_load)(run.value.state.z)
+    z = next(states[i] for i, attached in enumerate(robot.loads) if isinstance(attached.load, Jet))
     now = pulses(robot, time, z, jnp.zeros_like(time))
     motor = jet_of(robot).crank
     assert isinstance(motor, Motor)

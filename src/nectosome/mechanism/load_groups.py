@@ -1,0 +1,213 @@
+"""Loads of one kind together: one vectorised call gives the forces of all, and constant indices say where they act."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import equinox as eqx
+import jax
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from nectosome.core import JointLoad, Load, PairLoad, ReshapingLoad, RodLoad, Strips, Water
+from nectosome.core.rows import Spread, alike, part_of, rows
+
+from .tree import Tree
+
+
+class Attached(eqx.Module):
+    """A load and the part on whose stations or joint it acts."""
+
+    name: str = eqx.field(static=True)
+    part: int = eqx.field(static=True)
+    load: Load | JointLoad | RodLoad
+
+
+class Paired(eqx.Module):
+    """A load between two parts."""
+
+    name: str = eqx.field(static=True)
+    parts: tuple[int, int] = eqx.field(static=True)
+    load: PairLoad
+
+
+class LoadGroup(eqx.Module):
+    """Loads of one kind, with their indices among all loads, their names and parts."""
+
+    members: tuple[int, ...] = eqx.field(static=True)
+    names: tuple[str, ...] = eqx.field(static=True)
+    parts: tuple[Any, ...] = eqx.field(static=True)  # an index each; two of a pair
+    load: Any  # stacked
+
+    def map(self, f: Callable[..., Any], *args: Any) -> Any:
+        """f(load, *its arguments) of all loads, the arguments and the results stacked."""
+        return jax.vmap(f, axis_size=len(self.members))(self.load, *args)
+
+
+class BodyLoads(LoadGroup):
+    """Loads on stations."""
+
+    load: Load
+
+    def initial(self) -> Any:
+        """Initial states of the loads, stacked; () without states."""
+        return self.map(lambda load: load.initial())
+
+    def stations_of_each(self, tree: Tree) -> list[Int[np.ndarray, "n"]]:
+        """Stations on which each of the loads acts."""
+        places = [tree.layout[i].stations for i in self.parts]
+        return [np.arange(place.start, place.start + 1 if self.load.on_first else place.stop) for place in places]
+
+    def stations(self, tree: Tree) -> Int[np.ndarray, "k"]:
+        """Those of all loads, one behind the other."""
+        return np.concatenate(self.stations_of_each(tree))
+
+    def force(self, tree: Tree, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Array | None, Any]:
+        """Wrenches on `stations`, and the rates of the states."""
+        if self.load.by_station:
+            return self._by_station(tree).force(t, self._here(tree, strips), z, water)
+        w, rate = self.map(lambda load, s, z: load.force(t, s, z, water), self._here(tree, strips), z)
+        return None if w is None else w.reshape(-1, 6), rate
+
+    def added(self, tree: Tree, strips: Strips, water: Water) -> Float[Array, "k 6 6"] | None:
+        """Constant added mass at `stations`."""
+        if self.load.by_station:
+            return self._by_station(tree).inertia(self._here(tree, strips), water)
+        mass = self.map(lambda load, s: load.inertia(s, water), self._here(tree, strips))
+        return None if mass is None else mass.reshape(-1, 6, 6)
+
+    def _here(self, tree: Tree, strips: Strips) -> Strips:
+        """The stations, of loads that do not go station by station load by load."""
+        each = self.stations_of_each(tree)
+        index = np.concatenate(each) if self.load.by_station else np.array(each)
+        return jax.tree.map(lambda x: rows(x, index), strips)
+
+    def _by_station(self, tree: Tree) -> Load:
+        """One load that goes station by station, with numbers for each of `stations`."""
+        if len(self.members) == 1:
+            return jax.tree.map(lambda x: x[0], self.load)
+        owner = np.repeat(np.arange(len(self.members)), [len(here) for here in self.stations_of_each(tree)])
+        return jax.tree.map(lambda x: rows(x, owner), self.load)
+
+
+class ReshapingLoads(BodyLoads):
+    """Loads whose added mass changes."""
+
+    load: ReshapingLoad  # pyright: ignore[reportIncompatibleVariableOverride]  frozen
+
+    def carried(self, tree: Tree, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Array, Array]:
+        """Variable added mass at the first stations of the parts, and its rate."""
+        return self.map(lambda load, s, z: load.carried(t, s, z, water), self._here(tree, strips), z)
+
+
+class InnerLoads(LoadGroup):
+    """Loads on joints, or inside rods."""
+
+    load: JointLoad | RodLoad
+
+    def coordinates(self, tree: Tree, what: str) -> Int[np.ndarray, "m n"]:
+        """Coordinates ("q") or velocities ("v") of the joints or rods on which the loads act."""
+        out = []
+        for i in self.parts:
+            place, own = getattr(tree.layout[i], what), getattr(tree.structure[i].joint, "n" + what)
+            every = np.arange(place.start, place.stop)
+            out.append(every[own:] if isinstance(self.load, RodLoad) else every[:own])
+        return np.array(out)
+
+    def displacements(self, tree: Tree, q: Float[Array, "nq"]) -> Float[Array, "m nv"]:
+        """Displacements of the joints on which the loads act, from all coordinates."""
+        joint, own = tree.structure[self.parts[0]].joint, rows(q, self.coordinates(tree, "q"))
+        return own if joint.plain else jax.vmap(joint.displacement)(own)
+
+    def force(self, tree: Tree, t: Array, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> Float[Array, "m n"]:
+        """Forces along the velocities, from all coordinates and velocities."""
+        own = rows(v, self.coordinates(tree, "v"))
+        if isinstance(self.load, RodLoad):
+            return self.map(lambda load, q, v: load.force(t, q, v), rows(q, self.coordinates(tree, "q")), own)
+        return self.map(lambda load, x, v: load.force(x, v), self.displacements(tree, q), own)
+
+
+class PairLoads(LoadGroup):
+    """Loads between parts."""
+
+    load: PairLoad
+
+    def stations(self, tree: Tree, side: int) -> Int[np.ndarray, "m n"]:
+        """Stations of the first (side = 0) or the second part of each pair."""
+        places = [tree.layout[pair[side]].stations for pair in self.parts]
+        return np.array([np.arange(place.start, place.stop) for place in places])
+
+    def force(self, tree: Tree, strips: Strips) -> tuple[Float[Array, "k 6"], Float[Array, "k 6"]]:
+        """Wrenches on the stations of all first parts, and on those of all second parts, one behind the other."""
+        both = [jax.tree.map(lambda x, k=k: rows(x, self.stations(tree, k)), strips) for k in (0, 1)]
+        a, b = self.map(lambda load, first, second: load.force(first, second), *both)
+        return a.reshape(-1, 6), b.reshape(-1, 6)
+
+
+class Loads(eqx.Module):
+    """All loads of a robot, kind by kind."""
+
+    on_bodies: tuple[BodyLoads, ...]
+    on_joints: tuple[InnerLoads, ...]
+    in_rods: tuple[InnerLoads, ...]
+    pairs: tuple[PairLoads, ...]
+
+    @classmethod
+    def of(cls, loads: Sequence[Attached], pairs: Sequence[Paired], tree: Tree) -> "Loads":
+        """Loads that one vectorised call can take together are in one group."""
+        of_part = [tree.structure[attached.part] for attached in loads]
+
+        def together(base: type, kind: Callable[[int], Any]) -> list[Any]:
+            some = {i: attached.load for i, attached in enumerate(loads) if isinstance(attached.load, base)}
+            found = []
+            for g in alike(some, kind):
+                outside = ReshapingLoads if isinstance(g.things, ReshapingLoad) else BodyLoads
+                group: Any = outside if base is Load else InnerLoads
+                own = [loads[i] for i in g.members]
+                found.append(group(g.members, tuple(x.name for x in own), tuple(x.part for x in own), g.things))
+            return found
+
+        def stations(i: int) -> int | None:
+            load = loads[i].load
+            assert isinstance(load, Load)
+            return None if load.by_station or load.on_first else of_part[i].stations
+
+        between = []
+        counts = {i: tuple(tree.structure[part].stations for part in pair.parts) for i, pair in enumerate(pairs)}
+        for g in alike({i: pair.load for i, pair in enumerate(pairs)}, counts.__getitem__):
+            own = [pairs[i] for i in g.members]
+            between.append(PairLoads(g.members, tuple(x.name for x in own), tuple(x.parts for x in own), g.things))
+        return cls(
+            on_bodies=tuple(together(Load, stations)),
+            on_joints=tuple(together(JointLoad, lambda i: of_part[i].joint)),
+            in_rods=tuple(together(RodLoad, lambda i: of_part[i].strains)),
+            pairs=tuple(between),
+        )
+
+    @property
+    def acting(self) -> tuple[BodyLoads, ...]:
+        """Those on bodies with a force of their own, not added mass alone."""
+        return tuple(g for g in self.on_bodies if not g.load.inertial)
+
+    @property
+    def reshaping(self) -> dict[int, ReshapingLoads]:
+        """Those whose added mass changes, by their place in `on_bodies`."""
+        return {k: g for k, g in enumerate(self.on_bodies) if isinstance(g, ReshapingLoads)}
+
+    def one_by_one(self) -> tuple[Attached, ...]:
+        """All loads but those between parts, in their order."""
+        every = [
+            (i, Attached(name, part, part_of(g.load, k)))
+            for g in (*self.on_bodies, *self.on_joints, *self.in_rods)
+            for k, (i, name, part) in enumerate(zip(g.members, g.names, g.parts, strict=True))
+        ]
+        return tuple(attached for _, attached in sorted(every, key=lambda at: at[0]))
+
+
+def names_of(groups: Sequence[LoadGroup]) -> list[str]:
+    """Names of all loads of some groups, in their order."""
+    return [name for _, name in sorted(pair for g in groups for pair in zip(g.members, g.names, strict=True))]
+
+
+def spread(size: int, places: Sequence[np.ndarray]) -> Spread:
+    """Where the forces of groups go, one behind the other."""
+    return Spread(size, np.concatenate([np.zeros(0, int), *(place.ravel() for place in places)]))
