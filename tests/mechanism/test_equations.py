@@ -77,13 +77,22 @@ def test_kinetic_energy_of_a_free_rod(drifter, some_state):
 balance = jax.jit(lambda robot, x: diagnose(robot, T, x))
 
 
+@jax.jit
+def energy_rate(robot, x):
+    """d/dt of the energies by automatic differentiation."""
+    of = lambda t, x: energies(robot, t, x).sum()  # noqa: E731
+    return jax.jvp(of, (T, x), (jnp.ones(()), robot.rates(T, x)))[1]
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_power_goes_where_energy_goes(zoo, some_state, seed):
     """dE/dt = powers of loads and drives, at any state, in a current, with every load there is."""
-    d = balance(zoo, some_state(zoo, seed)[0])
+    x = some_state(zoo, seed)[0]
+    d = balance(zoo, x)
     powers = np.concatenate([d.load_power.ravel(), d.reaction_power])
     assert np.all(np.isfinite(powers))
     assert np.abs(float(d.energy_rate) - powers.sum()) < 1e-12 * np.abs(powers).sum()
+    assert np.abs(float(d.energy_rate) - float(energy_rate(zoo, x))) < 1e-12 * np.abs(powers).sum()
     assert np.abs(float(d.reaction_power[0])) > 1e-6 * np.abs(powers).sum()
 
 

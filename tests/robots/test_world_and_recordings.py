@@ -89,8 +89,7 @@ def test_a_recorded_curvature_is_that_of_the_rod():
     values = 2.0 * np.sin(np.pi * TIMES)
     motion = f"motion: {{bending_y: {recording(values, 'rad/m').replace('{kind', '{envelope: [0, 1], kind')}}}"
     robot = build(parse_robot(f"name: a\nbody: {{{ROD}, {motion}}}\n"))
-    part = robot.tree.parts[0]
-    q, v, a = part.strains(jnp.zeros(0), jnp.zeros(0), jnp.asarray(0.5))
+    q, v, a = robot.tree.complete(jnp.asarray(0.5), jnp.zeros(0), jnp.zeros(0))
     # a curvature that grows evenly to 2 rad/m at the tip, over 0.2 m: 0.2 (1 + P1) and its rate, which is 0 then
     np.testing.assert_allclose(q, [0.2, 0.2, 0.0], atol=1e-6)
     np.testing.assert_allclose(v, 0.0, atol=1e-4)

@@ -150,7 +150,7 @@ def test_a_run_that_blows_up_ends_with_a_reason_and_keeps_what_is_finite(slider)
         1.0,
         samples=21,
         method="explicit",
-        initial=State(jnp.zeros(1), jnp.ones(1), ((),)),
+        initial=State(jnp.zeros(1), jnp.ones(1), ()),
     )
     assert Status(int(run.status)) in (Status.STEP_TOO_SMALL, Status.NOT_FINITE)
     assert 0.6 < float(run.value.time[-1]) < 0.72

@@ -12,7 +12,7 @@ from nectosome.core.rows import Spread, rows
 from nectosome.core.se3 import cross, dot, dot_t
 
 from .load_groups import names_of, spread
-from .robot import Robot, times
+from .robot import Forces, Robot, times
 from .rods import bending
 
 ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE = "added_mass", "shape_change", "viscous", "drive"
@@ -74,14 +74,33 @@ def energies(robot: Robot, t: Array, x: State) -> Float[Array, "parts 3"]:
     shape = tree.shape(q)
     twist = tree.twists(shape, v)
     relative, _ = robot.relative(t, shape, twist, twist)
+    return _energies(robot, q, twist, relative, robot.carried(t, shape, twist, x.z)[0])
+
+
+def _energies(robot: Robot, q: Array, twist: Array, relative: Array, added: Array) -> Float[Array, "parts 3"]:
+    tree = robot.tree
     own = 0.5 * jnp.sum(twist * times(robot.inertia, twist), axis=1)  # of each station
-    carried = 0.5 * jnp.sum(relative * times(robot.carried(t, shape, twist, x.z)[0], relative), axis=1)
+    carried = 0.5 * jnp.sum(relative * times(added, relative), axis=1)
     bent = tree.split(q, "q")[1]
     energy = [0.5 * jnp.einsum("mi,mij,mj->m", x, g.things.stiffness, x) for g, x in zip(tree.rods, bent, strict=True)]
     parts = len(tree.structure)
     elastic = Spread(parts, np.array([i for g in tree.rods for i in g.members], dtype=int))(energy)
-    by_part = Spread(parts, tree.plan.part_of_station)
+    by_part = Spread(parts, tree.indices.part_of_station)
     return jnp.stack([by_part([own]), by_part([carried]), elastic], axis=-1)
+
+
+def _added_mass_rate(robot: Robot, t: Array, acting: Forces, relative: Array) -> Float[Array, ""]:
+    """Rate of the kinetic energy V A V/2 of the added mass [W], by the forces of the water."""
+    rate = -jnp.sum(relative * acting.fluid)
+    if acting.reshaping is not None:
+        rate -= 0.5 * jnp.sum(relative * acting.reshaping)
+    current = robot.water.current
+    if current is None:
+        return rate
+    # these forces know Dc/Dt along the water's path; the body goes through the current by its relative velocity
+    R, p = acting.shape.rotation, acting.shape.position
+    _, more = jax.jvp(jax.vmap(lambda point: current(t, point)), (p,), (dot(R, relative[:, 3:]),))
+    return rate - jnp.sum(times(acting.added, relative)[:, 3:] * dot_t(R, more))
 
 
 def bending_of(robot: Robot, q: Float[Array, "nq"]) -> Bending:
@@ -124,14 +143,12 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     along the coordinates besides.
     """
     tree, names = robot.tree, load_names(robot)
-    rate = robot.rates(t, x)
-    rate = rate if a is None else State(rate.q, a, rate.z)
-    acting = robot.forces(t, x, rate.v)
+    a, acting = robot.solved(t, x, a)
     shape, twist = acting.shape, acting.twist
     n, parts, several = shape.position.shape[0], len(tree.structure), len(names)
     q, v, _ = tree.complete(t, x.q, x.v)
     weight = tree.stations.weight
-    by_part = jax.vmap(Spread(parts, tree.plan.part_of_station).of_one)
+    by_part = jax.vmap(Spread(parts, tree.indices.part_of_station).of_one)
     row = {name: k for k, name in enumerate(names)}
 
     loads, every = robot.load_groups, [row[ADDED_MASS] * n + np.arange(n)]
@@ -154,13 +171,13 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     to_parts = spread(several * parts, [*every, row[VISCOUS] * parts + owner, row[DRIVE] * parts + owner])
     joint_power = to_parts([*watts, -acting.viscous * v, acting.drive * v]).reshape(several, parts)
 
+    relative, _ = robot.relative(t, shape, twist, twist)
     power = jnp.sum(wrench * twist, axis=-1)
     # the kinetic energy of the added mass is part of the energy; only a current gives power through it
     c = dot_t(shape.rotation, robot.water.flow(t, shape.position)[0])
     power = power.at[names.index(ADDED_MASS)].set(jnp.sum(acting.fluid[:, 3:] * c, axis=-1))
     if acting.reshaping is not None:
         # half of the power of -dA/dt V goes into the added mass' energy V A V / 2, half comes from the shape change
-        relative, _ = robot.relative(t, shape, twist, twist)
         given = jnp.sum(acting.reshaping[:, 3:] * c, axis=-1) + 0.5 * jnp.sum(acting.reshaping * relative, axis=-1)
         wrench = wrench.at[names.index(SHAPE_CHANGE)].set(acting.reshaping)
         power = power.at[names.index(SHAPE_CHANGE)].set(given)
@@ -174,10 +191,12 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     local = times(robot.inertia, twist)
     linear = dot(shape.rotation, local[:, 3:])
     angular = dot(shape.rotation, local[:, :3]) + cross(shape.position, linear)
-    energy, energy_rate = jax.jvp(lambda t, x: energies(robot, t, x), (t, x), (jnp.ones(()), rate))
+    energy = _energies(robot, q, twist, relative, acting.added)
+    # V I dV/dt of the body, since gyroscopic forces do no work, and q K dq/dt of the rods
+    energy_rate = jnp.sum(twist * acting.inertia) + jnp.sum(acting.elastic * v)
     return Diagnosis(
         displacement=robot.displacements(x.q),
-        a=rate.v,
+        a=a,
         position=shape.position,
         rotation=shape.rotation,
         velocity=dot(rows(shape.rotation, first), rows(twist, first)[:, 3:]),
@@ -192,7 +211,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
         angular_momentum=jnp.sum(angular, axis=0),
         energy=jnp.sum(energy, axis=0),
         part_energy=energy,
-        energy_rate=jnp.sum(energy_rate),
+        energy_rate=energy_rate + _added_mass_rate(robot, t, acting, relative),
         bending=bending_of(robot, q),
     )
 

@@ -136,7 +136,7 @@ class PairLoads(LoadGroup):
         places = [tree.layout[pair[side]].stations for pair in self.parts]
         return np.array([np.arange(place.start, place.stop) for place in places])
 
-    def force(self, tree: Tree, strips: Strips) -> tuple[Float[Array, "k 6"], Float[Array, "k 6"]]:
+    def force(self, tree: Tree, strips: Strips) -> tuple[Float[Array, "k 6"], Float[Array, "l 6"]]:
         """Wrenches on the stations of all first parts, and on those of all second parts, one behind the other."""
         both = [jax.tree.map(lambda x, k=k: rows(x, self.stations(tree, k)), strips) for k in (0, 1)]
         a, b = self.map(lambda load, first, second: load.force(first, second), *both)

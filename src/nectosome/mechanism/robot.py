@@ -169,7 +169,7 @@ class Robot(Mechanical):
 
         u [n] adds to the generalised forces of all unknown coordinates.
         """
-        tree, plan, loads = self.tree, self.tree.plan, self.load_groups
+        tree, indices, loads = self.tree, self.tree.indices, self.load_groups
         q, v, full_a = tree.complete(t, x.q, x.v, a)
         shape = tree.shape(q)
         rod_q, split_v = tree.split(q, "q")[1], tree.split(v, "v")
@@ -182,7 +182,7 @@ class Robot(Mechanical):
 
         def pull(wrench: Array) -> Float[Array, "nv"]:
             joints, rods = transposed(wrench)
-            return plan.to_v([x.ravel() for x in (*joints, *rods)])
+            return indices.to_v([x.ravel() for x in (*joints, *rods)])
 
         rate = tree.rates_of(shape, added_twist, split_v, tree.split(full_a, "v"))
 
@@ -210,7 +210,7 @@ class Robot(Mechanical):
 
         along = [[g.things.stiffness, g.things.damping] for g in tree.rods]
         elastic, viscous = (
-            plan.rods_to_v([times(own[k], x).ravel() for own, x in zip(along, moving, strict=True)])
+            indices.rods_to_v([times(own[k], x).ravel() for own, x in zip(along, moving, strict=True)])
             for k, moving in enumerate((rod_q, split_v[1]))
         )
         joint, drive = self.along_joints(on_joints), self.driving_forces(t, u)
@@ -303,6 +303,23 @@ class Robot(Mechanical):
         acting = self.forces(t, x, jnp.zeros_like(x.v), u)
         return self.mass(acting.shape, acting.added), rows(acting.residual, self.tree.free_v)
 
+    def solved(self, t: Array, x: State, a: Float[Array, "nv"] | None = None) -> tuple[Float[Array, "nv"], Forces]:
+        """Accelerations of the unknown coordinates by the equations of motion, or a, and all forces with them."""
+        still = self.forces(t, x, jnp.zeros_like(x.v))
+        every = self.tree.jacobian(still.shape, jnp.eye(self.tree.layout[-1].v.stop))
+        J = rows(every, self.tree.free_v)
+        inertia = self.inertia + still.added
+        if a is None:
+            M = jnp.einsum("vni,wni->vw", J, times(inertia, J))
+            a = -inverse(M) @ rows(still.residual, self.tree.free_v)
+        rate = jnp.einsum("vni,v->ni", J, a)
+        moved = still._replace(
+            fluid=still.fluid - times(still.added, rate),
+            inertia=still.inertia + times(self.inertia, rate),
+            residual=still.residual + jnp.einsum("vni,ni->v", every, times(inertia, rate)),
+        )
+        return a, moved
+
     def mass(self, shape: PartShape, added: Float[Array, "n 6 6"]) -> Float[Array, "nv nv"]:
         """Mass matrix, with this added mass, of the unknown coordinates."""
         J = self.columns(shape)
@@ -333,7 +350,7 @@ class Robot(Mechanical):
 
     def weight(self) -> Float[Array, "parts"]:
         """Mass of each part [kg]."""
-        return Spread(len(self.tree.structure), self.tree.plan.part_of_station)([self.inertia[:, 3, 3]])
+        return Spread(len(self.tree.structure), self.tree.indices.part_of_station)([self.inertia[:, 3, 3]])
 
 
 def times(matrix: Array, x: Array) -> Array:

@@ -20,8 +20,8 @@ from nectosome.core.se3 import bracket, to_body, to_spatial
 from .joints import Joint
 from .links import Link
 from .parts import TreePart, poses
-from .plan import PartPlan, Plan, TreeLayout, plan_of
 from .rods import RodShape, SoftRod, rod_added, rod_added_rate, rod_shape
+from .tree_indices import PartPlan, TreeIndices, TreeLayout, indices_of
 
 Split = tuple[tuple[Array, ...], tuple[Array, ...]]  # of joints class by class, of rods structure by structure
 
@@ -78,10 +78,10 @@ class Tree(eqx.Module):
         )
 
     @property
-    def plan(self) -> Plan:
+    def indices(self) -> TreeIndices:
         """Constant indices of the tree."""
         groups = (tuple(group.members for group in kind) for kind in (self.joints, self.rods, self.motions))
-        return plan_of(self.structure, *groups, self.strain_places)
+        return indices_of(self.structure, *groups, self.strain_places)
 
     @property
     def parts(self) -> tuple[TreePart, ...]:
@@ -98,7 +98,7 @@ class Tree(eqx.Module):
             body = Link(there[..., :3], there[..., 3], tip[:, :3], tip[:, 3])
         else:
             body = _member(self.rods, i)
-        mount = part_of(self.mounts, int(self.plan.in_order[i]))
+        mount = part_of(self.mounts, int(self.indices.in_order[i]))
         places = [place for group in self.strain_places for place in group]
         return TreePart(
             name=own.name,
@@ -125,7 +125,7 @@ class Tree(eqx.Module):
     @property
     def layout(self) -> tuple[TreeLayout, ...]:
         """Layout of each part."""
-        return self.plan.layout
+        return self.indices.layout
 
     def part(self, name: str) -> int:
         """Index of a part."""
@@ -141,12 +141,12 @@ class Tree(eqx.Module):
     @property
     def free_v(self) -> np.ndarray:
         """Indices of the unknown velocities."""
-        return self.plan.free_v
+        return self.indices.free_v
 
     @property
     def prescribed_v(self) -> np.ndarray:
         """Indices of the prescribed velocities."""
-        return self.plan.prescribed_v
+        return self.indices.prescribed_v
 
     def complete(self, t: Array, q: Array, v: Array, a: Array | None = None) -> tuple[Array, Array, Array]:
         """Coordinates, velocities and accelerations of all joints and strains: prescribed ones from their signals.
@@ -163,7 +163,7 @@ class Tree(eqx.Module):
         for group in self.strains:
             for whole, own in zip(every, _at(group, t), strict=True):
                 whole.append(own.ravel())
-        index = self.plan.complete_q, self.plan.complete_v, self.plan.complete_v
+        index = self.indices.complete_q, self.indices.complete_v, self.indices.complete_v
         full_q, full_v, full_a = (rows(joined(x), i) for x, i in zip(every, index, strict=True))
         return full_q, full_v, full_a
 
@@ -182,13 +182,13 @@ class Tree(eqx.Module):
     def _converted(self, method: str, given: dict[str, Array], plain: Callable, result: str, *more: Array) -> Array:
         """A method of the joints for all unknown joints; coordinates that are displacements go as in `plain`."""
         out, place = [], []
-        for group, unknown in zip(self.joints, self.plan.unknown, strict=True):
+        for group, unknown in zip(self.joints, self.indices.unknown, strict=True):
             if unknown.q.size:
                 f = getattr(self.structure[group.members[0]].joint, method)
                 x = (rows(x, getattr(unknown, what)) for what, x in given.items())
                 out.append(jax.vmap(lambda *x, f=f: f(*x, *more))(*x).ravel())
                 place.append(getattr(unknown, result).ravel())
-        ordinary = self.plan.plain
+        ordinary = self.indices.plain
         if ordinary.q.size or not out:
             out.append(plain(*(rows(x, getattr(ordinary, what)) for what, x in given.items())))
             place.append(getattr(ordinary, result))
@@ -196,35 +196,35 @@ class Tree(eqx.Module):
 
     def start(self) -> tuple[Array, Array]:
         """Initial unknown coordinates and velocities: joints by their start values, rods at rest and unstressed."""
-        plan = self.plan
+        indices = self.indices
         begin = [group.map(lambda joint: joint.start()) for group in self.joints]
-        q = Spread(self.layout[-1].q.stop, _flat(plan.joint_q))([x.ravel() for x, _ in begin])
-        v = Spread(self.layout[-1].v.stop, _flat(plan.joint_v))([x.ravel() for _, x in begin])
-        return rows(q, plan.free_q), rows(v, plan.free_v)
+        q = Spread(self.layout[-1].q.stop, _flat(indices.joint_q))([x.ravel() for x, _ in begin])
+        v = Spread(self.layout[-1].v.stop, _flat(indices.joint_v))([x.ravel() for _, x in begin])
+        return rows(q, indices.free_q), rows(v, indices.free_v)
 
     def split(self, x: Array, what: str) -> Split:
         """All coordinates (what = "q") or velocities ("v") of joints and of rods."""
-        plan = self.plan
-        joints, rods = (plan.joint_q, plan.rod_q) if what == "q" else (plan.joint_v, plan.rod_v)
+        indices = self.indices
+        joints, rods = (indices.joint_q, indices.rod_q) if what == "q" else (indices.joint_v, indices.rod_v)
         return tuple(rows(x, i) for i in joints), tuple(rows(x, i) for i in rods)
 
     def shape(self, q: Float[Array, "nq"]) -> PartShape:
         """Poses of all stations from the completed coordinates."""
-        plan, (joint_q, rod_q) = self.plan, self.split(q, "q")
+        indices, (joint_q, rod_q) = self.indices, self.split(q, "q")
         moved = [g.map(lambda joint, q: joint.motion(q), q) for g, q in zip(self.joints, joint_q, strict=True)]
         bent = [g.map(rod_shape, q) for g, q in zip(self.rods, rod_q, strict=True)]
         nodes = [poses(rod.rotation, rod.position).reshape(-1, 3, 4) for rod in bent]
         still = jnp.eye(3, 4)[None]
-        base = rows(joined([still, self.link_tips, *nodes]), plan.bases)
+        base = rows(joined([still, self.link_tips, *nodes]), indices.bases)
         local = _compose(_compose(base, self.mounts), joined([poses(m.rotation, m.position) for m in moved]))
         before, roots = local, []
-        for level in plan.levels:
+        for level in indices.levels:
             here = rows(local, level.parts)
             before = _compose(rows(before, level.parents), here) if level.parents.size else here
             roots.append(before)
-        root = rows(joined(roots), plan.after_levels)
-        placed = _compose(rows(root, plan.owners), joined([self.link_stations, *nodes]))
-        station, frame = rows(placed, plan.stations), rows(joined([root, placed]), plan.frames)
+        root = rows(joined(roots), indices.after_levels)
+        placed = _compose(rows(root, indices.owners), joined([self.link_stations, *nodes]))
+        station, frame = rows(placed, indices.stations), rows(joined([root, placed]), indices.frames)
         return PartShape(
             rotation=station[..., :3],
             position=station[..., 3],
@@ -255,7 +255,7 @@ class Tree(eqx.Module):
 
     def body_twists(self, shape: PartShape, added: Float[Array, "k 6"]) -> Float[Array, "n 6"]:
         """Body twists of all stations from the increments of the segments."""
-        return to_body(shape.rotation, shape.position, jnp.asarray(self.plan.before_station) @ added)
+        return to_body(shape.rotation, shape.position, jnp.asarray(self.indices.before_station) @ added)
 
     def jacobian(self, shape: PartShape, directions: Float[Array, "m nv"]) -> Float[Array, "m n 6"]:
         """Body twists of all stations for unit velocities: columns of the geometric Jacobian along `directions`."""
@@ -274,7 +274,7 @@ class Tree(eqx.Module):
         """
         moving = zip(self.rods, shape.rods, v[1], a[1], strict=True)
         local = self._spatial(shape, a[0], [g.map(rod_added_rate, *x) for g, *x in moving])
-        total = local + bracket(jnp.asarray(self.plan.before_segment) @ added, added)
+        total = local + bracket(jnp.asarray(self.indices.before_segment) @ added, added)
         return self.body_twists(shape, total)
 
 

@@ -236,7 +236,7 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
     }
     found = d._asdict() | d.bending._asdict()
     data |= {name: (("time", *dims), found[name], unit) for name, (dims, unit) in VARIABLES.items()}
-    of_stations = np.array(tree.names)[tree.plan.part_of_station]
+    of_stations = np.array(tree.names)[tree.indices.part_of_station]
     names = labels(robot) | {
         "time": ("time", np.asarray(trajectory.time), "s"),
         "station_part": ("station", of_stations, ""),

@@ -111,7 +111,8 @@ class Newton(NamedTuple):
 
 _MOST_ITERATIONS = 12
 _SLOW = 0.3  # contraction of Newton's correction above which the Jacobian is recomputed
-_NEWTON_SHARE = 0.02  # remaining error of Newton's method over the tolerance
+_CHANGE = 1e-4  # of a velocity and its rate, for differences
+_NEWTON_SHARE = 0.002  # remaining error of Newton's method over the tolerance
 
 
 class _Iterate(NamedTuple):
@@ -153,17 +154,28 @@ class _Stage(eqx.Module):
 
 
 @eqx.filter_custom_jvp
-def _newton(stage: _Stage, w: Array, inverted: Array, must: Array, needed: Array, tolerance: Array) -> _Iterate:
-    """Solve a stage from w with a kept inverse Jacobian (`must`: recompute it); skipped unless `needed`.
+def _newton(
+    stage: _Stage, w: Array, inverted: Array, must: Array, needed: Array, tolerance: Array, increment: Array
+) -> _Iterate:
+    """Solve a stage to a tolerance of w, from w, with a kept inverse Jacobian (`must`: recompute it), if `needed`.
 
-    Derivatives are those of the solution, by the implicit function theorem.
+    The Jacobian is that of differences by `increment`, so that the residual, the most of what is to be compiled,
+    stands here once. Derivatives are those of the solution, by the implicit function theorem.
     """
+    n = w.shape[0]
 
     def correct(it: _Iterate) -> _Iterate:
         refresh = jnp.where(it.k == 0, must, (it.k > 1) & (it.rate > _SLOW))
-        inverted = jax.lax.cond(refresh, lambda w: inverse(jax.jacfwd(stage.residual)(w)), lambda w: it.inverted, it.w)
-        dw = -inverted @ stage.residual(it.w)
-        size = rms(stage.c * dw / tolerance)
+        moved = it.w + jnp.maximum(increment, _CHANGE * jnp.abs(it.w))
+
+        def one(i: Array, found: Array) -> Array:
+            return found.at[i].set(stage.residual(jnp.where(jnp.arange(n) == i - 1, moved, it.w)))
+
+        found = jax.lax.fori_loop(0, jnp.where(refresh, n + 1, 1), one, jnp.zeros((n + 1, n)))
+        columns = (found[1:] - found[0]) / (moved - it.w)[:, None]
+        inverted = jax.lax.cond(refresh, lambda J: inverse(J.T), lambda J: it.inverted, columns)
+        dw = -inverted @ found[0]
+        size = rms(dw / tolerance)
         rate = jnp.where(it.k == 0, 1.0, size / jnp.maximum(it.size, 1e-300))
         remaining = size * jnp.minimum(rate / jnp.maximum(1 - rate, 1e-3), 1.0)
         return _Iterate(it.w + dw, inverted, size, rate, remaining, it.k + 1, it.refreshes + refresh)
@@ -179,7 +191,7 @@ def _newton(stage: _Stage, w: Array, inverted: Array, must: Array, needed: Array
 
 @_newton.def_jvp
 def _newton_derivatives(primals: tuple, tangents: tuple) -> tuple[_Iterate, _Iterate]:
-    stage, w, _, _, needed, _ = primals
+    stage, w, _, _, needed, *_ = primals
     it = _newton(*primals)
     _, dr = eqx.filter_jvp(lambda stage: stage.residual(it.w), (stage,), (tangents[0],))
     before = jnp.zeros_like(w) if tangents[1] is None else tangents[1]
@@ -198,11 +210,14 @@ def implicit_step(
 ) -> Step:
     """Attempt a step of size h from x; `rate` is dx/dt at x if it is known, `allowed` the tolerance of each component.
 
-    The first stage computes an unknown rate; its c is 0, so Newton's method needs one iteration.
+    The first stage computes an unknown rate; its c is 0, so its equations are linear.
     """
     w0, unravel = ravel_pytree((rate.v, rate.z))
     A = jnp.asarray(ESDIRK4.A)
-    tolerance, _ = ravel_pytree((allowed.v, allowed.z))
+    tolerance = ravel_pytree((allowed.v, allowed.z))[0] / (GAMMA * h)
+
+    moving, _ = ravel_pytree((x.v, x.z))
+    increment = jnp.maximum(tolerance, _CHANGE * jnp.abs(moving) / (GAMMA * h))
 
     def stage(carry, i: Array):
         K, w, inverted, good, count = carry
@@ -213,7 +228,7 @@ def implicit_step(
         row = jnp.where(jnp.arange(6) < i, A[i], 0.0)
         base = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), x, K)
 
-        it = _newton(_Stage(system, ti, base, c), w, inverted, must, needed, tolerance)
+        it = _newton(_Stage(system, ti, base, c), w, inverted, must, needed, tolerance, increment)
         a, dz = unravel(it.w)
         xi = _Stage(system, ti, base, c).reach(it.w)
         _, dq = jax.jvp(lambda s: system.advance(xi.q, xi.v, s), (jnp.zeros(()),), (jnp.ones(()),))  # N(q) v

@@ -24,7 +24,7 @@ def standing(described: RobotDescription, robot: Robot) -> xr.Dataset:
     """One instant, without forces."""
     rotation, position = remembered(start_poses, robot)
     tree = robot.tree
-    of_stations = np.array(tree.names)[tree.plan.part_of_station]
+    of_stations = np.array(tree.names)[tree.indices.part_of_station]
     return xr.Dataset(
         {
             "position": (("time", "station", "axis"), np.asarray(position)[None]),

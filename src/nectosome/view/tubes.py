@@ -19,7 +19,7 @@ _HARD = ("#9aa1aa", "#4f5660", "#c9ced4")  # rigid parts, in turn
 _FINER = 3  # rings per interval between a rod's stations, where rings have that many points
 
 
-class Stations(NamedTuple):
+class TubeStations(NamedTuple):
     """The stations of a part, in the world frame."""
 
     x: Float[np.ndarray, "n"]  # along the part [m]: at first 0, the root of a rod, or the centre of a rigid part
@@ -33,14 +33,14 @@ class Stations(NamedTuple):
         return float(self.x[0]) == 0
 
 
-def parts_of(run: xr.Dataset) -> dict[str, Stations]:
-    """Stations of the parts that have a size, by part."""
+def parts_of(run: xr.Dataset) -> dict[str, TubeStations]:
+    """TubeStations of the parts that have a size, by part."""
     x, half, position, rotation = (run[name].values for name in ("station_x", "half_width", "position", "rotation"))
-    found: dict[str, Stations] = {}
+    found: dict[str, TubeStations] = {}
     for part in map(str, run["part"].values):
         own = np.flatnonzero(run["station_part"].values == part)
         if np.any(half[own] > 0) and (len(own) > 1 or x[own[0]] != 0):
-            found[part] = Stations(x[own], half[own], position[:, own], rotation[:, own])
+            found[part] = TubeStations(x[own], half[own], position[:, own], rotation[:, own])
     return found
 
 
@@ -89,7 +89,7 @@ def triangles(rings: int, around: int) -> Int[np.ndarray, "n 3"]:
 
 
 def rings_of(
-    stations: Stations, shape: str = "cylinder", around: int = AROUND
+    stations: TubeStations, shape: str = "cylinder", around: int = AROUND
 ) -> Float[np.ndarray, "t rings around 3"]:
     """Rings of a part [m, world frame] at all times of its stations, both end rings doubled.
 
@@ -123,7 +123,7 @@ def shape_of(robot: RobotDescription | None, part: str) -> str:
     return "spheroid" if shape == "point" else shape
 
 
-def colours_of(parts: Mapping[str, Stations], soft: str = BLUE) -> dict[str, str]:
+def colours_of(parts: Mapping[str, TubeStations], soft: str = BLUE) -> dict[str, str]:
     """Colours of parts by name: `soft` of rods, greys in turn of rigid ones."""
     greys = cycle(_HARD)
     return {name: soft if stations.rod else next(greys) for name, stations in parts.items()}
@@ -168,7 +168,7 @@ def nearest_rotation(A: np.ndarray) -> np.ndarray:
 def finer(
     x: np.ndarray, position: np.ndarray, rotation: np.ndarray, half: np.ndarray, pieces: int = _FINER
 ) -> tuple[np.ndarray, ...]:
-    """Stations of a rod and more between them, along cubics tangent to it."""
+    """TubeStations of a rod and more between them, along cubics tangent to it."""
     parts = [np.linspace(a, b, pieces, endpoint=False) for a, b in pairwise(x)]
     at = np.concatenate([*parts, x[-1:]])
     place, slope = np.moveaxis(position, 1, 0), np.moveaxis(rotation[..., 0], 1, 0)

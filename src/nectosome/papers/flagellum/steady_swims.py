@@ -87,7 +87,7 @@ def reaction_over_a_turn(robot: Robot, x: State, rate: float, parts: tuple[str, 
 
 def _wrenches(robot: Robot, time: Array, x: State, carried: Bool[Array, "parts"]) -> Float[Array, "n 6"]:
     """Loads and inertia of the carried parts at all times, summed about the body's first station."""
-    owner = robot.tree.plan.part_of_station
+    owner = robot.tree.indices.part_of_station
 
     def one(at: tuple[Array, State]) -> Array:
         t, x = at

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from nectosome.description import RobotDescription
 from nectosome.view.style import BLUE, source_lines
-from nectosome.view.tubes import Stations, colours_of, finer, parts_of, rings_of, shape_of, triangles, visible
+from nectosome.view.tubes import TubeStations, colours_of, finer, parts_of, rings_of, shape_of, triangles, visible
 
 AROUND = 12  # corners of a slice
 _ROUND = 24  # of a rigid part, which is drawn once
@@ -63,7 +63,7 @@ class Soft:
     Slices are computed when they are shown: most instants never are.
     """
 
-    def __init__(self, stations: Stations, forces: Float[np.ndarray, "t loads n 3"], colour: str):
+    def __init__(self, stations: TubeStations, forces: Float[np.ndarray, "t loads n 3"], colour: str):
         self.x, self._half, position, rotation = stations
         self._forces, self.colour = forces, colour  # of the water [N/m]
         root = rotation[:, 0]
@@ -151,9 +151,9 @@ def _forces(run: xr.Dataset) -> Float[np.ndarray, "t loads n 3"]:
     return run["line_force"].values[:, [name not in _LEFT_OUT for name in run["load"].values]]
 
 
-def _rigid(stations: Stations, shape: str, colour: str) -> RigidMesh:
+def _rigid(stations: TubeStations, shape: str, colour: str) -> RigidMesh:
     x, half, position, rotation = stations
-    (rings,) = rings_of(Stations(x, half, position[:1], rotation[:1]), shape, _ROUND)
+    (rings,) = rings_of(TubeStations(x, half, position[:1], rotation[:1]), shape, _ROUND)
     place, R = position[:, 0], rotation[:, 0]
     vertices = (rings.reshape(-1, 3) - place[0]) @ R[0]
     faces = triangles(rings.shape[0], rings.shape[1])

@@ -56,7 +56,7 @@ class Level(NamedTuple):
     parents: Int[np.ndarray, "m"]  # places in the level before
 
 
-class Plan(NamedTuple):
+class TreeIndices(NamedTuple):
     """Constant indices of a tree."""
 
     layout: tuple[TreeLayout, ...]
@@ -87,14 +87,14 @@ class Plan(NamedTuple):
 
 
 @cache
-def plan_of(
+def indices_of(
     parts: tuple[PartPlan, ...],
     joints: tuple[tuple[int, ...], ...],
     rods: tuple[tuple[int, ...], ...],
     motions: tuple[tuple[int, ...], ...],
     strain_motions: tuple[tuple[tuple[int, int], ...], ...],
-) -> Plan:
-    """Plan of parts, whose indices are grouped by classes of joints, structures of rods and kinds of signals."""
+) -> TreeIndices:
+    """TreeIndices of parts, whose indices are grouped by classes of joints, structures of rods and kinds of signals."""
     layout = _layout(parts)
     nq, nv, n = layout[-1].q.stop, layout[-1].v.stop, layout[-1].stations.stop
     free_q, free_v = (_unknown(parts, layout, what) for what in "qv")
@@ -129,7 +129,7 @@ def plan_of(
     frames = [np.arange(len(parts))]
     frames += [len(parts) + station_of_kind[np.arange(n)[layout[i].stations][:-1]] for members in rods for i in members]
     before_segment, before_station = _ancestors(parts, layout, in_order, rods)
-    return Plan(
+    return TreeIndices(
         layout=layout,
         free_q=free_q,
         free_v=free_v,
