@@ -8,6 +8,8 @@ import pytest
 from nectosome.core import State
 from nectosome.mechanism import diagnose
 from nectosome.mechanism.diagnose import energies
+from nectosome.model import build
+from nectosome.robots import describe
 
 T = jnp.asarray(0.3)
 
@@ -122,13 +124,59 @@ def is_jaxpr(x):
     return hasattr(x, "eqns") or hasattr(x, "jaxpr")
 
 
-def test_the_graph_does_not_grow_with_the_number_of_points(described):
-    def count(points):
-        robot = described(ROD.replace("POINTS", str(points)))
-        x = robot.initial()
-        return equations(jax.make_jaxpr(lambda x, a: robot.residual(T, x, a))(x, x.v).jaxpr)
+def of_residual(robot):
+    x = robot.initial()
+    return equations(jax.make_jaxpr(lambda x, a: robot.residual(T, x, a))(x, x.v).jaxpr)
 
-    assert count(5) == count(50) > 100
+
+def test_the_graph_does_not_grow_with_the_number_of_points(described):
+    few, many = (of_residual(described(ROD.replace("POINTS", points))) for points in ("5", "50"))
+    assert few == many > 100
+
+
+@pytest.mark.parametrize(
+    ("name", "most"), [("flagellum", 1200), ("turtle", 1900), ("octopus", 1250), ("krill", 850), ("flagella4", 1200)]
+)
+def test_the_graph_of_a_shipped_robot_grows_with_kinds_of_parts_only(name, most):
+    """A krill has 27 parts and 148 loads."""
+    assert 500 < of_residual(build(describe(name))) <= most
+
+
+SWIMMER = """
+name: swimmer
+water: {surface: 0.4 m, current: [0.1 m/s, 0 m/s, 0 m/s]}
+body: {kind: rigid, shape: point, mass: 1 kg, inertia: [0.01 kg m2, 0.02 kg m2, 0.03 kg m2], joint: {kind: free}}
+limbs:
+  arm:
+    kind: rod
+    section: circle
+    length: 0.3 m
+    radius: 10 mm
+    young: 0.1 MPa
+    density: 1100 kg/m3
+    strains: {bending_z: 1}
+    offset: [0 m, 50 mm, 0 m]
+    repeat: {count: COUNT, around: x}
+    joint: {kind: revolute, axis: z, motion: {kind: sine, amplitude: 20 deg, frequency: 1 Hz}}
+    loads:
+      drag: {kind: drag, normal: 1.1}
+      water: {kind: added_mass, normal: 1}
+      pull: {kind: tendon, place: [1 mm, 0 mm], tension: {kind: constant, value: 1 N}}
+  hand:
+    on: arm
+    kind: rigid
+    shape: cylinder
+    length: 50 mm
+    radius: 5 mm
+    density: 1000 kg/m3
+    joint: {kind: spherical, stiffness: 0.1 N m/rad, damping: 0.01 N m s/rad}
+    loads: {hull: {kind: lumped_drag, drag_area: [1 cm2, 2 cm2, 3 cm2], rotational: [0 kg m2, 0 kg m2, 0 kg m2]}}
+"""
+
+
+def test_a_copy_of_a_limb_adds_no_equation(described):
+    counts = {of_residual(described(SWIMMER.replace("COUNT", str(count)))) for count in (2, 3, 8)}
+    assert len(counts) == 1
 
 
 LIMB = """
@@ -172,7 +220,6 @@ def test_the_reaction_of_a_prescribed_joint_is_the_torque_that_drives_a_free_one
     from nectosome.description import Angle, ConstantSignal
     from nectosome.description.fields import Torque
     from nectosome.description.signals import SineSignal
-    from nectosome.model import build
 
     def shaft(**changes):
         joint = propeller.limbs["shaft"].joint.model_copy(update=changes)

@@ -63,6 +63,8 @@ def simulate(
 
     description = robots.describe(robot, settings or ())
 
+    import jax
+
     from nectosome.core import Status
     from nectosome.solve import prepare_results
     from nectosome.solve import simulate as integrate
@@ -89,7 +91,7 @@ def simulate(
             from nectosome.view import show_run
 
             outputs.write(found.to_dataset(), show_run)
-    came_to = f"at {float(run.value.time[-1]):.4g} s of {seconds:.4g} s."
+    came_to = f"at {float(jax.device_get(run.value.time)[-1]):.4g} s of {seconds:.4g} s."
     if status == Status.CANCELLED:
         tell(f"cancelled {came_to}" + (f" The part done is in {outputs.save}." if outputs.save else ""))
         return 130

@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 from jax import export
 
+from nectosome.core.rows import on_device
 from nectosome.io.atomic import lock, write_atomic
 from nectosome.units import InputError
 
@@ -64,7 +64,7 @@ def _prepared(
         if not isinstance(leaf, jax.Array):
             if not eqx.is_array_like(leaf):
                 return None
-            leaves[i] = jnp.asarray(leaf)
+            leaves[i] = on_device(leaf)
     key = (f, structure, tuple((leaf.shape, leaf.dtype) for leaf in leaves))
     if key not in _programs:
         shapes = [jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for leaf in leaves]

@@ -17,6 +17,11 @@ from jaxtyping import Array, Int
 T = TypeVar("T")
 
 
+def on_device(x: Any) -> Array:
+    """A number, or an array of NumPy, as an array of JAX; `jnp.asarray` compiles a program for it."""
+    return jax.device_put(np.asarray(x))
+
+
 def rows(x: Array, index: Int[np.ndarray, "*shape"]) -> Array:
     """x[index] along the first axis, by indices from 0 on that are known while tracing: one operation."""
     flat = index.ravel()
@@ -73,14 +78,14 @@ def stacked(things: Sequence[T]) -> T:
     def stack(*numbers: Any) -> Array:
         if any(isinstance(x, Tracer) for x in numbers):
             return jnp.stack(numbers)
-        return jnp.asarray(np.stack([np.asarray(x) for x in numbers]))
+        return on_device(np.stack([np.asarray(x) for x in numbers]))
 
     return jax.tree.map(stack, *things)
 
 
 def part_of(things: T, place: int | slice) -> T:
     """Some of stacked things; numbers that are not traced are taken out without a program."""
-    return jax.tree.map(lambda x: x[place] if isinstance(x, Tracer) else jnp.asarray(np.asarray(x)[place]), things)
+    return jax.tree.map(lambda x: x[place] if isinstance(x, Tracer) else on_device(np.asarray(x)[place]), things)
 
 
 class Alike(eqx.Module, Generic[T]):

@@ -94,7 +94,7 @@ def indices_of(
     motions: tuple[tuple[int, ...], ...],
     strain_motions: tuple[tuple[tuple[int, int], ...], ...],
 ) -> TreeIndices:
-    """TreeIndices of parts, whose indices are grouped by classes of joints, structures of rods and kinds of signals."""
+    """Of parts, which are grouped by classes of joints, structures of rods and kinds of signals."""
     layout = _layout(parts)
     nq, nv, n = layout[-1].q.stop, layout[-1].v.stop, layout[-1].stations.stop
     free_q, free_v = (_unknown(parts, layout, what) for what in "qv")

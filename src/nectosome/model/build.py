@@ -17,6 +17,7 @@ from nectosome import loads as ld
 from nectosome.core import Constant, PairLoad, Signal, Stack, Stations, UniformCurrent, Water, signal_of
 from nectosome.core.described import class_for, is_zero, number, vector
 from nectosome.core.remember import remembered
+from nectosome.core.rows import on_device
 from nectosome.core.se3 import rotation_from_rpy
 from nectosome.description import (
     RobotDescription,
@@ -115,7 +116,7 @@ def _template(
 ) -> tuple[Template, Float[Array, "n"]]:
     whole = {path for row, ends in _rows(tuple(values)).items() for path in tuple(values)[ends]}
     paths = tuple(path for path, value in values.items() if value != 0 or path in also or path in whole)
-    return Template(_Plan(description, paths)), jnp.array([float(values[path]) for path in paths])
+    return Template(_Plan(description, paths)), on_device([float(values[path]) for path in paths])
 
 
 def instantiate(template: Template, numbers: Float[Array, "n"] | Sequence[Float[Array, ""]]) -> Robot:

@@ -19,6 +19,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Mechanical, State
 from nectosome.core.linear_algebra import inverse
+from nectosome.core.rows import on_device
 
 
 class Tableau(NamedTuple):
@@ -202,7 +203,7 @@ def _newton_derivatives(primals: tuple, tangents: tuple) -> tuple[_Iterate, _Ite
 
 def newton_memory(n: int) -> Newton:
     """Memory of the first implicit step."""
-    return Newton(jnp.asarray(np.eye(n)), jnp.asarray(0.0), jnp.asarray(True), jnp.asarray(0))
+    return Newton(*map(on_device, (np.eye(n), 0.0, True, 0)))
 
 
 def implicit_step(

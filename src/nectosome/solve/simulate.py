@@ -10,6 +10,7 @@ import numpy as np
 
 from nectosome.core import Mechanical, State, Status
 from nectosome.core.remember import remembered
+from nectosome.core.rows import on_device
 from nectosome.mechanism import reduced
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, check_choice, check_share, check_whole, read_numbers, read_positive
@@ -62,16 +63,16 @@ def simulate(
     _check(time, times, rtol, atol)
     system = robot if isinstance(robot, Mechanical) else robot_of(robot, settings)
     kind: Method = "implicit" if method == "auto" else method
-    stepping = Settings(kind, *map(jnp.asarray, (rtol, atol, max_steps)))
+    stepping = Settings(kind, *map(on_device, (rtol, atol, max_steps)))
     x = system.initial() if initial is None else initial
     equations = reduced(system)
-    m = begin(jnp.asarray(0.0), x, stepping, jnp.asarray(min(1e-3, 0.1 * times[1])))
-    states, status = [jax.tree.map(lambda x: x[None], x)], Status.SOLVED
+    m = begin(on_device(0.0), x, stepping, on_device(min(1e-3, 0.1 * times[1])))
+    states, status = [jax.tree.map(lambda x: np.asarray(x)[None], x)], Status.SOLVED
     for chunk in _chunks(times[1:]):
         if until is None:
             m, xs = remembered(integrate, equations, m, chunk, stepping)
         else:
-            m, xs = _integrate_until(equations, m, jnp.asarray(chunk), stepping, until)
+            m, xs = _integrate_until(equations, m, on_device(chunk), stepping, until)
         states.append(xs)
         status = Status(int(m.status))
         if status != Status.SOLVED:
@@ -83,9 +84,9 @@ def simulate(
 
 
 def _solution(system: Mechanical, m: Integration, times: np.ndarray, states: list[State], status: Status) -> Run:
-    state = jax.tree.map(lambda *x: jnp.concatenate(x)[: times.size], *states)
-    kept = int(np.sum(times[: state.v.shape[0]] <= min(float(m.end), float(m.t))))
-    state = jax.tree.map(lambda x: x[:kept], state)
+    whole = jax.tree.map(lambda *x: np.concatenate([*map(np.asarray, x)])[: times.size], *states)
+    kept = int(np.sum(times[: whole.v.shape[0]] <= min(float(m.end), float(m.t))))
+    state = jax.tree.map(lambda x: on_device(x[:kept]), whole)
     times = times[:kept]
     if status == Status.EVENT:
         last = interpolate(m, m.end)
@@ -94,7 +95,7 @@ def _solution(system: Mechanical, m: Integration, times: np.ndarray, states: lis
     stats = {"steps": m.steps, "rejected": m.rejected}
     if m.memory is not None:
         stats["jacobians"] = m.memory.refreshes
-    return Run(Trajectory(system, jnp.asarray(times), state), jnp.asarray(int(status)), stats, jnp.zeros(()))
+    return Run(Trajectory(system, on_device(times), state), on_device(int(status)), stats, on_device(0.0))
 
 
 def _chunks(times: np.ndarray) -> np.ndarray:
