@@ -26,6 +26,7 @@ BENCHMARKS = {
     "mission": True,
     "command_line": False,
     "compile": False,
+    "evaluations": True,
     "reading": True,
     "crawl_search": False,
     "hysteresis": False,
