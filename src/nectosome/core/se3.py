@@ -130,7 +130,7 @@ def exp_so3(theta: Vector) -> Rotation:
     return exp_se3(jnp.concatenate([theta, jnp.zeros_like(theta)], axis=-1))[0]
 
 
-def rotation_about(axis: Vector, angle: Float[Array, "*batch"]) -> Rotation:
+def rotation_about(axis: Float[Array, "3"], angle: Float[Array, "*batch"]) -> Rotation:
     """Rotation by an angle [rad] about a unit vector: I + sin(angle) [axis] + (1 - cos(angle)) [axis]^2."""
     K = skew(axis)
     angle = angle[..., None, None]
