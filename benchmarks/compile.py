@@ -76,7 +76,7 @@ def run(tree: Path, words: list[str], cache: Path) -> Cost:
         with errors.open("w") as stream:
             process = subprocess.Popen(command, env=environment, cwd=folder, stdout=subprocess.DEVNULL, stderr=stream)
             _, code, spent = os.wait4(process.pid, 0)
-        if os.waitstatus_to_exitcode(code) not in (0, 1):  # 1: what was found is told, but no solution
+        if os.waitstatus_to_exitcode(code) not in (0, 1):  # 1: no solution, and why
             sys.exit(f"nectosome {' '.join(words)} ended with {code}:\n{errors.read_text()}")
         stray = len(errors.read_text().splitlines())
         return Cost(spent.ru_utime + spent.ru_stime, spent.ru_maxrss / 1e6, stray, json.loads(listed.read_text()))

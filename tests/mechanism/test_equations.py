@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from benchmarks.evaluations import equations
 
 from nectosome.core import State
 from nectosome.mechanism import diagnose
@@ -112,16 +113,6 @@ body:
   points: POINTS
   loads: {drag: {kind: drag, normal: 1.1}, water: {kind: added_mass, normal: 1}}
 """
-
-
-def equations(jaxpr):
-    """Number of equations, those of inner programs included."""
-    inner = [p for e in jaxpr.eqns for p in jax.tree.leaves(list(e.params.values()), is_leaf=is_jaxpr) if is_jaxpr(p)]
-    return len(jaxpr.eqns) + sum(equations(getattr(p, "jaxpr", p)) for p in inner)
-
-
-def is_jaxpr(x):
-    return hasattr(x, "eqns") or hasattr(x, "jaxpr")
 
 
 def of_residual(robot):

@@ -66,7 +66,7 @@ app.register_install_completion_command(help="Install tab completion for this sh
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command (that of the shell by default) and return its exit code.
 
-    0: done. 1: the computation did not come to its end. 2: bad input, with one sentence on stderr. 130: cancelled.
+    0: done. 1: no solution, and why. 2: bad input, with one sentence on stderr. 130: cancelled.
     """
     gc.set_threshold(50_000, 20, 20)  # importing and tracing make many objects that stay
     warnings.filterwarnings("ignore", message="Error (reading|writing) persistent compilation cache")

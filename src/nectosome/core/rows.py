@@ -44,21 +44,22 @@ def joined(parts: Sequence[Array]) -> Array:
 
 
 class Spread:
-    """Where rows go that are added up: the contributed row k goes to row targets[k] of n.
+    """Where rows go that are added up: those of each contribution to its `places` among n.
 
     XLA adds to scattered places one by one; this gathers the contributions of each place and sums them.
     """
 
-    def __init__(self, n: int, targets: Int[np.ndarray, "k"]):
+    def __init__(self, n: int, *places: Int[np.ndarray, "..."]):
+        targets = np.concatenate([np.zeros(0, int), *(place.ravel() for place in places)])
         order = np.argsort(targets, kind="stable")
-        counts = np.bincount(targets, minlength=n) if targets.size else np.zeros(n, int)
+        counts = np.bincount(targets, minlength=n)
         self._none = targets.size
         self.index = np.full((n, counts.max(initial=0)), self._none)
         place = np.arange(targets.size) - np.repeat(np.cumsum(counts) - counts, counts)
         self.index[targets[order], place] = order
 
     def __call__(self, parts: Sequence[Array], like: tuple[int, ...] = ()) -> Array:
-        """Sums [n, *row] of the rows of `parts`, one behind the other; without any, zeros of rows `like`."""
+        """Sums [n, *row] of the rows of `parts`, in the order of the places; without any, zeros of rows `like`."""
         n, most = self.index.shape
         like = parts[0].shape[1:] if parts else like
         if most == 0:
@@ -66,10 +67,6 @@ class Spread:
         whole = not np.any(self.index == self._none)
         found = rows(joined([*parts] if whole else [*parts, jnp.zeros((1, *like))]), self.index)
         return found[:, 0] if most == 1 else jnp.sum(found, axis=1)
-
-    def of_one(self, part: Array) -> Array:
-        """Sums of the rows of one array."""
-        return self([part])
 
 
 def stacked(things: Sequence[T]) -> T:
@@ -83,8 +80,8 @@ def stacked(things: Sequence[T]) -> T:
     return jax.tree.map(stack, *things)
 
 
-def part_of(things: T, place: int | slice) -> T:
-    """Some of stacked things; numbers that are not traced are taken out without a program."""
+def part_of(things: T, place: Any) -> T:
+    """Some of stacked things, by an index; numbers that are not traced are taken out without a program."""
     return jax.tree.map(lambda x: x[place] if isinstance(x, Tracer) else on_device(np.asarray(x)[place]), things)
 
 

@@ -177,7 +177,7 @@ class Exponential(NamedTuple):
 
     twist: Float[Array, "*batch 6"]
     coefficients: Float[Array, "*batch 4"]  # c_k of ad^k in the tangent
-    slopes: Float[Array, "*batch 4"]  # their derivatives by the square of the angle
+    derivatives: Float[Array, "*batch 4"]  # of the coefficients by the square of the angle
     rotation: Float[Array, "*batch 3 3"]
     position: Float[Array, "*batch 3"]
 
@@ -192,20 +192,20 @@ class Exponential(NamedTuple):
     def tangent_rate(self, x: Twist, rate: Twist) -> Twist:
         r"""Rate of T x along x, which changes at `rate`: $\dot x + \sum_k \dot c_k ad^k x + c_k (ad^k x)\dot{}$."""
         matrix, moved = ad(self.twist), ad(x)
-        growth = self.slopes * (2 * jnp.sum(_part(self.twist, 0, 3) * _part(x, 0, 3), axis=-1, keepdims=True))
+        rates = self.derivatives * (2 * jnp.sum(_part(self.twist, 0, 3) * _part(x, 0, 3), axis=-1, keepdims=True))
         power, change, total = x, rate, rate
         for k in range(4):
             change = lax.optimization_barrier(dot(matrix, change) + dot(moved, power))
             power = lax.optimization_barrier(dot(matrix, power))
-            total = total + _part(self.coefficients, k, k + 1) * change + _part(growth, k, k + 1) * power
+            total = total + _part(self.coefficients, k, k + 1) * change + _part(rates, k, k + 1) * power
         return total
 
 
 def exponential(twist: Twist) -> Exponential:
     """Pose of `exp_se3`, and its tangent."""
     s = _square(twist)
-    every, slopes = jax.jvp(lambda s: _even(s, True), (s,), (jnp.ones_like(s),))
-    return Exponential(twist, every[..., 3:], slopes[..., 3:], *_exp(twist, every[..., :3]))
+    every, derivatives = jax.jvp(lambda s: _even(s, True), (s,), (jnp.ones_like(s),))
+    return Exponential(twist, every[..., 3:], derivatives[..., 3:], *_exp(twist, every[..., :3]))
 
 
 def to_spatial(R: Array, p: Array, twist: Array) -> Array:

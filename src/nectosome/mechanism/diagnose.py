@@ -11,7 +11,7 @@ from nectosome.core import State
 from nectosome.core.rows import Spread, rows
 from nectosome.core.se3 import cross, dot, dot_t
 
-from .load_groups import names_of, spread
+from .load_groups import names_of
 from .robot import Forces, Robot, times
 from .rods import bending
 
@@ -84,7 +84,7 @@ def _energies(robot: Robot, q: Array, twist: Array, relative: Array, added: Arra
     bent = tree.split(q, "q")[1]
     energy = [0.5 * jnp.einsum("mi,mij,mj->m", x, g.things.stiffness, x) for g, x in zip(tree.rods, bent, strict=True)]
     parts = len(tree.structure)
-    elastic = Spread(parts, np.array([i for g in tree.rods for i in g.members], dtype=int))(energy)
+    elastic = Spread(parts, *(np.array(g.members) for g in tree.rods))(energy)
     by_part = Spread(parts, tree.indices.part_of_station)
     return jnp.stack([by_part([own]), by_part([carried]), elastic], axis=-1)
 
@@ -148,7 +148,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     n, parts, several = shape.position.shape[0], len(tree.structure), len(names)
     q, v, _ = tree.complete(t, x.q, x.v)
     weight = tree.stations.weight
-    by_part = jax.vmap(Spread(parts, tree.indices.part_of_station).of_one)
+    by_part = jax.vmap(lambda x: Spread(parts, tree.indices.part_of_station)([x]))
     row = {name: k for k, name in enumerate(names)}
 
     loads, every = robot.load_groups, [row[ADDED_MASS] * n + np.arange(n)]
@@ -158,7 +158,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     for g in loads.pairs:
         of_name = np.array([row[name] for name in g.names])[:, None] * n
         every += [of_name + g.stations(tree, side) for side in (0, 1)]
-    to_names = spread(several * n, every)
+    to_names = Spread(several * n, *every)
     wrench = to_names([acting.fluid, *acting.wrenches, *acting.pair_wrenches]).reshape(several, n, 6)
 
     inner = [*loads.on_joints, *loads.in_rods]
@@ -168,7 +168,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     ]
     owner = np.concatenate([np.full(place.v.stop - place.v.start, i) for i, place in enumerate(tree.layout)])
     every = [np.array([row[name] for name in g.names]) * parts + g.parts for g in inner]
-    to_parts = spread(several * parts, [*every, row[VISCOUS] * parts + owner, row[DRIVE] * parts + owner])
+    to_parts = Spread(several * parts, *every, row[VISCOUS] * parts + owner, row[DRIVE] * parts + owner)
     joint_power = to_parts([*watts, -acting.viscous * v, acting.drive * v]).reshape(several, parts)
 
     relative, _ = robot.relative(t, shape, twist, twist)

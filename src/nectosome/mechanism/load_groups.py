@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from nectosome.core import JointLoad, Load, PairLoad, ReshapingLoad, RodLoad, Strips, Water
-from nectosome.core.rows import Spread, alike, part_of, rows
+from nectosome.core.rows import alike, part_of, rows
 
 from .tree import Tree
 
@@ -76,7 +76,7 @@ class BodyLoads(LoadGroup):
         return None if mass is None else mass.reshape(-1, 6, 6)
 
     def _here(self, tree: Tree, strips: Strips) -> Strips:
-        """The stations, of loads that do not go station by station load by load."""
+        """The stations on which the loads act: of all one behind the other, or of each [m, n]."""
         each = self.stations_of_each(tree)
         index = np.concatenate(each) if self.load.by_station else np.array(each)
         return jax.tree.map(lambda x: rows(x, index), strips)
@@ -206,8 +206,3 @@ class Loads(eqx.Module):
 def names_of(groups: Sequence[LoadGroup]) -> list[str]:
     """Names of all loads of some groups, in their order."""
     return [name for _, name in sorted(pair for g in groups for pair in zip(g.members, g.names, strict=True))]
-
-
-def spread(size: int, places: Sequence[np.ndarray]) -> Spread:
-    """Where the forces of groups go, one behind the other."""
-    return Spread(size, np.concatenate([np.zeros(0, int), *(place.ravel() for place in places)]))

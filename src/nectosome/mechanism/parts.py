@@ -2,7 +2,6 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import Signal, Stations
@@ -27,11 +26,6 @@ class TreePart(eqx.Module):
     drive: Signal | None = None  # generalised force of a driven joint [N m, N]
     prescribed_strains: tuple[int, ...] = eqx.field(static=True, default=())  # indices of strain coordinates of a rod
     strain_signals: tuple[Signal, ...] = ()  # their values as functions of time, in order
-
-    @property
-    def free_strains(self) -> np.ndarray:
-        """Indices of the free strain coordinates of a rod."""
-        return np.setdiff1d(np.arange(self.body.nq), self.prescribed_strains).astype(int)
 
 
 def node_at(body: Link | SoftRod, at: str | float) -> int:

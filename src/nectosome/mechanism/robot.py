@@ -25,7 +25,7 @@ from nectosome.core.rows import Spread, part_of, rows, stacked
 from nectosome.core.se3 import coadjoint, cross, dot_t
 from nectosome.description import RobotDescription
 
-from .load_groups import Attached, Loads, Paired, spread
+from .load_groups import Attached, Loads, Paired
 from .parts import TreePart
 from .tree import PartShape, Tree
 
@@ -201,11 +201,11 @@ class Robot(Mechanical):
             wrench = wrench + self.on_stations(wrenches)
         on_joints = self.on_joints(t, q, v)
         in_rods = tuple(g.force(tree, t, q, v) for g in loads.in_rods)
-        inside = spread(v.shape[0], [g.coordinates(tree, "v") for g in loads.in_rods])
+        inside = Spread(v.shape[0], *(g.coordinates(tree, "v") for g in loads.in_rods))
         active = inside([f.ravel() for f in in_rods])
         world = self.in_world(shape, twist)
         pair_wrenches = tuple(w for g in loads.pairs for w in g.force(tree, world))
-        between = spread(twist.shape[0], [g.stations(tree, side) for g in loads.pairs for side in (0, 1)])
+        between = Spread(twist.shape[0], *(g.stations(tree, side) for g in loads.pairs for side in (0, 1)))
         paired = pull(between(pair_wrenches)) if loads.pairs else jnp.zeros(v.shape)
 
         along = [[g.things.stiffness, g.things.damping] for g in tree.rods]
@@ -245,7 +245,7 @@ class Robot(Mechanical):
     def on_stations(self, wrenches: Sequence[Array]) -> Float[Array, "n 6"]:
         """Sum of `Forces.wrenches` on all stations."""
         places = [g.stations(self.tree) for g in self.load_groups.acting]
-        return spread(self.tree.layout[-1].stations.stop, places)(wrenches, (6,))
+        return Spread(self.tree.layout[-1].stations.stop, *places)(wrenches, (6,))
 
     def on_joints(self, t: Array, q: Array, v: Array) -> tuple[Float[Array, "m nv"], ...]:
         """Forces of each group of loads on joints, from all coordinates and velocities."""
@@ -254,7 +254,7 @@ class Robot(Mechanical):
     def along_joints(self, forces: Sequence[Array]) -> Float[Array, "nv"]:
         """Sum of `on_joints` along all velocities."""
         places = [g.coordinates(self.tree, "v") for g in self.load_groups.on_joints]
-        return spread(self.tree.layout[-1].v.stop, places)([f.ravel() for f in forces])
+        return Spread(self.tree.layout[-1].v.stop, *places)([f.ravel() for f in forces])
 
     def driving_forces(self, t: Array, u: Array | None) -> Float[Array, "nv"]:
         """Generalised forces of driven joints, and u of the unknown coordinates."""
@@ -264,7 +264,7 @@ class Robot(Mechanical):
         if u is not None:
             places.append(tree.free_v)
             forces.append(u)
-        return spread(tree.layout[-1].v.stop, places)(forces)
+        return Spread(tree.layout[-1].v.stop, *places)(forces)
 
     def carried(
         self, t: Array, shape: PartShape, twist: Array, z: Any
@@ -277,7 +277,7 @@ class Robot(Mechanical):
         if not groups:
             return self.added, None
         found = [g.carried(self.tree, t, strips, z[k], self.water) for k, g in groups.items()]
-        places = spread(self.added.shape[0], [g.stations(self.tree) for g in groups.values()])
+        places = Spread(self.added.shape[0], *(g.stations(self.tree) for g in groups.values()))
         now, growth = (places(x) for x in zip(*found, strict=True))
         return self.added + now, growth
 
@@ -307,11 +307,9 @@ class Robot(Mechanical):
         """Accelerations of the unknown coordinates by the equations of motion, or a, and all forces with them."""
         still = self.forces(t, x, jnp.zeros_like(x.v))
         every = self.tree.jacobian(still.shape, jnp.eye(self.tree.layout[-1].v.stop))
-        J = rows(every, self.tree.free_v)
-        inertia = self.inertia + still.added
+        J, inertia = rows(every, self.tree.free_v), self.inertia + still.added
         if a is None:
-            M = jnp.einsum("vni,wni->vw", J, times(inertia, J))
-            a = -inverse(M) @ rows(still.residual, self.tree.free_v)
+            a = -inverse(_mass(J, inertia)) @ rows(still.residual, self.tree.free_v)
         rate = jnp.einsum("vni,v->ni", J, a)
         moved = still._replace(
             fluid=still.fluid - times(still.added, rate),
@@ -322,12 +320,11 @@ class Robot(Mechanical):
 
     def mass(self, shape: PartShape, added: Float[Array, "n 6 6"]) -> Float[Array, "nv nv"]:
         """Mass matrix, with this added mass, of the unknown coordinates."""
-        J = self.columns(shape)
-        return jnp.einsum("vni,wni->vw", J, times(self.inertia + added, J))
+        return _mass(self.columns(shape), self.inertia + added)
 
     def columns(self, shape: PartShape) -> Float[Array, "nv n 6"]:
         """Body twists of all stations for unit velocities of the unknown coordinates."""
-        return self.tree.jacobian(shape, jnp.asarray(np.eye(self.tree.layout[-1].v.stop)[self.tree.free_v]))
+        return self.tree.jacobian(shape, rows(jnp.eye(self.tree.layout[-1].v.stop), self.tree.free_v))
 
     def state_rates(self, t: Array, x: State, u: Any = None) -> Any:
         """Rates of the load states."""
@@ -358,6 +355,11 @@ def times(matrix: Array, x: Array) -> Array:
     return jnp.sum(matrix * x[..., None, :], axis=-1)
 
 
+def _mass(J: Float[Array, "nv n 6"], inertia: Float[Array, "n 6 6"]) -> Float[Array, "nv nv"]:
+    """Mass matrix by the twists of all stations for unit velocities."""
+    return jnp.einsum("vni,wni->vw", J, times(inertia, J))
+
+
 def start_shape(robot: Robot) -> PartShape:
     """Poses of all stations at t = 0."""
     x = robot.initial()
@@ -384,7 +386,7 @@ def make_robot(
     strips = bare.strips(jnp.zeros(()), start_shape(bare), jnp.zeros_like(inertia[:, 0]))
     masses = [(g.stations(tree), g.added(tree, strips, water)) for g in groups.on_bodies]
     known = [(at, mass) for at, mass in masses if mass is not None]
-    places = spread(inertia.shape[0], [at for at, _ in known])
+    places = Spread(inertia.shape[0], *(at for at, _ in known))
     return replace(bare, added=places([mass for _, mass in known], (6, 6)))
 
 

@@ -93,19 +93,18 @@ class Tree(eqx.Module):
         own, here = self.structure[i], self.layout[i].stations
         if own.strains is None:
             links = [part.stations for part in self.structure[:i] if part.strains is None]
-            there = part_of(self.link_stations, slice(sum(links), sum(links) + own.stations))
-            tip = part_of(self.link_tips, len(links))
-            body = Link(there[..., :3], there[..., 3], tip[:, :3], tip[:, 3])
+            there = slice(sum(links), sum(links) + own.stations)
+            body = Link(*_apart(self.link_stations, there), *_apart(self.link_tips, len(links)))
         else:
             body = _member(self.rods, i)
-        mount = part_of(self.mounts, int(self.indices.in_order[i]))
+        rotation, position = _apart(self.mounts, int(self.indices.in_order[i]))
         places = [place for group in self.strain_places for place in group]
         return TreePart(
             name=own.name,
             parent=own.parent,
             node=own.node,
-            rotation=mount[:, :3],
-            position=mount[:, 3],
+            rotation=rotation,
+            position=position,
             joint=_member(self.joints, i),
             body=body,
             stations=part_of(self.stations, here),
@@ -198,8 +197,8 @@ class Tree(eqx.Module):
         """Initial unknown coordinates and velocities: joints by their start values, rods at rest and unstressed."""
         indices = self.indices
         begin = [group.map(lambda joint: joint.start()) for group in self.joints]
-        q = Spread(self.layout[-1].q.stop, _flat(indices.joint_q))([x.ravel() for x, _ in begin])
-        v = Spread(self.layout[-1].v.stop, _flat(indices.joint_v))([x.ravel() for _, x in begin])
+        q = Spread(self.layout[-1].q.stop, *indices.joint_q)([x.ravel() for x, _ in begin])
+        v = Spread(self.layout[-1].v.stop, *indices.joint_v)([x.ravel() for _, x in begin])
         return rows(q, indices.free_q), rows(v, indices.free_v)
 
     def split(self, x: Array, what: str) -> Split:
@@ -294,6 +293,11 @@ def _plan(part: TreePart) -> PartPlan:
     )
 
 
+def _apart(poses: Float[Array, "n 3 4"], place: int | slice) -> tuple[Array, Array]:
+    """Rotations and positions of some poses."""
+    return part_of(poses, (place, *np.s_[..., :3])), part_of(poses, (place, ..., 3))
+
+
 def _member(groups: tuple[Alike, ...], i: int) -> Any:
     """The one with index i; None if it is in no group."""
     return next((part_of(g.things, g.members.index(i)) for g in groups if i in g.members), None)
@@ -308,10 +312,6 @@ def _signals(signals: dict[int, Signal | None], parts: Sequence[TreePart]) -> tu
 def _at(signals: Alike[Signal], t: Array) -> tuple[Array, Array, Array]:
     """Values and derivatives of signals of one kind."""
     return signals.map(lambda signal: signal(t))
-
-
-def _flat(index: Sequence[np.ndarray]) -> np.ndarray:
-    return np.concatenate([x.ravel() for x in index])
 
 
 def _compose(a: Float[Array, "n 3 4"], b: Float[Array, "n 3 4"]) -> Float[Array, "n 3 4"]:

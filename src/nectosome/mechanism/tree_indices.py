@@ -71,8 +71,7 @@ class TreeIndices(NamedTuple):
     joint_v: tuple[Int[np.ndarray, "m nv"], ...]
     rod_q: tuple[Int[np.ndarray, "m nq"], ...]
     rod_v: tuple[Int[np.ndarray, "m nq"], ...]
-    order: Int[np.ndarray, "parts"]  # of joints, class by class
-    in_order: Int[np.ndarray, "parts"]  # the place of each part there
+    in_order: Int[np.ndarray, "parts"]  # the place of each part in the order of joints, class by class
     bases: Int[np.ndarray, "parts"]  # of joints, among the world, tips of links and nodes of rods
     levels: tuple[Level, ...]
     after_levels: Int[np.ndarray, "parts"]  # from the order of levels to that of joints
@@ -142,7 +141,6 @@ def indices_of(
         joint_v=tuple(joint_v),
         rod_q=tuple(rod_q),
         rod_v=tuple(rod_v),
-        order=order,
         in_order=in_order,
         bases=bases,
         levels=levels,
@@ -152,8 +150,8 @@ def indices_of(
         frames=np.concatenate(frames),
         before_segment=before_segment,
         before_station=before_station,
-        to_v=Spread(nv, np.concatenate([x.ravel() for x in (*joint_v, *rod_v)])),
-        rods_to_v=Spread(nv, np.concatenate([np.zeros(0, int), *(x.ravel() for x in rod_v)])),
+        to_v=Spread(nv, *joint_v, *rod_v),
+        rods_to_v=Spread(nv, *rod_v),
         part_of_station=np.concatenate([np.full(part.stations, i) for i, part in enumerate(parts)]),
     )
 

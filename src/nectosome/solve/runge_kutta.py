@@ -216,7 +216,6 @@ def implicit_step(
     w0, unravel = ravel_pytree((rate.v, rate.z))
     A = jnp.asarray(ESDIRK4.A)
     tolerance = ravel_pytree((allowed.v, allowed.z))[0] / (GAMMA * h)
-
     moving, _ = ravel_pytree((x.v, x.z))
     increment = jnp.maximum(tolerance, _CHANGE * jnp.abs(moving) / (GAMMA * h))
 
