@@ -29,7 +29,11 @@ def test_what_is_wrong_is_told_before_it_opens(nectosome, tmp_path):
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0"])
 def test_it_tells_its_address_and_ends_with_ctrl_c(tmp_path, host):
-    command = [sys.executable, "-m", "nectosome", "studio", "paddle", "--no-browser", "--host", host, "--port", "19000"]
+    code = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # in the background it is deaf
+        "from nectosome.cli import run; run()"
+    )
+    command = [sys.executable, "-c", code, "studio", "paddle", "--no-browser", "--host", host, "--port", "19000"]
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     line = process.stdout.readline()
     told = re.fullmatch(r"the studio is at http://([\w.-]+):(\d+)/(\?token=[\w-]{32,})? \(Ctrl-C ends it\)\n", line)

@@ -5,6 +5,7 @@ cancelled. It includes sensitivities for a `SensitivitySystem` and a `Sensitivit
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Literal
 
 import equinox as eqx
@@ -75,13 +76,16 @@ def integrate(
     times: Float[Array, "n"],
     settings: Settings,
     guard: Guard | None = None,
+    derive: Bool[Array, ""] | bool = True,
 ) -> tuple[Integration, Any]:
     """Integrate to the last of `times`; also return the states at all of them (NaN after an early end).
 
     Integration ends early with status EVENT at a sign change of guard(t, x), located on the step's cubic to 1e-12 of
-    it.
+    it. Derivatives of implicit steps are meaningless where not `derive`, and then cost little.
     """
-    step: Callable[..., Step] = implicit_step if settings.method == "implicit" else explicit_step
+    step: Callable[..., Step] = (
+        partial(implicit_step, derive=derive) if settings.method == "implicit" else explicit_step
+    )
     if isinstance(system, SensitivitySystem):
         step = with_sensitivity(step)
     order = (ESDIRK4 if settings.method == "implicit" else TSIT5).order

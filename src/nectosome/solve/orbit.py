@@ -19,9 +19,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax.flatten_util import ravel_pytree
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from nectosome.core import Solution, State, Status
+from nectosome.core.directions import along
 from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.mechanism import Robot
 
@@ -83,9 +84,20 @@ def between(robot: Model, symmetry: Symmetry, a: State, b: State) -> Float[Array
     return jnp.concatenate([displacement, b.v - a.v, ravel_pytree(b.z)[0] - ravel_pytree(a.z)[0]])
 
 
-def cycle(robot: Model, symmetry: Symmetry, x: State, times: Float[Array, "n"], settings: Settings) -> CycleAttempt:
-    """States at times that increase from 0 to the period, and the gap between the last and the first."""
-    m, later = integrate(robot, begin(jnp.zeros(()), x, settings, jnp.asarray(_FIRST_STEP)), times[1:], settings)
+def cycle(
+    robot: Model,
+    symmetry: Symmetry,
+    x: State,
+    times: Float[Array, "n"],
+    settings: Settings,
+    derive: Bool[Array, ""] | bool = True,
+) -> CycleAttempt:
+    """States at times that increase from 0 to the period, and the gap between the last and the first.
+
+    Derivatives are meaningless where not `derive`, and then cost little.
+    """
+    start = begin(jnp.zeros(()), x, settings, jnp.asarray(_FIRST_STEP))
+    m, later = integrate(robot, start, times[1:], settings, derive=derive)
     states = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, later)
     gap = between(robot, symmetry, x, jax.tree.map(lambda x: x[-1], later))
     numbers = jax.vmap(lambda x: ravel_pytree((robot.displacements(x.q), x.v, x.z))[0])(states)
@@ -156,21 +168,20 @@ def orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "n
 def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings) -> Solution:
     m = ravel_pytree((guess.v, guess.v, guess.z))[0].shape[0]
 
-    def gap(x: State, y: Array) -> tuple[Array, CycleAttempt]:
-        found = cycle(robot, symmetry, near(robot, x, y), times, settings)
-        return found.gap, found
-
-    def derived(s: _Search) -> tuple[Array, Array, CycleAttempt]:
-        J, found = jax.jacfwd(lambda y: gap(s.x, y), has_aux=True)(jnp.zeros(m))
+    def derived(x: State, J: Array) -> tuple[Array, Array]:
         # the gap is in coordinates, y along the velocities
-        chart = jax.jacfwd(lambda y: between(robot, symmetry, s.x, near(robot, s.x, y)))(jnp.zeros(m))
-        return generalised_inverse(chart) @ J + jnp.eye(m), _solved(J), found
-
-    def kept(s: _Search) -> tuple[Array, Array, CycleAttempt]:
-        return s.monodromy, s.inverse, gap(s.x, jnp.zeros(m))[1]
+        chart = jax.jacfwd(lambda y: between(robot, symmetry, x, near(robot, x, y)))(jnp.zeros(m))
+        return generalised_inverse(chart) @ J + jnp.eye(m), _solved(J)
 
     def advance(s: _Search) -> _Search:
-        monodromy, inverse, found = jax.lax.cond(s.derive, derived, kept, s)
+        def gap(y: Array) -> tuple[Array, CycleAttempt]:
+            found = cycle(robot, symmetry, near(robot, s.x, y), times, settings, s.derive)
+            return found.gap, found
+
+        # one cycle with derivatives for both cases: its equations stand here once
+        J, found = jax.jacfwd(gap, has_aux=True)(jnp.zeros(m))
+        kept = s.monodromy, s.inverse
+        monodromy, inverse = jax.lax.cond(s.derive, lambda: derived(s.x, J), lambda: kept)
         stalled = jnp.isfinite(s.best) & (found.size >= 0.5 * s.best)
         closed = (found.size <= 1.0) | (stalled & (found.size <= _NOISE))
         first = s.cycles < _WAIT
@@ -203,35 +214,12 @@ def _orbit_derivatives(primals: tuple, tangents: tuple) -> tuple[Solution, Solut
     found = _orbit(*primals)
     x = jax.tree.map(lambda x: x[0], found.value.states)
     d_period = jnp.zeros(()) if tangents[3] is None else tangents[3][-1]
-    along = _along((robot, symmetry, x, times, settings), tangents[0], d_period)
+    here = robot, symmetry, x, times, settings
+    derivatives = along(lambda here, *changes: cycle_sensitivities(*here, *changes), here, tangents[0], d_period)
     solved = (found.status == int(Status.SOLVED)) | (found.status == int(Status.SETTLED))
-    along = jax.tree.map(lambda x: jnp.where(solved, x, jnp.nan), along)
+    change = jax.tree.map(lambda x: jnp.where(solved, x, jnp.nan), derivatives)
     unchanged = jax.tree.map(lambda _: None, found)
-    return found, eqx.tree_at(lambda s: s.value.states, unchanged, along, is_leaf=lambda x: x is None)
-
-
-def _along(here: tuple, *change: Any) -> State:
-    """`cycle_sensitivities` to one change. Under vmap all changes of one robot share one integration."""
-    numbers, rest = eqx.partition(here, eqx.is_array)
-
-    def derivatives(numbers: Any, *changes: Any) -> State:
-        return cycle_sensitivities(*eqx.combine(numbers, rest), *changes)
-
-    def one(numbers: Any, *change: Any) -> State:
-        return jax.tree.map(lambda s: s[0], derivatives(numbers, *jax.tree.map(lambda d: d[None], change)))
-
-    shared = jax.custom_batching.custom_vmap(one)
-
-    @shared.def_vmap
-    def _(k: int, batched: Any, numbers: Any, *changes: Any) -> tuple[State, Any]:
-        if any(jax.tree.leaves(batched[0])):
-            out = jax.vmap(one, jax.tree.map(lambda b: 0 if b else None, tuple(batched)))(numbers, *changes)
-        else:
-            alike = lambda d, b: d if b else jnp.broadcast_to(d, (k, *d.shape))  # noqa: E731
-            out = derivatives(numbers, *jax.tree.map(alike, changes, tuple(batched[1:])))
-        return out, jax.tree.map(lambda _: True, out)
-
-    return shared(numbers, *change)
+    return found, eqx.tree_at(lambda s: s.value.states, unchanged, change, is_leaf=lambda x: x is None)
 
 
 def cycle_sensitivities(

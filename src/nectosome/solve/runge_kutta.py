@@ -18,6 +18,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Mechanical, State
+from nectosome.core.directions import along
 from nectosome.core.linear_algebra import inverse
 from nectosome.core.rows import on_device
 
@@ -113,7 +114,9 @@ class Newton(NamedTuple):
 _MOST_ITERATIONS = 12
 _SLOW = 0.3  # contraction of Newton's correction above which the Jacobian is recomputed
 _CHANGE = 1e-4  # of a velocity and its rate, for differences
+_LEAST_CHANGE = 1e-5  # [m/s, rad/s] of a velocity, above rounding errors where it is zero
 _NEWTON_SHARE = 0.002  # remaining error of Newton's method over the tolerance
+_ENOUGH = 0.02  # the same, where corrections no longer shrink: rounding errors of tight tolerances
 
 
 class _Iterate(NamedTuple):
@@ -127,14 +130,25 @@ class _Iterate(NamedTuple):
     k: Array
     refreshes: Array
 
+    @property
+    def slow(self) -> Array:
+        """Whether corrections do not shrink as they should."""
+        return (self.k > 1) & (self.rate > _SLOW)
+
+    @property
+    def solved(self) -> Array:
+        """Whether the remaining error is small."""
+        return self.remaining <= jnp.where(self.slow, _ENOUGH, _NEWTON_SHARE)
+
 
 class _Stage(eqx.Module):
-    """The equations of one stage: its base state, and c = gamma h."""
+    """The equations of one stage: its base state, c = gamma h, and whether derivatives of its solution are needed."""
 
     system: Mechanical
     t: Array
     base: State
     c: Array
+    derive: Array
 
     def reach(self, w: Array) -> State:
         """State of the stage for accelerations (and rates of load states) w."""
@@ -166,7 +180,7 @@ def _newton(
     n = w.shape[0]
 
     def correct(it: _Iterate) -> _Iterate:
-        refresh = jnp.where(it.k == 0, must, (it.k > 1) & (it.rate > _SLOW))
+        refresh = jnp.where(it.k == 0, must, it.slow)
         moved = it.w + jnp.maximum(increment, _CHANGE * jnp.abs(it.w))
 
         def one(i: Array, found: Array) -> Array:
@@ -182,8 +196,8 @@ def _newton(
         return _Iterate(it.w + dw, inverted, size, rate, remaining, it.k + 1, it.refreshes + refresh)
 
     def going(it: _Iterate) -> Array:
-        going = (it.k < _MOST_ITERATIONS) & ((it.k == 0) | (it.remaining > _NEWTON_SHARE)) & (it.size < 1e12)
-        return needed & going
+        unsolved = (it.k == 0) | ~it.solved
+        return needed & unsolved & (it.k < _MOST_ITERATIONS) & (it.size < 1e12)
 
     infinite = jnp.asarray(jnp.inf)
     start = _Iterate(w, inverted, jnp.zeros(()), jnp.ones(()), infinite, jnp.zeros((), int), jnp.zeros((), int))
@@ -194,11 +208,32 @@ def _newton(
 def _newton_derivatives(primals: tuple, tangents: tuple) -> tuple[_Iterate, _Iterate]:
     stage, w, _, _, needed, *_ = primals
     it = _newton(*primals)
-    _, dr = eqx.filter_jvp(lambda stage: stage.residual(it.w), (stage,), (tangents[0],))
     before = jnp.zeros_like(w) if tangents[1] is None else tangents[1]
-    dw = jnp.zeros_like(w) if dr is None else -inverse(jax.jacfwd(stage.residual)(it.w)) @ dr
+    moved = w.size and jax.tree.leaves(tangents[0])
+    dw = along(_solution_changes, (stage, it.w), tangents[0]) if moved else jnp.zeros_like(w)
     unchanged = jax.tree.map(lambda _: None, it)
     return it, unchanged._replace(w=jnp.where(needed, dw, before))
+
+
+def _solution_changes(here: tuple[_Stage, Array], changes: Any) -> Float[Array, "k n"]:
+    """Derivatives of the solution w of a stage along k changes of its numbers.
+
+    The Jacobian's columns and what the changes leave unbalanced are derivatives of one residual, in n + k directions:
+    its equations stand here once.
+    """
+    stage, w = here
+    n = w.shape[0]
+    k = jax.tree.leaves(changes)[0].shape[0]
+
+    def unbalanced(change: Any, dw: Array) -> Array:
+        return eqx.filter_jvp(lambda stage, w: stage.residual(w), (stage, w), (change, dw))[1]
+
+    def solved() -> Array:
+        padded = jax.tree.map(lambda d: jnp.pad(d, [(n, 0), *[(0, 0)] * (d.ndim - 1)]), changes)
+        found = jax.vmap(unbalanced)(padded, jnp.eye(n + k, n))
+        return -found[n:] @ inverse(found[:n].T).T
+
+    return jax.lax.cond(stage.derive, solved, lambda: jnp.zeros((k, n)))
 
 
 def newton_memory(n: int) -> Newton:
@@ -207,17 +242,26 @@ def newton_memory(n: int) -> Newton:
 
 
 def implicit_step(
-    system: Mechanical, t: Array, h: Array, x: State, rate: State, known: Array, memory: Newton, allowed: State
+    system: Mechanical,
+    t: Array,
+    h: Array,
+    x: State,
+    rate: State,
+    known: Array,
+    memory: Newton,
+    allowed: State,
+    derive: Bool[Array, ""] | bool = True,
 ) -> Step:
     """Attempt a step of size h from x; `rate` is dx/dt at x if it is known, `allowed` the tolerance of each component.
 
-    The first stage computes an unknown rate; its c is 0, so its equations are linear.
+    The first stage computes an unknown rate; its c is 0, so its equations are linear. Derivatives of the step are
+    meaningless where not `derive`, and cost little.
     """
     w0, unravel = ravel_pytree((rate.v, rate.z))
     A = jnp.asarray(ESDIRK4.A)
     tolerance = ravel_pytree((allowed.v, allowed.z))[0] / (GAMMA * h)
     moving, _ = ravel_pytree((x.v, x.z))
-    increment = jnp.maximum(tolerance, _CHANGE * jnp.abs(moving) / (GAMMA * h))
+    increment = jnp.maximum(tolerance, jnp.maximum(_LEAST_CHANGE, _CHANGE * jnp.abs(moving)) / (GAMMA * h))
 
     def stage(carry, i: Array):
         K, w, inverted, good, count = carry
@@ -228,13 +272,14 @@ def implicit_step(
         row = jnp.where(jnp.arange(6) < i, A[i], 0.0)
         base = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), x, K)
 
-        it = _newton(_Stage(system, ti, base, c), w, inverted, must, needed, tolerance, increment)
+        here = _Stage(system, ti, base, c, jnp.asarray(derive))
+        it = _newton(here, w, inverted, must, needed, tolerance, increment)
         a, dz = unravel(it.w)
-        xi = _Stage(system, ti, base, c).reach(it.w)
+        xi = here.reach(it.w)
         _, dq = jax.jvp(lambda s: system.advance(xi.q, xi.v, s), (jnp.zeros(()),), (jnp.ones(()),))  # N(q) v
         Ki = State(dq, a, dz)
         K = jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki)
-        good &= ~needed | (it.remaining <= _NEWTON_SHARE)
+        good &= ~needed | it.solved
         return (K, it.w, it.inverted, good, count + it.refreshes), xi
 
     K = jax.tree.map(lambda k: jnp.zeros((6, *k.shape)), State(x.q, rate.v, rate.z))
