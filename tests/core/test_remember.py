@@ -3,12 +3,14 @@
 import os
 import subprocess
 import sys
+import time
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array
 
-from nectosome.core.remember import remembered
+from nectosome.core.remember import _programs, remembered, runs_long
 
 
 def called(module, x):
@@ -41,6 +43,28 @@ def test_a_new_shape_is_a_new_program():
 def test_a_plain_function_among_the_arguments_is_no_obstacle():
     x = jnp.arange(3.0)
     assert remembered(called, lambda x: 2 * x, x).tolist() == [0, 2, 4]
+
+
+def doubled(x):
+    return 2 * jnp.sin(x)
+
+
+@runs_long
+def doubled_at_length(x):
+    return 2 * jnp.sin(x)
+
+
+def test_what_runs_often_is_optimised_beside_its_runs_and_what_runs_long_from_the_start():
+    x = jnp.arange(5.0)
+    runs = [remembered(doubled, x) for _ in range(25)]
+    remembered(doubled_at_length, x)
+    often, long = (next(p.result() for k, p in _programs.items() if k[0] is f) for f in (doubled, doubled_at_length))
+    deadline = time.monotonic() + 60
+    while often.optimised is not None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert often.optimised is None and long.optimised is None
+    for found in (*runs, remembered(doubled, x)):
+        np.testing.assert_allclose(found, 2 * np.sin(np.arange(5.0)), rtol=1e-15)
 
 
 TWICE = """

@@ -3,6 +3,10 @@
 JAX's compilation cache saves compile time, but tracing a robot's equations takes seconds, too. A traced program is
 exported beside that cache. Its name is a hash of the function, the structure of its arguments, and the sources of all
 classes in them; any change of these leads to a new trace.
+
+Most programs run a few times only, and compile in half the time without optimisation. One that turns out to run often
+is compiled again beside its runs; one that `runs_long` is optimised from the start, so that its numbers never depend on
+when that was.
 """
 
 import hashlib
@@ -11,10 +15,11 @@ import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
@@ -25,16 +30,43 @@ from nectosome.io.atomic import lock, write_atomic
 from nectosome.units import InputError
 
 _LONGEST = 300.0  # [s] wait for another process that traces the same program
+_F = TypeVar("_F", bound=Callable[..., Any])
+_OFTEN = 20  # runs of a program after which it is optimised
+_NOT_OPTIMISED = {"xla_backend_optimization_level": 0}
+_long: set[str] = set()
 _programs: dict[Any, Future["_Program"]] = {}
 _workers = ThreadPoolExecutor(3)
 _compiled = cache(eqx.filter_jit)
 
 
-class _Program(NamedTuple):
+@dataclass
+class _Program:
     """A compiled function of a flat list of arrays, and the structure of its results."""
 
     run: Callable[..., list[jax.Array]]
     structure: Any
+    optimised: Callable[[], Callable[..., list[jax.Array]]] | None  # compiles it again; None where it is
+    runs: int = 0
+
+    def __call__(self, *leaves: jax.Array) -> Any:
+        """Results for these arguments."""
+        self.runs += 1
+        if self.runs == _OFTEN and self.optimised is not None:
+            _workers.submit(self._optimise, self.optimised)
+        return jax.tree.unflatten(self.structure, self.run(*leaves))
+
+    def _optimise(self, optimised: Callable[[], Callable[..., list[jax.Array]]]) -> None:
+        self.run, self.optimised = optimised(), None
+
+
+def runs_long(f: _F) -> _F:
+    """Mark a function whose program runs long, or thousands of times, where it is `remembered`."""
+    _long.add(_name(f))
+    return f
+
+
+def _name(f: Callable[..., Any]) -> str:
+    return f"{f.__module__}.{f.__qualname__}"
 
 
 def remembered(f: Callable[..., Any], *args: Any) -> Any:
@@ -47,8 +79,7 @@ def remembered(f: Callable[..., Any], *args: Any) -> Any:
     program = _prepared(f, args, leaves, inner)
     if program is None:
         return _compiled(f)(*args)
-    run, structure = program.result()
-    return jax.tree.unflatten(structure, run(*leaves))
+    return program.result()(*leaves)
 
 
 def prepare(f: Callable[..., Any], *args: Any) -> None:
@@ -68,7 +99,7 @@ def _prepared(
     key = (f, structure, tuple((leaf.shape, leaf.dtype) for leaf in leaves))
     if key not in _programs:
         shapes = [jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for leaf in leaves]
-        text = f"{f.__module__}.{f.__qualname__} {structure} {shapes} {jax.default_backend()}"
+        text = f"{_name(f)} {structure} {shapes} {jax.default_backend()}"
         _programs[key] = _workers.submit(_program, f, structure, shapes, _file(text, args))
     return _programs[key]
 
@@ -98,11 +129,13 @@ def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeS
 
             loaded.__name__ = f.__name__
             traced = jax.jit(loaded)
-        run = traced.lower(*shapes).compile()
+        long = _name(f) in _long
+        run = traced.lower(*shapes).compile(None if long else _NOT_OPTIMISED)
         if file is not None and new is not None:
             with suppress(InputError):  # a cache that cannot be written is no error
                 write_atomic(file, pickle.dumps((result, new.serialize())))
-    return _Program(run, jax.tree.structure(result))
+    again = None if long else lambda: traced.lower(*shapes).compile()
+    return _Program(run, jax.tree.structure(result), again)
 
 
 @contextmanager

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
-from nectosome.core.remember import remembered
+from nectosome.core.remember import remembered, runs_long
 from nectosome.description import RobotDescription, drive_period, resolve, with_values
 from nectosome.mechanism import Robot, in_plane, moves_in_plane
 from nectosome.model import Template, instantiate, template_of
@@ -120,6 +120,7 @@ def _robot(template: Template, numbers: np.ndarray) -> Robot:
     return remembered(instantiate, template, jnp.asarray(numbers))
 
 
+@runs_long
 def _periodic(kind: SharedStructure, numbers: Array, times: Array, rtol: Array) -> tuple[CycleMeans, Array]:
     """Means over the cycles that robots settle to."""
 
@@ -133,6 +134,7 @@ def _periodic(kind: SharedStructure, numbers: Array, times: Array, rtol: Array) 
     return jax.vmap(one)(numbers, times) if kind.flat else _alone(one, numbers, times)
 
 
+@runs_long
 def _steady(kind: SharedStructure, numbers: Array) -> tuple[CycleMeans, Array]:
     """Means of steady motions, over an instant."""
 

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import State, safe_norm
+from nectosome.core.remember import runs_long
 from nectosome.core.se3 import dot, dot_t
 from nectosome.mechanism import Free, Planar, Robot, in_plane
 from nectosome.model import Template, instantiate
@@ -117,11 +118,13 @@ class CyclePlan(Plan):
 _Judged = tuple[MotionQuantities, Array]
 
 
+@runs_long
 def judge(plan: Plan, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> _Judged:
     """Quantities of the motion of a design u, and no derivatives [0]."""
     return plan.motion(numbers, u, guess, warm), jnp.zeros(0)
 
 
+@runs_long
 def judge_with_derivatives(plan: Plan, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> _Judged:
     """Quantities of the motion of a design u, and their derivatives [k, n]."""
 

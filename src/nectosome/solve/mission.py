@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from nectosome.core import State, System
-from nectosome.core.remember import remembered
+from nectosome.core.remember import remembered, runs_long
 from nectosome.description import dump_robot, numeric_paths
 from nectosome.description.mission import Event, Mission, Mode
 from nectosome.io import provenance
@@ -148,6 +148,7 @@ class Flown(NamedTuple):
         return next((p.time for p in self.passed if p.mode == mode), None)
 
 
+@runs_long
 def _stretch(system: RampedRobot, t: Array, x: State, step: Array) -> tuple[State, Measures]:
     """States and measures after each of some steps."""
     _, states = fixed_step(system, t, x, step, _STRETCH, keep=lambda x: x)

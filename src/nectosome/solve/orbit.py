@@ -24,6 +24,7 @@ from jaxtyping import Array, Bool, Float
 from nectosome.core import Solution, State, Status
 from nectosome.core.directions import along
 from nectosome.core.linear_algebra import generalised_inverse
+from nectosome.core.remember import runs_long
 from nectosome.mechanism import Robot
 
 from .integrate import Method, Settings, begin, integrate
@@ -151,6 +152,7 @@ def _solved(J: Float[Array, "m m"]) -> Float[Array, "m m"]:
     return generalised_inverse(jnp.where(jnp.abs(J) > _NOTHING, J, 0.0))
 
 
+@runs_long
 def orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings) -> Solution:
     """Periodic orbit from a guess, with status SOLVED, SETTLED (by free motion, not by Newton's method) or NO_PERIOD.
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import Handover, State, Status
-from nectosome.core.remember import remembered
+from nectosome.core.remember import remembered, runs_long
 from nectosome.description import RobotDescription, get_value, numeric_paths, resolve
 from nectosome.description.fields import Quantity
 from nectosome.mechanism import Diagnosis, Robot, Tree, in_plane, moves_in_plane
@@ -171,6 +171,7 @@ def _begin(plant: _Structure, numbers: Array, time: Array, states: State) -> tup
     return _observed(plant, instantiate(plant.template, numbers), time, states)
 
 
+@runs_long
 def _hold(
     plant: _Structure, before: Array, numbers: Array, t: Array, step: Array, x: State, settings: Settings
 ) -> _Motion:
@@ -182,6 +183,7 @@ def _hold(
     return _Motion(times, states, *_observed(plant, robot, times, states), m.h, m.status)
 
 
+@runs_long
 def _diagnose(
     plant: _Structure, before: Array, numbers: Array, t: Array, dt: Array, time: Array, states: State
 ) -> Diagnosis:

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import Mechanical, State
-from nectosome.core.remember import remembered
+from nectosome.core.remember import remembered, runs_long
 from nectosome.description import RobotDescription, resolve
 from nectosome.loads import Leg
 from nectosome.mechanism import Robot, in_plane, moves_in_plane
@@ -145,6 +145,7 @@ class Walks:
         return tuple(np.asarray(x) for x in found)
 
 
+@runs_long
 def _batch(
     template: Template, how: _Steps, numbers: Float[Array, "n"], rows: Float[Array, "w k"]
 ) -> tuple[Array, Array, Array, Array]:
