@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 from rich.console import Console, RenderableType
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.text import Text
 
 from nectosome.io.results import SUFFIXES, provenance, save_dataset
 from nectosome.units import InputError
@@ -106,6 +107,16 @@ def tell(sentence: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
+class _Compiling(ProgressColumn):
+    """Says so while a first answer waits for the compiler."""
+
+    max_refresh = None
+
+    def render(self, task: Task) -> Text:
+        remember = sys.modules.get("nectosome.core.remember")  # not loaded for this: JAX takes a second
+        return Text("compiling equations" if remember and remember.compiling else "")
+
+
 @contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[str, float], None]]:
     """Yield update(task, share done); the bar appears after two seconds, and only on a terminal."""
@@ -115,6 +126,7 @@ def progress_bar(label: str) -> Iterator[Callable[[str, float], None]]:
         BarColumn(),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
+        _Compiling(),
         console=console,
         transient=True,
         disable=not console.is_terminal,

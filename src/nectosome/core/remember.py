@@ -32,8 +32,9 @@ from nectosome.units import InputError
 _LONGEST = 300.0  # [s] wait for another process that traces the same program
 _F = TypeVar("_F", bound=Callable[..., Any])
 _OFTEN = 20  # runs of a program after which it is optimised
-_NOT_OPTIMISED = {"xla_backend_optimization_level": 0}
+_NOT_OPTIMISED: dict[str, str | bool] = {"xla_backend_optimization_level": "0"}
 _long: set[str] = set()
+compiling: set[str] = set()  # functions whose programs are being made now
 _programs: dict[Any, Future["_Program"]] = {}
 _workers = ThreadPoolExecutor(3)
 _compiled = cache(eqx.filter_jit)
@@ -115,7 +116,7 @@ def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeS
 
     flat.__name__ = f.__name__  # XLA's name of the program
     traced, new = jax.jit(flat), None
-    with _alone(file):
+    with _alone(file), _told(f.__name__):
         if file is not None:
             try:
                 result, data = pickle.loads(file.read_bytes())
@@ -136,6 +137,15 @@ def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeS
                 write_atomic(file, pickle.dumps((result, new.serialize())))
     again = None if long else lambda: traced.lower(*shapes).compile()
     return _Program(run, jax.tree.structure(result), again)
+
+
+@contextmanager
+def _told(name: str) -> Iterator[None]:
+    compiling.add(name)
+    try:
+        yield
+    finally:
+        compiling.discard(name)
 
 
 @contextmanager

@@ -25,6 +25,7 @@ from nectosome.core import Solution, State, Status
 from nectosome.core.directions import along
 from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.core.remember import runs_long
+from nectosome.core.rows import on_device
 from nectosome.mechanism import Robot
 
 from .integrate import Method, Settings, begin, integrate
@@ -142,9 +143,9 @@ def transient_cycle(
     return Solution(found.states, status, {"cycles": count}, left)
 
 
-def cycle_settings(method: Method, period: Array, rtol: Array | float, atol: Array | float) -> Settings:
+def cycle_settings(method: Method, period: Array | float, rtol: Array | float, atol: Array | float) -> Settings:
     """Settings of a cycle: at least a hundred steps, so that small disturbances are resolved also near rest."""
-    return Settings(method, *map(jnp.asarray, (rtol, atol, 100_000)), longest=period / 100)
+    return Settings(method, jnp.asarray(rtol), jnp.asarray(atol), on_device(100_000), longest=period / 100)
 
 
 def _solved(J: Float[Array, "m m"]) -> Float[Array, "m m"]:

@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
+from nectosome.core.rows import on_device
 from nectosome.description import drive_period
 from nectosome.mechanism import Robot, reduced
 from nectosome.model import RobotLike, description_of, robot_of
@@ -96,6 +97,7 @@ class Periodic(Run):
     def course(self) -> CyclePath:
         """Circle or helix of the root body over the cycles; radius inf without rotation."""
         robot, time, states = self.value.system, self.value.time, self.value.state
+        time, states = jax.tree.map(np.asarray, (time, states))  # what JAX takes apart it compiles programs for
         ends = [remembered(_pose, robot, time[k], jax.tree.map(lambda x, k=k: x[k], states)) for k in (0, -1)]
         start, end = ((np.asarray(R), np.asarray(p)) for R, p in ends)
         screw = screw_of(start, end)
@@ -147,21 +149,20 @@ def periodic(
     robot = robot_of(robot, settings)
     symmetry = find_symmetry(robot)
     x = robot.initial() if guess is None else guess
-    T = jnp.asarray(period)
-    stepping = cycle_settings("implicit", T, rtol, atol)
-    if x.v.size and float(remembered(_change_over, robot, T)) > _SAME:
+    if x.v.size and float(remembered(_change_over, robot, period)) > _SAME:
         none = np.zeros(0, complex)
-        return _result(at_one_time(robot, x), T, Status.OTHER_PERIOD, {}, none, jnp.asarray(jnp.nan))
+        return _result(at_one_time(robot, x), period, Status.OTHER_PERIOD, {}, none, on_device(np.nan))
     times = np.linspace(0.0, period, samples)
-    found: Solution = remembered(orbit, reduced(robot), symmetry, x, jnp.asarray(times), stepping)
+    stepping = cycle_settings("implicit", period, *map(on_device, (rtol, atol)))
+    found: Solution = remembered(orbit, reduced(robot), symmetry, x, times, stepping)
     status, stats, multipliers = Status(int(found.status)), dict(found.stats), np.zeros(0, complex)
     if status in (Status.SOLVED, Status.SETTLED):
         multipliers = _multipliers(symmetry, x.v.size, np.asarray(found.value.monodromy))
         stats["multiplier"] = np.max(np.abs(multipliers), initial=0.0)
         if stats["multiplier"] > _STABLE:
             status = Status.UNSTABLE
-    trajectory = Trajectory(robot, jnp.asarray(times), found.value.states)
-    return _result(trajectory, T, status, stats, multipliers, found.residual)
+    trajectory = Trajectory(robot, on_device(times), found.value.states)
+    return _result(trajectory, period, status, stats, multipliers, found.residual)
 
 
 def _change_over(robot: Robot, period) -> jax.Array:
@@ -193,5 +194,5 @@ def _multipliers(symmetry: Symmetry, n: int, monodromy: np.ndarray) -> np.ndarra
 
 
 def _result(trajectory: Trajectory, period, status: Status, stats, multipliers, residual) -> Periodic:
-    stats = {key: jnp.asarray(value) for key, value in {"period": period, **stats}.items()}
-    return Periodic(trajectory, jnp.asarray(int(status)), stats, residual, multipliers=multipliers)
+    stats = {key: on_device(value) for key, value in {"period": period, **stats}.items()}
+    return Periodic(trajectory, on_device(int(status)), stats, residual, multipliers=multipliers)

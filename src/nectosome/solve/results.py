@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import prepare, remembered
+from nectosome.core.rows import on_device
 from nectosome.description import RevoluteJoint, ServoLimits, dump_robot
 from nectosome.io import provenance
 from nectosome.mechanism import Diagnosis, Robot, diagnose, load_names
@@ -59,7 +59,7 @@ class Run(Solution):
 
 def at_one_time(system: Any, x: State, time: float | Array = 0.0) -> Trajectory:
     """Trajectory of a single state."""
-    return Trajectory(system, jnp.asarray(time)[None], jax.tree.map(lambda x: jnp.asarray(x)[None], x))
+    return Trajectory(system, *jax.tree.map(lambda x: on_device(np.asarray(x)[None]), (time, x)))
 
 
 def _describe(status: Any) -> str:

@@ -12,6 +12,7 @@ from jaxtyping import Array, Float, Int
 
 from nectosome.core import Constant, Solution, State, Status
 from nectosome.core.remember import remembered
+from nectosome.core.rows import on_device
 from nectosome.mechanism import Robot, Tree
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError
@@ -52,7 +53,7 @@ def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
         stiffness = np.abs(np.asarray(remembered(_stiffness, robot, found.value)))
         free = stiffness.max(axis=0) <= _NEUTRAL * stiffness.max()
         loose = tuple(name for name, is_free in zip(robot.coordinate_names, free, strict=True) if is_free)
-    return Static(at_one_time(robot, found.value), jnp.asarray(int(status)), found.stats, found.residual, loose=loose)
+    return Static(at_one_time(robot, found.value), on_device(int(status)), found.stats, found.residual, loose=loose)
 
 
 def frozen_drives(robot: Robot) -> Robot:

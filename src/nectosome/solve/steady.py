@@ -4,11 +4,11 @@ from collections.abc import Iterable
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
+from nectosome.core.rows import on_device
 from nectosome.mechanism import Robot
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError
@@ -89,8 +89,8 @@ def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | Non
     symmetry = find_symmetry(robot)
     x = robot.initial() if guess is None else guess
     if not symmetry.steady:
-        return _result(robot, x, Status.UNSTEADY_DRIVES, {}, np.zeros(0), jnp.asarray(jnp.nan))
-    found: Solution = remembered(equilibrium_of, robot, symmetry, x, jnp.asarray(guess is not None))
+        return _result(robot, x, Status.UNSTEADY_DRIVES, {}, np.zeros(0), on_device(np.nan))
+    found: Solution = remembered(equilibrium_of, robot, symmetry, x, guess is not None)
     state, status = found.value.state, Status(int(found.status))
     values = np.zeros(0, complex)
     stats: dict[str, Any] = dict(found.stats)
@@ -108,5 +108,5 @@ def equilibrium_of(robot: Robot, symmetry: Symmetry, guess: State, warm: Any) ->
 
 
 def _result(robot: Robot, x: State, status: Status, stats: dict[str, Any], values: np.ndarray, left) -> Steady:
-    stats = {key: jnp.asarray(value) for key, value in stats.items()}
-    return Steady(at_one_time(robot, x), jnp.asarray(int(status)), stats, left, eigenvalues=values)
+    stats = {key: on_device(value) for key, value in stats.items()}
+    return Steady(at_one_time(robot, x), on_device(int(status)), stats, left, eigenvalues=values)

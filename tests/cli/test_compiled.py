@@ -1,0 +1,41 @@
+"""What commands compile: each program once, none for single operations; and they say so while it takes long."""
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from nectosome.cli.output import progress_bar
+from nectosome.core import remember
+
+from .conftest import BALL
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("words", [("periodic", "paddle"), ("steady", "ball.yaml"), ("simulate", "ball.yaml")])
+def test_a_command_compiles_each_program_once_and_none_of_one_operation(tmp_path, words):
+    (tmp_path / "ball.yaml").write_text(BALL)
+    command = [sys.executable, str(ROOT / "benchmarks" / "watched.py"), "programs.json", *words]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    programs = json.loads((tmp_path / "programs.json").read_text())
+    names = [row["program"] for row in programs]
+    assert len(names) == len({*names}) >= 3
+    assert min(row["operations"] for row in programs) > 9
+
+
+def test_progress_says_what_a_first_answer_waits_for(monkeypatch, capsys):
+    monkeypatch.setattr("nectosome.cli.output._DELAY", 0.0)
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "80")
+    with progress_bar("eel"), remember._told("integrate"):
+        time.sleep(0.3)
+    assert "compiling equations" in capsys.readouterr().err
+    with progress_bar("eel"):
+        time.sleep(0.3)
+    told = capsys.readouterr().err
+    assert "eel" in told and "compiling" not in told
