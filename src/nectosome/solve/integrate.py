@@ -85,9 +85,7 @@ def integrate(
     Integration ends early with status EVENT at a sign change of guard(t, x), located on the step's cubic to 1e-12 of
     it. Derivatives of implicit steps are meaningless where not `derive`, and then cost little.
     """
-    step: Callable[..., Step] = (
-        partial(implicit_step, derive=derive) if settings.method == "implicit" else explicit_step
-    )
+    step = _step_by(settings.method, derive)
     if isinstance(system, SensitivitySystem):
         step = with_sensitivity(step)
     order = (ESDIRK4 if settings.method == "implicit" else TSIT5).order
@@ -153,6 +151,10 @@ def integrate(
     blocks = jnp.pad(times, (0, count * size - n), mode="edge").reshape(count, size)
     state, found = jax.lax.scan(reach, state, blocks)
     return state, jax.tree.map(lambda x: x.reshape(count * size, *x.shape[2:])[:n], found)
+
+
+def _step_by(method: Method, derive: Bool[Array, ""] | bool) -> Callable[..., Step]:
+    return partial(implicit_step, derive=derive) if method == "implicit" else explicit_step
 
 
 def _allowed(settings: Settings, a: Any, b: Any) -> Any:
