@@ -6,9 +6,14 @@ WORKERS ?= 2
 SKIPPED := while-loop-invariant-code-motion,simplify-while-loops
 QUICK_TO_COMPILE := --xla_backend_optimization_level=0 --xla_disable_hlo_passes=$(SKIPPED)
 
-.PHONY: run test test-all bench docs lock clean
+.PHONY: run reproduce test test-all bench docs lock clean
 
+# The main job: a robot described, simulated, designed, and a page of it.
 run: .venv/run
+	$(BIN)/python examples/designed_swimmer.py
+
+# All studies of the published robots.
+reproduce: .venv/run
 	$(BIN)/nectosome reproduce --out out --force
 
 test: .venv/dev

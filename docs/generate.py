@@ -1,4 +1,4 @@
-"""Write what the pages take from the code and from the last `make run`: tables, help texts, numbers, the picture.
+"""Write what the pages take from the code and from the last `make reproduce`: tables, help texts, numbers, the picture.
 
 Everything goes to docs/generated, except the pictures, the robots of the gallery and the table of the README, which are
 renewed in place when the full studies have been run.
@@ -57,7 +57,7 @@ COMMANDS = (
     "reproduce",
 )
 PERIODS = 3  # of a robot of the gallery, along which its path is drawn
-NOT_RUN = "Nothing has been computed here yet: `make run` fills this page.\n"
+NOT_RUN = "Nothing has been computed here yet: `make reproduce` fills this page.\n"
 NOT_TIMED = "Nothing has been timed here yet: `make bench` fills this section.\n"
 
 

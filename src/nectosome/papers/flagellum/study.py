@@ -107,11 +107,11 @@ def _jobs(base: RobotDescription, book: dict[str, Any], quick: bool) -> dict[str
     jobs: dict[str, _Job] = {}
     for k in range(1, 6):
         entry = book[f"flagellum/table2/row{k}/speed"]
-        jobs[f"row{k}"] = (f"Table II, row {k}", _design(base, entry["design"]), _SETTLE)
-    jobs["old_soft"] = ("old design, silicone", _design(base, {**_OLD, "young": 1378.95e3}), _SETTLE)
-    jobs["old_rigid"] = ("old design, ABS", _design(base, {**_OLD, "young": 1681e6}), _SETTLE)
+        jobs[f"row{k}"] = (f"Table II, row {k}", printed_design(base, entry["design"]), _SETTLE)
+    jobs["old_soft"] = ("old design, silicone", printed_design(base, {**_OLD, "young": 1378.95e3}), _SETTLE)
+    jobs["old_rigid"] = ("old design, ABS", printed_design(base, {**_OLD, "young": 1681e6}), _SETTLE)
     for order in range(6):
-        jobs[f"order{order}"] = (f"order {order}", _of_order(_design(base, _FIG3), order), _SETTLE)
+        jobs[f"order{order}"] = (f"order {order}", _of_order(printed_design(base, _FIG3), order), _SETTLE)
     if not quick:
         jobs["flagella4"] = ("four flagella on one free canister", flagella(4), 1.0)
     return jobs
@@ -171,10 +171,10 @@ def _search_data(
     table2 = []
     for k in range(1, 6):
         run = runs[f"row{k}"]
-        design = _design(task.description, book[f"flagellum/table2/row{k}/speed"]["design"])
+        design = printed_design(task.description, book[f"flagellum/table2/row{k}/speed"]["design"])
         table2.append((design, steady_speed(run), float(run["reaction"][-1, 0])))
     designs = {
-        "old design": task.box.design(_design(task.description, {**_OLD, "young": 7.4e6})),
+        "old design": task.box.design(printed_design(task.description, {**_OLD, "young": 7.4e6})),
         "Table II, row 1": task.box.design(task.description),
         "our optimum": best.u,
     }
@@ -197,7 +197,7 @@ def _prototype(base: RobotDescription, book: dict[str, Any], test: xr.Dataset) -
         coords={"rule": ["EJ", "EJV"], "beta": ratios},
         attrs={"target": target, "printed_beta": 0.81, "measured": 7.9e6},
     )
-    old, new = (_design(base, {**design, "young": 7.9e6}) for design in (_OLD, {}))
+    old, new = (printed_design(base, {**design, "young": 7.9e6}) for design in (_OLD, {}))
     speeds = {key: book[f"flagellum/pool/{key}/speed"]["printed"] for key in ("old", "new")}
     pool = pool_swims(old, new, {**speeds, "old_measured": 0.160, "new_measured": 0.311})
     turn = reaction_over_a_turn(
@@ -216,7 +216,7 @@ def _prototype(base: RobotDescription, book: dict[str, Any], test: xr.Dataset) -
     return StudyPart(numbers, {"composite": composite, "static_test": test, "pool": pool})
 
 
-def _design(base: RobotDescription, design: dict[str, float]) -> RobotDescription:
+def printed_design(base: RobotDescription, design: dict[str, float]) -> RobotDescription:
     """The flagellum with other numbers; `bend` in degrees, all else SI."""
     values = {_QUANTITIES[name]: math.radians(x) if name == "bend" else x for name, x in design.items()}
     return with_values(base, values)
