@@ -1,8 +1,8 @@
 """Cache of traced programs on disk, so that a later process starts without tracing them again.
 
 JAX's compilation cache saves compile time, but tracing a robot's equations takes seconds, too. A traced program is
-exported beside that cache. Its name is a hash of the function, the structure of its arguments, and the sources of all
-classes in them; any change of these leads to a new trace.
+exported beside that cache. Its name is a hash of the function, the structure of its arguments, and the sources of both
+(`sources`); any change of these leads to a new trace.
 
 Most programs run a few times only, and compile in half the time without optimisation. One that turns out to run often
 is compiled again beside its runs; one that `runs_long` is optimised from the start, so that its numbers never depend on
@@ -26,6 +26,7 @@ import jax
 from jax import export
 
 from nectosome.core.rows import on_device
+from nectosome.core.sources import sources
 from nectosome.io.atomic import lock, write_atomic
 from nectosome.units import InputError
 
@@ -101,7 +102,7 @@ def _prepared(
     if key not in _programs:
         shapes = [jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for leaf in leaves]
         text = f"{_name(f)} {structure} {shapes} {jax.default_backend()}"
-        _programs[key] = _workers.submit(_program, f, structure, shapes, _file(text, args))
+        _programs[key] = _workers.submit(_program, f, structure, shapes, _file(f, text, args))
     return _programs[key]
 
 
@@ -163,35 +164,30 @@ def _alone(file: Path | None) -> Iterator[None]:
         yield
 
 
-def _file(text: str, args: Any) -> Path | None:
+def _file(f: Callable[..., Any], text: str, args: Any) -> Path | None:
     """Path of the cached program; None without a cache folder, or with unknown sources."""
     compiled = jax.config.values["jax_compilation_cache_dir"]
-    sources = {_source(kind) for kind in _classes(args)}
-    if not compiled or None in sources or " at 0x" in text:
+    kinds = _classes(args)
+    if not compiled or not all(map(_has_source, kinds)) or " at 0x" in text:
         return None
     digest = hashlib.sha256(text.encode())
     digest.update(f"{version('jax')} {version('equinox')}".encode())
-    rooms = (path for room in _ROOMS for path in (_PACKAGE / room).glob("*.py"))
-    for path in sorted({*rooms, *(path for path in sources if path)}):
+    for path in sorted(sources({f.__module__, *(kind.__module__ for kind in kinds)})):
         digest.update(path.read_bytes())
     return Path(compiled).parent / "traced" / digest.hexdigest()
 
 
-_PACKAGE = Path(__file__).parents[1]
-_ROOMS = ("units", "io", "description", "core", "mechanism", "loads", "drives", "solve", "model", "designs")
-
-
 def _classes(x: Any) -> set[type]:
-    """Classes of all modules in a tree."""
+    """Classes of all modules in a tree, and those that modules hold."""
+    if isinstance(x, type):
+        return {x} if issubclass(x, eqx.Module) else set()
     found = {type(x)} if isinstance(x, eqx.Module) else set()
     inner = vars(x).values() if isinstance(x, eqx.Module) else x if isinstance(x, tuple | list) else ()
     inner = x.values() if isinstance(x, dict) else inner
     return found.union(*map(_classes, inner))
 
 
-def _source(kind: type) -> Path | None:
-    """File that defines a class; None without one, as in a notebook, or if it does not define the class completely."""
-    module = sys.modules.get(kind.__module__)
-    file = getattr(module, "__file__", None)
-    whole = kind.__module__ != "__main__" and "<locals>" not in kind.__qualname__
-    return Path(file) if file and whole else None
+def _has_source(kind: type) -> bool:
+    """Whether a file defines a class completely, unlike in a notebook or within a function."""
+    file = getattr(sys.modules.get(kind.__module__), "__file__", None)
+    return file is not None and kind.__module__ != "__main__" and "<locals>" not in kind.__qualname__
