@@ -13,9 +13,10 @@ from scipy.linalg import expm
 from scipy.special import ellipk
 
 from nectosome.core import Constant, Load, State, Status, Strips, Water
+from nectosome.description import parse_robot
 from nectosome.loads import Damper
 from nectosome.mechanism import Attached, make_robot
-from nectosome.model import bind
+from nectosome.model import bind, build
 from nectosome.solve import simulate
 from nectosome.solve.integrate import Settings, begin, integrate
 from nectosome.solve.runge_kutta import explicit_step, implicit_step, newton_memory
@@ -250,3 +251,47 @@ def test_implicit_and_explicit_agree_on_a_soft_rod(drifter):
     ends = [simulate(drifter, 0.2, samples=3, method=method, rtol=1e-8, atol=1e-9).value.state for method in METHODS]
     for a, b in zip(jax.tree.leaves(ends[0]), jax.tree.leaves(ends[1]), strict=True):
         np.testing.assert_allclose(a, b, atol=2e-6)
+
+
+TUMBLER = """
+name: tumbler
+water: {gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: box
+  length: 0.3 m
+  width: 0.2 m
+  height: 0.1 m
+  mass: 1 kg
+  volume: 0 m3
+  joint: {kind: free, start: {angular_velocity: [0.1 rad/s, 20 rad/s, 0.1 rad/s]}}
+"""
+
+
+def test_a_tumbling_body_keeps_its_energy_and_flips_in_time_by_the_method_that_is_taken():
+    """About the middle axis w = sqrt((2 E I3 - L^2)/(I2 (I3 - I2))) sn(r t, k): a flip every 2 K(k)/r (Landau, 37)."""
+    robot = build(parse_robot(TUMBLER))
+    run = simulate(robot, 60.0, samples=6001)
+    assert "jacobians" not in run.stats  # the explicit method
+    w, inertia = np.asarray(run.value.state.v[:, :3]), np.diag(robot.inertia[0, :3, :3])
+    energy, momentum = np.sum(inertia * w**2, axis=1) / 2, np.sum((inertia * w) ** 2, axis=1)
+    assert np.ptp(energy) < 1e-4 * energy[0]
+    one, two, three = inertia
+    E, L2 = energy[0], momentum[0]
+    if 2 * E * two > L2:
+        one, three = three, one
+    m = (two - one) * (2 * E * three - L2) / ((three - two) * (L2 - 2 * E * one))
+    rate = np.sqrt((three - two) * (L2 - 2 * E * one) / (one * two * three))
+    before = np.flatnonzero(np.diff(np.sign(w[:, 1])))
+    flips = 0.01 * (before + w[before, 1] / (w[before, 1] - w[before + 1, 1]))
+    expected = flips[0] + 2 * ellipk(m) / rate * np.arange(flips.size)
+    assert flips.size > 40
+    np.testing.assert_allclose(flips, expected, atol=0.02 * 2 * ellipk(m) / rate)
+
+
+def test_soft_bodies_and_springs_take_the_implicit_method(drifter):
+    assert not drifter.mild
+    assert "jacobians" in simulate(drifter, 0.01, samples=2).stats
+    hinge = "joint: {kind: revolute, axis: x, stiffness: 1 N m/rad}"
+    free = next(line.strip() for line in TUMBLER.splitlines() if "kind: free" in line)
+    assert not build(parse_robot(TUMBLER.replace(free, hinge))).mild

@@ -113,7 +113,8 @@ def _effort(attributes: Mapping[str, Any]) -> str:
     """Steps, iterations and time, as far as they are known."""
     parts = []
     if "steps" in attributes:
-        parts.append(f"{attributes['steps']} steps, {attributes.get('rejected', '?')} rejected")
+        method = "implicit" if "jacobians" in attributes else "explicit"
+        parts.append(f"{attributes['steps']} {method} steps, {attributes.get('rejected', '?')} rejected")
     if "cycles" in attributes:
         parts.append(
             f"{count(int(attributes['cycles']), 'cycle')}, {count(int(attributes['corrections']), 'correction')}"

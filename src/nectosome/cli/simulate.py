@@ -31,7 +31,7 @@ def simulate(
     outputs: Outputs = Outputs(),
     method: Annotated[
         Literal["auto", "implicit", "explicit"] | None,
-        Parameter(help="Implicit for soft bodies, explicit for systems without stiff springs; auto by default."),
+        Parameter(help="Implicit for soft bodies, explicit where nothing is stiff; auto, the default, chooses."),
     ] = None,
     samples: Annotated[
         str | None, value(f"Number of evenly spaced times that are kept; {_SAMPLES} by default.")

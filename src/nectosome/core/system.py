@@ -95,6 +95,7 @@ class Load(DescribedModule):
     inertial: ClassVar[bool] = False  # nothing but added mass, whose force is that of the water carried along
     by_station: ClassVar[bool] = False  # each station by itself: the load's numbers may have an axis of stations
     on_first: ClassVar[bool] = False  # looks at and acts on the part's first station only
+    mild: ClassVar[bool] = False  # follows the motion evenly: no stiff spring, no pulse
 
     def initial(self) -> Any:
         """Initial state z of the load; () for a load without state."""

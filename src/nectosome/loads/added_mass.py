@@ -21,7 +21,7 @@ from .places import Carrier
 class AddedMass(Load):
     """Base of all added masses: no own force, energy-conserving."""
 
-    inertial = True
+    inertial = mild = True
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[None, Any]:
         """None: the equations of motion take `inertia`."""

@@ -51,7 +51,7 @@ def _wet_integral(d: Float[Array, "n"]) -> Float[Array, "n"]:
 class Weight(Load):
     """Gravity on the body's own mass: m g at the centre of mass."""
 
-    by_station = True
+    by_station = mild = True
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench of gravity: inertia times the acceleration g."""
@@ -62,7 +62,7 @@ class Weight(Load):
 class Buoyancy(Load):
     """Archimedes: -rho V g at the centre of the displaced water, and rho V Dc/Dt of an accelerating current."""
 
-    by_station = True
+    by_station = mild = True
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Force on each station; no moment, since stations are on the axis."""

@@ -25,7 +25,7 @@ class StripDrag(Load):
     normal: Float[Array, ""]  # C_n [-]
     tangential: Float[Array, ""]  # C_t [-]
     lift: Float[Array, ""]  # C_l [-]
-    dissipative = by_station = True
+    dissipative = by_station = mild = True
     described_by = DragLoad
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
@@ -57,7 +57,7 @@ class PlateDrag(Load):
     """
 
     normal: Float[Array, ""]  # C_n [-]
-    dissipative = by_station = True
+    dissipative = by_station = mild = True
     described_by = PlateDragLoad
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
@@ -75,7 +75,7 @@ class LumpedDrag(Load):
 
     drag_area: Float[Array, "3"]  # drag areas C_d A along local x, y, z [m2]
     rotational: Float[Array, "3"]  # [kg m2]
-    dissipative = on_first = True
+    dissipative = on_first = mild = True
     described_by = LumpedDragLoad
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:

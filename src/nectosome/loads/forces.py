@@ -24,6 +24,7 @@ class PointForce(Load):
     arm: Float[Array, "3"]  # from the station to the point of the force, station frame [m]
     station: int = eqx.field(static=True)
     follower: bool = eqx.field(static=True)
+    mild = True
     described_by = ForceLoad
 
     @classmethod
@@ -51,7 +52,7 @@ class LineForce(Load):
 
     vector: Float[Array, "3"]
     follower: bool = eqx.field(static=True)
-    by_station = True
+    by_station = mild = True
     described_by = DistributedForceLoad
 
     @classmethod

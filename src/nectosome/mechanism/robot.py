@@ -126,6 +126,13 @@ class Robot(Mechanical):
         """The loads one by one."""
         return self.load_groups.one_by_one()
 
+    @property
+    def mild(self) -> bool:
+        """Whether nothing in it can be stiff: no rods, springs or contacts, and loads that follow the motion evenly."""
+        loads = self.load_groups
+        springs = self.tree.rods or loads.on_joints or loads.in_rods or loads.pairs
+        return not springs and all(g.load.mild for g in loads.on_bodies)
+
     def states_by_load(self, z: tuple[Any, ...]) -> dict[int, Any]:
         """States of the loads on bodies by their places among `loads`, from the load states z of the robot."""
         groups = zip(self.load_groups.on_bodies, z, strict=True)
