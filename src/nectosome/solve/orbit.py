@@ -195,7 +195,7 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
         bad = found.status != int(Status.SOLVED)
         corrections, cycles = s.corrections + newton, s.cycles + 1
         slow = ~newton | (jnp.isfinite(s.best) & (found.size > _QUICK * s.best))
-        derive = closed | ((cycles >= _WAIT) & slow)
+        derive = closed | ((cycles >= _WAIT) & slow & (corrections < _CORRECTIONS))
         best = jnp.where(closed, s.best, jnp.where(newton, found.size, jnp.inf))
         waited = jnp.where(closed, s.waited, ~newton & ~first)
         done = (closed & s.derive) | bad | (~closed & (cycles >= _CYCLES))
