@@ -22,10 +22,10 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float
 
 from nectosome.core import Solution, State, Status
-from nectosome.core.directions import along
 from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.core.remember import runs_long
 from nectosome.core.rows import on_device
+from nectosome.core.shared_derivatives import along
 from nectosome.mechanism import Robot
 
 from .integrate import Method, Settings, begin, integrate

@@ -18,9 +18,9 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Mechanical, State
-from nectosome.core.directions import along
 from nectosome.core.linear_algebra import inverse
 from nectosome.core.rows import on_device
+from nectosome.core.shared_derivatives import along
 
 
 class Tableau(NamedTuple):

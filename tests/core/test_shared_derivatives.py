@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.core.directions import along
+from nectosome.core.shared_derivatives import along
 
 asked = []
 
