@@ -25,8 +25,8 @@ import equinox as eqx
 import jax
 from jax import export
 
+from nectosome.core.import_closure import sources
 from nectosome.core.rows import on_device
-from nectosome.core.sources import sources
 from nectosome.io.atomic import lock, write_atomic
 from nectosome.units import InputError
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import nectosome
-from nectosome.core.sources import sources
+from nectosome.core.import_closure import sources
 
 PACKAGE = Path(nectosome.__file__).parent
 
