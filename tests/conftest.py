@@ -1,10 +1,6 @@
 """Every shape in a public signature is checked while the tests run; robots that several rooms share are built once."""
 
-import ctypes
 import gc
-import resource
-from contextlib import suppress
-from pathlib import Path
 
 from hypothesis import settings
 from jaxtyping import install_import_hook
@@ -25,6 +21,7 @@ import numpy as np  # noqa: E402
 import pytest  # noqa: E402
 
 from nectosome.core import State  # noqa: E402
+from nectosome.core.memory import give_back, resident  # noqa: E402
 from nectosome.core.remember import _programs  # noqa: E402
 from nectosome.description import RobotDescription, parse_robot  # noqa: E402
 from nectosome.model import build  # noqa: E402
@@ -76,20 +73,10 @@ def pytest_collection_finish():
 def bounded_memory():
     """Forget compiled programs where they fill the memory: all tests in one process take some 10 GB."""
     yield
-    if _resident() > _MOST:
+    if resident() > _MOST:
         _programs.clear()
         jax.clear_caches()
-        gc.collect()
-        with suppress(OSError, AttributeError):  # only the C library of GNU has it
-            ctypes.CDLL("libc.so.6").malloc_trim(0)
-
-
-def _resident() -> int:
-    """Memory of this process [bytes]; 0 where the system does not tell."""
-    try:
-        return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
-    except OSError:
-        return 0
+        give_back()
 
 
 @pytest.fixture

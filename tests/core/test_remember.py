@@ -91,3 +91,17 @@ def test_of_two_processes_one_makes_the_program_and_the_other_finds_it(tmp_path)
     assert sum(lines.count("traced") for lines in said) == 1
     assert all("[0.0, 2.0, 4.0]" in lines for lines in said)
     assert [path.suffix for path in (tmp_path / "cache" / "traced").iterdir()] == [""]
+
+
+def tripled(x):
+    return 3 * jnp.cos(x)
+
+
+def test_programs_that_fill_the_memory_are_forgotten_and_loaded_again(monkeypatch):
+    monkeypatch.setattr("nectosome.core.remember._MUCH", 0)
+    sizes = range(2, 12)
+    first = [remembered(tripled, jnp.arange(float(n))) for n in sizes]
+    left = [key for key in _programs if key[0] is tripled]
+    assert len(left) < len(sizes)
+    again = [remembered(tripled, jnp.arange(float(n))) for n in sizes]
+    assert all(a.tolist() == b.tolist() for a, b in zip(first, again, strict=True))

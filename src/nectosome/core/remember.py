@@ -12,6 +12,7 @@ when that was.
 import hashlib
 import pickle
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
@@ -26,6 +27,7 @@ import jax
 from jax import export
 
 from nectosome.core.import_closure import sources
+from nectosome.core.memory import give_back, resident
 from nectosome.core.rows import on_device
 from nectosome.io.atomic import lock, write_atomic
 from nectosome.units import InputError
@@ -33,10 +35,12 @@ from nectosome.units import InputError
 _LONGEST = 300.0  # [s] wait for another process that traces the same program
 _F = TypeVar("_F", bound=Callable[..., Any])
 _OFTEN = 20  # runs of a program after which it is optimised
+_MUCH, _FEW = 900_000_000, 6  # bytes of this process above which all but a few programs are loaded anew where needed
 _NOT_OPTIMISED: dict[str, str | bool] = {"xla_backend_optimization_level": "0"}
 _long: set[str] = set()
 compiling: set[str] = set()  # functions whose programs are being made now
 _programs: dict[Any, Future["_Program"]] = {}
+_access = threading.Lock()  # to them
 _workers = ThreadPoolExecutor(3)
 _compiled = cache(eqx.filter_jit)
 
@@ -48,6 +52,7 @@ class _Program:
     run: Callable[..., list[jax.Array]]
     structure: Any
     optimised: Callable[[], Callable[..., list[jax.Array]]] | None  # compiles it again; None where it is
+    kept: bool  # in the cache
     runs: int = 0
 
     def __call__(self, *leaves: jax.Array) -> Any:
@@ -99,11 +104,14 @@ def _prepared(
                 return None
             leaves[i] = on_device(leaf)
     key = (f, structure, tuple((leaf.shape, leaf.dtype) for leaf in leaves))
-    if key not in _programs:
-        shapes = [jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for leaf in leaves]
-        text = f"{_name(f)} {structure} {shapes} {jax.default_backend()}"
-        _programs[key] = _workers.submit(_program, f, structure, shapes, _file(f, text, args))
-    return _programs[key]
+    with _access:
+        found = _programs.pop(key, None)
+        if found is None:
+            shapes = [jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for leaf in leaves]
+            text = f"{_name(f)} {structure} {shapes} {jax.default_backend()}"
+            found = _workers.submit(_program, f, structure, shapes, _file(f, text, args))
+        _programs[key] = found  # the last one used comes last
+    return found
 
 
 def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeStruct], file: Path | None) -> _Program:
@@ -137,7 +145,19 @@ def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeS
             with suppress(InputError):  # a cache that cannot be written is no error
                 write_atomic(file, pickle.dumps((result, new.serialize())))
     again = None if long else lambda: traced.lower(*shapes).compile()
-    return _Program(run, jax.tree.structure(result), again)
+    _bound_memory()
+    return _Program(run, jax.tree.structure(result), again, file is not None and file.exists())
+
+
+def _bound_memory() -> None:
+    """Forget programs that were not used lately where they fill the memory; the cache has them."""
+    if resident() > _MUCH:
+        with _access:
+            done = {key: future for key, future in _programs.items() if future.done() and not future.exception()}
+            kept = [key for key, future in done.items() if future.result().kept]
+            for key in kept[:-_FEW]:
+                del _programs[key]
+        give_back()
 
 
 @contextmanager
