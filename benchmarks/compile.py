@@ -15,12 +15,15 @@ from typing import NamedTuple
 
 BEFORE = "ba2af50"  # the earlier commit
 _HERE = Path(__file__).parents[1]
+_MANTA = str(Path(__file__).with_name("manta.yaml"))
 _COMMANDS = {
     "simulate flagellum": ["simulate", "flagellum", "--time", "2.5s"],
     "steady flagellum": ["steady", "flagellum"],
     "simulate turtle": ["simulate", "turtle", "--time", "2s"],
     "periodic turtle": ["periodic", "turtle"],
     "periodic krill": ["periodic", "krill"],
+    # a free robot in space with two soft fins; the range is so narrow that it takes a few evaluations
+    "design manta": ["design", _MANTA, "--vary", "f=0.7999 .. 0.8 Hz", "--forward", "x", "--starts", "1"],
 }
 _LONGEST = 12  # programs of a command that are listed
 

@@ -38,7 +38,7 @@ _QUANTITIES = {
 _OLD = {"length": 0.300, "tip_radius": 2e-3, "bend": 45.0, "rate": 14.4}
 _FIG3 = {"length": 0.300, "tip_radius": 1e-3, "bend": 70.0, "rate": 15.0, "young": 8.5e6}
 _FREE_RTOL = 1e-3  # of the robot with four flagella, an example that no row depends on
-_STARTS, _SEEDS = 60, (1, 2, 3)
+_STARTS, _SEEDS = 20, (1, 2, 3)
 _WORKERS = 2  # processes
 _SETTLE = 5.0  # s: the slowest mode decays at 1.9 1/s or faster
 
