@@ -23,7 +23,7 @@ _COMMANDS = {
     "periodic turtle": ["periodic", "turtle"],
     "periodic krill": ["periodic", "krill"],
     # a free robot in space with two soft fins; the range is so narrow that it takes a few evaluations
-    "design manta": ["design", _MANTA, "--vary", "f=0.7999 .. 0.8 Hz", "--forward", "x", "--starts", "1"],
+    "design manta": ["design", _MANTA, "--vary", "f=0.7999Hz..0.8Hz", "--forward", "x", "--starts", "1"],
 }
 _LONGEST = 12  # programs of a command that are listed
 
