@@ -20,14 +20,18 @@ import jaxtyping  # noqa: E402
 import numpy as np  # noqa: E402
 import pytest  # noqa: E402
 
-from nectosome.core import State  # noqa: E402
+from nectosome.core import (
+    State,
+    remember,
+)
 from nectosome.core.memory import give_back, resident  # noqa: E402
-from nectosome.core.remember import _programs  # noqa: E402
 from nectosome.description import RobotDescription, parse_robot  # noqa: E402
 from nectosome.model import build  # noqa: E402
 from nectosome.robots import describe  # noqa: E402
 
 _MOST = 4 * 2**30  # bytes of a process
+
+remember._MUCH = _MOST  # tests of many robots take turns in one process
 
 PENDULUM = """
 name: pendulum
@@ -74,7 +78,7 @@ def bounded_memory():
     """Forget compiled programs where they fill the memory: all tests in one process take some 10 GB."""
     yield
     if resident() > _MOST:
-        _programs.clear()
+        remember._programs.clear()
         jax.clear_caches()
         give_back()
 
