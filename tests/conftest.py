@@ -20,10 +20,7 @@ import jaxtyping  # noqa: E402
 import numpy as np  # noqa: E402
 import pytest  # noqa: E402
 
-from nectosome.core import (
-    State,
-    remember,
-)
+from nectosome.core import State, remember  # noqa: E402
 from nectosome.core.memory import give_back, resident  # noqa: E402
 from nectosome.description import RobotDescription, parse_robot  # noqa: E402
 from nectosome.model import build  # noqa: E402
