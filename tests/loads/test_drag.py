@@ -1,11 +1,11 @@
-"""Drag and lift of a strip, against the formula of Armanini et al. (2022, eq. 12) written out by hand."""
+"""Drag and lift of a strip and of a plate, against the published formulas written out by hand."""
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from nectosome.core import Stations, Strips, Water
-from nectosome.loads import LumpedDrag, StripDrag
+from nectosome.loads import LumpedDrag, PlateDrag, StripDrag
 
 RHO = 1000.0
 
@@ -50,8 +50,17 @@ def test_broadside_it_is_half_rho_cd_diameter_v_squared():
 @pytest.mark.parametrize(("v", "axis", "shown"), [((0, 1.0, 0), 4, 0.03), ((0, 0, 1.0), 5, 0.01)])
 def test_a_flat_strip_feels_the_width_it_shows(v, axis: int, shown: float):
     """Moving along y it shows its half width along z, and the other way round."""
-    drag = StripDrag(jnp.asarray(2.0), jnp.asarray(0.0), jnp.asarray(0.0))
-    assert force(drag, strip(v, half_width=(0.01, 0.03)))[axis] == pytest.approx(-RHO * shown * 2.0 * 0.2)
+    zero = jnp.asarray(0.0)
+    for drag in (StripDrag(jnp.asarray(2.0), zero, zero), PlateDrag(jnp.asarray(2.0))):
+        assert force(drag, strip(v, half_width=(0.01, 0.03)))[axis] == pytest.approx(-RHO * shown * 2.0 * 0.2)
+
+
+def test_a_plate_feels_each_face_by_its_own_velocity():
+    """f_y = -rho C r_z |v_y| v_y, f_z = -rho C r_y |v_z| v_z per length (Hu et al. 2024, eq. 7, with the sign)."""
+    line = [0.0, -0.03 * 0.4 * -0.4, -0.01 * 1.2 * 1.2]
+    expected = RHO * 1.5 * 0.2 * np.array([0.0, 0.0, 0.0, *line])
+    plate = PlateDrag(jnp.asarray(1.5))
+    assert force(plate, strip((0.3, -0.4, 1.2), half_width=(0.01, 0.03))) == pytest.approx(expected)
 
 
 def test_negative_lift_turns_sideways_motion_against_a_rotation_about_x():
