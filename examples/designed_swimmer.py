@@ -69,7 +69,7 @@ def main() -> None:
             figures_landscape.torque_panel(maps),
         ],
     )
-    print(f"written: {OUT / 'swimmer.png'}, {OUT / 'swim.nc'}, {page}")
+    print(f"written: {OUT / 'designed_swimmer.png'}, {OUT / 'designed_swimmer.nc'}, {page}")
 
 
 if __name__ == "__main__":
