@@ -55,7 +55,6 @@ def main() -> None:
         "row1": f"printed optimum: {study.steady_speed(swims['row1']):.3f} m/s",
         "optimum": f"our optimum: {study.steady_speed(swims['optimum']):.3f} m/s",
     }
-    searched = optimum.DesignSearch(found.task, {("gradient", 1): found.search}, {}, found.search)
     designs = {"printed optimum": found.task.box.design(robot), "our optimum": found.best.u}
     maps = optimum.maps(found.task, designs, 13, LIMIT)
     page = OUT / "designed_swimmer.html"
@@ -64,7 +63,7 @@ def main() -> None:
         "nectosome: a swimmer, designed",
         [
             Panel("Printed and found", CAPTION, figures.designs_scene(swims, labels)),
-            figures_search.best_panel(optimum.best_designs(searched, table2)),
+            figures_search.best_panel(optimum.best_designs(found.task, [found.search], table2)),
             figures_landscape.map_panel(maps),
             figures_landscape.torque_panel(maps),
         ],

@@ -37,5 +37,5 @@ def test_progress_says_what_a_first_answer_waits_for(monkeypatch, capsys):
     assert "compiling equations" in capsys.readouterr().err
     with progress_bar("eel"):
         time.sleep(0.3)
-    told = capsys.readouterr().err
-    assert "eel" in told and "compiling" not in told
+    shown = capsys.readouterr().err
+    assert "eel" in shown and "compiling" not in shown

@@ -5,7 +5,6 @@ Imports that only type checkers see count too: who reads one file of a circle ha
 
 import subprocess
 import sys
-import tomllib
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -29,9 +28,3 @@ def test_no_files_import_each_other_in_a_circle():
         TopologicalSorter(imports).prepare()
     except CycleError as error:
         pytest.fail(" -> ".join(error.args[1]))
-
-
-def test_every_folder_of_tests_has_its_turn():
-    told = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["pytest"]["ini_options"]
-    folders = {f"tests/{file.parent.name}" for file in (ROOT / "tests").glob("*/*test_*.py")}
-    assert folders <= {*told["testpaths"]}

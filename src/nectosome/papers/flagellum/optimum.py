@@ -1,6 +1,7 @@
 """The design optimisation (section III): many starts with three solvers, and what the best design is like."""
 
 import time
+from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -106,10 +107,12 @@ def history(search: DesignSearch, printed_speed: float) -> xr.Dataset:
     )
 
 
-def best_designs(search: DesignSearch, table2: list[tuple[RobotDescription, float, float]]) -> xr.Dataset:
+def best_designs(
+    task: MotionDesign, results: Iterable[Result], table2: list[tuple[RobotDescription, float, float]]
+) -> xr.Dataset:
     """Our five best designs beside those of Table II, given with speed and torque; who passes the motor's line."""
-    task, rows = search.task, []
-    starts = [s for r in search.results.values() for s in r.best(5)]
+    rows = []
+    starts = [s for r in results for s in r.best(5)]
     apart: list[Evaluation] = []
     for e in sorted((s.best for s in starts if s.best is not None), key=lambda e: e.objective):
         if len(apart) < 5 and all(np.abs(e.u - o.u).max() >= 0.01 for o in apart):

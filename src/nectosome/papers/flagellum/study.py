@@ -181,7 +181,7 @@ def _search_data(
     return {
         "starts": optimum.starts_table(found, printed_best),
         "history": optimum.history(found, printed_best["printed_speed"]),
-        "best": optimum.best_designs(found, table2),
+        "best": optimum.best_designs(task, found.results.values(), table2),
         "map": optimum.maps(task, designs, 9 if quick else 21, 0.5),
         "sensitivity": optimum.sensitivity(task, best, "our optimum"),
         "trend": optimum.stiffness_trend(task, best, 4 if quick else 9),
