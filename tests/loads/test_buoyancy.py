@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from nectosome.core import State, Stations, Strips, Water
@@ -58,6 +59,21 @@ def test_wetted_share_of_a_strip_at_the_surface(height: float, up, share: float)
 
     assert float(of(height)) == pytest.approx(share)
     assert np.isfinite(float(jax.grad(of)(height)))
+
+
+@pytest.mark.parametrize("height", [-0.025, -0.004, 0.0, 0.012])
+def test_wetted_share_of_a_tilted_strip_is_the_mean_of_its_sections(height: float):
+    """Segments of ellipses, integrated along the strip; dry, cut and wet sections among them."""
+    tilt, water = 0.3, Water(jnp.asarray(1000.0), jnp.asarray(G), jnp.asarray(0.0))
+    half_height = 0.02 * np.sqrt(1 - tilt**2)
+
+    def section(x: float) -> float:
+        depth = np.clip(-(height + tilt * x) / half_height, -1.0, 1.0)
+        return 1 - (np.arccos(depth) - depth * np.sqrt(1 - depth**2)) / np.pi
+
+    mean = quad(section, -0.05, 0.05, limit=200)[0] / 0.1
+    found = wetted(strip(height, (tilt, 0.0, np.sqrt(1 - tilt**2))), water)[0]
+    assert float(found) == pytest.approx(mean, abs=1e-7)
 
 
 @pytest.fixture(scope="module")
