@@ -21,7 +21,7 @@ test: .venv/dev
 	$(BIN)/ruff format --check src tests benchmarks examples
 	$(BIN)/basedpyright
 	$(BIN)/lint-imports
-	XLA_FLAGS="$(QUICK_TO_COMPILE)" $(BIN)/pytest -n $(WORKERS) -m "not slow" --junitxml=out/tests.xml
+	XLA_FLAGS="$(QUICK_TO_COMPILE)" $(BIN)/pytest -n $(WORKERS) -m "not slow" --durations=10 --junitxml=out/tests.xml
 
 test-all: .venv/dev
 	$(BIN)/pytest -n $(WORKERS)

@@ -5,7 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from nectosome.description import parse_robot
 from nectosome.loads import lamb_coefficients
+from nectosome.model import build
 
 LAMB = {
     2.0: (0.2100, 0.7042, 0.2394),
@@ -52,3 +54,36 @@ def test_slopes_are_smooth_through_the_sphere():
     for k in range(3):
         slope = jax.vmap(jax.grad(lambda r, k=k: lamb_coefficients(r)[k]))(ratios)
         assert np.max(np.abs(np.diff(slope))) < 0.02
+
+
+RHO = 1000.0
+
+
+def _carried(shape: str, load: str) -> np.ndarray:
+    """Added mass of a body 0.3 m long about the middle of its axis, all stations together [6, 6]."""
+    text = "name: body\nwater: {density: 1000 kg/m3}\nbody: {kind: rigid, length: 0.3 m, volume: 1e-3 m3, mass: 1 kg, "
+    robot = build(parse_robot(f"{text}{shape}, loads: {{water: {load}}}}}\n"))
+    return np.sum(np.asarray(robot.added), axis=0)
+
+
+def test_a_flat_body_carries_the_water_of_an_elliptic_cylinder():
+    """Per length rho pi b^2 along y and rho pi a^2 along z, of half axes a along y and b along z (Lamb, art. 71)."""
+    found = _carried("shape: box, width: 40 mm, height: 100 mm", "{kind: added_mass, normal: 1, tangential: 0.2}")
+    expected = RHO * np.pi * 0.3 * np.array([0.2 * 0.02 * 0.05, 0.05**2, 0.02**2])
+    np.testing.assert_allclose(np.diag(found)[3:], expected, rtol=1e-12)
+
+
+def test_a_turning_cylinder_carries_what_its_strips_do():
+    """m' L^3/12 about an axis across it, m' the added mass per length."""
+    found = np.diag(_carried("shape: cylinder, radius: 20 mm", "{kind: cylinder_added_mass, coefficient: 0.9}"))
+    line = 0.9 * RHO * np.pi * 0.02**2
+    np.testing.assert_allclose(found, [0, *[line * 0.3**3 / 12] * 2, 0, *[line * 0.3] * 2], rtol=1e-12)
+
+
+def test_a_spheroid_carries_lambs_shares_of_the_water_that_it_displaces():
+    """k1 and k2 of its mass, k' of its moment of inertia (Lamb 1932, art. 115)."""
+    found = np.diag(_carried("shape: spheroid, radius: 75 mm", "{kind: spheroid_added_mass}"))
+    mass = RHO * 4 / 3 * np.pi * 0.15 * 0.075**2
+    along, across, turning = LAMB[2.0]
+    moment = turning * mass / 5 * (0.15**2 + 0.075**2)
+    np.testing.assert_allclose(found, [0, moment, moment, along * mass, across * mass, across * mass], rtol=3e-4)
