@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import nectosome.loads as ld
+from nectosome.core import Stations, Strips, Water
 from nectosome.description import RobotDescription
 from nectosome.mechanism import in_plane, moves_in_plane
 from nectosome.model import build
@@ -51,6 +52,25 @@ def test_the_foot_is_where_a_bar_through_a_bearing_ends():
     q, dq = jax.jvp(lambda t: jnp.stack(leg.foot(OMEGA * t)[0]), (_n(0.3),), (_n(1.0),))
     np.testing.assert_allclose(leg.foot(_n(0.3 * OMEGA))[1], dq, rtol=1e-12)
     assert np.all(np.isfinite(q))
+
+
+def test_a_leg_drags_through_the_water_as_its_foot_moves_whatever_the_body_does():
+    """F = -l_t |u_t| u_t - l_n |u_n| u_n along and across the leg, u = v + w x r, and the moment r x F."""
+    contact = ld.GroundContact(_n(200.0), _n(0.8), _n(0.6), _n(0.001), pulls=False)
+    numbers = map(_n, (0.5, 0.3, 1.7, 2.0))  # damping ratio, along, across, legs side by side
+    hip = np.array([0.04, -0.03, 0.005])
+    leg = ld.Leg(_n(hip), _n(0.0105), _n([0.0, -0.0998]), _n(0.1263), _n(0.0), _n(0.7), contact, *numbers)
+    (x, z), _, (ux, uz) = leg.foot(_n(0.7))
+    r, along = hip + np.array([x, 0.0, z]), np.array([ux, 0.0, uz])
+    v, w = np.array([0.2, -0.3, 0.1]), np.array([0.5, -1.5, 2.5])
+    own = Stations.along(_n([0.0]), _n([0.1]), _n([[0.05, 0.05]]), _n([1e-3]), jnp.eye(6)[None])
+    moving = {"rotation": jnp.eye(3)[None], "position": jnp.zeros((1, 3))}
+    strips = Strips(**vars(own), **moving, angular_velocity=_n(w)[None], velocity=_n(v)[None])
+    found, _ = leg.force(_n(0.0), strips, leg.initial(), Water(_n(1000.0), _n(G)))
+    u = v + np.cross(w, r)
+    across = u - (u @ along) * along
+    force = -2.0 * (0.3 * abs(u @ along) * (u @ along) * along + 1.7 * np.linalg.norm(across) * across)
+    np.testing.assert_allclose(found[0], [*np.cross(r, force), *force], rtol=1e-12)
 
 
 # legs far apart and buoyancy high up: upright, whatever pushes
