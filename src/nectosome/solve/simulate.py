@@ -1,15 +1,18 @@
 """Simulation of a robot: the public function, with progress and cancelling."""
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from time import monotonic
 from typing import Literal
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Int
 
 from nectosome.core import Mechanical, State, Status
-from nectosome.core.remember import remembered
+from nectosome.core.remember import remembered, runs_long
 from nectosome.core.rows import on_device
 from nectosome.mechanism import Robot, reduced
 from nectosome.model import RobotLike, robot_of
@@ -20,10 +23,8 @@ from .results import Run, Trajectory
 
 _METHODS = ("auto", "implicit", "explicit")
 _TIGHTER = 0.1  # tolerance of explicit steps that are chosen here: errors of free motion add up
-_CHUNKS, _WIDEST = 20, 20  # number of chunks of a run, most samples of a chunk; it can be cancelled between chunks
-
-
-_integrate_until = eqx.filter_jit(integrate)  # a guard is a Python function, which `remembered` does not take
+_ROWS, _WIDEST = 20, 20  # rows of samples in a call, at most, and samples of a row
+_PATIENCE = 0.3  # [s] of a call with several rows: between calls, a run is told of and can be interrupted
 
 
 def simulate(
@@ -73,19 +74,49 @@ def simulate(
     equations = reduced(system)
     m = begin(on_device(0.0), x, stepping, on_device(min(1e-3, 0.1 * times[1])))
     states, status = [jax.tree.map(lambda x: np.asarray(x)[None], x)], Status.SOLVED
-    for chunk in _chunks(times[1:]):
-        if until is None:
-            m, xs = remembered(integrate, equations, m, chunk, stepping)
-        else:
-            m, xs = _integrate_until(equations, m, on_device(chunk), stepping, until)
-        states.append(xs)
-        status = Status(int(m.status))
-        if status != Status.SOLVED:
-            break
-        if progress is not None and progress(float(chunk[-1]) / time) is False:
-            status = Status.CANCELLED
-            break
+    # a guard is a Python function, which `remembered` does not take
+    run = partial(remembered, _integrate_rows) if until is None else partial(_integrate_until, guard=until)
+    for rows in _blocks(times[1:]):
+        done, count = 0, 1
+        while done < len(rows) and status == Status.SOLVED:
+            began, last = monotonic(), min(done + count, len(rows))
+            m, xs = run(equations, m, *map(on_device, (rows, done, last)), stepping)
+            status = Status(int(m.status))
+            states += [jax.tree.map(lambda x, k=k: np.asarray(x)[k], xs) for k in range(done, last)]
+            if progress is None:
+                count = max(int(_PATIENCE / (monotonic() - began) * (last - done)), 1)
+            elif status == Status.SOLVED and progress(float(rows[last - 1, -1]) / time) is False:
+                status = Status.CANCELLED
+            done = last
     return _solution(system, m, times, states, status)
+
+
+@runs_long
+def _integrate_rows(
+    system: Mechanical,
+    state: Integration,
+    rows: Float[Array, "n k"],
+    first: Int[Array, ""],
+    last: Int[Array, ""],
+    settings: Settings,
+    guard: Guard | None = None,
+) -> tuple[Integration, State]:
+    """Integrate over the times of the rows from `first` to before `last`; states [n, k, ...], NaN in other rows."""
+
+    def going(carry: tuple[Array, Integration, State]) -> Array:
+        return (carry[0] < last) & (carry[1].status == int(Status.SOLVED))
+
+    def row(carry: tuple[Array, Integration, State]) -> tuple[Array, Integration, State]:
+        i, m, found = carry
+        m, new = integrate(system, m, rows[i], settings, guard)
+        return i + 1, m, jax.tree.map(lambda all, one: all.at[i].set(one), found, new)
+
+    blank = jax.tree.map(lambda x: jnp.full((*rows.shape, *x.shape), jnp.nan), state.x)
+    _, state, found = jax.lax.while_loop(going, row, (first, state, blank))
+    return state, found
+
+
+_integrate_until = eqx.filter_jit(_integrate_rows)
 
 
 def _solution(system: Mechanical, m: Integration, times: np.ndarray, states: list[State], status: Status) -> Run:
@@ -103,11 +134,13 @@ def _solution(system: Mechanical, m: Integration, times: np.ndarray, states: lis
     return Run(Trajectory(system, on_device(times), state), on_device(int(status)), stats, on_device(0.0))
 
 
-def _chunks(times: np.ndarray) -> np.ndarray:
-    """Times in rows of equal length; the last row is padded with the last time."""
-    width = min(-(-times.size // _CHUNKS), _WIDEST)
+def _blocks(times: np.ndarray) -> np.ndarray:
+    """Times in blocks of rows, of equal lengths; the last ones are padded with the last time."""
+    width = min(-(-times.size // _ROWS), _WIDEST)
     rows = -(-times.size // width)
-    return np.append(times, np.full(rows * width - times.size, times[-1])).reshape(rows, width)
+    blocks = -(-rows // _ROWS)
+    height = -(-rows // blocks)
+    return np.append(times, np.full(blocks * height * width - times.size, times[-1])).reshape(blocks, height, width)
 
 
 def _check(time: float, times: np.ndarray, rtol: float, atol: float) -> None:
