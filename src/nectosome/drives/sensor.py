@@ -21,7 +21,11 @@ class Sensor(RateIndependent):
         return jax.random.key(self.seed)
 
     def step(self, state: Array, u: Line) -> tuple[Array, Line]:
-        """Both ends, with the same noise."""
-        state, key = jax.random.split(state)
-        error = self.noise * jax.random.normal(key)
+        """Both ends, with the same noise. Without noise none is drawn, since that takes longer than most loops."""
+
+        def drawn(state: Array) -> tuple[Array, Array]:
+            state, key = jax.random.split(state)
+            return state, self.noise * jax.random.normal(key)
+
+        state, error = jax.lax.cond(self.noise == 0, lambda state: (state, jnp.zeros(())), drawn, state)
         return state, Line(*(jnp.clip(x + error, self.low, self.high) for x in u))
