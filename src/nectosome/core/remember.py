@@ -144,9 +144,13 @@ def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeS
         if file is not None and new is not None:
             with suppress(InputError):  # a cache that cannot be written is no error
                 write_atomic(file, pickle.dumps((result, new.serialize())))
-    again = None if long else lambda: traced.lower(*shapes).compile()
+
+    def optimised() -> Callable[..., list[jax.Array]]:
+        with _alone(None if file is None else file.with_suffix(".optimised")):
+            return traced.lower(*shapes).compile()
+
     _bound_memory()
-    return _Program(run, jax.tree.structure(result), again, file is not None and file.exists())
+    return _Program(run, jax.tree.structure(result), None if long else optimised, file is not None and file.exists())
 
 
 def _bound_memory() -> None:
@@ -171,7 +175,7 @@ def _told(name: str) -> Iterator[None]:
 
 @contextmanager
 def _alone(file: Path | None) -> Iterator[None]:
-    """Lock so that one process at a time traces a missing program, and waiting processes load it."""
+    """Lock so that one process at a time makes a missing file, and waiting processes load it."""
     if file is None or file.exists():
         yield
         return

@@ -5,13 +5,13 @@ from abc import abstractmethod
 from dataclasses import dataclass, replace
 from typing import Literal
 
-import jax.numpy as jnp
+import jax
 import numpy as np
-from jax.flatten_util import ravel_pytree
 from jaxtyping import Float
 
 from nectosome.core import Status
 from nectosome.core.remember import remembered
+from nectosome.core.rows import on_device
 from nectosome.description import (
     RobotDescription,
     drive_frequencies,
@@ -217,18 +217,19 @@ class MotionDesign(DesignTask):
         where = tuple(tuple(template.paths.index(path) for path in group) for group in groups)
         log = tuple(v.log for v in self.variables)
         shared = template, symmetry, where, log, tuple(used), FORWARD[self.forward]
-        ends = jnp.asarray(self.box.ends)
+        ends = on_device(self.box.ends)
         if symmetry.steady:
-            return SteadyPlan(*shared), PlanInputs(numbers, ends, jnp.asarray(jnp.nan))
+            return SteadyPlan(*shared), PlanInputs(numbers, ends, on_device(np.nan))
         period, inverse_to = self._period()
-        inputs = PlanInputs(numbers, ends, jnp.asarray(period))
+        inputs = PlanInputs(numbers, ends, on_device(period))
         return CyclePlan(*shared, flat=self._flat(), inverse_to=inverse_to), inputs
 
     def prepare(self) -> Evaluate:
         """Return evaluate(u, derivatives, memory); the memory is the state of a motion nearby."""
         (plan, numbers), needed = self.plan(), self._needed()
         rest = build(self.description).initial()
-        _, unravel = ravel_pytree(rest)
+        leaves, structure = jax.tree.flatten(rest)
+        ends = np.cumsum([leaf.size for leaf in leaves])[:-1]
         sign = -1.0 if self.highest else 1.0
         jumping = self._jumping()
 
@@ -239,9 +240,13 @@ class MotionDesign(DesignTask):
                     "the optimiser pattern or cmaes.",
                     field=jumping,
                 )
-            guess, warm = (rest, False) if memory is None else (unravel(jnp.asarray(memory)), True)
+            guess = rest
+            if memory is not None:
+                parts = zip(np.split(memory, ends), leaves, strict=True)
+                guess = jax.tree.unflatten(structure, [part.reshape(leaf.shape) for part, leaf in parts])
             program = judge_with_derivatives if derivatives else judge
-            found, jacobian = remembered(program, plan, numbers, jnp.asarray(u, dtype=float), guess, jnp.asarray(warm))
+            warm = memory is not None
+            found, jacobian = remembered(program, plan, numbers, np.asarray(u, dtype=float), guess, warm)
             status = Status(int(found.status))
             if status not in (Status.SOLVED, Status.SETTLED):
                 return Evaluation.unsolved(u, len(self.constraints), status.reason)
@@ -254,7 +259,7 @@ class MotionDesign(DesignTask):
                 sign * values[self.objective],
                 np.array([c.excess(values) for c in self.constraints]),
                 outputs={name: values[name] for name in dict.fromkeys((*_RECORDED, *needed))},
-                memory=np.asarray(ravel_pytree(found.state)[0]),
+                memory=np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(found.state)]),
             )
             if not derivatives:
                 return evaluation
