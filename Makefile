@@ -4,7 +4,8 @@ BIN := .venv/bin
 WORKERS ?= 2
 # Most of the fast tests' time is the compiler's; test-all runs what users run.
 SKIPPED := while-loop-invariant-code-motion,simplify-while-loops
-QUICK_TO_COMPILE := --xla_backend_optimization_level=0 --xla_disable_hlo_passes=$(SKIPPED)
+QUICK_TO_COMPILE := --xla_backend_optimization_level=0 --xla_disable_hlo_passes=$(SKIPPED) \
+  --xla_cpu_parallel_codegen_split_count=1
 
 .PHONY: run reproduce test test-all bench docs lock clean
 

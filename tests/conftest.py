@@ -1,6 +1,8 @@
 """Every shape in a public signature is checked while the tests run; robots that several rooms share are built once."""
 
 import gc
+import os
+import sys
 
 from hypothesis import settings
 from jaxtyping import install_import_hook
@@ -29,6 +31,9 @@ from nectosome.robots import describe  # noqa: E402
 _MOST = 4 * 2**30  # bytes of a process
 
 remember._MUCH = _MOST  # tests of many robots take turns in one process
+if "optimization_level=0" in os.environ.get("XLA_FLAGS", ""):  # quick to compile: `make test`
+    remember._OFTEN = sys.maxsize  # optimising again would change nothing
+    jax.config.update("jax_compilation_cache_dir", None)  # keeping a program takes longer than most need it
 
 PENDULUM = """
 name: pendulum

@@ -6,8 +6,10 @@ import sys
 import time
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from jaxtyping import Array
 
 from nectosome.core.remember import _programs, remembered, runs_long
@@ -54,7 +56,8 @@ def doubled_at_length(x):
     return 2 * jnp.sin(x)
 
 
-def test_what_runs_often_is_optimised_beside_its_runs_and_what_runs_long_from_the_start():
+def test_what_runs_often_is_optimised_beside_its_runs_and_what_runs_long_from_the_start(monkeypatch):
+    monkeypatch.setattr("nectosome.core.remember._OFTEN", 20)
     x = jnp.arange(5.0)
     runs = [remembered(doubled, x) for _ in range(25)]
     remembered(doubled_at_length, x)
@@ -97,9 +100,19 @@ def tripled(x):
     return 3 * jnp.cos(x)
 
 
-def test_programs_that_fill_the_memory_are_forgotten_and_loaded_again(monkeypatch):
+@pytest.fixture
+def kept(tmp_path):
+    """Programs are kept on disk."""
+    before = jax.config.values["jax_compilation_cache_dir"]
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path / "xla"))
+    yield
+    jax.config.update("jax_compilation_cache_dir", before)
+
+
+def test_programs_that_fill_the_memory_are_forgotten_and_loaded_again(monkeypatch, kept):
     monkeypatch.setattr("nectosome.core.remember._MUCH", 0)
-    sizes = range(2, 12)
+    monkeypatch.setattr("nectosome.core.remember._FEW", 2)
+    sizes = range(2, 6)
     first = [remembered(tripled, jnp.arange(float(n))) for n in sizes]
     left = [key for key in _programs if key[0] is tripled]
     assert len(left) < len(sizes)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from nectosome.core import State
+from nectosome.core.remember import remembered
 from nectosome.description import parse_robot
 from nectosome.mechanism import diagnose
 from nectosome.model import build
@@ -51,7 +52,7 @@ U, W, BENT = 2.0, 3.0, 4.0  # m/s, rad/s, curvature [1/m]; the coordinate is the
 def test_parts_have_the_energies_of_closed_forms_and_together_that_of_the_robot():
     robot = build(parse_robot(ROBOT))
     x = State(jnp.array([0.0, 0.0, BENT * 0.1]), jnp.array([U, W, 0.0]), robot.initial().z)
-    found = diagnose(robot, jnp.zeros(()), x)
+    found = remembered(diagnose, robot, jnp.zeros(()), x)
     body, arm, tail = np.asarray(found.part_energy)
     assert body == pytest.approx([3.0 * U**2 / 2, 0.7 * U**2 / 2, 0])
     assert arm == pytest.approx([0.5 * (U**2 + (W * 0.2) ** 2) / 2 + 2e-3 * W**2 / 2, 0, 0])

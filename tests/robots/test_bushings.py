@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from nectosome.core import Status
+from nectosome.core.remember import remembered
 from nectosome.description import apply_settings, parse_robot
 from nectosome.mechanism import diagnose, load_names
 from nectosome.model import build
@@ -64,7 +65,7 @@ def test_a_tie_closes_a_four_bar_linkage():
         stiff = build(apply_settings(robot, [f"pairs.pin.stiffness={stiffness} N/m"]))
         found = load_stepping(stiff)
         assert int(found.status) == Status.SOLVED
-        d = diagnose(stiff, jnp.zeros(()), found.value)
+        d = remembered(diagnose, stiff, jnp.zeros(()), found.value)
         force = np.asarray(d.load_force[load_names(stiff).index("pin"), 3])
         off[stiffness] = found.value.q[1] - closed(CRANK)
         # the bushing carries the coupler's end: a force along the coupler, since nothing else acts on it
@@ -122,7 +123,7 @@ def test_two_cantilevers_whose_tips_are_tied_share_the_load():
     robot = build(parse_robot(CANTILEVERS))
     found = load_stepping(robot)
     assert int(found.status) == Status.SOLVED
-    d = diagnose(robot, jnp.zeros(()), found.value)
+    d = remembered(diagnose, robot, jnp.zeros(()), found.value)
     alone = 0.2e-3 * 0.2**3 / (3 * 1e6 * np.pi * 0.004**4 / 4)
     tips = [np.asarray(d.position[robot.tree.layout[i].stations][-1])[1] for i in (1, 2)]
     assert tips == pytest.approx([alone / 2] * 2, rel=1e-3)

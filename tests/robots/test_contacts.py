@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from nectosome.core import State, Status
+from nectosome.core.remember import remembered
 from nectosome.description import parse_robot
 from nectosome.mechanism import diagnose, load_names, reduced
 from nectosome.model import bind, build
@@ -47,7 +48,7 @@ WEIGHT = 1000 * np.pi * 0.005**2 * 0.12 * 9.80665
 
 
 def contact_force(robot, x, part: str) -> np.ndarray:
-    d = diagnose(robot, jnp.zeros(()), x)
+    d = remembered(diagnose, robot, jnp.zeros(()), x)
     return np.asarray(d.load_force[load_names(robot).index("contact"), robot.tree.part(part)])
 
 
@@ -226,4 +227,4 @@ def test_a_pair_can_be_swept_and_has_slopes():
         return robot.residual(jnp.zeros(()), x, jnp.zeros(2))[0]
 
     depth = 1e-3
-    assert float(jax.grad(lambda k: height(k))(theta)[0]) == pytest.approx(-(depth - 0.5e-4), rel=1e-9)
+    assert float(jax.jit(jax.grad(height))(theta)[0]) == pytest.approx(-(depth - 0.5e-4), rel=1e-9)
