@@ -73,22 +73,21 @@ def simulate(
     x = system.initial() if initial is None else initial
     equations = reduced(system)
     m = begin(on_device(0.0), x, stepping, on_device(min(1e-3, 0.1 * times[1])))
-    states, status = [jax.tree.map(lambda x: np.asarray(x)[None], x)], Status.SOLVED
+    states = [jax.tree.map(lambda x: np.asarray(x)[None], x)]
     # a guard is a Python function, which `remembered` does not take
     run = partial(remembered, _integrate_rows) if until is None else partial(_integrate_until, guard=until)
     for rows in _blocks(times[1:]):
         done, count = 0, 1
-        while done < len(rows) and status == Status.SOLVED:
+        while done < len(rows) and (int(m.status) == Status.SOLVED or rows[done, 0] <= _reached(m)):
             began, last = monotonic(), min(done + count, len(rows))
             m, xs = run(equations, m, *map(on_device, (rows, done, last)), stepping)
-            status = Status(int(m.status))
             states += [jax.tree.map(lambda x, k=k: np.asarray(x)[k], xs) for k in range(done, last)]
             if progress is None:
                 count = max(int(_PATIENCE / (monotonic() - began) * (last - done)), 1)
-            elif status == Status.SOLVED and progress(float(rows[last - 1, -1]) / time) is False:
-                status = Status.CANCELLED
+            elif int(m.status) == Status.SOLVED and progress(float(rows[last - 1, -1]) / time) is False:
+                return _solution(system, m, times, states, Status.CANCELLED)
             done = last
-    return _solution(system, m, times, states, status)
+    return _solution(system, m, times, states, Status(int(m.status)))
 
 
 @runs_long
@@ -101,10 +100,14 @@ def _integrate_rows(
     settings: Settings,
     guard: Guard | None = None,
 ) -> tuple[Integration, State]:
-    """Integrate over the times of the rows from `first` to before `last`; states [n, k, ...], NaN in other rows."""
+    """Integrate over the times of the rows from `first` to before `last`; states [n, k, ...], NaN in other rows.
+
+    After an early end, rows that the last step came to have their states too.
+    """
 
     def going(carry: tuple[Array, Integration, State]) -> Array:
-        return (carry[0] < last) & (carry[1].status == int(Status.SOLVED))
+        i, m, _ = carry
+        return (i < last) & ((m.status == int(Status.SOLVED)) | (rows[i, 0] <= jnp.minimum(m.t, m.end)))
 
     def row(carry: tuple[Array, Integration, State]) -> tuple[Array, Integration, State]:
         i, m, found = carry
@@ -121,7 +124,7 @@ _integrate_until = eqx.filter_jit(_integrate_rows)
 
 def _solution(system: Mechanical, m: Integration, times: np.ndarray, states: list[State], status: Status) -> Run:
     whole = jax.tree.map(lambda *x: np.concatenate([*map(np.asarray, x)])[: times.size], *states)
-    kept = int(np.sum(times[: whole.v.shape[0]] <= min(float(m.end), float(m.t))))
+    kept = int(np.sum(times[: whole.v.shape[0]] <= _reached(m)))
     state = jax.tree.map(lambda x: on_device(x[:kept]), whole)
     times = times[:kept]
     if status == Status.EVENT:
@@ -132,6 +135,10 @@ def _solution(system: Mechanical, m: Integration, times: np.ndarray, states: lis
     if m.memory is not None:
         stats["jacobians"] = m.memory.refreshes
     return Run(Trajectory(system, on_device(times), state), on_device(int(status)), stats, on_device(0.0))
+
+
+def _reached(m: Integration) -> float:
+    return min(float(m.end), float(m.t))
 
 
 def _blocks(times: np.ndarray) -> np.ndarray:
