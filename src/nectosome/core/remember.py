@@ -28,7 +28,7 @@ from jax import export
 
 from nectosome.core.import_closure import sources
 from nectosome.core.memory import give_back, resident
-from nectosome.core.rows import on_device
+from nectosome.core.rows import all_on_device
 from nectosome.io.atomic import lock, write_atomic
 from nectosome.units import InputError
 
@@ -98,11 +98,11 @@ def _prepared(
     f: Callable[..., Any], args: tuple[Any, ...], leaves: list[Any], structure: Any
 ) -> Future[_Program] | None:
     """Program for these arguments; converts the leaves to arrays in place; None if some are not numbers."""
-    for i, leaf in enumerate(leaves):
-        if not isinstance(leaf, jax.Array):
-            if not eqx.is_array_like(leaf):
-                return None
-            leaves[i] = on_device(leaf)
+    new = [i for i, leaf in enumerate(leaves) if not isinstance(leaf, jax.Array)]
+    if not all(eqx.is_array_like(leaves[i]) for i in new):
+        return None
+    for i, leaf in zip(new, all_on_device(*(leaves[i] for i in new)), strict=True):
+        leaves[i] = leaf
     key = (f, structure, tuple((leaf.shape, leaf.dtype) for leaf in leaves))
     with _access:
         found = _programs.pop(key, None)

@@ -22,6 +22,11 @@ def on_device(x: Any) -> Array:
     return jax.device_put(np.asarray(x))
 
 
+def all_on_device(*xs: Any) -> list[Array]:
+    """The same of several, in one transfer."""
+    return jax.device_put([np.asarray(x) for x in xs])
+
+
 def rows(x: Array, index: Int[np.ndarray, "*shape"]) -> Array:
     """x[index] along the first axis, by indices from 0 on that are known while tracing: one operation."""
     flat = index.ravel()

@@ -20,7 +20,10 @@ _STRAIGHT = 1e-12  # largest deviation of an axis from the normal or from the pl
 
 def reduced(system: Mechanical) -> Mechanical:
     """`InPlane` for a robot that moves in a plane, any other system unchanged; states are the same."""
-    return remembered(in_plane, system) if isinstance(system, Robot) and moves_in_plane(system) else system
+    if not isinstance(system, Robot) or not _links_in_plane(system):
+        return system
+    planar, deviation = remembered(_planar, system)
+    return planar if float(deviation) < _STRAIGHT else system
 
 
 def moves_in_plane(robot: Robot) -> bool:
@@ -28,11 +31,18 @@ def moves_in_plane(robot: Robot) -> bool:
 
     Robots with pair loads use the full equations.
     """
+    return _links_in_plane(robot) and float(remembered(_deviation, robot)) < _STRAIGHT
+
+
+def _links_in_plane(robot: Robot) -> bool:
+    """Whether a robot moves in a plane if the axes of its joints are straight."""
     links = all(part.strains is None for part in robot.tree.structure)
     joints = all(issubclass(part.joint, Fixed | Revolute | Prismatic | Planar) for part in robot.tree.structure)
-    if not (links and joints and robot.water.current is None and not robot.load_groups.pairs):
-        return False
-    return float(remembered(_deviation, robot)) < _STRAIGHT
+    return links and joints and robot.water.current is None and not robot.load_groups.pairs
+
+
+def _planar(robot: Robot) -> tuple[InPlane, Array]:
+    return in_plane(robot), _deviation(robot)
 
 
 def in_plane(robot: Robot) -> InPlane:

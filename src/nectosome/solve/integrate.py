@@ -17,7 +17,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Mechanical, State, Status, System
 from nectosome.core.remember import runs_long
-from nectosome.core.rows import on_device
+from nectosome.core.rows import all_on_device
 
 from .runge_kutta import ESDIRK4, TSIT5, Step, explicit_step, implicit_step, newton_memory, rms
 from .sensitivity import SensitivityState, SensitivitySystem, allowed_sensitivity, with_sensitivity
@@ -67,7 +67,7 @@ def begin(t: Array, x: State | SensitivityState, settings: Settings, h: Array) -
     bare = x.x if isinstance(x, SensitivityState) else x
     n = bare.v.size + sum(leaf.size for leaf in jax.tree.leaves(bare.z))
     memory = newton_memory(n) if settings.method == "implicit" else None
-    after_rejection, error, solved, end, none = map(on_device, (False, 1.0, int(Status.SOLVED), np.inf, 0))
+    after_rejection, error, solved, end, none = all_on_device(False, 1.0, int(Status.SOLVED), np.inf, 0)
     return Integration(t, x, x, t, x, x, h, memory, after_rejection, error, solved, end, none, none)
 
 

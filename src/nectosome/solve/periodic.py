@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
-from nectosome.core.rows import on_device
+from nectosome.core.rows import all_on_device, on_device
 from nectosome.description import drive_period
 from nectosome.mechanism import Robot, reduced
 from nectosome.model import RobotLike, description_of, robot_of
@@ -153,7 +153,7 @@ def periodic(
         none = np.zeros(0, complex)
         return _result(at_one_time(robot, x), period, Status.OTHER_PERIOD, {}, none, on_device(np.nan))
     times = np.linspace(0.0, period, samples)
-    stepping = cycle_settings("implicit", period, *map(on_device, (rtol, atol)))
+    stepping = cycle_settings("implicit", period, *all_on_device(rtol, atol))
     found: Solution = remembered(orbit, reduced(robot), symmetry, x, times, stepping)
     status, stats, multipliers = Status(int(found.status)), dict(found.stats), np.zeros(0, complex)
     if status in (Status.SOLVED, Status.SETTLED):

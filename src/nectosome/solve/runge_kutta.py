@@ -19,7 +19,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Mechanical, State
 from nectosome.core.linear_algebra import inverse
-from nectosome.core.rows import on_device
+from nectosome.core.rows import all_on_device
 from nectosome.core.shared_derivatives import along
 
 
@@ -238,7 +238,7 @@ def _solution_changes(here: tuple[_Stage, Array], changes: Any) -> Float[Array, 
 
 def newton_memory(n: int) -> Newton:
     """Memory of the first implicit step."""
-    return Newton(*map(on_device, (np.eye(n), 0.0, True, 0)))
+    return Newton(*all_on_device(np.eye(n), 0.0, True, 0))
 
 
 def implicit_step(

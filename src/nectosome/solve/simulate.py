@@ -13,7 +13,7 @@ from jaxtyping import Array, Float, Int
 
 from nectosome.core import Mechanical, State, Status
 from nectosome.core.remember import remembered, runs_long
-from nectosome.core.rows import on_device
+from nectosome.core.rows import all_on_device, on_device
 from nectosome.mechanism import Robot, reduced
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, check_choice, check_share, check_whole, read_numbers, read_positive
@@ -69,10 +69,11 @@ def simulate(
     kind: Method = "implicit" if method == "auto" else method
     if method == "auto" and isinstance(system, Robot) and system.mild:
         kind, rtol, atol = "explicit", _TIGHTER * rtol, _TIGHTER * atol
-    stepping = Settings(kind, *map(on_device, (rtol, atol, max_steps)))
+    start, step, *limits = all_on_device(0.0, min(1e-3, 0.1 * times[1]), rtol, atol, max_steps)
+    stepping = Settings(kind, *limits)
     x = system.initial() if initial is None else initial
     equations = reduced(system)
-    m = begin(on_device(0.0), x, stepping, on_device(min(1e-3, 0.1 * times[1])))
+    m = begin(start, x, stepping, step)
     states = [jax.tree.map(lambda x: np.asarray(x)[None], x)]
     # a guard is a Python function, which `remembered` does not take
     run = partial(remembered, _integrate_rows) if until is None else partial(_integrate_until, guard=until)
@@ -80,8 +81,8 @@ def simulate(
         done, count = 0, 1
         while done < len(rows) and (int(m.status) == Status.SOLVED or rows[done, 0] <= _reached(m)):
             began, last = monotonic(), min(done + count, len(rows))
-            m, xs = run(equations, m, *map(on_device, (rows, done, last)), stepping)
-            states += [jax.tree.map(lambda x, k=k: np.asarray(x)[k], xs) for k in range(done, last)]
+            m, xs = run(equations, m, *all_on_device(rows, done, last), stepping)
+            states.append(jax.tree.map(partial(_samples, done, last), xs))
             if progress is None:
                 count = max(int(_PATIENCE / (monotonic() - began) * (last - done)), 1)
             elif int(m.status) == Status.SOLVED and progress(float(rows[last - 1, -1]) / time) is False:
@@ -135,6 +136,12 @@ def _solution(system: Mechanical, m: Integration, times: np.ndarray, states: lis
     if m.memory is not None:
         stats["jacobians"] = m.memory.refreshes
     return Run(Trajectory(system, on_device(times), state), on_device(int(status)), stats, on_device(0.0))
+
+
+def _samples(first: int, last: int, x: Array) -> np.ndarray:
+    """One after the other, those of the rows from `first` to before `last`."""
+    rows = np.asarray(x)[first:last]
+    return rows.reshape(-1, *rows.shape[2:])
 
 
 def _reached(m: Integration) -> float:
