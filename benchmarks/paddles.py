@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from mujoco.rollout import Rollout
 
-from nectosome.core.remember import remembered
+from nectosome.core.remember import remembered, runs_long
 from nectosome.description import RobotDescription, resolve
 from nectosome.mechanism import in_plane
 from nectosome.model import Template, build, instantiate, template_of
@@ -78,6 +78,7 @@ def some_here(hinges: int, grid: np.ndarray, rtol: float, lanes: int, threads: i
     return run
 
 
+@runs_long
 def _side_by_side(template: Template, numbers: jax.Array, times: jax.Array, rtol: jax.Array) -> jax.Array:
     """Angles of the hinges [robots, k, hinges]."""
     settings = Settings("explicit", rtol, 1e-2 * rtol, jnp.asarray(1_000_000))
