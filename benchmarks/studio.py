@@ -5,8 +5,12 @@ counts until the second picture after the numbers have changed. The browser's sh
 are there already (known), 30 ms of it by the page's own pause. Keys are pressed half a second after the last picture,
 as by someone who looks at it (single), or as soon as it has come (in a row), while the page still draws it over and
 over. Needs a Chromium; times are wall times.
+
+Before that, how long the first answer of each robot of the gallery takes in a process of its own, without the page,
+with an empty cache and with the one that this filled: `python -m benchmarks.studio first [robots]` does this only.
 """
 
+import os
 import signal
 import statistics
 import subprocess
@@ -22,6 +26,7 @@ from playwright.sync_api import Page, sync_playwright
 from tests.studio_page import CHROMIUM, FLAGS
 
 from nectosome.description import RobotDescription
+from nectosome.papers.gallery.entries import ENTRIES
 from nectosome.studio.answers import Answer, AnswerSolver
 from nectosome.studio.server import Studio
 
@@ -47,6 +52,29 @@ LABELS = """[...document.querySelectorAll('[role=slider]')].map(slider => {
   while (!place.querySelector('label')) place = place.parentElement;
   return place.querySelector('label').innerText;
 })"""
+
+
+FIRST = """
+import resource, sys
+from nectosome.papers.gallery.entries import ENTRIES
+from nectosome.studio.answers import AnswerSolver
+entry = next(entry for entry in ENTRIES if entry.name == sys.argv[1])
+answer = AnswerSolver()(entry.make())
+print(f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.2f} GB; {answer.kind}")
+"""
+
+
+def first_answers(names: list[str]) -> None:
+    """Print a line for each robot of the gallery, or each of those named."""
+    print("\nfirst answers in the studio: with an empty cache, and with the one that this filled (aim 20 s)")
+    for name in names or [entry.name for entry in ENTRIES]:
+        with tempfile.TemporaryDirectory() as cache:
+            environment, found = {**os.environ, "NECTOSOME_CACHE": cache}, []
+            for _ in range(2):
+                began, command = time.perf_counter(), [sys.executable, "-c", FIRST, name]
+                said = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+                found.append((time.perf_counter() - began, said.strip()))
+        print(f"  {name:12s} {found[0][0]:5.1f} s, {found[1][0]:5.1f} s; {found[0][1]}", flush=True)
 
 
 def main() -> None:
@@ -139,4 +167,8 @@ def _ms(times: list[float]) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:2] == ["first"]:
+        first_answers(sys.argv[2:])
+    else:
+        first_answers([])
+        main()

@@ -13,7 +13,7 @@ from scipy.linalg import expm
 from scipy.special import ellipk
 
 from nectosome.core import Constant, Load, State, Status, Strips, Water
-from nectosome.description import parse_robot
+from nectosome.description import RevoluteJoint, parse_robot
 from nectosome.loads import Damper
 from nectosome.mechanism import Attached, make_robot
 from nectosome.model import bind, build
@@ -94,6 +94,18 @@ def test_an_event_that_never_happens_lets_the_run_end(falling):
     run = simulate(falling, 1.0, samples=21, method="explicit", until=rises)
     assert int(run.status) == Status.SOLVED
     assert run.value.time.shape == (21,)
+
+
+def test_a_body_that_is_driven_all_over_is_simulated_too(pendulum):
+    """Nothing is unknown: states without numbers, at all times."""
+    motion = {"kind": "sine", "amplitude": "17 deg", "frequency": "1 Hz"}
+    joint = RevoluteJoint.model_validate({"kind": "revolute", "axis": "y", "motion": motion})
+    driven = pendulum.model_copy(update={"body": pendulum.body.model_copy(update={"joint": joint})})
+    run = simulate(build(driven), 1.0, samples=41)
+    assert int(run.status) == Status.SOLVED
+    assert run.value.state.v.shape == (41, 0)
+    crank = run.to_dataset()["position"].sel(axis="z").values[:, -1]
+    np.testing.assert_allclose(crank[[0, 20, 40]], 0, atol=1e-9)
 
 
 def test_states_are_kept_at_the_times_asked_for(falling):

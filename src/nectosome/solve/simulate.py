@@ -141,7 +141,7 @@ def _solution(system: Mechanical, m: Integration, times: np.ndarray, states: lis
 def _samples(first: int, last: int, x: Array) -> np.ndarray:
     """One after the other, those of the rows from `first` to before `last`."""
     rows = np.asarray(x)[first:last]
-    return rows.reshape(-1, *rows.shape[2:])
+    return rows.reshape((last - first) * rows.shape[1], *rows.shape[2:])
 
 
 def _reached(m: Integration) -> float:
