@@ -23,7 +23,7 @@ import numpy as np  # noqa: E402
 import pytest  # noqa: E402
 
 from nectosome.core import State, remember  # noqa: E402
-from nectosome.core.memory import give_back, resident  # noqa: E402
+from nectosome.core.memory import resident  # noqa: E402
 from nectosome.description import RobotDescription, parse_robot  # noqa: E402
 from nectosome.model import build  # noqa: E402
 from nectosome.robots import describe  # noqa: E402
@@ -80,9 +80,7 @@ def bounded_memory():
     """Forget compiled programs where they fill the memory: all tests in one process take some 10 GB."""
     yield
     if resident() > _MOST:
-        remember._programs.clear()
-        jax.clear_caches()
-        give_back()
+        remember.forget()
 
 
 @pytest.fixture

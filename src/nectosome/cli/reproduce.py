@@ -30,6 +30,7 @@ def reproduce(
     force: Force = False,
 ) -> int:
     """Run the studies of the published robots and print how they compare with the papers."""
+    from nectosome.core.remember import forget
     from nectosome.papers import STUDIES
     from nectosome.papers.report import write_figures, write_report
 
@@ -50,6 +51,7 @@ def reproduce(
         if out is not None:
             _save_runs(study, out)
         done.append(study)
+        forget()
 
     rows = [_row(row) for study in done for row in study.rows]
     if out is not None:

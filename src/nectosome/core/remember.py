@@ -174,6 +174,14 @@ def _bound_memory() -> None:
         give_back()
 
 
+def forget() -> None:
+    """Give the memory of all programs of this process back: what follows has others."""
+    with _access:
+        _programs.clear()
+    jax.clear_caches()
+    give_back()
+
+
 @contextmanager
 def _told(name: str) -> Iterator[None]:
     compiling.add(name)

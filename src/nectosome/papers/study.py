@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import xarray as xr
 
+from nectosome.core.remember import forget
 from nectosome.view.style import Panel
 
 Kind = Literal["prediction", "calibration", "synthetic", "measurement"]
@@ -50,6 +51,7 @@ def gathered(
         made = part(quick, lambda what, of, at=begun, wide=share: progress(what, at + wide * of))
         done = StudyPart(done.numbers | made.numbers, done.data | made.data, done.runs | made.runs)
         begun += share
+        forget()
     progress("scorecard", 1.0)
     return done
 
