@@ -26,8 +26,6 @@ from nectosome.solve import (
     means_of,
     overloaded,
     periodic,
-    prepare_means,
-    prepare_results,
     results_of,
     simulate,
     static,
@@ -89,11 +87,7 @@ class AnswerSolver:
         found = self._steady(robot)
         if Status(int(found.status)) != Status.UNSTEADY_DRIVES:
             return _turning(found, description, period, self._forward)
-        count = _FINER * (TIMES - 1) + 1
-        if self._repeats is None:  # what follows compiles beside the search
-            prepare_means(robot, count)
-            prepare_results(robot, count)
-        cycle = None if self._repeats is False else periodic(robot, period, samples=count)
+        cycle = None if self._repeats is False else periodic(robot, period, samples=_FINER * (TIMES - 1) + 1)
         if cycle is not None and self._repeats is None:
             self._repeats = Status(int(cycle.status)) != Status.NO_PERIOD
         if cycle is None or not self._repeats:
