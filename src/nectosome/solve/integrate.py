@@ -16,7 +16,6 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Mechanical, State, Status, System
-from nectosome.core.remember import runs_long
 from nectosome.core.rows import all_on_device
 
 from .runge_kutta import ESDIRK4, TSIT5, Step, explicit_step, implicit_step, newton_memory, rms
@@ -71,7 +70,6 @@ def begin(t: Array, x: State | SensitivityState, settings: Settings, h: Array) -
     return Integration(t, x, x, t, x, x, h, memory, after_rejection, error, solved, end, none, none)
 
 
-@runs_long
 def integrate(
     system: Mechanical | SensitivitySystem,
     state: Integration,

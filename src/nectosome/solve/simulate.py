@@ -24,7 +24,7 @@ from .results import Run, Trajectory
 _METHODS = ("auto", "implicit", "explicit")
 _TIGHTER = 0.1  # tolerance of explicit steps that are chosen here: errors of free motion add up
 _ROWS, _WIDEST = 20, 20  # rows of samples in a call, at most, and samples of a row
-_PATIENCE = 0.3  # [s] of a call with several rows: between calls, a run is told of and can be interrupted
+_LONGEST_CALL = 0.3  # [s] about, without `progress`: Ctrl-C is heard between calls
 
 
 def simulate(
@@ -84,7 +84,7 @@ def simulate(
             m, xs = run(equations, m, *all_on_device(rows, done, last), stepping)
             states.append(jax.tree.map(partial(_samples, done, last), xs))
             if progress is None:
-                count = max(int(_PATIENCE / (monotonic() - began) * (last - done)), 1)
+                count = max(int(_LONGEST_CALL / (monotonic() - began) * (last - done)), 1)
             elif int(m.status) == Status.SOLVED and progress(float(rows[last - 1, -1]) / time) is False:
                 return _solution(system, m, times, states, Status.CANCELLED)
             done = last
