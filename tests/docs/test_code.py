@@ -21,10 +21,20 @@ from nectosome.papers.track.render import write_clip
 from nectosome.vision import video
 
 ROOT = Path(__file__).parents[2]
-PAGES = {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("*.md")}
-PAGES["README"] = (ROOT / "README.md").read_text(encoding="utf-8")
-EVERY = PAGES | {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "docs" / "tutorials").glob("*.md")}
-COMMANDS = sorted({line[2:] for page in EVERY.values() for line in re.findall(r"^\$ nectosome .*", page, re.MULTILINE)})
+DOCS = ROOT / "docs"
+EVERY = {str(path.relative_to(DOCS)): path.read_text(encoding="utf-8") for path in DOCS.rglob("*.md")}
+EVERY["README.md"] = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = {
+    Path(name).stem: text for name, text in EVERY.items() if name.split("/")[0] in ("index.md", "README.md", "how-to")
+}
+ROOMS = sorted(path.stem for path in (DOCS / "reference" / "python").glob("*.md"))  # and "index"
+COMMANDS = sorted(
+    {
+        line[2:]
+        for page in EVERY.values()
+        for line in re.findall(r"^\$ nectosome .*", page.replace("\\\n", ""), re.MULTILINE)
+    }
+)
 
 
 def blocks(page: str, language: str) -> list[str]:
@@ -46,8 +56,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_every_block_of_python_is_run_by_a_test():
     """A new one needs a test here (or beside the page of rigs, which has its own)."""
     assert {page: len(blocks(page, "python")) for page in PAGES if blocks(page, "python")} == {
-        "README": 1, "api": 1, "control": 3, "identify": 3, "index": 1, "measure": 3, "rigs": 2, "sim-to-real": 1,
-        "track": 1,
+        "control": 3, "identify": 3, "index": 1, "measure": 3, "rigs": 2, "sim-to-real": 1, "track": 1,
     }  # fmt: skip
 
 
@@ -56,9 +65,12 @@ def test_the_swim_of_the_first_page(folder: Path, capsys: pytest.CaptureFixture[
     assert float(capsys.readouterr().out) == pytest.approx(-0.68, abs=0.03)
 
 
-def test_slopes_and_batches_print_what_is_said(folder: Path, capsys: pytest.CaptureFixture[str]):
-    runs("api", 0)
-    assert capsys.readouterr().out.strip() == blocks("api", "text")[0].strip()
+@pytest.mark.parametrize("room", ROOMS)
+def test_the_example_of_a_room_prints_what_is_said(room: str, folder: Path, capsys: pytest.CaptureFixture[str]):
+    page = EVERY[f"reference/python/{room}.md"]
+    code, said = re.search(r"```python\n(.*?)```\n.*?```text\n(.*?)```", page, re.DOTALL).groups()  # type: ignore[union-attr]
+    exec(compile(code, f"{room}.md", "exec"), {})
+    assert capsys.readouterr().out.split() == said.split()
 
 
 @pytest.mark.parametrize("k", [0, 1])

@@ -43,21 +43,27 @@ def near(value: float, shown: str) -> bool:
     return value == pytest.approx(float(shown), rel=CLOSE, abs=1.01 * last)
 
 
-def follow(page: str, folder: Path) -> None:
-    """Do what a page says in a folder."""
-    told = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}", "COLUMNS": "160"}
-    for kind, what, lines in steps((FOLDER / f"{page}.md").read_text(encoding="utf-8")):
+def read(name: str) -> str:
+    """The text of a tutorial."""
+    return (FOLDER / f"{name}.md").read_text(encoding="utf-8")
+
+
+def follow(page: str, folder: Path, width: int = 160) -> None:
+    """Do what the text of a page says in a folder."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    told = os.environ | {"PATH": path, "COLUMNS": str(width)}
+    for kind, what, lines in steps(page):
         if kind == "file":
             (folder / what).write_text("\n".join(lines) + "\n", encoding="utf-8")
             continue
         ran = subprocess.run(what, shell=True, cwd=folder, env=told, capture_output=True, text=True, check=False)
         printed = iter((ran.stdout + ran.stderr).splitlines())
         shown_to_fail = ran.returncode == 2 and lines  # what is wrong is among the lines then
-        assert ran.returncode == 0 or shown_to_fail, f"{page}: {what}\n{ran.stdout}{ran.stderr}"
+        assert ran.returncode == 0 or shown_to_fail, f"{what}\n{ran.stdout}{ran.stderr}"
         for line in lines:
             if line != "...":
                 found = any(alike(line, other) for other in printed)
-                assert found, f"{page}: {what}\nshown: {line}\nprinted:\n{ran.stdout}{ran.stderr}"
+                assert found, f"{what}\nshown: {line}\nprinted:\n{ran.stdout}{ran.stderr}"
 
 
 def test_every_tutorial_is_on_the_site():
@@ -65,10 +71,10 @@ def test_every_tutorial_is_on_the_site():
 
 
 def test_the_first_tutorial_says_what_happens(tmp_path):
-    follow(PAGES[0], tmp_path)
+    follow(read(PAGES[0]), tmp_path)
 
 
 @pytest.mark.slow
 def test_the_tutorials_say_what_happens(tmp_path):
     for page in PAGES:
-        follow(page, tmp_path)
+        follow(read(page), tmp_path)
