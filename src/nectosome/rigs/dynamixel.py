@@ -64,7 +64,7 @@ class Dynamixel(Rig):
 
     def open(self) -> None:
         """Find the servo, check it, and go slowly to 0."""
-        sdk = driver("dynamixel_sdk", "dynamixel")
+        sdk = driver("dynamixel_sdk", "rig")
         self._protocol = sdk.Protocol2PacketHandler()
         with line(self._where):
             port = sdk.PortHandler(self.servo.port)

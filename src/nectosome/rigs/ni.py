@@ -101,8 +101,8 @@ class NationalInstruments(Rig):
     def open(self) -> None:
         """Tasks for each channel, and a command of 0."""
         if self._daq is None:
-            self._daq = driver("nidaqmx", "ni")
-            driver("nidaqmx.system.watchdog", "ni")
+            self._daq = driver("nidaqmx", "rig")
+            driver("nidaqmx.system.watchdog", "rig")
         if self.wiring.watchdog is not None:
             hint = " Not every device can watch analogue outputs: where it cannot, leave the watchdog out."
             with self._driver_errors(f"watchdog of {self.wiring.watchdog.device}", hint):

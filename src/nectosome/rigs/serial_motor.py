@@ -72,7 +72,7 @@ class SerialMotor(Rig):
     def open(self) -> None:
         """Wait until the controller runs, set its watchdog, and a speed of 0."""
         c = self.controller
-        serial = driver("serial", "serial")
+        serial = driver("serial", "rig")
         with line(self._where):
             self._port = serial.Serial(c.port, c.baud, timeout=c.timeout, write_timeout=c.timeout, exclusive=True)
         limit = time.perf_counter() + c.start
