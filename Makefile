@@ -18,8 +18,8 @@ reproduce: .venv/run
 	$(BIN)/nectosome reproduce --out out --force
 
 test: .venv/dev
-	$(BIN)/ruff check src tests benchmarks examples packaging
-	$(BIN)/ruff format --check src tests benchmarks examples packaging
+	$(BIN)/ruff check src tests benchmarks examples packaging docs
+	$(BIN)/ruff format --check src tests benchmarks examples packaging docs
 	$(BIN)/basedpyright
 	$(BIN)/lint-imports
 	XLA_FLAGS="$(QUICK_TO_COMPILE)" $(BIN)/pytest -n $(WORKERS) -m "not slow" --durations=10 --junitxml=out/tests.xml
@@ -31,7 +31,7 @@ bench: .venv/dev
 	$(BIN)/python -m benchmarks
 
 docs: .venv/dev
-	$(BIN)/python docs/generate.py
+	$(BIN)/python docs/make/generate.py
 	$(BIN)/mkdocs build --strict
 
 # Wheel and sdist, into dist/: what they hold is checked, and the wheel is installed and used.

@@ -9,7 +9,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "nectosome"
 SDIST = ("benchmarks", "docs", "examples", "packaging", "requirements", "src", "tests")
 SDIST += ("CHANGELOG.md", "CITATION.cff", "Dockerfile", "LICENSE", "Makefile", "README.md", "pyproject.toml")
-LEFT_OUT = {"__pycache__", "generated"}  # by Python, and by docs/generate.py
+LEFT_OUT = {"__pycache__"}
 
 
 def files(path: Path, base: Path) -> set[str]:

@@ -61,8 +61,8 @@ def test_the_recipe_needs_what_the_package_needs_but_nomad():
 
 
 def test_the_page_on_licences_is_up_to_date():
-    """As `python docs/licences.py` writes it for these lock files."""
-    spec = importlib.util.spec_from_file_location("docs_licences", ROOT / "docs" / "licences.py")
+    """As `python docs/make/licences.py` writes it for these lock files."""
+    spec = importlib.util.spec_from_file_location("docs_licences", ROOT / "docs" / "make" / "licences.py")
     licences = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(licences)
     assert len(licences.locked("run")) > 50

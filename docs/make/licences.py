@@ -1,6 +1,6 @@
 """Renew the tables of docs/develop/licences.md: every package in the lock files and its licence.
 
-    python docs/licences.py
+    python docs/make/licences.py
 
 It reads the installed packages, so run it in the environment that `make test` makes. What READ says counts; else the
 package's own SPDX expression; else its licence file.
@@ -16,7 +16,7 @@ from pathlib import Path
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "develop" / "licences.md"
 LICENCE_FILE = re.compile(r"\.dist-info/(licenses/)?(licen[cs]e|copying)[^/]*$", re.IGNORECASE)
 TEXTS = {  # words of a licence's own text, and the licence
@@ -33,6 +33,7 @@ READ = {  # read by hand where the files say nothing or too much, and for packag
     "docutils": "LicenseRef-Public-Domain AND BSD-2-Clause AND BSD-3-Clause",  # the wheel lacks the file under the GPL
     "flatbuffers": "Apache-2.0",
     "importlib-metadata": "Apache-2.0",
+    "latex2mathml": "MIT",
     "lazy-importer": "Apache-2.0",
     "matplotlib": "LicenseRef-Matplotlib",
     "opencv-python-headless": "Apache-2.0 AND MIT",
