@@ -10,7 +10,7 @@ from nectosome.cli.options import Loads, Robot, Settings
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
-from nectosome.cli.run_summary import AXES, Arrays, reaction_unit, summary
+from nectosome.cli.run_summary import AXES, Arrays, largest, reaction_unit, summary
 from nectosome.cli.weights import build_weighed
 from nectosome.units import InputError
 from nectosome.units.zero import counts_as_zero
@@ -121,13 +121,14 @@ def _places(arrays: Arrays) -> Table:
 def _reactions(arrays: Arrays) -> Table:
     each = zip(map(str, arrays["prescribed"]), map(float, arrays["reaction"][0]), strict=True)
     rows = [(name, Number(x, reaction_unit(name))) for name, x in each]
-    return Table("driven_joints", {"joint": "driven joint", "reaction": "reaction"}, rows, computed=True)
+    heads, beside = {"joint": "driven joint", "reaction": "reaction"}, {"N": largest(arrays["load_force"])}
+    return Table("driven_joints", heads, rows, computed=True, beside=beside)
 
 
 def _forces(arrays: Arrays) -> Table:
     """Sums over all parts; loads that act nowhere are left out."""
     forces = arrays["load_force"][0].sum(axis=1)
-    there = ~counts_as_zero(forces, abs(forces).max(initial=0.0)).all(axis=1)
+    there = ~counts_as_zero(forces, largest(forces)).all(axis=1)
     each = zip(map(str, arrays["load"][there]), forces[there], strict=True)
     rows = [(Label(name, name.replace("_", " ")), *(Number(float(x), "N") for x in force)) for name, force in each]
     return Table("load_force", {"load": "load", **AXES}, rows, computed=True)

@@ -60,8 +60,9 @@ class Table:
     """Rows of cells below `columns`, headings by key. The first cell names the row; a row may be short.
 
     - listed: names may repeat, or mean little: JSON has a list of rows, else an object of rows by their names.
-    - computed: numbers come from a solver. Those that `counts_as_zero` against the largest of their unit in the table
-      are shown as 0, and an axis (x, y, z) whose numbers are all 0 is not shown. JSON has them as they are.
+    - computed: numbers come from a solver. Those that `counts_as_zero` against the largest of their unit in the table,
+      or `beside` it, are shown as 0, and an axis (x, y, z) whose numbers are all 0 is not shown. JSON has them as they
+      are.
     - hidden: columns that only JSON has.
     """
 
@@ -71,6 +72,7 @@ class Table:
     listed: bool = False
     computed: bool = False
     hidden: Collection[str] = ()
+    beside: Mapping[str, float] = field(default_factory=dict)  # largest magnitudes by unit
 
     def to_json(self) -> Any:
         """Rows by name, or a list of rows: an object of cells by column; only the number where there is just one."""
@@ -97,7 +99,7 @@ class Table:
     def _blocks(self, *, apart: bool = False) -> "list[_Block]":
         """Columns as text; unless `apart`, numbers that share their units are in one, with these behind the last."""
         rows = [[*row, *[""] * (len(self.columns) - len(row))] for row in self.rows]
-        largest: dict[str, float] = {}
+        largest = dict(self.beside)
         for cell in (cell for row in rows for cell in row if isinstance(cell, Number) and cell.value == cell.value):
             largest[cell.unit] = max(largest.get(cell.unit, 0.0), abs(cell.value))
         found = list[_Block]()

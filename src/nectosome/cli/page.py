@@ -39,7 +39,9 @@ class Summary:
         """All of it, with the keys that the option's help and the page on the command line name."""
         given = self.attributes
         made = json.loads(given.get("provenance") or "{}")
-        numbers = {key: Number(float(given[key]), unit) for key, unit in _UNITS.items() if key in given} | {**self.values}
+        numbers = {key: Number(float(given[key]), unit) for key, unit in _UNITS.items() if key in given} | {
+            **self.values
+        }
         return {
             "title": self.title,
             "status": given.get("status"),

@@ -11,7 +11,7 @@ from nectosome.cli.options import Loads, Robot, Settings, read_count, value
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
-from nectosome.cli.run_summary import AXES, Arrays, acting, driven, powers, servos, still, stored
+from nectosome.cli.run_summary import AXES, Arrays, acting, driven, largest, powers, servos, still, stored
 from nectosome.cli.weights import build_weighed
 from nectosome.description import drive_period
 from nectosome.units import InputError, read_positive, show_quantity
@@ -104,7 +104,8 @@ def _body(arrays: Arrays) -> Table:
     each = zip(arrays["velocity"][0], arrays["velocity_peak"][0], strict=True)
     row = (Label("velocity", "mean velocity"), *(Number(float(x), "m/s", float(most)) for x, most in each))
     heads = {"of": str(arrays["part"][0]), **AXES}
-    return Table("body", heads, [row], computed=True, hidden=still(arrays["velocity_peak"][0]))
+    beside = {"m/s": largest(arrays["velocity_peak"])}
+    return Table("body", heads, [row], computed=True, hidden=still(arrays["velocity_peak"][0], beside), beside=beside)
 
 
 def _cycle(arrays: Arrays, period: float, most: float) -> Table:
@@ -119,7 +120,8 @@ def _cycle(arrays: Arrays, period: float, most: float) -> Table:
     }
     each = ((Label(key, name), Number(float(arrays[key]), unit, peak)) for key, (name, unit, peak) in known.items())
     rows = [row for row in each if row[1].measured]
-    return Table("cycle", {"what": "cycle", "value": ""}, rows, computed=True)
+    beside = {"m/s": largest(arrays["velocity_peak"])}
+    return Table("cycle", {"what": "cycle", "value": ""}, rows, computed=True, beside=beside)
 
 
 def _path(course: "CyclePath", period: float) -> Table:

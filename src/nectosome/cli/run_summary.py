@@ -84,7 +84,12 @@ def driven(arrays: Arrays, reaction: "np.ndarray", peaks: Arrays | None) -> Tabl
             unit, rate = (reaction_unit(name), "rad/s") if reaction_unit(name) == "N m" else ("N", "m/s")
             most, fastest = (float(peaks[key][i]) if peaks and key in peaks else math.nan for key in _PEAKS)
             rows.append((name, Number(float(reaction[i]), unit, most), Number(most, unit), Number(fastest, rate)))
-    return Table("driven_joints", heads, rows, computed=True)
+    return Table("driven_joints", heads, rows, computed=True, beside={"N": largest(arrays["load_force"])})
+
+
+def largest(values: "np.ndarray") -> float:
+    """Return the largest magnitude, 0 of no values."""
+    return float(abs(values).max(initial=0.0))
 
 
 def powers(
@@ -105,9 +110,9 @@ def powers(
         whole = name if is_joint(name) else name.rpartition(".")[0]  # a strain has several coordinates
         made[whole] = made.get(whole, 0.0) + np.array(watts)
     made |= {str(name): np.array(watts) for name, *watts in zip(arrays["load"], loads, load_peaks, strict=True)}
-    largest = max((abs(watts).max() for watts in made.values()), default=0.0)
-    each = [(_readable(name), *map(float, x)) for name, x in made.items() if not counts_as_zero(x, largest).all()]
-    rows = [(label, Number(mean, "W", abs(most)), Number(most, "W")) for label, mean, most in each]
+    most = max((largest(watts) for watts in made.values()), default=0.0)
+    each = [(_readable(name), *map(float, x)) for name, x in made.items() if not counts_as_zero(x, most).all()]
+    rows = [(label, Number(mean, "W", abs(peak)), Number(peak, "W")) for label, mean, peak in each]
     total = (Label("sum", "sum"), Number(float(loads.sum() + joints.sum()), "W", sum_peak))
     heads = {"of": "power into the robot", "mean": "mean" if peaks else ""} | ({"peak": "largest"} if peaks else {})
     return Table("power", heads, [*rows, total], computed=True)
@@ -120,8 +125,8 @@ def acting(arrays: Arrays, force: "np.ndarray", power: "np.ndarray", time: float
     """
     heads = {"of": "load on part", **AXES, "power": "power"} | ({"energy": "energy"} if time else {})
     rows = []
-    nothing = counts_as_zero(force, abs(force).max(initial=0.0)).all(axis=-1)
-    nothing &= counts_as_zero(power, abs(power).max(initial=0.0))
+    nothing = counts_as_zero(force, largest(force)).all(axis=-1)
+    nothing &= counts_as_zero(power, largest(power))
     for i, load in enumerate(map(str, arrays["load"])):
         for k, part in enumerate(map(str, arrays["part"])):
             if not nothing[i, k]:
@@ -211,12 +216,13 @@ def _body(arrays: Arrays, mean: "np.ndarray") -> Table:
         size = Number(float(np.linalg.norm(vector)), unit, float(np.linalg.norm(peaks)))
         rows.append((label, *numbers, *([size] if unit == "m/s" else [])))
     heads = {"of": str(arrays["part"][0]), **AXES, "size": "size"}
-    return Table("body", heads, rows, computed=True, hidden=still(np.abs(velocity).max(axis=0)))
+    beside = {"m/s": largest(arrays["velocity"])}
+    return Table("body", heads, rows, computed=True, hidden=still(np.abs(velocity).max(axis=0), beside), beside=beside)
 
 
-def still(fastest: "np.ndarray") -> set[str]:
+def still(fastest: "np.ndarray", beside: Mapping[str, float]) -> set[str]:
     """Return the axes along which a body with these largest velocities does not move, and `size` where it rests."""
-    resting = {axis for axis, x in zip(AXES, fastest, strict=True) if counts_as_zero(x, fastest.max())}
+    resting = {axis for axis, x in zip(AXES, fastest, strict=True) if counts_as_zero(x, beside["m/s"])}
     return resting | {"size"} if len(resting) == len(AXES) else resting
 
 
