@@ -59,8 +59,10 @@ pairs:
 
 
 def line(page: str, name: str) -> str:
-    """Return the text of a line of the tree, with what goes on in the next one."""
-    return " ".join(re.split(r"[├└]", page.partition(f"─ {name}  ")[2])[0].replace("│", " ").split())
+    """Return what is said of the whole robot beside a name, with what goes on in the next lines."""
+    found = re.search(rf"^{name}  +(.*(?:\n {{8,}}.*)*)", page, re.MULTILINE)
+    assert found is not None
+    return " ".join(found[1].split())
 
 
 def test_weights_and_centres_of_two_bricks(nectosome):

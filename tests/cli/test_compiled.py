@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from nectosome.cli.output import progress_bar
+from nectosome.cli import progress
+from nectosome.cli.progress import progress_bar
 from nectosome.core import remember
 from nectosome.search.processes import processors
 
@@ -64,7 +65,7 @@ def test_workers_of_a_search_load_what_another_process_compiled(tmp_path):
 
 
 def test_progress_says_what_a_first_answer_waits_for(monkeypatch, capsys):
-    monkeypatch.setattr("nectosome.cli.output._DELAY", 0.0)
+    monkeypatch.setattr(progress, "_DELAY", 0.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "80")
     with progress_bar("eel"), remember._told("integrate"):

@@ -50,7 +50,7 @@ def test_the_example_finds_the_truth_and_predicts_the_other_recording(nectosome,
 def test_a_valve_that_is_left_out_is_told_to_be_missing(nectosome, lab):
     answer = nectosome(*ASKED, "--order", "2")
     assert (answer.code, answer.err) == (0, "")
-    assert "beware: residuals are correlated" in answer.out
+    assert "warning: residuals are correlated" in answer.out
 
 
 def test_uneven_times_and_gaps_are_dealt_with_and_told(nectosome, lab):

@@ -35,7 +35,13 @@ def test_the_example_finds_the_truth_and_predicts_the_other_recording(nectosome,
     assert found["used"].values.tolist() == ["train", "test"]
     assert np.all(abs(found["deviation_mean"]) < 1)
     assert json.loads(found.attrs["provenance"])["settings"]["test"] == "speed_11.76.csv"
-    for words in ("1 recording fitted, 1 held out", "put by the crank angle", "kg/m", "held out", "beware: the thrust"):
+    for words in (
+        "1 recording fitted, 1 held out",
+        "put by the crank angle",
+        "kg/m",
+        "held out",
+        "warning: the thrust",
+    ):
         assert words in answer.out
     page = (tmp_path / "swim.html").read_text()
     for words in ("Speed, speed_11.47", "that was not fitted", "Beware", "added mass"):
@@ -53,7 +59,7 @@ def test_a_bare_mass_is_in_kg_and_all_recordings_are_fitted(nectosome, lab):
 def test_finite_differences_are_told_to_be_biased(nectosome, lab):
     answer = nectosome(*ASKED, "--method", "finite_differences", "--smooth", "220ms")
     assert answer.code == 0
-    assert "beware: bias expected" in answer.out
+    assert "warning: bias expected" in answer.out
 
 
 def test_the_files_of_the_example_are_those_that_its_script_makes(tmp_path, monkeypatch):

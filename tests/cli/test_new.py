@@ -19,7 +19,7 @@ URDF = """<robot name="arm"><link name="base"/>
 def test_all_are_listed_with_what_they_are(nectosome):
     answer = nectosome("new")
     assert (answer.code, answer.err) == (0, "")
-    listed = [line.split()[0] for line in answer.out.splitlines()[1:] if not line.startswith(" ")]
+    listed = [line.split()[0] for line in answer.out.partition("\n\n")[0].splitlines()[1:] if not line.startswith(" ")]
     assert listed == [*starter_names(), "beetle", "beetle1", "beetle_free", "flagella4", "paddle2"]
     assert "A stiff body with a soft tail that a servo swings" in answer.out
 

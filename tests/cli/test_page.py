@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nectosome.cli.page import _weights, reaction_unit
+from nectosome.cli.run_summary import _weights, reaction_unit
 from nectosome.io import load_dataset
 
 ARM = """

@@ -16,7 +16,7 @@ QUICK = ("--size", "160x128", "--fps", "10")
 
 def test_a_robot_becomes_a_video(nectosome, ball):
     answer = nectosome("render", str(ball), "--time", "2s", "--save", "ball.mp4", *QUICK)
-    assert (answer.code, answer.out, answer.err) == (0, "written: ball.mp4, 20 frames, 2 s\n", "")
+    assert (answer.code, answer.out, answer.err) == (0, "20 frames, 2 s\nwritten: ball.mp4\n", "")
     with av.open("ball.mp4") as video:
         assert sum(1 for _ in video.decode(video=0)) == 20
 
@@ -31,7 +31,7 @@ def test_a_setting_changes_what_is_seen(nectosome, ball):
 
 def test_a_saved_run_is_seen_as_long_as_it_is(nectosome, ball_run):
     answer = nectosome("render", str(ball_run), "--save", "run.mp4", "--speed", "4", "--camera", "side", *QUICK)
-    assert answer.out == "written: run.mp4, 5 frames, 0.5 s\n"
+    assert answer.out == "5 frames, 0.5 s\nwritten: run.mp4\n"
 
 
 def test_a_run_that_gave_up_is_shown_only_as_far_as_asked(nectosome, ball_run):

@@ -1,5 +1,7 @@
 """`sweep` on a small robot: what it prints, saves and refuses."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -55,10 +57,15 @@ def test_a_sweep_is_printed_and_saved(nectosome, arm, tmp_path):
 
 
 def test_long_paths_leave_room_for_the_numbers(nectosome, arm):
-    answer = nectosome("sweep", arm, "--over", "body.joint.torque.amplitude=10,20mN m", "--over", "f=1,2Hz")
+    argv = ("sweep", arm, "--over", "body.joint.torque.amplitude=10,20mN m", "--over", "f=1,2Hz")
+    answer = nectosome(*argv)
     assert answer.code == 0, answer.err
-    assert "amplitude=10 mN m, f=2 Hz" in answer.out
-    assert "…" not in answer.out
+    assert max(map(len, answer.out.splitlines())) <= 80
+    power = next(line for line in answer.out.splitlines() if line.startswith("power "))
+    assert [word for word in power.split() if word.startswith("amplitude=")] == ["amplitude=10", "amplitude=20"]
+    found = json.loads(nectosome(*argv, "--json").out)["tables"]["means"]
+    assert found["power"]["lowest_at"] == "amplitude=10 mN m, f=2 Hz"
+    assert "force.y" not in found  # what holds the arm is pushed to and fro, by as much
 
 
 def test_wrong_sweeps_are_answered_in_a_sentence(nectosome, arm, tmp_path):

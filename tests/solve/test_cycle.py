@@ -56,6 +56,7 @@ def test_a_rigid_plate_that_strokes_evenly_gives_no_thrust_and_burns_what_drag_t
     assert float(means.power) == pytest.approx(burnt, rel=1e-8)
     assert float(jnp.sum(means.load_power)) == pytest.approx(-burnt, rel=1e-8)
     assert float(means.drive_velocity_peak[3]) == pytest.approx(fastest, rel=1e-12)
+    assert float(means.load_power_peak.max()) == pytest.approx(burnt * 3 * np.pi / 4, rel=1e-8)  # at the fastest
 
 
 THRUSTER = """

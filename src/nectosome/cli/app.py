@@ -17,7 +17,7 @@ from nectosome.cli.design import design
 from nectosome.cli.equilibrium import static, steady
 from nectosome.cli.identify import identify
 from nectosome.cli.measure import measure
-from nectosome.cli.output import tell
+from nectosome.cli.output import JSON, answered, tell
 from nectosome.cli.periodic import periodic
 from nectosome.cli.render import render
 from nectosome.cli.reproduce import reproduce
@@ -70,15 +70,28 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     gc.set_threshold(50_000, 20, 20)  # importing and tracing make many objects that stay
     warnings.filterwarnings("ignore", message="Error (reading|writing) persistent compilation cache")
+    words = [*(sys.argv[1:] if argv is None else argv)]
+    if JSON not in words or {"-h", "--help"} & {*words}:
+        return _run(words)[0]
     try:
-        code = app(argv)
-    except (CycloptsError, InputError) as error:
-        tell(_sentence(error) if isinstance(error, CycloptsError) else str(error))
+        return answered(" ".join(app.parse_commands(words)[0]), lambda: _run(words))
+    except InputError as error:
+        tell(str(error))
         return 2
+
+
+def _run(words: list[str]) -> tuple[int, InputError | None]:
+    """Run a command, and return its exit code and the mistake that it tells of."""
+    try:
+        code = app(words)
+    except (CycloptsError, InputError) as error:
+        mistake = InputError(_sentence(error)) if isinstance(error, CycloptsError) else error
+        tell(str(mistake))
+        return 2, mistake
     except KeyboardInterrupt:
         tell("cancelled.")
-        return 130
-    return code if isinstance(code, int) else 0
+        return 130, None
+    return (code if isinstance(code, int) else 0), None
 
 
 def run() -> None:

@@ -1,17 +1,20 @@
 """`nectosome control ROBOT`: any robot under a controller that sets one of its quantities from a measurement."""
 
+import json
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
-from rich.console import Group
 
 from nectosome.cli.control_rig import control_rig
+from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.options import ReferenceOptions, Robot, Settings, named_options, value
-from nectosome.cli.output import Outputs, cancellable, progress_bar, tell, write
-from nectosome.cli.page import columns, ending, number, page
-from nectosome.units import show_quantity
+from nectosome.cli.output import Outputs, tell, unsolved, write
+from nectosome.cli.page import Summary
+from nectosome.cli.progress import cancellable, progress_bar
+from nectosome.io import provenance
+from nectosome.units import show_quantity, unit_to_si
 
 if TYPE_CHECKING:
     from nectosome.controllers import ControlResult
@@ -74,7 +77,7 @@ def control_robot(
         tell("cancelled while gains were found.")
         return 130
     seconds = round(time.perf_counter() - start, 3)
-    write(_page(result, seconds), wrap=False)
+    write(_summary(result, seconds))
     run = result.record
     if outputs.given and len(run.intervals) > 1:
         from nectosome.view import show_closed_loop
@@ -94,64 +97,69 @@ def _code(result: "ControlResult") -> int:
         tell(f"cancelled at {run.time[-1]:.4g} s.")
         return 130
     if run.status != Status.SOLVED:
-        tell(f"{name}: {run.status.reason}, at {run.time[-1]:.4g} s.")
-        return 1
+        return unsolved(name, run.status, f"{run.status.reason}, at {run.time[-1]:.4g} s.")
     if why := result.missed():
         tell(f"{name}: {why}")
         return 1
     return 0
 
 
-def _page(result: "ControlResult", seconds: float) -> Group:
+def _summary(result: "ControlResult", seconds: float) -> Summary:
     """Tracking errors, gains, sampling and commands of a run."""
     import numpy as np
 
     from nectosome.controllers import rms_error, step_response
 
     run, reference = result.record, result.task.reference
-    size, unit = reference.unit_size, reference.unit
-    table = columns(f"{run.robot.reading.name} by {run.robot.command}", "", "unit")
-    answer = step_response(run.time, run.output, run.reference)
+    answer, off = step_response(run.time, run.output, run.reference), np.abs(run.output - run.reference)
+    unit = unit_to_si(reference.unit)[1] if reference.unit else ""
+    rows = list[tuple[Label, Number]]()
+
+    def add(key: str, name: str, value: float, unit: str, shown: str) -> None:
+        rows.append((Label(key, name), Number(float(value), unit, shown=shown if np.isfinite(value) else "never")))
+
     if answer is not None:
-        rows = (
-            ("rise, 10 to 90 %", answer.rise, "s"),
-            ("overshoot", 100 * answer.overshoot, "%"),
-            ("settled within 5 %, from", answer.settling, "s"),
-            ("steady error", answer.steady_error / size, unit),
-        )
-        for name, value, of in rows:
-            table.add_row(name, number(value) if np.isfinite(value) else "never", of)
-    table.add_row("rms error", number(rms_error(run.output, run.reference) / size), unit)
-    table.add_row("largest error", number(float(np.abs(run.output - run.reference).max()) / size), unit)
+        add("rise", "rise, 10 to 90 %", answer.rise, "s", f"{answer.rise:.4g} s")
+        add("overshoot", "overshoot", answer.overshoot, "", f"{100 * answer.overshoot:.4g} %")
+        add("settling", "settled within 5 %, from", answer.settling, "s", f"{answer.settling:.4g} s")
+        add("steady_error", "steady error", answer.steady_error, unit, reference.show(answer.steady_error))
+    rms = rms_error(run.output, run.reference)
+    add("rms_error", "rms error", rms, unit, reference.show(rms))
+    add("largest_error", "largest error", off.max(), unit, reference.show(off.max()))
+    table = Table("tracking", {"what": f"{run.robot.reading.name} by {run.robot.command}", "value": ""}, rows)
     attributes = {"status": run.status.name, "status_reason": run.status.reason, "seconds": seconds}
-    return page(f"{run.title}, {run.time[-1]:.4g} s", [table], [*_lines(result), ending(attributes)])
+    attributes["provenance"] = json.dumps(provenance(result.settings))
+    notes, warnings = _lines(result)
+    title = f"{run.title}, {run.time[-1]:.4g} s"
+    return Summary(title, [table], notes=notes, warnings=warnings, attributes=attributes)
 
 
-def _lines(result: "ControlResult") -> list[str]:
+def _lines(result: "ControlResult") -> tuple[list[str], list[str]]:
+    """Notes on gains, sampling and commands, and warnings."""
     import numpy as np
 
     task, gains, run = result.task, result.gains, result.record
     assert gains is not None
     span, beat, dt = task.command, task.beat, task.robot.dt
-    lines = [f"gains: {task.gains_text(gains)} ({', '.join(task.gain_units())})"]
+    notes, warnings = [f"gains: {task.gains_text(gains)} ({', '.join(task.gain_units())})"], list[str]()
     if gains.experiment is not None:
         period = gains.experiment.ultimate.period
-        lines[0] += f", from a relay experiment on the model, which oscillates with a period of {period:.3g} s"
-        lines[0] += f", detuned to {gains.speed:g} of their speed" if gains.speed < 1 else ""
+        notes[0] += f", from a relay experiment on the model, which oscillates with a period of {period:.3g} s"
+        notes[0] += f", detuned to {gains.speed:g} of their speed" if gains.speed < 1 else ""
         if period <= 3 * dt:
-            lines.append("warning: that is three samples or fewer, so the gains are rough; take a higher --rate")
+            warnings.append("that is three samples or fewer, so the gains are rough; take a higher --rate")
     sampling = f"sampled at {show_quantity(1 / dt, 'frequency')}"
     if task.sensor.beat is not None:
         sampling += f", averaged over a beat of {show_quantity(1 / task.sensor.beat.frequency, 'time')}"
         sampling += " at first" if task.sensor.beat.nominal else ""
-    lines.append(sampling)
+    notes.append(sampling)
     saturated = np.isclose(run.command, span.low) | np.isclose(run.command, span.high)
     ends = f"{span.show(run.command.min())} to {span.show(run.command.max())}"
     last = span.show(run.command[-max(len(run.time) // 10, 1) :].mean())
-    lines.append(
+    notes.append(
         f"command: {ends}, mean of the last tenth {last}; saturated in {np.mean(saturated):.0%} of the samples"
     )
     if beat is not None and task.sensor.beat is None and beat.frequency * dt > 0.5:
         beats = show_quantity(beat.frequency, "frequency")
-        lines.append(f"warning: a beat of {beats} appears as an offset at this rate (aliasing); see --mean")
-    return lines
+        warnings.append(f"a beat of {beats} appears as an offset at this rate (aliasing); see --mean")
+    return notes, warnings

@@ -1,13 +1,17 @@
 """`nectosome control rig`: a rig, simulated or real, under a controller, rehearsed on its model where there is one."""
 
+import math
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from nectosome.cli.layout import Number, Table
 from nectosome.cli.options import ReferenceOptions, named_options, read_count, value
-from nectosome.cli.output import Outputs, check_target, progress_bar, report, tell, write
+from nectosome.cli.output import Outputs, check_target, report, tell, write
+from nectosome.cli.page import Summary
+from nectosome.cli.progress import progress_bar
 from nectosome.io import load_dataset, save_dataset
 from nectosome.io.results import SUFFIXES
 from nectosome.units import InputError, did_you_mean, dimension_of, show_quantity
@@ -84,10 +88,7 @@ def control_rig(
                     logs[k].unlink()
                 if outcome.run.status != "finished":
                     break
-    if bench.model is None:
-        write("not rehearsed: there is no --model", wrap=False)
-    for outcome in found:
-        write(*_lines(outcome), wrap=False)
+    write(_summary(found, rehearsed=bench.model is not None))
     last = found[-1].run
     if last.status != "finished":
         tell(f"{last.status}: {last.reason}")
@@ -104,18 +105,25 @@ def _log_of(path: Path) -> Path:
     return path if path.suffix == ".nc" else path.with_name(f"{path.stem}_log.nc")
 
 
-def _lines(outcome: "BenchRun") -> list[str]:
-    """Errors and commands of a run, in words."""
-    data = outcome.run.data
-    errors = {"measured": outcome.measured, "true": outcome.true}
-    command, dimension = data["command"].values, dimension_of(data["command"].attrs["units"])
-    lines = [f"{data.attrs['title']}: {outcome.run.status}, {data.sizes['time']} samples"]
-    for name, error in errors.items():
-        if error:
-            lines.append(f"  {name} error: rms {error[0]:.3g} %, largest {error[1]:.3g} % of the reference's range")
-    if command.size:
-        low, high = (show_quantity(float(x), dimension) for x in (command.min(), command.max()))
-        lines.append(f"  command: {low} to {high}")
-    if data.attrs["overruns"]:
-        lines.append(f"  late: {data.attrs['overruns']:g} samples, by up to {1e3 * data.attrs['latest']:.3g} ms")
-    return lines
+def _summary(found: "list[BenchRun]", *, rehearsed: bool) -> Summary:
+    """Errors and commands of each run."""
+    notes = [] if rehearsed else ["not rehearsed: there is no --model"]
+    heads = {"run": "run", "status": "ended", "samples": "samples", "command_min": "command from", "command_max": "to"}
+    heads |= {"late": "late samples", "latest": "latest"}
+    runs, errors = list[tuple[str | Number, ...]](), list[tuple[str | Number, ...]]()
+    for k, outcome in enumerate(found, start=1):
+        data = outcome.run.data
+        command, unit = data["command"].values, str(data["command"].attrs["units"])
+        ends = map(float, (command.min(), command.max())) if command.size else (math.nan, math.nan)
+        shown = (Number(x, unit, shown=show_quantity(x, dimension_of(unit)) if command.size else "") for x in ends)
+        late = Number(int(data.attrs["overruns"])), Number(float(data.attrs["latest"]), "s")
+        runs.append((str(k), outcome.run.status, Number(data.sizes["time"]), *shown, *(late if late[0].value else ())))
+        for name, error in {"measured": outcome.measured, "true": outcome.true}.items():
+            if error:
+                errors.append((str(k), f"{name} error", *(Number(x / 100, shown=f"{x:.3g} %") for x in error)))
+    of_errors = {"run": "run", "of": "% of the reference's range", "rms": "rms", "largest": "largest"}
+    tables = [Table("runs", heads, runs, listed=True), Table("errors", of_errors, errors, listed=True)]
+    last = found[-1].run
+    attributes = {"status": last.status, "status_reason": last.reason}
+    title = f"{last.data.attrs['title']}: {last.status}, {last.data.sizes['time']} samples"
+    return Summary(title, tables, above=notes, attributes=attributes)

@@ -5,11 +5,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
-from rich.console import Group
 
+from nectosome.cli.layout import Number, Table
 from nectosome.cli.options import Campaign, Over, Settings, read_count, value
-from nectosome.cli.output import Outputs, cancellable, described, progress_bar, tell, write
-from nectosome.cli.page import columns, page
+from nectosome.cli.output import Outputs, described, tell, write
+from nectosome.cli.page import Summary
+from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.units import InputError, read_pairs, read_positive
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def correct(
     inputs |= {"aim": aim, "quantity": quantity, "parameter": parameter, "lowpass": lowpass}
     title = f"{found.column} of {robot if sim is None else sim.name}, corrected with {campaign.name}"
     data = described(found.to_dataset(), title, inputs)
-    write(_page(found, aim))
+    write(_summary(found, aim))
     if outputs.given:
         from nectosome.view import show_correction
 
@@ -86,8 +87,12 @@ def correct(
     return 0
 
 
-def _page(found: "CorrectedGrid", aim: str) -> Group:
-    from nectosome.view.corrected_words import lines, read_lines, tables
+def _summary(found: "CorrectedGrid", aim: str) -> Summary:
+    from nectosome.view.corrected_words import Worded, lines, read_lines, tables
 
-    made = [columns(*rows.names, rows=rows.rows) for rows in tables(found.data, aim)]
-    return page(str(found.data.attrs["title"]), made, lines(found.data, found.observed), read_lines(found.observed))
+    def cell(text: str) -> str | Number:
+        return Number(text.value, text.unit, shown=str(text)) if isinstance(text, Worded) else text
+
+    made = [Table(one.key, one.names, [[*map(cell, row)] for row in one.rows]) for one in tables(found.data, aim)]
+    above, notes = read_lines(found.observed), lines(found.data, found.observed)
+    return Summary(str(found.data.attrs["title"]), made, above=above, notes=notes, attributes=found.data.attrs)

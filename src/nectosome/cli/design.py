@@ -5,14 +5,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
-from rich.table import Table
 
 from nectosome import robots
 from nectosome.cli import options
-from nectosome.cli.output import Data, check_target, progress_bar, tell, write
+from nectosome.cli.layout import Number, Table
+from nectosome.cli.output import Data, check_target, tell, write
+from nectosome.cli.page import Summary
+from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import build_weighed
 from nectosome.io import save_dataset, write_atomic
-from nectosome.units import read_pairs, show_quantity
+from nectosome.units import DIMENSIONS, count, read_pairs, show_quantity
 
 if TYPE_CHECKING:
     from nectosome.designs import DesignResult, DesignTask
@@ -111,35 +113,38 @@ def _show(result: "DesignResult", seconds: float) -> int:
         why = "; ".join(dict.fromkeys(start.message for start in search.starts)) or "nothing was evaluated"
         tell(f"{task.description.name}: no design keeps all limits: {why}.")
         return 1
-    table = Table(header_style="bold", title="best designs", title_justify="left")
-    for name in (*task.names, *(f"{name} ({unit})" for name, unit in task.units.items())):
-        table.add_column(name, justify="right")
-    for one in designs:
-        table.add_row(*_values(task, one), *(f"{one.outputs[name]:.4g}" for name in task.units))
+    heads = {"design": "design"} | {name: name.replace("_", " ") for name in (*task.names, *task.units)}
+    rows = list[tuple[str | Number, ...]]()
+    for k, one in enumerate(designs, start=1):
+        outputs = (Number(float(one.outputs[name]), unit.removesuffix("1")) for name, unit in task.units.items())
+        rows.append((str(k), *_values(task, one), *outputs))
     best = designs[0]
     active = [name for name, g in zip(task.constraint_names, best.constraints, strict=True) if g > -1e-4]
     refused = sum(sum(start.rejected.values()) for start in search.starts)
-    write(
-        table,
-        f"{len(search.starts)} starts, {refused} drawn designs refused, {search.evaluations} evaluations, "
+    notes = [
+        f"{count(len(search.starts), 'start')}, {refused} drawn designs refused, {search.evaluations} evaluations, "
         f"{seconds:.1f} s; {100 * search.share():.0f} % of the starts within 1 % of the best",
         f"at its limit: {', '.join(active) or 'nothing'}",
         *_at_an_end(task, best),
-        wrap=False,
-    )
+    ]
+    values = {"starts": Number(len(search.starts)), "refused": Number(refused), "share": Number(search.share())}
+    values |= {"evaluations": Number(search.evaluations), "seconds": Number(seconds, "s")}
+    title = f"{task.description.name}: best designs"
+    write(Summary(title, [Table("designs", heads, rows, listed=True)], notes=notes, values=values))
     unfinished = sum(not start.converged for start in search.starts)
     if unfinished:
         tell(f"{unfinished} of {len(search.starts)} starts ended before they converged; their best designs count.")
     return 0
 
 
-def _values(task: "DesignTask", e: "Evaluation") -> list[str]:
-    """The variables of a design in words."""
-    return [show_quantity(float(x), v.dimension) for v, x in zip(task.variables, task.box.values(e.u), strict=True)]
+def _values(task: "DesignTask", e: "Evaluation") -> list[Number]:
+    """The variables of a design."""
+    each = zip(task.variables, map(float, task.box.values(e.u)), strict=True)
+    return [Number(x, DIMENSIONS[v.dimension].unit, shown=show_quantity(x, v.dimension)) for v, x in each]
 
 
 def _at_an_end(task: "DesignTask", e: "Evaluation") -> list[str]:
     """A line that names the variables that a wider range may make better; none where there are none."""
     ends, each = task.at_an_end(e.u), zip(task.variables, _values(task, e), strict=True)
-    there = [f"{v.name} ({value})" for v, value in each if v in ends]
+    there = [f"{v.name} ({value.shown})" for v, value in each if v in ends]
     return [f"at an end of its range: {', '.join(there)}: widen it if the robot allows"] if there else []

@@ -5,18 +5,20 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeVar
 
 from nectosome import robots
+from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.options import Loads, Robot, Settings
-from nectosome.cli.output import Outputs, progress_bar, tell, write
-from nectosome.cli.page import Arrays, columns, ending, number, page, reaction_unit, summary
+from nectosome.cli.output import Outputs, unsolved, write
+from nectosome.cli.page import Summary
+from nectosome.cli.progress import progress_bar
+from nectosome.cli.run_summary import AXES, Arrays, largest, reaction_unit, summary
 from nectosome.cli.weights import build_weighed
 from nectosome.units import InputError
+from nectosome.units.zero import counts_as_zero
 
 if TYPE_CHECKING:
     from nectosome import mechanism
     from nectosome.description import RobotDescription
     from nectosome.solve import Static
-
-    Rows = list[tuple[str, ...]]
 
 _WATCHED = 10.0  # s of simulation that show what happens where nothing is steady
 Found = TypeVar("Found")
@@ -31,26 +33,21 @@ def static(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Out
     from nectosome.core import Status
 
     start = clock.perf_counter()
-    with progress_bar(description.name):
+    with progress_bar(f"{description.name}: finding the shape at rest"):
         found = _equilibrium(solve.static, description, robot)
         status = Status(int(found.status))
         if status == Status.NO_EQUILIBRIUM:
-            tell(f"{description.name}: {_why(found)}")
-            return 1
+            return unsolved(description.name, status, why=_why(found))
         results = found.results({"robot": robot, "set": settings or []})
     results.attributes["seconds"] = round(clock.perf_counter() - start, 3)
     tables = [_places(results.arrays), _reactions(results.arrays), _forces(results.arrays)]
-    tables = [rows for rows in tables if len(rows) > 1]
-    shown = [columns(*rows[0], rows=rows[1:]) for rows in tables]
-    write(page(results.attributes["title"], shown, [ending(results.attributes)]))
+    write(Summary(results.attributes["title"], tables, attributes=results.attributes))
     if outputs.given:
         from nectosome.view import show_still
 
-        outputs.write(results.to_dataset(), lambda data, path: show_still(data, path, tables))
-    if status == Status.UNSTABLE:
-        tell(f"{description.name}: {status.reason}.")
-        return 1
-    return 0
+        texts = [table.texts() for table in tables if table.rows]
+        outputs.write(results.to_dataset(), lambda data, path: show_still(data, path, texts))
+    return unsolved(description.name, status) if status == Status.UNSTABLE else 0
 
 
 def steady(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Outputs(), loads: Loads = False) -> int:
@@ -63,6 +60,7 @@ def steady(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Out
 
     start = clock.perf_counter()
     with progress_bar(description.name) as update:
+        update("finding the steady motion", 0.0)
         found = _equilibrium(solve.steady, description, robot)
         status = Status(int(found.status))
         if status in (Status.SOLVED, Status.UNSTABLE):
@@ -78,8 +76,8 @@ def steady(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Out
         update("no steady motion; simulating what happens instead", 0.0)
         instead = found.instead(_WATCHED)
     cycle = ' Its cycle is found by "nectosome periodic".' if instead.kind == "oscillating" else ""
-    tell(f"{description.name}: {status.reason}. Simulated from rest for {_WATCHED:.0f} s, {instead}.{cycle}")
-    return 1
+    watched = f"{status.reason}. Simulated from rest for {_WATCHED:.0f} s, {instead}.{cycle}"
+    return unsolved(description.name, status, why=watched)
 
 
 def _equilibrium(find: "Callable[[mechanism.Robot], Found]", description: "RobotDescription", robot: str) -> Found:
@@ -107,29 +105,30 @@ def _why(found: "Static") -> str:
     )
 
 
-def _places(arrays: Arrays) -> "Rows":
+def _places(arrays: Arrays) -> Table:
     """Where the tips of rods and the centres of bodies lie, and how far rods are bent."""
-    rows: Rows = [("tip of rod, centre of body", "x", "y", "z", "unit", "largest bending strain")]
-    for part in arrays["part"]:
+    rows = list[tuple[str | Number, ...]]()
+    for part in map(str, arrays["part"]):
         own = arrays["station_part"] == part
         is_rod = arrays["station_x"][own][0] == 0  # the first station of a rigid part is its centre
-        x, y, z = arrays["position"][0, own][-1 if is_rod else 0]
-        strain = abs(arrays["bending_strain"][0, own]).max()
-        rows.append((str(part), number(x), number(y), number(z), "m", number(strain) if strain > 0 else ""))
-    return rows
+        place = (Number(float(x), "m") for x in arrays["position"][0, own][-1 if is_rod else 0])
+        strain = float(abs(arrays["bending_strain"][0, own]).max())
+        rows.append((part, *place, *([Number(strain)] if strain > 0 else [])))
+    heads = {"part": "tip of rod, centre of body", **AXES, "bending_strain_peak": "largest bending strain"}
+    return Table("position", heads, rows, computed=True)
 
 
-def _reactions(arrays: Arrays) -> "Rows":
-    each = zip(map(str, arrays["prescribed"]), arrays["reaction"][0], strict=True)
-    return [("driven joint", "reaction", "unit"), *((name, number(x), reaction_unit(name)) for name, x in each)]
+def _reactions(arrays: Arrays) -> Table:
+    each = zip(map(str, arrays["prescribed"]), map(float, arrays["reaction"][0]), strict=True)
+    rows = [(name, Number(x, reaction_unit(name))) for name, x in each]
+    heads, beside = {"joint": "driven joint", "reaction": "reaction"}, {"N": largest(arrays["load_force"])}
+    return Table("driven_joints", heads, rows, computed=True, beside=beside)
 
 
-def _forces(arrays: Arrays) -> "Rows":
-    """Sums over all parts."""
-    rows: Rows = [("load", "x", "y", "z", "unit")]
+def _forces(arrays: Arrays) -> Table:
+    """Sums over all parts; loads that act nowhere are left out."""
     forces = arrays["load_force"][0].sum(axis=1)
-    rounding = 1e-12 * abs(forces).max()
-    for name, force in zip(arrays["load"], forces, strict=True):
-        if (abs(force) > rounding).any():
-            rows.append((str(name).replace("_", " "), *(number(x if abs(x) > rounding else 0.0) for x in force), "N"))
-    return rows
+    there = ~counts_as_zero(forces, largest(forces)).all(axis=1)
+    each = zip(map(str, arrays["load"][there]), forces[there], strict=True)
+    rows = [(Label(name, name.replace("_", " ")), *(Number(float(x), "N") for x in force)) for name, force in each]
+    return Table("load_force", {"load": "load", **AXES}, rows, computed=True)

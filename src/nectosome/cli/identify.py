@@ -2,20 +2,18 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import App, Parameter
 
 from nectosome import robots, view
 from nectosome.cli import options
-from nectosome.cli.identify_pages import gait_page, hysteresis_page, robot_page, surge_page
-from nectosome.cli.output import Outputs, check_target, described, progress_bar, write
+from nectosome.cli.identify_pages import gait_summary, hysteresis_summary, robot_summary, surge_summary
+from nectosome.cli.output import Outputs, check_target, described, write
+from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import build_weighed
 from nectosome.description import save_robot
 from nectosome.units import InputError, read_pairs, read_positive, read_quantity
-
-if TYPE_CHECKING:
-    pass
 
 identify = App(name="identify", help="Find unknown quantities of a robot or a model from recordings and gaits.")
 
@@ -58,7 +56,7 @@ def identify_robot(
     from nectosome import identification
 
     build_weighed(robots.describe(robot, settings or ()), robot)
-    with progress_bar("identifying") as update:
+    with progress_bar(f"fitting {robot}") as update:
         found = identification.identify(
             robot,
             campaign,
@@ -75,7 +73,7 @@ def identify_robot(
     inputs = {"robot": robot, "campaign": campaign, "vary": vary, "compare": compare, "drive": drive, "error": error}
     inputs |= {"skip": skip, "starts": starts, "set": settings, "test": test}
     data = described(found.to_dataset(), f"{found.description.name}, fitted to {campaign.name}", inputs)
-    write(robot_page(data))
+    write(robot_summary(data))
     if tuned is not None:
         save_robot(found.robot, tuned)
     outputs.write(data, lambda data, path: view.show_robot_fit(data, path), tuned)
@@ -102,12 +100,12 @@ def surge(
 
     from nectosome import identification
 
-    with progress_bar("identifying"):
+    with progress_bar("fitting added mass and drag"):
         found = identification.identify_surge(campaign, kilograms, method=method, smooth=window, test=test or ())
         data = found.to_dataset()
     inputs = {"campaign": campaign, "mass": mass, "method": method, "smooth": smooth, "test": ", ".join(test or ())}
     described(data, f"surge of {campaign.name} by {method}", inputs)
-    write(surge_page(data, [*found.recordings, *found.test]))
+    write(surge_summary(data, [*found.recordings, *found.test]))
     outputs.write(data, lambda data, path: view.show_surge(data, path))
 
 
@@ -126,12 +124,12 @@ def hysteresis(
 
     from nectosome import identification
 
-    with progress_bar("identifying"):
+    with progress_bar("fitting hysteresis and dynamics"):
         found = identification.identify_hysteresis(campaign, order=degree, slew=slew, test=test or ())
         data = found.to_dataset()
     inputs = {"campaign": campaign, "order": order, "slew": slew, "test": ", ".join(test or ())}
     described(data, f"hysteresis of {campaign.name}", inputs)
-    write(hysteresis_page(data, [*found.recordings, *found.test]))
+    write(hysteresis_summary(data, [*found.recordings, *found.test]))
     outputs.write(data, lambda data, path: view.show_hysteresis(data, path))
 
 
@@ -160,7 +158,7 @@ def gait(
 
     from nectosome import identification
 
-    with progress_bar("identifying") as update:
+    with progress_bar("fitting gaits") as update:
         found = identification.identify_gait(
             target, optimiser=optimiser, seed=number, evaluations=most, goal=enough, folder=out, progress=update
         )
@@ -168,7 +166,7 @@ def gait(
     title = f"{found.fit.description.name}, fitted to gaits of {target.name} by {optimiser}"
     data = described(found.to_dataset(), title, inputs)
     data.attrs["words"] = json.dumps(found.identifiability.words())
-    write(gait_page(data))
+    write(gait_summary(data))
     outputs.write(data, lambda data, path: view.show_gait(data, path))
 
 

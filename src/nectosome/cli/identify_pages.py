@@ -1,12 +1,11 @@
-"""The page of an identification in the terminal: parameters, errors against recordings, warnings."""
+"""What an identification found: parameters, errors against recordings, warnings."""
 
 import json
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from rich.console import Group
-
-from nectosome.cli.page import columns, number, page
+from nectosome.cli.layout import Label, Number, Table, number
+from nectosome.cli.page import Summary
 from nectosome.units import count
 
 if TYPE_CHECKING:
@@ -15,87 +14,119 @@ if TYPE_CHECKING:
     from nectosome.identification.hysteresis.fit import PressureTrial
     from nectosome.identification.surge.estimators import SurgeRecording
 
+    Rows = list[tuple[str | Label | Number, ...]]
+
 _NAMES = {"added_mass": "added mass m_as", "drag": "drag Lambda", "alpha": "alpha = -Lambda/m", "gamma": "gamma = 1/m"}
+_FIT = {"parameter": "parameter", "value": "value", "low": "95 % from", "high": "to"}
 
 
-def surge_page(found: "xr.Dataset", recordings: "Sequence[SurgeRecording]") -> Group:
-    """Return the page of what `surge_data` holds, and of what was done to recordings."""
+def surge_summary(found: "xr.Dataset", recordings: "Sequence[SurgeRecording]") -> Summary:
+    """Return what `surge_data` holds, and what was done to recordings."""
     notes = [f"{recording.name}: {note}" for recording in recordings for note in recording.notes]
     said = f"{_used(found)}; M = {number(found.attrs['mass'])} kg"
-    table = columns("parameter", "value", "95 % from", "to", "standard error", "%", "unit")
+    rows: Rows = []
     for name, what in _NAMES.items():
         one = found.sel(parameter=name)
-        shown = _numbers(one, "value", "low", "high", "error", "percent")
-        table.add_row(what, *shown, str(one["unit"].item()))
-    errors = columns("measured - computed speed, % of its rms", "mean", "std", "largest", "")
+        share = float(one["percent"])
+        numbers = _numbers(one, "value", "low", "high", "error", unit=str(one["unit"].item()))
+        rows.append((Label(name, what), *numbers, Number(share / 100, shown=f"{number(share)} %")))
+    table = Table("parameters", _FIT | {"error": "standard error", "percent": ""}, rows)
+    off: Rows = []
     for one, name, used in _recordings(found):
-        deviations = [f"{round(float(one[f'deviation_{key}']), 2) + 0.0:.2f}" for key in ("mean", "std", "largest")]
-        errors.add_row(name, *deviations, used)
-    return page(str(found.attrs["title"]), [table, errors], _warnings(found), [said, *notes])
+        shares = (float(one[f"deviation_{key}"]) for key in ("mean", "std", "largest"))
+        off.append((name, *(Number(x / 100, shown=f"{round(x, 2) + 0.0:.2f}") for x in shares), used))
+    heads = {"recording": "measured - computed speed, % of its rms", "mean": "mean", "std": "std"}
+    errors = Table("errors", heads | {"largest": "largest", "used": ""}, off, listed=True)
+    return _summary(found, [table, errors], [said, *notes])
 
 
-def hysteresis_page(found: "xr.Dataset", recordings: "Sequence[PressureTrial]") -> Group:
-    """Return the page of what `hysteresis_data` holds, and of what was done to recordings."""
+def hysteresis_summary(found: "xr.Dataset", recordings: "Sequence[PressureTrial]") -> Summary:
+    """Return what `hysteresis_data` holds, and what was done to recordings."""
     from nectosome.identification.hysteresis.files import BENCH_UNITS
 
     notes = [f"{recording.name}: {note}" for recording in recordings for note in recording.notes]
-    table = columns("parameter", "value", "95 % from", "to", "unit")
-    for name in found["parameter"].values:
+    rows: Rows = []
+    for name in map(str, found["parameter"].values):
         one = found.sel(parameter=name)
         scale, unit = BENCH_UNITS[one["unit"].item()]
-        table.add_row(str(name), *_numbers(one, "value", "low", "high", scale=scale), unit)
-    errors = columns("computed - measured, % of the range", "rms", "largest", "")
+        values = _numbers(one, "value", "low", "high", unit=str(one["unit"].item()))
+        rows.append((name, *(x._replace(shown=f"{number(scale * x.value)} {unit}".strip()) for x in values)))
+    off: Rows = []
     for one, name, used in _recordings(found):
-        errors.add_row(name, *(f"{float(one[key]):.3g}" for key in ("e_rmsp", "e_mp")), used)
+        shares = (float(one[key]) for key in ("e_rmsp", "e_mp"))
+        off.append((name, *(Number(x / 100, shown=f"{x:.3g}") for x in shares), used))
+    heads = {"recording": "computed - measured, % of the range", "rms": "rms", "largest": "largest", "used": ""}
+    tables = [Table("parameters", _FIT, rows), Table("errors", heads, off, listed=True)]
     left = f"residuals: {number(1e3 * found.attrs['noise'])} mm (root mean square)"
-    return page(str(found.attrs["title"]), [table, errors], [left, *_warnings(found)], [_used(found), *notes])
+    values = {"residuals": Number(float(found.attrs["noise"]), "m")}
+    return _summary(found, tables, [_used(found), *notes], [left], values)
 
 
-def robot_page(found: "xr.Dataset") -> Group:
-    """Return the page of what `RobotFit.to_dataset` holds."""
+def robot_summary(found: "xr.Dataset") -> Summary:
+    """Return what `RobotFit.to_dataset` holds."""
     said = [_used(found)]
     if found.attrs["starts"] > 1:
         said.append(f"{found.attrs['agree']} of {found.attrs['starts']} starts came to these parameters")
-    table = columns("parameter", "value", "95 % from", "to", "unit", "before", "")
-    for name in found["parameter"].values:
+    rows: Rows = []
+    for name in map(str, found["parameter"].values):
         one = found.sel(parameter=name)
         known = "" if bool(one["identifiable"]) else "not identifiable alone"
-        values, unit = _numbers(one, "value", "low", "high"), str(one["unit"].item())
-        table.add_row(str(name), *values, unit, *_numbers(one, "before"), known)
-    errors = columns("computed - measured, % of the range", "column", "rms", "largest", "")
+        rows.append((name, *_numbers(one, "value", "low", "high", "before", unit=str(one["unit"].item())), known))
+    off: Rows = []
     for one, name, used in _recordings(found):
-        for c, column in enumerate(found["column"].values):
-            errors.add_row(name, str(column), *(f"{float(one[key][c]):.3g}" for key in ("e_rmsp", "e_mp")), used)
-    noise = [
-        f"{column}: standard error {number(float(error))} {unit}".strip()
-        for column, error, unit in zip(*(found[key].values for key in ("column", "error", "units_of")), strict=True)
+        for c, column in enumerate(map(str, found["column"].values)):
+            shares = (float(one[key][c]) for key in ("e_rmsp", "e_mp"))
+            off.append((name, column, *(Number(x / 100, shown=f"{x:.3g}") for x in shares), used))
+    heads = {"recording": "computed - measured, % of the range", "column": "column", "rms": "rms"}
+    tables = [
+        Table("parameters", _FIT | {"before": "before", "known": ""}, rows),
+        Table("errors", heads | {"largest": "largest", "used": ""}, off, listed=True),
     ]
+    columns = [*zip(*(found[key].values.tolist() for key in ("column", "error", "units_of")), strict=True)]
+    noise = [f"{column}: standard error {number(error)} {unit}".strip() for column, error, unit in columns]
     others = [] if bool(found["identifiable"].all()) else json.loads(found.attrs["words"])
-    lines = [*json.loads(found.attrs["notes"]), *noise, *others, *_warnings(found)]
-    return page(str(found.attrs["title"]), [table, errors], lines, said)
+    values = {f"error.{column}": Number(error, unit) for column, error, unit in columns}
+    return _summary(found, tables, said, [*json.loads(found.attrs["notes"]), *noise, *others], values)
 
 
-def gait_page(found: "xr.Dataset") -> Group:
-    """Return the page of what `gait_data` holds."""
+def gait_summary(found: "xr.Dataset") -> Summary:
+    """Return what `gait_data` holds."""
     best = float(found["discrepancy"].min())
     said = f"discrepancy {best:.3g} after {count(found.sizes['evaluation'], 'evaluation')}: {found.attrs['ended']}"
-    table = columns("parameter", "best", "as good from", "to", "range", "")
-    for name in found["parameter"].values:
-        one = found.sel(parameter=name)
-        ends = f"{' to '.join(_numbers(one, 'low', 'high'))} {one['unit'].item()}".strip()
+    rows: Rows = []
+    for name in map(str, found["parameter"].values):
+        one, unit = found.sel(parameter=name), str(found.sel(parameter=name)["unit"].item())
         known = "identifiable" if bool(one["identifiable"]) else ""
-        table.add_row(str(name), *_numbers(one, "value", "good_low", "good_high"), ends, known)
-    tables, units = [table], found["unit_of_feature"].values
-    for k in range(found.sizes["trial"]):
-        each = ((row, zip(found[row].values[k], units, strict=True)) for row in ("target", "reached"))
-        rows = [(row, *(f"{x:.6g} {unit}" for x, unit in values)) for row, values in each]
-        tables.append(columns(f"trial {k + 1}", *map(str, found["feature"].values), rows=rows))
+        rows.append((name, *_numbers(one, "value", "good_low", "good_high", "low", "high", unit=unit), known))
+    heads = {"parameter": "parameter", "value": "best", "good_low": "as good from", "good_high": "to"}
+    tables = [Table("parameters", heads | {"low": "range from", "high": "to", "known": ""}, rows)]
+    units, features = map(str, found["unit_of_feature"].values), map(str, found["feature"].values)
+    each: Rows = []
+    for f, (feature, unit) in enumerate(zip(features, units, strict=True)):
+        for k in range(found.sizes["trial"]):
+            pair = (float(found[row].values[k][f]) for row in ("target", "reached"))
+            each.append((str(k + 1), feature, *(Number(x, unit, shown=f"{x:.6g} {unit}".strip()) for x in pair)))
+    of = {"trial": "trial", "feature": "feature", "target": "target", "reached": "reached"}
+    tables.append(Table("features", of, each, listed=True))
     good = count(int(found.attrs["good"]), "candidate")
     same = f"as good, of a discrepancy of at most {found.attrs['as_good']:.3g}: {good}"
     rank = (
         f"{found.attrs['rank']} of {found.sizes['parameter']} directions in the ranges are identifiable by the features"
     )
-    return page(str(found.attrs["title"]), tables, [same, rank, *json.loads(found.attrs["words"])], [said])
+    values = {"discrepancy": Number(best), "rank": Number(int(found.attrs["rank"]))}
+    return _summary(found, tables, [said], [same, rank, *json.loads(found.attrs["words"])], values)
+
+
+def _summary(
+    found: "xr.Dataset",
+    tables: Sequence[Table],
+    above: Sequence[str],
+    notes: Sequence[str] = (),
+    values: "dict[str, Number] | None" = None,
+) -> Summary:
+    given, warnings = found.attrs, json.loads(found.attrs.get("warnings", "[]"))
+    made = {"provenance": given["provenance"]}
+    return Summary(str(given["title"]), tables, above, notes, warnings, attributes=made, values=values or {})
 
 
 def _used(found: "xr.Dataset") -> str:
@@ -110,9 +141,5 @@ def _recordings(found: "xr.Dataset") -> "Iterator[tuple[xr.Dataset, str, str]]":
         yield one, str(one["recording"].item()), "fitted" if one["used"].item() == "train" else "held out"
 
 
-def _numbers(one: "xr.Dataset", *keys: str, scale: float = 1.0) -> list[str]:
-    return [number(scale * float(one[key])) for key in keys]
-
-
-def _warnings(found: "xr.Dataset") -> list[str]:
-    return [f"beware: {warning}" for warning in json.loads(found.attrs["warnings"])]
+def _numbers(one: "xr.Dataset", *keys: str, unit: str) -> list[Number]:
+    return [Number(float(one[key]), "" if unit == "1" else unit) for key in keys]

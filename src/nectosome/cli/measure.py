@@ -1,16 +1,17 @@
 """`nectosome measure`: what recordings hold."""
 
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
-from rich.console import Group
-from rich.table import Table
-from rich.text import Text
 
+from nectosome.cli.layout import Number, Table
 from nectosome.cli.options import Campaign
-from nectosome.cli.output import Outputs, progress_bar, write
+from nectosome.cli.output import Outputs, write
+from nectosome.cli.page import Summary
+from nectosome.cli.progress import progress_bar
 from nectosome.units import InputError, count
 
 if TYPE_CHECKING:
@@ -47,36 +48,43 @@ def measure(
         for k, name in enumerate(names):
             update(Path(name).name, k / len(names))
             recordings.append(planned[k].read() if planned else read(name, known))
-    for recording in recordings:
-        write(_page(recording))
+    write(Summary(parts=[*map(_summary, recordings)]))
     if outputs.given:
         from nectosome.view import show_recordings
 
         outputs.write(recordings[0], lambda _, path: show_recordings(recordings, path))
 
 
-def _page(recording: "xr.Dataset") -> Group:
+def _summary(recording: "xr.Dataset") -> Summary:
     """Lines and a table about a recording."""
     about = json.loads(recording.attrs["provenance"])
     dim = "time" if "time" in recording.dims else "row"
     rows = count(recording.sizes[dim], "row")
-    lines = [f"{about['file']}: {about['reader']}, {rows}{_duration(recording) if dim == 'time' else ''}"]
-    lines += [
-        f"  {name}: {float(value):.6g} {value.attrs.get('units', '')}".rstrip()
+    conditions = {
+        str(name): Number(float(value), str(value.attrs.get("units", "")))
         for name, value in recording.coords.items()
         if value.ndim == 0
-    ]
-    for what in ("found", "conversions", "repairs", "warnings"):
-        lines += [f"  {what}: {said}" for said in about[what]]
-    table = Table(box=None, header_style="bold")
-    for name in ("quantity", "unit", "column", "min", "mean", "max", "missing"):
-        left = name in ("quantity", "unit", "column")
-        table.add_column(name, justify="left" if left else "right")
+    }
+    lines = [f"  {name}: {x.value:.6g} {x.unit}".rstrip() for name, x in conditions.items()]
+    lines += [f"  {what}: {said}" for what in ("found", "conversions", "repairs") for said in about[what]]
+    heads = {"quantity": "quantity", "column": "column", "minimum": "min", "mean": "mean", "maximum": "max"}
+    quantities = []
     for name, variable in recording.data_vars.items():
         a = variable.attrs
-        numbers = [f"{a[key]:.6g}" if key in a else "" for key in ("minimum", "mean", "maximum")]
-        table.add_row(str(name), a["units"] or "1", a["column"], *numbers, str(a["missing"]))
-    return Group(Text("\n".join(lines)), table, Text(""))
+        numbers = (
+            Number(
+                float(a.get(key, math.nan)), a["units"], shown=f"{a[key]:.6g} {a['units']}".strip() if key in a else ""
+            )
+            for key in ("minimum", "mean", "maximum")
+        )
+        quantities.append((str(name), a["column"], *numbers, Number(int(a["missing"]))))
+    return Summary(
+        f"{about['file']}: {about['reader']}, {rows}{_duration(recording) if dim == 'time' else ''}",
+        [Table("quantities", heads | {"missing": "missing"}, quantities)],
+        above=lines,
+        warnings=about["warnings"],
+        values={"rows": Number(recording.sizes[dim]), **conditions},
+    )
 
 
 def _duration(recording: "xr.Dataset") -> str:

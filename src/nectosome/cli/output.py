@@ -1,43 +1,52 @@
-"""What commands print and write: results to stdout, sentences and progress to stderr, files that the user asks for."""
+"""What commands print and write: results to stdout, sentences to stderr, files that the user asks for.
+
+With `--json` stdout has one JSON object instead, whatever happens, and stderr the same sentences. Its keys: `command`,
+`exit_code`, `title`, `status` and `status_reason` of a solver, `settings`, `values` and `tables` of numbers, each with
+its `unit`, `notes`, `warnings`, `files` written, and `error`: null where the exit code is 0, else a `message`, and the
+`file`, `line` and `field` that it is about, as far as known. A number that is NaN or infinite is null, with a `reason`.
+"""
 
 import json
 import os
+import shutil
 import sys
-import threading
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
-from rich.console import Console, RenderableType
-from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.text import Text
+from rich.console import Console
 
+from nectosome.cli.page import Summary
 from nectosome.io.results import SUFFIXES, provenance, save_dataset
 from nectosome.units import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_WIDTH = 120  # of what goes to a file or a pipe
-_DELAY = 2.0  # s, before a progress bar appears
+    from nectosome.units.status import ReasonedStatus
 
 Save = Annotated[Path | None, Parameter("--save", help="Write the data to this file (.nc or .csv).")]
 Plot = Annotated[Path | None, Parameter("--plot", help="Write a page with figures to this file (.html).")]
 Force = Annotated[bool, Parameter("--force", help="Overwrite files that exist.")]
+JSON = "--json"  # read by `main` too, before the options are, so that a mistake in these is told likewise
+Json = Annotated[
+    bool,
+    Parameter(JSON, help="Print one JSON object, in SI units, also of an error; see the page on the command line."),
+]
 
 
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Outputs:
-    """Data and page that a command writes on request: `--save`, `--plot` and `--force`."""
+    """Data and page that a command writes on request: `--save`, `--plot` and `--force`; and `--json`."""
 
     save: Save = None
     plot: Plot = None
     force: Force = False
+    as_json: Json = False
 
     @property
     def given(self) -> list[Path]:
@@ -81,93 +90,100 @@ def described(data: "xr.Dataset", title: str, settings: Mapping[str, Any]) -> "x
     return data
 
 
-def write(*things: RenderableType, wrap: bool = True) -> None:
-    """Print to stdout. Raises InputError where it cannot take any more."""
-    width = None if sys.stdout.isatty() else _WIDTH
-    console = Console(file=sys.stdout, width=width, markup=False, emoji=False, highlight=False, soft_wrap=not wrap)
+@dataclass
+class _Answer:
+    """What `--json` prints at the end of a command."""
+
+    found: dict[str, Any]
+    files: list[str]
+    told: list[str]
+
+
+_answer: _Answer | None = None  # of the command that runs; None where it prints text
+
+
+def answered(command: str, run: Callable[[], tuple[int, InputError | None]]) -> int:
+    """Run a command, print what it found as one JSON object, and return its exit code.
+
+    run() returns the exit code and the user's mistake, if there was one. Raises InputError where stdout cannot take it.
+    """
+    global _answer
+    _answer = answer = _Answer(Summary().to_json(), [], [])
     try:
-        for thing in things:
-            console.print(thing)
+        code, mistake = run()
+    finally:
+        _answer = None
+    error = None
+    if mistake is not None:
+        error = {key: getattr(mistake, key) for key in ("message", "file", "line", "field")}
+    elif code:
+        error = {"message": " ".join(answer.told), "file": None, "line": None, "field": None}
+    else:
+        answer.found["warnings"] += answer.told
+    found = {"command": command, "exit_code": code, **answer.found, "files": answer.files, "error": error}
+    _print(json.dumps(found, indent=2, allow_nan=False))
+    return code
+
+
+def write(summary: Summary) -> None:
+    """Print what a command found to stdout. Raises InputError where it cannot take any more."""
+    if _answer is not None:
+        _answer.found |= summary.to_json()
+        return
+    console = Console(file=sys.stdout, markup=False, emoji=False, highlight=False, soft_wrap=True)
+    with _writable():
+        for line in summary.lines(shutil.get_terminal_size().columns):
+            console.print(line)
         sys.stdout.flush()
+
+
+def write_text(text: str) -> None:
+    """Print text to stdout as it is; in JSON it is a note. Raises InputError where stdout cannot take any more."""
+    if _answer is not None:
+        _answer.found["notes"].append(text)
+    else:
+        _print(text)
+
+
+def _print(text: str) -> None:
+    with _writable():
+        print(text, flush=True)
+
+
+@contextmanager
+def _writable() -> Iterator[None]:
+    try:
+        yield
     except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the rest of the buffer goes nowhere
         raise InputError(f"cannot write the output: {error.strerror}.") from None
 
 
-def report(*files: Path | None) -> None:
-    """Print the names of files that are written."""
+def report(*files: Path | None, words: str = "") -> None:
+    """Print the names of files that are written to stdout; where `words` tell of them, these to stderr instead."""
     names = [str(path) for path in files if path is not None]
-    if names:
-        write(f"written: {', '.join(names)}", wrap=False)
+    if _answer is not None:
+        _answer.files += names
+    if words:
+        tell(words, kept=False)
+    elif names and _answer is None:
+        _print(f"written: {', '.join(names)}")
 
 
-def tell(sentence: str) -> None:
-    """Print one line to stderr."""
+def tell(sentence: str, *, kept: bool = True) -> None:
+    """Print one line to stderr; in JSON it is a warning, or says why a command failed, unless not `kept`."""
     line = "".join(c if c.isprintable() else " " for c in " ".join(sentence.split()))
     print(line, file=sys.stderr, flush=True)
+    if _answer is not None and kept:
+        _answer.told.append(line)
 
 
-class _Compiling(ProgressColumn):
-    """Says so while a first answer waits for the compiler."""
-
-    max_refresh = None
-
-    def render(self, task: Task) -> Text:
-        remember = sys.modules.get("nectosome.core.remember")  # not loaded for this: JAX takes a second
-        return Text("compiling equations" if remember and remember.compiling else "")
-
-
-@contextmanager
-def progress_bar(label: str) -> Iterator[Callable[[str, float], None]]:
-    """Yield update(task, share done); the bar appears after two seconds, and only on a terminal."""
-    console = Console(stderr=True)
-    bar = Progress(
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        _Compiling(),
-        console=console,
-        transient=True,
-        disable=not console.is_terminal,
-    )
-    task = bar.add_task(label, total=None)  # pulses until a share is known
-
-    def update(what: str, share: float) -> None:
-        bar.update(task, total=1.0, completed=share, description=f"{label}: {what}" if what else label)
-
-    timer = threading.Timer(_DELAY, bar.start)
-    timer.daemon = True
-    timer.start()
-    try:
-        yield update
-    finally:
-        timer.cancel()
-        timer.join()
-        bar.stop()
-
-
-def cancellable(compute: Callable[[Callable[[str, float], bool]], Any], update: Callable[[str, float], None]) -> Any:
-    """Return compute(progress), where progress(task, share done) updates the bar and returns whether to go on.
-
-    The first Ctrl-C makes it False, the second ends the program at once.
-    """
-    stop = threading.Event()
-
-    def progress(what: str, share: float) -> bool:
-        update(what, share)
-        return not stop.is_set()
-
-    with ThreadPoolExecutor(1) as pool:  # a thread, since compiled code does not listen to Ctrl-C
-        future = pool.submit(compute, progress)
-        while True:
-            try:
-                return future.result()
-            except KeyboardInterrupt:
-                if stop.is_set():
-                    os._exit(130)
-                stop.set()
-                tell("stopping; Ctrl-C again stops at once.")
+def unsolved(name: str, status: "ReasonedStatus", why: str = "") -> int:
+    """Print that a computation came to this status, in other words where given, and return the exit code 1."""
+    if _answer is not None:
+        _answer.found |= {"status": status.name, "status_reason": status.reason}
+    tell(f"{name}: {why or f'{status.reason}.'}")
+    return 1
 
 
 def check_target(path: Path | None, option: str, suffixes: str | tuple[str, ...], force: bool = False) -> None:

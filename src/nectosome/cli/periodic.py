@@ -5,28 +5,17 @@ import time as clock
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
-from rich.console import Group
-from rich.table import Table
-
 from nectosome import robots
+from nectosome.cli.layout import Label, Number, Table, number
 from nectosome.cli.options import Loads, Robot, Settings, read_count, value
-from nectosome.cli.output import Outputs, progress_bar, tell, write
-from nectosome.cli.page import (
-    Arrays,
-    acting,
-    columns,
-    ending,
-    is_joint,
-    number,
-    page,
-    powers,
-    reaction_unit,
-    servos,
-    stored,
-)
+from nectosome.cli.output import Outputs, unsolved, write
+from nectosome.cli.page import Summary
+from nectosome.cli.progress import progress_bar
+from nectosome.cli.run_summary import AXES, Arrays, acting, driven, largest, powers, servos, still, stored
 from nectosome.cli.weights import build_weighed
 from nectosome.description import drive_period
 from nectosome.units import InputError, read_positive, show_quantity
+from nectosome.units.zero import counts_as_zero
 
 if TYPE_CHECKING:
     from nectosome.solve import CyclePath
@@ -59,7 +48,7 @@ def periodic(
     from nectosome.solve import periodic as find
 
     start = clock.perf_counter()
-    with progress_bar(description.name):
+    with progress_bar(f"{description.name}: finding the cycle"):
         built = build_weighed(description, robot)
         prepare_means(built, count)
         try:
@@ -69,89 +58,91 @@ def periodic(
         status = Status(int(found.status))
         if status not in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE):
             way_out = " Leave --period out to take that of the robot file." if status == Status.OTHER_PERIOD else ""
-            tell(f"{description.name}: {status.reason}.{way_out}")
-            return 1
+            return unsolved(description.name, status, f"{status.reason}.{way_out}")
         inputs = {"robot": robot, "set": settings or [], "period": seconds, "samples": count}
         data, names = mean_data(built, found.means())
         attributes = attributes_of(found, inputs)
         attributes["seconds"] = round(clock.perf_counter() - start, 3)
         arrays = Results(data | drive_limits(built), names, attributes).arrays
-        write(_page(arrays, found.course(), attributes, loads))
+        write(_summary(arrays, found.course(), attributes, loads))
         if outputs.given:
             from nectosome.view import show_run
 
             results = found.results(inputs)
             results.attributes["seconds"] = attributes["seconds"]
             outputs.write(results.to_dataset(), show_run)
-    if status == Status.UNSTABLE:
-        tell(f"{description.name}: {status.reason}.")
-        return 1
-    return 0
+    return unsolved(description.name, status) if status == Status.UNSTABLE else 0
 
 
-def _page(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any], each: bool) -> Group:
+def _summary(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any], each: bool) -> Summary:
     """Drives, the body's motion, bending, powers, and how well the samples tell them."""
-    tables = [_drives(arrays)] if any(map(is_joint, arrays["prescribed"])) else []
+    period = float(attributes["period"])
+    names = ("reaction", "drive_velocity", "reaction_power", "load_power")
+    peaks = {name: arrays[f"{name}_peak"] for name in names}
+    most = float(peaks["load_power"].sum() + peaks["reaction_power"].sum())
     loads, joints = arrays["load_power"].sum(axis=1), arrays["reaction_power"]
-    tables += [_body(arrays), _motion(arrays), *_turning(course), *_bending(arrays)]
+    tables = [driven(arrays, arrays["reaction"], peaks), _body(arrays), _cycle(arrays, period, most)]
+    tables += [_path(course, period), _bending(arrays)]
     if each:
         means = arrays["load_force"], arrays["load_power"]
-        tables += [acting(arrays, *means, attributes["period"]), stored(arrays, arrays["part_energy"])]
-    tables += [powers(arrays, loads, joints)]
-    off = abs(loads.sum() + joints.sum()) / max(abs(loads).sum() + abs(joints).sum(), 1e-300)
-    lines = [f"mean powers: off balance by {off:.1e}"]
-    if "reaction_limit" in arrays:
-        lines += servos(arrays, arrays["reaction_peak"], arrays["drive_velocity_peak"])
-    title = f"{attributes['title']}, period {show_quantity(attributes['period'], 'time')}"
-    return page(title, tables, [*lines, ending(attributes)])
-
-
-def _drives(arrays: Arrays) -> Table:
-    table = columns("driven joint", "mean reaction", "largest", "unit", "fastest", "unit", "mean power", "unit")
-    for i, name in enumerate(map(str, arrays["prescribed"])):
-        if not is_joint(name):
-            continue
-        unit = reaction_unit(name)
-        speed = number(arrays["drive_velocity_peak"][i]), "rad/s" if unit == "N m" else "m/s"
-        forces = number(arrays["reaction"][i]), number(arrays["reaction_peak"][i]), unit
-        table.add_row(name, *forces, *speed, number(arrays["reaction_power"][i]), "W")
-    return table
+        tables += [acting(arrays, *means, period), stored(arrays, arrays["part_energy"])]
+    tables.append(powers(arrays, loads, joints, (peaks["load_power"], peaks["reaction_power"], most)))
+    total = float(abs(loads).sum() + abs(joints).sum())
+    off = 0.0 if counts_as_zero(total, 0.0, most) else abs(float(loads.sum() + joints.sum())) / total
+    limits, beyond = servos(arrays, peaks)
+    return Summary(
+        f"{attributes['title']}, period {show_quantity(period, 'time')}",
+        [*tables, *limits],
+        notes=[f"mean powers: off balance by {off:.2g}"],
+        warnings=beyond,
+        attributes=attributes,
+        values={"power_balance": Number(off)},
+    )
 
 
 def _body(arrays: Arrays) -> Table:
-    row = ("mean velocity", *map(number, arrays["velocity"][0]), "m/s")
-    return columns(str(arrays["part"][0]), "x", "y", "z", "unit", rows=[row])
+    each = zip(arrays["velocity"][0], arrays["velocity_peak"][0], strict=True)
+    row = (Label("velocity", "mean velocity"), *(Number(float(x), "m/s", float(most)) for x, most in each))
+    heads = {"of": str(arrays["part"][0]), **AXES}
+    beside = {"m/s": largest(arrays["velocity_peak"])}
+    return Table("body", heads, [row], computed=True, hidden=still(arrays["velocity_peak"][0], beside), beside=beside)
 
 
-def _motion(arrays: Arrays) -> Table:
-    table = columns("cycle", "", "unit")
-    units = {"speed": "m/s", "turn_rate": "rad/s", "power": "W", "efficiency": "", "cost_of_transport": ""}
-    for name, unit in units.items():
-        value = float(arrays[name])
-        if value == value:  # NaN: not defined for a body that stays
-            about = " about z" if name == "turn_rate" else ""
-            table.add_row(name.replace("_", " ") + about, number(value), unit)
-    return table
+def _cycle(arrays: Arrays, period: float, most: float) -> Table:
+    """Averages that are defined: a body that stays has no efficiency. `most` is the largest power [W]."""
+    fastest = float(sum(x * x for x in arrays["velocity_peak"][0]) ** 0.5)
+    known = {
+        "speed": ("speed", "m/s", fastest),
+        "turn_rate": ("turn rate about z", "rad/s", 1 / period),  # a radian a cycle
+        "power": ("power", "W", most),
+        "efficiency": ("efficiency", "", 0.0),
+        "cost_of_transport": ("cost of transport", "", 0.0),
+    }
+    each = ((Label(key, name), Number(float(arrays[key]), unit, peak)) for key, (name, unit, peak) in known.items())
+    rows = [row for row in each if row[1].measured]
+    beside = {"m/s": largest(arrays["velocity_peak"])}
+    return Table("cycle", {"what": "cycle", "value": ""}, rows, computed=True, beside=beside)
 
 
-def _turning(course: "CyclePath") -> list[Table]:
-    """The circle or the helix of a robot that turns."""
-    if not math.isfinite(course.radius):
-        return []
-    table = columns("path", "", "unit")
-    table.add_row(f"turns about ({', '.join(number(x) for x in course.axis)}) by", number(course.rate), "rad/s")
-    table.add_row("radius", number(course.radius), "m")
-    if abs(course.pitch) > _FLAT * course.radius:
-        table.add_row("path along the axis in a turn", number(course.pitch), "m")
-    return [table]
+def _path(course: "CyclePath", period: float) -> Table:
+    """The circle or the helix of a robot that turns; no rows for one that does not."""
+    rows = list[tuple[Label, Number]]()
+    if math.isfinite(course.radius) and not counts_as_zero(course.rate, 0.0, 1 / period):
+        axis = ", ".join(number(0.0 if counts_as_zero(x, 1.0) else x) for x in course.axis)
+        rows.append((Label("rate", f"turns about ({axis}) by"), Number(float(course.rate), "rad/s")))
+        rows.append((Label("radius", "radius"), Number(float(course.radius), "m")))
+        if abs(course.pitch) > _FLAT * course.radius:
+            rows.append((Label("pitch", "path along the axis in a turn"), Number(float(course.pitch), "m")))
+    return Table("path", {"what": "path", "value": ""}, rows)
 
 
-def _bending(arrays: Arrays) -> list[Table]:
+def _bending(arrays: Arrays) -> Table:
     """What bends: hinges with a flexible layer, and soft parts."""
-    table = columns("bends", "largest strain", "largest stress")
+    rows = list[tuple[Label, Number, Number]]()
     for i, name in enumerate(map(str, arrays["part"])):
         for what, place in (("hinge", f"hinge of {name}"), ("bending", name)):
             strain, stress = (float(arrays[f"{what}_{x}_peak"][i]) for x in ("strain", "stress"))
             if strain == strain:  # NaN: nothing bends there
-                table.add_row(place, number(strain), show_quantity(stress, "pressure"))
-    return [table] if table.row_count else []
+                shown = show_quantity(stress, "pressure")
+                rows.append((Label(place, place), Number(strain), Number(stress, "Pa", shown=shown)))
+    return Table("bending", {"what": "bends", "strain": "largest strain", "stress": "largest stress"}, rows)

@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome import robots
+from nectosome.cli.layout import Number
 from nectosome.cli.options import RobotOrRun, Settings, read_count, value
-from nectosome.cli.output import Force, cancellable, check_target, progress_bar, tell, write
+from nectosome.cli.output import Force, Json, check_target, report, tell, unsolved, write
+from nectosome.cli.page import Summary
+from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.cli.weights import build_weighed
 from nectosome.io import is_results, load_dataset
 from nectosome.io.extras import package
@@ -33,6 +36,7 @@ def render(
     *,
     save: Annotated[Path, Parameter(help="Write a video (.mp4) or a picture (.png, .svg) to this file.")],
     force: Force = False,
+    as_json: Json = False,
     settings: Settings = None,
     time: Annotated[str | None, value(f"Length, with its unit; {_TIME} of a robot, all of a run by default.")] = None,
     at: Annotated[str | None, value("Time of a picture, such as 1.5s; the end by default.")] = None,
@@ -99,12 +103,14 @@ def render(
             if not first <= instant <= end:
                 raise InputError(f"{instant:g} s is not from {first:.4g} to {end:.4g} s.", field="--at")
             write_still(run, save, at=instant, end=end, size=pixels, camera=camera)
-            write(f"written: {save}")
+            report(save)
             return 0
         _check_frames(end - first, rate, speedup)
         options: dict[str, Any] = {"size": pixels, "camera": camera, "rate": rate, "speed": speedup}
         count = write_film(run, save, end=end, progress=lambda share: update("drawing", share), **options)
-    write(f"written: {save}, {count} frames, {count / rate:.4g} s")
+    values = {"frames": Number(count), "time": Number(count / rate, "s")}
+    write(Summary(notes=[f"{count} frames, {count / rate:.4g} s"], values=values))
+    report(save)
     return 0
 
 
@@ -129,12 +135,11 @@ def _simulated(
     if found is not None:
         return found
     status, reached = Status(int(run.status)), float(run.value.time[-1])
-    come = f"{description.name}: {status.reason}, at {reached:.4g} s of {seconds:.4g} s; nothing is written."
+    come = f"{status.reason}, at {reached:.4g} s of {seconds:.4g} s; nothing is written."
     if status == Status.CANCELLED:
-        tell(come)
+        tell(f"{description.name}: {come}")
         return 130
-    tell(f"{come} With a shorter --time there is something to show.")
-    return 1
+    return unsolved(description.name, status, f"{come} With a shorter --time there is something to show.")
 
 
 def _read_size(text: str) -> tuple[int, int]:

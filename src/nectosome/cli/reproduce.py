@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
-from rich.table import Table
-from rich.text import Text
 
-from nectosome.cli.output import Force, check_folder, check_target, progress_bar, tell, write
+from nectosome.cli.layout import Number, Table
+from nectosome.cli.output import Force, Json, check_folder, check_target, report, tell, write
+from nectosome.cli.page import Summary
+from nectosome.cli.progress import progress_bar
 from nectosome.io import save_dataset, write_atomic
 from nectosome.units import InputError, did_you_mean
 
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
 
 _FIELDS = ("id", "quantity", "unit", "printed", "ours", "error", "tolerance", "verdict", "kind", "note")
 _SCORECARD, _REPORT = "scorecard.json", "report.html"
-_STYLES = {"match": "green", "better": "green", "differs": "yellow", "not reproducible": "dim"}
+_SHORT = {"percent": "%", "1": ""}
+_MINUTES = {"poseidrone": 9.0, "flagellum": 4.0, "paddle": 4.0, "track": 3.0}  # about; the others take one
 
 
 def reproduce(
@@ -28,6 +30,7 @@ def reproduce(
         Path | None, Parameter(help="Write report.html, scorecard.json, figures and runs to this folder.")
     ] = None,
     force: Force = False,
+    as_json: Json = False,
 ) -> int:
     """Run the studies of the published robots and print how they compare with the papers."""
     from nectosome.core.remember import forget
@@ -43,15 +46,20 @@ def reproduce(
             check_target(out / file, "--out", (".html", ".json"), force)
 
     done: list[Study] = []
-    for name, run in STUDIES.items():
-        if studies and name not in studies:
-            continue
-        with progress_bar(name) as update:
-            study = run(quick, update)
-        if out is not None:
-            _save_runs(study, out)
-        done.append(study)
-        forget()
+    names = [name for name in STUDIES if not studies or name in studies]
+    minutes = [_MINUTES.get(name, 1.0) for name in names]
+    with progress_bar("reproduce") as update:
+        for k, name in enumerate(names):
+
+            def progress(what: str, share: float, k: int = k) -> None:
+                done = (sum(minutes[:k]) + minutes[k] * share) / sum(minutes)
+                update(f"study {k + 1} of {len(names)}, {names[k]}: {what}", done)
+
+            study = STUDIES[name](quick, progress)
+            if out is not None:
+                _save_runs(study, out)
+            done.append(study)
+            forget()
 
     rows = [_row(row) for study in done for row in study.rows]
     if out is not None:
@@ -60,7 +68,8 @@ def reproduce(
         write_report(done, out / _REPORT)
         _make_folder(out / "figures")
         write_figures(done, out / "figures")
-    write(_table(rows), _notes(rows), _times(done), *([f"written: {out / _REPORT}"] if out else []))
+    write(Summary("Scorecard", [_table(rows), _times(done)], notes=_notes(rows)))
+    report(*([out / _REPORT, out / _SCORECARD] if out else []))
     missing = [row["id"] for row in rows if row["ours"] is None and row["verdict"] != "not reproducible"]
     if missing:
         tell(f"not computed: {', '.join(missing)}.")
@@ -91,37 +100,44 @@ def _row(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def _table(rows: list[dict[str, Any]]) -> Table:
-    table = Table(header_style="bold", title="Scorecard")
-    for name in ("id", "printed", "ours", "unit", "error %", "within %", "verdict"):
-        side = "right" if name in ("printed", "ours", "error %", "within %") else "left"
-        table.add_column(name, justify=side, no_wrap=name == "id")
-    for row in rows:
-        verdict = Text(row["verdict"], _STYLES.get(row["verdict"], ""))
-        numbers = [_number(row[name]) for name in ("printed", "ours", "error", "tolerance")]
-        table.add_row(row["id"], *numbers[:2], row["unit"], *numbers[2:], verdict)
-    return table
+    heads = {"id": "id", "printed": "printed", "ours": "ours", "error": "error", "tolerance": "within"}
+    cells = [
+        (
+            row["id"],
+            *(_cell(row[name], row["unit"]) for name in ("printed", "ours")),
+            *(_cell(row[name], "%") for name in ("error", "tolerance")),
+            row["verdict"],
+        )
+        for row in rows
+    ]
+    return Table("scorecard", heads | {"verdict": "verdict"}, cells, listed=True)
 
 
-def _notes(rows: list[dict[str, Any]]) -> Text:
+def _cell(value: Any, unit: str) -> Number | str:
+    return value if isinstance(value, str) else Number(math.nan if value is None else value, _SHORT.get(unit, unit))
+
+
+def _notes(rows: list[dict[str, Any]]) -> list[str]:
     """Return the notes of the rows that do not simply match."""
     noted: dict[str, list[str]] = {}
     for row in rows:
         if row["note"] and row["verdict"] != "match":
             noted.setdefault(row["note"], []).append(row["id"])
-    return Text("\n".join(f"{', '.join(ids)}: {note}" for note, ids in noted.items()))
+    return [f"{', '.join(ids)}: {note}" for note, ids in noted.items()]
 
 
 def _times(studies: "list[Study]") -> Table:
     total = sum(study.seconds for study in studies)
-    table = Table(box=None, header_style="bold")
-    for name in ("study", "time", "share"):
-        table.add_column(name, justify="left" if name == "study" else "right")
-    for study in studies:
-        share = 100 * study.seconds / total if total else 0.0
-        table.add_row(study.name, f"{study.seconds:.1f} s", f"{share:.0f} %")
-    table.add_row("all", f"{total:.1f} s", "")
-    return table
+    rows = [
+        (
+            study.name,
+            _time(study.seconds),
+            Number(share := study.seconds / (total or 1.0), shown=f"{100 * share:.0f} %"),
+        )
+        for study in studies
+    ]
+    return Table("studies", {"study": "study", "seconds": "time", "share": "share"}, [*rows, ("all", _time(total))])
 
 
-def _number(value: Any) -> str:
-    return "" if value is None else f"{value:.4g}" if isinstance(value, int | float) else str(value)
+def _time(seconds: float) -> Number:
+    return Number(seconds, "s", shown=f"{seconds:.1f} s")

@@ -2,20 +2,24 @@
 
 import json
 import re
+import textwrap
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from nectosome import robots
-from nectosome.cli.output import Force, check_target, tell, write
-from nectosome.cli.page import columns
+from nectosome.cli.layout import Number, Table
+from nectosome.cli.output import Force, Json, check_target, report, tell, write, write_text
+from nectosome.cli.page import Summary
 from nectosome.cli.weights import weigh
 from nectosome.description import import_urdf, json_schema, load_robot, save_robot
 from nectosome.description.plausible import implausible
 from nectosome.io import write_atomic
 from nectosome.robots.shipped import starter_names, starter_of
 from nectosome.units import InputError, count, did_you_mean
+
+_LONGEST = 110  # characters about a template: two lines of a narrow terminal
 
 
 def new(
@@ -29,6 +33,7 @@ def new(
     /,
     *,
     force: Force = False,
+    as_json: Json = False,
 ) -> None:
     """Write a robot file to start from, or list the templates.
 
@@ -38,7 +43,12 @@ def new(
     known = [*shipped, *(name for name in robots.names() if name not in shipped)]
     if template is None:
         each = {name: load_robot(starter_of(name)) if name in shipped else robots.describe(name) for name in known}
-        write(columns("template", "", rows=[(name, _first_sentence(robot.about)) for name, robot in each.items()]))
+        rows = [
+            (name, textwrap.shorten(_first_sentence(robot.about), _LONGEST, placeholder=" ..."))
+            for name, robot in each.items()
+        ]
+        hint = "nectosome new NAME writes the file of one; nectosome show NAME says more"
+        write(Summary(tables=[Table("templates", {"name": "template", "about": ""}, rows)], notes=[hint]))
         return
     urdf = template.lower().endswith(".urdf")
     member = None if urdf or template in shipped else robots.of_family(template)
@@ -57,14 +67,14 @@ def new(
         save_robot(member, target)
     else:
         write_atomic(target, starter_of(template).read_bytes())
-    tell(f"wrote {target}. See nectosome show {target}, nectosome simulate {target}.")
+    report(target, words=f"wrote {target}. See nectosome show {target}, nectosome simulate {target}.")
 
 
 def _first_sentence(text: str) -> str:
     return re.split(r"(?<!et al)\. ", text, maxsplit=1)[0].removesuffix(".")
 
 
-def check(file: Annotated[Path, Parameter(help="A robot file.")], /) -> None:
+def check(file: Annotated[Path, Parameter(help="A robot file.")], /, *, as_json: Json = False) -> None:
     """Check a robot file: print parts, degrees of freedom and mass, or the mistake.
 
     Values far outside of those of materials and water give warnings.
@@ -78,9 +88,11 @@ def check(file: Annotated[Path, Parameter(help="A robot file.")], /) -> None:
         tell(f"{file}, {path}: {sentence}")
     freedoms = sum(len(part.freedoms) for part in parts)
     mass = sum(part.mass for part in parts)
-    write(f"{file}: ok, {count(len(parts), 'part')}, {count(freedoms, 'degree')} of freedom, {mass:.4g} kg", wrap=False)
+    said = f"{file}: ok, {count(len(parts), 'part')}, {count(freedoms, 'degree')} of freedom, {mass:.4g} kg"
+    values = {"parts": Number(len(parts)), "degrees_of_freedom": Number(freedoms), "mass": Number(mass, "kg")}
+    write(Summary(notes=[said], values=values))
 
 
 def schema() -> None:
     """Print the JSON Schema of robot files, for editors."""
-    write(json.dumps(json_schema(), indent=2), wrap=False)
+    write_text(json.dumps(json_schema(), indent=2))

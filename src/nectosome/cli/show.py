@@ -2,20 +2,20 @@
 
 import re
 from collections import Counter
+from dataclasses import replace
 from typing import Any
 
-from rich.text import Text
-from rich.tree import Tree
-
 from nectosome import robots
+from nectosome.cli.layout import Branch, Number, Table
 from nectosome.cli.options import Loads, RobotOrRun
 from nectosome.cli.output import Page, write
-from nectosome.cli.page import number, origin, summary
-from nectosome.cli.weights import PartWeight, hydrostatics, hydrostatics_rows, weigh
+from nectosome.cli.page import Summary
+from nectosome.cli.run_summary import AXES, origin, summary
+from nectosome.cli.weights import Hydrostatics, PartWeight, hydrostatics, hydrostatics_rows, weigh
 from nectosome.description import RobotDescription, get_value, numeric_paths
 from nectosome.description.files import to_plain
 from nectosome.io import is_results, load_dataset
-from nectosome.units import InputError, count, format_quantity
+from nectosome.units import DIMENSIONS, InputError, count, format_quantity
 
 _PLACED = ("at", "offset", "rotation")
 _MOST = 40  # values of a row that are shown
@@ -38,12 +38,12 @@ def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -
     parts = weigh(built, what)
     found = hydrostatics(built)
     whole = hydrostatics_rows(description, built, found)
-    write(_tree(description, parts, whole))
+    each = _parts(parts)
+    write(_summary(description, parts, whole, [each, _centres(found)]))
     if outputs.given:
         from nectosome.view import show_still, standing
 
-        each = [(part.name, number(part.mass), number(part.displaced), ", ".join(part.freedoms)) for part in parts]
-        tables = [[("the robot", ""), *whole], [("part", "mass (kg)", "displaces (kg)", "free to move"), *each]]
+        tables = [[("the robot", ""), *whole], each.texts()]
         outputs.write(standing(description, built), lambda data, path: show_still(data, path, tables))
 
 
@@ -53,64 +53,79 @@ def _show_run(path: str, outputs: Page, loads: bool) -> None:
     dataset = load_dataset(path)
     check_run(dataset, path)
     arrays = {str(name): variable.values for name, variable in dataset.variables.items()}
-    write(summary(arrays, dataset.attrs, loads), origin(dataset.attrs))
+    write(replace(summary(arrays, dataset.attrs, loads), after=[origin(dataset.attrs)]))
     if outputs.given:
         from nectosome.view import show_run
 
         outputs.write(dataset, show_run)
 
 
-def _tree(description: RobotDescription, parts: list[PartWeight], whole: list[tuple[str, str]]) -> Tree:
-    """Return the parts on one another, each with its sizes, masses, joint and loads, and what acts between them.
+def _parts(parts: list[PartWeight]) -> Table:
+    heads = {"part": "part", "mass": "mass", "displaced": "displaces", "free": "free to move"}
+    rows = [(one.name, Number(one.mass, "kg"), Number(one.displaced, "kg"), ", ".join(one.freedoms)) for one in parts]
+    return Table("parts", heads, rows)
+
+
+def _centres(found: Hydrostatics) -> Table:
+    places = {"mass": found.centre_of_mass, "buoyancy": found.centre_of_buoyancy}
+    rows = [(name, *(Number(float(x), "m") for x in place)) for name, place in places.items()]
+    return Table("centres", {"of": "centre of", **AXES}, rows)
+
+
+def _summary(
+    description: RobotDescription, parts: list[PartWeight], whole: list[tuple[str, str]], facts: list[Table]
+) -> Summary:
+    """The robot, its parts on one another with sizes, masses, joints and loads, what acts between them, and aliases.
 
     `whole` has rows about all parts together.
     """
-    weighed = {part.name: part for part in parts}
-    plain = to_plain(description)
-    tree = Tree(_line(description.name, count(len(weighed), "part")))
-    if description.about:
-        tree.add(Text(description.about, "dim"))
-    water = description.water
+    plain, water = to_plain(description), description.water
     known = {"density": format_quantity(water.density, "density")}
     known |= {"gravity": format_quantity(water.gravity, "acceleration"), **to_plain(water)}
-    tree.add(_line("water", _flat(known)))
-    for name, text in whole:
-        tree.add(_line(name, text))
-    branches: dict[str, Tree] = {"world": tree}
-    for name, part in description.parts.items():
-        parent = tree if name == "body" else branches[part.on]
-        branches[name] = _add_part(parent, to_plain(part), weighed[name])
-    for name, pair in plain.get("pairs", {}).items():
-        tree.add(_line(name, _flat(pair)))
-    if description.aliases:
-        quantities = numeric_paths(description)
-        names = tree.add(_line("aliases", ""))
-        for alias, paths in description.aliases.items():
-            value = format_quantity(get_value(description, alias), quantities[paths[0]].dimension)
-            names.add(_line(f"{alias} = {_short(value)}", ", ".join(paths)))
-    return tree
+    pairs = [(name, _flat(pair)) for name, pair in plain.get("pairs", {}).items()]
+    rows = [("water", _flat(known)), *whole, *pairs]
+    numbers = {"mass": sum(part.mass for part in parts), "displaced": sum(part.displaced for part in parts)}
+    return Summary(
+        f"{description.name}: {count(len(parts), 'part')}",
+        above=[description.about] if description.about else [],
+        values={name: Number(value, "kg") for name, value in numbers.items()},
+        facts=[*facts, _aliases(description)],
+        after=[Table("robot", {"what": "", "text": ""}, rows), *_trees(description, parts), _aliases(description)],
+    )
 
 
-def _add_part(parent: Tree, part: dict[str, Any], weighed: PartWeight) -> Tree:
+def _aliases(description: RobotDescription) -> Table:
+    quantities, rows = numeric_paths(description), list[tuple[str, Number, str]]()
+    for alias, paths in description.aliases.items():
+        dimension, value = quantities[paths[0]].dimension, get_value(description, alias)
+        shown = _short(format_quantity(value, dimension))
+        rows.append((alias, Number(value, DIMENSIONS[dimension].unit, shown=shown), ", ".join(paths)))
+    return Table("aliases", {"alias": "alias", "value": "value", "paths": "of"}, rows)
+
+
+def _trees(description: RobotDescription, parts: list[PartWeight]) -> list[Branch]:
+    """Trees of parts, each with what is on it."""
+    branches, roots = dict[str, Branch](), list[Branch]()
+    for (name, part), weighed in zip(description.parts.items(), parts, strict=True):
+        branches[name] = _branch(to_plain(part), weighed)
+        (branches[part.on].branches if name != "body" and part.on in branches else roots).append(branches[name])
+    return roots
+
+
+def _branch(part: dict[str, Any], weighed: PartWeight) -> Branch:
     placed = {key: part[key] for key in _PLACED if key in part}
     sizes = {key: value for key, value in part.items() if key not in (*_PLACED, "on", "kind", "joint", "loads")}
     shape = sizes.pop("shape", sizes.pop("section", ""))
-    branch = parent.add(_line(weighed.name, f"{part['kind']} {shape}, {_flat(sizes)}".removesuffix(", ")))
-    branch.add(_line("mass", f"{weighed.mass:.4g} kg, displaces {weighed.displaced:.4g} kg"))
+    said = [Branch("mass", f"{weighed.mass:.4g} kg, displaces {weighed.displaced:.4g} kg")]
     if placed:
-        branch.add(_line("sits", _flat(placed)))
-    branch.add(_line("joint", _flat(part.get("joint", {"kind": "fixed"}))))
+        said.append(Branch("sits", _flat(placed)))
+    said.append(Branch("joint", _flat(part.get("joint", {"kind": "fixed"}))))
     if weighed.freedoms:
         kinds = Counter(name.partition(".")[0] for name in weighed.freedoms)
         names = ", ".join(f"{n} {kind}" if n > 1 else kind for kind, n in kinds.items())
-        branch.add(_line("moves", f"{count(len(weighed.freedoms), 'degree')} of freedom: {names}"))
-    for name, load in part.get("loads", {}).items():
-        branch.add(_line(name, _flat(load)))
-    return branch
-
-
-def _line(name: str, text: str) -> Text:
-    return Text.assemble((name, "bold"), "  " if text else "", text)
+        said.append(Branch("moves", f"{count(len(weighed.freedoms), 'degree')} of freedom: {names}"))
+    said += [Branch(name, _flat(load)) for name, load in part.get("loads", {}).items()]
+    return Branch(weighed.name, f"{part['kind']} {shape}, {_flat(sizes)}".removesuffix(", "), said)
 
 
 def _flat(value: Any) -> str:

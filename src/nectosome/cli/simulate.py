@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome import robots
+from nectosome.cli.layout import Number, Table
 from nectosome.cli.options import Loads, Robot, Settings, read_count, value
-from nectosome.cli.output import Outputs, cancellable, progress_bar, tell, write
-from nectosome.cli.page import columns, ending, number, page, summary
+from nectosome.cli.output import Outputs, tell, unsolved, write
+from nectosome.cli.page import Summary
+from nectosome.cli.progress import cancellable, progress_bar
+from nectosome.cli.run_summary import summary
 from nectosome.cli.weights import build_weighed
 from nectosome.units import InputError, read_positive, read_quantity
 
@@ -96,8 +99,7 @@ def simulate(
         tell(f"cancelled {came_to}" + (f" The part done is in {outputs.save}." if outputs.save else ""))
         return 130
     if status not in (Status.SOLVED, Status.EVENT):
-        tell(f"{description.name}: {status.reason}, {came_to}")
-        return 1
+        return unsolved(description.name, status, f"{status.reason}, {came_to}")
     return 0
 
 
@@ -128,15 +130,17 @@ def _run_mission(robot: str, settings: list[str] | None, file: Path, step: str, 
     return 0
 
 
-def _modes(found: "xr.Dataset") -> Any:
+def _modes(found: "xr.Dataset") -> Summary:
     """Modes, the events that ended them, and the position then."""
-    table = columns("mode", "ended by", "at", "x", "z", "mean velocity along x", "unit")
+    heads = {"mode": "mode", "event": "ended by", "time": "at", "x": "x", "z": "z"}
+    heads["velocity_x_mean"] = "mean velocity along x"
+    rows = list[tuple[str | Number, ...]]()
     place = found["position"].sel(axis=["x", "z"])
-    began, start = 0.0, place.values[0, 0]
+    began, start = 0.0, float(place.values[0, 0])
     passed = (found[name].values for name in ("event_mode", "event", "event_time"))
     for name, event, time in zip(*passed, strict=True):
-        x, z = place.values[abs(found["time"].values - time).argmin()]
-        speed = number((x - start) / (time - began)) if time > began else ""
-        table.add_row(str(name), str(event), number(float(time)), number(x), number(z), speed, "s, m, m/s")
+        x, z = map(float, place.values[abs(found["time"].values - time).argmin()])
+        speed = [Number((x - start) / (float(time) - began), "m/s")] if time > began else []
+        rows.append((str(name), str(event), Number(float(time), "s"), Number(x, "m"), Number(z, "m"), *speed))
         began, start = float(time), x
-    return page(found.attrs["title"], [table], [ending(found.attrs)])
+    return Summary(str(found.attrs["title"]), [Table("modes", heads, rows, listed=True)], attributes=found.attrs)

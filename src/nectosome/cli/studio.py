@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from nectosome import robots
 from nectosome.cli.options import Robot, read_count, value
-from nectosome.cli.output import tell, write
+from nectosome.cli.output import tell, write_text
 from nectosome.units import InputError
 
 _PATIENCE = 6.0  # s, for work under way, which ends sooner unless it compiles
@@ -37,7 +37,7 @@ def studio(
 
     page = Studio(robot, folder, host, number)
     try:
-        write(f"the studio is at {page.address} (Ctrl-C ends it)")
+        write_text(f"the studio is at {page.address} (Ctrl-C ends it)")
         if browser:
             webbrowser.open(page.address)
         while True:

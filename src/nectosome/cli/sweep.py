@@ -4,11 +4,11 @@ import functools
 import time as clock
 from typing import TYPE_CHECKING, Annotated
 
-from rich.console import Group
-
+from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.options import Over, Robot, Settings, read_count, value
-from nectosome.cli.output import Outputs, cancellable, progress_bar, tell, write
-from nectosome.cli.page import columns, number, page
+from nectosome.cli.output import Outputs, tell, write
+from nectosome.cli.page import Summary
+from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.description.structure import shortest
 from nectosome.units import DIMENSIONS, InputError, count, read_pairs, show_quantity
 
@@ -49,7 +49,7 @@ def sweep(
     if (found["status"] == "CANCELLED").any():
         tell("cancelled." + (f" The parts done are in {folder}; the same command goes on." if folder else ""))
         return 130
-    write(_page(found))
+    write(_summary(found))
     if outputs.given:
         from nectosome.view import show_sweep
 
@@ -59,20 +59,27 @@ def sweep(
     return 0
 
 
-def _page(found: "xr.Dataset") -> Group:
+def _summary(found: "xr.Dataset") -> Summary:
     """Where each average is lowest and highest, and how many points were solved how."""
     from nectosome.designs.sweep import nonzero_means
 
     dims = tuple(map(str, found["status"].dims))
-    table = columns("cycle average", "lowest", "at", "highest", "at", "unit")
-    for values in nonzero_means(found).values():
+    heads = {"mean": "cycle average", "lowest": "lowest", "lowest_at": "at", "highest": "highest", "highest_at": "at"}
+    rows = list[tuple[Label | Number | str, ...]]()
+    for name, values in nonzero_means(found).items():
         ends = [values.isel(end(dims)) for end in (values.argmin, values.argmax)]  # type: ignore[arg-type]
-        cells = [cell for end in ends for cell in (number(float(end)), _place(end, dims))]
-        table.add_row(str(values.name).replace("_", " "), *cells, values.attrs["units"])
+        unit = str(values.attrs["units"]).removesuffix("1")
+        cells = [cell for end in ends for cell in (Number(float(end), unit), _place(end, dims))]
+        rows.append((Label(name, str(values.name).replace("_", " ")), *cells))
     words = found["status"].to_series().value_counts()
     solved = ", ".join(f"{n} {status}" for status, n in words.items())
-    line = f"{count(found['status'].size, 'point')}: {solved}; {found.attrs['seconds']:.1f} s to compute"
-    return page(str(found.attrs["title"]), [table], [line])
+    return Summary(
+        str(found.attrs["title"]),
+        [Table("means", heads, rows)],
+        notes=[f"{count(found['status'].size, 'point')}: {solved}; {found.attrs['seconds']:.1f} s to compute"],
+        attributes={key: found.attrs[key] for key in ("provenance", "seconds")},
+        values={str(status): Number(int(n)) for status, n in words.items()},
+    )
 
 
 def _place(value: "xr.DataArray", dims: tuple[str, ...]) -> str:

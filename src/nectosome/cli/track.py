@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
-from rich.console import Group
-from rich.table import Table
-from rich.text import Text
 
+from nectosome.cli.layout import Number, Table
 from nectosome.cli.options import value
-from nectosome.cli.output import Outputs, check_target, progress_bar, write
+from nectosome.cli.output import Outputs, check_target, write, write_text
+from nectosome.cli.page import Summary
+from nectosome.cli.progress import progress_bar
 from nectosome.units import InputError, read_quantity
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def track(
             tracked = track_segments(first, sheet, update)
             if overlay is not None:
                 draw_over(first, sheet, tracked, overlay, update)
-    write(_page(tracked))
+    write(_summary(tracked))
     if outputs.given or overlay:
         from nectosome.view import show_track
 
@@ -80,39 +80,50 @@ def _propose(video: Path, at: str) -> int:
     if frame is None or frame.time < instant:
         last = 0.0 if frame is None else frame.time
         raise InputError(f"the video ends at {last:.4g} s.", field="--at")
-    write(proposal_text(propose(frame.image), clip, frame.time), wrap=False)
+    write_text(proposal_text(propose(frame.image), clip, frame.time))
     return 0
 
 
-def _page(tracked: "xr.Dataset") -> Group:
+def _summary(tracked: "xr.Dataset") -> Summary:
     """Lines and a table about the tracked segments or markers."""
     import numpy as np
 
     about = json.loads(tracked.attrs["provenance"])
     time = tracked["time"].values
-    lines = [f"{about['file']}: {about['reader']}", f"  {time.size} frames, {time[0]:.6g} to {time[-1]:.6g} s"]
-    for what in ("found", "warnings"):
-        lines += [f"  {what}: {said}" for said in about[what]]
-    table = Table(box=None, header_style="bold")
+    above = [
+        f"  {time.size} frames, {time[0]:.6g} to {time[-1]:.6g} s",
+        *(f"  found: {said}" for said in about["found"]),
+    ]
     markers = "marker" in tracked
-    heads = (
-        ("marker", "seen (%)", "off (px)", "error (mm)") if markers else ("segment", "seen (%)", "length", "quality")
-    )
-    for k, name in enumerate(heads):
-        table.add_column(name, justify="right" if k else "left")
-    dim = "name" if markers else "segment"
+    dim, heads = ("name", {"name": "marker"}) if markers else ("segment", {"segment": "segment"})
+    heads |= {"seen": "seen"} | ({"residual": "off (px)", "error": "error"} if markers else {})
+    heads |= {} if markers else {"length": "length", "quality": "quality"}
+    rows = list[tuple[str | Number, ...]]()
     for k, name in enumerate(tracked[dim].values):
         good = tracked["reason"].values[:, k] == 0
-        row = [str(name), f"{100 * np.mean(good):.1f}"]
-        if not good.any():
-            row += ["", ""]
-        elif markers:
+        cells = [_rounded(float(np.mean(good)), "", 100.0, "%")]
+        if good.any() and markers:
             error = np.sqrt(np.sum(tracked["marker_se"].values[good, k] ** 2, axis=1))
-            row += [f"{np.median(tracked['residual'].values[good, k]):.2f}", f"{1e3 * np.median(error):.2f}"]
-        else:
-            unit = tracked["length"].attrs["units"]
-            factor, unit = (1e3, "mm") if unit == "m" else (1.0, unit)
-            length = factor * np.median(tracked["length"].values[good, k])
-            row += [f"{length:.1f} {unit}", f"{np.median(tracked['quality'].values[good, k]):.2f}"]
-        table.add_row(*row)
-    return Group(Text("\n".join(lines)), table)
+            residual = float(np.median(tracked["residual"].values[good, k]))
+            cells += [
+                Number(residual, "px", shown=f"{residual:.2f}"),
+                _rounded(float(np.median(error)), "m", 1e3, "mm", 2),
+            ]
+        elif good.any():
+            unit = str(tracked["length"].attrs["units"])
+            factor, shown = (1e3, "mm") if unit == "m" else (1.0, unit)
+            cells.append(_rounded(float(np.median(tracked["length"].values[good, k])), unit, factor, shown))
+            quality = float(np.median(tracked["quality"].values[good, k]))
+            cells.append(Number(quality, shown=f"{quality:.2f}"))
+        rows.append((str(name), *cells))
+    return Summary(
+        f"{about['file']}: {about['reader']}",
+        [Table("markers" if markers else "segments", heads, rows)],
+        above=above,
+        warnings=about["warnings"],
+        values={"frames": Number(time.size), "start": Number(float(time[0]), "s"), "end": Number(float(time[-1]), "s")},
+    )
+
+
+def _rounded(value: float, unit: str, factor: float, shown: str, digits: int = 1) -> Number:
+    return Number(value, unit, shown=f"{factor * value:.{digits}f} {shown}")

@@ -4,9 +4,10 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from nectosome.cli.page import number
+from nectosome.cli.layout import number
 from nectosome.description import RobotDescription
 from nectosome.units import InputError, count, format_quantity
+from nectosome.units.zero import counts_as_zero
 
 if TYPE_CHECKING:
     import numpy as np
@@ -83,11 +84,13 @@ def hydrostatics(robot: "Robot") -> Hydrostatics:
     moment = np.stack([first[:, 2, 1], first[:, 0, 2], first[:, 1, 0]], axis=-1)
     moment = mass[:, None] * position + np.einsum("nij,nj->ni", rotation, moment)
     displaced = float(robot.water.density) * np.asarray(robot.tree.stations.volume)
-    return Hydrostatics(
-        float(mass.sum()),
-        float(displaced.sum()),
+    centres = (
         moment.sum(axis=0) / mass.sum(),
         (displaced[:, None] * position).sum(axis=0) / max(displaced.sum(), np.finfo(float).tiny),
+    )
+    size = abs(np.stack([*centres, *position])).max()
+    return Hydrostatics(
+        float(mass.sum()), float(displaced.sum()), *(np.where(counts_as_zero(x, size), 0.0, x) for x in centres)
     )
 
 
@@ -135,4 +138,4 @@ def _way_out(description: RobotDescription, robot: "Robot", excess: float) -> st
 
 
 def _place(xyz: "np.ndarray") -> str:
-    return f"({', '.join(number(float(v) if abs(v) > 1e-12 else 0.0) for v in xyz)}) m"
+    return f"({', '.join(number(float(v)) for v in xyz)}) m"

@@ -17,6 +17,7 @@ from nectosome.model.inputs import RobotLike, description_of
 from nectosome.search.processes import processors
 from nectosome.solve import CycleMeans, mean_data
 from nectosome.units import InputError, check_names, check_share, check_whole
+from nectosome.units.zero import counts_as_zero
 
 from .axes import COUNT, AxisValues, SweepAxis, axis_of, check_each_once
 from .batches import RobotBatch, batches_of
@@ -29,20 +30,30 @@ Progress = Callable[[str, float], bool | None]  # of what is computed and the sh
 
 MEANS = ("speed", "turn_rate", "power", "efficiency", "cost_of_transport")
 _PART = "part-{}.npz"  # file of a finished part
-_NOTHING = 1e-3  # of its peak: the mean of a force that nothing opposes is 0 up to the integrator's tolerance
+_OPPOSED = 1e-3  # of its peak: the mean of a force that nothing opposes is 0 up to the tolerance of a sweep
+_STRAIGHT = 1e-4  # rad/s: a robot that turns no faster keeps its heading up to that tolerance
 
 
 def mean_of(found: "xr.Dataset", name: str) -> "xr.DataArray":
     """A mean over the axes of a sweep: one of MEANS, or `force.x`, the force on the robot along the world's x [N].
 
-    Along the axes in which the robot is free to move, the mean of the force is 0.
+    What `counts_as_zero` is 0: along the axes in which the robot is free to move, or cannot be pushed, the mean of the
+    force is 0.
     """
-    if name in MEANS:
-        return found[name]
-    axis = name.removeprefix("force.")
-    force, peak = (found[own].sel(axis=axis, drop=True) for own in ("force", "force_peak"))
-    held = force.where((abs(force) > _NOTHING * peak) | force.isnull(), 0)
-    return held.rename(f"force {axis}").assign_attrs(found["force"].attrs)
+    values = found[name if name in MEANS else "force"]
+    if name == "turn_rate":
+        nothing = abs(values) <= _STRAIGHT
+    elif name == "speed" and "velocity_peak" in found:  # absent from older files
+        peak = (found["velocity_peak"].isel(part=0) ** 2).sum("axis") ** 0.5
+        nothing = counts_as_zero(values, abs(values).max(), peak)
+    elif name in MEANS:
+        return values
+    else:
+        axis, largest = name.removeprefix("force."), found["force_peak"].max()
+        values, peak = (found[own].sel(axis=axis, drop=True) for own in ("force", "force_peak"))
+        values = values.rename(f"force {axis}").assign_attrs(found["force"].attrs)
+        nothing = counts_as_zero(values, largest, peak, _OPPOSED)
+    return values.where(~nothing | values.isnull(), 0)
 
 
 def nonzero_means(found: "xr.Dataset") -> dict[str, "xr.DataArray"]:

@@ -31,7 +31,10 @@ class CycleMeans(NamedTuple):
     reaction_power: Float[Array, "prescribed"]  # [W]
     energy: Float[Array, "3"]  # kinetic, of the added mass, elastic [J]
     part_energy: Float[Array, "parts 3"]
+    velocity_peak: Float[Array, "parts 3"]  # largest magnitude of each component
+    load_power_peak: Float[Array, "loads"]  # of each load on all parts
     reaction_peak: Float[Array, "prescribed"]
+    reaction_power_peak: Float[Array, "prescribed"]
     drive_velocity_peak: Float[Array, "prescribed"]  # [rad/s, m/s]
     hinge_strain_peak: Float[Array, "parts"]  # NaN for a part without a flexible layer
     hinge_stress_peak: Float[Array, "parts"]  # [Pa]
@@ -88,7 +91,10 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
         **{name: value for name, value in mean._asdict().items() if name in CycleMeans._fields},
         force=jnp.sum(mean.load_force, axis=(0, 1)),
         force_peak=_largest(jnp.sum(once.load_force, axis=(1, 2))),
+        velocity_peak=_largest(once.velocity),
+        load_power_peak=_largest(jnp.sum(once.load_power, axis=2)),
         reaction_peak=_largest(once.reaction),
+        reaction_power_peak=_largest(once.reaction_power),
         drive_velocity_peak=_largest(once.drive_velocity),
         hinge_strain_peak=_largest(once.bending.hinge_strain),
         hinge_stress_peak=_largest(once.bending.hinge_stress),
@@ -131,6 +137,7 @@ def prepare_means(robot: Robot, samples: int) -> None:
 
 
 _OF_A_CYCLE: dict[str, tuple[tuple[str, ...], str]] = {
+    "load_power_peak": (("load",), "W"),
     "bending_strain_peak": (("part",), "1"),
     "bending_stress_peak": (("part",), "Pa"),
     "force": (("axis",), "N"),

@@ -14,10 +14,24 @@ _ODD = 4.0  # standard errors from what the others tell: measure again
 _NOTES = 12  # shown
 
 
-class WordRows(NamedTuple):
-    """A table: what stands above its columns, and its rows, which may be shorter."""
+class Worded(str):
+    """A number as text, with its value in the unit of the data."""
 
-    names: tuple[str, ...]
+    value: float
+    unit: str
+
+    def __new__(cls, text: str, value: float, unit: str = "") -> "Worded":
+        """The text, which carries the number."""
+        self = super().__new__(cls, text)
+        self.value, self.unit = value, unit
+        return self
+
+
+class WordRows(NamedTuple):
+    """A table called `key`: what stands above its columns, by their keys, and its rows, which may be shorter."""
+
+    key: str
+    names: dict[str, str]
     rows: list[tuple[str, ...]]
 
 
@@ -53,18 +67,19 @@ def tables(found: xr.Dataset, aim: str) -> list[WordRows]:
 
 def _errors(found: xr.Dataset) -> WordRows:
     """How far the simulator is off, as it was and corrected; each experiment is predicted by the others."""
-    names = ("error, % of what is measured", "mean", "signed", "largest", "total", "in 95 % intervals")
+    names = {"of": "error, % of what is measured", "mean": "mean", "signed": "signed", "largest": "largest"}
+    names |= {"total": "total", "coverage": "in 95 % intervals"}
     rows = list[tuple[str, ...]]()
     measured, noise = found["measured"].values, found["measured_error"].values
     before = errors_of(found["simulated_there"].values, measured, np.full(len(measured), np.nan), noise)
     after = errors_of(found["predicted"].values, measured, found["predicted_error"].values, noise)
     for name, e in (("simulator as it was", before), (f"corrected ({found.attrs['method']}), by the others", after)):
-        covered = f"{e.coverage:.0f} %" if e.coverage == e.coverage else ""
-        rows.append((name, *map(_number, (e.mean, e.signed, e.largest, e.total)), covered))
-    rows.append(("noise alone", _number(after.floor)))
+        covered = [_percent(e.coverage, f"{e.coverage:.0f} %")] if e.coverage == e.coverage else []
+        rows.append((name, *map(_percent, (e.mean, e.signed, e.largest, e.total)), *covered))
+    rows.append(("noise alone", _percent(after.floor)))
     if after.small:
         rows.append((f"{count(after.small, 'experiment')} below 1 % of the largest: in total and intervals only",))
-    return WordRows(names, rows)
+    return WordRows("errors", names, rows)
 
 
 def _optimum(found: xr.Dataset, aim: str) -> WordRows:
@@ -77,7 +92,8 @@ def _optimum(found: xr.Dataset, aim: str) -> WordRows:
         at = values.isel(place)
         error = float(found[f"{name}_error"].isel(place)) if row == "corrected" else np.nan
         rows.append((row, *_value(float(at), error, values), _place([at[dim] for dim in values.dims])))
-    return WordRows((f"{what} on the grid", name, "95 %", "at"), rows)
+    names = {"of": f"{what} on the grid", "value": name, "half_interval": "95 %", "at": "at"}
+    return WordRows("best", names, rows)
 
 
 def _next(found: xr.Dataset) -> WordRows:
@@ -87,7 +103,8 @@ def _next(found: xr.Dataset) -> WordRows:
         place = _place([one[f"next_{name}"] for name in found["simulated"].dims], "next_")
         expected = _value(float(one["expected"]), float(one["expected_error"]), one["expected"])
         rows.append((place, *expected, str(one["reason"].item())))
-    return WordRows(("next experiment", "expected", "95 %", ""), rows)
+    names = {"at": "next experiment", "expected": "expected", "half_interval": "95 %", "reason": ""}
+    return WordRows("next", names, rows)
 
 
 def lines(found: xr.Dataset, observed: Sequence[Observed]) -> list[str]:
@@ -127,7 +144,13 @@ def _odd(found: xr.Dataset) -> list[str]:
 
 def _value(value: float, error: float, like: xr.DataArray) -> tuple[str, str]:
     """A value with its unit and half of its 95 % interval, where there is one."""
-    return f"{_number(value)} {like.attrs['units']}".strip(), f"± {SIDES * error:.2g}" if error == error else ""
+    unit, half = str(like.attrs["units"]), SIDES * error
+    interval = Worded(f"± {half:.2g}", half, unit) if error == error else ""
+    return Worded(f"{_number(value)} {unit}".strip(), value, unit), interval
+
+
+def _percent(percent: float, text: str = "") -> Worded:
+    return Worded(text or _number(percent), percent / 100)
 
 
 def _place(conditions: Sequence[xr.DataArray], prefix: str = "") -> str:

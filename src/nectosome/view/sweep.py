@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
@@ -22,7 +21,6 @@ _CAPTIONS = {
     "cost_of_transport": "Power over weight in air and speed.",
     "turn_rate": "How fast the body's heading turns.",
 }
-_NOTHING = 1e-4  # rad/s: a robot that turns no faster is left out of the figures of turning
 
 
 def show_sweep(found: xr.Dataset, path: str | Path) -> None:
@@ -37,8 +35,6 @@ def panels(found: xr.Dataset) -> list[Panel]:
     """A map over two axes, or a curve over one, of each mean that is there."""
     out = []
     for name, values in nonzero_means(found).items():
-        if name == "turn_rate" and np.nanmax(np.abs(values.values)) <= _NOTHING:
-            continue
         kind, _, axis = name.partition(".")
         caption = f"Mean over a cycle. {_CAPTIONS[kind].format(axis)}"
         title = readable(str(values.name))

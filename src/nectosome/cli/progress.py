@@ -1,0 +1,124 @@
+"""What is being computed, for how long, and the time left, on stderr; and Ctrl-C."""
+
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Column
+
+from nectosome.cli.output import tell
+
+_DELAY = 2.0  # s, before a progress bar appears
+_LINE = 60.0  # s, between lines where stderr is no terminal
+_BAR = 16  # characters
+
+
+class _Work:
+    """What is being done, and an estimate of the time left.
+
+    The share done grows at the speed since it was first known, so that compiling before that does not count; at first,
+    at that since the beginning. A share that falls begins another part.
+    """
+
+    def __init__(self, label: str):
+        self.label = self.words = label
+        self.share = 0.0
+        self.began = self.known = time.monotonic()  # s, of the work and of the first share
+        self.first, self.last = 0.0, self.began
+
+    def update(self, what: str, share: float) -> None:
+        """Do `what` from now on, with that share done."""
+        now = time.monotonic()
+        if share < self.share or (share > 0 and self.share == self.first == 0.0):
+            self.known, self.first = now, share
+        if share != self.share:
+            self.last = now
+        self.words, self.share = f"{self.label}: {what}" if what else self.label, min(share, 1.0)
+
+    @property
+    def times(self) -> str:
+        """Time gone, and time left where it is known."""
+        now = time.monotonic()
+        gone = _clock(now - self.began)
+        remember = sys.modules.get("nectosome.core.remember")  # not loaded for this: JAX takes a second
+        if not 0.0 < self.share < 1.0:
+            return f"{gone}, compiling equations" if remember and remember.compiling else gone
+        grown = self.share > self.first and self.last > self.known
+        since, done = (self.known, self.share - self.first) if grown else (self.began, self.share)
+        left = (1.0 - self.share) * (self.last - since) / done - (now - self.last)
+        return f"{gone}, about {_clock(max(left, 0.0))} left"
+
+
+def _clock(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
+
+
+@contextmanager
+def progress_bar(label: str) -> Iterator[Callable[[str, float], None]]:
+    """Yield update(what, share done) of work that `label` names.
+
+    On a terminal a bar appears after two seconds, and goes when the work is done; else stderr has a line a minute.
+    """
+    work, done = _Work(label), threading.Event()
+    console = Console(stderr=True)
+    show = _draw if console.is_terminal else _write_lines
+    thread = threading.Thread(target=show, args=(work, console, done), daemon=True)
+    thread.start()
+    try:
+        yield work.update
+    finally:
+        done.set()
+        thread.join()
+
+
+def _draw(work: _Work, console: Console, done: threading.Event) -> None:
+    """A bar that moves to and fro until a share is known."""
+    if done.wait(_DELAY):
+        return
+    words = TextColumn(
+        "{task.description}", markup=False, table_column=Column(no_wrap=True, overflow="ellipsis", ratio=1)
+    )
+    times = TextColumn("{task.fields[times]}", markup=False, table_column=Column(no_wrap=True))
+    with Progress(words, BarColumn(_BAR), times, console=console, transient=True) as bar:
+        task = bar.add_task(work.label, total=None, times="")
+        while not done.wait(0.2):
+            total = 1.0 if work.share > 0 else None
+            bar.update(task, total=total, completed=work.share, description=work.words, times=work.times)
+
+
+def _write_lines(work: _Work, console: Console, done: threading.Event) -> None:
+    while not done.wait(_LINE):
+        share = f" {work.share:.0%}," if work.share > 0 else ""
+        tell(f"{work.words}:{share} {work.times}", kept=False)
+
+
+def cancellable(compute: Callable[[Callable[[str, float], bool]], Any], update: Callable[[str, float], None]) -> Any:
+    """Return compute(progress), where progress(task, share done) updates the bar and returns whether to go on.
+
+    The first Ctrl-C makes it False, the second ends the program at once.
+    """
+    stop = threading.Event()
+
+    def progress(what: str, share: float) -> bool:
+        update(what, share)
+        return not stop.is_set()
+
+    with ThreadPoolExecutor(1) as pool:  # a thread, since compiled code does not listen to Ctrl-C
+        future = pool.submit(compute, progress)
+        while True:
+            try:
+                return future.result()
+            except KeyboardInterrupt:
+                if stop.is_set():
+                    os._exit(130)
+                stop.set()
+                tell("stopping; Ctrl-C again stops at once.")

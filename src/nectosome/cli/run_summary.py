@@ -1,0 +1,268 @@
+"""The summary of a run: its body, driven joints, powers and energies, as means and as largest magnitudes."""
+
+import json
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from nectosome.cli.layout import Label, Number, Table
+from nectosome.cli.page import Summary
+from nectosome.description import drive_period, numeric_paths, parse_robot, with_values
+from nectosome.units import InputError, show_quantity
+from nectosome.units.zero import counts_as_zero
+
+if TYPE_CHECKING:
+    import numpy as np
+
+Arrays = Mapping[str, "np.ndarray"]
+
+_SHARE = 0.1  # of a run: length of the means
+_PEAKS = ("reaction", "drive_velocity")
+AXES = {"x": "x", "y": "y", "z": "z"}  # columns of a vector
+
+
+def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) -> Summary:
+    """Return body, joints, powers, energies and status; with `loads`, each load on each part, and each part's energy.
+
+    Means are over a cycle; of other runs over the last whole beats, about a tenth of the run; without a whole beat
+    over the last tenth. Largest magnitudes are those of the whole run.
+    """
+    import numpy as np
+
+    time = np.asarray(arrays["time"], dtype=float)
+    start, words = _window(time, attributes)
+    weights = _weights(time, start)
+    kept = weights > 0
+
+    def mean(name: str) -> "np.ndarray":
+        return np.tensordot(weights[kept], arrays[name][kept], axes=1)
+
+    def peak(values: "np.ndarray") -> "np.ndarray":
+        return np.abs(values).max(axis=0)
+
+    peaks = {name: peak(arrays[name]) for name in ("reaction", "drive_velocity", "reaction_power") if name in arrays}
+    load_power = arrays["load_power"].sum(axis=2)
+    several = time.size > 1
+    tables = [_body(arrays, mean("velocity")[0]), driven(arrays, mean("reaction"), peaks if several else None)]
+    if loads:
+        forces = acting(arrays, mean("load_force"), mean("load_power"), time[-1] - start)
+        tables += [forces, *([stored(arrays, mean("part_energy"))] if "part_energy" in arrays else [])]
+    total = load_power.sum(axis=1) + arrays["reaction_power"].sum(axis=1)
+    given = mean("load_power").sum(axis=1), mean("reaction_power")
+    most = (peak(load_power), peaks["reaction_power"], float(peak(total))) if several else None
+    tables += [powers(arrays, *given, most)]
+    energies = zip(map(str, arrays["form"]), mean("energy"), strict=True)
+    rows = [(form, Number(float(joules), "J")) for form, joules in energies]
+    tables.append(Table("energy", {"form": "energy", "mean": "mean" if several else ""}, rows, computed=True))
+    balance = float(np.max(arrays["power_balance"]))
+    found, beyond = servos(arrays, peaks)
+    return Summary(
+        f"{attributes['title']}{f', {time[-1]:.4g} s' if several else ''}",
+        [*tables, *found],
+        notes=[
+            *words,
+            *(["largest: in the whole run"] if several else []),
+            f"power balance: off by {balance:.1e} at worst",
+        ],
+        warnings=beyond,
+        attributes=attributes,
+        values={
+            "time": Number(float(time[-1]), "s"),
+            "means_from": Number(start, "s"),
+            "power_balance": Number(balance),
+        },
+    )
+
+
+def driven(arrays: Arrays, reaction: "np.ndarray", peaks: Arrays | None) -> Table:
+    """Return the mean `reaction` of each driven joint, with the largest one and the fastest speed of `peaks`."""
+    heads = {"joint": "driven joint", "reaction": "mean reaction" if peaks else "reaction"}
+    heads |= {"reaction_peak": "largest", "drive_velocity_peak": "fastest"} if peaks else {}
+    rows = []
+    for i, name in enumerate(map(str, arrays["prescribed"])):
+        if is_joint(name):
+            unit, rate = (reaction_unit(name), "rad/s") if reaction_unit(name) == "N m" else ("N", "m/s")
+            most, fastest = (float(peaks[key][i]) if peaks and key in peaks else math.nan for key in _PEAKS)
+            rows.append((name, Number(float(reaction[i]), unit, most), Number(most, unit), Number(fastest, rate)))
+    return Table("driven_joints", heads, rows, computed=True, beside={"N": largest(arrays["load_force"])})
+
+
+def largest(values: "np.ndarray") -> float:
+    """Return the largest magnitude, 0 of no values."""
+    return float(abs(values).max(initial=0.0))
+
+
+def powers(
+    arrays: Arrays,
+    loads: "np.ndarray",
+    joints: "np.ndarray",
+    peaks: "tuple[np.ndarray, np.ndarray, float] | None",
+) -> Table:
+    """Return mean powers of loads and of joints [W] and their sum; `peaks` are the largest magnitudes of all three.
+
+    What gives or takes nothing is left out.
+    """
+    import numpy as np
+
+    made: dict[str, np.ndarray] = {}
+    load_peaks, joint_peaks, sum_peak = peaks or (loads, joints, 0.0)
+    for name, *watts in zip(map(str, arrays["prescribed"]), joints, joint_peaks, strict=True):
+        whole = name if is_joint(name) else name.rpartition(".")[0]  # a strain has several coordinates
+        made[whole] = made.get(whole, 0.0) + np.array(watts)
+    made |= {str(name): np.array(watts) for name, *watts in zip(arrays["load"], loads, load_peaks, strict=True)}
+    most = max((largest(watts) for watts in made.values()), default=0.0)
+    each = [(_readable(name), *map(float, x)) for name, x in made.items() if not counts_as_zero(x, most).all()]
+    rows = [(label, Number(mean, "W", abs(peak)), Number(peak, "W")) for label, mean, peak in each]
+    total = (Label("sum", "sum"), Number(float(loads.sum() + joints.sum()), "W", sum_peak))
+    heads = {"of": "power into the robot", "mean": "mean" if peaks else ""} | ({"peak": "largest"} if peaks else {})
+    return Table("power", heads, [*rows, total], computed=True)
+
+
+def acting(arrays: Arrays, force: "np.ndarray", power: "np.ndarray", time: float) -> Table:
+    """Return mean force [load, part, axis] and mean power [load, part] of each load on each part that are not 0.
+
+    With a `time` [s] that the means are over also the energy.
+    """
+    heads = {"of": "load on part", **AXES, "power": "power"} | ({"energy": "energy"} if time else {})
+    rows = []
+    nothing = counts_as_zero(force, largest(force)).all(axis=-1)
+    nothing &= counts_as_zero(power, largest(power))
+    for i, load in enumerate(map(str, arrays["load"])):
+        for k, part in enumerate(map(str, arrays["part"])):
+            if not nothing[i, k]:
+                label = Label(f"{load} on {part}", f"{load.replace('_', ' ')} on {part}")
+                gives = float(power[i, k])
+                energy = (Number(time * gives, "J"),) if time else ()
+                rows.append((label, *(Number(float(x), "N") for x in force[i, k]), Number(gives, "W"), *energy))
+    return Table("load_force", heads, rows, computed=True)
+
+
+def stored(arrays: Arrays, energy: "np.ndarray") -> Table:
+    """Return the mean energy [part, form] of each part that is not 0."""
+    forms = {form: form for form in map(str, arrays["form"])}
+    each = zip(map(str, arrays["part"]), energy, strict=True)
+    rows = [(part, *(Number(float(x), "J") for x in joules)) for part, joules in each if joules.any()]
+    return Table("part_energy", {"part": "energy of part", **forms}, rows, computed=True)
+
+
+def servos(arrays: Arrays, peaks: Arrays) -> tuple[list[Table], list[str]]:
+    """Return largest torques and speeds of servos whose limits are known beside these, and warnings where beyond."""
+    from nectosome.solve import overloaded
+
+    if "reaction_limit" not in arrays:
+        return [], []
+    heads = {"joint": "servo", "reaction_peak": "torque", "reaction_limit": "limit", "reaction_share": "share"}
+    heads |= {"drive_velocity_peak": "speed", "drive_velocity_limit": "limit", "drive_velocity_share": "share"}
+    limits = zip(map(str, arrays["prescribed"]), arrays["reaction_limit"], arrays["drive_velocity_limit"], strict=True)
+    rows = []
+    for (name, *most), *given in zip(limits, peaks["reaction"], peaks["drive_velocity"], strict=True):
+        if most[0] == most[0]:  # NaN: none is known
+            cells = zip(map(float, given), map(float, most), ("N m", "rad/s"), strict=True)
+            rows.append((name, *(cell for x, end, unit in cells for cell in _of_limit(x, end, unit))))
+    return [Table("servos", heads, rows)], overloaded(arrays, peaks["reaction"], peaks["drive_velocity"])
+
+
+def _of_limit(value: float, limit: float, unit: str) -> tuple[Number, Number, Number]:
+    return Number(value, unit), Number(limit, unit), Number(value / limit, shown=f"{value / limit:.0%}")
+
+
+def is_joint(coordinate: str) -> bool:
+    """Return whether a prescribed coordinate is that of a joint, not of a rod's strain."""
+    return not coordinate.rpartition(".")[2].isdigit()
+
+
+def reaction_unit(coordinate: str) -> str:
+    """Return the unit of the reaction of a prescribed coordinate; N m of a strain, whose coordinate has no length."""
+    turns = coordinate.rpartition(".")[2] in ("angle", "wx", "wy", "wz")
+    return "N m" if turns or not is_joint(coordinate) else "N"
+
+
+def origin(attributes: Mapping[str, Any]) -> Table:
+    """Return the provenance of a run: settings, versions and time."""
+    known: dict[str, Any] = json.loads(attributes["provenance"])
+    rows = []
+    for key, value in known.items():
+        shown = ", ".join(f"{k} {_plain(v)}" for k, v in value.items()) if isinstance(value, dict) else _plain(value)
+        rows.append((key, shown))
+    return Table("made_with", {"what": "made with", "value": ""}, rows)
+
+
+def _plain(value: Any) -> str:
+    return f"({', '.join(map(str, value))})" if isinstance(value, list) else str(value)
+
+
+def _readable(name: str) -> Label:
+    return Label(name, name.replace("_", " "))
+
+
+def _body(arrays: Arrays, mean: "np.ndarray") -> Table:
+    """Velocity at the end and its mean, and the position at the end, of the root body's first station."""
+    import numpy as np
+
+    velocity, position = arrays["velocity"][:, 0], arrays["position"][-1, 0]
+    known = {
+        Label("velocity_end", "velocity at the end"): (velocity[-1], "m/s", np.zeros(3)),
+        Label("velocity_mean", "mean velocity"): (mean, "m/s", np.abs(velocity).max(axis=0)),
+        Label("position_end", "position at the end"): (position, "m", np.zeros(3)),
+    }
+    if len(velocity) < 2:
+        known = {
+            Label("velocity", "velocity"): (mean, "m/s", mean),
+            Label("position", "position"): (position, "m", position),
+        }
+    rows = list[tuple[Label, *tuple[Number, ...]]]()
+    for label, (vector, unit, peaks) in known.items():
+        numbers = [Number(float(x), unit, float(most)) for x, most in zip(vector, peaks, strict=True)]
+        size = Number(float(np.linalg.norm(vector)), unit, float(np.linalg.norm(peaks)))
+        rows.append((label, *numbers, *([size] if unit == "m/s" else [])))
+    heads = {"of": str(arrays["part"][0]), **AXES, "size": "size"}
+    beside = {"m/s": largest(arrays["velocity"])}
+    return Table("body", heads, rows, computed=True, hidden=still(np.abs(velocity).max(axis=0), beside), beside=beside)
+
+
+def still(fastest: "np.ndarray", beside: Mapping[str, float]) -> set[str]:
+    """Return the axes along which a body with these largest velocities does not move, and `size` where it rests."""
+    resting = {axis for axis, x in zip(AXES, fastest, strict=True) if counts_as_zero(x, beside["m/s"])}
+    return resting | {"size"} if len(resting) == len(AXES) else resting
+
+
+def _window(time: "np.ndarray", attributes: Mapping[str, Any]) -> tuple[float, list[str]]:
+    """Start of the means [s], and a line about it."""
+    if time.size < 2:
+        return float(time[0]), []
+    whole = float(time[-1] - time[0])
+    if "period" in attributes:
+        return float(time[0]), ["means: over the cycle"]
+    beat = _beat(attributes)
+    if beat is None or beat > whole * (1 + 1e-9):
+        return float(time[-1]) - _SHARE * whole, [f"means: over the last {show_quantity(_SHARE * whole, 'time')}"]
+    beats = max(int(_SHARE * whole / beat + 1e-9), 1)
+    words = "beat" if beats == 1 else f"{beats} beats"
+    return float(time[-1]) - beats * beat, [f"means: over the last {words}, {show_quantity(beats * beat, 'time')}"]
+
+
+def _beat(attributes: Mapping[str, Any]) -> float | None:
+    """Period of the drives of a run's robot [s] after their ramps; None where they have none."""
+    try:
+        robot = parse_robot(str(attributes["robot"]))
+        ramps = [path for path in numeric_paths(robot) if path.endswith(".ramp")]
+        return drive_period(with_values(robot, dict.fromkeys(ramps, 0.0)))
+    except (InputError, KeyError):
+        return None
+
+
+def _weights(time: "np.ndarray", start: float) -> "np.ndarray":
+    """Weights of samples in the mean from `start` to the end [s] of a piecewise linear signal."""
+    import numpy as np
+
+    if time.size < 2:
+        return np.ones(1)
+    step = np.diff(time)
+    share = np.clip(
+        (start - time[:-1]) / np.where(step > 0, step, 1.0), 0.0, 1.0
+    )  # of each step that is before the start
+    later = 0.5 * step * (1 - share**2)
+    found = np.zeros(time.size)
+    found[1:] += later
+    found[:-1] += step * (1 - share) - later
+    return found / found.sum()
