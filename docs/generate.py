@@ -21,10 +21,10 @@ from pydantic import BaseModel
 from xarray import Dataset
 
 from nectosome.description import RobotDescription
-from nectosome.description.files import to_plain
-from nectosome.description.structure import Slot, slot
 from nectosome.designs import QUANTITIES
 from nectosome.io import load_dataset
+from nectosome.io.schema.plain import to_plain
+from nectosome.io.schema.structure import Slot, slot
 from nectosome.papers.gallery.entries import ENTRIES, GalleryEntry
 from nectosome.units import DIMENSIONS
 from nectosome.view import write_still

@@ -9,7 +9,7 @@ from rich.console import Group
 from nectosome.cli.options import Over, Robot, Settings, read_count, value
 from nectosome.cli.output import Outputs, cancellable, progress_bar, tell, write
 from nectosome.cli.page import columns, number, page
-from nectosome.description.structure import shortest
+from nectosome.io.schema.structure import shortest
 from nectosome.units import DIMENSIONS, InputError, count, read_pairs, show_quantity
 
 if TYPE_CHECKING:

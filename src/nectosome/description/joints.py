@@ -5,7 +5,7 @@ from typing import Any, ClassVar, Generic, Literal, Self, TypeVar
 
 from pydantic import model_validator
 
-from nectosome.description.base import ZERO, AngularVelocity, Axis, Described, Position, Rotation, Velocity, wrong
+from nectosome.description.base import ZERO, AngularVelocity, Axis, Position, Rotation, Velocity
 from nectosome.description.fields import (
     Angle,
     AngularDamping,
@@ -24,6 +24,7 @@ from nectosome.description.fields import (
 )
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.signals import AngleSignal, ForceSignal, LengthSignal, TorqueSignal
+from nectosome.io.schema.described import Described, wrong
 
 Q = TypeVar("Q", bound=float)
 """The coordinate of a joint, `Angle` or `Coordinate`."""

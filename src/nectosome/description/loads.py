@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from nectosome.description.base import ZERO, Axis, Described, Place, Position, wrong
+from nectosome.description.base import ZERO, Axis, Place, Position
 from nectosome.description.fields import (
     Angle,
     AngularSpeed,
@@ -36,6 +36,7 @@ from nectosome.description.fields import (
 )
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.signals import AngleSignal
+from nectosome.io.schema.described import Described, wrong
 
 RIGID = ("cylinder", "box", "spheroid", "point")
 """Shapes of rigid parts."""

@@ -12,12 +12,14 @@ from typing import Annotated, Literal, NamedTuple, get_args
 
 from pydantic import BeforeValidator, Field
 
-from nectosome.description.base import Described, Name, OneOrMany
-from nectosome.description.fields import Duration, Quantity
+from nectosome.description.base import Name
+from nectosome.description.fields import Duration
 from nectosome.description.robot import RobotDescription, numeric_paths, resolve
 from nectosome.description.settings import parse_setting
-from nectosome.description.validate import line_of, validate_as
 from nectosome.description.variables import Variable, read_range
+from nectosome.io.schema.described import Described, OneOrMany
+from nectosome.io.schema.quantity import Quantity
+from nectosome.io.schema.validate import line_of, validate_as
 from nectosome.io.yaml_text import read_text, read_yaml, write_yaml
 from nectosome.units import InputError, did_you_mean, format_quantity, shorten
 

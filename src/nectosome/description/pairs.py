@@ -5,7 +5,7 @@ from typing import Any, Literal, Self
 
 from pydantic import model_validator
 
-from nectosome.description.base import ZERO, Described, Name, Place, Position, Rotation, inside, wrong
+from nectosome.description.base import ZERO, Name, Place, Position, Rotation
 from nectosome.description.fields import (
     AngularDamping,
     AngularStiffness,
@@ -16,6 +16,7 @@ from nectosome.description.fields import (
     PositiveStiffness,
 )
 from nectosome.description.parts import Limb, Rigid, has_place
+from nectosome.io.schema.described import Described, inside, wrong
 from nectosome.units import did_you_mean
 
 

@@ -6,21 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from nectosome.description.base import (
-    ZERO,
-    Axis,
-    Described,
-    Name,
-    OneOf,
-    OneOrMany,
-    Place,
-    Position,
-    Rotation,
-    increasing,
-    inside,
-    unfit,
-    wrong,
-)
+from nectosome.description.base import ZERO, Axis, Name, Place, Position, Rotation
 from nectosome.description.fields import (
     Angle,
     Bend,
@@ -41,6 +27,7 @@ from nectosome.description.loads import ROD, LoadDescription, listed
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.rod_loads import TURNED
 from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
+from nectosome.io.schema.described import Described, OneOf, OneOrMany, increasing, inside, unfit, wrong
 
 StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
 STRAIN_NAMES: tuple[StrainName, ...] = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")

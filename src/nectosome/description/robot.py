@@ -6,12 +6,13 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from nectosome.description.base import AliasName, Described, Name, OneOf, OneOrMany, Velocity, wrong
+from nectosome.description.base import AliasName, Name, Velocity
 from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.fields import Coordinate, Density, Gravity
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb
-from nectosome.description.structure import at_path, changed, numeric_paths, value_at
+from nectosome.io.schema.described import Described, OneOf, OneOrMany, wrong
+from nectosome.io.schema.structure import at_path, changed, numeric_paths, value_at
 from nectosome.units import InputError, did_you_mean, kind_of, shorten
 
 

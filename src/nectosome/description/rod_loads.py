@@ -5,11 +5,11 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from nectosome.description.base import Described, increasing, wrong
 from nectosome.description.fields import Coordinate, NonNegativeNumber, Number, PositiveArea, Pressure
 from nectosome.description.loads import ROD, LoadDescription
 from nectosome.description.mirror import Mirror, across, opposite
 from nectosome.description.signals import ForceSignal, MomentSignal, PressureSignal
+from nectosome.io.schema.described import Described, increasing, wrong
 
 TURNED = ("torsion", "bending_z")
 """Strains whose image has the other sign."""

@@ -8,7 +8,6 @@ from typing import Annotated, Any, ClassVar, Generic, Literal, Self, TypeVar, ge
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
-from nectosome.description.base import Described, unfit, wrong
 from nectosome.description.fields import (
     Angle,
     AngularSpeed,
@@ -20,14 +19,14 @@ from nectosome.description.fields import (
     Frequency,
     Length,
     NonNegativeNumber,
-    Quantity,
-    QuantitySource,
     Share,
     Speed,
     Time,
     Torque,
 )
 from nectosome.description.mirror import opposite
+from nectosome.io.schema.described import Described, unfit, wrong
+from nectosome.io.schema.quantity import Quantity, QuantitySource
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, expected, parse_quantity, shorten
 
 _MOST_ROWS = 20_000

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.description.fields import Quantity
 from nectosome.description.robot import RobotDescription, get_value, numeric_paths, resolve
+from nectosome.io.schema.quantity import Quantity
 from nectosome.units import InputError, format_quantity, shorten
 from nectosome.units.ranges import Ranges, split_range
 

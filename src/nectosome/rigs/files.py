@@ -10,9 +10,10 @@ import numpy as np
 from pydantic import Field, create_model
 
 from nectosome.controllers.commands import unit_text
-from nectosome.description.base import Described
-from nectosome.description.fields import Angle, AngularSpeed, AnyPressure, Coordinate, PositiveNumber, Quantity
-from nectosome.description.validate import line_of, validate_as
+from nectosome.description.fields import Angle, AngularSpeed, AnyPressure, Coordinate, PositiveNumber
+from nectosome.io.schema.described import Described
+from nectosome.io.schema.quantity import Quantity
+from nectosome.io.schema.validate import line_of, validate_as
 from nectosome.io.yaml_text import Key, read_text, read_yaml
 from nectosome.units import InputError, did_you_mean, shorten, unit_to_si
 

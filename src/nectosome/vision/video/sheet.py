@@ -7,9 +7,11 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from nectosome.description.base import Axis, Described, Name, Position, wrong
-from nectosome.description.fields import Coordinate, Duration, Fraction, Length, Number, PositiveNumber, Quantity, Time
-from nectosome.description.validate import validate_as
+from nectosome.description.base import Axis, Name, Position
+from nectosome.description.fields import Coordinate, Duration, Fraction, Length, Number, PositiveNumber, Time
+from nectosome.io.schema.described import Described, wrong
+from nectosome.io.schema.quantity import Quantity
+from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.units import InputError
 from nectosome.vision.cameras import Glass, Lens

@@ -8,9 +8,8 @@ from typing import Any, Literal, TypeVar, get_args, get_origin
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel, ValidationError
 
-from nectosome.description.fields import QuantitySource, given
-from nectosome.description.robot import RobotDescription
-from nectosome.description.structure import Slot, slot
+from nectosome.io.schema.quantity import QuantitySource, given
+from nectosome.io.schema.structure import Slot, slot
 from nectosome.io.yaml_text import Key
 from nectosome.units import InputError, did_you_mean, expected, shorten
 
@@ -117,13 +116,6 @@ def _limits(slot: Slot) -> str:
         if isinstance(limit, Le | Lt):
             high = limit.le if isinstance(limit, Le) else limit.lt
     return between.format(low, high)
-
-
-def validate(data: Any, *, file: str | None = None, lines: Mapping[Key, int] | None = None) -> RobotDescription:
-    """Return the description in plain `data`; InputError names file, line and field of the first mistake."""
-    return validate_as(
-        RobotDescription, data, "A robot has at least a name and a body or limbs.", file=file, lines=lines
-    )
 
 
 def validate_as(
