@@ -31,26 +31,29 @@ _Text = Annotated[str, BeforeValidator(lambda value: str(value) if isinstance(va
 
 
 class ModeDescription(Described):
-    """One mode: `set` quantities of the robot, by path or alias, `until` something happens.
-
-    A value is reached at once, or evenly `in` a time: `0.61 L in 10 s`. `until` is a time in the mode (`20 s`),
-    `touchdown` or `liftoff` (of the first, of the last foot), `surface` (the robot's top comes out of the water),
-    `low_wall` or `high_wall` (the contact of its hull with the wall at the smaller, at the larger x), a place such as
-    `position.x > 0.9 m`, `position.z < 20 cm`, `pitch > 10 deg` or `heading > 170 deg` (of its x axis, seen from
-    above), or a list of these, of which the first counts. Where none comes within `longest` [s] the mission ends.
-    """
+    """One mode of a mission: the robot gets new values, and goes on with them until something happens."""
 
     name: Name
+    """Name of the mode; no two of a mission have the same."""
     set: dict[str, _Text] = Field(default_factory=dict)
+    """Quantities of the robot, by path or alias, with their values: `jet: 10.5 rad/s`. A value is reached at once, or
+    evenly in a time: `volume: 0.61 L in 10 s`."""
     until: Annotated[tuple[_Text, ...], Field(min_length=1), OneOrMany()]
+    """What ends the mode. A time in it: `20 s`. A happening: `touchdown` or `liftoff` (of the first, of the last foot),
+    `surface` (the robot's top comes out of the water), `low_wall` or `high_wall` (its hull touches the wall at the
+    smaller, at the larger x). A place: `position.x > 0.9 m`, `position.z < 20 cm`, `pitch > 10 deg`, `heading > 170
+    deg` (of its x axis, seen from above). Of a list, what comes first."""
     longest: Duration = 120.0
+    """Time in the mode after which the mission ends where nothing of `until` has come."""
 
 
 class MissionDescription(Described):
-    """A mission: its `modes`, in order."""
+    """A mission: modes of a robot, in order."""
 
     about: str = ""
+    """What the mission is, in sentences."""
     modes: Annotated[tuple[ModeDescription, ...], Field(min_length=1)]
+    """The modes, one after another."""
 
 
 class Event(NamedTuple):

@@ -22,6 +22,7 @@ class Described(BaseModel):
     """A frozen part of a description; its quantities are SI floats, and unknown fields are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+    described_in: ClassVar[type | None] = None  # the dataclass that a model was made of
     cycle_angle: ClassVar[str | None] = None  # the field with the angle [rad] of its cycle at time 0
 
 
