@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ValidationError, WithJsonSchema
 
 from nectosome.io.schema.quantity import QuantitySource, given
 from nectosome.io.schema.structure import Slot, slot
 from nectosome.io.yaml_text import Key
-from nectosome.units import InputError, did_you_mean, expected, shorten
+from nectosome.units import InputError, count, did_you_mean, expected, shorten
 
 _Model = TypeVar("_Model", bound=BaseModel)
 _COUNT = {1: "one", 2: "two", 3: "three"}
@@ -60,7 +60,8 @@ def _sentence(mistake: Any, spot: _Spot) -> str:
         number = len(spot.data) if isinstance(spot.data, list) else 1
         return f"{_row(get_args(spot.around.hint))} expected, {number} given."
     if kind == "too_short":
-        return f"at least {mistake['ctx']['min_length']} values expected, {mistake['ctx']['actual_length']} given."
+        least, there = mistake["ctx"]["min_length"], mistake["ctx"]["actual_length"]
+        return f"at least {count(least, 'value')} expected, {there} given."
     if kind == "missing":
         return f"is missing. {_expectation(spot.slot)}".strip()
     if kind in ("union_tag_invalid", "union_tag_not_found") and spot.slot is not None:
@@ -89,6 +90,9 @@ def _expectation(slot: Slot | None) -> str:
         return ""
     if slot.quantity is not None:
         return expected(slot.quantity.dimension)
+    shown = next((m.json_schema for m in slot.metadata if isinstance(m, WithJsonSchema)), None) or {}
+    if "examples" in shown:
+        return f"Expected is a value as in {' or '.join(map(str, shown['examples']))}."
     if slot.kinds():
         return f"A group of fields expected, with the kind {', '.join(slot.fitting())}."
     if get_origin(slot.hint) is Literal:
