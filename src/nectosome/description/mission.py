@@ -5,21 +5,21 @@ A number is called `MODE.QUANTITY`, the value to which a mode sets a quantity, b
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple, get_args
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from nectosome.description.base import Name
 from nectosome.description.fields import Duration
 from nectosome.description.robot import RobotDescription, numeric_paths, resolve
 from nectosome.description.settings import parse_setting
 from nectosome.description.variables import Variable, read_range
-from nectosome.io.schema.described import Described, OneOrMany
+from nectosome.io.schema.described import Described, OneOrMany, Text
 from nectosome.io.schema.quantity import Quantity
-from nectosome.io.schema.validate import line_of, validate_as
+from nectosome.io.schema.validate import errors_at, validate_as
 from nectosome.io.yaml_text import read_text, read_yaml, write_yaml
 from nectosome.units import InputError, did_you_mean, format_quantity, shorten
 
@@ -27,7 +27,6 @@ Happening = Literal["touchdown", "liftoff", "surface", "low_wall", "high_wall"]
 _LENGTH, _ANGLE = Quantity("length"), Quantity("angle")
 _PLACES: dict[str, Quantity] = {f"position.{axis}": _LENGTH for axis in "xyz"} | {"pitch": _ANGLE, "heading": _ANGLE}
 _DURATION = Quantity("time", minimum=0)
-_Text = Annotated[str, BeforeValidator(lambda value: str(value) if isinstance(value, int | float) else value)]
 
 
 class ModeDescription(Described):
@@ -35,10 +34,10 @@ class ModeDescription(Described):
 
     name: Name
     """Name of the mode; no two of a mission have the same."""
-    set: dict[str, _Text] = Field(default_factory=dict)
+    set: dict[str, Text] = Field(default_factory=dict)
     """Quantities of the robot, by path or alias, with their values: `jet: 10.5 rad/s`. A value is reached at once, or
     evenly in a time: `volume: 0.61 L in 10 s`."""
-    until: Annotated[tuple[_Text, ...], Field(min_length=1), OneOrMany()]
+    until: Annotated[tuple[Text, ...], Field(min_length=1), OneOrMany()]
     """What ends the mode. A time in it: `20 s`. A happening: `touchdown` or `liftoff` (of the first, of the last foot),
     `surface` (the robot's top comes out of the water), `low_wall` or `high_wall` (its hull touches the wall at the
     smaller, at the larger x). A place: `position.x > 0.9 m`, `position.z < 20 cm`, `pitch > 10 deg`, `heading > 170
@@ -99,14 +98,7 @@ def parse_mission(text: str, robot: RobotDescription, source: str = "mission") -
     data, lines = read_yaml(text, source)
     found = validate_as(MissionDescription, data, "A mission has at least one mode.", file=source, lines=lines)
 
-    @contextmanager
-    def at(*path: str | int) -> Iterator[None]:
-        try:
-            yield
-        except InputError as error:
-            field = shorten(".".join(map(str, path)), 120)
-            raise InputError(error.message, file=source, line=line_of(path, lines), field=field) from None
-
+    at = partial(errors_at, source, lines)
     names = [mode.name for mode in found.modes]
     modes = []
     for k, mode in enumerate(found.modes):

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field, WithJsonSchema
 
-from nectosome.io.schema.validate import validate_as
-from nectosome.io.yaml_text import Key, read_text, read_yaml
+from nectosome.io.schema.validate import errors_at, validate_as
+from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.units import InputError, shorten
 
 from .recordings import read
@@ -76,11 +76,8 @@ def load_campaign(path: str | Path) -> Campaign:
         conditions = campaign.conditions | one.conditions
         sheet = Sheet.model_construct(about=campaign.about, file=campaign.file, conditions=conditions, **own)
         key = tuple(sorted((name, *value) for name, value in conditions.items()))
-        try:
+        with errors_at(source, lines, "recordings", k, "file"):
             found = _files(folder, one.file)
-        except InputError as error:
-            at: Key = ("recordings", k, "file")
-            raise InputError(error.message, file=source, line=lines.get(at), field=".".join(map(str, at))) from None
         for file in found:
             seen[key] += 1
             files.append(CampaignFile(file, sheet, seen[key]))

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema, model_validator
 
-from nectosome.io.schema.described import Described, Shorthand, unfit, wrong
+from nectosome.io.schema.described import Described, Shorthand, Text, unfit, wrong
 from nectosome.io.schema.quantity import QuantitySource
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
@@ -110,21 +110,20 @@ Sign = Annotated[int, PlainValidator(_sign), WithJsonSchema({"enum": [1, -1]})]
 Reading = Annotated[float, PlainValidator(_reading), _text(_QUANTITY, "0.31 V")]  # [SI of the reading]
 Gain = Annotated[tuple[float, str], BeforeValidator(_gain), _text(_QUANTITY, "46.5 N/V")]
 Condition = Annotated[tuple[float, str], BeforeValidator(_si), _text(_QUANTITY, "1.1 Hz", "20 deg")]
-Word = Annotated[str, BeforeValidator(str)]
 
 
 class FileLayout(Described):
     """What shall not be found out of a file; what is left out is found out."""
 
-    encoding: Word | None = None
+    encoding: Text | None = None
     """Encoding of a text, as in utf-8 or cp1252."""
-    delimiter: Word | None = None
+    delimiter: Text | None = None
     """What stands between columns: `tab`, `comma`, `semicolon`, `blank`, or the sign itself."""
-    decimal: Word | None = None
+    decimal: Text | None = None
     """Decimal sign: a point or a comma."""
     header: Header | None = None
     """Line with the names of columns, from 1; `none` where there is none."""
-    table: Word | None = None
+    table: Text | None = None
     """Worksheet, group or variable that holds the table."""
 
     @property

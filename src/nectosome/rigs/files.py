@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field, create_model
 
 from nectosome.controllers.commands import unit_text
-from nectosome.description.fields import Angle, AngularSpeed, AnyPressure, Coordinate, PositiveNumber
+from nectosome.description.fields import Angle, AngularSpeed, AnyPressure, Coordinate, PositiveNumber, PositiveTime
 from nectosome.io.schema.described import Described
 from nectosome.io.schema.quantity import Quantity
 from nectosome.io.schema.validate import line_of, validate_as
@@ -34,7 +34,6 @@ _PressureRate = Annotated[float, Quantity("pressure_rate")]
 _AngularAcceleration = Annotated[float, Quantity("angular_acceleration")]
 _PressurePerVolt = Annotated[float, Quantity("pressure_per_volt")]
 _LengthPerVolt = Annotated[float, Quantity("length_per_volt")]
-_Time = Annotated[float, Quantity("time", minimum=0, exclusive=True)]
 _Count = Annotated[int, Field(ge=1, le=1_000_000)]
 _Word = Annotated[str, Field(min_length=1)]
 _Baud = Annotated[int, Field(ge=300, le=10_000_000)]
@@ -179,7 +178,7 @@ class RigDescription(Described):
     """The device that is commanded."""
     about: str = ""
     """What the rig is, in sentences."""
-    dt: _Time
+    dt: PositiveTime
     """Time between samples."""
     limits: Any
     """Limits of commands and measurements. All of them are always checked."""
@@ -200,7 +199,7 @@ def _rig(kind: str, settings: type, command: Any, rate: Any, measured: Any, **ty
     """Model of the file of a rig, whose settings are a dataclass; types of command, its rate, and measurement."""
     limits = _group(
         Limits, low=command, high=command, slew=rate, least=measured, most=measured, error=measured,
-        error_time=_Time, saturated_time=_Time, frozen_time=_Time, frozen_share=PositiveNumber,
+        error_time=PositiveTime, saturated_time=PositiveTime, frozen_time=PositiveTime, frozen_share=PositiveNumber,
         overrun=PositiveNumber, overruns_in_row=_Count, overruns_share=PositiveNumber,
     )  # fmt: skip
     return _group(settings, RigDescription, kind=(Literal[kind], ...), limits=(limits, ...), **types)
@@ -208,7 +207,7 @@ def _rig(kind: str, settings: type, command: Any, rate: Any, measured: Any, **ty
 
 _LASER = _group(Laser, channel=_Word, zero=_Voltage, slope=_LengthPerVolt, low=_Voltage, high=_Voltage)
 _VALVE = _group(Valve, channel=_Word, zero=_Voltage, slope=_PressurePerVolt, low=_Voltage, high=_Voltage)
-_WATCHDOG = _group(Watchdog, device=_Word, timeout=_Time)
+_WATCHDOG = _group(Watchdog, device=_Word, timeout=PositiveTime)
 _VALVES = Annotated[tuple[_VALVE, ...], Field(min_length=1)]
 _NI = _rig(
     "ni", Wiring, AnyPressure, _PressureRate, Coordinate,
@@ -216,11 +215,11 @@ _NI = _rig(
 )  # fmt: skip
 _DYNAMIXEL = _rig(
     "dynamixel", Servo, Angle, AngularSpeed, Angle,
-    port=_Word, number=Annotated[int, Field(ge=0, le=252)], baud=_Baud, speed=AngularSpeed, watchdog=_Time,
+    port=_Word, number=Annotated[int, Field(ge=0, le=252)], baud=_Baud, speed=AngularSpeed, watchdog=PositiveTime,
 )  # fmt: skip
 _SERIAL = _rig(
     "serial", MotorLink, AngularSpeed, _AngularAcceleration, AngularSpeed,
-    port=_Word, baud=_Baud, timeout=_Time, start=_Time, watchdog=_Time,
+    port=_Word, baud=_Baud, timeout=PositiveTime, start=PositiveTime, watchdog=PositiveTime,
 )  # fmt: skip
 _NOISE = Annotated[float, Quantity("length", minimum=0)]
 _GAIN = Annotated[float, Quantity("length_per_pressure", minimum=0, exclusive=True)]

@@ -1,6 +1,7 @@
 """Plain data to a description; an error names file, line and field of the first mistake, and the remedy."""
 
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeVar, get_args, get_origin
@@ -181,3 +182,13 @@ def _empty(spot: _Spot) -> Iterator[_Spot]:
 def line_of(path: Key, lines: Mapping[Key, int]) -> int | None:
     """Return the line of `path`, or of the nearest group around it."""
     return next((lines[path[:n]] for n in range(len(path), -1, -1) if path[:n] in lines), None)
+
+
+@contextmanager
+def errors_at(file: str, lines: Mapping[Key, int], *path: str | int) -> Iterator[None]:
+    """Errors of what is read here are those of the field at `path` in a file."""
+    try:
+        yield
+    except InputError as error:
+        field = shorten(".".join(map(str, path)), 120)
+        raise InputError(error.message, file=file, line=line_of(path, lines), field=field) from None

@@ -8,7 +8,16 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from nectosome.description.base import Axis, Name, Position
-from nectosome.description.fields import Coordinate, Duration, Fraction, Length, Number, PositiveNumber, Time
+from nectosome.description.fields import (
+    Coordinate,
+    Duration,
+    Fraction,
+    Length,
+    Number,
+    PositiveFrequency,
+    PositiveNumber,
+    Time,
+)
 from nectosome.io.schema.described import Described, wrong
 from nectosome.io.schema.quantity import Quantity
 from nectosome.io.schema.validate import validate_as
@@ -17,7 +26,6 @@ from nectosome.units import InputError
 from nectosome.vision.cameras import Glass, Lens
 
 _Hue = Annotated[float, Quantity("angle", minimum=0, maximum=2 * math.pi)]
-Rate = Annotated[float, Quantity("frequency", minimum=0, exclusive=True)]
 Count = Annotated[int, Field(ge=1, le=1_000_000)]
 
 Fit = Literal["moments", "rectangle"]
@@ -87,7 +95,7 @@ class SegmentSheet(Described):
 
     about: str = ""
     """What it is about, in sentences."""
-    rate: Rate | None = None
+    rate: PositiveFrequency | None = None
     """Frames a second of the camera, where the file is played slower or faster than it was filmed."""
     size: tuple[Count, Count] | None = None
     """Width and height of the picture in pixels, for which the sheet was written. A video of another size is refused.
@@ -130,7 +138,7 @@ class CameraSheet(Described):
 
     offset: Time = 0.0
     """Delay of its first frame after that of the first camera."""
-    rate: Rate | None = None
+    rate: PositiveFrequency | None = None
     """Frames a second of the camera, where the file is played slower or faster than it was filmed."""
     size: tuple[Count, Count] | None = None
     """Width and height of the picture in pixels, for which the sheet was written. A video of another size is refused.
