@@ -20,7 +20,7 @@ RANGE = SHEET | {"columns": {"F": {"unit": "N", "range": ["-50 N", "50 N"]}}}
 
 
 def sheet(data):
-    return validate_as(Sheet, data, "")
+    return validate_as(Sheet, data, "sheet")
 
 
 @st.composite

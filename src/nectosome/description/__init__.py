@@ -4,7 +4,7 @@ from nectosome.io.schema.quantity import Quantity
 from nectosome.io.schema.structure import numeric_paths, numeric_values
 
 from .fields import Angle, AngularSpeed, Coordinate
-from .files import dump_robot, json_schema, load_robot, parse_robot, save_robot
+from .files import dump_robot, load_robot, parse_robot, save_robot
 from .joints import FixedJoint, FreeJoint, JointDescription, PlanarJoint, PrismaticJoint, RevoluteJoint, ServoLimits
 from .loads import AddedMassLoad, ForceLoad, LoadDescription
 from .parts import STRAIN_NAMES, Rigid, Rod
@@ -45,7 +45,6 @@ __all__ = [
     "dump_robot",
     "get_value",
     "import_urdf",
-    "json_schema",
     "load_robot",
     "numeric_paths",
     "numeric_values",

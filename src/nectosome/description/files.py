@@ -27,9 +27,7 @@ def parse_robot(text: str, source: str = "robot") -> RobotDescription:
 
 def validate(data: Any, *, file: str | None = None, lines: Mapping[Key, int] | None = None) -> RobotDescription:
     """Return the description in plain `data`; InputError names file, line and field of the first mistake."""
-    return validate_as(
-        RobotDescription, data, "A robot has at least a name and a body or limbs.", file=file, lines=lines
-    )
+    return validate_as(RobotDescription, data, "robot", file=file, lines=lines)
 
 
 def dump_robot(description: RobotDescription) -> str:
@@ -44,20 +42,3 @@ def save_robot(description: RobotDescription, path: str | Path) -> None:
     """
     check_description(description)
     write_atomic(path, dump_robot(description).encode())
-
-
-def json_schema() -> dict[str, Any]:
-    """Return the JSON schema of a robot file, for editors."""
-    schema = RobotDescription.model_json_schema()
-    names = {name: model["title"] for name, model in schema["$defs"].items()}  # such as SineAngle of SineSignal[Angle]
-    schema["$defs"] = {names[name]: model for name, model in schema["$defs"].items()}
-    return _renamed(schema, {f"#/$defs/{old}": f"#/$defs/{new}" for old, new in names.items()})
-
-
-def _renamed(schema: Any, names: dict[str, str]) -> Any:
-    """Return a schema whose references go by other names."""
-    if isinstance(schema, dict):
-        return {key: _renamed(value, names) for key, value in schema.items()}
-    if isinstance(schema, list):
-        return [_renamed(value, names) for value in schema]
-    return names.get(schema, schema) if isinstance(schema, str) else schema

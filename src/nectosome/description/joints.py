@@ -40,7 +40,6 @@ class JointDescription(Mirrored):
     """How a part moves against what it sits on. `drive_field` is the field of the forces that drive it."""
 
     kind: Any  # its name in a file, a literal of each class
-    """How the part may move."""
     drive_field: ClassVar[str] = "drive"
 
     @model_validator(mode="after")

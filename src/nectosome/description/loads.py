@@ -50,7 +50,6 @@ class LoadDescription(Mirrored):
     """
 
     kind: Any  # its name in a file, a literal of each class
-    """What acts on the part."""
     on: ClassVar[tuple[str, ...]] = (*RIGID, *ROD)
     per_length: ClassVar[bool] = False
 

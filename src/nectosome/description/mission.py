@@ -96,7 +96,7 @@ def load_mission(path: str | Path, robot: RobotDescription) -> Mission:
 def parse_mission(text: str, robot: RobotDescription, source: str = "mission") -> Mission:
     """Mission in YAML `text`, for a robot; `source` names it in messages. Raises InputError."""
     data, lines = read_yaml(text, source)
-    found = validate_as(MissionDescription, data, "A mission has at least one mode.", file=source, lines=lines)
+    found = validate_as(MissionDescription, data, "mission", file=source, lines=lines)
 
     at = partial(errors_at, source, lines)
     names = [mode.name for mode in found.modes]

@@ -24,7 +24,6 @@ class PairDescription(Described):
     """What acts between two parts."""
 
     kind: Any  # its name in a file, a literal of each class
-    """What acts between the two parts."""
     between: tuple[Name, Name]
     """Names of the two parts."""
 

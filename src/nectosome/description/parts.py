@@ -75,7 +75,6 @@ class Part(Mirrored):
     """What rigid bodies and rods share: where they sit, how they move against it, what acts on them."""
 
     kind: Any  # its name in a file, a literal of each class
-    """What the part is: a rigid body or a soft rod."""
     on: Name = "body"
     """The part that this one sits on: `body`, an earlier limb, or `world`."""
     at: Place = "tip"

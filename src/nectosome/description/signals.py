@@ -41,7 +41,6 @@ class SignalDescription(Described):
     """A function of time. `signed` are the fields that change their sign with it."""
 
     kind: Any  # its name in a file, a literal of each class
-    """How the value goes with time."""
     dimension: ClassVar[str] = ""
     signed: ClassVar[tuple[str, ...]] = ()
 

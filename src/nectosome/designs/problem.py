@@ -22,9 +22,6 @@ from .schedule import ScheduleDesign
 RangeLike = str | Sequence[float]  # `LOW..HIGH` with units, or two numbers in SI
 
 
-_LEAST = "A problem says at least what may vary."
-
-
 @dataclass(frozen=True)
 class Problem:
     """A design problem in words, which fits any robot that has its quantities.
@@ -141,7 +138,7 @@ def _paths(name: str, description: RobotDescription) -> list[str]:
 
 def _parse(text: str, source: str, folder: Path) -> Problem:
     data, lines = read_yaml(text, source)
-    given = validate_as(ProblemDescription, data, _LEAST, file=source, lines=lines)
+    given = validate_as(ProblemDescription, data, "problem", file=source, lines=lines)
     mission = ""
     if given.mission:
         with errors_at(source, lines, "mission"):

@@ -17,8 +17,6 @@ from .sheet import Sheet, SourceFields
 if TYPE_CHECKING:
     import xarray as xr
 
-_LEAST = "It needs recordings: a list of files, each with its conditions."
-
 
 class RecordingEntry(SourceFields):
     """A recording of a campaign; what it says of time and columns takes the place of what the campaign says."""
@@ -68,7 +66,7 @@ def load_campaign(path: str | Path) -> Campaign:
     """
     folder, source = Path(path).parent, str(path)
     data, lines = read_yaml(read_text(path), source)
-    campaign = validate_as(CampaignSheet, data, _LEAST, file=source, lines=lines)
+    campaign = validate_as(CampaignSheet, data, "campaign", file=source, lines=lines)
     files: list[CampaignFile] = []
     seen: Counter[tuple[tuple[str, float, str], ...]] = Counter()
     for k, one in enumerate(campaign.recordings):

@@ -236,4 +236,4 @@ def load_sheet(path: str | Path) -> Sheet:
     """Read a sheet. Raises InputError that names file, line and field."""
     source = str(path)
     data, lines = read_yaml(read_text(path), source)
-    return validate_as(Sheet, data, "A sheet says which column is which quantity.", file=source, lines=lines)
+    return validate_as(Sheet, data, "sheet", file=source, lines=lines)

@@ -12,6 +12,7 @@ from pydantic import Field, create_model
 from nectosome.controllers.commands import unit_text
 from nectosome.description.fields import Angle, AngularSpeed, AnyPressure, Coordinate, PositiveNumber, PositiveTime
 from nectosome.io.schema.described import Described
+from nectosome.io.schema.kinds import check_kind
 from nectosome.io.schema.quantity import Quantity
 from nectosome.io.schema.validate import line_of, validate_as
 from nectosome.io.yaml_text import Key, read_text, read_yaml
@@ -55,11 +56,11 @@ def load_rig(path: str | Path) -> RigFile:
     data, lines = read_yaml(read_text(path), str(path))
     kind = str(data.get("kind") or "") if isinstance(data, dict) else ""
     if isinstance(data, dict) and kind not in RIG_MODELS:
+        check_kind(data, "rig", str(path))
         message = f'there is no rig "{shorten(kind)}".' if kind else "is missing."
         message += did_you_mean(kind, RIG_MODELS) or f" Write one of {', '.join(RIG_MODELS)}."
         raise InputError(message, file=str(path), line=lines.get(("kind",)), field="kind")
-    least = f"A rig file has at least a kind ({', '.join(RIG_MODELS)}), dt and limits."
-    given: Any = validate_as(RIG_MODELS.get(kind, _NI), data, least, file=str(path), lines=lines)
+    given: Any = validate_as(RIG_MODELS.get(kind, _NI), data, "rig", file=str(path), lines=lines)
     file = _File(str(path), lines)
     limits = file.create(Limits, given.limits, "limits")
     texts = [unit_text(str(data["limits"][name])) for name in ("high", "low")]
@@ -175,7 +176,6 @@ class RigDescription(Described):
     """The file of a rig: its device, its connections, and the limits of its commands and measurements."""
 
     kind: Any  # its name in a file, a literal of each class
-    """The device that is commanded."""
     about: str = ""
     """What the rig is, in sentences."""
     dt: PositiveTime

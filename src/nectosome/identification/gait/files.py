@@ -26,8 +26,6 @@ from .walks import Walked
 if TYPE_CHECKING:
     import xarray as xr
 
-_LEAST = "A file of gaits has at least a robot, what may vary, and trials."
-
 
 class TrialDescription(Described):
     """A gait that was measured."""
@@ -127,7 +125,7 @@ def load_gait_fit(path: str | Path) -> GaitFit:
     """Read a file of gaits (`GaitsDescription`). Raises InputError that names file, line and field."""
     source = str(path)
     data, lines = read_yaml(read_text(path), source)
-    given = validate_as(GaitsDescription, data, _LEAST, file=source, lines=lines)
+    given = validate_as(GaitsDescription, data, "gaits", file=source, lines=lines)
     at = partial(errors_at, source, lines)
     with at("robot"):
         beside = Path(path).parent / given.robot

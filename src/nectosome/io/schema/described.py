@@ -81,7 +81,9 @@ class OneOf:
         return Union[tuple(kinds_of(base).values())]  # noqa: UP007  known when this is run only
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        return handler.generate_schema(Annotated[self.union(source), Field(discriminator="kind")])
+        schema = handler.generate_schema(Annotated[self.union(source), Field(discriminator="kind")])
+        fitting = [kind for kind, cls in kinds_of(source).items() if self.fitting(cls)]
+        return schema | {"metadata": {**schema.get("metadata", {}), "fitting": fitting}}  # pyright: ignore
 
 
 class Shorthand(ABC):

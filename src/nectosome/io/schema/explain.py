@@ -18,9 +18,14 @@ def explained(model: type[BaseModel], field: str) -> str:
     return next((words[field] for words in map(_field_words, classes) if field in words), "")
 
 
-def first_sentence(model: type) -> str:
+def first_paragraph(model: type) -> str:
     """Return the first paragraph of a class's docstring, as one line."""
-    return " ".join((model.__doc__ or "").split("\n\n", maxsplit=1)[0].split())
+    return plain_words((model.__doc__ or "").split("\n\n", maxsplit=1)[0])
+
+
+def plain_words(text: str) -> str:
+    """Return a text on one line, without marks of code."""
+    return " ".join(text.replace("`", "").split())
 
 
 @cache
@@ -36,5 +41,5 @@ def _field_words(cls: type) -> dict[str, str]:
     for field, below in pairwise(tree.body):
         if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and isinstance(below, ast.Expr):
             assert isinstance(below.value, ast.Constant)
-            found[field.target.id] = " ".join(str(below.value.value).split())
+            found[field.target.id] = plain_words(str(below.value.value))
     return found

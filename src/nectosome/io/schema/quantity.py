@@ -10,6 +10,8 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from nectosome.units import DIMENSIONS, expected, format_quantity, parse_quantity, shorten
 
+_WITH_UNIT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*\D"
+
 
 class QuantitySource(NamedTuple):
     """Validation context of text from people: a bare number is refused where a unit is needed."""
@@ -83,14 +85,12 @@ class Quantity:
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         kind = DIMENSIONS[self.dimension]
-        bounded = self.minimum is not None or self.maximum is not None
-        about = kind.name.capitalize() + (f", {self.allowed()}" if bounded else "")
         if not kind.unit:
             limits = {"exclusiveMinimum" if self.exclusive else "minimum": self.minimum, "maximum": self.maximum}
-            return {"type": "number", "description": about, **{k: v for k, v in limits.items() if v is not None}}
+            return {"type": "number", **{k: v for k, v in limits.items() if v is not None}}
         examples = [text.strip('"') for text in kind.example.split(" or ")]
-        text = {"type": "string", "pattern": r"^\s*[-+]?(\d|\.\d)", "examples": examples}
-        return {"description": about, "anyOf": [text, {"const": 0}]}
+        text = {"type": "string", "pattern": _WITH_UNIT, "errorMessage": expected(self.dimension)}
+        return {"anyOf": [text, {"const": 0}], "examples": examples}
 
 
 def given(value: Any) -> str:

@@ -9,6 +9,7 @@ from typing import Any, Literal, TypeVar, get_args, get_origin
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel, ValidationError, WithJsonSchema
 
+from nectosome.io.schema.kinds import KINDS, check_kind
 from nectosome.io.schema.quantity import QuantitySource, given
 from nectosome.io.schema.structure import Slot, slot
 from nectosome.io.yaml_text import Key
@@ -16,7 +17,7 @@ from nectosome.units import InputError, count, did_you_mean, expected, shorten
 
 _Model = TypeVar("_Model", bound=BaseModel)
 _COUNT = {1: "one", 2: "two", 3: "three"}
-_NAME = "Write small letters, digits and underscores, a letter first."
+NAMING = "Write small letters, digits and underscores, a letter first."
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def _sentence(mistake: Any, spot: _Spot) -> str:
 
 
 def _bad_name(name: Any) -> str:
-    return f'"{shorten(name)}" cannot be used as a name. {_NAME}'
+    return f'"{shorten(name)}" cannot be used as a name. {NAMING}'
 
 
 def _bad_kind(value: Any, slot: Slot) -> str:
@@ -124,12 +125,12 @@ def _limits(slot: Slot) -> str:
 
 
 def validate_as(
-    model: type[_Model], data: Any, least: str, *, file: str | None = None, lines: Mapping[Key, int] | None = None
+    model: type[_Model], data: Any, kind: str, *, file: str | None = None, lines: Mapping[Key, int] | None = None
 ) -> _Model:
-    """Return the `model` in plain `data`; `least` says in a sentence what it needs at least. Raises InputError."""
+    """Return the `model` in plain `data`. Raises InputError, also for data of another kind of file than `kind`."""
     if not isinstance(data, dict):
         what = "is empty" if data is None else "has no named fields"
-        raise InputError(f"this {what}. {least}", file=file)
+        raise InputError(f"this {what}. {KINDS[kind].least}", file=file)
     found: list[Any] = []
     description = None
     try:
@@ -140,6 +141,7 @@ def validate_as(
     empty = None if unknown else next(_empty(_Spot((), slot(model), data, None, None)), None)
     if description is not None and empty is None:
         return description
+    check_kind(data, kind, file)
     mistake: Any = {"type": "empty", "loc": empty.path} if empty else unknown or found[0]
     spot = empty or _locate(model, mistake["loc"], data)
     path = spot.path

@@ -19,6 +19,7 @@ from nectosome.description.fields import (
     Time,
 )
 from nectosome.io.schema.described import Described, wrong
+from nectosome.io.schema.kinds import KINDS, check_kind
 from nectosome.io.schema.quantity import Quantity
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
@@ -31,7 +32,6 @@ Count = Annotated[int, Field(ge=1, le=1_000_000)]
 Fit = Literal["moments", "rectangle"]
 Length0 = Annotated[float, Quantity("length", minimum=0)]
 Index = Annotated[float, Quantity("number", minimum=1, maximum=3)]
-_LEAST = "It needs segments, for one video; or cameras, points and markers, for several."
 
 
 class Colour(Described):
@@ -223,6 +223,8 @@ def load_sheet(path: str | Path) -> SegmentSheet | MarkerSheet:
     source = str(path)
     data, lines = read_yaml(read_text(path), source)
     if isinstance(data, dict) and not {"segments", "cameras", "markers"} & set(data):
-        raise InputError(f"does not say what to track. {_LEAST}", file=source)
-    model = MarkerSheet if isinstance(data, dict) and {"cameras", "markers"} & set(data) else SegmentSheet
-    return validate_as(model, data, _LEAST, file=source, lines=lines)
+        check_kind(data, "segments", source)
+        raise InputError(f"does not say what to track. {KINDS['segments'].least}", file=source)
+    if isinstance(data, dict) and {"cameras", "markers"} & set(data):
+        return validate_as(MarkerSheet, data, "markers", file=source, lines=lines)
+    return validate_as(SegmentSheet, data, "segments", file=source, lines=lines)
