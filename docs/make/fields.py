@@ -7,9 +7,9 @@ from typing import Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 
 from nectosome.description import RobotDescription
-from nectosome.description.files import to_plain
-from nectosome.description.structure import Slot, slot
 from nectosome.designs import QUANTITIES
+from nectosome.io.schema.plain import to_plain
+from nectosome.io.schema.structure import Slot, slot
 from nectosome.units import DIMENSIONS
 
 

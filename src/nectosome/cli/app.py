@@ -11,17 +11,19 @@ from importlib.metadata import version
 from cyclopts import App, CycloptsError, Parameter
 from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
 
+from nectosome.cli.check import check
 from nectosome.cli.control import control
 from nectosome.cli.correct import correct
 from nectosome.cli.design import design
 from nectosome.cli.equilibrium import static, steady
 from nectosome.cli.identify import identify
 from nectosome.cli.measure import measure
+from nectosome.cli.new import new
 from nectosome.cli.output import JSON, answered, tell
 from nectosome.cli.periodic import periodic
 from nectosome.cli.render import render
 from nectosome.cli.reproduce import reproduce
-from nectosome.cli.robot_file import check, new, schema
+from nectosome.cli.schema import schema
 from nectosome.cli.show import show
 from nectosome.cli.simulate import simulate
 from nectosome.cli.studio import studio

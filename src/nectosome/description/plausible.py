@@ -8,7 +8,7 @@ from nectosome.description.loads import AddedMassLoad, CylinderAddedMassLoad, Dr
 from nectosome.description.pairs import ContactPair
 from nectosome.description.parts import Rigid, Rod
 from nectosome.description.robot import RobotDescription, WaterDescription
-from nectosome.description.structure import numeric_paths, value_at
+from nectosome.io.schema.structure import numeric_paths, value_at
 from nectosome.units import format_quantity
 
 

@@ -31,10 +31,15 @@ class MotorLink:
     """Where the controller is and how long it is waited for."""
 
     port: str
+    """Serial port, as in /dev/ttyACM0 or COM3."""
     baud: int = 115_200
-    timeout: float = 0.1  # for an answer [s]
-    start: float = 3.0  # after the port is opened, which resets an Arduino [s]
-    watchdog: float = 0.5  # of the controller [s]
+    """Baud rate of the line."""
+    timeout: float = 0.1  # [s]
+    """Time in which an answer has to come."""
+    start: float = 3.0  # [s]
+    """Wait after the port is opened, which resets an Arduino."""
+    watchdog: float = 0.5  # [s]
+    """Time without a question after which the controller vents by itself; several times dt."""
 
     def __post_init__(self):
         for name in ("timeout", "start", "watchdog"):

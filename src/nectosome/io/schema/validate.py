@@ -1,22 +1,23 @@
 """Plain data to a description; an error names file, line and field of the first mistake, and the remedy."""
 
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeVar, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ValidationError, WithJsonSchema
 
-from nectosome.description.fields import QuantitySource, given
-from nectosome.description.robot import RobotDescription
-from nectosome.description.structure import Slot, slot
+from nectosome.io.schema.kinds import KINDS, check_kind
+from nectosome.io.schema.quantity import QuantitySource, given
+from nectosome.io.schema.structure import Slot, slot
 from nectosome.io.yaml_text import Key
-from nectosome.units import InputError, did_you_mean, expected, shorten
+from nectosome.units import InputError, count, did_you_mean, expected, shorten
 
 _Model = TypeVar("_Model", bound=BaseModel)
 _COUNT = {1: "one", 2: "two", 3: "three"}
-_NAME = "Write small letters, digits and underscores, a letter first."
+NAMING = "Write small letters, digits and underscores, a letter first."
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,8 @@ def _sentence(mistake: Any, spot: _Spot) -> str:
         number = len(spot.data) if isinstance(spot.data, list) else 1
         return f"{_row(get_args(spot.around.hint))} expected, {number} given."
     if kind == "too_short":
-        return f"at least {mistake['ctx']['min_length']} values expected, {mistake['ctx']['actual_length']} given."
+        least, there = mistake["ctx"]["min_length"], mistake["ctx"]["actual_length"]
+        return f"at least {count(least, 'value')} expected, {there} given."
     if kind == "missing":
         return f"is missing. {_expectation(spot.slot)}".strip()
     if kind in ("union_tag_invalid", "union_tag_not_found") and spot.slot is not None:
@@ -74,7 +76,7 @@ def _sentence(mistake: Any, spot: _Spot) -> str:
 
 
 def _bad_name(name: Any) -> str:
-    return f'"{shorten(name)}" cannot be used as a name. {_NAME}'
+    return f'"{shorten(name)}" cannot be used as a name. {NAMING}'
 
 
 def _bad_kind(value: Any, slot: Slot) -> str:
@@ -90,6 +92,9 @@ def _expectation(slot: Slot | None) -> str:
         return ""
     if slot.quantity is not None:
         return expected(slot.quantity.dimension)
+    shown = next((m.json_schema for m in slot.metadata if isinstance(m, WithJsonSchema)), None) or {}
+    if "examples" in shown:
+        return f"Expected is a value as in {' or '.join(map(str, shown['examples']))}."
     if slot.kinds():
         return f"A group of fields expected, with the kind {', '.join(slot.fitting())}."
     if get_origin(slot.hint) is Literal:
@@ -119,20 +124,13 @@ def _limits(slot: Slot) -> str:
     return between.format(low, high)
 
 
-def validate(data: Any, *, file: str | None = None, lines: Mapping[Key, int] | None = None) -> RobotDescription:
-    """Return the description in plain `data`; InputError names file, line and field of the first mistake."""
-    return validate_as(
-        RobotDescription, data, "A robot has at least a name and a body or limbs.", file=file, lines=lines
-    )
-
-
 def validate_as(
-    model: type[_Model], data: Any, least: str, *, file: str | None = None, lines: Mapping[Key, int] | None = None
+    model: type[_Model], data: Any, kind: str, *, file: str | None = None, lines: Mapping[Key, int] | None = None
 ) -> _Model:
-    """Return the `model` in plain `data`; `least` says in a sentence what it needs at least. Raises InputError."""
+    """Return the `model` in plain `data`. Raises InputError, also for data of another kind of file than `kind`."""
     if not isinstance(data, dict):
         what = "is empty" if data is None else "has no named fields"
-        raise InputError(f"this {what}. {least}", file=file)
+        raise InputError(f"this {what}. {KINDS[kind].least}", file=file)
     found: list[Any] = []
     description = None
     try:
@@ -143,6 +141,7 @@ def validate_as(
     empty = None if unknown else next(_empty(_Spot((), slot(model), data, None, None)), None)
     if description is not None and empty is None:
         return description
+    check_kind(data, kind, file)
     mistake: Any = {"type": "empty", "loc": empty.path} if empty else unknown or found[0]
     spot = empty or _locate(model, mistake["loc"], data)
     path = spot.path
@@ -185,3 +184,13 @@ def _empty(spot: _Spot) -> Iterator[_Spot]:
 def line_of(path: Key, lines: Mapping[Key, int]) -> int | None:
     """Return the line of `path`, or of the nearest group around it."""
     return next((lines[path[:n]] for n in range(len(path), -1, -1) if path[:n] in lines), None)
+
+
+@contextmanager
+def errors_at(file: str, lines: Mapping[Key, int], *path: str | int) -> Iterator[None]:
+    """Errors of what is read here are those of the field at `path` in a file."""
+    try:
+        yield
+    except InputError as error:
+        field = shorten(".".join(map(str, path)), 120)
+        raise InputError(error.message, file=file, line=line_of(path, lines), field=field) from None

@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from nectosome.description.base import OneOf
-from nectosome.description.fields import Quantity
+from nectosome.io.schema.described import OneOf
+from nectosome.io.schema.quantity import Quantity
 
 
 @dataclass(frozen=True)
