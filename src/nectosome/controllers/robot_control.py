@@ -32,6 +32,7 @@ ReferenceLike = str | Path | float | Float[np.ndarray, "k"] | Reference
 _RATE, _PER_BEAT = 20.0, 4  # samples a second, and a beat where the measurement is averaged over one
 _MOST = 100_000  # samples
 _REACHED = 0.05  # of a step, within which a constant reference counts as reached
+_RELAY, _FOUND = 0.2, 0.85  # shares of the time: of finding gains, the relay experiment; of all, until gains are found
 
 
 class Shape(TypedDict, total=False):
@@ -136,12 +137,23 @@ class ControlTask:
         samples, span = self.samples(time), self.command
         setpoint = float(samples[0]) if self.reference.kind == "constant" else self.start
         found = relay_gains(
-            self.robot, span.low, span.high, setpoint, self.sensor, progress=_named("finding gains", progress)
+            self.robot,
+            span.low,
+            span.high,
+            setpoint,
+            self.sensor,
+            progress=_named("finding gains", progress, 0.0, _RELAY),
         )
         if found is None:
             return None
         speed = detune(
-            self.robot, found.gains, span.low, span.high, samples, self.sensor, progress=_named("detuning", progress)
+            self.robot,
+            found.gains,
+            span.low,
+            span.high,
+            samples,
+            self.sensor,
+            progress=_named("detuning", progress, _RELAY, 1.0),
         )
         return None if speed is None else LoopGains(time_scaled(found.gains, speed), found, speed)
 
@@ -234,14 +246,15 @@ def control(
     task = ControlTask.parse(robot, command=command, measure=measure, reference=reference, settings=settings, **options)
     seconds = task.reference.duration(task.robot.dt) if time is None else read_positive(time, "time", "time")
     samples = task.samples(seconds)
-    found = task.find_gains(seconds, progress)
+    begun = 0.0 if task.given is not None else _FOUND
+    found = task.find_gains(seconds, None if progress is None else lambda what, x: progress(what, begun * x))
     if found is None:
         (state, interval), none = task.robot.start(), np.zeros(0)
         signals = none, none, none, none, none
         empty = ClosedLoopRecord(task.robot, *signals, (state,), (interval,), Status.CANCELLED)
         return ControlResult(task, None, empty)
     run = run_closed_loop(
-        task.robot, task.pid(found), samples, task.sensor, progress=_named("simulating the loop", progress)
+        task.robot, task.pid(found), samples, task.sensor, progress=_named("simulating the loop", progress, begun, 1.0)
     )
     given = {"robot": str(robot) if isinstance(robot, str | Path) else run.robot.description.name, "set": settings}
     given |= {"command": command, "measure": measure, "reference": _plain(reference), "mean": False, **options}
@@ -249,8 +262,9 @@ def control(
     return ControlResult(task, found, run, {name: value for name, value in given.items() if value is not None})
 
 
-def _named(what: str, progress: Progress | None) -> Callable[[float], bool | None] | None:
-    return None if progress is None else lambda share: progress(what, share)
+def _named(what: str, progress: Progress | None, begun: float, ended: float) -> Callable[[float], bool | None] | None:
+    """Progress of a part of the work, from one share of it to another."""
+    return None if progress is None else lambda share: progress(what, begun + (ended - begun) * share)
 
 
 def _plain(reference: Any) -> Any:
