@@ -1,22 +1,24 @@
 """Tables of the fields of every kind of file, of quantities and of units."""
 
 from importlib import import_module
-from types import UnionType
+from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
-from nectosome.description import RobotDescription
+from nectosome.cli.file_models import model_of
 from nectosome.designs import QUANTITIES
+from nectosome.io.schema.explain import explained
+from nectosome.io.schema.kinds import KINDS
 from nectosome.io.schema.plain import to_plain
 from nectosome.io.schema.structure import Slot, slot
 from nectosome.units import DIMENSIONS
 
 
-def models() -> list[type[BaseModel]]:
-    """Every model a robot file may hold, found from the robot itself."""
+def models(kind: str) -> list[type[BaseModel]]:
+    """Every model that a kind of file may hold, found from the file's own."""
     found: list[type[BaseModel]] = []
-    waiting: list[Any] = [slot(RobotDescription)]
+    waiting: list[Any] = [slot(model_of(kind))]
     while waiting:
         here = waiting.pop(0)
         if isinstance(here.hint, type) and issubclass(here.hint, BaseModel):
@@ -28,18 +30,29 @@ def models() -> list[type[BaseModel]]:
     return found
 
 
-def tables() -> str:
-    """A section for each kind of thing, a table for each model."""
+def tables(kind: str) -> str:
+    """A table for each model of a kind of file; those of a robot in sections."""
     parts = []
-    homes = {m.__module__: None for m in models()}
-    for home in homes:
-        about = (import_module(home).__doc__ or "").splitlines()[0]
-        title, _, rest = about.partition(": ")
-        parts += [f"## {title.rstrip('.')}", f"{rest[:1].upper()}{rest[1:]}"]
-        for model in models():
+    found = models(kind)
+    for home in {model.__module__: None for model in found}:
+        if kind == "robot":
+            about = (import_module(home).__doc__ or "").splitlines()[0]
+            title, _, rest = about.partition(": ")
+            parts += [f"## {title.rstrip('.')}", f"{rest[:1].upper()}{rest[1:]}"]
+        for model in found:
             if model.__module__ == home:
                 parts += [f"### {words(model)}", prose(model.__doc__ or ""), _table(model)]
     return "\n\n".join(parts) + "\n"
+
+
+def file_kinds() -> str:
+    """A row for each kind of file that people write."""
+    rows = ["| file | command that takes it | a file to start from |", "|---|---|---|"]
+    for kind in KINDS.values():
+        title = kind.title.partition(" ")[2]
+        start = "`nectosome new`" if kind.name == "robot" else f"`nectosome new {kind.name}`"
+        rows.append(f"| {title} | `{kind.command}` | {start} |")
+    return "\n".join(rows)
 
 
 def words(model: type[BaseModel]) -> str:
@@ -59,12 +72,13 @@ def prose(text: str) -> str:
 
 
 def _table(model: type[BaseModel]) -> str:
-    rows = ["| field | what | unit | range | if left out |", "|---|---|---|---|---|"]
+    rows = ["| field | what | as | unit | range | if left out |", "|---|---|---|---|---|---|"]
     for name, field in model.model_fields.items():
         here = slot(field.annotation, tuple(field.metadata))
         what, unit, allowed = meaning(here)
         default = "**needed**" if field.is_required() else _default(field.get_default(call_default_factory=True), here)
-        rows.append(f"| `{name}` | {what} | {unit} | {allowed} | {default} |")
+        about = explained(model, name).replace("|", "\\|")
+        rows.append(f"| `{name}` | {about} | {what} | {unit} | {allowed} | {default} |")
     return "\n".join(rows)
 
 
@@ -94,7 +108,10 @@ def meaning(here: Slot) -> tuple[str, str, str]:
     if isinstance(hint, type) and issubclass(hint, BaseModel):
         return f"[{words(hint).lower()}](#{anchor(hint)})", "", ""
     if origin in (Union, UnionType):
-        links = [meaning(slot(a))[0] for a in args]
+        choices = [a for a in args if a is not NoneType]
+        if len(choices) == 1:
+            return meaning(slot(choices[0], tuple(here.metadata)))
+        links = [meaning(slot(a))[0] for a in choices]
         return f"{', '.join(links[:-1])} or {links[-1]}", "", ""
     if origin is Literal:
         return " or ".join(f"`{a}`" for a in args), "", ""

@@ -23,6 +23,7 @@ FROM_CODE: dict[str, Callable[..., str]] = {
     "face": python_pages.face,
     "commands": commands.help_texts,
     "fields": fields.tables,
+    "file-kinds": fields.file_kinds,
     "file": lambda path: code_block(ROOT / path),
     "messages": messages.messages,
     "quantities": fields.quantities,

@@ -68,4 +68,4 @@ def test_the_gallery_has_every_robot_as_it_is_now_with_the_numbers_of_a_run(entr
 
 def test_the_tables_hold_every_field_of_a_rod_with_unit_and_range():
     page = (DOCS / "reference" / "robot-file.md").read_text(encoding="utf-8")
-    assert "| `young` | pressure | Pa | more than 0 Pa | **needed** |" in page
+    assert "| `young` | Young's modulus of the material. | pressure | Pa | more than 0 Pa | **needed** |" in page
