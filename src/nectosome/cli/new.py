@@ -43,10 +43,10 @@ def new(
         return
     kind = template if template in _other_templates() else "robot"
     target = file or Path(f"{Path(template).stem if _is_urdf(template) else template}.yaml")
-    content, beside = _content(template, kind)
     if not force and (target.exists() or target.is_symlink()):
         raise InputError("exists. Give another name, or --force to overwrite it.", field=str(target))
     check_target(target, "FILE", ".yaml", force)
+    content, beside = _content(template, kind)
     files = {target.name: for_editors(content, kind).encode(), **beside}
     write_files(target.parent, files, [kind], force)
     written = [target, *(target.parent / name for name in beside)]

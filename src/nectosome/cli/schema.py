@@ -23,7 +23,7 @@ def schema(
 
     `nectosome new` and `nectosome tutorial` write it beside their files, whose first line names it.
     """
-    check_choice(kind, "KIND", KINDS)
+    check_choice(kind, KINDS, "KIND")
     check_target(save, "--save", ".json", force)
     text = schema_text(kind)
     if save is None:
