@@ -46,9 +46,11 @@ def _resolved(member: griffe.Object | griffe.Alias) -> griffe.Object:
 
 
 def _packages(module: griffe.Module) -> Iterator[griffe.Module]:
+    """A room, and each package in it that offers names."""
     yield module
-    for inner in module.modules.values():
-        if not inner.is_alias and inner.is_package and inner.exports:
+    for name in sorted(path.name for path in module.filepath.parent.iterdir() if (path / "__init__.py").exists()):
+        inner = _package()[f"{module.name}.{name}"]
+        if isinstance(inner, griffe.Module) and inner.exports:
             yield inner
 
 

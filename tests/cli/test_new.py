@@ -76,7 +76,7 @@ def test_a_campaign_and_a_sheet_read_their_recordings(nectosome):
         answer = nectosome("measure", *argv)
         assert (answer.code, answer.err) == (0, "")
         assert "run_1.csv: text, 201 rows, 0 to 4 s" in answer.out
-        assert "force     N     Load cell" in answer.out
+        assert "force     Load cell" in answer.out
 
 
 def test_the_files_of_other_kinds_fit_the_robots_that_they_are_for(nectosome):
