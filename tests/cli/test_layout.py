@@ -60,6 +60,13 @@ def test_an_axis_on_which_nothing_happens_is_not_shown():
     assert text(Table("body", {"of": "body", "x": "x"}, [("velocity", Number(0.0, "m/s"))], computed=True)) == []
 
 
+def test_a_column_of_which_nothing_is_known_is_not_shown():
+    table = Table(
+        "fit", {"of": "parameter", "value": "value", "known": ""}, [("E", Number(1.0), ""), ("L", Number(2.0))]
+    )
+    assert text(table) == ["parameter  value", "E              1", "L              2"]
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_what_is_no_number_is_null_with_a_reason(value):
     assert Number(value, "s", shown="never").to_json() == {"value": None, "unit": "s", "reason": "never"}

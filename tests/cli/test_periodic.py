@@ -72,7 +72,7 @@ def test_a_servo_that_swings_a_bob_gives_what_the_damper_burns(nectosome):
     strain = np.pi * 0.85**2 * 0.006 * abs(SWING) / (2 * 0.1)
     assert float(page["hinge of bob"][3]) == pytest.approx(strain, rel=2e-3)
     assert "cost of transport" not in page
-    assert rows(done.out.partition("servo  ")[2])["body.angle"][-1] == f"{A * W / (2 * np.pi):.0%}"
+    assert rows(done.out.partition("servo  ")[2])["body.angle"][-2] == f"{100 * A * W / (2 * np.pi):.0f}"
     assert float(page["damper"][1]) == pytest.approx(-BURNT, rel=2e-3)
     assert page["spring"][1] == page["sum"][1] == "0"  # it gives back what it takes
     assert "warning: the servo of body.angle would exceed its limit of speed" in done.out
@@ -84,7 +84,7 @@ def test_simulate_tells_of_servos_too(nectosome):
     done = nectosome("simulate", "servo.yaml", "--time", "0.5s", "--set", "body.joint.limits.speed=120 rpm")
     assert (done.code, done.err) == (0, "")
     servo = rows(done.out.partition("servo  ")[2])["body.angle"]
-    assert servo[6:] == [f"{A * W:.4g}", "12.57", "rad/s", f"{A * W / (4 * np.pi):.0%}"]
+    assert servo[7:] == [f"{A * W:.4g}", "12.57", "rad/s", f"{100 * A * W / (4 * np.pi):.0f}", "%"]
     assert "warning" not in done.out
 
 

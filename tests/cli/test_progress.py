@@ -70,7 +70,7 @@ def test_where_stderr_is_no_terminal_there_is_a_line_now_and_then(monkeypatch, c
         time.sleep(0.3)
     said = capsys.readouterr()
     assert said.out == ""
-    assert re.fullmatch(r"sweep of eel: 12 points: 25%, 0:00, about 0:\d\d left\n", said.err)
+    assert re.fullmatch(r"sweep of eel: 12 points \(25 %, 0:00, about 0:\d\d left\)\n", said.err)
     monkeypatch.setattr(progress, "_LINE", 60.0)
     with progress_bar("sweep of eel"):
         time.sleep(0.1)

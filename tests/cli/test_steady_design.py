@@ -46,7 +46,7 @@ def test_steady_prints_the_speed_and_saves_what_show_shows(nectosome, ball):
     done = nectosome("steady", "ball.yaml", "--save", "ball.nc")
     assert (done.code, done.err) == (0, "")
     page = rows(done.out)
-    assert float(page["velocity at the end"][-3]) == pytest.approx(-SPEED, rel=1e-3)
+    assert float(page["velocity"][-3]) == pytest.approx(-SPEED, rel=1e-3)
     assert "ball: steady motion" in done.out
     shown = nectosome("show", "ball.nc")
     assert (shown.code, shown.err) == (0, "")
@@ -86,7 +86,7 @@ def test_a_design_is_found_kept_and_not_computed_again(nectosome, whole, monkeyp
     assert data.sizes["start"] == 2
     assert nectosome("check", "run/best.yaml").code == 0
     steady = nectosome("steady", "run/best.yaml")
-    assert float(rows(steady.out)["velocity at the end"][-3]) == pytest.approx(-0.4, rel=1e-3)
+    assert float(rows(steady.out)["velocity"][-3]) == pytest.approx(-0.4, rel=1e-3)
 
     journals = {file: file.read_bytes() for file in Path("run").glob("*.jsonl")}
     again = nectosome(*RUN)

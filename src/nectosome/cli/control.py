@@ -157,7 +157,7 @@ def _lines(result: "ControlResult") -> tuple[list[str], list[str]]:
     ends = f"{span.show(run.command.min())} to {span.show(run.command.max())}"
     last = span.show(run.command[-max(len(run.time) // 10, 1) :].mean())
     notes.append(
-        f"command: {ends}, mean of the last tenth {last}; saturated in {np.mean(saturated):.0%} of the samples"
+        f"command: {ends}, mean of the last tenth {last}; saturated in {100 * np.mean(saturated):.0f} % of the samples"
     )
     if beat is not None and task.sensor.beat is None and beat.frequency * dt > 0.5:
         beats = show_quantity(beat.frequency, "frequency")

@@ -121,7 +121,7 @@ def _summary(found: "list[BenchRun]", *, rehearsed: bool) -> Summary:
         for name, error in {"measured": outcome.measured, "true": outcome.true}.items():
             if error:
                 errors.append((str(k), f"{name} error", *(Number(x / 100, shown=f"{x:.3g} %") for x in error)))
-    of_errors = {"run": "run", "of": "% of the reference's range", "rms": "rms", "largest": "largest"}
+    of_errors = {"run": "run", "of": "of the reference's range", "rms": "rms", "largest": "largest"}
     tables = [Table("runs", heads, runs, listed=True), Table("errors", of_errors, errors, listed=True)]
     last = found[-1].run
     attributes = {"status": last.status, "status_reason": last.reason}

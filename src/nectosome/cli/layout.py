@@ -109,7 +109,7 @@ class Table:
             numbers = [row[k] for row in rows if isinstance(row[k], Number)]
             texts = [self._text(row[k], largest) for row in rows]
             if not numbers:
-                found.append(_Block([head, *texts]))
+                found += [_Block([head, *texts])] if k == 0 or any(texts) else []
                 continue
             split = [text.partition(" ") for text in texts]
             if self.computed and key in _AXES and {text for text, _, _ in split} <= {"0", ""}:

@@ -17,7 +17,7 @@ from nectosome.cli.output import tell
 
 _DELAY = 2.0  # s, before a progress bar appears
 _LINE = 60.0  # s, between lines where stderr is no terminal
-_BAR = 16  # characters
+_BAR, _TIMES = 16, 30  # characters
 
 
 class _Work:
@@ -84,9 +84,8 @@ def _draw(work: _Work, console: Console, done: threading.Event) -> None:
     """A bar that moves to and fro until a share is known."""
     if done.wait(_DELAY):
         return
-    words = TextColumn(
-        "{task.description}", markup=False, table_column=Column(no_wrap=True, overflow="ellipsis", ratio=1)
-    )
+    room = Column(no_wrap=True, overflow="ellipsis", max_width=max(console.width - _BAR - _TIMES, 10))
+    words = TextColumn("{task.description}", markup=False, table_column=room)
     times = TextColumn("{task.fields[times]}", markup=False, table_column=Column(no_wrap=True))
     with Progress(words, BarColumn(_BAR), times, console=console, transient=True) as bar:
         task = bar.add_task(work.label, total=None, times="")
@@ -97,8 +96,8 @@ def _draw(work: _Work, console: Console, done: threading.Event) -> None:
 
 def _write_lines(work: _Work, console: Console, done: threading.Event) -> None:
     while not done.wait(_LINE):
-        share = f" {work.share:.0%}," if work.share > 0 else ""
-        tell(f"{work.words}:{share} {work.times}", kept=False)
+        share = f"{100 * work.share:.0f} %, " if work.share > 0 else ""
+        tell(f"{work.words} ({share}{work.times})", kept=False)
 
 
 def cancellable(compute: Callable[[Callable[[str, float], bool]], Any], update: Callable[[str, float], None]) -> Any:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from nectosome.cli.layout import Number, Table
+from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.output import Force, Json, check_folder, check_target, report, tell, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _FIELDS = ("id", "quantity", "unit", "printed", "ours", "error", "tolerance", "verdict", "kind", "note")
 _SCORECARD, _REPORT = "scorecard.json", "report.html"
+_VERDICTS = {"not reproducible": "-"}  # as the report has it
 _SHORT = {"percent": "%", "1": ""}
 _MINUTES = {"poseidrone": 9.0, "flagellum": 4.0, "paddle": 4.0, "track": 3.0}  # about; the others take one
 
@@ -106,7 +107,7 @@ def _table(rows: list[dict[str, Any]]) -> Table:
             row["id"],
             *(_cell(row[name], row["unit"]) for name in ("printed", "ours")),
             *(_cell(row[name], "%") for name in ("error", "tolerance")),
-            row["verdict"],
+            Label(verdict := str(row["verdict"]), _VERDICTS.get(verdict, verdict)),
         )
         for row in rows
     ]

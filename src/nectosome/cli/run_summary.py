@@ -169,7 +169,7 @@ def servos(arrays: Arrays, peaks: Arrays) -> tuple[list[Table], list[str]]:
 
 
 def _of_limit(value: float, limit: float, unit: str) -> tuple[Number, Number, Number]:
-    return Number(value, unit), Number(limit, unit), Number(value / limit, shown=f"{value / limit:.0%}")
+    return Number(value, unit), Number(limit, unit), Number(value / limit, shown=f"{100 * value / limit:.0f} %")
 
 
 def is_joint(coordinate: str) -> bool:

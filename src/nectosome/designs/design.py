@@ -123,7 +123,8 @@ def design(
 
     def pulse(done: int, best: Evaluation | None, evaluations: int) -> bool | None:
         found = "" if best is None else f"best {task.objective} {task.shown(best)}, "
-        return None if progress is None else progress(f"{found}{evaluations} evaluations", done / starts)
+        share = max(done, evaluations / optimiser.evaluations) / starts  # a start may need fewer than it may make
+        return None if progress is None else progress(f"{found}{evaluations} evaluations", min(share, 1.0))
 
     first = task.own if own_first else None
     about = {"robot": dump_robot(description), "problem": asdict(problem) | {"keep": [*map(str, problem.keep)]}}
