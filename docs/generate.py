@@ -49,6 +49,7 @@ COMMANDS = (
     "control",
     "control rig",
     "new",
+    "tutorial",
     "show",
     "render",
     "studio",
