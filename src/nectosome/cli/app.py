@@ -29,6 +29,7 @@ from nectosome.cli.simulate import simulate
 from nectosome.cli.studio import studio
 from nectosome.cli.sweep import sweep
 from nectosome.cli.track import track
+from nectosome.cli.tutorial import tutorial
 from nectosome.units import InputError
 
 app = App(
@@ -55,6 +56,7 @@ for command in (
     correct,
     control,
     new,
+    tutorial,
     show,
     render,
     studio,
