@@ -25,6 +25,7 @@ def in_wheel(held: set[str]) -> list[str]:
         folder, told, rest = path.partition(".dist-info/")
         (about if told else inside).add(rest or folder)
     package = files(PACKAGE, ROOT / "src")
+    package |= {f"nectosome/cli/tutorials/{page.name}" for page in (ROOT / "docs" / "tutorials").iterdir()}
     licences = {f"licenses/src/{path}" for path in package if path.endswith(".LICENSE")} | {"licenses/LICENSE"}
     lacking = (package - inside) | (licences - about)
     return [f"lacks {path}" for path in lacking] + [f"holds {path}" for path in inside - package]

@@ -6,8 +6,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.output import Force, tell, write
-from nectosome.cli.page import columns
+from nectosome.cli.layout import Table
+from nectosome.cli.output import Force, Json, report, write
+from nectosome.cli.page import Summary
 from nectosome.cli.starter_files import for_editors, write_files
 from nectosome.io import reason
 from nectosome.io.schema.kinds import kind_of_file
@@ -24,12 +25,13 @@ def tutorial(
     /,
     *,
     force: Force = False,
+    as_json: Json = False,
 ) -> None:
     """Write a tutorial into a folder, with all files that its commands need. Without a name, list the tutorials."""
     pages = tutorial_pages()
     if name is None:
-        titles = {page: text.partition("\n")[0].removeprefix("# ") for page, text in pages.items()}
-        write(columns("tutorial", "", rows=titles.items()))
+        titles = [(page, text.partition("\n")[0].removeprefix("# ")) for page, text in pages.items()]
+        write(Summary(tables=[Table("tutorials", {"name": "tutorial", "title": ""}, titles)]))
         return
     if name not in pages:
         raise InputError(f'there is no tutorial called "{name}".{did_you_mean(name, pages)}')
@@ -47,7 +49,8 @@ def tutorial(
     written = {f"{name}.md": pages[name], **needed}
     write_files(target, {file: text.encode() for file, text in written.items()}, sorted(kinds), force)
     files = count(len(written), "file")
-    tell(f"wrote {files} into {target}. Read {target / name}.md; its commands run in that folder.")
+    words = f"wrote {files} into {target}. Read {target / name}.md; its commands run in that folder."
+    report(*(target / file for file in written), words=words)
 
 
 def tutorial_pages() -> dict[str, str]:
