@@ -153,6 +153,13 @@ def test_a_task_that_makes_no_sense_is_refused(words, said):
         words.task(ROBOT)
 
 
+def test_a_limit_on_what_is_always_zero_is_refused():
+    """Nothing of a sinking body is driven: a search would keep any limit on its torque."""
+    words = replace(WORDS, keep=(read_constraint("torque <= 1 mN m"),))
+    with pytest.raises(InputError, match=r"^torque: no joint or strain of this robot has a prescribed motion"):
+        words.task(ROBOT).plan()
+
+
 def test_robots_without_a_steady_motion_are_refused():
     fixed = WORDS.task(parse_robot(SINKER.replace("{kind: prismatic, axis: z}", "{kind: fixed}")))
     with pytest.raises(InputError, match="nothing of this robot is free to move"):

@@ -115,6 +115,10 @@ def test_a_period_is_that_of_the_drives(ball):
         (lambda ball, run: ns.simulate(ball, 1.0, samples="a"), 'samples: "a" must be a whole number'),
         (lambda ball, run: ns.simulate(ball, 1.0, rtol="a"), 'rtol: "a" is out of range'),
         (
+            lambda ball, run: ns.simulate(ball, 1.0, initial=ns.build(ns.describe("poseidrone")).initial()),
+            "initial: it is of a robot of another structure: it has",
+        ),
+        (
             lambda ball, run: ns.apply_settings("ball", ["heavy=1g/cm3"]),
             'the text "ball" is given where a robot\'s desc',
         ),

@@ -6,17 +6,34 @@ from nectosome.view import series
 from nectosome.view.style import LineEnd, dress, label_ends, log_ticks, span
 
 
+# turns as fast as the one that is made up
+ROBOT = f"""
+name: made up
+body: {{kind: rigid, shape: point, mass: 1 kg, inertia: [1 kg m2, 1 kg m2, 1 kg m2],
+        joint: {{kind: revolute, axis: x, motion: {{kind: rate, rate: {OMEGA} rad/s}}}}}}
+"""
+
+
 def test_speed_is_forward_and_the_turn_is_that_of_the_drive(run):
     assert series.steady_speed(run) == pytest.approx(0.5)
     assert series.drive_rate(run) == pytest.approx(OMEGA)
-    start, end = series.last_turn(run)
+    start, end = series.last_turn(run.assign_attrs(robot=ROBOT))
     assert (start, end) == pytest.approx((1 - 2 * np.pi / OMEGA, 1))
 
 
 def test_without_a_drive_the_last_fifth_counts(run):
-    passive = run.isel(prescribed=slice(0))
+    passive = run.isel(prescribed=slice(0)).drop_attrs()
     assert series.last_turn(passive) == pytest.approx((0.8, 1.0))
     assert list(series.powers(passive)) == ["drag"]
+
+
+def test_means_of_a_cycle_are_over_the_cycle(run):
+    """Not over a part of it: here the body goes to and fro, and comes nowhere."""
+    t = run["time"].values
+    run["velocity"].values = np.broadcast_to(np.sin(2 * np.pi * t)[:, None, None], run["velocity"].shape)
+    caption = series.velocity_panel(run.assign_attrs(period=1.0)).caption
+    mean = [float(x) for x in caption.partition("mean over the cycle: (")[2].partition(")")[0].split(",")]
+    assert mean == pytest.approx([0, 0, 0], abs=1e-9)
 
 
 def test_labels_do_not_touch():

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.page import Summary
-from nectosome.description import drive_period, numeric_paths, parse_robot, with_values
+from nectosome.description import parse_robot
+from nectosome.description.period import beat_of
 from nectosome.units import InputError, show_quantity
 from nectosome.units.zero import counts_as_zero
 
@@ -250,9 +251,7 @@ def _window(time: "np.ndarray", attributes: Mapping[str, Any]) -> tuple[float, l
 def _beat(attributes: Mapping[str, Any]) -> float | None:
     """Period of the drives of a run's robot [s] after their ramps; None where they have none."""
     try:
-        robot = parse_robot(str(attributes["robot"]))
-        ramps = [path for path in numeric_paths(robot) if path.endswith(".ramp")]
-        return drive_period(with_values(robot, dict.fromkeys(ramps, 0.0)))
+        return beat_of(parse_robot(str(attributes["robot"])))
     except (InputError, KeyError):
         return None
 

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from nectosome.description.loads import CrankMotor
-from nectosome.description.robot import RobotDescription, check_description
+from nectosome.description.robot import RobotDescription, check_description, with_values
 from nectosome.description.signals import RateSignal, SignalDescription
-from nectosome.io.schema.structure import items
+from nectosome.io.schema.structure import items, numeric_paths
 from nectosome.units import InputError, show_quantity
 
 _MOST = 50  # cycles of the fastest drive in the common period
@@ -35,6 +35,15 @@ def drive_period(description: RobotDescription) -> float:
     shown = ", ".join(show_quantity(frequency, "frequency") for frequency in sorted(set(found.values())))
     why = f"{show_quantity(slowest, 'frequency')} has no common period with the rest ({shown}) within {_MOST} cycles."
     raise InputError(f"{why} Choose frequencies in a simple ratio.", field=path)
+
+
+def beat_of(description: RobotDescription) -> float | None:
+    """Period of the drives [s] after their ramps; None where they have none."""
+    ramps = [path for path in numeric_paths(description) if path.endswith(".ramp")]
+    try:
+        return drive_period(with_values(description, dict.fromkeys(ramps, 0.0)))
+    except InputError:
+        return None
 
 
 def drive_frequencies(description: RobotDescription) -> dict[str, float]:

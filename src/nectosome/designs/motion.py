@@ -209,6 +209,11 @@ class MotionDesign(DesignTask):
         if not robot.tree.free_v.size and not drive_frequencies(self.description):
             words = "nothing of this robot is free to move, or driven to and fro."
             raise InputError(words, field=self.description.name)
+        if not robot.prescribed_names and (asked := {"torque", "drive_rate"} & set(self._needed())):
+            words = "no joint or strain of this robot has a prescribed motion, so that this is 0 whatever the design."
+            raise InputError(
+                f"{words} Limit tensions, pressures and torques by the ranges of their quantities.", field=asked.pop()
+            )
         symmetry = find_symmetry(robot)
         groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
         template, numbers = template_of(self.description, tuple(path for group in groups for path in group))

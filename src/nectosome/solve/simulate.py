@@ -71,7 +71,10 @@ def simulate(
         kind, rtol, atol = "explicit", _TIGHTER * rtol, _TIGHTER * atol
     start, step, *limits = all_on_device(0.0, min(1e-3, 0.1 * times[1]), rtol, atol, max_steps)
     stepping = Settings(kind, *limits)
-    x = system.initial() if initial is None else initial
+    x = system.initial()
+    if initial is not None:
+        _check_state(initial, x)
+        x = initial
     equations = reduced(system)
     m = begin(start, x, stepping, step)
     states = [jax.tree.map(lambda x: np.asarray(x)[None], x)]
@@ -155,6 +158,16 @@ def _blocks(times: np.ndarray) -> np.ndarray:
     blocks = -(-rows // _ROWS)
     height = -(-rows // blocks)
     return np.append(times, np.full(blocks * height * width - times.size, times[-1])).reshape(blocks, height, width)
+
+
+def _check_state(given: State, own: State) -> None:
+    """Raise InputError where a state is not one of this robot: it has other coordinates, or other states of loads."""
+    shapes, expected = ([np.shape(leaf) for leaf in jax.tree.leaves(x)] for x in (given, own))
+    if jax.tree.structure(given) != jax.tree.structure(own) or shapes != expected:
+        has = f"{np.size(given.q)} coordinates and {len(shapes) - 2} states of loads"
+        needs = f"{np.size(own.q)} and {len(expected) - 2}"
+        words = f"it is of a robot of another structure: it has {has}, where this robot has {needs}."
+        raise InputError(f"{words} State(q, v, robot.initial().z) takes the motion over.", field="initial")
 
 
 def _check(time: float, times: np.ndarray, rtol: float, atol: float) -> None:
