@@ -7,7 +7,7 @@ SKIPPED := while-loop-invariant-code-motion,simplify-while-loops
 QUICK_TO_COMPILE := --xla_backend_optimization_level=0 --xla_disable_hlo_passes=$(SKIPPED) \
   --xla_cpu_parallel_codegen_split_count=1
 
-.PHONY: run reproduce test test-all bench docs lock clean
+.PHONY: run reproduce test test-all bench docs dist lock clean
 
 # The main job: a robot described, simulated, designed, and a page of it.
 run: .venv/run
@@ -18,8 +18,8 @@ reproduce: .venv/run
 	$(BIN)/nectosome reproduce --out out --force
 
 test: .venv/dev
-	$(BIN)/ruff check src tests benchmarks examples
-	$(BIN)/ruff format --check src tests benchmarks examples
+	$(BIN)/ruff check src tests benchmarks examples packaging docs
+	$(BIN)/ruff format --check src tests benchmarks examples packaging docs
 	$(BIN)/basedpyright
 	$(BIN)/lint-imports
 	XLA_FLAGS="$(QUICK_TO_COMPILE)" $(BIN)/pytest -n $(WORKERS) -m "not slow" --durations=10 --junitxml=out/tests.xml
@@ -31,8 +31,16 @@ bench: .venv/dev
 	$(BIN)/python -m benchmarks
 
 docs: .venv/dev
-	$(BIN)/python docs/generate.py
+	$(BIN)/python docs/make/generate.py
 	$(BIN)/mkdocs build --strict
+
+# Wheel and sdist, into dist/: what they hold is checked, and the wheel is installed and used.
+dist: .venv/dev
+	rm -rf dist
+	$(BIN)/python -m build
+	$(BIN)/twine check --strict dist/*
+	$(BIN)/python packaging/contents.py
+	$(BIN)/python packaging/first_use.py
 
 .venv/run: requirements/run.lock pyproject.toml
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
@@ -50,4 +58,4 @@ lock:
 	uv pip compile -q --universal --generate-hashes --no-header pyproject.toml --python-version 3.11 --extra dev -c requirements/run.lock -o requirements/dev.lock
 
 clean:
-	rm -rf .venv out site
+	rm -rf .venv dist out site

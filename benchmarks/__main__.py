@@ -1,6 +1,6 @@
 """Run benchmarks by name, or all, each in a process of its own with an empty compilation cache.
 
-What each prints is kept in out/benchmarks, where the site takes it from.
+What each prints is kept in out/benchmarks.
 """
 
 import os

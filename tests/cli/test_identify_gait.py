@@ -29,8 +29,12 @@ GIVEN = ("identify", "gait", "--target", "gaits.yaml")
 
 # what is put in the place of a text of the good file, and what the answer begins with
 CHANGES = {
-    "no_robot": ("robot: poseidrone_crawl", "about_robot: 3", "line 2, about_robot: is not known here."),
-    "robot_gone": ("robot: poseidrone_crawl\n", "", "robot: is missing."),
+    "no_robot": (
+        "robot: poseidrone_crawl",
+        "about_robot: 3",
+        'line 2, about_robot: there is no field "about_robot" here.',
+    ),
+    "robot_gone": ("robot: poseidrone_crawl\n", "", "line 1, robot: is missing."),
     "robot": ("poseidrone_crawl", "poseidrome", 'line 2, robot: there is no robot called "poseidrome"'),
     "robot_file": ("poseidrone_crawl", "nowhere.yaml", "line 2, robot: "),
     "robot_bad_file": ("poseidrone_crawl", "bad_ball.yaml", "line 2, robot: "),
@@ -41,7 +45,11 @@ CHANGES = {
         REST_OF.format("ball.yaml", "body.density: 1 kg/m3 .. 2 kg/m3"),
         "line 2, robot: ball has no legs",
     ),
-    "field": ("seconds: 2 s", "secnds: 2 s", 'line 6, secnds: is not known here. Did you mean "seconds"?'),
+    "field": (
+        "seconds: 2 s",
+        "secnds: 2 s",
+        'line 6, secnds: there is no field "secnds" here. Did you mean "seconds"?',
+    ),
     "no_range": ("0.5 .. 1.5", "0.5", "line 5, vary.d_r: "),
     "empty_range": ("0.5 .. 1.5", "1.5 .. 0.5", 'line 5, vary.d_r: "1.5 .. 0.5" is empty'),
     "bare_range": ("100 N/m .. 300 N/m", "100 .. 300", 'line 4, vary.k: "100" has no unit.'),
@@ -55,7 +63,11 @@ CHANGES = {
     ),
     "no_quantity": ("d_r: 0.5", "body.kind: 0.5", 'line 5, vary.body.kind: there is no quantity called "body.kind"'),
     "switch": ("d_r: 0.5", "body.loads.front.pulls: 0.5", "line 5, vary.body.loads.front.pulls: there is no"),
-    "nothing_unknown": ("  k: 100 N/m .. 300 N/m\n  d_r: 0.5 .. 1.5\n", "", "line 3, vary: needs at least one"),
+    "nothing_unknown": (
+        "  k: 100 N/m .. 300 N/m\n  d_r: 0.5 .. 1.5\n",
+        "",
+        "line 3, vary: an empty value does not fit here.",
+    ),
     "twice": (
         "d_r: 0.5 .. 1.5",
         "body.loads.front.stiffness: 1 N/m .. 3 N/m",
@@ -80,15 +92,15 @@ CHANGES = {
     "feature_name": (
         "speed: 40 mm/s",
         "sped: 40 mm/s",
-        'line 9, trials.0.sped: is not known here. Did you mean "speed"?',
+        'line 9, trials.0.sped: there is no field "sped" here. Did you mean "speed"?',
     ),
     "bare_feature": ("speed: 40 mm/s", "speed: 40", 'line 9, trials.0.speed: "40" has no unit.'),
     "feature_unit": ("speed: 40 mm/s", "speed: 40 mm", "line 9, trials.0.speed: "),
     "feature_zero": ("speed: 40 mm/s", "speed: 0 mm/s", "line 9, trials.0.speed: "),
-    "feature_none": ("speed: 40 mm/s", "speed: ", "line 9, trials.0.speed: is missing."),
+    "feature_none": ("speed: 40 mm/s", "speed: ", "line 9, trials.0.speed: an empty value does not fit here."),
     "feature_nan": ("speed: 40 mm/s", "speed: nan mm/s", "line 9, trials.0.speed: "),
     "feature_list": ("speed: 40 mm/s", "speed: [40 mm/s]", "line 9, trials.0.speed: "),
-    "set": ("{volume: 0.64 L}", "0.64 L", "line 10, trials.1.set: needs names with values."),
+    "set": ("{volume: 0.64 L}", "0.64 L", 'line 10, trials.1.set: "0.64 L" does not fit here.'),
     "set_name": ("volume: 0.64 L", "volum: 0.64 L", 'line 10, trials.1.set.volum: there is no quantity called "volum"'),
     "set_unit": ("volume: 0.64 L", "volume: 0.64 m", "line 10, trials.1.set.volume: "),
     "set_bare": ("volume: 0.64 L", "volume: 0.64", 'line 10, trials.1.set.volume: "0.64" has no unit.'),

@@ -85,7 +85,7 @@ def test_commands_that_are_quick_tell_what_they_show(printed, ball, ball_run):
     assert parts["parts"]["shaft"]["mass"] == {"value": 0.059, "unit": "kg"}
     assert parts["aliases"]["omega"]["value"] == {"value": 14.4, "unit": "rad/s"}
     assert printed("check", str(ball))["values"]["degrees_of_freedom"]["value"] == 1
-    assert "ring" in printed("new")["tables"]["templates"]
+    assert "ring" in printed("new")["tables"]["robots"]
     film = printed("render", str(ball_run), "--save", "a.png", "--size", "160x128")
     assert film["files"] == ["a.png"]
     read = printed("measure", str(EXAMPLES / "fin_recordings" / "slow.csv"))["parts"][0]

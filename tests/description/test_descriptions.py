@@ -4,7 +4,7 @@
 import pytest
 from pydantic import ValidationError
 
-from nectosome.description import RobotDescription, dump_robot, json_schema, parse_robot
+from nectosome.description import RobotDescription, dump_robot, parse_robot
 from nectosome.units import InputError
 
 CYLINDER = "kind: rigid, shape: cylinder, length: 85 mm, radius: 40 mm"
@@ -100,10 +100,3 @@ def test_python_gives_si_floats():
 def test_a_description_cannot_be_changed(flagellum):
     with pytest.raises(ValidationError):
         flagellum.name = "other"
-
-
-def test_the_schema_tells_an_editor_what_a_pressure_looks_like():
-    rod = json_schema()["$defs"]["Rod"]["properties"]
-    assert rod["young"]["anyOf"][0]["examples"] == ["7.4 MPa", "7.4e6 Pa"]
-    assert rod["young"]["description"] == "Pressure, more than 0 Pa"
-    assert rod["poisson"] == {"default": 0.5, "description": "Number, from 0 to 0.5", "maximum": 0.5, "minimum": 0, "title": "Poisson", "type": "number"}  # fmt: skip

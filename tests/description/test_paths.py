@@ -6,7 +6,7 @@ import pytest
 
 from nectosome.description import apply_settings, get_value, numeric_paths, resolve, with_values
 from nectosome.description.settings import parse_setting
-from nectosome.description.structure import shortest
+from nectosome.io.schema.structure import shortest
 from nectosome.units import InputError
 
 

@@ -47,3 +47,13 @@ def test_a_fast_current_is_told_by_its_axis():
 @pytest.mark.parametrize("name", names())
 def test_robots_that_ship_are_plausible(name):
     assert not list(implausible(describe(name)))
+
+
+@pytest.mark.parametrize("name", ["eel", "catshark"])
+def test_a_swimmer_that_sheds_no_wake_is_told(name):
+    """By a muscle, and by a motion that is prescribed."""
+    whole = describe(name)
+    assert whole.body is not None
+    loads = {key: load for key, load in whole.body.loads.items() if load.kind != "trailing_edge"}
+    found = list(implausible(whole.model_copy(update={"body": whole.body.model_copy(update={"loads": loads})})))
+    assert [path for path, _ in found] == ["body.loads"] and "no trailing_edge" in found[0][1]

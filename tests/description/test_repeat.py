@@ -13,8 +13,8 @@ from nectosome.description import (
     numeric_paths,
     parse_robot,
 )
-from nectosome.description.base import kinds_of
 from nectosome.description.orientation import from_rpy
+from nectosome.io.schema.described import kinds_of
 from nectosome.units import InputError
 
 ROD = "kind: rod, section: circle, length: 1 m, radius: 1 cm, young: 1 MPa, density: 1 g/cm3, strains: {bending_y: 1}"

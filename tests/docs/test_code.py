@@ -14,6 +14,7 @@ import pytest
 from tests.synthetic_campaign import write_campaign, write_grid
 from tests.vision.video.scenes import paddle
 
+import nectosome as ns
 from nectosome.cli.app import app
 from nectosome.description import load_robot
 from nectosome.measure import load_sheet
@@ -21,10 +22,20 @@ from nectosome.papers.track.render import write_clip
 from nectosome.vision import video
 
 ROOT = Path(__file__).parents[2]
-PAGES = {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("*.md")}
-PAGES["README"] = (ROOT / "README.md").read_text(encoding="utf-8")
-EVERY = PAGES | {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "docs" / "tutorials").glob("*.md")}
-COMMANDS = sorted({line[2:] for page in EVERY.values() for line in re.findall(r"^\$ nectosome .*", page, re.MULTILINE)})
+DOCS = ROOT / "docs"
+EVERY = {str(path.relative_to(DOCS)): path.read_text(encoding="utf-8") for path in DOCS.rglob("*.md")}
+EVERY["README.md"] = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = {
+    Path(name).stem: text for name, text in EVERY.items() if name.split("/")[0] in ("index.md", "README.md", "how-to")
+}
+ROOMS = sorted(path.stem for path in (DOCS / "reference" / "python").glob("*.md"))  # and "index"
+COMMANDS = sorted(
+    {
+        line[2:]
+        for page in EVERY.values()
+        for line in re.findall(r"^\$ nectosome .*", page.replace("\\\n", ""), re.MULTILINE)
+    }
+)
 
 
 def blocks(page: str, language: str) -> list[str]:
@@ -46,7 +57,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_every_block_of_python_is_run_by_a_test():
     """A new one needs a test here (or beside the page of rigs, which has its own)."""
     assert {page: len(blocks(page, "python")) for page in PAGES if blocks(page, "python")} == {
-        "README": 1, "api": 1, "control": 3, "identify": 3, "index": 1, "measure": 3, "rigs": 2, "sim-to-real": 1,
+        "control": 3, "fish-from-video": 1, "identify": 3, "index": 1, "measure": 3, "rigs": 2, "sim-to-real": 1,
         "track": 1,
     }  # fmt: skip
 
@@ -56,9 +67,12 @@ def test_the_swim_of_the_first_page(folder: Path, capsys: pytest.CaptureFixture[
     assert float(capsys.readouterr().out) == pytest.approx(-0.68, abs=0.03)
 
 
-def test_slopes_and_batches_print_what_is_said(folder: Path, capsys: pytest.CaptureFixture[str]):
-    runs("api", 0)
-    assert capsys.readouterr().out.strip() == blocks("api", "text")[0].strip()
+@pytest.mark.parametrize("room", ROOMS)
+def test_the_example_of_a_room_prints_what_is_said(room: str, folder: Path, capsys: pytest.CaptureFixture[str]):
+    page = EVERY[f"reference/python/{room}.md"]
+    code, said = re.search(r"```python\n(.*?)```\n.*?```text\n(.*?)```", page, re.DOTALL).groups()  # type: ignore[union-attr]
+    exec(compile(code, f"{room}.md", "exec"), {})
+    assert capsys.readouterr().out.split() == said.split()
 
 
 @pytest.mark.parametrize("k", [0, 1])
@@ -106,6 +120,31 @@ def test_a_video_is_tracked(folder: Path):
     tracked = names["tracked"]
     assert dict(tracked.sizes)["time"] == 5  # type: ignore[attr-defined]
     assert not tracked["reason"].values.any()  # type: ignore[index]
+
+
+def test_a_wave_is_found_from_the_angles_of_bands(folder: Path, capsys: pytest.CaptureFixture[str]):
+    """Four straight bands of 5 cm along a fish whose midline is a wave of 19 cm at 2 Hz."""
+    t, ends = np.arange(0.0, 3.0, 1 / 60), np.linspace(0.0, 0.2, 5)
+    amplitude = 0.2 * (0.02 - 0.08 * ends / 0.2 + 0.16 * (ends / 0.2) ** 2)
+    y = amplitude * np.sin(2 * np.pi * (2.0 * t[:, None] - ends / 0.19))
+    angles = np.diff(np.arctan2(np.diff(y), 0.05))
+    head = "time (s)," + ",".join(f"joint_angle {k} (rad)" for k in range(3))
+    np.savetxt("angles.csv", np.column_stack([t, angles]), delimiter=",", header=head, comments="")
+    (code,) = re.findall(r'```python title="wave.py"\n(.*?)```', PAGES["fish-from-video"], re.DOTALL)
+    exec(compile(code, "wave.py", "exec"), {})
+    said = capsys.readouterr().out
+    assert "frequency: 2.000 Hz" in said
+    assert float(re.search(r"wavelength: ([\d.]+) mm", said)[1]) == pytest.approx(190, rel=0.05)  # type: ignore[index]
+
+
+@pytest.mark.slow
+def test_a_swimmer_beside_its_video(folder: Path, capsys: pytest.CaptureFixture[str]):
+    found = ns.periodic("catshark")
+    ns.save_dataset(found.to_dataset(), "cycle.nc")
+    runs("fish-from-video", 0)
+    speed, beat, strouhal = (float(x) for x in re.findall(r"\d+\.\d+", capsys.readouterr().out))
+    assert speed == pytest.approx(float(found.means().speed), rel=5e-3)
+    assert strouhal == pytest.approx(1e-3 * beat / float(found.value.time[-1]) / speed, rel=5e-3)
 
 
 def test_a_loop_of_control(folder: Path, capsys: pytest.CaptureFixture[str]):

@@ -3,7 +3,6 @@
 import inspect
 import re
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 
 import jax
@@ -12,7 +11,7 @@ import pytest
 
 import nectosome as ns
 
-PAGE = Path(__file__).parents[2] / "docs" / "api.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "python" / "index.md"
 BALL = """
 name: ball
 body:
@@ -43,21 +42,9 @@ def test_names_and_rooms_are_offered_and_come():
 
 
 def test_the_page_lists_all_public_names_and_no_others():
-    face = PAGE.read_text(encoding="utf-8").partition("## The public face")[2].partition("\n## ")[0]
-    listed = {path.rpartition(".")[::2][::-1] for path in re.findall(r"^::: (\S+)$", face, re.M)}
-    assert {name for name, _ in listed} == set(ns.__all__)
-    for name, module in listed:
-        assert getattr(ns, name) is getattr(import_module(module), name)
-
-
-def test_all_that_the_page_lists_can_be_imported_as_written_and_is_listed_once():
-    listed = re.findall(r"^::: (\S+)$", PAGE.read_text(encoding="utf-8"), re.M)
-    assert len(listed) > 150 and [path for path in set(listed) if listed.count(path) > 1] == []
-    for path in listed:
-        if find_spec(path.rpartition(".")[0]) is None or not hasattr(
-            import_module(path.rpartition(".")[0]), path.rpartition(".")[2]
-        ):
-            assert import_module(path)
+    face = PAGE.read_text(encoding="utf-8").partition("## The public face")[2]
+    listed = re.findall(r"^\| \[`ns\.(\w+)`\]", face, re.M)
+    assert sorted(listed) == sorted(ns.__all__)
 
 
 def test_a_verb_is_one_function():

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from nectosome.measure import read
-from nectosome.measure.sheet import parse_sheet
+from nectosome.io.schema.validate import validate_as
+from nectosome.measure import Sheet, read
 from nectosome.units import InputError
 
 from .formats.write import FORMATS
@@ -20,7 +20,7 @@ RANGE = SHEET | {"columns": {"F": {"unit": "N", "range": ["-50 N", "50 N"]}}}
 
 
 def sheet(data):
-    return parse_sheet(data, {}, "sheet")
+    return validate_as(Sheet, data, "sheet")
 
 
 @st.composite

@@ -63,7 +63,7 @@ sys.exit(code)
     argv = [sys.executable, "-c", program, name]
     done = subprocess.run(argv, capture_output=True, text=True, check=True, cwd=tmp_path)
     assert f"{times * ROWS} rows, 0 to {(times * ROWS - 1) / 1000:.6g} s, every 0.001 s" in done.stdout
-    shown = re.search(rf"c3 +1 +c3 +{VALUES[:, 3].min():.6g} +(\S+) +{VALUES[:, 3].max():.6g} +0", done.stdout)
+    shown = re.search(rf"c3 +c3 +{VALUES[:, 3].min():.6g} +(\S+) +{VALUES[:, 3].max():.6g} +0", done.stdout)
     assert shown is not None
     assert float(shown[1]) == pytest.approx(VALUES[:, 3].mean(), rel=1e-5)
     assert (tmp_path / "page.html").stat().st_size < 20e6

@@ -119,7 +119,7 @@ def test_gaps_missing_and_saturated_values_are_told(folder):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("colums: {}", 'sheet.yaml, line 1, colums: is not a field here. Did you mean "columns"?'),
+        ("colums: {}", 'sheet.yaml, line 1, colums: there is no field "colums" here. Did you mean "columns"?'),
         ("columns:\n  force: {column: 9}", "there is no column 9: the file has 3"),
         ("columns:\n  force: {column: Force}", 'there is no column called "Force"'),
         ("columns:\n  force: {column: 2, unit: mm}", "is in V in the file and in mm in the sheet"),
@@ -133,7 +133,7 @@ def test_gaps_missing_and_saturated_values_are_told(folder):
         ("time: {rate: 3 m}", '"3 m" is not a rate'),
         ("time: {unit: s}", "needs either a column or a rate"),
         ("conditions: {f: fast}", '"fast" is not a number with a unit'),
-        ("- 1", "is not a sheet"),
+        ("- 1", "this has no named fields. A sheet says which column is which quantity."),
     ],
 )
 def test_mistakes_in_a_sheet_are_told_with_their_place(folder, text, said):

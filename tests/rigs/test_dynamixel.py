@@ -271,5 +271,5 @@ def test_a_baud_rate_that_the_sdk_does_not_know_is_told(servo):
 
 def test_a_machine_without_the_sdk_is_told_which_extra_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "dynamixel_sdk", None)
-    with pytest.raises(RigError, match=r"dynamixel_sdk is missing: pip install 'nectosome\[dynamixel\]'"):
+    with pytest.raises(RigError, match=r"dynamixel_sdk is missing: pip install 'nectosome\[rig\]'"):
         Dynamixel(Servo("/dev/ttyUSB0")).open()

@@ -145,7 +145,7 @@ def test_a_device_that_has_no_watchdog_is_told_so(card, rig):
 
 def test_a_machine_without_the_library_is_told_which_extra_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "nidaqmx", None)
-    with pytest.raises(RigError, match=r"nidaqmx is missing: pip install 'nectosome\[ni\]'"):
+    with pytest.raises(RigError, match=r"nidaqmx is missing: pip install 'nectosome\[rig\]'"):
         NationalInstruments(Wiring((LEFT,), LASER)).open()
 
 

@@ -52,7 +52,7 @@ def test_a_simulated_rig_may_be_a_saved_model_beside_its_file(tmp_path):
     path.write_text(SAVED.replace("tail.nc", "gone.nc"))
     with pytest.raises(InputError, match=r"gone\.nc") as told:
         load_rig(path)
-    assert (told.value.field, told.value.line) == ("model", 5)
+    assert (told.value.field, told.value.line) == ("model", 6)
 
 
 def test_the_fishtail_has_round_values():

@@ -192,5 +192,5 @@ def test_settings_that_make_no_sense_are_refused(wrong):
 
 def test_a_machine_without_pyserial_is_told_which_extra_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "serial", None)
-    with pytest.raises(RigError, match=r"serial is missing: pip install 'nectosome\[serial\]'"):
+    with pytest.raises(RigError, match=r"serial is missing: pip install 'nectosome\[rig\]'"):
         SerialMotor(MotorLink("/dev/ttyACM0")).open()

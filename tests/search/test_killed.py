@@ -28,11 +28,12 @@ multistart(Known("hs43", pause={pause}, log={log!r}), Pattern(evaluations=1000),
 
 
 def begin(folder: Path, log: Path, pause: float, ready: str = "executor = None") -> subprocess.Popen:
+    """Begin the run; what its processes write to stderr goes into a file beside the log."""
     code = CODE.format(pause=pause, log=str(log), starts=STARTS, seed=SEED, folder=str(folder), workers=WORKERS)
     paths = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
-    return subprocess.Popen(
-        [sys.executable, "-c", ready + code], start_new_session=True, env={**os.environ, "PYTHONPATH": paths}
-    )
+    with log.with_name("stderr").open("ab") as stderr:
+        argv = [sys.executable, "-c", ready + code]
+        return subprocess.Popen(argv, start_new_session=True, env={**os.environ, "PYTHONPATH": paths}, stderr=stderr)
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +75,7 @@ def test_nothing_is_lost_when_the_process_is_killed(tmp_path, whole, kills):
         process.wait()
         assert nobody_left(process.pid, 5.0)  # killing the one ends its workers
     assert 50 < computed(log) < whole.evaluations
+    assert "resource_tracker" not in log.with_name("stderr").read_text()
     last = begin(folder, log, pause=0.0)
     assert last.wait(300) == 0
     assert nobody_left(last.pid, 5.0)

@@ -310,9 +310,15 @@ def test_mistakes_are_told():
 def test_pymoo_is_named_where_it_is_missing(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "pymoo.core", None)
     for optimiser in (Genetic(), Differential(), Nsga2()):
-        with pytest.raises(InputError, match=r"the package pymoo is missing: pip install 'nectosome\[pymoo\]'"):
+        with pytest.raises(InputError, match=r"the package pymoo is missing: pip install 'nectosome\[search\]'"):
             asked(optimiser, folder=tmp_path / "run")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_pattern_search_without_nomad_says_what_else_there_is(monkeypatch):
+    monkeypatch.setitem(sys.modules, "PyNomad", None)
+    with pytest.raises(InputError, match="optimiser: there is no wheel of NOMAD for this machine"):
+        search(bowl, BOX, Pattern(), start=np.full(2, 0.5))
 
 
 def test_one_parameter_is_enough():

@@ -133,7 +133,7 @@ def test_a_crawler_turns_round_at_the_wall_and_comes_back():
     ("text", "message"),
     [
         ("", "mission: this is empty. A mission has at least one mode."),
-        ("modes: []", "mission, line 1, modes: at least 1 values expected, 0 given."),
+        ("modes: []", "mission, line 1, modes: at least 1 value expected, 0 given."),
         ("modes: [{name: a}]", "mission, line 1, modes.0.until: is missing. A list expected."),
         ("modes: [{name: a, until: tuesday}]", 'mission, line 1, modes.0.until: "tuesday" is nothing that a mode can end with. Known: touchdown, liftoff, surface, low_wall, high_wall, position.x > value, position.y > value, position.z > value, pitch > value, heading > value, a time.'),
         ("modes: [{name: a, until: touch down}]", 'mission, line 1, modes.0.until: "touch down" is nothing that a mode can end with. Did you mean "touchdown"?'),

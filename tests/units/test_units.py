@@ -16,6 +16,11 @@ FINITE = st.floats(allow_nan=False, allow_infinity=False)
         ("7.4MPa", "pressure", 7.4e6),
         ("7.4e6 Pa", "pressure", 7.4e6),
         ("2 bar", "pressure", 2e5),
+        ("5 kgf cm", "torque", 0.4903325),
+        ("16 ozf in", "torque", 4.4482216152605 * 0.0254),
+        ("1 lbf in", "torque", 4.4482216152605 * 0.0254),
+        ("1 ft", "length", 0.3048),
+        ("5 min", "time", 300.0),
         ("14.4rad/s", "angular_speed", 14.4),
         ("60 rpm", "angular_speed", 2 * math.pi),
         ("1 Hz", "angular_speed", 2 * math.pi),
@@ -85,7 +90,7 @@ def test_millimetres_give_the_same_float_as_metres(text, value):
         ("1e306 km", "length", '"1e306 km" must be finite. Length expected, as in "85 mm" or "0.085 m".'),
         ("long", "length", '"long" is not a number. Length expected, as in "85 mm" or "0.085 m".'),
         ("", "length", '"" is not a number. Length expected, as in "85 mm" or "0.085 m".'),
-        ("3 N m/rad", "torque", '"3 N m/rad" is an angular stiffness. Torque expected, as in "0.5 N m" or "500 mN m".'),
+        ("3 N m/rad", "torque", '"3 N m/rad" is an angular stiffness. Torque expected, as in "0.5 N m" or "5 kgf cm".'),
     ],
 )
 def test_a_wrong_text_is_answered_with_the_way_out(text, dimension, message):

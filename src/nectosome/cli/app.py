@@ -11,22 +11,25 @@ from importlib.metadata import version
 from cyclopts import App, CycloptsError, Parameter
 from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
 
+from nectosome.cli.check import check
 from nectosome.cli.control import control
 from nectosome.cli.correct import correct
 from nectosome.cli.design import design
 from nectosome.cli.equilibrium import static, steady
 from nectosome.cli.identify import identify
 from nectosome.cli.measure import measure
+from nectosome.cli.new import new
 from nectosome.cli.output import JSON, answered, tell
 from nectosome.cli.periodic import periodic
 from nectosome.cli.render import render
 from nectosome.cli.reproduce import reproduce
-from nectosome.cli.robot_file import check, new, schema
+from nectosome.cli.schema import schema
 from nectosome.cli.show import show
 from nectosome.cli.simulate import simulate
 from nectosome.cli.studio import studio
 from nectosome.cli.sweep import sweep
 from nectosome.cli.track import track
+from nectosome.cli.tutorial import tutorial
 from nectosome.units import InputError
 
 app = App(
@@ -53,6 +56,7 @@ for command in (
     correct,
     control,
     new,
+    tutorial,
     show,
     render,
     studio,

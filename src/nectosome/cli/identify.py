@@ -27,7 +27,7 @@ def identify_robot(
     vary: options.Vary = None,
     compare: Annotated[
         list[str] | None,
-        Parameter(help="COLUMN=READING, such as push=-force.x or tip=tail.tip.y; may be repeated."),
+        Parameter(help="COLUMN=READING, such as push=-force.x or tip=tail.tip.position.y; may be repeated."),
     ] = None,
     drive: Annotated[
         list[str] | None, Parameter(help="COLUMN=PATH: a column that replaces a signal of the robot; may be repeated.")

@@ -100,19 +100,25 @@ def powers(
 ) -> Table:
     """Return mean powers of loads and of joints [W] and their sum; `peaks` are the largest magnitudes of all three.
 
-    What gives or takes nothing is left out.
+    What gives or takes nothing is left out. A prescribed strain has several coordinates, whose largest powers come at
+    different times: that of the whole strain is not known from them, and not told.
     """
     import numpy as np
 
     made: dict[str, np.ndarray] = {}
+    strains = set[str]()
     load_peaks, joint_peaks, sum_peak = peaks or (loads, joints, 0.0)
     for name, *watts in zip(map(str, arrays["prescribed"]), joints, joint_peaks, strict=True):
-        whole = name if is_joint(name) else name.rpartition(".")[0]  # a strain has several coordinates
+        whole = name if is_joint(name) else name.rpartition(".")[0]
+        strains |= {whole} - {name}
         made[whole] = made.get(whole, 0.0) + np.array(watts)
     made |= {str(name): np.array(watts) for name, *watts in zip(arrays["load"], loads, load_peaks, strict=True)}
     most = max((largest(watts) for watts in made.values()), default=0.0)
-    each = [(_readable(name), *map(float, x)) for name, x in made.items() if not counts_as_zero(x, most).all()]
-    rows = [(label, Number(mean, "W", abs(peak)), Number(peak, "W")) for label, mean, peak in each]
+    each = [(name, *map(float, x)) for name, x in made.items() if not counts_as_zero(x, most).all()]
+    rows = [
+        (_readable(name), Number(mean, "W", abs(peak)), Number(math.nan if name in strains else peak, "W"))
+        for name, mean, peak in each
+    ]
     total = (Label("sum", "sum"), Number(float(loads.sum() + joints.sum()), "W", sum_peak))
     heads = {"of": "power into the robot", "mean": "mean" if peaks else ""} | ({"peak": "largest"} if peaks else {})
     return Table("power", heads, [*rows, total], computed=True)

@@ -13,8 +13,8 @@ from nectosome.cli.page import Summary
 from nectosome.cli.run_summary import AXES, origin, summary
 from nectosome.cli.weights import Hydrostatics, PartWeight, hydrostatics, hydrostatics_rows, weigh
 from nectosome.description import RobotDescription, get_value, numeric_paths
-from nectosome.description.files import to_plain
 from nectosome.io import is_results, load_dataset
+from nectosome.io.schema.plain import to_plain
 from nectosome.units import DIMENSIONS, InputError, count, format_quantity
 
 _PLACED = ("at", "offset", "rotation")

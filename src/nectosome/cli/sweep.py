@@ -9,7 +9,7 @@ from nectosome.cli.options import Over, Robot, Settings, read_count, value
 from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.description.structure import shortest
+from nectosome.io.schema.structure import shortest
 from nectosome.units import DIMENSIONS, InputError, count, read_pairs, show_quantity
 
 if TYPE_CHECKING:

@@ -1,7 +1,10 @@
 """The language of robot files: descriptions of robots and missions, their quantities by path, settings, URDF."""
 
-from .fields import Angle, AngularSpeed, Coordinate, Quantity
-from .files import dump_robot, json_schema, load_robot, parse_robot, save_robot
+from nectosome.io.schema.quantity import Quantity
+from nectosome.io.schema.structure import numeric_paths, numeric_values
+
+from .fields import Angle, AngularSpeed, Coordinate
+from .files import dump_robot, load_robot, parse_robot, save_robot
 from .joints import FixedJoint, FreeJoint, JointDescription, PlanarJoint, PrismaticJoint, RevoluteJoint, ServoLimits
 from .loads import AddedMassLoad, ForceLoad, LoadDescription
 from .parts import STRAIN_NAMES, Rigid, Rod
@@ -9,7 +12,6 @@ from .period import drive_frequencies, drive_period, driving_signals
 from .robot import RobotDescription, WaterDescription, get_value, resolve, with_values
 from .settings import Samples, apply_settings, with_recordings
 from .signals import ConstantSignal, RateSignal, SignalDescription
-from .structure import numeric_paths, numeric_values
 from .urdf import import_urdf
 
 __all__ = [
@@ -43,7 +45,6 @@ __all__ = [
     "dump_robot",
     "get_value",
     "import_urdf",
-    "json_schema",
     "load_robot",
     "numeric_paths",
     "numeric_values",

@@ -1,25 +1,11 @@
-"""What all descriptions share: frozen models, choices by kind, names, vectors, places, and errors of one field."""
+"""Names, vectors, axes and places, as robot files have them."""
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
-from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
+from typing import Annotated, Any
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    ConfigDict,
-    Field,
-    GetCoreSchemaHandler,
-    GetJsonSchemaHandler,
-    PlainValidator,
-    WithJsonSchema,
-)
-from pydantic_core import PydanticCustomError, core_schema
+from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
 
 from nectosome.description.fields import Angle, AngularSpeed, Coordinate, Number, Speed
+from nectosome.io.schema.described import Shorthand, unfit
 from nectosome.units import shorten
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=60)]
@@ -37,106 +23,6 @@ AngularVelocity = tuple[AngularSpeed, AngularSpeed, AngularSpeed]
 ZERO = (0.0, 0.0, 0.0)
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-
-
-class Described(BaseModel):
-    """A frozen part of a description; its quantities are SI floats, and unknown fields are refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-    cycle_angle: ClassVar[str | None] = None  # the field with the angle [rad] of its cycle at time 0
-
-
-def wrong(field: str, why: str) -> PydanticCustomError:
-    """Return the error to raise in a model's validator for a mistake that belongs to `field`."""
-    return PydanticCustomError("field", "{why}", {"field": field, "why": why})
-
-
-def unfit(why: str) -> PydanticCustomError:
-    """Return the error to raise in a field's validator."""
-    return PydanticCustomError("unfit", "{why}", {"why": why})
-
-
-@contextmanager
-def inside(group: str) -> Iterator[None]:
-    """Name fields in errors from the group around this one: `at` becomes `loads.push.at`."""
-    try:
-        yield
-    except PydanticCustomError as error:
-        field = (error.context or {}).get("field")
-        raise wrong(f"{group}.{field}" if field else group, error.message()) from None
-
-
-def increasing(why: str, key: Callable[[Any], float] = float) -> AfterValidator:
-    """Return the validator of a row whose items increase by `key`; its error says `why`."""
-
-    def check(row: tuple[Any, ...]) -> tuple[Any, ...]:
-        if any(key(after) <= key(before) for before, after in pairwise(row)):
-            raise unfit(why)
-        return row
-
-    return AfterValidator(check)
-
-
-def kinds_of(base: type[BaseModel]) -> dict[str, type[BaseModel]]:
-    """Return the classes below `base` that have a kind of their own, by kind, in the order of their definition."""
-    found: dict[str, type[BaseModel]] = {}
-    for cls in base.__subclasses__():
-        own = cls.model_fields["kind"].annotation
-        found |= {get_args(own)[0]: cls} if get_origin(own) is Literal else kinds_of(cls)
-    return found
-
-
-@dataclass(frozen=True)
-class OneOf:
-    """Marks a base class in a field: each of its kinds is known there; messages name those that are `fitting`."""
-
-    fitting: Callable[[Any], bool] = lambda _: True
-
-    def union(self, base: type[BaseModel]) -> Any:
-        """Return the union of all kinds of `base`."""
-        return Union[tuple(kinds_of(base).values())]  # noqa: UP007  known when this is run only
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        return handler.generate_schema(Annotated[self.union(source), Field(discriminator="kind")])
-
-
-class Shorthand(ABC):
-    """Marks a tuple that has a short form in a file."""
-
-    @abstractmethod
-    def expand(self, value: Any) -> Any:
-        """Return the full form of a value in either form."""
-
-    @abstractmethod
-    def shorten(self, row: list[Any]) -> Any:
-        """Return the short form of `row`, or `row` itself if it has none."""
-
-    @abstractmethod
-    def json_schema(self, row: dict[str, Any]) -> dict[str, Any]:
-        """Return the JSON schema of the short form; `row` is that of the full one."""
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        return core_schema.no_info_before_validator_function(self.expand, handler(source))
-
-    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        row = handler(schema)
-        return {"anyOf": [self.json_schema(row), row]}
-
-
-class OneOrMany(Shorthand):
-    """A row that may be written as its only item."""
-
-    def expand(self, value: Any) -> Any:
-        """Put a single item into a row."""
-        return value if isinstance(value, list | tuple) else (value,)
-
-    def shorten(self, row: list[Any]) -> Any:
-        """Take a single item out of its row."""
-        return row[0] if len(row) == 1 else row
-
-    def json_schema(self, row: dict[str, Any]) -> dict[str, Any]:
-        """Return the schema of one item."""
-        return row["items"]
 
 
 class NamedAxis(Shorthand):

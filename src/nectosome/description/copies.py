@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from nectosome.description.base import Described, inside, wrong
 from nectosome.description.orientation import applied, from_rpy, product, reflection, to_rpy, turn
 from nectosome.description.parts import Limb, Repeat, Rod, has_place
-from nectosome.description.structure import changed, value_at
+from nectosome.io.schema.described import Described, inside, wrong
+from nectosome.io.schema.structure import changed, value_at
 from nectosome.units import did_you_mean
 
 BODY, WORLD = "body", "world"

@@ -1,105 +1,9 @@
-"""Fields that carry a physical quantity: text with a unit in a file, an SI float in Python, a range either way."""
+"""The quantities of robot files, each with its dimension and its range."""
 
 import math
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
-from pydantic_core import PydanticCustomError, core_schema
-
-from nectosome.units import DIMENSIONS, expected, format_quantity, parse_quantity, shorten
-
-
-class QuantitySource(NamedTuple):
-    """Validation context of text from people: a bare number is refused where a unit is needed."""
-
-    folder: Path = Path()  # to which names of other files are relative
-
-
-class Si(float):
-    """A number that is in SI units already, among text from people."""
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """Marks a float as a quantity of `dimension` (a key of `DIMENSIONS`) between `minimum` and `maximum` [SI].
-
-    `exclusive` leaves the minimum itself out.
-    """
-
-    dimension: str
-    minimum: float | None = None
-    maximum: float | None = None
-    exclusive: bool = False
-
-    @property
-    def unit(self) -> str:
-        """The SI unit, such as `Pa`; empty for a plain number."""
-        return DIMENSIONS[self.dimension].unit
-
-    def read(self, value: Any, *, units_required: bool) -> float:
-        """Return the SI float of text or of a number; ValueError says what is wrong and what is expected."""
-        if isinstance(value, str):
-            number = parse_quantity(value, self.dimension)
-        elif isinstance(value, bool) or not isinstance(value, int | float):
-            raise ValueError(f"{given(value)} is no quantity. {expected(self.dimension)}")
-        else:
-            try:
-                number = float(value)
-            except OverflowError:
-                number = math.inf
-            if not math.isfinite(number):
-                raise ValueError(f'"{shorten(number)}" must be finite. {expected(self.dimension)}')
-            if units_required and number != 0 and self.unit and not isinstance(value, Si):
-                raise ValueError(f'"{shorten(value)}" has no unit. {expected(self.dimension)}')
-        self._check_range(number, value)
-        return number
-
-    def _check_range(self, number: float, value: Any) -> None:
-        low = self.minimum is not None and (number < self.minimum or (self.exclusive and number == self.minimum))
-        if low or (self.maximum is not None and number > self.maximum):
-            shown = value if isinstance(value, str) else format_quantity(number, self.dimension)
-            raise ValueError(f'"{shorten(shown)}" is out of range: it must be {self.allowed()}.')
-
-    def allowed(self) -> str:
-        """Return the range in words: `more than 0 m`, `from 0 to 0.5`."""
-        low = None if self.minimum is None else format_quantity(self.minimum, self.dimension)
-        high = None if self.maximum is None else format_quantity(self.maximum, self.dimension)
-        if low is not None and high is not None:
-            return f"from {low} to {high}"
-        if high is not None:
-            return f"at most {high}"
-        return f"{'more than' if self.exclusive else 'at least'} {low}"
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        def validate(value: Any, info: ValidationInfo) -> float:
-            try:
-                return self.read(value, units_required=isinstance(info.context, QuantitySource))
-            except ValueError as error:
-                raise PydanticCustomError("quantity", "{why}", {"why": str(error)}) from None
-
-        return core_schema.with_info_plain_validator_function(validate)
-
-    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        kind = DIMENSIONS[self.dimension]
-        bounded = self.minimum is not None or self.maximum is not None
-        about = kind.name.capitalize() + (f", {self.allowed()}" if bounded else "")
-        if not kind.unit:
-            limits = {"exclusiveMinimum" if self.exclusive else "minimum": self.minimum, "maximum": self.maximum}
-            return {"type": "number", "description": about, **{k: v for k, v in limits.items() if v is not None}}
-        examples = [text.strip('"') for text in kind.example.split(" or ")]
-        text = {"type": "string", "pattern": r"^\s*[-+]?(\d|\.\d)", "examples": examples}
-        return {"description": about, "anyOf": [text, {"const": 0}]}
-
-
-def given(value: Any) -> str:
-    """Return a value that does not fit, for a message."""
-    if isinstance(value, dict):
-        return "a group of fields"
-    if isinstance(value, list | tuple):
-        return "a list"
-    return "an empty value" if value is None else f'"{shorten(value)}"'
+from nectosome.io.schema.quantity import Quantity
 
 
 def _positive(dimension: str) -> Quantity:
@@ -131,7 +35,9 @@ Bend = Annotated[float, Quantity("angle", minimum=-2 * math.pi, maximum=2 * math
 Curvature = Annotated[float, Quantity("curvature")]
 Time = Annotated[float, Quantity("time")]
 Duration = Annotated[float, Quantity("time", minimum=0)]
+PositiveTime = Annotated[float, _positive("time")]
 Frequency = Annotated[float, Quantity("frequency", minimum=0)]
+PositiveFrequency = Annotated[float, _positive("frequency")]
 AngularSpeed = Annotated[float, Quantity("angular_speed")]
 Speed = Annotated[float, Quantity("speed")]
 PositiveSpeed = Annotated[float, _positive("speed")]

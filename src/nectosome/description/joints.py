@@ -5,7 +5,7 @@ from typing import Any, ClassVar, Generic, Literal, Self, TypeVar
 
 from pydantic import model_validator
 
-from nectosome.description.base import ZERO, AngularVelocity, Axis, Described, Position, Rotation, Velocity, wrong
+from nectosome.description.base import ZERO, AngularVelocity, Axis, Position, Rotation, Velocity
 from nectosome.description.fields import (
     Angle,
     AngularDamping,
@@ -24,6 +24,7 @@ from nectosome.description.fields import (
 )
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.signals import AngleSignal, ForceSignal, LengthSignal, TorqueSignal
+from nectosome.io.schema.described import Described, wrong
 
 Q = TypeVar("Q", bound=float)
 """The coordinate of a joint, `Angle` or `Coordinate`."""
@@ -63,59 +64,72 @@ class FixedJoint(JointDescription):
 
 
 class _Limit(Described, Generic[Q, K, C]):
+    """What stops of hinges and slides share."""
+
     at: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    """Where the stop is."""
     stiffness: K
+    """Stiffness of its spring, which only pushes."""
     damping: C = 0.0  # pyright: ignore[reportAssignmentType]
+    """Damping of its damper, which only pushes."""
 
 
 class AngularLimit(_Limit[Angle, AngularStiffness, AngularDamping]):
-    """A stop `at` an angle [rad]: a spring of `stiffness` [N m/rad] and a damper [N m s/rad] that only push.
-
-    Both rise smoothly over the first `softness` [rad] of the way into the stop.
-    """
+    """A stop at an angle: a spring and a damper that only push."""
 
     softness: PositiveAngle = math.radians(1.0)
+    """Angle into the stop over which spring and damper set in smoothly."""
 
 
 class LinearLimit(_Limit[Coordinate, Stiffness, Damping]):
-    """A stop `at` a place [m]: a spring of `stiffness` [N/m] and a damper [N s/m] that only push.
-
-    Both rise smoothly over the first `softness` [m] of the way into the stop.
-    """
+    """A stop at a place: a spring and a damper that only push."""
 
     softness: Length
+    """Way into the stop over which spring and damper set in smoothly."""
 
 
 class Flexure(Described):
     """A hinge made of a flexible strip that a spring stands for (pseudo-rigid body, Hu et al. 2024, eq. 16).
 
-    k = pi ratio^2 E I / length with I = width thickness^3 / 12: `length` [m] is that of the whole flexible layer, and
-    `ratio` its characteristic radius factor.
+    k = pi ratio^2 E I / length with I = width thickness^3 / 12.
     """
 
     length: Length
+    """Length of the whole flexible layer."""
     width: Length
+    """Width of the strip, along the axis of the hinge."""
     thickness: Length
+    """Thickness of the strip, the direction in which it bends."""
     young: Pressure
+    """Young's modulus of the strip."""
     ratio: PositiveNumber = 0.85
+    """Characteristic radius factor of the pseudo-rigid body."""
 
 
 class ServoLimits(Described):
-    """What a servo can give at most, `torque` [N m] and `speed` [rad/s]: no motion is changed by it, but it is told."""
+    """What a servo can give at most: no motion is changed by it, but it is told."""
 
     torque: PositiveTorque
+    """Largest torque of the servo."""
     speed: PositiveAngularSpeed
+    """Largest speed of the servo."""
 
 
 class _AxialJoint(JointDescription, Generic[Q, S, K, C]):
     """What a hinge and a slide share."""
 
     axis: Axis
+    """Direction of the axis, in the frame where the part sits: x, y, z or three numbers."""
     position: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    """Coordinate at the start."""
     velocity: S = 0.0  # pyright: ignore[reportAssignmentType]
+    """Rate of the coordinate at the start."""
     stiffness: K = 0.0  # pyright: ignore[reportAssignmentType]
+    """Stiffness of the spring."""
     damping: C = 0.0  # pyright: ignore[reportAssignmentType]
+    """Damping of the joint, against its rate."""
     rest: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    """Coordinate at which the spring is at ease."""
 
     @model_validator(mode="after")
     def _stops_apart(self) -> Self:
@@ -126,20 +140,21 @@ class _AxialJoint(JointDescription, Generic[Q, S, K, C]):
 
 
 class RevoluteJoint(_AxialJoint[Angle, AngularSpeed, AngularStiffness, AngularDamping]):
-    """A hinge about `axis`: spring and damper, stops, and either a prescribed `motion`, a `torque`, or neither.
-
-    `position` [rad] and `velocity` [rad/s] are those at the start; the spring is at ease at `rest` [rad]. Its
-    `stiffness` is given, or follows from a `flexure`. `lower` and `upper` are stops that it runs into, `limits` those
-    of the servo that makes the motion.
-    """
+    """A hinge about an axis: spring and damper, stops, and either a prescribed motion, a torque, or neither."""
 
     kind: Literal["revolute"]
     flexure: Flexure | None = None
+    """A flexible strip whose stiffness the spring has, instead of a stiffness."""
     lower: AngularLimit | None = None
+    """Stop at the smallest angle."""
     upper: AngularLimit | None = None
+    """Stop at the largest angle."""
     motion: AngleSignal | None = None
+    """Angle over time that the joint is made to take, as by a servo."""
     torque: TorqueSignal | None = None
+    """Torque over time that drives the joint, instead of a motion."""
     limits: ServoLimits | None = None
+    """What the servo that makes the motion can give. Results compare with it."""
     mirror = Mirror(axis=about)
     drive_field = "torque"
 
@@ -157,46 +172,54 @@ class RevoluteJoint(_AxialJoint[Angle, AngularSpeed, AngularStiffness, AngularDa
 
 
 class PrismaticJoint(_AxialJoint[Coordinate, Speed, Stiffness, Damping]):
-    """A slide along `axis`: spring and damper, stops, and either a prescribed `motion`, a `force`, or neither.
-
-    `position` [m] and `velocity` [m/s] are those at the start; the spring is at ease at `rest` [m].
-    """
+    """A slide along an axis: spring and damper, stops, and either a prescribed motion, a force, or neither."""
 
     kind: Literal["prismatic"]
     lower: LinearLimit | None = None
+    """Stop at the smallest displacement."""
     upper: LinearLimit | None = None
+    """Stop at the largest displacement."""
     motion: LengthSignal | None = None
+    """Displacement over time that the joint is made to take."""
     force: ForceSignal | None = None
+    """Force over time that drives the joint, instead of a motion."""
     mirror = Mirror(axis=along)
     drive_field = "force"
 
 
 class PlanarMotion(Described):
-    """Where a planar joint is made to go: `x`, `y` in the plane [m] and `angle` about its axis [rad]."""
+    """Where a planar joint is made to go."""
 
     x: LengthSignal | None = None
+    """Place along x in the plane over time."""
     y: LengthSignal | None = None
+    """Place along y in the plane over time."""
     angle: AngleSignal | None = None
+    """Angle about the axis over time."""
 
 
 class PlanarDrive(Described):
-    """Forces along the moving part's own `x` and `y` [N] and the torque about its axis, `angle` [N m]."""
+    """Forces and the torque that drive a planar joint."""
 
     x: ForceSignal | None = None
+    """Force along the moving part's own x over time."""
     y: ForceSignal | None = None
+    """Force along the moving part's own y over time."""
     angle: TorqueSignal | None = None
+    """Torque about the axis over time."""
 
 
 class PlanarStart(Described):
-    """Where a planar joint starts: `angle` [rad] about the axis, `position` [m], and their rates.
-
-    All vectors lie in the plane. The velocity is in the moving part's own frame.
-    """
+    """Where a planar joint starts, and how fast. All vectors lie in the plane."""
 
     position: Position = ZERO
+    """Place at the start, in the plane."""
     angle: Angle = 0.0
+    """Angle about the axis at the start."""
     velocity: Velocity = ZERO
+    """Velocity at the start, in the plane, in the moving part's own frame."""
     angular_speed: AngularSpeed = 0.0
+    """Angular speed about the axis at the start."""
 
 
 class PlanarJoint(JointDescription):
@@ -204,9 +227,13 @@ class PlanarJoint(JointDescription):
 
     kind: Literal["planar"]
     axis: Axis
+    """Direction normal to the plane: x, y, z or three numbers."""
     start: PlanarStart = PlanarStart()
+    """Where the part is at the start, and how fast it moves."""
     motion: PlanarMotion | None = None
+    """Where the part is made to go, instead of a drive."""
     drive: PlanarDrive | None = None
+    """Forces and torque that drive the part, instead of a motion."""
     mirror = Mirror(axis=about, start=Mirror(position=along, velocity=along))
 
     def image(self) -> Self:
@@ -227,40 +254,50 @@ class PlanarJoint(JointDescription):
 
 
 class SphericalMotion(Described):
-    """How a spherical joint is made to turn: `roll`, `pitch`, `yaw` [rad]."""
+    """How a spherical joint is made to turn."""
 
     roll: AngleSignal | None = None
+    """Angle about x over time."""
     pitch: AngleSignal | None = None
+    """Angle about y over time."""
     yaw: AngleSignal | None = None
+    """Angle about z over time."""
 
 
 class SphericalDrive(Described):
-    """Torques about the moving part's own `x`, `y`, `z` [N m]."""
+    """Torques that drive a spherical joint."""
 
     x: TorqueSignal | None = None
+    """Torque about the moving part's own x over time."""
     y: TorqueSignal | None = None
+    """Torque about the moving part's own y over time."""
     z: TorqueSignal | None = None
+    """Torque about the moving part's own z over time."""
 
 
 class SphericalStart(Described):
-    """Where a spherical joint starts: `orientation` (roll, pitch, yaw) [rad], `angular_velocity` [rad/s].
-
-    The angular velocity is in the moving part's own frame.
-    """
+    """Where a spherical joint starts, and how fast."""
 
     orientation: Rotation = ZERO
+    """Roll, pitch and yaw at the start."""
     angular_velocity: AngularVelocity = ZERO
+    """Angular velocity at the start, in the moving part's own frame."""
 
 
 class SphericalJoint(JointDescription):
-    """Turns freely in all three directions, with the same `stiffness` and `damping` in each."""
+    """Turns freely in all three directions."""
 
     kind: Literal["spherical"]
     stiffness: AngularStiffness = 0.0
+    """Stiffness of the spring, the same in all directions."""
     damping: AngularDamping = 0.0
+    """Damping of the joint, the same in all directions."""
     start: SphericalStart = SphericalStart()
+    """How the part is turned at the start, and how fast it turns."""
     motion: SphericalMotion | None = None
+    """How the part is made to turn, instead of a drive."""
     drive: SphericalDrive | None = None
+    """Torques that drive the part, instead of a motion."""
     mirror = Mirror(
         start=Mirror(orientation=about, angular_velocity=about),
         motion=Mirror(roll=opposite, yaw=opposite),
@@ -269,37 +306,50 @@ class SphericalJoint(JointDescription):
 
 
 class FreeMotion(Described):
-    """Where a free part is made to go: `x`, `y`, `z` [m] and `roll`, `pitch`, `yaw` [rad]: a moving base."""
+    """Where a free part is made to go: a moving base."""
 
     x: LengthSignal | None = None
+    """Place along x over time."""
     y: LengthSignal | None = None
+    """Place along y over time."""
     z: LengthSignal | None = None
+    """Place along z over time."""
     roll: AngleSignal | None = None
+    """Angle about x over time."""
     pitch: AngleSignal | None = None
+    """Angle about y over time."""
     yaw: AngleSignal | None = None
+    """Angle about z over time."""
 
 
 class FreeDrive(Described):
-    """Torques about and forces along the moving part's own axes [N m, N]: thrusters."""
+    """Torques about and forces along the moving part's own axes: thrusters."""
 
     torque_x: TorqueSignal | None = None
+    """Torque about the moving part's own x over time."""
     torque_y: TorqueSignal | None = None
+    """Torque about the moving part's own y over time."""
     torque_z: TorqueSignal | None = None
+    """Torque about the moving part's own z over time."""
     force_x: ForceSignal | None = None
+    """Force along the moving part's own x over time."""
     force_y: ForceSignal | None = None
+    """Force along the moving part's own y over time."""
     force_z: ForceSignal | None = None
+    """Force along the moving part's own z over time."""
 
 
 class FreeStart(Described):
-    """Where a free part starts: `position` [m], `orientation` (roll, pitch, yaw) [rad], and their rates.
-
-    Both velocities are in the moving part's own frame.
-    """
+    """Where a free part starts, and how fast."""
 
     position: Position = ZERO
+    """Place at the start."""
     orientation: Rotation = ZERO
+    """Roll, pitch and yaw at the start."""
     velocity: Velocity = ZERO
+    """Velocity at the start, in the moving part's own frame."""
     angular_velocity: AngularVelocity = ZERO
+    """Angular velocity at the start, in the moving part's own frame."""
 
 
 class FreeJoint(JointDescription):
@@ -307,8 +357,11 @@ class FreeJoint(JointDescription):
 
     kind: Literal["free"]
     start: FreeStart = FreeStart()
+    """Where the part is at the start, and how fast it moves."""
     motion: FreeMotion | None = None
+    """Where the part is made to go, instead of a drive."""
     drive: FreeDrive | None = None
+    """Forces and torques that drive the part, instead of a motion."""
     mirror = Mirror(
         start=Mirror(position=along, orientation=about, velocity=along, angular_velocity=about),
         motion=Mirror(y=opposite, roll=opposite, yaw=opposite),

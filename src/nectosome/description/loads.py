@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from nectosome.description.base import ZERO, Axis, Described, Place, Position, wrong
+from nectosome.description.base import ZERO, Axis, Place, Position
 from nectosome.description.fields import (
     Angle,
     AngularSpeed,
@@ -36,6 +36,7 @@ from nectosome.description.fields import (
 )
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.signals import AngleSignal
+from nectosome.io.schema.described import Described, wrong
 
 RIGID = ("cylinder", "box", "spheroid", "point")
 """Shapes of rigid parts."""
@@ -75,47 +76,52 @@ def listed(names: tuple[str, ...], last: str = "and") -> str:
 
 
 class DragLoad(LoadDescription):
-    """Quadratic drag and lift of a slender part, strip by strip: dimensionless coefficients."""
+    """Quadratic drag and lift of a slender part, strip by strip."""
 
     kind: Literal["drag"]
     normal: NonNegativeNumber
+    """Drag coefficient across the part, by its projected area."""
     tangential: NonNegativeNumber = 0.0
+    """Drag coefficient along the part."""
     lift: Number = 0.0
+    """Lift coefficient, across the part and across the flow."""
     on = ("cylinder", "rod")
     per_length = True
     mirror = Mirror(lift=opposite)
 
 
 class PlateDragLoad(LoadDescription):
-    """Blade-element drag of a plate or bar, face by face, strip by strip: `normal` is dimensionless."""
+    """Blade-element drag of a plate or bar, face by face, strip by strip."""
 
     kind: Literal["plate_drag"]
     normal: NonNegativeNumber
+    """Drag coefficient of a face, by its area."""
     on = ("box", "rod")
     per_length = True
     mirror = Mirror()
 
 
 class AddedMassLoad(LoadDescription):
-    """Added mass of a slender part, strip by strip: dimensionless coefficients."""
+    """Added mass of a slender part, strip by strip."""
 
     kind: Literal["added_mass"]
     normal: NonNegativeNumber
+    """Coefficient across the part: 1 for a slender one in potential flow."""
     tangential: NonNegativeNumber = 0.0
+    """Coefficient along the part."""
     on = ("cylinder", "box", "rod")
     per_length = True
     mirror = Mirror()
 
 
 class LumpedDragLoad(LoadDescription):
-    """Quadratic drag of a rigid part as a whole, along and about its own axes.
-
-    `drag_area` is drag coefficient times area [m2] along x, y, z; `rotational` is c in the torque -c |w| w [kg m2].
-    """
+    """Quadratic drag of a rigid part as a whole, along and about its own axes."""
 
     kind: Literal["lumped_drag"]
     drag_area: tuple[Area, Area, Area]
+    """Drag coefficient times area, along x, y and z."""
     rotational: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] = ZERO
+    """c in the torque -c |w| w, about x, y and z."""
     on = RIGID
     mirror = Mirror()
 
@@ -129,10 +135,11 @@ class SpheroidAddedMassLoad(LoadDescription):
 
 
 class CylinderAddedMassLoad(LoadDescription):
-    """Added mass of a rigid cylinder across its axis: `coefficient` times the displaced mass."""
+    """Added mass of a rigid cylinder across its axis."""
 
     kind: Literal["cylinder_added_mass"]
     coefficient: NonNegativeNumber = 1.0
+    """Added mass over the displaced mass."""
     on = ("cylinder",)
     mirror = Mirror()
 
@@ -149,16 +156,16 @@ def _matrix_image(rows: Any) -> Any:
 
 
 class GivenAddedMassLoad(LoadDescription):
-    """Added mass of a rigid part about the centre of its shape, along and about its own axes.
-
-    Either `mass` [kg] and `inertia` [kg m2] axis by axis, or the full `matrix`: six rows of six plain numbers in SI
-    units, rotation before translation, symmetric and without negative eigenvalues.
-    """
+    """Added mass of a rigid part about the centre of its shape, along and about its own axes."""
 
     kind: Literal["given_added_mass"]
     mass: tuple[NonNegativeMass, NonNegativeMass, NonNegativeMass] | None = None
+    """Added mass along x, y and z, instead of a matrix."""
     inertia: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] = ZERO
+    """Added moment of inertia about x, y and z."""
     matrix: tuple[_Row, _Row, _Row, _Row, _Row, _Row] | None = None
+    """The full matrix, instead of mass and inertia: six rows of six plain numbers in SI units, rotation before
+    translation, symmetric and without negative eigenvalues."""
     on = RIGID
     mirror = Mirror(matrix=_matrix_image)
 
@@ -184,45 +191,50 @@ class GivenAddedMassLoad(LoadDescription):
 
 
 class CrankMotor(Described):
-    """A DC motor with its gear, as the crank feels it: from `stall_torque` [N m] at rest to none at `no_load_speed`.
-
-    The current goes with the torque, up to `stall_current` [A]; `inertia` [kg m2] is that of crank, gear and rotor.
-    The crank starts at `angle` [rad] with `speed` [rad/s].
-    """
+    """A DC motor with its gear, as the crank feels it: its torque falls evenly with its speed."""
 
     stall_torque: PositiveTorque
+    """Torque at rest."""
     no_load_speed: PositiveAngularSpeed
+    """Speed at which there is no torque left."""
     inertia: PositiveInertia
+    """Moment of inertia of crank, gear and rotor."""
     stall_current: Current = 0.0
+    """Current at rest; it goes with the torque."""
     angle: Angle = 0.0
+    """Angle of the crank at the start."""
     speed: AngularSpeed = 0.0
+    """Speed of the crank at the start."""
     cycle_angle = "angle"
 
 
 class JetLoad(LoadDescription):
-    """A pulsed jet of a rigid part: a chamber that a crank empties through a nozzle and that fills again.
-
-    `volume` [m3] of the chamber at angles evenly spread over a turn, at least four, the first at angle 0: a smooth
-    periodic curve. Water leaves through `nozzle` [m2] and comes in through `inlet` [m2], nozzle and valves together,
-    narrowed by the contraction of the flow. The thrust is along `direction` in the part's own frame; the chamber sits
-    at `place` [m] from the centre of the part's shape. `bell` is the added mass of the bell along the direction, in
-    masses of the water in its chamber (that water comes on top): both change with the volume, so leave them out of
-    other added masses. Water that comes in has the share `wake` of the body's velocity already: 0 in still water, 1 in
-    a wake that moves along with the body. The crank either follows `crank` [rad] or is turned by a `motor`, against the
-    water and against a shell of `elastance` [Pa/m3] that is at ease at the largest of the volumes.
-    """
+    """A pulsed jet of a rigid part: a chamber that a crank empties through a nozzle and that fills again."""
 
     kind: Literal["jet"]
     volume: Annotated[tuple[Volume, ...], Field(min_length=4)]
+    """Volume of the chamber at angles of the crank evenly spread over a turn, the first at angle 0: a smooth periodic
+    curve."""
     nozzle: PositiveArea
+    """Area of the nozzle through which water leaves, narrowed by the contraction of the flow."""
     inlet: PositiveArea
+    """Area through which water comes in, nozzle and valves together, narrowed by the contraction of the flow."""
     bell: NonNegativeNumber = 0.0
+    """Added mass of the bell along the direction, in masses of the water in its chamber; that water comes on top. Both
+    change with the volume, so leave them out of other added masses."""
     wake: Fraction = 0.0
+    """Share of the body's velocity that water coming in has already: 0 in still water, 1 in a wake that moves along
+    with the body."""
     elastance: Elastance = 0.0
+    """Elastance of the shell, which is at ease at the largest of the volumes."""
     direction: Axis = (1.0, 0.0, 0.0)
+    """Direction of the thrust. Direction in the part's own frame: x, y, z or three numbers."""
     place: Position = ZERO
+    """Place of the chamber. Place from the centre of the part's shape."""
     crank: AngleSignal | None = None
+    """Angle of the crank over time, instead of a motor."""
     motor: CrankMotor | None = None
+    """Motor that turns the crank against the water and the shell, instead of an angle."""
     on = RIGID
     mirror = Mirror(direction=along, place=along)
 
@@ -236,13 +248,17 @@ class JetLoad(LoadDescription):
 
 
 class ForceLoad(LoadDescription):
-    """A constant force [N] and moment [N m] at one place of a part, in the world's or the part's own frame."""
+    """A constant force and moment at one place of a part, in the world's or the part's own frame."""
 
     kind: Literal["force"]
     force: tuple[Force, Force, Force]
+    """Force along x, y and z."""
     moment: tuple[Torque, Torque, Torque] = ZERO
+    """Moment about x, y and z."""
     at: Place = "tip"
+    """Where it acts: at the `tip`, the `root`, or one of the marks of a rod."""
     frame: Literal["world", "body"] = "world"
+    """The frame of force and moment: that of the world, or the part's own."""
     mirror = Mirror(force=along, moment=about)
 
     def check(self, shape: str, marks: tuple[float, ...] = (), strains: Collection[str] = ()) -> None:
@@ -253,32 +269,39 @@ class ForceLoad(LoadDescription):
 
 
 class LegLoad(LoadDescription):
-    """A leg on a rigid part, in the part's x-z plane: a crank pulls it through a bearing, its foot steps on the floor.
-
-    The `crank` [m] turns about `hip` [m, in the part's frame] at `speed` [rad/s] from the angle `start` [rad], forward
-    from ahead over the top; `bearing` [m] is the place of the bearing from there, along x and z; `length` [m] goes from
-    the crank's pin to the foot. The leg is a spring of `stiffness` [N/m] and a damper, `damping_ratio` of the critical
-    one with the part's mass; `static_friction` and `dynamic_friction` are those of the floor, on which all damping
-    sets in over `softness` [m]. It only pushes, unless it `pulls`. `tangential` and `normal` [kg/m] times the squared
-    speed is the drag of its foot along and across the leg. It stands for `count` legs side by side.
-    """
+    """A leg in the x-z plane of a rigid part: a crank pulls it through a bearing, its foot steps on the floor."""
 
     kind: Literal["leg"]
     hip: Position
+    """Place of the crank's axis, in the part's frame."""
     crank: Length
+    """Length of the crank."""
     bearing: tuple[Coordinate, Coordinate]
+    """Place of the bearing from the hip, along x and z."""
     length: Length
+    """Length from the crank's pin to the foot."""
     speed: AngularSpeed
+    """Speed of the crank; forward is from ahead over the top."""
     start: Angle = 0.0
+    """Angle of the crank at the start."""
     stiffness: PositiveStiffness
+    """Stiffness of the leg, a spring."""
     damping_ratio: PositiveNumber
+    """Damping of the leg, as a share of the critical one with the part's mass."""
     static_friction: NonNegativeNumber
+    """Coefficient of friction of the floor for a foot that sticks."""
     dynamic_friction: NonNegativeNumber
+    """Coefficient of friction of the floor for a foot that slips."""
     softness: Length = 1e-3
+    """Way into the floor over which all damping sets in."""
     pulls: bool = False
+    """Whether the leg pulls too, instead of pushing only."""
     tangential: QuadraticDrag = 0.0
+    """Drag of the foot along the leg, over the squared speed."""
     normal: QuadraticDrag = 0.0
+    """Drag of the foot across the leg, over the squared speed."""
     count: PositiveNumber = 1.0
+    """Number of legs side by side that this one stands for."""
     on = RIGID
     mirror = Mirror(hip=along)
     cycle_angle = "start"
@@ -291,30 +314,33 @@ class LegLoad(LoadDescription):
 
 
 class DistributedForceLoad(LoadDescription):
-    """A constant force per length [N/m] along a part, in the world's or the part's own frame."""
+    """A constant force per length along a part, in the world's or the part's own frame."""
 
     kind: Literal["distributed_force"]
     force: tuple[LineForce, LineForce, LineForce]
+    """Force per length, along x, y and z."""
     frame: Literal["world", "body"] = "world"
+    """The frame of the force: that of the world, or the part's own."""
     on = ("cylinder", "box", "spheroid", "rod")
     per_length = True
     mirror = Mirror(force=along)
 
 
 class NearFloorLoad(LoadDescription):
-    """Added mass and drag that a rigid part has near the floor, on top of what it has everywhere.
-
-    `mass` [kg], `drag_area` [m2] and `rotational` [kg m2] are along and about its own axes, as in `given_added_mass`
-    and `lumped_drag`. All of it is there where the part's centre is up to `full` [m] over the floor, nothing from
-    `none` [m] on, and in between it goes over smoothly.
-    """
+    """Added mass and drag that a rigid part has near the floor, on top of what it has everywhere."""
 
     kind: Literal["near_floor"]
     mass: tuple[NonNegativeMass, NonNegativeMass, NonNegativeMass] = ZERO
+    """Added mass along x, y and z of the part's own axes."""
     drag_area: tuple[Area, Area, Area] = ZERO
+    """Drag coefficient times area, along the same axes."""
     rotational: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] = ZERO
+    """c in the torque -c |w| w, about the same axes."""
     full: Coordinate
+    """Height of the part's centre over the floor up to which all of it is there."""
     none: Coordinate
+    """Height of the part's centre over the floor from which on there is nothing of it; in between it goes over
+    smoothly."""
     on = RIGID
     mirror = Mirror()
 
@@ -326,51 +352,49 @@ class NearFloorLoad(LoadDescription):
 
 
 class PulsedThrustLoad(LoadDescription):
-    """Thrust of a jet as it was measured over a turn of its crank, on a robot that was held.
-
-    `values` [N], at least four, are evenly spread over a turn, the first at angle 0: a smooth periodic curve. They were
-    measured at the speed `rated` [rad/s]; at another `speed` [rad/s] the thrust goes with its square. The crank starts
-    at `start` [rad]. The force is along `direction` in the part's own frame, at `place` [m] from the centre of its
-    shape.
-    """
+    """Thrust of a jet as it was measured over a turn of its crank, on a robot that was held."""
 
     kind: Literal["pulsed_thrust"]
     values: Annotated[tuple[Force, ...], Field(min_length=4)]
+    """Thrust at angles of the crank evenly spread over a turn, the first at angle 0: a smooth periodic curve."""
     rated: PositiveAngularSpeed
+    """Speed of the crank at which it was measured."""
     speed: AngularSpeed
+    """Speed of the crank; the thrust goes with its square."""
     start: Angle = 0.0
+    """Angle of the crank at the start."""
     direction: Axis = (1.0, 0.0, 0.0)
+    """Direction of the thrust. Direction in the part's own frame: x, y, z or three numbers."""
     place: Position = ZERO
+    """Place of the thrust. Place from the centre of the part's shape."""
     on = RIGID
     mirror = Mirror(direction=along, place=along)
     cycle_angle = "start"
 
 
 class WallContactLoad(LoadDescription):
-    """The soft hull of a rigid part, which the walls of the tank push back: a spring and a damper that only push.
-
-    The hull ends at `reach` [m] ahead of and behind the part's centre, along the world's x. `stiffness` [N/m] and
-    `damping` [N s/m] are those of either end; the damper sets in over `softness` [m].
-    """
+    """The soft hull of a rigid part, which the walls of the tank push back: a spring and a damper that only push."""
 
     kind: Literal["wall_contact"]
     reach: Length
+    """Distance of the hull's two ends from the part's centre, along the world's x."""
     stiffness: PositiveStiffness
+    """Stiffness of either end."""
     damping: Damping = 0.0
+    """Damping of either end."""
     softness: Length = 1e-3
+    """Way into the wall over which the damper sets in."""
     on = RIGID
     mirror = Mirror()
 
 
 class TrailingEdgeLoad(LoadDescription):
-    """What is shed into the wake at the tip of a rod that runs from head to tail, beside its strips of added mass.
-
-    `normal` is their coefficient; where the tip goes through the water tail first at less than about `softness` [m/s],
-    it fades away.
-    """
+    """What is shed into the wake at the tip of a rod that runs from head to tail, beside its strips of added mass."""
 
     kind: Literal["trailing_edge"]
     normal: NonNegativeNumber = 1.0
+    """Coefficient of the strips of added mass."""
     softness: PositiveSpeed = 0.01
+    """Speed of the water at the tip, tail first, at about which the load fades away."""
     on = ROD
     mirror = Mirror()

@@ -8,7 +8,7 @@ torsion change those of x and z.
 from collections.abc import Callable
 from typing import Any, ClassVar, Self
 
-from nectosome.description.base import Described
+from nectosome.io.schema.described import Described
 
 Change = Callable[[Any], Any]
 """From a value of a limb to that of its image."""

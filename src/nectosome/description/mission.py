@@ -5,19 +5,21 @@ A number is called `MODE.QUANTITY`, the value to which a mode sets a quantity, b
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple, get_args
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
-from nectosome.description.base import Described, Name, OneOrMany
-from nectosome.description.fields import Duration, Quantity
+from nectosome.description.base import Name
+from nectosome.description.fields import Duration
 from nectosome.description.robot import RobotDescription, numeric_paths, resolve
 from nectosome.description.settings import parse_setting
-from nectosome.description.validate import line_of, validate_as
 from nectosome.description.variables import Variable, read_range
+from nectosome.io.schema.described import Described, OneOrMany, Text
+from nectosome.io.schema.quantity import Quantity
+from nectosome.io.schema.validate import errors_at, validate_as
 from nectosome.io.yaml_text import read_text, read_yaml, write_yaml
 from nectosome.units import InputError, did_you_mean, format_quantity, shorten
 
@@ -25,30 +27,32 @@ Happening = Literal["touchdown", "liftoff", "surface", "low_wall", "high_wall"]
 _LENGTH, _ANGLE = Quantity("length"), Quantity("angle")
 _PLACES: dict[str, Quantity] = {f"position.{axis}": _LENGTH for axis in "xyz"} | {"pitch": _ANGLE, "heading": _ANGLE}
 _DURATION = Quantity("time", minimum=0)
-_Text = Annotated[str, BeforeValidator(lambda value: str(value) if isinstance(value, int | float) else value)]
 
 
 class ModeDescription(Described):
-    """One mode: `set` quantities of the robot, by path or alias, `until` something happens.
-
-    A value is reached at once, or evenly `in` a time: `0.61 L in 10 s`. `until` is a time in the mode (`20 s`),
-    `touchdown` or `liftoff` (of the first, of the last foot), `surface` (the robot's top comes out of the water),
-    `low_wall` or `high_wall` (the contact of its hull with the wall at the smaller, at the larger x), a place such as
-    `position.x > 0.9 m`, `position.z < 20 cm`, `pitch > 10 deg` or `heading > 170 deg` (of its x axis, seen from
-    above), or a list of these, of which the first counts. Where none comes within `longest` [s] the mission ends.
-    """
+    """One mode of a mission: the robot gets new values, and goes on with them until something happens."""
 
     name: Name
-    set: dict[str, _Text] = Field(default_factory=dict)
-    until: Annotated[tuple[_Text, ...], Field(min_length=1), OneOrMany()]
+    """Name of the mode; no two of a mission have the same."""
+    set: dict[str, Text] = Field(default_factory=dict)
+    """Quantities of the robot, by path or alias, with their values: `jet: 10.5 rad/s`. A value is reached at once, or
+    evenly in a time: `volume: 0.61 L in 10 s`."""
+    until: Annotated[tuple[Text, ...], Field(min_length=1), OneOrMany()]
+    """What ends the mode. A time in it: `20 s`. A happening: `touchdown` or `liftoff` (of the first, of the last foot),
+    `surface` (the robot's top comes out of the water), `low_wall` or `high_wall` (its hull touches the wall at the
+    smaller, at the larger x). A place: `position.x > 0.9 m`, `position.z < 20 cm`, `pitch > 10 deg`, `heading > 170
+    deg` (of its x axis, seen from above). Of a list, what comes first."""
     longest: Duration = 120.0
+    """Time in the mode after which the mission ends where nothing of `until` has come."""
 
 
 class MissionDescription(Described):
-    """A mission: its `modes`, in order."""
+    """A mission: modes of a robot, in order."""
 
     about: str = ""
+    """What the mission is, in sentences."""
     modes: Annotated[tuple[ModeDescription, ...], Field(min_length=1)]
+    """The modes, one after another."""
 
 
 class Event(NamedTuple):
@@ -92,16 +96,9 @@ def load_mission(path: str | Path, robot: RobotDescription) -> Mission:
 def parse_mission(text: str, robot: RobotDescription, source: str = "mission") -> Mission:
     """Mission in YAML `text`, for a robot; `source` names it in messages. Raises InputError."""
     data, lines = read_yaml(text, source)
-    found = validate_as(MissionDescription, data, "A mission has at least one mode.", file=source, lines=lines)
+    found = validate_as(MissionDescription, data, "mission", file=source, lines=lines)
 
-    @contextmanager
-    def at(*path: str | int) -> Iterator[None]:
-        try:
-            yield
-        except InputError as error:
-            field = shorten(".".join(map(str, path)), 120)
-            raise InputError(error.message, file=source, line=line_of(path, lines), field=field) from None
-
+    at = partial(errors_at, source, lines)
     names = [mode.name for mode in found.modes]
     modes = []
     for k, mode in enumerate(found.modes):

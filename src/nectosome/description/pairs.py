@@ -5,7 +5,7 @@ from typing import Any, Literal, Self
 
 from pydantic import model_validator
 
-from nectosome.description.base import ZERO, Described, Name, Place, Position, Rotation, inside, wrong
+from nectosome.description.base import ZERO, Name, Place, Position, Rotation
 from nectosome.description.fields import (
     AngularDamping,
     AngularStiffness,
@@ -16,14 +16,16 @@ from nectosome.description.fields import (
     PositiveStiffness,
 )
 from nectosome.description.parts import Limb, Rigid, has_place
+from nectosome.io.schema.described import Described, inside, wrong
 from nectosome.units import did_you_mean
 
 
 class PairDescription(Described):
-    """What acts `between` two parts."""
+    """What acts between two parts."""
 
     kind: Any  # its name in a file, a literal of each class
     between: tuple[Name, Name]
+    """Names of the two parts."""
 
     def check(self, parts: tuple[Limb, Limb]) -> None:
         """Raise the error of a field for parts that it does not act between."""
@@ -32,20 +34,24 @@ class PairDescription(Described):
 class BushingPair(PairDescription):
     """A stiff bushing that holds a place of one part to a place of another, as in a loop of bodies.
 
-    Each place is `at` the tip, the root or a mark of its part, moved by `offset` [m] along the axes there. `stiffness`
-    [N/m] and `damping` [N s/m] are against their distance: the two are apart by the force over the stiffness. Without
-    more it is a ball joint; `turning_stiffness` [N m/rad] and `turning_damping` [N m s/rad] make it a weld, in which
-    the second place is turned by `rotation` (roll, pitch, yaw) [rad] against the first.
+    The two are apart by the force over the stiffness.
     """
 
     kind: Literal["bushing"]
     at: tuple[Place, Place] = ("tip", "tip")
+    """Where on each of the two parts: `tip`, `root` or a mark."""
     offset: tuple[Position, Position] = (ZERO, ZERO)
+    """Distance from there, along the axes of each part."""
     rotation: Rotation = ZERO
+    """Roll, pitch and yaw of the second place against the first, in a weld."""
     stiffness: PositiveStiffness
+    """Stiffness against the distance of the two places."""
     damping: Damping = 0.0
+    """Damping against the rate of that distance."""
     turning_stiffness: AngularStiffness = 0.0
+    """Stiffness against turning: without it the bushing is a ball joint, with it a weld."""
     turning_damping: AngularDamping = 0.0
+    """Damping against turning."""
 
     def check(self, parts: tuple[Limb, Limb]) -> None:
         """Raise the error of a field for a mark that a part does not have."""
@@ -57,20 +63,23 @@ class BushingPair(PairDescription):
 class ContactPair(PairDescription):
     """Contact of two parts: rods, cylinders and spheres, which count as round and end in half spheres.
 
-    The first is sampled at its points (a cylinder at its `strips`), which must be closer than the second is thick.
-    `stiffness` [N/m] and `damping` [N s/m] are those of the first part pressed on evenly along its whole length; both
-    set in smoothly over `softness` [m]. What slips faster than `creep` [m/s] has passed `static_friction`, and feels
-    `dynamic_friction`; what holds creeps slower than that. A part feels another at the joint it sits on too: leave
-    room.
+    The first is sampled at its points (a cylinder at its `strips`), which must be closer than the second is thick. A
+    part feels another at the joint it sits on too: leave room.
     """
 
     kind: Literal["contact"]
     stiffness: PositiveStiffness
+    """Stiffness of the first part pressed on evenly along its whole length."""
     damping: Damping = 0.0
+    """Damping of the first part pressed on evenly along its whole length."""
     softness: Length = 1e-4
+    """Way into the contact over which both set in smoothly."""
     static_friction: NonNegativeNumber = 0.0
+    """Coefficient of friction of what sticks."""
     dynamic_friction: NonNegativeNumber = 0.0
+    """Coefficient of friction of what slips."""
     creep: PositiveSpeed = 1e-3
+    """Speed up to which what sticks creeps."""
 
     @model_validator(mode="after")
     def _sticks_at_least_as_it_slips(self) -> Self:

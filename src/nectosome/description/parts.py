@@ -6,21 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from nectosome.description.base import (
-    ZERO,
-    Axis,
-    Described,
-    Name,
-    OneOf,
-    OneOrMany,
-    Place,
-    Position,
-    Rotation,
-    increasing,
-    inside,
-    unfit,
-    wrong,
-)
+from nectosome.description.base import ZERO, Axis, Name, Place, Position, Rotation
 from nectosome.description.fields import (
     Angle,
     Bend,
@@ -41,6 +27,7 @@ from nectosome.description.loads import ROD, LoadDescription, listed
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.rod_loads import TURNED
 from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
+from nectosome.io.schema.described import Described, OneOf, OneOrMany, increasing, inside, unfit, wrong
 
 StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
 STRAIN_NAMES: tuple[StrainName, ...] = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")
@@ -49,20 +36,22 @@ Mark = Annotated[float, Field(strict=True, gt=0, lt=1)]
 
 
 class Repeat(Described):
-    """How often a limb comes: `count` times `around` an axis or `along` a row, or twice, by `mirror`.
+    """How often a limb comes: so many around an axis or along a row, or twice, by a mirror.
 
-    All that sits on it comes with it. Axis, row and mirror are those of the part that the limb sits on, through the
-    place where it sits. Around: copy k is turned about the axis by (k - 1) 360 deg / count. Along: it is moved by
-    (k - 1) times that step [m]. Mirror: the second copy is the image of the first in the plane
-    normal to x, y or z. The copies of `leg` are `leg1`, `leg2`, ...; the first is as written. The drives of copy k
-    run ahead of those of the first by (k - 1) `phase` [rad].
+    All that sits on it comes with it. The copies of `leg` are `leg1`, `leg2`, ...; the first is as written.
     """
 
     count: Annotated[int, Field(strict=True, ge=2, le=100)] | None = None
+    """How many there are, the first one included."""
     around: Axis | None = None
+    """Axis about which the copies go around: copy k is turned by (k - 1) 360 deg / count. It is that of the part that
+    the limb sits on, through the place where it sits."""
     along: Position | None = None
+    """Step of a row, along the axes of the part that the limb sits on: copy k is moved by (k - 1) times the step."""
     mirror: Literal["x", "y", "z"] | None = None
+    """The limb comes twice; the second is the image of the first in the plane normal to this axis."""
     phase: Angle = 0.0
+    """The drives of copy k run ahead of those of the first by (k - 1) times this angle."""
 
     @model_validator(mode="after")
     def _one_pattern(self) -> Self:
@@ -83,21 +72,24 @@ class Repeat(Described):
 
 
 class Part(Mirrored):
-    """What rigid bodies and rods share: where they sit, how they move against it, what acts on them.
-
-    A part sits `on` another one ("body" or an earlier limb) or on the "world", `at` its tip, its root or one of its
-    marks, moved by `offset` [m] and turned by `rotation` (roll, pitch, yaw) [rad]; the joint comes after that. For the
-    body of the robot, `offset` and `rotation` are its place in the world. `repeat` makes it come several times.
-    """
+    """What rigid bodies and rods share: where they sit, how they move against it, what acts on them."""
 
     kind: Any  # its name in a file, a literal of each class
     on: Name = "body"
+    """The part that this one sits on: `body`, an earlier limb, or `world`."""
     at: Place = "tip"
+    """Where on that part: its `tip`, its `root`, or the fraction of one of its marks."""
     offset: Position = ZERO
+    """Distance from there, along the axes of the part that this one sits on. For the body: its place in the world."""
     rotation: Rotation = ZERO
+    """Roll, pitch and yaw against the part that this one sits on: first about x, then y, then z, of fixed axes. The
+    joint comes after it. For the body: its orientation in the world."""
     repeat: Repeat | None = None
+    """How often the limb comes, with all that sits on it: around an axis, along a row, or twice by a mirror."""
     joint: Annotated[JointDescription, OneOf()] = FixedJoint(kind="fixed")
+    """How the part moves against what it sits on."""
     loads: dict[Name, Annotated[LoadDescription, OneOf()]] = Field(default_factory=dict)
+    """What acts on the part, by name: drag, added mass, thrust, forces."""
 
     def image(self) -> Self:
         """Return the image but for where it sits. Equal signals of its joints make it move as the image does.
@@ -130,32 +122,41 @@ _SHAPE_FIELDS = {
 class Rigid(Part):
     """A rigid body, along its own x axis from 0 to `length`; exactly one of `mass` and `density` is given.
 
-    What is fixed to another part may weigh nothing: it is counted there.
-
-    Cylinder: `length`, `radius`, and `bend` [rad], the angle by which its axis turns about y, evenly over its length.
-    Box: `length`, `width` (y), `height` (z). Spheroid: `length` (its full axis), `radius` (its equator). Point: none.
-    `inertia` [kg m2] are the moments about the centre of mass, along the part's axes; where these are not the principal
-    ones, `products` [kg m2] are the elements xy, xz, yz of the inertia matrix (xy is minus the integral of x y dm).
-    `centre_of_mass` [m] is seen from the centre of the shape; `volume` [m3] is what it displaces. Inertia and volume
-    follow from the shape where they are left out (a point has none). Loads per length act at `strips` points along the
-    axis.
+    Inertia and volume follow from the shape where they are left out.
     """
 
     kind: Literal["rigid"]
     loads: dict[Name, Annotated[LoadDescription, OneOf(lambda load: load.on != ROD)]] = Field(default_factory=dict)
+    """What acts on the part, by name: drag, added mass, thrust, forces."""
     shape: Literal["cylinder", "box", "spheroid", "point"]
+    """Shape of the body. A cylinder has length and radius; a box length, width, height; a spheroid length and radius; a
+    point none."""
     length: Length | None = None
+    """Length along x; of a spheroid its full axis."""
     radius: Length | None = None
+    """Radius of a cylinder; of a spheroid that of its equator."""
     width: Length | None = None
+    """Full size of a box along y."""
     height: Length | None = None
+    """Full size of a box along z."""
     bend: Bend = 0.0
+    """Angle by which the axis of a cylinder turns about y, evenly over its length."""
     mass: NonNegativeMass | None = None
+    """Mass, instead of a density. What is fixed to another part may weigh nothing: it is counted there."""
     density: Density | None = None
+    """Mass per volume of the shape, instead of a mass."""
     inertia: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] | None = None
+    """Moments of inertia about the centre of mass, along the part's axes. Without them they follow from the shape; a
+    point has none."""
     products: tuple[ProductOfInertia, ProductOfInertia, ProductOfInertia] | None = None
+    """Elements xy, xz, yz of the inertia matrix (xy is minus the integral of x y dm), where the axes of the part are
+    not the principal ones."""
     centre_of_mass: Position = ZERO
+    """Place of the centre of mass, seen from the centre of the shape."""
     volume: Volume | None = None
+    """Volume of water that the part displaces. Without it, that of the shape."""
     strips: Annotated[int, Field(strict=True, ge=1, le=200)] = 5
+    """Number of points along the axis at which loads per length act."""
     mirror = Mirror(centre_of_mass=along, products=about)  # products xy and yz change their sign
 
     @model_validator(mode="after")
@@ -224,34 +225,47 @@ _BETWEEN = "the sections must be in the order in which they come along the rod."
 
 
 class InnerSection(Described):
-    """The section of a rod at the fraction `at` of its length: its `radius`, or its `width` (y) and `height` (z)."""
+    """The section of a rod between its ends: its radius, or its width and height."""
 
     at: Mark
+    """Fraction of the length, from the root."""
     radius: Length | None = None
+    """Radius of a circle."""
     width: Length | None = None
+    """Full size along y, of an ellipse or a rectangle."""
     height: Length | None = None
+    """Full size along z, of an ellipse or a rectangle."""
 
 
 class RestStrains(Described):
     """The strains at which a rod is free of stress, as coefficients of Legendre polynomials along it.
 
-    Torsion and bending [rad/m]; extension and shear [1]. A single number is the same all along the rod.
+    A single number is the same all along the rod.
     """
 
     torsion: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
+    """Twist per length, about the axis of the rod."""
     bending_y: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
+    """Curvature about y."""
     bending_z: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
+    """Curvature about z."""
     extension: Annotated[tuple[Number, ...], OneOrMany()] = ()
+    """Elongation: 0.01 is 1 % longer."""
     shear_y: Annotated[tuple[Number, ...], OneOrMany()] = ()
+    """Shear along y."""
     shear_z: Annotated[tuple[Number, ...], OneOrMany()] = ()
+    """Shear along z."""
 
 
 class PrescribedStrains(Described):
-    """Strains that a rod is made to take, whatever that needs: curvatures [rad/m] about its sections' axes."""
+    """Strains that a rod is made to take: curvatures about its sections' axes."""
 
     torsion: StrainSignal | None = None
+    """Twist per length over time."""
     bending_y: StrainSignal | None = None
+    """Curvature about y over time."""
     bending_z: StrainSignal | None = None
+    """Curvature about z over time."""
 
 
 def _in_canonical_order(strains: dict[StrainName, int]) -> dict[StrainName, int]:
@@ -261,36 +275,52 @@ def _in_canonical_order(strains: dict[StrainName, int]) -> dict[StrainName, int]
 
 
 class Rod(Part):
-    """A soft rod along its own x axis, from 0 to `length`.
+    """A soft rod along its own x axis, from 0 to `length`; its sections go over evenly from the root to the tip.
 
-    Circle: `radius`, `tip_radius`. Ellipse and rectangle: `width` (y) and `height` (z), full sizes, `tip_width` and
-    `tip_height`. What is left out at the tip is as at the root. It goes over evenly from the root to the tip, or from
-    each of the sections in `between` to the next. `strains` gives the polynomial order of each strain
-    that is free; the others are held. Those in `motion` are prescribed. `damping` [Pa s] is that of a Kelvin-Voigt
-    material. `points` Gauss points carry mass and loads. `marks` are fractions of the length where limbs and forces may
-    sit.
+    Strains are polynomials along the rod, so that a few numbers say how it bends.
     """
 
     kind: Literal["rod"]
     loads: dict[Name, Annotated[LoadDescription, OneOf(lambda load: "rod" in load.on)]] = Field(default_factory=dict)
+    """What acts on the rod, by name: drag, added mass, tendons, chambers, muscles, forces."""
     section: Literal["circle", "ellipse", "rectangle"]
+    """Shape of its sections. A circle has radius and tip_radius; an ellipse and a rectangle width, height, tip_width,
+    tip_height."""
     length: Length
+    """Length along x."""
     radius: Length | None = None
+    """Radius at the root, of a circle."""
     tip_radius: Length | None = None
+    """Radius at the tip; as at the root where it is left out."""
     width: Length | None = None
+    """Full size along y at the root, of an ellipse or a rectangle."""
     height: Length | None = None
+    """Full size along z at the root, of an ellipse or a rectangle."""
     tip_width: Length | None = None
+    """Full size along y at the tip; as at the root where it is left out."""
     tip_height: Length | None = None
+    """Full size along z at the tip; as at the root where it is left out."""
     between: Annotated[tuple[InnerSection, ...], increasing(_BETWEEN, attrgetter("at"))] = ()
+    """Sections between root and tip. Sizes go over evenly from one section to the next."""
     young: Pressure
+    """Young's modulus of the material."""
     poisson: Poisson = 0.5
+    """Poisson's ratio of the material; 0.5 is that of rubber."""
     density: Density
+    """Mass per volume of the material."""
     damping: Viscosity = 0.0
+    """Viscosity of a Kelvin-Voigt material: stress over rate of strain."""
     strains: Annotated[dict[StrainName, Order], AfterValidator(_in_canonical_order)]
+    """Strains that are free, each with the order of its polynomial along the rod: `{bending_z: 2}`. All others are
+    held."""
     rest: RestStrains = RestStrains()
+    """Strains at which the rod is free of stress."""
     motion: PrescribedStrains = PrescribedStrains()
+    """Strains that the rod is made to take, whatever that needs."""
     points: Annotated[int, Field(strict=True, ge=2, le=200)] = 10
+    """Number of Gauss points along the rod, which carry mass and loads."""
     marks: Annotated[tuple[Mark, ...], increasing("the marks must increase along the rod.")] = ()
+    """Fractions of the length where limbs and forces may sit, increasing."""
     mirror = Mirror(
         rest=Mirror(**dict.fromkeys((*TURNED, "shear_y"), opposite)),
         motion=Mirror(**dict.fromkeys(TURNED, opposite)),

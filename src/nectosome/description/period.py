@@ -7,7 +7,7 @@ from typing import Any
 from nectosome.description.loads import CrankMotor
 from nectosome.description.robot import RobotDescription, check_description
 from nectosome.description.signals import RateSignal, SignalDescription
-from nectosome.description.structure import items
+from nectosome.io.schema.structure import items
 from nectosome.units import InputError, show_quantity
 
 _MOST = 50  # cycles of the fastest drive in the common period

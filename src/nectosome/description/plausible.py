@@ -1,14 +1,22 @@
-"""Values that no material and no water has: a wrong unit or a slip of the pen, most often."""
+"""Values that no material and no water has, most often by a wrong unit, and a load that is most often forgotten."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
 
 from nectosome.description.joints import Flexure
-from nectosome.description.loads import AddedMassLoad, CylinderAddedMassLoad, DragLoad, LegLoad, PlateDragLoad
+from nectosome.description.loads import (
+    AddedMassLoad,
+    CylinderAddedMassLoad,
+    DragLoad,
+    LegLoad,
+    PlateDragLoad,
+    TrailingEdgeLoad,
+)
 from nectosome.description.pairs import ContactPair
 from nectosome.description.parts import Rigid, Rod
 from nectosome.description.robot import RobotDescription, WaterDescription
-from nectosome.description.structure import numeric_paths, value_at
+from nectosome.description.rod_loads import MuscleLoad
+from nectosome.io.schema.structure import numeric_paths, value_at
 from nectosome.units import format_quantity
 
 
@@ -52,7 +60,8 @@ _KNOWN = (
 
 
 def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
-    """Yield the path of each value far outside of what materials and water have, and a sentence about it."""
+    """Yield paths with a sentence: values that materials and water do not have, a swimmer that sheds no wake."""
+    yield from _without_wake(description)
     for path, quantity in numeric_paths(description).items():
         value = value_at(description, path)
         owner, _, field = path.rpartition(".")
@@ -63,3 +72,14 @@ def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
             if field == known.field and isinstance(group, known.owners) and not known.low <= value <= known.high:
                 shown, low, high = (format_quantity(x, quantity.dimension) for x in (value, known.low, known.high))
                 yield path, f"{shown} is far outside of {known.what} ({low} to {high}). Check the value and its unit."
+
+
+def _without_wake(description: RobotDescription) -> Iterator[tuple[str, str]]:
+    """A body that bends itself from head to tail, with strips of added mass that no trailing edge leaves behind."""
+    body = description.body
+    if isinstance(body, Rod):
+        kinds = {type(load) for load in body.loads.values()}
+        bends = MuscleLoad in kinds or any(value is not None for _, value in body.motion)
+        if bends and AddedMassLoad in kinds and TrailingEdgeLoad not in kinds:
+            words = "it bends itself and has added mass, but no trailing_edge: it will hardly get thrust from the water"
+            yield "body.loads", f"{words} that its tail leaves behind."

@@ -6,12 +6,13 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from nectosome.description.base import AliasName, Described, Name, OneOf, OneOrMany, Velocity, wrong
+from nectosome.description.base import AliasName, Name, Velocity
 from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.fields import Coordinate, Density, Gravity
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb
-from nectosome.description.structure import at_path, changed, numeric_paths, value_at
+from nectosome.io.schema.described import Described, OneOf, OneOrMany, wrong
+from nectosome.io.schema.structure import at_path, changed, numeric_paths, value_at
 from nectosome.units import InputError, did_you_mean, kind_of, shorten
 
 
@@ -25,20 +26,20 @@ def check_description(given: Any) -> None:
 
 
 class WaterDescription(Described):
-    """The water: `density` [kg/m3], and what is around it.
-
-    `gravity` [m/s2] acts along -z; `surface` [m] is the height of the free surface, without one the water has no end;
-    `floor` [m] is the height of the ground that legs step on, without one there is none; `walls` [m] are the places
-    along x of the tank's ends, without them there are none; `current` [m/s] is its velocity in the world, without one
-    it is still.
-    """
+    """The water, and what is around it."""
 
     density: Density = 1000.0
+    """Mass of the water per volume."""
     gravity: Gravity = 9.80665
+    """Acceleration of gravity; it acts along -z. With 0 m/s2 nothing has weight or buoyancy."""
     surface: Coordinate | None = None
+    """Height z of the free surface. Without one the water has no end."""
     floor: Coordinate | None = None
+    """Height z of the ground that legs step on. Without one there is none."""
     walls: tuple[Coordinate, Coordinate] | None = None
+    """Places along x of the tank's two ends, the smaller first. Without them there are none."""
     current: Velocity | None = None
+    """Velocity of the water in the world, along x, y, z. Without one it is still."""
 
     @model_validator(mode="after")
     def _holds_water(self) -> Self:
@@ -52,19 +53,24 @@ class WaterDescription(Described):
 class RobotDescription(Described):
     """A robot in water. The numbers are SI floats; each has a path such as `limbs.filament.young`.
 
-    `body` is the part all others hang on; `limbs` sit on the body, on a limb before them, or on the world, as all do
-    that name no other part where there is no body. `aliases` are short names for one path or for several that are set
-    together. `pairs` is what acts between two parts, neither of which need carry the other. Limbs that come several
-    times stand here each on its own: a path of the limb as it was written, in an alias, is that of all its copies.
+    Limbs that come several times stand here each on its own: a path of the limb as it was written, in an alias, is that
+    of all its copies.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
+    """Name of the robot; it stands in results and on pages."""
     about: str = ""
+    """What the robot is and where its numbers come from, in sentences."""
     water: WaterDescription = WaterDescription()
+    """The water around the robot, with gravity, surface, floor, walls and current."""
     body: Limb | None = None
+    """The part that all others hang on. Without it, limbs sit on the world."""
     limbs: dict[Name, Limb] = Field(default_factory=dict)
+    """The other parts, by name. Each sits on the body, on a limb before it, or on the world."""
     pairs: dict[Name, Annotated[PairDescription, OneOf()]] = Field(default_factory=dict)
+    """What acts between two parts, by name: bushings, which close loops, and contacts."""
     aliases: dict[AliasName, Annotated[tuple[str, ...], Field(min_length=1), OneOrMany()]] = Field(default_factory=dict)
+    """Short names for one path, as in `E: limbs.tail.young`, or for a list of paths that are set together."""
 
     def __repr__(self) -> str:
         short = ", ".join(self.aliases)

@@ -5,11 +5,11 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from nectosome.description.base import Described, increasing, wrong
 from nectosome.description.fields import Coordinate, NonNegativeNumber, Number, PositiveArea, Pressure
 from nectosome.description.loads import ROD, LoadDescription
 from nectosome.description.mirror import Mirror, across, opposite
 from nectosome.description.signals import ForceSignal, MomentSignal, PressureSignal
+from nectosome.io.schema.described import Described, increasing, wrong
 
 TURNED = ("torsion", "bending_z")
 """Strains whose image has the other sign."""
@@ -21,22 +21,24 @@ _Across = tuple[Coordinate, Coordinate]
 
 
 class _ThreadLoad(LoadDescription):
+    """What runs along a rod, straight from one place across it to another."""
+
     place: _Across
+    """Place across the rod where it begins, along y and z."""
     tip_place: _Across | None = None
+    """Place across the rod where it ends; the same where it is left out."""
     along: _Along = (0.0, 1.0)
+    """Fractions of the length from which and up to which it runs."""
     on = ROD
     mirror = Mirror(place=across, tip_place=across)
 
 
 class TendonLoad(_ThreadLoad):
-    """A tendon in a rod, without friction, pulled with `tension` [N].
-
-    It runs `along` the rod from one fraction of its length to another, where it ends: from `place` [m] across the rod
-    (y, z) straight to `tip_place` (the same, where it is left out).
-    """
+    """A tendon in a rod, without friction, pulled; it ends where it is fixed."""
 
     kind: Literal["tendon"]
     tension: ForceSignal
+    """Tension over time; at no time below 0 N."""
 
     @model_validator(mode="after")
     def _pulls(self) -> Self:
@@ -46,15 +48,18 @@ class TendonLoad(_ThreadLoad):
 
 
 class PlayHysteresis(Described):
-    """Hysteresis as a direct part and a sum of plays (Prandtl-Ishlinskii): `direct` p + sum of `weights` H.
+    """Hysteresis as a direct part and a sum of plays H (Prandtl-Ishlinskii): direct p + sum of weights H.
 
-    A play H follows the pressure p once that is more than its threshold [Pa] ahead. What repeats itself is taken as
-    having done so for ever.
+    A play H follows the pressure p once that is more than its threshold ahead. What repeats itself is taken as having
+    done so for ever.
     """
 
     direct: NonNegativeNumber = 1.0
+    """Share of the pressure that has no hysteresis."""
     thresholds: Annotated[tuple[Pressure, ...], Field(min_length=1), increasing("the thresholds must increase.")]
+    """Pressures by which each play lags behind, increasing."""
     weights: tuple[Number, ...]
+    """Weight of each play."""
 
     @model_validator(mode="after")
     def _one_weight_a_play(self) -> Self:
@@ -65,29 +70,27 @@ class PlayHysteresis(Described):
 
 
 class ChamberLoad(_ThreadLoad):
-    """A chamber in a rod, whose `pressure` [Pa] over that outside makes it longer; its section does not bulge.
-
-    It runs `along` the rod from one fraction of its length to another, its middle from `place` [m] across the rod (y,
-    z) straight to `tip_place`, its section from `area` [m2] to `tip_area` (the same, where they are left out). With
-    `hysteresis` it pushes with what that makes of the pressure.
-    """
+    """A chamber in a rod, whose pressure makes it longer; its section does not bulge."""
 
     kind: Literal["chamber"]
     pressure: PressureSignal
+    """Pressure over that outside, over time."""
     hysteresis: PlayHysteresis | None = None
+    """Hysteresis between that pressure and what pushes."""
     area: PositiveArea
+    """Area of its section where it begins."""
     tip_area: PositiveArea | None = None
+    """Area of its section where it ends; the same where it is left out."""
 
 
 class MuscleLoad(LoadDescription):
-    """Muscles of a rod that bend or twist it: an active `moment` about one axis of its sections, as a wave [N m].
-
-    A positive moment makes that strain larger. The strain must be one of the rod's.
-    """
+    """Muscles of a rod that bend or twist it: an active moment about one axis of its sections."""
 
     kind: Literal["muscle"]
     strain: Literal["torsion", "bending_y", "bending_z"]
+    """The strain that the moment changes; one of the rod's strains."""
     moment: MomentSignal
+    """Moment as a wave along the rod. A positive one makes the strain larger."""
     on = ROD
     mirror = Mirror(moment=opposite)
 

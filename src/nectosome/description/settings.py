@@ -3,12 +3,12 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from nectosome.description.fields import Si
-from nectosome.description.files import to_plain
+from nectosome.description.files import validate
 from nectosome.description.robot import RobotDescription, check_description, resolve
 from nectosome.description.signals import RecordingSignal
-from nectosome.description.structure import Slot, at_path, items, leaves, numeric_paths, slot
-from nectosome.description.validate import validate
+from nectosome.io.schema.plain import to_plain
+from nectosome.io.schema.quantity import Si
+from nectosome.io.schema.structure import Slot, at_path, items, leaves, numeric_paths, slot
 from nectosome.io.yaml_text import read_yaml
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, shorten
 

@@ -8,7 +8,6 @@ from typing import Annotated, Any, ClassVar, Generic, Literal, Self, TypeVar, ge
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
-from nectosome.description.base import Described, unfit, wrong
 from nectosome.description.fields import (
     Angle,
     AngularSpeed,
@@ -20,14 +19,14 @@ from nectosome.description.fields import (
     Frequency,
     Length,
     NonNegativeNumber,
-    Quantity,
-    QuantitySource,
     Share,
     Speed,
     Time,
     Torque,
 )
 from nectosome.description.mirror import opposite
+from nectosome.io.schema.described import Described, unfit, wrong
+from nectosome.io.schema.quantity import Quantity, QuantitySource
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, expected, parse_quantity, shorten
 
 _MOST_ROWS = 20_000
@@ -78,6 +77,7 @@ class ConstantSignal(SignalDescription, Generic[Q]):
 
     kind: Literal["constant"]
     value: Q
+    """The value, held."""
     signed = ("value",)
 
     def least(self) -> float:
@@ -90,7 +90,9 @@ class RateSignal(SignalDescription, Generic[Q, S]):
 
     kind: Literal["rate"]
     rate: S
+    """Change per second."""
     start: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    """Value at time 0."""
     signed = ("rate", "start")
 
     @classmethod
@@ -104,9 +106,13 @@ class SineSignal(SignalDescription, Generic[Q]):
 
     kind: Literal["sine"]
     amplitude: Q
+    """Largest distance from the middle."""
     frequency: Frequency
+    """Number of cycles per second."""
     phase: Angle = 0.0
+    """Angle by which the cycle is ahead at time 0."""
     offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    """Middle of the motion."""
     signed = ("amplitude", "offset")
     cycle_angle = "phase"
 
@@ -116,33 +122,35 @@ class SineSignal(SignalDescription, Generic[Q]):
 
 
 class StrokeSignal(SignalDescription, Generic[Q]):
-    """A stroke to and fro [SI; Hz; s]: half cosines between `offset - amplitude` and `offset + amplitude`.
-
-    `forward_share` of each period goes to the forward stroke, towards larger values; with one half it is a sine. The
-    middle of a forward stroke is at time 0, earlier by `phase` [rad]. The amplitude grows to its full size in `ramp`.
-    """
+    """A stroke to and fro: half cosines between `offset - amplitude` and `offset + amplitude`."""
 
     kind: Literal["stroke"]
     amplitude: Q
+    """Largest distance from the middle."""
     frequency: Frequency
+    """Number of cycles per second."""
     phase: Angle = 0.0
+    """Angle by which the cycle is ahead: without it the middle of a forward stroke is at time 0."""
     offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    """Middle of the motion."""
     forward_share: Share = 0.5
+    """Share of each period that goes to the forward stroke, towards larger values; with one half it is a sine."""
     ramp: Duration = 0.0
+    """Time in which the amplitude grows to its full size."""
     signed = ("amplitude", "offset")
     cycle_angle = "phase"
 
 
 class CycleSignal(SignalDescription, Generic[Q]):
-    """The quantity passes through `values` [SI] in each period, evenly spread, as a smooth curve [Hz; rad].
-
-    The first of them, at least four, is at time 0, earlier by `phase`; between them is a periodic cubic spline.
-    """
+    """The quantity passes through values in each period, at least four, evenly spread, as a smooth curve."""
 
     kind: Literal["cycle"]
     values: Annotated[tuple[Q, ...], Field(min_length=4)]
+    """Values evenly spread over a period, the first at time 0; between them is a periodic cubic spline."""
     frequency: Frequency
+    """Number of cycles per second."""
     phase: Angle = 0.0
+    """Angle by which the cycle is ahead at time 0."""
     signed = ("values",)
     cycle_angle = "phase"
 
@@ -163,19 +171,23 @@ Times = Annotated[tuple[Time, ...], Field(min_length=2), AfterValidator(_increas
 
 
 class RecordingSignal(SignalDescription, Generic[Q]):
-    """The quantity that was recorded: `values` [SI] at `times` [s], at least two, joined by straight lines.
+    """The quantity that was recorded, at least two samples, joined by straight lines.
 
-    The times increase; before the first and after the last of them the quantity stays as it is there. In place of
-    samples, `file` and `column` name a file of measurements, relative to this one, and a column of it; time counts from
-    its first row. Its units are those of the file, or of a `sheet` that describes the file.
+    Before the first and after the last of them the quantity stays as it is there.
     """
 
     kind: Literal["recording"]
     times: Times = ()
+    """Times of the samples, increasing."""
     values: Annotated[tuple[Q, ...], Field(min_length=2)] = ()
+    """Value at each time."""
     file: str | None = None
+    """File of measurements that has the samples, relative to this one, instead of times and values. Time counts from
+    its first row."""
     column: str | None = None
+    """Column of that file."""
     sheet: str | None = None
+    """Sheet that describes that file: its columns and units."""
     signed = ("values",)
     smooth: ClassVar[bool] = False
 
@@ -256,14 +268,11 @@ def _read_samples(
 
 
 class SmoothRecordingSignal(RecordingSignal[Q], Generic[Q]):
-    """The quantity that was recorded: `values` [SI] at `times` [s], at least four, as a smooth curve through them.
+    """The quantity that was recorded, at least four samples, as a smooth curve through them.
 
     The curve is a cubic spline whose third derivative is continuous at the second and the last but one sample
-    (not-a-knot). The times increase, the first is at most 0 s, and none but those of a file need be even. Before the
-    first and after the last sample the quantity stands still at that sample: let a recording end at rest if the motion
-    goes on after it. In place of samples, `file` and `column` name a file of measurements, relative to this one, and a
-    column of it; time counts from its first row. Its units are those of the file, or of a `sheet` that describes the
-    file.
+    (not-a-knot). The first time is at most 0 s. Before the first and after the last sample the quantity stands still at
+    that sample: let a recording end at rest if the motion goes on after it.
     """
 
     smooth = True
@@ -288,33 +297,37 @@ Envelope = Annotated[tuple[NonNegativeNumber, ...], Field(min_length=1), AfterVa
 
 
 class WaveSignal(SignalDescription, Generic[Q]):
-    """The quantity `e(x) (offset + amplitude sin(2 pi (frequency t - x/wavelength) + phase))` [SI; Hz; m; rad; s].
-
-    It travels from the root to the tip; without a wavelength all of the rod is in phase. The `envelope` e are numbers
-    at places spread evenly from the root to the tip, joined by straight lines. It grows to its full size in `ramp`.
-    """
+    """The quantity `e(x) (offset + amplitude sin(2 pi (frequency t - x/wavelength) + phase))`, with the envelope e."""
 
     kind: Literal["wave"]
     frequency: Frequency
+    """Number of cycles per second."""
     wavelength: Length | None = None
+    """Length of a wave, which travels from the root to the tip. Without it all of the rod is in phase."""
     phase: Angle = 0.0
+    """Angle by which the cycle is ahead at time 0."""
     envelope: Envelope = (1.0,)
+    """Numbers at places spread evenly from the root to the tip, joined by straight lines, by which all is multiplied.
+    """
     ramp: Duration = 0.0
+    """Time in which the amplitude grows to its full size."""
     amplitude: Q
+    """Largest distance from the middle."""
     offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    """Middle of the motion."""
     signed = ("amplitude", "offset")
     cycle_angle = "phase"
 
 
 class RecordedStrain(SmoothRecordingSignal[Curvature]):
-    """The curvature `e(x)` times the `values` [rad/m] that were recorded at `times` [s], as a smooth curve.
+    """The curvature e(x) times the values that were recorded, as a smooth curve in time; e is the envelope.
 
-    The `envelope` e are numbers at places spread evenly from the root to the tip, joined by straight lines. The curve
-    in time is that of other recorded motions: a cubic spline, which stands still before the first and after the last
-    sample.
+    It stands still before the first and after the last sample.
     """
 
     envelope: Envelope = (1.0,)
+    """Numbers at places spread evenly from the root to the tip, joined by straight lines, by which all is multiplied.
+    """
 
 
 AngleSignal = Annotated[

@@ -2,14 +2,28 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float
+from pydantic import AfterValidator, WithJsonSchema
 
-from nectosome.description.fields import Quantity
 from nectosome.description.robot import RobotDescription, get_value, numeric_paths, resolve
+from nectosome.io.schema.described import Text, unfit
+from nectosome.io.schema.quantity import Quantity
 from nectosome.units import InputError, format_quantity, shorten
 from nectosome.units.ranges import Ranges, split_range
+
+
+def _not_empty(ranges: dict[str, str]) -> dict[str, str]:
+    if not ranges:
+        raise unfit("needs at least one name with a range.")
+    return ranges
+
+
+_EXAMPLES = {"type": "string", "examples": ["300..700 mm", "1..9 MPa log"]}
+RangesText = Annotated[dict[str, Annotated[Text, WithJsonSchema(_EXAMPLES)]], AfterValidator(_not_empty)]
+"""Names of quantities, each with its range as text, in a file."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from nectosome.description import RobotDescription, numeric_paths, resolve
-from nectosome.description.fields import Quantity
+from nectosome.io.schema.quantity import Quantity
 from nectosome.units import InputError, parse_quantity, shorten, split_unit
 from nectosome.units.ranges import RangeText, split_range, with_last_unit
 

@@ -1,7 +1,6 @@
 """Design problems in words: what may vary, what is made as large or small as possible, which limits hold."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
@@ -9,13 +8,15 @@ from pathlib import Path
 from nectosome.description import RobotDescription, resolve
 from nectosome.description.mission import parse_mission, read_schedule_variable
 from nectosome.description.variables import read_variable
-from nectosome.io.yaml_text import Key, read_text, read_yaml
+from nectosome.io.schema.validate import errors_at, validate_as
+from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.robots import mission_of
-from nectosome.units import InputError, did_you_mean, shorten
+from nectosome.units import InputError, shorten
 
 from .axes import check_each_once
 from .constraints import Constraint, read_constraint
 from .motion import DesignTask, MotionDesign
+from .problem_file import ProblemDescription
 from .schedule import ScheduleDesign
 
 RangeLike = str | Sequence[float]  # `LOW..HIGH` with units, or two numbers in SI
@@ -135,49 +136,12 @@ def _paths(name: str, description: RobotDescription) -> list[str]:
         return []
 
 
-class YamlFields:
-    """Named fields of a YAML file, and where each of them stands. Raises InputError for none, and for unknown ones."""
-
-    def __init__(self, text: str, source: str, what: str, known: Sequence[str]):
-        self.data, self.lines = read_yaml(text, source)
-        self.source = source
-        if not isinstance(self.data, dict):
-            raise InputError(f"is no {what}: it has no named fields.", file=source)
-        for key in self.data:
-            if key not in known:
-                raise self.wrong((str(key),), f"is not known here.{did_you_mean(str(key), known)}")
-
-    def wrong(self, at: Key, message: str) -> InputError:
-        """The error of a field."""
-        line = self.lines.get(at) or (self.lines.get(at[:-1]) if at[:-1] else None)
-        return InputError(message, file=self.source, line=line, field=shorten(".".join(map(str, at))))
-
-    @contextmanager
-    def errors_at(self, *at: str | int) -> Iterator[None]:
-        """Errors of what is read here are those of a field."""
-        try:
-            yield
-        except InputError as error:
-            raise self.wrong(at, error.message) from None
-        except ValueError as error:
-            raise self.wrong(at, str(error)) from None
-
-
 def _parse(text: str, source: str, folder: Path) -> Problem:
-    known = ("about", "vary", "maximise", "minimise", "keep", "forward", "mission")
-    file = YamlFields(text, source, "problem file", known)
-    variables, limits = file.data.get("vary", {}), file.data.get("keep", [])
-    if not isinstance(variables, dict) or not variables:
-        raise file.wrong(("vary",), "needs at least one name with a range.")
-    if not isinstance(limits, list):
-        raise file.wrong(("keep",), "must be a list.")
-    words = {name: str(file.data.get(name, "")) for name in ("maximise", "minimise", "forward")}
-    with file.errors_at("keep"):
-        keep = tuple(read_constraint(str(limit)) for limit in limits)
-    if "mission" in file.data:
-        name = str(file.data["mission"])
-        try:
-            words["mission"] = read_text(mission_of(name) or folder / name)
-        except InputError as error:
-            raise file.wrong(("mission",), str(error)) from None
-    return Problem({str(name): str(span) for name, span in variables.items()}, keep=keep, **words)
+    data, lines = read_yaml(text, source)
+    given = validate_as(ProblemDescription, data, "problem", file=source, lines=lines)
+    mission = ""
+    if given.mission:
+        with errors_at(source, lines, "mission"):
+            mission = read_text(mission_of(given.mission) or folder / given.mission)
+    keep = tuple(map(read_constraint, given.keep))
+    return Problem(given.vary, given.maximise, given.minimise, keep, given.forward or "", mission)

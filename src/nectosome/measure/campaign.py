@@ -1,20 +1,35 @@
 """Campaigns: recordings of one kind, with conditions and repeat numbers."""
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from nectosome.io.yaml_text import Key, read_text, read_yaml
+from pydantic import Field, WithJsonSchema
+
+from nectosome.io.schema.validate import errors_at, validate_as
+from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.units import InputError, shorten
 
 from .recordings import read
-from .sheet import Sheet, parse_sheet
+from .sheet import Sheet, SourceFields
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_OWN = ("conditions", "time", "columns")  # fields that a recording may override
+
+class RecordingEntry(SourceFields):
+    """A recording of a campaign; what it says of time and columns takes the place of what the campaign says."""
+
+    file: Annotated[str, Field(min_length=1), WithJsonSchema({"type": "string", "examples": ["run_1.csv", "a_*.csv"]})]
+    """The file, relative to the campaign; a pattern with * stands for several, repeats of each other."""
+
+
+class CampaignSheet(Sheet):
+    """A campaign: a sheet for several files, with the conditions of each."""
+
+    recordings: Annotated[tuple[RecordingEntry, ...], Field(min_length=1)]
+    """The files, each with its conditions. Files of the same conditions are repeats."""
 
 
 @dataclass(frozen=True)
@@ -49,45 +64,32 @@ def load_campaign(path: str | Path) -> Campaign:
     the sheet apply to all recordings; its `time` and `columns` to those without their own. Raises InputError that names
     file, line and field.
     """
-    path = Path(path)
-    source = str(path)
+    folder, source = Path(path).parent, str(path)
     data, lines = read_yaml(read_text(path), source)
-    sheet = parse_sheet(data, lines, source, also=("recordings",))
-    listed = data.get("recordings")
-
-    def wrong(at: Key, message: str) -> InputError:
-        return InputError(message, file=source, line=lines.get(at), field=".".join(map(str, at)))
-
-    if not isinstance(listed, list) or not listed:
-        raise wrong(("recordings",), "needs a list of files, each with its conditions.")
+    campaign = validate_as(CampaignSheet, data, "campaign", file=source, lines=lines)
     files: list[CampaignFile] = []
     seen: Counter[tuple[tuple[str, float, str], ...]] = Counter()
-    for k, item in enumerate(listed):
-        at: Key = ("recordings", k)
-        if not isinstance(item, dict) or not set(item) <= {"file", *_OWN} or "file" not in item:
-            raise wrong(at, "needs a file and its conditions, as in {file: run_1.csv, conditions: {f: 1.1 Hz}}.")
-        below = {key[len(at) :]: line for key, line in lines.items() if key[: len(at)] == at}
-        own = parse_sheet({k: item[k] for k in _OWN if item.get(k)}, below, source)
-        with_own = replace(
-            sheet,
-            conditions={**sheet.conditions, **own.conditions},
-            time=own.time or sheet.time,
-            columns=own.columns or sheet.columns,
-        )
-        for file in _files(path.parent, str(item["file"]), wrong, (*at, "file")):
-            key = tuple(sorted((name, *value) for name, value in with_own.conditions.items()))
+    for k, one in enumerate(campaign.recordings):
+        own = {"time": one.time or campaign.time, "columns": one.columns or campaign.columns}
+        conditions = campaign.conditions | one.conditions
+        sheet = Sheet.model_construct(about=campaign.about, file=campaign.file, conditions=conditions, **own)
+        key = tuple(sorted((name, *value) for name, value in conditions.items()))
+        with errors_at(source, lines, "recordings", k, "file"):
+            found = _files(folder, one.file)
+        for file in found:
             seen[key] += 1
-            files.append(CampaignFile(file, with_own, seen[key]))
+            files.append(CampaignFile(file, sheet, seen[key]))
     duplicate = next((p for p, n in Counter(one.path for one in files).items() if n > 1), None)
     if duplicate is not None:
         raise InputError(f"{duplicate.name} is listed twice.", file=source, field="recordings")
-    return Campaign(sheet.about, tuple(files))
+    return Campaign(campaign.about, tuple(files))
 
 
-def _files(folder: Path, pattern: str, wrong, at: Key) -> list[Path]:
+def _files(folder: Path, pattern: str) -> list[Path]:
+    """Files of a name or a pattern. Raises InputError for none, and for one outside of the folder."""
     if Path(pattern).is_absolute() or ".." in Path(pattern).parts:
-        raise wrong(at, f'"{shorten(pattern)}" is outside the folder of the campaign file.')
+        raise InputError(f'"{shorten(pattern)}" is outside the folder of the campaign file.')
     found = sorted(folder.glob(pattern)) if any(c in pattern for c in "*?[") else [folder / pattern]
     if not found or not all(file.is_file() for file in found):
-        raise wrong(at, f'there is no file "{shorten(pattern)}" beside the campaign file.')
+        raise InputError(f'there is no file "{shorten(pattern)}" beside the campaign file.')
     return found

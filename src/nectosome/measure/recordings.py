@@ -37,7 +37,7 @@ def read(path: str | Path, sheet: Sheet | str | Path | None = None) -> "xr.Datas
     """
     path = Path(path)
     sheet = sheet if isinstance(sheet, Sheet) else Sheet() if sheet is None else load_sheet(sheet)
-    with open_source(path, sheet.options) as source:
+    with open_source(path, sheet.file.options) as source:
         return _Reader(path, sheet, source).read()
 
 
@@ -114,7 +114,7 @@ class _Reader:
     def _provenance(self) -> dict[str, Any]:
         with self.path.open("rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
-        return provenance({"sheet": self.sheet.source}) | {
+        return provenance({"sheet": self.sheet.model_dump(mode="json", exclude_defaults=True)}) | {
             "file": str(self.path),
             "bytes": self.path.stat().st_size,
             "sha256": digest,

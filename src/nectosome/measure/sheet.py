@@ -1,192 +1,239 @@
 """Sheets: YAML descriptions of measurement files: the column of each quantity, units, signs, zeros, gains."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from nectosome.io.yaml_text import Key, read_text, read_yaml
-from nectosome.units import InputError, did_you_mean, read_any, shorten, unit_to_si
+from pydantic import BeforeValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema, model_validator
+
+from nectosome.io.schema.described import Described, Shorthand, Text, unfit, wrong
+from nectosome.io.schema.quantity import QuantitySource
+from nectosome.io.schema.validate import validate_as
+from nectosome.io.yaml_text import read_text, read_yaml
+from nectosome.units import read_any, shorten, unit_to_si
 
 from .formats.source import Options
 
 Repair = Literal["refuse", "drop"]
+_DELIMITERS = {"tab": "\t", "comma": ",", "semicolon": ";", "blank": " ", "blanks": " "}
+_QUANTITY = {"anyOf": [{"type": "string", "pattern": r"^\s*[-+]?(\d|\.\d)"}, {"type": "number"}]}
 
 
-@dataclass(frozen=True)
-class SheetEntry:
-    """One column: quantity = sign * gain * (reading - zero); readings at or beyond `range` count as saturated."""
+def _si(value: Any) -> tuple[float, str]:
+    """A quantity of any kind, in SI, and its SI unit; from text, or as it is."""
+    if isinstance(value, tuple):
+        return value
+    try:
+        return read_any(str(value))
+    except ValueError as error:
+        raise unfit(str(error)) from None
 
-    column: int | str | None = None  # number from 1, or name in the file; None: the name of the entry
-    unit: str | None = None  # of the reading; None: that of the file
-    sign: int = 1
-    zero: float = 0.0  # [SI of the reading]
-    gain: tuple[float, str] | None = None  # [SI], and its unit as written
-    range: tuple[float, float] | None = None  # [SI of the reading]
+
+def _column(value: Any) -> int | str:
+    if isinstance(value, bool) or not isinstance(value, int | str) or (isinstance(value, int) and value < 1):
+        raise unfit(f'"{shorten(value)}" is not a column: write a number from 1 or a name.')
+    return value
+
+
+def _unit(value: Any) -> str:
+    try:
+        unit_to_si(str(value))
+    except ValueError as error:
+        raise unfit(f'"{shorten(value)}" {error}.') from None
+    return str(value)
+
+
+def _time_unit(unit: str) -> str:
+    if unit_to_si(_unit(unit))[1] != "s":
+        raise unfit(f'"{shorten(unit)}" is not a unit of time, as in "ms".')
+    return unit
+
+
+def _rate(value: Any) -> float:
+    if isinstance(value, float):
+        return value
+    rate, unit = _si(value)
+    if unit not in ("Hz", "s-1") or not rate > 0:
+        raise unfit(f'"{shorten(value)}" is not a rate, as in "1000 Hz".')
+    return rate
+
+
+def _header(value: Any) -> int:
+    value = 0 if value == "none" else value
+    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+        raise unfit(f'"{shorten(value)}" is not a line: write a number from 1, or none.')
+    return value
+
+
+def _sign(value: Any) -> int:
+    if value not in (1, -1) or isinstance(value, bool):
+        raise unfit(f'"{shorten(value)}" must be 1 or -1.')
+    return value
+
+
+def _reading(value: Any, info: ValidationInfo) -> float:
+    """A value in the unit of the reading, in SI; a bare number has that unit."""
+    if not isinstance(info.context, QuantitySource):
+        return value
+    number, si = _si(value)
+    unit = info.data.get("unit")
+    factor, needed = unit_to_si(unit or "")
+    if si == "" and needed:
+        return number * factor
+    if si != needed:
+        raise unfit(f'"{shorten(value)}" has not the dimension of the reading, {unit or "1"}.')
+    return number
+
+
+def _gain(value: Any) -> tuple[float, str]:
+    if isinstance(value, tuple):
+        return value
+    number, _ = _si(value)
+    if number == 0:
+        raise unfit("is 0; it must differ from 0.")
+    return number, str(value).partition(" ")[2].strip()
+
+
+def _text(schema: dict[str, Any], *examples: Any) -> WithJsonSchema:
+    return WithJsonSchema(schema | {"examples": list(examples)})
+
+
+Column = Annotated[
+    int | str, PlainValidator(_column), _text({"anyOf": [{"type": "integer", "minimum": 1}, {"type": "string"}]}, 2)
+]
+Unit = Annotated[str, PlainValidator(_unit), _text({"type": "string"}, "N", "mm", "V")]
+TimeUnit = Annotated[str, PlainValidator(_time_unit), _text({"type": "string"}, "ms")]
+SamplingRate = Annotated[float, PlainValidator(_rate), _text({"type": "string"}, "1000 Hz")]  # [Hz]
+Header = Annotated[
+    int, PlainValidator(_header), _text({"anyOf": [{"type": "integer", "minimum": 1}, {"const": "none"}]}, 1)
+]
+Sign = Annotated[int, PlainValidator(_sign), WithJsonSchema({"enum": [1, -1]})]
+Reading = Annotated[float, PlainValidator(_reading), _text(_QUANTITY, "0.31 V")]  # [SI of the reading]
+Gain = Annotated[tuple[float, str], BeforeValidator(_gain), _text(_QUANTITY, "46.5 N/V")]
+Condition = Annotated[tuple[float, str], BeforeValidator(_si), _text(_QUANTITY, "1.1 Hz", "20 deg")]
+
+
+class FileLayout(Described):
+    """What shall not be found out of a file; what is left out is found out."""
+
+    encoding: Text | None = None
+    """Encoding of a text, as in utf-8 or cp1252."""
+    delimiter: Text | None = None
+    """What stands between columns: `tab`, `comma`, `semicolon`, `blank`, or the sign itself."""
+    decimal: Text | None = None
+    """Decimal sign: a point or a comma."""
+    header: Header | None = None
+    """Line with the names of columns, from 1; `none` where there is none."""
+    table: Text | None = None
+    """Worksheet, group or variable that holds the table."""
+
+    @property
+    def options(self) -> Options:
+        """The same, for the readers."""
+        delimiter = _DELIMITERS.get(self.delimiter or "", self.delimiter)
+        return Options(self.encoding, delimiter, self.decimal, self.header, self.table)
+
+
+class SheetEntry(Described):
+    """One column: quantity = sign * gain * (reading - zero)."""
+
+    column: Column | None = None
+    """Number of the column, from 1, or its name in the file; left out, the name is that of the quantity."""
+    unit: Unit | None = None
+    """Unit of the reading; left out, that of the file."""
+    sign: Sign = 1
+    """1, or -1 for a sensor that counts the other way."""
+    zero: Reading = 0.0
+    """Reading at which the quantity is 0. A bare number has the unit of the reading."""
+    gain: Gain | None = None
+    """Quantity per reading of a sensor, with its unit."""
+    range: tuple[Reading, Reading] | None = None
+    """Ends of the sensor; readings there or beyond are taken for saturated and become missing values."""
     about: str = ""
+    """What the quantity is."""
+
+    @model_validator(mode="after")
+    def _range_and_gain_fit(self) -> Self:
+        if self.range is not None and not self.range[0] < self.range[1]:
+            raise wrong("range", "is empty: its lower end must be less than its upper end.")
+        if self.gain is not None and self.gain[1] and self.unit is None:
+            raise wrong("gain", "needs the unit of the reading beside it, as in unit: V.")
+        return self
 
 
-@dataclass(frozen=True)
-class Time:
-    """Source of the time: a column, a sampling rate, or none (`absent`)."""
+class Time(Described):
+    """Source of the time: a column or a sampling rate; `none` in its place where a file has no time."""
 
-    column: int | str | None = None
-    unit: str | None = None
-    rate: float | None = None  # [Hz]
-    repair: Repair = "refuse"  # of rows whose time does not increase
-    absent: bool = False
+    column: Column | None = None
+    """Number of the column, from 1, or its name in the file."""
+    unit: TimeUnit | None = None
+    """Unit of that column; left out, that of the file."""
+    rate: SamplingRate | None = None
+    """Sampling rate, where no column has the time."""
+    repair: Repair = "refuse"
+    """What becomes of rows whose time does not increase: the file is refused, or they are left out."""
+
+    @property
+    def absent(self) -> bool:
+        """Whether the file has no time."""
+        return self.column is None and self.rate is None
 
 
-@dataclass(frozen=True)
-class Sheet:
-    """Content of a sheet; without `columns`, all columns of a file are read as they are."""
+NO_TIME = Time()
+
+
+class _TimeOrColumn(Shorthand):
+    """A source of time that may be written as its column, or as `none`."""
+
+    def expand(self, value: Any) -> Any:
+        """Put a column into its group."""
+        value = NO_TIME if value == "none" else _as_column(value)
+        if isinstance(value, dict) and ("column" in value) == ("rate" in value):
+            raise unfit("needs either a column or a rate, or the word none.")
+        return value
+
+    def shorten(self, row: list[Any]) -> Any:
+        """Nothing: sheets are not written."""
+        return row
+
+    def json_schema(self, row: dict[str, Any]) -> dict[str, Any]:
+        """Return the schema of a column."""
+        return {"type": ["integer", "string"]}
+
+
+class _EntryOrColumn(_TimeOrColumn):
+    """An entry that may be written as its column."""
+
+    def expand(self, value: Any) -> Any:
+        """Put a column into its group."""
+        return _as_column(value)
+
+
+def _as_column(value: Any) -> Any:
+    return {"column": value} if isinstance(value, int | str) else value
+
+
+class SourceFields(Described):
+    """What a sheet and each recording of a campaign may say of a file."""
+
+    time: Annotated[Time, _TimeOrColumn()] | None = None
+    """Source of the time: a column, a sampling rate, or `none`. Left out, it is the column called time or the like."""
+    columns: dict[str, Annotated[SheetEntry, _EntryOrColumn()]] = Field(default_factory=dict)
+    """Quantities by name, each with its column; left out, all columns are taken as they are."""
+    conditions: dict[str, Condition] = Field(default_factory=dict)
+    """What was the same all the time, by name: `{f: 1.1 Hz, A: 20 deg}`."""
+
+
+class Sheet(SourceFields):
+    """A sheet: what a file of measurements does not say of itself."""
 
     about: str = ""
-    options: Options = field(default_factory=Options)
-    time: Time | None = None
-    columns: Mapping[str, SheetEntry] = field(default_factory=dict)
-    conditions: Mapping[str, tuple[float, str]] = field(default_factory=dict)  # [SI] and SI unit
-    source: str = ""
+    """What was measured, in sentences."""
+    file: FileLayout = FileLayout()
+    """How the file is laid out, where that shall not be found out."""
 
 
 def load_sheet(path: str | Path) -> Sheet:
     """Read a sheet. Raises InputError that names file, line and field."""
     source = str(path)
     data, lines = read_yaml(read_text(path), source)
-    return parse_sheet(data, lines, source)
-
-
-def parse_sheet(data: Any, lines: Mapping[Key, int], source: str, also: tuple[str, ...] = ()) -> Sheet:
-    """Sheet of plain data; fields in `also` are allowed and ignored. Raises InputError."""
-    r = _Reader(data, lines, source)
-    top = r.group((), data, ("about", "file", "time", "columns", "conditions", *also))
-    columns = r.group(("columns",), top.get("columns") or {}, None)
-    conditions = r.group(("conditions",), top.get("conditions") or {}, None)
-    return Sheet(
-        about=str(top.get("about", "")),
-        options=r.options(top.get("file")),
-        time=r.time(top["time"]) if "time" in top else None,
-        columns={name: r.entry(name, value) for name, value in columns.items()},
-        conditions={name: r.value(("conditions", name), value) for name, value in conditions.items()},
-        source=source,
-    )
-
-
-class _Reader:
-    """Reads the parts of a sheet; errors name the line."""
-
-    def __init__(self, data: Any, lines: Mapping[Key, int], source: str):
-        self.lines, self.source = lines, source
-        if not isinstance(data, dict):
-            raise InputError("is not a sheet: it has no named fields.", file=source)
-
-    def wrong(self, at: Key, message: str) -> InputError:
-        line = next((self.lines[at[:n]] for n in range(len(at), -1, -1) if at[:n] in self.lines), None)
-        return InputError(message, file=self.source, line=line, field=shorten(".".join(map(str, at))) or None)
-
-    def group(self, at: Key, data: Any, known: tuple[str, ...] | None) -> dict[str, Any]:
-        if not isinstance(data, dict):
-            raise self.wrong(at, f'"{shorten(data)}" has no named fields.')
-        for name in data:
-            if known is not None and name not in known:
-                raise self.wrong((*at, str(name)), f"is not a field here.{did_you_mean(str(name), known)}")
-        return {str(name): value for name, value in data.items()}
-
-    def options(self, data: Any) -> Options:
-        if data is None:
-            return Options()
-        given = self.group(("file",), data, ("encoding", "delimiter", "decimal", "header", "table"))
-        header = given.get("header")
-        if header == "none":
-            given["header"] = header = 0
-        if header is not None and (isinstance(header, bool) or not isinstance(header, int) or header < 0):
-            raise self.wrong(("file", "header"), f'"{shorten(header)}" is not a line: write a number from 1, or none.')
-        for name in ("encoding", "delimiter", "decimal", "table"):
-            if name in given:
-                given[name] = str(given[name])
-        given["delimiter"] = _DELIMITERS.get(given.get("delimiter", ""), given.get("delimiter"))
-        return Options(**given)
-
-    def time(self, data: Any) -> Time:
-        if data is None or data == "none":
-            return Time(absent=True)
-        if not isinstance(data, dict):
-            data = {"column": data}
-        given = self.group(("time",), data, ("column", "unit", "rate", "repair"))
-        if ("rate" in given) == ("column" in given):
-            raise self.wrong(("time",), "needs either a column or a rate, or the word none.")
-        if given.get("repair", "refuse") not in ("refuse", "drop"):
-            raise self.wrong(("time", "repair"), f'"{shorten(given["repair"])}" must be refuse or drop.')
-        rate = None
-        if "rate" in given:
-            rate, unit = self.value(("time", "rate"), given["rate"])
-            if unit not in ("Hz", "s-1") or not rate > 0:
-                raise self.wrong(("time", "rate"), f'"{shorten(given["rate"])}" is not a rate, as in "1000 Hz".')
-        unit = self.unit(("time", "unit"), given.get("unit"))
-        if unit is not None and unit_to_si(unit)[1] != "s":
-            raise self.wrong(("time", "unit"), f'"{shorten(unit)}" is not a unit of time, as in "ms".')
-        return Time(self.column(("time",), given.get("column")), unit, rate, given.get("repair", "refuse"))
-
-    def entry(self, name: str, data: Any) -> SheetEntry:
-        at = ("columns", name)
-        if data is None or isinstance(data, int | str):
-            data = {"column": data}
-        given = self.group(at, data, ("column", "unit", "sign", "zero", "gain", "range", "about"))
-        sign = given.get("sign", 1)
-        if sign not in (1, -1) or isinstance(sign, bool):
-            raise self.wrong((*at, "sign"), f'"{shorten(sign)}" must be 1 or -1.')
-        unit = self.unit((*at, "unit"), given.get("unit"))
-        zero = self.of_reading((*at, "zero"), given["zero"], unit) if "zero" in given else 0.0
-        limits = None
-        if "range" in given:
-            ends = given["range"]
-            if not isinstance(ends, list) or len(ends) != 2:
-                raise self.wrong((*at, "range"), "needs two values, as in [-5 V, 5 V].")
-            low, high = (self.of_reading((*at, "range"), end, unit) for end in ends)
-            if not low < high:
-                raise self.wrong((*at, "range"), "is empty: its lower end must be less than its upper end.")
-            limits = (low, high)
-        gain = None
-        if "gain" in given:
-            number, _ = self.value((*at, "gain"), given["gain"])
-            gain = (number, str(given["gain"]).partition(" ")[2].strip())
-            if number == 0:
-                raise self.wrong((*at, "gain"), "is 0; it must differ from 0.")
-            if unit is None and gain[1]:
-                raise self.wrong((*at, "gain"), "needs the unit of the reading beside it, as in unit: V.")
-        return SheetEntry(
-            self.column(at, given.get("column")), unit, sign, zero, gain, limits, str(given.get("about", ""))
-        )
-
-    def column(self, at: Key, value: Any) -> int | str | None:
-        if isinstance(value, bool) or (isinstance(value, int) and value < 1):
-            raise self.wrong((*at, "column"), f'"{shorten(value)}" is not a column: write a number from 1 or a name')
-        return value if value is None or isinstance(value, int) else str(value)
-
-    def unit(self, at: Key, value: Any) -> str | None:
-        if value is None:
-            return None
-        try:
-            unit_to_si(str(value))
-        except ValueError as error:
-            raise self.wrong(at, f'"{shorten(value)}" {error}.') from None
-        return str(value)
-
-    def value(self, at: Key, value: Any) -> tuple[float, str]:
-        try:
-            return read_any(str(value))
-        except ValueError as error:
-            raise self.wrong(at, str(error)) from None
-
-    def of_reading(self, at: Key, value: Any, unit: str | None) -> float:
-        """A value in the unit of the reading; a bare number has that unit."""
-        number, si = self.value(at, value)
-        factor, expected = unit_to_si(unit or "")
-        if si == "" and expected:
-            return number * factor
-        if si != expected:
-            raise self.wrong(at, f'"{shorten(value)}" has not the dimension of the reading, {unit or "1"}.')
-        return number
-
-
-_DELIMITERS = {"tab": "\t", "comma": ",", "semicolon": ";", "blank": " ", "blanks": " "}
+    return validate_as(Sheet, data, "sheet", file=source, lines=lines)

@@ -28,7 +28,7 @@ from nectosome.description import (
     with_values,
 )
 from nectosome.description import parts as dp
-from nectosome.description.structure import changed
+from nectosome.io.schema.structure import changed
 from nectosome.loads.places import Carrier
 from nectosome.mechanism import (
     Attached,

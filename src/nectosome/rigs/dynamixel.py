@@ -33,10 +33,15 @@ class Servo:
     """Where a servo is and what it may do."""
 
     port: str
-    number: int = 1  # its ID
+    """Serial port, as in /dev/ttyUSB0 or COM3."""
+    number: int = 1
+    """ID of the servo on the line."""
     baud: int = 57_600
-    speed: float = 5.0  # at most [rad/s]
-    watchdog: float = 0.5  # [s] without a packet after which it stops and holds its angle
+    """Baud rate of the line."""
+    speed: float = 5.0  # [rad/s]
+    """Largest speed."""
+    watchdog: float = 0.5  # [s]
+    """Time without a packet after which the servo stops and holds its angle; several times dt."""
 
     def __post_init__(self):
         if not _SPEED_UNIT <= self.speed <= 32_767 * _SPEED_UNIT:
@@ -64,7 +69,7 @@ class Dynamixel(Rig):
 
     def open(self) -> None:
         """Find the servo, check it, and go slowly to 0."""
-        sdk = driver("dynamixel_sdk", "dynamixel")
+        sdk = driver("dynamixel_sdk", "rig")
         self._protocol = sdk.Protocol2PacketHandler()
         with line(self._where):
             port = sdk.PortHandler(self.servo.port)

@@ -4,15 +4,17 @@ import inspect
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from pydantic import Field, create_model
 
 from nectosome.controllers.commands import unit_text
-from nectosome.description.base import Described
-from nectosome.description.fields import Angle, AngularSpeed, AnyPressure, Coordinate, PositiveNumber, Quantity
-from nectosome.description.validate import line_of, validate_as
+from nectosome.description.fields import Angle, AngularSpeed, AnyPressure, Coordinate, PositiveNumber, PositiveTime
+from nectosome.io.schema.described import Described
+from nectosome.io.schema.kinds import check_kind
+from nectosome.io.schema.quantity import Quantity
+from nectosome.io.schema.validate import line_of, validate_as
 from nectosome.io.yaml_text import Key, read_text, read_yaml
 from nectosome.units import InputError, did_you_mean, shorten, unit_to_si
 
@@ -33,7 +35,6 @@ _PressureRate = Annotated[float, Quantity("pressure_rate")]
 _AngularAcceleration = Annotated[float, Quantity("angular_acceleration")]
 _PressurePerVolt = Annotated[float, Quantity("pressure_per_volt")]
 _LengthPerVolt = Annotated[float, Quantity("length_per_volt")]
-_Time = Annotated[float, Quantity("time", minimum=0, exclusive=True)]
 _Count = Annotated[int, Field(ge=1, le=1_000_000)]
 _Word = Annotated[str, Field(min_length=1)]
 _Baud = Annotated[int, Field(ge=300, le=10_000_000)]
@@ -53,20 +54,13 @@ class RigFile:
 def load_rig(path: str | Path) -> RigFile:
     """Read a rig file; no device is opened. Raises InputError that names file, line and field."""
     data, lines = read_yaml(read_text(path), str(path))
-    kinds: dict[str, Any] = {
-        "ni": (_NI, _ni),
-        "dynamixel": (_DYNAMIXEL, _dynamixel),
-        "serial": (_SERIAL, _serial),
-        "simulated": (_SIMULATED, None),
-    }
     kind = str(data.get("kind") or "") if isinstance(data, dict) else ""
-    if isinstance(data, dict) and kind not in kinds:
+    if isinstance(data, dict) and kind not in RIG_MODELS:
+        check_kind(data, "rig", str(path))
         message = f'there is no rig "{shorten(kind)}".' if kind else "is missing."
-        message += did_you_mean(kind, kinds) or f" Write one of {', '.join(kinds)}."
+        message += did_you_mean(kind, RIG_MODELS) or f" Write one of {', '.join(RIG_MODELS)}."
         raise InputError(message, file=str(path), line=lines.get(("kind",)), field="kind")
-    schema, make = kinds.get(kind, kinds["ni"])
-    least = f"A rig file has at least a kind ({', '.join(kinds)}), dt and limits."
-    given: Any = validate_as(schema, data, least, file=str(path), lines=lines)
+    given: Any = validate_as(RIG_MODELS.get(kind, _NI), data, "rig", file=str(path), lines=lines)
     file = _File(str(path), lines)
     limits = file.create(Limits, given.limits, "limits")
     texts = [unit_text(str(data["limits"][name])) for name in ("high", "low")]
@@ -75,7 +69,8 @@ def load_rig(path: str | Path) -> RigFile:
         loop, pace = actuator_loop(model, limits, given.dt, given.noise), "real" if given.real_time else "virtual"
         rig: Rig = SimulatedRig(loop.plant, loop.sensor, dt=given.dt / loop.substeps, pace=pace)
     else:
-        model, rig = None, make(file, given, limits)
+        makers = {"ni": _ni, "dynamixel": _dynamixel, "serial": _serial}
+        model, rig = None, makers[kind](file, given, limits)
     unit = next(filter(None, texts), rig.command_unit)
     return RigFile(rig, limits, given.dt, (unit, unit_to_si(unit)[0]), model)
 
@@ -138,14 +133,20 @@ def _serial(file: _File, given: Any, limits: Limits) -> Rig:
 
 @dataclass(frozen=True)
 class Simulation:
-    """A simulated actuator: a saved model, whose path is relative to the rig file, or the numbers of a linear one."""
+    """A simulated actuator: a saved model, or the numbers of a linear one."""
 
     model: str | None = None
+    """A model saved by `nectosome identify hysteresis --save`, relative to this file, instead of gain and frequency."""
     gain: float | None = None  # [m/Pa]
-    frequency: float | None = None  # natural frequency of the linear model [rad/s]
-    damping: float = 1.0  # its damping ratio
-    noise: float | None = None  # standard deviation of the sensor; that of the model unless given [m]
+    """Displacement per pressure of a linear model."""
+    frequency: float | None = None  # [rad/s]
+    """Natural frequency of a linear model."""
+    damping: float = 1.0
+    """Damping ratio of a linear model."""
+    noise: float | None = None  # [m]
+    """Standard deviation of the sensor; that of the model where it is left out."""
     real_time: bool = False
+    """Whether a run takes as long as on a real rig."""
 
 
 def _model(file: _File, given: Any) -> "Identified":
@@ -171,42 +172,61 @@ def _model(file: _File, given: Any) -> "Identified":
         raise file.wrong(str(error), "model") from None
 
 
-def _group(kind: type, /, **units: Any) -> Any:
-    """Schema of a group of fields for a dataclass, with the same defaults; `units` has the types of its numbers."""
+class RigDescription(Described):
+    """The file of a rig: its device, its connections, and the limits of its commands and measurements."""
+
+    kind: Any  # its name in a file, a literal of each class
+    about: str = ""
+    """What the rig is, in sentences."""
+    dt: PositiveTime
+    """Time between samples."""
+    limits: Any
+    """Limits of commands and measurements. All of them are always checked."""
+
+
+def _group(settings: type, base: type[Described] = Described, /, **types: Any) -> Any:
+    """Model of a group of fields for a dataclass, with the same defaults; `types` has those of its fields."""
     known: dict[str, Any] = {
-        field.name: (units.pop(field.name, field.type), ... if field.default is MISSING else field.default)
-        for field in fields(kind)
+        field.name: (types.pop(field.name, field.type), ... if field.default is MISSING else field.default)
+        for field in fields(settings)
     }
-    return create_model(kind.__name__, __base__=Described, **known, **units)
+    model = create_model(settings.__name__, __base__=base, __doc__=settings.__doc__, **known, **types)
+    model.described_in = settings
+    return model
 
 
-def _rig(settings: type, command: Any, rate: Any, measured: Any, **units: Any) -> Any:
-    """Schema of the file of a rig, whose settings are a dataclass; types of command, its rate, and measurement."""
+def _rig(kind: str, settings: type, command: Any, rate: Any, measured: Any, **types: Any) -> Any:
+    """Model of the file of a rig, whose settings are a dataclass; types of command, its rate, and measurement."""
     limits = _group(
         Limits, low=command, high=command, slew=rate, least=measured, most=measured, error=measured,
-        error_time=_Time, saturated_time=_Time, frozen_time=_Time, frozen_share=PositiveNumber,
+        error_time=PositiveTime, saturated_time=PositiveTime, frozen_time=PositiveTime, frozen_share=PositiveNumber,
         overrun=PositiveNumber, overruns_in_row=_Count, overruns_share=PositiveNumber,
     )  # fmt: skip
-    return _group(settings, kind=(str, ...), about=(str, ""), dt=(_Time, ...), limits=(limits, ...), **units)
+    return _group(settings, RigDescription, kind=(Literal[kind], ...), limits=(limits, ...), **types)
 
 
 _LASER = _group(Laser, channel=_Word, zero=_Voltage, slope=_LengthPerVolt, low=_Voltage, high=_Voltage)
 _VALVE = _group(Valve, channel=_Word, zero=_Voltage, slope=_PressurePerVolt, low=_Voltage, high=_Voltage)
-_WATCHDOG = _group(Watchdog, device=_Word, timeout=_Time)
+_WATCHDOG = _group(Watchdog, device=_Word, timeout=PositiveTime)
 _VALVES = Annotated[tuple[_VALVE, ...], Field(min_length=1)]
-_NI = _rig(Wiring, AnyPressure, _PressureRate, Coordinate, valves=_VALVES, laser=_LASER, watchdog=_WATCHDOG | None)
+_NI = _rig(
+    "ni", Wiring, AnyPressure, _PressureRate, Coordinate,
+    valves=_VALVES, laser=_LASER, watchdog=_WATCHDOG | None,
+)  # fmt: skip
 _DYNAMIXEL = _rig(
-    Servo, Angle, AngularSpeed, Angle,
-    port=_Word, number=Annotated[int, Field(ge=0, le=252)], baud=_Baud, speed=AngularSpeed, watchdog=_Time,
+    "dynamixel", Servo, Angle, AngularSpeed, Angle,
+    port=_Word, number=Annotated[int, Field(ge=0, le=252)], baud=_Baud, speed=AngularSpeed, watchdog=PositiveTime,
 )  # fmt: skip
 _SERIAL = _rig(
-    MotorLink, AngularSpeed, _AngularAcceleration, AngularSpeed,
-    port=_Word, baud=_Baud, timeout=_Time, start=_Time, watchdog=_Time,
+    "serial", MotorLink, AngularSpeed, _AngularAcceleration, AngularSpeed,
+    port=_Word, baud=_Baud, timeout=PositiveTime, start=PositiveTime, watchdog=PositiveTime,
 )  # fmt: skip
 _NOISE = Annotated[float, Quantity("length", minimum=0)]
 _GAIN = Annotated[float, Quantity("length_per_pressure", minimum=0, exclusive=True)]
 _FREQUENCY = Annotated[float, Quantity("angular_speed", minimum=0, exclusive=True)]
 _SIMULATED = _rig(
-    Simulation, AnyPressure, _PressureRate, Coordinate,
+    "simulated", Simulation, AnyPressure, _PressureRate, Coordinate,
     model=_Word | None, gain=_GAIN | None, frequency=_FREQUENCY | None, damping=PositiveNumber, noise=_NOISE | None,
 )  # fmt: skip
+
+RIG_MODELS = {"ni": _NI, "dynamixel": _DYNAMIXEL, "serial": _SERIAL, "simulated": _SIMULATED}

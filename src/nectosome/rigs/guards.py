@@ -18,19 +18,32 @@ class Limits:
     the range or at the largest rate: a loop whose gains are far too high oscillates there, maybe with a small error.
     """
 
-    low: float  # of commands; 0 is within
+    low: float
+    """Smallest command; 0 is within low and high."""
     high: float
-    slew: float  # of commands [1/s]
-    least: float  # of measurements
+    """Largest command."""
+    slew: float  # [1/s]
+    """Largest change of the command per second."""
+    least: float
+    """Smallest measurement."""
     most: float
-    error: float  # of |reference - measured|
-    error_time: float = 0.5  # above it [s]
-    saturated_time: float = 2.0  # with the command at an end of its range, or at its largest rate [s]
-    frozen_time: float = 0.25  # with the same reading, to the last bit, [s]
-    frozen_share: float = 0.1  # while the command moves by this share of its range
-    overrun: float = 0.5  # share of dt by which a sample may be late
-    overruns_in_row: int = 10  # samples that are later
-    overruns_share: float = 0.05  # of all samples, that are later
+    """Largest measurement."""
+    error: float
+    """Largest difference of reference and measurement."""
+    error_time: float = 0.5  # [s]
+    """Time above the limit of the error after which the experiment ends."""
+    saturated_time: float = 2.0  # [s]
+    """Time with the command at an end of its range, or at its largest rate, after which the experiment ends."""
+    frozen_time: float = 0.25  # [s]
+    """Time with the same reading, to the last bit, after which the experiment ends."""
+    frozen_share: float = 0.1
+    """Share of its range by which the command has to move in that time, for the reading to count as frozen."""
+    overrun: float = 0.5
+    """Share of dt by which a sample may be late."""
+    overruns_in_row: int = 10
+    """Number of samples in a row that are later, at which the experiment ends."""
+    overruns_share: float = 0.05
+    """Share of all samples that are later, at which the experiment ends."""
 
     def __post_init__(self):
         for field in fields(self):

@@ -21,10 +21,15 @@ class Valve:
     """
 
     channel: str
-    zero: float  # at a command of 0 [V]
+    """Analogue output of the card, as in Dev1/ao0."""
+    zero: float  # [V]
+    """Volts at a command of 0."""
     slope: float  # [Pa/V]
+    """Pressure per volt; negative for a valve that works against the others."""
     low: float = 0.0  # [V]
+    """Smallest volts that the valve takes."""
     high: float = 10.0
+    """Largest volts that the valve takes."""
 
     def __post_init__(self):
         if not (0 < abs(self.slope) < math.inf and self.low <= self.zero <= self.high):
@@ -48,10 +53,15 @@ class Laser:
     """A distance sensor that gives volts, as a Keyence IL-065; beyond its range it sees nothing."""
 
     channel: str
-    zero: float  # where the measurement is 0 [V]
+    """Analogue input of the card, as in Dev1/ai0."""
+    zero: float  # [V]
+    """Volts where the measurement is 0."""
     slope: float  # [m/V]
+    """Displacement per volt."""
     low: float  # [V]
+    """Smallest volts of its range; below it sees nothing."""
     high: float
+    """Largest volts of its range; above it sees nothing."""
 
     def __post_init__(self):
         if not (0 < abs(self.slope) < math.inf and self.low < self.high):
@@ -65,19 +75,24 @@ class Laser:
 
 @dataclass(frozen=True)
 class Watchdog:
-    """The card's own: without a command for `timeout` [s] it puts its outputs to a command of 0, and locks them."""
+    """The card's own: without a command for some time it puts its outputs to a command of 0, and locks them."""
 
     device: str
+    """The device, as in cDAQ1."""
     timeout: float
+    """Time without a command after which it acts; several times dt."""
 
 
 @dataclass(frozen=True)
 class Wiring:
-    """What is connected to which channel; several valves get the same command, each by its own slope."""
+    """What is connected to which channel of a card."""
 
     valves: tuple[Valve, ...]
+    """The valves. All get the same command, each by its own slope."""
     laser: Laser
+    """The sensor of the displacement."""
     watchdog: Watchdog | None = None
+    """The card's own watchdog, where it has one."""
 
 
 class NationalInstruments(Rig):
@@ -101,8 +116,8 @@ class NationalInstruments(Rig):
     def open(self) -> None:
         """Tasks for each channel, and a command of 0."""
         if self._daq is None:
-            self._daq = driver("nidaqmx", "ni")
-            driver("nidaqmx.system.watchdog", "ni")
+            self._daq = driver("nidaqmx", "rig")
+            driver("nidaqmx.system.watchdog", "rig")
         if self.wiring.watchdog is not None:
             hint = " Not every device can watch analogue outputs: where it cannot, leave the watchdog out."
             with self._driver_errors(f"watchdog of {self.wiring.watchdog.device}", hint):

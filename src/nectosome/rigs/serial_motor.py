@@ -31,10 +31,15 @@ class MotorLink:
     """Where the controller is and how long it is waited for."""
 
     port: str
+    """Serial port, as in /dev/ttyACM0 or COM3."""
     baud: int = 115_200
-    timeout: float = 0.1  # for an answer [s]
-    start: float = 3.0  # after the port is opened, which resets an Arduino [s]
-    watchdog: float = 0.5  # of the controller [s]
+    """Baud rate of the line."""
+    timeout: float = 0.1  # [s]
+    """Time in which an answer has to come."""
+    start: float = 3.0  # [s]
+    """Wait after the port is opened, which resets an Arduino."""
+    watchdog: float = 0.5  # [s]
+    """Time without a question after which the controller vents by itself; several times dt."""
 
     def __post_init__(self):
         for name in ("timeout", "start", "watchdog"):
@@ -72,7 +77,7 @@ class SerialMotor(Rig):
     def open(self) -> None:
         """Wait until the controller runs, set its watchdog, and a speed of 0."""
         c = self.controller
-        serial = driver("serial", "serial")
+        serial = driver("serial", "rig")
         with line(self._where):
             self._port = serial.Serial(c.port, c.baud, timeout=c.timeout, write_timeout=c.timeout, exclusive=True)
         limit = time.perf_counter() + c.start

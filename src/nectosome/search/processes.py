@@ -7,6 +7,7 @@ what it had computed before is in its journal.
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -17,6 +18,8 @@ _count: Any = None  # in a worker: the shared number of evaluations computed
 
 
 _PULSE, _LONGEST = 0.25, 3.0  # s between looks whether to stop, and from then on to the end
+# the tracker of semaphores is a process of its own, which tells on stderr that this one was killed
+_QUIET = "ignore:resource_tracker:UserWarning"
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NPROC")  # NPROC is read by XLA
 
 
@@ -28,6 +31,8 @@ class Workers:
     """
 
     def __init__(self, number: int):
+        if _QUIET not in sys.warnoptions:
+            sys.warnoptions.append(_QUIET)  # processes that Python starts take these options over
         context = multiprocessing.get_context("spawn")
         self.stop = context.Event()
         self._count = context.Value("q", 0)

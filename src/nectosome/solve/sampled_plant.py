@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from nectosome.core import Handover, State, Status
 from nectosome.core.remember import remembered, runs_long
 from nectosome.description import RobotDescription, get_value, numeric_paths, resolve
-from nectosome.description.fields import Quantity
+from nectosome.io.schema.quantity import Quantity
 from nectosome.mechanism import Diagnosis, Robot, Tree, in_plane, moves_in_plane
 from nectosome.model import Template, build, instantiate, template_of
 from nectosome.units import InputError

@@ -67,7 +67,12 @@ _DEFINITIONS = """
     joule = newton * meter = J
     watt = joule / second = W
     liter = 1e-3 * meter ** 3 = L = l
-    inch = 0.0254 * meter
+    inch = 0.0254 * meter = in
+    foot = 12 * inch = ft
+    pound = 453.59237 * gram = lb
+    gram_force = 9.80665e-3 * newton = gf
+    pound_force = 4.4482216152605 * newton = lbf
+    ounce_force = 0.27801385095378125 * newton = ozf
     tonne = 1e6 * gram = t
     percent = 0.01
     ampere = [current] = A

@@ -36,7 +36,7 @@ DIMENSIONS = {
     "speed": Dimension("speed", "m/s", '"0.2 m/s" or "20 cm/s"', ("mm/s",)),
     "acceleration": Dimension("acceleration", "m/s2", '"9.81 m/s2"'),
     "force": Dimension("force", "N", '"1.5 N" or "1500 mN"', ("mN", "kN")),
-    "torque": Dimension("torque", "N m", '"0.5 N m" or "500 mN m"', ("mN m",)),
+    "torque": Dimension("torque", "N m", '"0.5 N m" or "5 kgf cm"', ("mN m",)),
     "power": Dimension("power", "W", '"5 W" or "500 mW"', ("mW", "kW")),
     "line_force": Dimension("force per length", "N/m", '"2.5 N/m"', ("mN/m",)),
     "angular_stiffness": Dimension("angular stiffness", "N m/rad", '"0.5 N m/rad"', ("mN m/rad",)),

@@ -152,7 +152,7 @@ def posterior(
     InputError where numpyro is not installed, for numbers that make no sense, parameters outside of their ranges, and
     residuals that are NaN or infinite at theta.
     """
-    package("numpyro", "numpyro")
+    package("numpyro", "posterior")
     for name, value, least in (("draws", draws, 4), ("warmup", warmup, 1), ("chains", chains, 1), ("seed", seed, 0)):
         check_whole(value, name, least)
     check_share(coverage, "coverage")

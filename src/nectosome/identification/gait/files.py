@@ -1,27 +1,64 @@
 """Files of gaits that a robot is fitted to: the robot, its unknown quantities, and features of each trial."""
 
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from nectosome.description import RobotDescription, load_robot, numeric_paths, resolve
-from nectosome.description.variables import Variable, read_variable
+from pydantic import Field
+
+from nectosome.description import load_robot
+from nectosome.description.fields import Length, PositiveFrequency, PositiveNumber, PositiveSpeed, PositiveTime
+from nectosome.description.settings import parse_setting
+from nectosome.description.variables import RangesText, Variable, read_variable
 from nectosome.designs.design import SEED
-from nectosome.designs.problem import YamlFields
 from nectosome.designs.sweep import Progress
-from nectosome.io.yaml_text import Key, read_text
+from nectosome.io.schema.described import Described, Text
+from nectosome.io.schema.validate import errors_at, validate_as
+from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.robots import describe
 from nectosome.search import OPTIMISERS, Start, minimise
-from nectosome.units import InputError, did_you_mean, parse_quantity, shorten
+from nectosome.units import InputError, did_you_mean
 
 from ..fits.identifiability import Identifiability, identifiability
 from .fit import GaitFit, GaitTrial, gait_data, gait_optimiser
-from .walks import FEATURES, UNITS, Walked
+from .walks import Walked
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_KNOWN = ("about", "robot", "vary", "seconds", "window", "error", "trials")
-_DIMENSIONS = {"m": "length", "Hz": "frequency", "m/s": "speed"}
+
+class TrialDescription(Described):
+    """A gait that was measured."""
+
+    amplitude: Length
+    """Amplitude of the height of the body, from its lowest to its highest value."""
+    frequency: PositiveFrequency
+    """Frequency of the height."""
+    speed: PositiveSpeed
+    """Mean speed along x."""
+    height: Length
+    """Mean height of the body."""
+    set: dict[str, Text] = Field(default_factory=dict)
+    """What differs from the robot in this trial, by path or alias: `{volume: 0.64 L}`."""
+
+
+class GaitsDescription(Described):
+    """Features of measured gaits, and the quantities of a robot on legs that are found from them."""
+
+    about: str = ""
+    """What was measured, in sentences."""
+    robot: str
+    """A robot that ships, by name, or a robot file beside this one."""
+    vary: RangesText
+    """Unknown quantities of the robot, by path or alias, each with a range."""
+    seconds: PositiveTime = 25.0
+    """Length of a walk, a whole number of windows; features are taken of the last one."""
+    window: PositiveTime = 5.0
+    """Length of a window."""
+    error: PositiveNumber = 0.01
+    """Relative standard error of the features, for the identifiability of the parameters."""
+    trials: Annotated[tuple[TrialDescription, ...], Field(min_length=1)]
+    """The gaits, each with amplitude, frequency, speed and height."""
 
 
 class GaitResult(NamedTuple):
@@ -85,70 +122,27 @@ def identify_gait(
 
 
 def load_gait_fit(path: str | Path) -> GaitFit:
-    """Read a file of gaits. Raises InputError that names file, line and field.
-
-    `robot` is the name of one that ships or a robot file beside this one; `vary` gives each unknown quantity a range;
-    `trials` are a list of features, amplitude, frequency, speed and height, with what differs from the robot in `set`;
-    `error` is their relative standard error.
-    """
-    file = YamlFields(read_text(path), str(path), "file of gaits", _KNOWN)
-    data = file.data
-    ranges, trials = data.get("vary"), data.get("trials")
-    if not isinstance(ranges, dict) or not ranges:
-        raise file.wrong(("vary",), "needs at least one name with a range.")
-    if not isinstance(trials, list) or not trials:
-        raise file.wrong(("trials",), "needs at least one gait, with a dash before it.")
-    description = _robot(file, data.get("robot"))
+    """Read a file of gaits (`GaitsDescription`). Raises InputError that names file, line and field."""
+    source = str(path)
+    data, lines = read_yaml(read_text(path), source)
+    given = validate_as(GaitsDescription, data, "gaits", file=source, lines=lines)
+    at = partial(errors_at, source, lines)
+    with at("robot"):
+        beside = Path(path).parent / given.robot
+        robot = load_robot(beside) if beside.suffix in (".yaml", ".yml") else describe(given.robot)
     variables = list[Variable]()
-    for name, span in ranges.items():
-        with file.errors_at("vary", name):
-            variables.append(read_variable(name, str(span), description))
-    found = tuple(_trial(file, k, one, description) for k, one in enumerate(trials))
-    kinds = {"seconds": "time", "window": "time", "error": "number"}
-    numbers = {key: _positive(file, (key,), data[key], kind) for key, kind in kinds.items() if key in data}
+    for name, span in given.vary.items():
+        with at("vary", name):
+            variables.append(read_variable(name, span, robot))
+    trials = list[GaitTrial]()
+    for k, one in enumerate(given.trials):
+        changes = dict[str, float]()
+        for name, text in one.set.items():
+            with at("trials", k, "set", name):
+                (changes[name],) = {*parse_setting(f"{name}={text}", robot).values()}
+        trials.append(GaitTrial((one.amplitude, one.frequency, one.speed, one.height), changes))
     try:
-        return GaitFit(description, tuple(variables), found, **numbers)
+        return GaitFit(robot, tuple(variables), tuple(trials), given.seconds, given.window, given.error)
     except InputError as error:
-        line = file.lines.get((error.field or "",)) or file.lines.get(("vary", error.field or ""))
-        raise InputError(error.message, file=str(path), line=line, field=error.field) from None
-
-
-def _positive(file: YamlFields, at: Key, text: Any, dimension: str) -> float:
-    """A positive quantity with its unit."""
-    with file.errors_at(*at):
-        value = parse_quantity(str(text), dimension)
-    if not value > 0:
-        raise file.wrong(at, f'"{shorten(text)}" is out of range: it must be more than 0.')
-    return value
-
-
-def _robot(file: YamlFields, name: Any) -> RobotDescription:
-    if not isinstance(name, str):
-        raise file.wrong(("robot",), "is missing. Name a robot that ships, or a robot file.")
-    beside = Path(file.source).parent / name
-    try:
-        return load_robot(beside) if beside.suffix in (".yaml", ".yml") else describe(name)
-    except InputError as error:
-        raise file.wrong(("robot",), str(error)) from None
-
-
-def _trial(file: YamlFields, k: int, one: Any, description: RobotDescription) -> GaitTrial:
-    at: Key = ("trials", k)
-    if not isinstance(one, dict):
-        raise file.wrong(at, "has no named fields: amplitude, frequency, speed and height are needed.")
-    for key in one:
-        if key not in (*FEATURES, "set"):
-            raise file.wrong((*at, str(key)), f"is not known here.{did_you_mean(str(key), (*FEATURES, 'set'))}")
-    for name in FEATURES:
-        if one.get(name) is None:
-            raise file.wrong((*at, name), "is missing.")
-    a, f, v, z = (_positive(file, (*at, f), one[f], _DIMENSIONS[u]) for f, u in zip(FEATURES, UNITS, strict=True))
-    changes, quantities = one.get("set", {}), numeric_paths(description)
-    if not isinstance(changes, dict):
-        raise file.wrong((*at, "set"), "needs names with values.")
-    values = dict[str, float]()
-    for name, text in changes.items():
-        with file.errors_at(*at, "set", str(name)):
-            read = [quantities[path].read(str(text), units_required=True) for path in resolve(description, str(name))]
-            (values[str(name)],) = {*read}
-    return GaitTrial((a, f, v, z), values)
+        line = lines.get((error.field or "",)) or lines.get(("vary", error.field or ""))
+        raise InputError(error.message, file=source, line=line, field=error.field) from None

@@ -10,6 +10,8 @@ from typing import NamedTuple, Self
 import numpy as np
 from jaxtyping import Float, Int
 
+from nectosome.io.schema.kinds import kind_of_file, of_other_kind
+from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.measure.formats.file_errors import first_bytes
 from nectosome.units import InputError
 
@@ -85,6 +87,8 @@ def open_source(path: Path, options: Options) -> TableSource:
     """Open a file with the reader of its ending, else of its first bytes. Raises InputError if it cannot be read."""
     ending = path.suffix.lower()
     kind = _ENDINGS.get(ending)
+    if ending in (".yaml", ".yml") and (found := kind_of_file(read_yaml(read_text(path), str(path))[0])):
+        raise of_other_kind(found, "a recording", str(path))
     if kind is None:
         first = first_bytes(path)
         if ending in (".xls", ".ods", ".mdf", ".mf4"):

@@ -9,18 +9,18 @@ import numpy as np
 import xarray as xr
 
 from nectosome.measure import Sheet, read
-from nectosome.measure.sheet import SheetEntry, Time
+from nectosome.measure.sheet import NO_TIME, SheetEntry
 
 _SHEET = Sheet(
     about="steady swimming of small-spotted catsharks",
-    time=Time(absent=True),
+    time=NO_TIME,
     columns={
-        "speed_class": SheetEntry("speedBL", unit="1/s", about="speed of the flume in body lengths"),
-        "length": SheetEntry("TL", unit="cm", about="total length"),
-        "frequency": SheetEntry("TBF", unit="Hz", about="tail beat frequency"),
-        "amplitude": SheetEntry("tailAmplitude", unit="", about="tail amplitude in body lengths"),
-        "speed": SheetEntry("U", unit="m/s", about="swimming speed"),
-        "strouhal": SheetEntry("St", unit="", about="Strouhal number as given"),
+        "speed_class": SheetEntry(column="speedBL", unit="1/s", about="speed of the flume in body lengths"),
+        "length": SheetEntry(column="TL", unit="cm", about="total length"),
+        "frequency": SheetEntry(column="TBF", unit="Hz", about="tail beat frequency"),
+        "amplitude": SheetEntry(column="tailAmplitude", unit="", about="tail amplitude in body lengths"),
+        "speed": SheetEntry(column="U", unit="m/s", about="swimming speed"),
+        "strouhal": SheetEntry(column="St", unit="", about="Strouhal number as given"),
     },
 )
 

@@ -107,4 +107,4 @@ class Differential(PymooOptimiser):
 
 
 def _pymoo(module: str) -> Any:
-    return package(f"pymoo.{module}", "pymoo")
+    return package(f"pymoo.{module}", "search")

@@ -11,6 +11,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from jaxtyping import Float
 
+from nectosome.units import InputError
+
 from ..contract import Ask, Optimiser, Outcome, Search, from_callback
 from ..task import Evaluation, Space
 
@@ -53,8 +55,13 @@ class Pattern(Optimiser):
         self._require("directions", known, f'is "{self.directions}"; it must be "2n" or "n+1".')
 
     def check(self, space: Space, start: bool) -> None:
-        """Raise InputError without a start, and for meshes of other variables."""
+        """Raise InputError without a start, for meshes of other variables, and where NOMAD is not installed."""
         super().check(space, start)
+        try:
+            import PyNomad  # noqa: F401  # pyright: ignore[reportMissingImports]
+        except ImportError as error:
+            why = "there is no wheel of NOMAD for this machine. Take gradient or cmaes, or compile it: "
+            raise InputError(f"{why}pip install PyNomadBBO.", field="optimiser") from error
         fits = not isinstance(self.mesh, tuple) or len(self.mesh) == space.variables
         self._require("mesh", fits, f"has not one number for each of the {space.variables} variables: {self.mesh}.")
 

@@ -1,0 +1,154 @@
+"""Tables of the fields of every kind of file, of quantities and of units."""
+
+from importlib import import_module
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+
+from nectosome.cli.file_models import model_of
+from nectosome.designs import QUANTITIES
+from nectosome.io.schema.explain import explained
+from nectosome.io.schema.kinds import KINDS
+from nectosome.io.schema.plain import to_plain
+from nectosome.io.schema.structure import Slot, slot
+from nectosome.units import DIMENSIONS
+
+
+def models(kind: str) -> list[type[BaseModel]]:
+    """Every model that a kind of file may hold, found from the file's own."""
+    found: list[type[BaseModel]] = []
+    waiting: list[Any] = [slot(model_of(kind))]
+    while waiting:
+        here = waiting.pop(0)
+        if isinstance(here.hint, type) and issubclass(here.hint, BaseModel):
+            if here.hint not in found:
+                found.append(here.hint)
+                waiting += [slot(f.annotation, tuple(f.metadata)) for f in here.hint.model_fields.values()]
+        else:
+            waiting += [slot(a) for a in get_args(here.hint)]
+    return found
+
+
+def tables(kind: str) -> str:
+    """A table for each model of a kind of file; those of a robot in sections."""
+    parts = []
+    found = models(kind)
+    for home in {model.__module__: None for model in found}:
+        if kind == "robot":
+            about = (import_module(home).__doc__ or "").splitlines()[0]
+            title, _, rest = about.partition(": ")
+            parts += [f"## {title.rstrip('.')}", f"{rest[:1].upper()}{rest[1:]}"]
+        for model in found:
+            if model.__module__ == home:
+                parts += [f"### {words(model)}", prose(model.__doc__ or ""), _table(model)]
+    return "\n\n".join(parts) + "\n"
+
+
+def file_kinds() -> str:
+    """A row for each kind of file that people write."""
+    rows = ["| file | command that takes it | a file to start from |", "|---|---|---|"]
+    for kind in KINDS.values():
+        title = kind.title.partition(" ")[2]
+        start = "`nectosome new`" if kind.name == "robot" else f"`nectosome new {kind.name}`"
+        rows.append(f"| {title} | `{kind.command}` | {start} |")
+    return "\n".join(rows)
+
+
+def words(model: type[BaseModel]) -> str:
+    """Name of a model for people: LumpedDragLoad is a lumped drag load."""
+    name = "".join(f" {c.lower()}" if c.isupper() else c for c in model.__name__).strip()
+    return name[:1].upper() + name[1:]
+
+
+def anchor(model: type[BaseModel]) -> str:
+    """Name of its section."""
+    return words(model).lower().replace(" ", "-")
+
+
+def prose(text: str) -> str:
+    """Docstring without its indent."""
+    return "\n".join(line.strip() for line in text.strip().splitlines())
+
+
+def _table(model: type[BaseModel]) -> str:
+    rows = ["| field | what | as | unit | range | if left out |", "|---|---|---|---|---|---|"]
+    for name, field in model.model_fields.items():
+        here = slot(field.annotation, tuple(field.metadata))
+        what, unit, allowed = meaning(here)
+        default = "**needed**" if field.is_required() else _default(field.get_default(call_default_factory=True), here)
+        about = explained(model, name).replace("|", "\\|")
+        rows.append(f"| `{name}` | {about} | {what} | {unit} | {allowed} | {default} |")
+    return "\n".join(rows)
+
+
+def _default(value: Any, here: Slot) -> str:
+    if value is None or (not isinstance(value, BaseModel) and not isinstance(value, float | int) and not value):
+        return "none"
+    plain = to_plain(value, here)
+    if isinstance(plain, list):
+        return f"`[{', '.join(map(str, plain))}]`"
+    if isinstance(plain, dict):
+        inner = ", ".join(f"{k}: {v}" for k, v in plain.items())
+        return f"`{{{inner}}}`" if inner else "its own defaults"
+    return f"`{plain}`"
+
+
+def meaning(here: Slot) -> tuple[str, str, str]:
+    """What belongs into a field, its SI unit, its range."""
+    q = here.quantity
+    if q is not None:
+        kind = DIMENSIONS[q.dimension]
+        bounded = q.minimum is not None or q.maximum is not None
+        return kind.name, kind.unit, q.allowed() if bounded else "any"
+    if any(type(m).__name__ == "_PlaceField" for m in here.metadata):
+        return "`tip`, `root`, or one of the rod's marks", "", ""
+    hint, args = here.hint, get_args(here.hint)
+    origin = get_origin(hint)
+    if isinstance(hint, type) and issubclass(hint, BaseModel):
+        return f"[{words(hint).lower()}](#{anchor(hint)})", "", ""
+    if origin in (Union, UnionType):
+        choices = [a for a in args if a is not NoneType]
+        if len(choices) == 1:
+            return meaning(slot(choices[0], tuple(here.metadata)))
+        links = [meaning(slot(a))[0] for a in choices]
+        return f"{', '.join(links[:-1])} or {links[-1]}", "", ""
+    if origin is Literal:
+        return " or ".join(f"`{a}`" for a in args), "", ""
+    if origin is dict:
+        what, unit, allowed = meaning(slot(args[1]))
+        keys = meaning(slot(args[0]))[0] if get_origin(slot(args[0]).hint) is Literal else "name"
+        return f"{keys}: {what}", unit, allowed
+    if origin is tuple:
+        what, unit, allowed = meaning(slot(args[0]))
+        if any(type(m).__name__ == "NamedAxis" for m in here.metadata):
+            return "`x`, `y`, `z` or three numbers", "", "not all zero"
+        if args[-1] is Ellipsis:
+            short = any(type(m).__name__ == "OneOrMany" for m in here.metadata)
+            return f"{'one or ' if short else ''}several: {what}", unit, allowed
+        return f"{len(args)} x {what}", unit, allowed
+    names = {int: "whole number", float: "number", str: "text", bool: "yes or no"}
+    return names[hint], "", _limits(here)
+
+
+def _limits(here: Slot) -> str:
+    words = {"ge": "at least", "gt": "more than", "le": "at most", "lt": "less than"}
+    found = [f"{text} {getattr(m, key)}" for m in here.metadata for key, text in words.items() if hasattr(m, key)]
+    return ", ".join(found)
+
+
+def units() -> str:
+    """Kinds of quantity, their SI units, and how they may be written."""
+    rows = ["| quantity | SI unit | as in |", "|---|---|---|"]
+    for kind in DIMENSIONS.values():
+        example = kind.example.replace('"', "`")
+        rows.append(f"| {kind.name} | {kind.unit or '1'} | {example} |")
+    return "\n".join(rows) + "\n"
+
+
+def quantities() -> str:
+    """What a design may want or limit."""
+    rows = ["| quantity | what | unit | wanted |", "|---|---|---|---|"]
+    for q in QUANTITIES.values():
+        rows.append(f"| `{q.name}` | {q.about} | {q.unit} | {q.best} |")
+    return "\n".join(rows) + "\n"

@@ -1,0 +1,127 @@
+"""Pictures of the page on the studio: `python docs/make/screenshots.py` renews them where there is a Chromium."""
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from nectosome.studio.server import Studio
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT))  # the studio's tests know the way about its page
+
+from tests.studio_page import CHROMIUM, FLAGS, answered, beside, count  # noqa: E402
+
+PICTURES = ROOT / "docs" / "img"
+RECORDINGS = ROOT / "examples" / "fin_recordings"
+SIZE = {"width": 1440, "height": 900}
+
+
+def main() -> None:
+    """Write all pictures."""
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as p:
+        browser = p.chromium.launch(executable_path=CHROMIUM, args=FLAGS, slow_mo=80)
+        for name in ("fin.yaml", "slow.csv"):
+            shutil.copy(RECORDINGS / name, folder)
+        with opened(browser, "flagellum", folder) as page:
+            stage_and_design(page)
+            map_of_speed(page)
+        with opened(browser, f"{folder}/fin.yaml", folder) as page:
+            identify(page, Path(folder) / "slow.csv")
+        with opened(browser, "eel", folder) as page:
+            control(page)
+        browser.close()
+
+
+def stage_and_design(page: Page) -> None:
+    """Arrows, colours by the load of the water, histories, and a search that ended."""
+    tab(page, "View")
+    beside(page, "Colour").click()
+    page.get_by_role("option", name="load of the water").click()
+    page.get_by_text("Forces by load").click()
+    tab(page, "Robot")
+    field = page.locator("input[type=text]:visible").all()[-3]  # beside the slider of the angle of the hook
+    for alpha in (40, 36, 33, 31, 34, 39):
+        before = count(page)
+        field.fill(str(alpha))
+        field.press("Enter")
+        answered(page, before + 1)
+    press(page, "Start search")
+    page.get_by_text("evaluations, ended").wait_for()
+    shoot(page, "studio")
+
+
+def map_of_speed(page: Page) -> None:
+    """Speed over length and stiffness, computed and drawn."""
+    tab(page, "Map")
+    page.locator("input[value^='L=']").fill("L=300..700:50 mm")
+    page.locator("input[value^='tip_radius=']").fill("E=3..10:1 MPa")
+    press(page, "Compute map")
+    page.locator(".js-plotly-plot .heatmaplayer image").first.wait_for(state="attached")
+    shoot(page, "studio_map")
+
+
+def identify(page: Page, recording: Path) -> None:
+    """A recording that was sent, and what it tells."""
+    tab(page, "Identify")
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="Send a recording").click()
+    chooser.value.set_files(str(recording))
+    page.get_by_text(f"{recording.name}: ").wait_for()
+    press(page, "Identify")
+    page.wait_for_selector("#studio-fit")
+    page.wait_for_timeout(1000)
+    shoot(page, "studio_identify")
+
+
+def control(page: Page) -> None:
+    """An eel on its way to a heading, in real time."""
+    tab(page, "Control")
+    beside(page, "Command").click()
+    page.get_by_role("option", name="bias").click()
+    beside(page, "Range").fill("-8..8 mN m")
+    beside(page, "Value").fill("30 deg")
+    beside(page, "Gains").fill("-1.0e-2, -4.7e-3, -1.6e-3")
+    press(page, "Start")
+    page.wait_for_function("+document.querySelector('#studio-work')?.innerText.match(/([0-9.]+) s,/)?.[1] > 12")
+    shoot(page, "studio_control")
+    press(page, "Stop")
+
+
+@contextmanager
+def opened(browser: Browser, robot: str, folder: str) -> Iterator[Page]:
+    """The page of a robot that moves, without viser's word on browsers that draw by software."""
+    studio = Studio(robot, Path(folder), "127.0.0.1", 18_900)
+    page = browser.new_page(viewport=SIZE)
+    page.set_default_timeout(600_000)
+    page.goto(studio.address)
+    answered(page, 1)
+    page.locator(".mantine-Notification-closeButton").first.click()
+    yield page
+    page.close()
+    studio.close()
+
+
+def tab(page: Page, name: str) -> None:
+    """Open a tab."""
+    page.get_by_role("tab", name=name).click()
+
+
+def press(page: Page, name: str) -> None:
+    """Press a button."""
+    page.get_by_role("button", name=name, exact=True).click()
+
+
+def shoot(page: Page, name: str) -> None:
+    """Write what is seen."""
+    page.mouse.move(700, 850)  # away from what tells more when it is pointed at
+    page.wait_for_timeout(500)
+    page.screenshot(path=PICTURES / f"{name}.png")
+
+
+if __name__ == "__main__":
+    main()

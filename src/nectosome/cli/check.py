@@ -1,0 +1,33 @@
+"""`nectosome check`: what a robot file describes, or what is wrong with it."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from nectosome.cli.layout import Number
+from nectosome.cli.output import Json, tell, write
+from nectosome.cli.page import Summary
+from nectosome.cli.weights import weigh
+from nectosome.description import load_robot
+from nectosome.description.plausible import implausible
+from nectosome.units import count
+
+
+def check(file: Annotated[Path, Parameter(help="A robot file.")], /, *, as_json: Json = False) -> None:
+    """Check a robot file: print parts, degrees of freedom and mass, or the mistake.
+
+    Values far outside of those of materials and water give warnings.
+    """
+    description = load_robot(file)
+
+    from nectosome.model import build
+
+    parts = weigh(build(description), str(file))
+    for path, sentence in implausible(description):
+        tell(f"{file}, {path}: {sentence}")
+    freedoms = sum(len(part.freedoms) for part in parts)
+    mass = sum(part.mass for part in parts)
+    said = f"{file}: ok, {count(len(parts), 'part')}, {count(freedoms, 'degree')} of freedom, {mass:.4g} kg"
+    values = {"parts": Number(len(parts)), "degrees_of_freedom": Number(freedoms), "mass": Number(mass, "kg")}
+    write(Summary(notes=[said], values=values))

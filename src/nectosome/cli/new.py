@@ -1,0 +1,108 @@
+"""`nectosome new`: a file to start from, of a robot or of another kind."""
+
+import re
+import textwrap
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from nectosome import robots
+from nectosome.cli.layout import Table
+from nectosome.cli.output import Force, Json, check_target, report, tell, write
+from nectosome.cli.page import Summary
+from nectosome.cli.starter_files import for_editors, write_files
+from nectosome.description import dump_robot, import_urdf, load_robot
+from nectosome.io.schema.kinds import KINDS
+from nectosome.robots.shipped import starter_names, starter_of
+from nectosome.units import InputError, did_you_mean
+
+_FOLDER = Path(__file__).parent / "templates"
+_LONGEST = 110  # characters about a template: two lines of a narrow terminal
+_ROBOT_COMMANDS = ["nectosome show FILE", "nectosome simulate FILE"]
+
+
+def new(
+    template: Annotated[
+        str | None,
+        Parameter(help="Template, or a URDF file; left out, all templates are listed."),
+    ] = None,
+    file: Annotated[Path | None, Parameter(help="File to write (.yaml); named after the template by default.")] = None,
+    /,
+    *,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Write a file to start from: a robot, or another file that commands read. Without a name, list the templates.
+
+    A URDF file (.urdf) gives its links, joints, boxes, cylinders and spheres; the rest of it is listed as left out.
+    The schema of the file is written beside it; editors complete and explain its fields with it.
+    """
+    if template is None:
+        _list_templates()
+        return
+    kind = template if template in _other_templates() else "robot"
+    target = file or Path(f"{Path(template).stem if _is_urdf(template) else template}.yaml")
+    if not force and (target.exists() or target.is_symlink()):
+        raise InputError("exists. Give another name, or --force to overwrite it.", field=str(target))
+    check_target(target, "FILE", ".yaml", force)
+    content, beside = _content(template, kind)
+    files = {target.name: for_editors(content, kind).encode(), **beside}
+    write_files(target.parent, files, [kind], force)
+    written = [target, *(target.parent / name for name in beside)]
+    commands = [line.replace("FILE", str(target)) for line in _commands(content)]
+    report(*written, words=f"wrote {', '.join(map(str, written))}. See {', '.join(commands)}.")
+
+
+def _other_templates() -> dict[str, Path]:
+    return {path.stem: path for path in sorted(_FOLDER.glob("*.yaml"))}
+
+
+def _is_urdf(template: str) -> bool:
+    return template.lower().endswith(".urdf")
+
+
+def _list_templates() -> None:
+    shipped = starter_names()
+    described = {name: load_robot(starter_of(name)) for name in shipped}
+    described |= {name: robots.describe(name) for name in robots.names() if name not in shipped}
+    about = [
+        (name, textwrap.shorten(_first_sentence(robot.about), _LONGEST, placeholder=" ..."))
+        for name, robot in described.items()
+    ]
+    others = [(name, f"{KINDS[name].title}: {KINDS[name].command}") for name in _other_templates()]
+    tables = [Table("robots", {"name": "robot", "about": ""}, about)]
+    tables += [Table("other_files", {"name": "other file", "about": ""}, others)]
+    hint = "nectosome new NAME writes the file of one; nectosome show NAME says more of a robot"
+    write(Summary(tables=tables, notes=[hint]))
+
+
+def _content(template: str, kind: str) -> tuple[str, dict[str, bytes]]:
+    """Text of a template, and the files that belong beside it. Raises InputError for an unknown one."""
+    if _is_urdf(template):
+        imported = import_urdf(template)
+        for words in imported.left_out:
+            tell(f"left out: {words}")
+        return imported.text, {}
+    if kind != "robot":
+        text = _other_templates()[template].read_text(encoding="utf-8")
+        return text, {path.name: path.read_bytes() for path in sorted(_FOLDER.glob("*.csv")) if path.name in text}
+    shipped = starter_names()
+    if template in shipped:
+        return starter_of(template).read_text(encoding="utf-8"), {}
+    member = robots.of_family(template)
+    if member is None:
+        known = [*shipped, *robots.names(), *_other_templates()]
+        raise InputError(f'there is no template called "{template}".{did_you_mean(template, known)}')
+    return dump_robot(member), {}
+
+
+def _commands(text: str) -> list[str]:
+    """The commands that the comments at the beginning of a template name for it."""
+    head = re.match(r"(#.*\n)*", text)
+    lines = re.findall(r"^#   (nectosome .*?)(?:\s{2,}.*)?$", head[0] if head else "", re.MULTILINE)
+    return [line for line in lines if "FILE" in line] or _ROBOT_COMMANDS
+
+
+def _first_sentence(text: str) -> str:
+    return re.split(r"(?<!et al)\. ", text, maxsplit=1)[0].removesuffix(".")

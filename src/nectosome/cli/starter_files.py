@@ -1,0 +1,41 @@
+"""Files that a person starts from: written together, over nothing that is there, with schemas for editors beside."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from nectosome.cli.file_models import schema_text
+from nectosome.cli.output import check_folder, tell
+from nectosome.io import write_atomic
+from nectosome.io.schema.kinds import KINDS
+from nectosome.units import InputError
+
+_MARK = "# yaml-language-server:"
+
+
+def for_editors(text: str, kind: str) -> str:
+    """Return the text of a file, whose first line names the schema beside it."""
+    if text.startswith(_MARK):
+        text = text.partition("\n")[2]
+    return KINDS[kind].first_line() + text
+
+
+def write_files(folder: Path, files: Mapping[str, bytes], kinds: Iterable[str], force: bool) -> None:
+    """Write files, and the schemas of `kinds`, into a folder that is there.
+
+    Raises InputError before anything is written: where one of the files exists, unless `force`, or cannot be written. A
+    schema that differs from the one that is there is left alone, unless `force`.
+    """
+    for name, content in files.items():
+        path = folder / name
+        there = path.exists() or path.is_symlink()
+        if path.is_dir() or (there and not force and not (path.is_file() and path.read_bytes() == content)):
+            raise InputError("exists. Give another name, or --force to overwrite it.", field=str(path))
+    check_folder(folder, "FOLDER")
+    for name, content in files.items():
+        write_atomic(folder / name, content)
+    for kind in kinds:
+        path, text = folder / KINDS[kind].schema_file, schema_text(kind)
+        if force or not path.exists():
+            write_atomic(path, text.encode())
+        elif path.read_bytes() != text.encode():
+            tell(f"left alone: {path}, which is another one. Renew it: nectosome schema {kind} --save {path} --force")

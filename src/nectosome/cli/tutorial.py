@@ -1,0 +1,77 @@
+"""`nectosome tutorial`: the pages that teach, each with the files that its commands need."""
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from nectosome.cli.layout import Table
+from nectosome.cli.output import Force, Json, report, write
+from nectosome.cli.page import Summary
+from nectosome.cli.starter_files import for_editors, write_files
+from nectosome.io import reason
+from nectosome.io.schema.kinds import kind_of_file
+from nectosome.io.yaml_text import read_yaml
+from nectosome.units import InputError, count, did_you_mean
+
+_FILES = Path(__file__).parent / "tutorials"
+_IN_A_CLONE = Path(__file__).parents[3] / "docs" / "tutorials"  # a wheel has the pages beside the files
+
+
+def tutorial(
+    name: Annotated[str | None, Parameter(help="Tutorial; left out, all are listed.")] = None,
+    folder: Annotated[Path | None, Parameter(help="Folder to write; named after the tutorial by default.")] = None,
+    /,
+    *,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Write a tutorial into a folder, with all files that its commands need. Without a name, list the tutorials."""
+    pages = tutorial_pages()
+    if name is None:
+        titles = [(page, text.partition("\n")[0].removeprefix("# ")) for page, text in pages.items()]
+        write(Summary(tables=[Table("tutorials", {"name": "tutorial", "title": ""}, titles)]))
+        return
+    if name not in pages:
+        raise InputError(f'there is no tutorial called "{name}".{did_you_mean(name, pages)}')
+    target = folder or Path(name)
+    needed, kinds = tutorial_files(name, pages), set[str]()
+    for file, text in needed.items():
+        kind = kind_of_file(read_yaml(text, file)[0]) if file.endswith(".yaml") else None
+        if kind is not None:
+            needed[file] = for_editors(text, kind.name)
+            kinds.add(kind.name)
+    try:
+        target.mkdir(exist_ok=True)
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot make the folder {target}: {reason(error)}.", field="FOLDER") from None
+    written = {f"{name}.md": pages[name], **needed}
+    write_files(target, {file: text.encode() for file, text in written.items()}, sorted(kinds), force)
+    files = count(len(written), "file")
+    words = f"wrote {files} into {target}. Read {target / name}.md; its commands run in that folder."
+    report(*(target / file for file in written), words=words)
+
+
+def tutorial_pages() -> dict[str, str]:
+    """Texts of the tutorials by name, in the order of their numbers."""
+    files = [*_FILES.glob("*.md")] or _IN_A_CLONE.glob("*.md")
+    texts = {file.stem: file.read_text(encoding="utf-8") for file in files}
+    return dict(sorted(texts.items(), key=lambda page: int(page[1].removeprefix("# ").partition(".")[0])))
+
+
+def tutorial_files(name: str, pages: dict[str, str]) -> dict[str, str]:
+    """Texts of the files that a page needs, by name: those that it names, and those that these name in turn.
+
+    A file stands in a page, as a block with its name as title, or was made by a command of one and lies beside this.
+    """
+    blocks = re.findall(r'```\w+ title="([^"]+)"\n(.*?)```', "\n".join(pages.values()), re.DOTALL)
+    known = dict(blocks) | {file.name: file.read_text(encoding="utf-8") for file in sorted(_FILES.glob("*.[cy]*"))}
+    found, waiting = dict[str, str](), [pages[name]]
+    while waiting:
+        text = waiting.pop(0)
+        for file in known:
+            if file not in found and re.search(rf"(?<![\w.]){re.escape(file)}(?!\w)", text):
+                found[file] = known[file]
+                waiting.append(known[file])
+    return found

@@ -1,0 +1,54 @@
+"""Files of design problems: their fields."""
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, WithJsonSchema
+
+from nectosome.description.variables import RangesText
+from nectosome.io.schema.described import Described, Text, unfit
+from nectosome.units import InputError, did_you_mean, shorten
+
+from .constraints import read_constraint
+from .quantities import QUANTITIES
+
+
+def _goal(name: str) -> str:
+    if name and name not in QUANTITIES:
+        raise unfit(f'"{shorten(name)}" is no quantity of a motion.{did_you_mean(name, QUANTITIES)}')
+    return name
+
+
+def _limit(text: str) -> str:
+    try:
+        read_constraint(text)
+    except InputError as error:
+        raise unfit(error.message) from None
+    return text
+
+
+_ABOUT = [quantity.about for quantity in QUANTITIES.values()]
+Goal = Annotated[str, AfterValidator(_goal), WithJsonSchema({"enum": [*QUANTITIES], "enumDescriptions": _ABOUT})]
+LimitText = Annotated[
+    Text,
+    AfterValidator(_limit),
+    WithJsonSchema({"type": "string", "examples": ["torque <= 0.5 N m", "motor 0.89 N m, 22 rad/s"]}),
+]
+
+
+class ProblemDescription(Described):
+    """A design problem: what of a robot may vary, and what is made as large or small as possible."""
+
+    about: str = ""
+    """What the problem is and where its numbers come from, in sentences."""
+    vary: RangesText
+    """Quantities of the robot, by path or alias, each with a range; of a mission its numbers, as `swim.until`."""
+    maximise: Goal = ""
+    """Quantity of the motion that is made as large as possible; speed, where nothing is said."""
+    minimise: Goal = ""
+    """Quantity of the motion that is made as small as possible, instead of one to maximise."""
+    keep: tuple[LimitText, ...] = ()
+    """Limits that the motion keeps: a quantity, <= or >= and a value, or a motor by stall torque and no-load speed."""
+    forward: Literal["x", "-x", "y", "-y", "z", "-z"] | None = None
+    """Direction of the world along which speed and thrust count; x, where nothing is said."""
+    mission: str = ""
+    """A mission whose time is made as short as possible: one that ships, by name, or a file beside this one."""

@@ -1,0 +1,102 @@
+"""JSON Schemas of files, with which editors complete fields, explain them and mark mistakes.
+
+Keywords are those of draft 7, which editors know best. A choice by kind is a row of conditions, so that an editor
+completes and checks the fields of the kind that is written, not those of all of them.
+"""
+
+from typing import Any, get_args, get_origin
+
+from pydantic import TypeAdapter
+from pydantic.json_schema import GenerateJsonSchema
+
+from nectosome.io.schema.explain import explained, first_paragraph
+from nectosome.io.schema.plain import to_plain
+from nectosome.io.schema.structure import Slot, slot
+from nectosome.io.schema.validate import NAMING
+from nectosome.units import DIMENSIONS
+
+_KIND = "Which of these it is."
+_BASE = "http://json-schema.org/draft-07/schema#"
+
+
+def json_schema(model: Any) -> dict[str, Any]:
+    """Return the JSON Schema of a file that `model`, or a choice of models, describes."""
+    schema = TypeAdapter(model).json_schema(schema_generator=_ForEditors)
+    definitions = schema.pop("$defs", {})
+    if "$ref" in schema:  # the file itself stands at the top
+        schema = definitions.pop(schema["$ref"].rpartition("/")[2])
+    return {"$schema": _BASE, **schema, "$defs": definitions}
+
+
+class _ForEditors(GenerateJsonSchema):
+    """Says of each field what it is, its unit, its range and its default, as a person writes it."""
+
+    def model_schema(self, schema: Any) -> dict[str, Any]:
+        found = super().model_schema(schema)
+        model = schema["cls"]
+        found.pop("title", None)
+        found["description"] = first_paragraph(model)
+        for name, shown in found["properties"].items():
+            field = model.model_fields[name]
+            here = slot(field.annotation, tuple(field.metadata))
+            shown.pop("title", None)
+            if name == "kind" and "const" in shown:
+                continue  # explained where it is chosen
+            words = [explained(model, name), _measured(here)]
+            if shown.pop("default", None) is not None:
+                default = to_plain(field.get_default(call_default_factory=True), here)
+                if default not in ("", [], {}, ()):
+                    shown["default"] = default
+                    words.append(f"Default: {_as_written(default)}.")
+            shown["description"] = "\n\n".join(word for word in words if word)
+        return found
+
+    def nullable_schema(self, schema: Any) -> dict[str, Any]:
+        return self.generate_inner(schema["schema"])  # what has no value is left out of a file
+
+    def tuple_schema(self, schema: Any) -> dict[str, Any]:
+        found = super().tuple_schema(schema)
+        if items := found.pop("prefixItems", None):
+            found["items"] = items[0]  # all are alike
+        return found
+
+    def dict_schema(self, schema: Any) -> dict[str, Any]:
+        found = super().dict_schema(schema)
+        if patterns := found.pop("patternProperties", None):
+            ((pattern, values),) = patterns.items()
+            names = {"pattern": pattern, "errorMessage": NAMING}
+            found |= {"additionalProperties": values, "propertyNames": names}
+        return found
+
+    def tagged_union_schema(self, schema: Any) -> dict[str, Any]:
+        fitting = schema.get("metadata", {}).get("fitting", schema["choices"])
+        parts = {kind: self.generate_inner(schema["choices"][kind]) for kind in fitting}
+        models = [self.get_schema_from_definitions(part["$ref"]) or {} for part in parts.values()]
+        about = [model.get("description", "") for model in models]
+        kind = {"description": _KIND, "enum": [*parts], "enumDescriptions": about}
+        rules = [
+            {"if": {"properties": {"kind": {"const": name}}, "required": ["kind"]}, "then": part}
+            for name, part in parts.items()
+        ]
+        return {"type": "object", "properties": {"kind": kind}, "required": ["kind"], "allOf": rules}
+
+
+def _measured(here: Slot) -> str:
+    """The quantity of a field, its unit and its range; empty where it has none."""
+    if here.quantity is not None:
+        kind = DIMENSIONS[here.quantity.dimension]
+        unit = f" [{kind.unit}]" if kind.unit else ""
+        bounded = here.quantity.minimum is not None or here.quantity.maximum is not None
+        return f"{kind.name.capitalize()}{unit}{', ' + here.quantity.allowed() if bounded else ''}."
+    origin, args = get_origin(here.hint), get_args(here.hint)
+    if origin is tuple and (inner := _measured(slot(args[0]))):
+        return f"{'A list' if args[-1] is Ellipsis else f'{len(args)} values'}, each: {inner[0].lower()}{inner[1:]}"
+    return ""
+
+
+def _as_written(default: Any) -> str:
+    if isinstance(default, list):
+        return f"[{', '.join(map(_as_written, default))}]"
+    if isinstance(default, dict):
+        return f"{{{', '.join(f'{key}: {_as_written(value)}' for key, value in default.items())}}}"
+    return {True: "true", False: "false"}.get(default, str(default)) if isinstance(default, bool) else str(default)

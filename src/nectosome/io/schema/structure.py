@@ -1,0 +1,183 @@
+"""Walking a description, or the raw data of one: what belongs at a key, and which places hold quantities."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from nectosome.io.schema.described import OneOf
+from nectosome.io.schema.quantity import Quantity
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A place in a description: the type that belongs there, and what is attached to it."""
+
+    hint: Any
+    metadata: tuple[Any, ...] = ()
+
+    @cached_property
+    def quantity(self) -> Quantity | None:
+        """The quantity that belongs here, if it is one."""
+        return next((m for m in self.metadata if isinstance(m, Quantity)), None)
+
+    def model(self, data: Any) -> type[BaseModel] | None:
+        """Return the model that belongs here; of several kinds, the one that `data` says it is."""
+        if isinstance(self.hint, type) and issubclass(self.hint, BaseModel):
+            return self.hint
+        if isinstance(data, BaseModel):
+            return type(data)
+        kind = data.get("kind") if isinstance(data, dict) else None
+        return self.kinds().get(kind) if isinstance(kind, str) else None
+
+    def kinds(self) -> dict[str, type[BaseModel]]:
+        """Return the models of a choice by kind, empty where there is no such choice."""
+        if get_origin(self.hint) not in (Union, UnionType):
+            return {}
+        models = [m for m in get_args(self.hint) if isinstance(m, type) and issubclass(m, BaseModel)]
+        return {get_args(model.model_fields["kind"].annotation)[0]: model for model in models}
+
+    def fitting(self) -> list[str]:
+        """Return the kinds that belong here: all, or those that `OneOf` calls fitting."""
+        marks = [mark for mark in self.metadata if isinstance(mark, OneOf)]
+        return [kind for kind, cls in self.kinds().items() if all(mark.fitting(cls) for mark in marks)]
+
+    def child(self, key: str | int, data: Any) -> "Slot | None":
+        """Return the place under `key`, where `data` stands here; None if there is none."""
+        model = self.model(data)
+        if model is not None:
+            return _fields(model).get(str(key))
+        origin, args = get_origin(self.hint), get_args(self.hint)
+        if origin is dict:
+            return slot(args[1])
+        if origin is tuple and str(key).isdigit():
+            index = 0 if args[-1] is Ellipsis else int(key)
+            return slot(args[index]) if index < len(args) else None
+        return None
+
+    def names(self, data: Any) -> list[str]:
+        """Return the names that may stand here: fields of a model, or keys where only some are allowed."""
+        model = self.model(data)
+        if model is not None:
+            return list(model.model_fields)
+        if get_origin(self.hint) is dict and get_origin(get_args(self.hint)[0]) is Literal:
+            return list(get_args(get_args(self.hint)[0]))
+        return []
+
+
+@cache
+def _fields(model: type[BaseModel]) -> dict[str, Slot]:
+    """The places of a model's fields."""
+    return {name: slot(field.annotation, tuple(field.metadata)) for name, field in model.model_fields.items()}
+
+
+def slot(annotation: Any, metadata: tuple[Any, ...] = ()) -> Slot:
+    """Return the place of a type: `Annotated` and `| None` are taken off, a base class becomes its kinds."""
+    if get_origin(annotation) is Annotated:
+        bare, *more = get_args(annotation)
+        for mark in more:
+            metadata += tuple(mark.metadata) if isinstance(mark, FieldInfo) else (mark,)
+        return slot(bare, metadata)
+    if get_origin(annotation) in (Union, UnionType):
+        members = [a for a in get_args(annotation) if a is not NoneType]
+        if len(members) == 1:
+            return slot(members[0], metadata)
+    kinds = next((mark for mark in metadata if isinstance(mark, OneOf)), None)
+    return Slot(annotation if kinds is None else kinds.union(annotation), metadata)
+
+
+def items(value: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the keys and the values directly under a model, a dict or a tuple; nothing under a leaf."""
+    if isinstance(value, BaseModel):
+        yield from ((name, getattr(value, name)) for name in type(value).model_fields)
+    elif isinstance(value, dict):
+        yield from value.items()
+    elif isinstance(value, tuple | list):
+        yield from ((str(i), item) for i, item in enumerate(value))
+
+
+def leaves(description: BaseModel) -> Iterator[tuple[str, Slot]]:
+    """Yield the path and the slot of every single value in `description`, quantity or not."""
+    for path, here, _ in _leaves(description, slot(type(description)), ""):
+        yield path, here
+
+
+def _leaves(value: Any, here: Slot, path: str) -> Iterator[tuple[str, Slot, Any]]:
+    if not isinstance(value, BaseModel | dict | tuple):
+        if value is not None:
+            yield path, here, value
+        return
+    for key, item in items(value):
+        below = here.child(key, value)
+        if below is not None:
+            yield from _leaves(item, below, f"{path}.{key}" if path else key)
+
+
+def numeric_paths(description: BaseModel) -> dict[str, Quantity]:
+    """Return the quantities that have a value in `description`, by path, with dimension, SI unit and range."""
+    return {path: here.quantity for path, here in leaves(description) if here.quantity is not None}
+
+
+def numeric_values(description: BaseModel) -> dict[str, Any]:
+    """Return the SI values of the quantities that have one, by path, in the order of `numeric_paths`."""
+    found = _leaves(description, slot(type(description)), "")
+    return {path: value for path, here, value in found if here.quantity is not None}
+
+
+def at_path(description: BaseModel, path: str) -> tuple[Slot | None, Any]:
+    """Return the slot and the value at a path of `description`; None for what is not there."""
+    here: Slot | None = slot(type(description))
+    value: Any = description
+    for key in path.split("."):
+        here = here.child(key, value) if here is not None else None
+        value = dict(items(value)).get(key)
+    return here, value
+
+
+def value_at(value: Any, path: str) -> Any:
+    """Return what stands at a path under `value`. Raises KeyError."""
+    for key in path.split("."):
+        value = dict(items(value))[key]
+    return value
+
+
+def changed(value: Any, changes: Mapping[str, Any]) -> Any:
+    """Return `value` with other values put at paths under it; they are not checked."""
+    tree: dict[str, Any] = {}
+    for path, new in changes.items():
+        branch = tree
+        *parents, leaf = path.split(".")
+        for key in parents:
+            branch = branch.setdefault(key, {})
+        branch[leaf] = new
+    return _changed(value, tree)
+
+
+def _changed(value: Any, tree: Any) -> Any:
+    """Return `value` with a tree of changes, whose branches are dicts, put into it."""
+    if not isinstance(tree, dict):
+        return tree
+    new = {key: _changed(item, tree[key]) for key, item in items(value) if key in tree}
+    if isinstance(value, dict):
+        return {**value, **new}
+    if isinstance(value, tuple):
+        return tuple(new.get(str(i), item) for i, item in enumerate(value))
+    return value.model_copy(update=new)
+
+
+def shortest(names: Iterable[str]) -> dict[str, str]:
+    """Return by name as few of its last words as tell it from the others: `start` for `limbs.shaft.motion.start`."""
+    words = [name.split(".") for name in names]
+
+    def last(name: list[str], n: int) -> str:
+        return ".".join(name[-n:])
+
+    found = {}
+    for own in words:
+        enough = (n for n in range(1, len(own) + 1) if [last(w, n) for w in words].count(last(own, n)) == 1)
+        found[".".join(own)] = last(own, next(enough, len(own)))
+    return found
