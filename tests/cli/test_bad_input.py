@@ -118,12 +118,12 @@ def wrong_options() -> list[tuple[str, ...]]:
     cases += [("reproduce", name) for name in ("nonsense", "", "--all", "FLAGELLUM", "flagellum,flagellum")]
     cases += [
         ("reproduce", "flagellum", name)
-        for name in ("nonsense", "--out", "--json", "--force=", "--quik", "--quick=maybe")
+        for name in ("nonsense", "--out", "--jason", "--force=", "--quik", "--quick=maybe")
     ]
     cases += [
         ("reproduce", "--out", folder) for folder in ("ball.yaml", "ball.yaml/out", "/proc/out", "bad\0name", "a" * 300)
     ]
-    cases += [("reproduce", "--out", "made"), ("reproduce", "--json", "a.json")]
+    cases += [("reproduce", "--out", "made"), ("reproduce", "--jason", "a.json")]
     return cases
 
 

@@ -187,6 +187,17 @@ def test_robots_that_ship_are_shown(nectosome, robot):
     answer = nectosome("show", robot)
     assert (answer.code, answer.err) == (0, "")
     assert answer.out.startswith(robot.rstrip("0123456789"))
+    assert [line for line in answer.out.splitlines() if len(line) > 80 or line != line.rstrip()] == []
+
+
+@pytest.mark.parametrize(("columns", "width"), [(None, 80), ("120", 120), ("50", 50), ("0", 80), ("wide", 80)])
+def test_text_is_as_wide_as_columns_say_and_80_where_nothing_does(columns, width):
+    env = {key: value for key, value in os.environ.items() if key != "COLUMNS"}
+    argv = [sys.executable, "-m", "nectosome", "show", "flagellum"]
+    done = subprocess.run(
+        argv, env=env | ({"COLUMNS": columns} if columns else {}), capture_output=True, text=True, check=True
+    )
+    assert width - 20 < max(map(len, done.stdout.splitlines())) <= width
 
 
 def test_a_name_that_is_nearly_a_robot_or_a_file_is_found(nectosome, ball):

@@ -185,7 +185,8 @@ def test_a_search_is_written_and_goes_on_where_it_ended(nectosome, gaits):
     assert json.loads(found.attrs["provenance"])["settings"]["evaluations"] == "12"
     for words in (
         "after 12 evaluations",
-        "trial 2",
+        "trial  feature",
+        "\n2      ",
         "reached",
         "as good",
         "identifiable by the features",

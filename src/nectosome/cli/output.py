@@ -1,9 +1,12 @@
 """What commands print and write: results to stdout, sentences to stderr, files that the user asks for.
 
-With `--json` stdout has one JSON object instead, whatever happens, and stderr the same sentences. Its keys: `command`,
-`exit_code`, `title`, `status` and `status_reason` of a solver, `settings`, `values` and `tables` of numbers, each with
-its `unit`, `notes`, `warnings`, `files` written, and `error`: null where the exit code is 0, else a `message`, and the
-`file`, `line` and `field` that it is about, as far as known. A number that is NaN or infinite is null, with a `reason`.
+With `--json` stdout has one JSON object instead, whatever happens, and stderr the same sentences. Its keys:
+
+- `command`, `exit_code`, `title`, `status` and `status_reason` of a solver, `settings`, `made_with` (versions, time);
+- `values` and `tables` of numbers as they were computed, in SI units, each with its `unit`. One that is NaN or infinite
+  is null, with a `reason`. Quantities are called as in results: `reaction` and its largest magnitude `reaction_peak`;
+- `notes`, `warnings`, `files` written; of `measure` also `parts`, one a recording;
+- `error`: null where the exit code is 0, else a `message`, and the `file`, `line` and `field` that it is about.
 """
 
 import json
@@ -34,7 +37,10 @@ Force = Annotated[bool, Parameter("--force", help="Overwrite files that exist.")
 JSON = "--json"  # read by `main` too, before the options are, so that a mistake in these is told likewise
 Json = Annotated[
     bool,
-    Parameter(JSON, help="Print one JSON object, in SI units, also of an error; see the page on the command line."),
+    Parameter(
+        JSON,
+        help="Print one JSON object: numbers in SI units with their units, settings, files, warnings, or an error.",
+    ),
 ]
 
 
@@ -130,9 +136,10 @@ def write(summary: Summary) -> None:
     if _answer is not None:
         _answer.found |= summary.to_json()
         return
-    console = Console(file=sys.stdout, markup=False, emoji=False, highlight=False, soft_wrap=True)
+    width = shutil.get_terminal_size().columns
+    console = Console(file=sys.stdout, width=width, markup=False, emoji=False, highlight=False, soft_wrap=True)
     with _writable():
-        for line in summary.lines(shutil.get_terminal_size().columns):
+        for line in summary.lines(width):
             console.print(line)
         sys.stdout.flush()
 

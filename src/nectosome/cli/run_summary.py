@@ -62,7 +62,7 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
         [*tables, *found],
         notes=[
             *words,
-            *(["largest: in the whole run"] if several else []),
+            *(["largest: in the whole run"] if several and "period" not in attributes else []),
             f"power balance: off by {balance:.1e} at worst",
         ],
         warnings=beyond,
