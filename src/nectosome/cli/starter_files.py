@@ -16,7 +16,7 @@ def for_editors(text: str, kind: str) -> str:
     """Return the text of a file, whose first line names the schema beside it."""
     if text.startswith(_MARK):
         text = text.partition("\n")[2]
-    return KINDS[kind].first_line() + text
+    return KINDS[kind].first_line + text
 
 
 def write_files(folder: Path, files: Mapping[str, bytes], kinds: Iterable[str], force: bool) -> None:

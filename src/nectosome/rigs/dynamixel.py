@@ -30,7 +30,7 @@ _NEAR = 0.05  # of 0, under a load [rad]
 
 @dataclass(frozen=True)
 class Servo:
-    """Where a servo is and what it may do."""
+    """A Dynamixel servo: where it is and what it may do."""
 
     port: str
     """Serial port, as in /dev/ttyUSB0 or COM3."""

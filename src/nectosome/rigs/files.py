@@ -184,13 +184,13 @@ class RigDescription(Described):
     """Limits of commands and measurements. All of them are always checked."""
 
 
-def _group(settings: type, base: type[Described] = Described, /, **types: Any) -> Any:
+def _group(settings: type, base: type[Described] = Described, name: str = "", /, **types: Any) -> Any:
     """Model of a group of fields for a dataclass, with the same defaults; `types` has those of its fields."""
     known: dict[str, Any] = {
         field.name: (types.pop(field.name, field.type), ... if field.default is MISSING else field.default)
         for field in fields(settings)
     }
-    model = create_model(settings.__name__, __base__=base, __doc__=settings.__doc__, **known, **types)
+    model = create_model(name or settings.__name__, __base__=base, __doc__=settings.__doc__, **known, **types)
     model.described_in = settings
     return model
 
@@ -198,7 +198,8 @@ def _group(settings: type, base: type[Described] = Described, /, **types: Any) -
 def _rig(kind: str, settings: type, command: Any, rate: Any, measured: Any, **types: Any) -> Any:
     """Model of the file of a rig, whose settings are a dataclass; types of command, its rate, and measurement."""
     limits = _group(
-        Limits, low=command, high=command, slew=rate, least=measured, most=measured, error=measured,
+        Limits, Described, f"{settings.__name__}Limits",
+        low=command, high=command, slew=rate, least=measured, most=measured, error=measured,
         error_time=PositiveTime, saturated_time=PositiveTime, frozen_time=PositiveTime, frozen_share=PositiveNumber,
         overrun=PositiveNumber, overruns_in_row=_Count, overruns_share=PositiveNumber,
     )  # fmt: skip

@@ -85,7 +85,7 @@ class Watchdog:
 
 @dataclass(frozen=True)
 class Wiring:
-    """What is connected to which channel of a card."""
+    """Valves and a laser on a National Instruments card: what is connected to which channel."""
 
     valves: tuple[Valve, ...]
     """The valves. All get the same command, each by its own slope."""

@@ -28,7 +28,7 @@ from .rig import Rig, RigError, driver, line, retried
 
 @dataclass(frozen=True)
 class MotorLink:
-    """Where the controller is and how long it is waited for."""
+    """A motor on a serial line: where its controller is and how long it is waited for."""
 
     port: str
     """Serial port, as in /dev/ttyACM0 or COM3."""

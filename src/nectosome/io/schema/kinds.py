@@ -21,9 +21,10 @@ class FileKind:
         """Name of the file with its JSON Schema."""
         return f"{self.name}.schema.json"
 
-    def first_line(self, folder: str = "") -> str:
-        """Comment that begins a file of this kind, by which editors find the schema in a folder relative to it."""
-        return f"# yaml-language-server: $schema={folder}{self.schema_file}\n"
+    @property
+    def first_line(self) -> str:
+        """Comment that begins a file of this kind, by which editors find the schema beside it."""
+        return f"# yaml-language-server: $schema={self.schema_file}\n"
 
 
 KINDS = {
