@@ -137,3 +137,9 @@ def test_a_page_has_its_parts_apart_and_its_status_last():
     ]
     found = page.to_json()
     assert (found["status"], found["values"]["seconds"]) == ("SOLVED", {"value": 1.25, "unit": "s"})
+
+
+def test_a_column_without_words_takes_no_room():
+    """As that of units has none where all numbers are coefficients."""
+    table = Table("parameters", {"name": "", "value": "", "unit": ""}, [("Cn", "x", ""), ("Ca", "y", "")])
+    assert [line.plain for line in table.lines(80)] == ["Cn  x", "Ca  y"]

@@ -57,8 +57,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_every_block_of_python_is_run_by_a_test():
     """A new one needs a test here (or beside the page of rigs, which has its own)."""
     assert {page: len(blocks(page, "python")) for page in PAGES if blocks(page, "python")} == {
-        "control": 3, "fish-from-video": 1, "identify": 3, "index": 1, "measure": 3, "rigs": 2, "sim-to-real": 1,
-        "track": 1,
+        "control": 3, "fish-from-video": 1, "identify": 3, "index": 1, "measure": 3, "own-load": 1, "rigs": 2,
+        "sim-to-real": 1, "track": 1,
     }  # fmt: skip
 
 
@@ -120,6 +120,14 @@ def test_a_video_is_tracked(folder: Path):
     tracked = names["tracked"]
     assert dict(tracked.sizes)["time"] == 5  # type: ignore[attr-defined]
     assert not tracked["reason"].values.any()  # type: ignore[index]
+
+
+@pytest.mark.slow
+def test_an_own_load_takes_power_out(folder: Path, capsys: pytest.CaptureFixture[str]):
+    (swimmer,) = re.findall(r'title="swimmer.yaml"\n(.*?)```', EVERY["tutorials/model.md"], re.DOTALL)
+    (folder / "swimmer.yaml").write_text(swimmer)
+    runs("own-load", 0)
+    assert f"`{capsys.readouterr().out.strip()}`" in PAGES["own-load"]
 
 
 def test_a_wave_is_found_from_the_angles_of_bands(folder: Path, capsys: pytest.CaptureFixture[str]):

@@ -189,6 +189,27 @@ def test_arrays_are_recordings_too(hinge):
     np.testing.assert_allclose(again.theta, found.theta, rtol=1e-6)
 
 
+def test_a_robot_whose_motion_is_prescribed_is_fitted_by_its_forces():
+    """A sphere of 20 ml that is moved to and fro: its mass on a load cell, with nothing of it unknown."""
+    robot = parse_robot("""
+name: ball
+water: {gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: point
+  mass: 50 g
+  volume: 20 mL
+  joint: {kind: prismatic, axis: x, motion: {kind: sine, amplitude: 2 cm, frequency: 1 Hz}}
+""")
+    t = np.linspace(0.0, 1.0, 41)
+    w = 2 * np.pi
+    force = 0.1 * 0.02 * w**2 * np.sin(w * t)  # of a ball of 100 g on what moves it
+    found = identify(
+        robot, [{"time": t, "push": force}], vary={"body.mass": "0.02..0.5kg"}, compare={"push": "force.x"}
+    )
+    assert float(found.to_dataset()["value"][0]) == pytest.approx(0.1, rel=1e-6)
+
+
 def test_progress_cancels(hinge):
     seen = []
     with pytest.raises(CancelledError):

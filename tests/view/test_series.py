@@ -5,7 +5,6 @@ from tests.made_up_runs import OMEGA
 from nectosome.view import series
 from nectosome.view.style import LineEnd, dress, label_ends, log_ticks, span
 
-
 # turns as fast as the one that is made up
 ROBOT = f"""
 name: made up
@@ -29,9 +28,8 @@ def test_without_a_drive_the_last_fifth_counts(run):
 
 def test_means_of_a_cycle_are_over_the_cycle(run):
     """Not over a part of it: here the body goes to and fro, and comes nowhere."""
-    t = run["time"].values
-    run["velocity"].values = np.broadcast_to(np.sin(2 * np.pi * t)[:, None, None], run["velocity"].shape)
-    caption = series.velocity_panel(run.assign_attrs(period=1.0)).caption
+    there = np.sin(2 * np.pi * run["time"]).broadcast_like(run["velocity"])
+    caption = series.velocity_panel(run.assign(velocity=there).assign_attrs(period=1.0)).caption
     mean = [float(x) for x in caption.partition("mean over the cycle: (")[2].partition(")")[0].split(",")]
     assert mean == pytest.approx([0, 0, 0], abs=1e-9)
 

@@ -165,7 +165,7 @@ def wrapped(text: str, width: int, indent: str = "  ") -> list[str]:
         return [line.replace("/ ", "/") for line in wrapped(text.replace("/", "/ "), width, indent)]
     glued = _QUANTITY.sub(lambda found: found[0].replace(" ", _GLUE), text)
     options: dict[str, Any] = {"subsequent_indent": indent, "break_long_words": False, "break_on_hyphens": False}
-    return [line.replace(_GLUE, " ") for line in textwrap.wrap(glued, width, **options)] or [""]
+    return [line.replace(_GLUE, " ") for line in textwrap.wrap(glued, max(width, 1), **options)] or [""]
 
 
 def _plain(cell: Cell) -> Any:
