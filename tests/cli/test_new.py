@@ -155,9 +155,7 @@ def test_a_schema_that_is_there_is_left_alone(nectosome):
     Path("robot.schema.json").write_text("mine")
     answer = nectosome("new", "tail", "three.yaml")
     assert answer.code == 0
-    assert answer.err.startswith(
-        "left alone: robot.schema.json, which is another one. Renew it: nectosome schema robot"
-    )
+    assert answer.err.startswith("left alone: robot.schema.json, which is not the schema of this version. Renew it: ")
     assert Path("robot.schema.json").read_text() == "mine"
 
 

@@ -3,12 +3,12 @@
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from nectosome.cli.file_models import schema_text
 from nectosome.cli.output import check_folder, tell
 from nectosome.io import write_atomic
 from nectosome.io.schema.kinds import KINDS
 from nectosome.units import InputError
 
+_SCHEMAS = Path(__file__).parents[1] / "schemas"
 _MARK = "# yaml-language-server:"
 
 
@@ -34,8 +34,10 @@ def write_files(folder: Path, files: Mapping[str, bytes], kinds: Iterable[str], 
     for name, content in files.items():
         write_atomic(folder / name, content)
     for kind in kinds:
-        path, text = folder / KINDS[kind].schema_file, schema_text(kind)
+        path = folder / KINDS[kind].schema_file
+        schema = (_SCHEMAS / path.name).read_bytes()
         if force or not path.exists():
-            write_atomic(path, text.encode())
-        elif path.read_bytes() != text.encode():
-            tell(f"left alone: {path}, which is another one. Renew it: nectosome schema {kind} --save {path} --force")
+            write_atomic(path, schema)
+        elif path.read_bytes() != schema:
+            renew = f"nectosome schema {kind} --save {path} --force"
+            tell(f"left alone: {path}, which is not the schema of this version. Renew it: {renew}")
