@@ -76,7 +76,7 @@ def test_columns_may_be_told_file_by_file(nectosome, lab):
         "time: {rate: 200 Hz}, columns: {thrust: {column: F, unit: mN, sign: -1}, crank: {column: angle, unit: rad}}, "
         "conditions: {omega: 11.47 rad/s}"
     )
-    lines = (lab / "campaign.yaml").read_text().splitlines()[:3]
+    lines = (lab / "campaign.yaml").read_text().splitlines()[:4]
     (lab / "campaign.yaml").write_text("\n".join([*lines, f"  - {{file: cell.csv, {own}}}"]))
     answer = nectosome(*ASKED)
     assert (answer.code, answer.err) == (0, "")

@@ -12,7 +12,7 @@ from nectosome.rigs.files import load_rig
 from nectosome.rigs.log import COLUMNS
 from nectosome.rigs.serial_motor import framed
 
-PAGE = (Path(__file__).parents[2] / "docs" / "rigs.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "rigs.md").read_text(encoding="utf-8")
 RECOVERING, OWN = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 
 
