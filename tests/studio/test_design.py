@@ -24,6 +24,7 @@ body:
     stiffness: 0.03 N m/rad
     damping: 0.02 N m s/rad
     torque: {kind: sine, amplitude: 0.02 N m, frequency: 2 Hz}
+  loads: {push: {kind: force, force: [0.1 N, 0 N, 0 N], at: root}} # at the hinge: it does no work
 aliases: {M: [body.joint.torque.amplitude], c: [body.joint.damping]}
 """
 PROBLEM = """
@@ -103,7 +104,7 @@ def test_a_click_on_a_map_loads_its_point_and_the_map_is_saved_and_opened(page, 
     page.locator("input[value^='M=']").fill("M=10,20 mN m")
     page.locator("input[value^='c=']").fill("c=20..30:10 mN m s/rad")
     press(page, "Compute map")
-    page.locator("input[value='speed']:visible").first.click()
+    page.locator("input[value='force.x']:visible").first.click()
     page.get_by_role("option", name="power").click()
     field = page.locator(".js-plotly-plot .nsewdrag:visible").first
     for x, y, damping, torque in ((0.75, 0.75, 30, 10), (0.25, 0.25, 20, 20)):
