@@ -11,29 +11,14 @@ from nectosome.designs import QUANTITIES
 from nectosome.io.schema.explain import explained
 from nectosome.io.schema.kinds import KINDS
 from nectosome.io.schema.plain import to_plain
-from nectosome.io.schema.structure import Slot, slot
+from nectosome.io.schema.structure import Slot, models_in, slot
 from nectosome.units import DIMENSIONS
-
-
-def models(kind: str) -> list[type[BaseModel]]:
-    """Every model that a kind of file may hold, found from the file's own."""
-    found: list[type[BaseModel]] = []
-    waiting: list[Any] = [slot(model_of(kind))]
-    while waiting:
-        here = waiting.pop(0)
-        if isinstance(here.hint, type) and issubclass(here.hint, BaseModel):
-            if here.hint not in found:
-                found.append(here.hint)
-                waiting += [slot(f.annotation, tuple(f.metadata)) for f in here.hint.model_fields.values()]
-        else:
-            waiting += [slot(a) for a in get_args(here.hint)]
-    return found
 
 
 def tables(kind: str) -> str:
     """A table for each model of a kind of file; those of a robot in sections."""
     parts = []
-    found = models(kind)
+    found = models_in(model_of(kind))
     for home in {model.__module__: None for model in found}:
         if kind == "robot":
             about = (import_module(home).__doc__ or "").splitlines()[0]

@@ -2,15 +2,14 @@
 
 import json
 from pathlib import Path
-from typing import Any, get_args
+from typing import get_args
 
 import pytest
-from pydantic import BaseModel
 
 from nectosome.cli.file_models import model_of, schema_text
 from nectosome.io.schema.explain import explained
 from nectosome.io.schema.kinds import KINDS, kind_of_file
-from nectosome.io.schema.structure import slot
+from nectosome.io.schema.structure import models_in, slot
 from nectosome.io.yaml_text import read_yaml
 
 from .answers import faults
@@ -27,21 +26,6 @@ VIDEO = "segments: {a: {}}\n"
 GAITS = "trials: [{}]\n"
 
 
-def models(kind: str) -> list[type[BaseModel]]:
-    """All models that a kind of file may hold."""
-    found: list[type[BaseModel]] = []
-    waiting: list[Any] = [slot(model_of(kind))]
-    while waiting:
-        here = waiting.pop(0)
-        if isinstance(here.hint, type) and issubclass(here.hint, BaseModel):
-            if here.hint not in found:
-                found.append(here.hint)
-                waiting += [slot(f.annotation, tuple(f.metadata)) for f in here.hint.model_fields.values()]
-        else:
-            waiting += [slot(a) for a in get_args(here.hint)]
-    return found
-
-
 def top_fields(kind: str) -> set[str]:
     """Fields of the file itself."""
     first = slot(model_of(kind))
@@ -51,9 +35,9 @@ def top_fields(kind: str) -> set[str]:
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_field_is_explained_where_it_stands(kind):
     """A kind is explained where it is chosen, by the docstring of each class."""
-    fields = [(model, name) for model in models(kind) for name in model.model_fields if name != "kind"]
+    fields = [(model, name) for model in models_in(model_of(kind)) for name in model.model_fields if name != "kind"]
     assert [(model.__name__, name) for model, name in fields if not explained(model, name)] == []
-    assert [m.__name__ for m in models(kind) if not m.__doc__] == []
+    assert [m.__name__ for m in models_in(model_of(kind)) if not m.__doc__] == []
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nectosome.cli.run_summary import _weights, reaction_unit
+from nectosome.cli.run_summary import _weights, powers, reaction_unit
 from nectosome.io import load_dataset
 
 ARM = """
@@ -71,3 +71,14 @@ def test_a_reaction_times_the_rate_of_its_coordinate_is_a_power():
     units = {"arm.angle": "N m", "slide.position": "N", "body.vx": "N", "body.wx": "N m"}
     units |= {"tail.bending_z.0": "N m", "tail.extension.1": "N m"}
     assert {name: reaction_unit(name) for name in units} == units
+
+
+def test_a_strain_of_several_coordinates_has_a_mean_power_and_no_largest():
+    """Their largest powers come at different times: the sum of them is that of no time."""
+    names = np.array(["body.bending_z.0", "body.bending_z.1", "shaft.angle"])
+    arrays = {"prescribed": names, "load": np.array(["drag"])}
+    peaks = np.array([9.0]), np.array([4.0, 4.0, 2.0]), 0.1
+    table = powers(arrays, np.array([-3.0]), np.array([1.5, 0.5, 1.0]), peaks)
+    rows = {row[0]: row[1:] for row in table.texts()[1:]}
+    assert rows["body.bending z"] == ("2 W", "")
+    assert rows["shaft.angle"] == ("1 W", "2 W")

@@ -124,6 +124,7 @@ def test_gaps_missing_and_saturated_values_are_told(folder):
         ("columns:\n  force: {column: Force}", 'there is no column called "Force"'),
         ("columns:\n  force: {column: 2, unit: mm}", "is in V in the file and in mm in the sheet"),
         ("columns:\n  force: {column: 2, unit: Vv}", 'line 2, columns.force.unit: "Vv" has no unit called Vv'),
+        ("columns:\n  force: {column: 2, zero: 0.3 V}", "needs the unit of the reading beside it, as in unit: V"),
         ("columns:\n  force: {column: 2, unit: V, zero: 3 mm}", "has not the dimension of the reading, V"),
         ("columns:\n  force: {column: 2, unit: V, gain: 0 N/V}", "is 0; it must differ from 0"),
         ("columns:\n  force: {column: 2, unit: V, sign: 2}", '"2" must be 1 or -1'),

@@ -209,11 +209,11 @@ class MotionDesign(DesignTask):
         if not robot.tree.free_v.size and not drive_frequencies(self.description):
             words = "nothing of this robot is free to move, or driven to and fro."
             raise InputError(words, field=self.description.name)
-        if not robot.prescribed_names and (asked := {"torque", "drive_rate"} & set(self._needed())):
+        driven = next((name for name in self._needed() if name in ("torque", "drive_rate")), "")
+        if driven and not robot.prescribed_names:
             words = "no joint or strain of this robot has a prescribed motion, so that this is 0 whatever the design."
-            raise InputError(
-                f"{words} Limit tensions, pressures and torques by the ranges of their quantities.", field=asked.pop()
-            )
+            remedy = "Limit tensions, pressures and torques by the ranges of their quantities."
+            raise InputError(f"{words} {remedy}", field=driven)
         symmetry = find_symmetry(robot)
         groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
         template, numbers = template_of(self.description, tuple(path for group in groups for path in group))

@@ -79,6 +79,8 @@ def _reading(value: Any, info: ValidationInfo) -> float:
     factor, needed = unit_to_si(unit or "")
     if si == "" and needed:
         return number * factor
+    if unit is None:
+        raise unfit(f'"{shorten(value)}" needs the unit of the reading beside it, as in unit: V.')
     if si != needed:
         raise unfit(f'"{shorten(value)}" has not the dimension of the reading, {unit or "1"}.')
     return number

@@ -100,6 +100,21 @@ def items(value: Any) -> Iterator[tuple[str, Any]]:
         yield from ((str(i), item) for i, item in enumerate(value))
 
 
+def models_in(hint: Any) -> list[type[BaseModel]]:
+    """Return every model that what `hint` describes may hold, the outer ones first."""
+    found: list[type[BaseModel]] = []
+    waiting = [slot(hint)]
+    while waiting:
+        here = waiting.pop(0)
+        if isinstance(here.hint, type) and issubclass(here.hint, BaseModel):
+            if here.hint not in found:
+                found.append(here.hint)
+                waiting += [slot(f.annotation, tuple(f.metadata)) for f in here.hint.model_fields.values()]
+        else:
+            waiting += [slot(a) for a in get_args(here.hint)]
+    return found
+
+
 def leaves(description: BaseModel) -> Iterator[tuple[str, Slot]]:
     """Yield the path and the slot of every single value in `description`, quantity or not."""
     for path, here, _ in _leaves(description, slot(type(description)), ""):
