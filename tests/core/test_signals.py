@@ -1,5 +1,7 @@
 """Signals tell their own derivatives; water tells the acceleration of its flow."""
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -28,10 +30,12 @@ SMOOTH = {
     "rate": Rate(number(-3.0), number(0.2)),
     "sine": Sine(number(0.4), number(1.5), number(0.3), number(-0.1)),
     "stroke": Stroke(number(0.4), number(1.5), number(0.3), number(-0.1), number(0.3)),
-    "stroke with a ramp": Stroke(number(0.4), number(1.5), number(0.3), number(-0.1), number(0.6), number(0.8)),
     "cycle": Cycle(jnp.array([0.3, -0.2, 0.8, 0.1, 0.4]), number(1.5), number(0.3)),
     "vector": Sine(jnp.array([0.4, 0.1]), jnp.array([1.5, 0.0]), jnp.array([0.3, 1.0]), jnp.zeros(2)),
 }
+# and those that grow from rest
+RAMPED = {name: replace(SMOOTH[name], ramp=number(0.8)) for name in ("rate", "sine", "stroke", "cycle")}
+SMOOTH |= {f"{name} with a ramp": signal for name, signal in RAMPED.items()}
 KNOTS, HEIGHTS = np.array([-0.2, 0.3, 0.35, 1.0, 2.1, 40.0]), np.array([0.3, -0.2, 0.1, 0.8, 0.1, 0.4])
 SMOOTH["smooth recording"] = SmoothRecording.through(jnp.asarray(KNOTS), jnp.asarray(HEIGHTS))
 SMOOTH["shaped"] = Shaped(SMOOTH["smooth recording"], jnp.array([2.0, -0.5]))
@@ -108,11 +112,14 @@ def test_a_stroke_goes_to_and_fro_in_its_shares_of_the_period():
     np.testing.assert_allclose([e[1] for e in ends], speeds, atol=1e-12)
 
 
-def test_a_ramp_starts_at_rest_and_ends_at_the_whole_stroke():
-    numbers = [number(x) for x in (0.4, 1.25, 0.7, 0.1, 0.4)]
-    whole, ramped = Stroke(*numbers), Stroke(*numbers, number(0.8))
-    np.testing.assert_allclose(ramped(number(0.0)), [0.1, 0, 0], atol=1e-15)
-    np.testing.assert_allclose(ramped(number(0.8)), whole(number(0.8)), rtol=1e-13)
+@pytest.mark.parametrize(("name", "middle"), [("rate", 0.2), ("sine", -0.1), ("stroke", -0.1), ("cycle", 0.28)])
+def test_a_ramp_starts_at_rest_in_the_middle_and_ends_at_full_size(name, middle):
+    """A rate has then come half as far as without the ramp."""
+    whole, ramped = SMOOTH[name], RAMPED[name]
+    np.testing.assert_allclose(ramped(number(0.0)), [middle, 0, 0], atol=1e-15)
+    for t in (0.8, 1.7):
+        lag = number(0.4 if name == "rate" else 0.0)
+        np.testing.assert_allclose(ramped(number(t)), whole(number(t) - lag), rtol=1e-12, atol=1e-12)
 
 
 def test_the_sine_is_that_of_its_formula():

@@ -62,7 +62,6 @@ def test_the_period_is_the_shortest_that_all_share(joints, period):
         ([hinge("kind: rate, rate: 0 rad/s"), sine("0 Hz")], "period", "nothing of this robot is driven"),
         ([HELD, f"{SLIDE}, motion: {{kind: rate, rate: 1 m/s}}"], "limbs.limb1.joint.motion.rate", "never comes back"),
         (["kind: free, motion: {x: {kind: rate, rate: 1 m/s}}"], "limbs.limb0.joint.motion.x.rate", "never comes back"),
-        ([hinge(STROKE + ", ramp: 1 s")], "limbs.limb0.joint.motion.ramp", "begins slowly"),
         ([f"{SLIDE}, force: {SHOT}"], "limbs.limb0.joint.force.values", "Cut one period out"),
         ([sine("1.4142136 Hz"), sine("1 Hz")], "limbs.limb1.joint.motion.frequency", "no common period"),
         ([sine("1 Hz"), sine("51 Hz")], "limbs.limb0.joint.motion.frequency", "within 50 cycles"),

@@ -105,9 +105,14 @@ def test_the_means_of_a_boat_account_for_all_power(boat):
 def test_drives_of_another_period_are_told(boat):
     found = periodic(build(boat), 1.0)
     assert int(found.status) == Status.OTHER_PERIOD
-    ramp = ROWING.replace("frequency: 0.8 Hz}", "frequency: 0.8 Hz, ramp: 50 ms}")
-    assert int(periodic(build(parse_robot(ramp)), 1 / 0.8).status) == Status.OTHER_PERIOD
     assert "do not have this period" in Status.OTHER_PERIOD.reason
+
+
+def test_a_cycle_is_that_of_drives_without_their_ramps(boat):
+    ramp = parse_robot(ROWING.replace("frequency: 0.8 Hz}", "frequency: 0.8 Hz, ramp: 3 s}"))
+    found, wanted = periodic(ramp), periodic(boat)
+    assert int(found.status) == Status.SOLVED
+    np.testing.assert_array_equal(found.state.v, wanted.state.v)
 
 
 def test_what_never_repeats_itself_is_not_solved(falling):

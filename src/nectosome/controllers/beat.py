@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.description import RobotDescription, numeric_paths, with_values
+from nectosome.description import RobotDescription, with_values
 from nectosome.description.period import drive_frequencies, drive_period
 
 _ROUNDING = 1e-9  # of a beat, by which rounding may move its start
@@ -25,19 +25,17 @@ class Beat(NamedTuple):
 
 
 def beat_of(description: RobotDescription, paths: Sequence[str], nominal: float) -> Beat:
-    """Beat of a robot whose quantities at some paths are commanded; ramps at the start do not count.
+    """Beat of a robot whose quantities at some paths are commanded.
 
     `nominal` is the value of the command in the description. Where a command changes the frequency of some drives
     only, the beat is that of the others. Raises InputError where no drive is periodic, and where drives have no common
     period.
     """
-    ramps = {path: 0.0 for path in numeric_paths(description) if path.endswith(".ramp")}
-    developed = with_values(description, ramps)
-    drives = set(drive_frequencies(developed))
+    drives = set(drive_frequencies(description))
     commanded = drives & set(paths)
     if commanded == drives:
-        return Beat(1 / drive_period(developed), nominal if commanded else 0.0)
-    return Beat(1 / drive_period(with_values(developed, dict.fromkeys(commanded, 0.0))), 0.0)
+        return Beat(1 / drive_period(description), nominal if commanded else 0.0)
+    return Beat(1 / drive_period(with_values(description, dict.fromkeys(commanded, 0.0))), 0.0)
 
 
 def instants_per_sample(beat: Beat, fastest: float, dt: float) -> int:

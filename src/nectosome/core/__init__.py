@@ -20,7 +20,20 @@ from .signals import (
     signal_of,
 )
 from .solution import Solution, Status
-from .system import JointLoad, Load, Mechanical, PairLoad, ReshapingLoad, RodLoad, State, Stations, Strips, System
+from .system import (
+    Drive,
+    JointLoad,
+    Load,
+    Mechanical,
+    PairLoad,
+    Powered,
+    ReshapingLoad,
+    RodLoad,
+    State,
+    Stations,
+    Strips,
+    System,
+)
 from .water import STANDARD_GRAVITY, UniformCurrent, Water
 
 __all__ = [
@@ -28,6 +41,7 @@ __all__ = [
     "Block",
     "Constant",
     "Cycle",
+    "Drive",
     "Handover",
     "JointLoad",
     "Line",
@@ -36,6 +50,7 @@ __all__ = [
     "Memoryless",
     "PairLoad",
     "Pointwise",
+    "Powered",
     "Rate",
     "RateIndependent",
     "Recording",

@@ -1,6 +1,8 @@
 """Signals: functions of time with their first two derivatives, which a prescribed joint needs."""
 
 from abc import abstractmethod
+from dataclasses import fields
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -34,40 +36,60 @@ class Constant(Signal):
         return self.value + zero, zero, zero
 
 
-class Rate(Signal):
-    """u = start + rate t: a motor at constant speed."""
+class Ramped(Signal):
+    """A signal that grows from rest over its `ramp`, by g = 6 x^5 - 15 x^4 + 10 x^3 with x = t/ramp from 0 to 1."""
+
+    @classmethod
+    def from_description(cls, described: Any) -> "Ramped":
+        """The signal of a description, without a ramp where that takes no time."""
+        given = [field.name for field in fields(cls) if field.name != "ramp"]
+        ramp = None if is_zero(described.ramp) else number(described.ramp)
+        return cls(**numbers(described, *given), ramp=ramp)  # pyright: ignore[reportCallIssue]
+
+
+class Rate(Ramped):
+    """u = start + rate t: a motor at constant speed; with a ramp it turns at g rate."""
 
     rate: Float[Array, "*shape"]
     start: Float[Array, "*shape"]
+    ramp: Float[Array, ""] | None = None  # [s]
     described_by = ds.RateSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
-        """Angle (or position), speed and zero acceleration."""
-        return self.start + self.rate * t, self.rate + 0.0, jnp.zeros_like(self.rate)
+        """Angle (or position), speed and acceleration."""
+        if self.ramp is None:
+            return self.start + self.rate * t, self.rate + 0.0, jnp.zeros_like(self.rate)
+        x = jnp.clip(t / self.ramp, 0.0, 1.0)
+        # the integral of g over t is t - ramp/2 at the end of the ramp and after it
+        gone = self.ramp * x**4 * (2.5 - 3 * x + x**2) + jnp.maximum(t - self.ramp, 0.0)
+        g, dg, _ = _growth(t, self.ramp)
+        return self.start + self.rate * gone, self.rate * g, self.rate * dg
 
 
-class Sine(Signal):
-    """u = offset + amplitude sin(2 pi frequency t + phase)."""
+class Sine(Ramped):
+    """u = offset + g amplitude sin(2 pi frequency t + phase)."""
 
     amplitude: Float[Array, "*shape"]
     frequency: Float[Array, "*shape"]
     phase: Float[Array, "*shape"]
     offset: Float[Array, "*shape"]
+    ramp: Float[Array, ""] | None = None  # [s]
     described_by = ds.SineSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Value and derivatives of the sine."""
         w = 2 * jnp.pi * self.frequency
         s, c = jnp.sin(w * t + self.phase), jnp.cos(w * t + self.phase)
-        return self.offset + self.amplitude * s, self.amplitude * w * c, -self.amplitude * w**2 * s
+        u, du, ddu = _ramped((self.amplitude * s, self.amplitude * w * c, -self.amplitude * w**2 * s), t, self.ramp)
+        return self.offset + u, du, ddu
 
 
-class Stroke(Signal):
+class Stroke(Ramped):
     r"""A reciprocating stroke: u = offset - g amplitude cos(a), with an angle a that increases by pi in each half.
 
     With the cycle $s = f t + \phi/2\pi + p/2$ modulo 1 and the fraction p of the forward half, $a = \pi s/p$ for s < p
-    and $a = \pi (1 + (s - p)/(1 - p))$ after. g grows from 0 to 1 over the ramp as $6 x^5 - 15 x^4 + 10 x^3$; p = 1/2
-    without ramp is a sine. The second derivative jumps between the halves, unless p = 1/2.
+    and $a = \pi (1 + (s - p)/(1 - p))$ after; p = 1/2 is a sine. The second derivative jumps between the halves, unless
+    p = 1/2.
     """
 
     amplitude: Float[Array, ""]
@@ -77,12 +99,6 @@ class Stroke(Signal):
     forward_share: Float[Array, ""]  # p
     ramp: Float[Array, ""] | None = None  # [s]
     described_by = ds.StrokeSignal
-
-    @classmethod
-    def from_description(cls, described: ds.StrokeSignal) -> "Stroke":
-        """The stroke of a description, without a ramp where that takes no time."""
-        ramp = None if is_zero(described.ramp) else number(described.ramp)
-        return cls(**numbers(described, "amplitude", "frequency", "phase", "offset", "forward_share"), ramp=ramp)
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Value and derivatives."""
@@ -94,17 +110,22 @@ class Stroke(Signal):
         a = jnp.pi * jnp.where(forward, s / p, 1 + (s - p) / (1 - p))
         w = jnp.pi * self.frequency / share
         u, du, ddu = -jnp.cos(a), w * jnp.sin(a), w**2 * jnp.cos(a)
-        if self.ramp is not None:
-            u, du, ddu = _ramped((u, du, ddu), t / self.ramp, self.ramp)
+        u, du, ddu = _ramped((u, du, ddu), t, self.ramp)
         return self.offset + self.amplitude * u, self.amplitude * du, self.amplitude * ddu
 
 
-def _ramped(u: Triple, x: Array, ramp: Array) -> Triple:
-    """A signal times a ramp that grows from 0 to 1 over x = t/ramp from 0 to 1."""
-    x = jnp.clip(x, 0.0, 1.0)
+def _growth(t: Array, ramp: Array) -> Triple:
+    """g and its derivatives by time."""
+    x = jnp.clip(t / ramp, 0.0, 1.0)
     g = x**3 * (10 - 15 * x + 6 * x**2)
-    dg = 30 * x**2 * (1 - x) ** 2 / ramp
-    ddg = 60 * x * (1 - x) * (1 - 2 * x) / ramp**2
+    return g, 30 * x**2 * (1 - x) ** 2 / ramp, 60 * x * (1 - x) * (1 - 2 * x) / ramp**2
+
+
+def _ramped(u: Triple, t: Array, ramp: Array | None) -> Triple:
+    """A signal times g; the signal itself without a ramp."""
+    if ramp is None:
+        return u
+    g, dg, ddg = _growth(t, ramp)
     return g * u[0], g * u[1] + dg * u[0], g * u[2] + 2 * dg * u[1] + ddg * u[0]
 
 
@@ -113,7 +134,7 @@ class Wave(Signal):
 
     With $a = 2\pi f t + \phi$ and o, c and s the coefficients of $e(x)$, $e(x) \cos(2\pi x/\lambda)$ and $e(x)
     \sin(2\pi x/\lambda)$, this is $e(x)$ times offset + amplitude sin(a - 2 pi x/lambda): a wave towards larger x. g is
-    the ramp of a `Stroke`.
+    that of a `Ramped` signal.
     """
 
     amplitude: Float[Array, ""]
@@ -132,18 +153,19 @@ class Wave(Signal):
         here = self.amplitude * (self.cosine * s - self.sine * c)
         ahead = self.amplitude * (self.cosine * c + self.sine * s)
         u = self.offset * self.envelope + here, w * ahead, -(w**2) * here
-        return u if self.ramp is None else _ramped(u, t / self.ramp, self.ramp)
+        return _ramped(u, t, self.ramp)
 
 
-class Cycle(Signal):
+class Cycle(Ramped):
     """Values evenly spread over each period, joined by a periodic cubic spline.
 
-    The first value is at time 0, advanced by `phase` [rad].
+    The first value is at time 0, advanced by `phase` [rad]. With a ramp, g multiplies the distance from their mean.
     """
 
     values: Float[Array, "n"]
     frequency: Float[Array, ""]  # of the whole cycle [Hz]
     phase: Float[Array, ""]
+    ramp: Float[Array, ""] | None = None  # [s]
     described_by = ds.CycleSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
@@ -160,7 +182,9 @@ class Cycle(Signal):
         u = y * self.values[k] + x * self.values[after] + ((y**3 - y) * m[k] + (x**3 - x) * m[after]) / 6
         du = self.values[after] - self.values[k] + ((1 - 3 * y**2) * m[k] + (3 * x**2 - 1) * m[after]) / 6
         w = n * self.frequency
-        return u, w * du, w**2 * (y * m[k] + x * m[after])
+        middle = 0.0 if self.ramp is None else jnp.mean(self.values)
+        u, du, ddu = _ramped((u - middle, w * du, w**2 * (y * m[k] + x * m[after])), t, self.ramp)
+        return middle + u, du, ddu
 
 
 class Recording(Signal):
@@ -269,7 +293,7 @@ class Steps(Signal):
 class Handover(Signal):
     """A smooth transition from the signal `before` to the signal `after`, over `seconds` from `since` on.
 
-    u = before + g (after - before), with the ramp g of a `Stroke`; value and both derivatives are continuous.
+    u = before + g (after - before), with the g of a `Ramped` signal; value and both derivatives are continuous.
     """
 
     before: Signal
@@ -281,7 +305,7 @@ class Handover(Signal):
         """Value and derivatives."""
         old, new = self.before(t), self.after(t)
         difference = new[0] - old[0], new[1] - old[1], new[2] - old[2]
-        ramped = _ramped(difference, (t - self.since) / self.seconds, self.seconds)
+        ramped = _ramped(difference, t - self.since, self.seconds)
         return old[0] + ramped[0], old[1] + ramped[1], old[2] + ramped[2]
 
 

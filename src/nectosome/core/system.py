@@ -1,7 +1,7 @@
 """Contracts of dynamic systems (System, Mechanical) and of loads on a body, a joint, a rod or a pair of bodies."""
 
 from abc import abstractmethod
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -167,3 +167,44 @@ class PairLoad(DescribedModule):
     @abstractmethod
     def energy(self, first: Strips, second: Strips) -> Float[Array, ""]:
         """Energy stored [J]."""
+
+
+class Powered(NamedTuple):
+    """What a drive with a motor does at one time."""
+
+    asked: Float[Array, ""]  # coordinate [rad, m] that is to be reached; NaN without a position loop
+    torque: Float[Array, ""]  # along the coordinate, without the inertia of the rotor [N m, N]
+    current: Float[Array, ""]  # of the winding [A]
+    voltage: Float[Array, ""]  # at the winding, the mean of its pulses [V]
+    electrical: Float[Array, ""]  # power from the supply [W], negative where it is given back
+    heat: Float[Array, ""]  # of winding, gear and friction [W]
+
+
+class Drive(DescribedModule):
+    """A drive with a motor along the one coordinate of a joint; `tests/drives/test_contract.py` tests every drive.
+
+    Without a voltage it only takes energy. Its account is closed: electrical power = torque times velocity + heat, and
+    heat is never negative.
+    """
+
+    @property
+    @abstractmethod
+    def inertia(self) -> Float[Array, ""]:
+        """Inertia of the rotor and its gears along the coordinate [kg m2, kg]."""
+
+    def initial(self) -> Any:
+        """Initial state z of its controller; () without one."""
+        return ()
+
+    @abstractmethod
+    def acts(
+        self, t: Float[Array, ""], x: Float[Array, ""], v: Float[Array, ""], supply: Any, z: Any
+    ) -> tuple[Powered, Any]:
+        """Torque and powers at a coordinate x [rad, m] and velocity v, and the rate of z.
+
+        They are those by a supply [V]; None where it has no end.
+        """
+
+    @abstractmethod
+    def held(self) -> "Drive":
+        """The drive with what it is asked at t = 0, for ever."""

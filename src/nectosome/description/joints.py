@@ -6,6 +6,7 @@ from typing import Any, ClassVar, Generic, Literal, Self, TypeVar
 from pydantic import model_validator
 
 from nectosome.description.base import ZERO, AngularVelocity, Axis, Position, Rotation, Velocity
+from nectosome.description.drives import AngularServo, LinearServo, MotorDrive
 from nectosome.description.fields import (
     Angle,
     AngularDamping,
@@ -132,6 +133,26 @@ class _AxialJoint(JointDescription, Generic[Q, S, K, C]):
     """Coordinate at which the spring is at ease."""
 
     @model_validator(mode="after")
+    def _powered_once(self) -> Self:
+        servo, motor = getattr(self, "servo", None), getattr(self, "motor", None)
+        drive = getattr(self, self.drive_field)
+        if servo is not None and drive is not None:
+            why = f"a servo follows a motion; it cannot have a {self.drive_field} as well. Leave one of them out."
+            raise wrong(self.drive_field, why)
+        if servo is not None and getattr(self, "motion", None) is None:
+            raise wrong("motion", "is missing. Say which motion the servo is to follow.")
+        if motor is not None:
+            for name in ("motion", "servo", self.drive_field):
+                if getattr(self, name) is not None:
+                    raise wrong(name, "a joint with a motor is moved by its voltage. Leave one of the two out.")
+        for name, powered in (("servo", servo), ("motor", motor)):
+            slides = isinstance(self, PrismaticJoint)
+            if powered is not None and (powered.radius is not None) != slides:
+                why = "is missing. Give the radius of the drum or pinion." if slides else "is for slides. Leave it out."
+                raise wrong(f"{name}.radius", why)
+        return self
+
+    @model_validator(mode="after")
     def _stops_apart(self) -> Self:
         lower, upper = getattr(self, "lower", None), getattr(self, "upper", None)
         if lower is not None and upper is not None and not lower.at < upper.at:
@@ -150,11 +171,15 @@ class RevoluteJoint(_AxialJoint[Angle, AngularSpeed, AngularStiffness, AngularDa
     upper: AngularLimit | None = None
     """Stop at the largest angle."""
     motion: AngleSignal | None = None
-    """Angle over time that the joint is made to take, as by a servo."""
+    """Angle over time that the joint is made to take: by an ideal drive, or as a servo can."""
+    servo: AngularServo | None = None
+    """The servo that follows the motion, with its motor and its supply; without one the motion is ideal."""
+    motor: MotorDrive | None = None
+    """A motor that turns the joint by a voltage, instead of a motion."""
     torque: TorqueSignal | None = None
     """Torque over time that drives the joint, instead of a motion."""
     limits: ServoLimits | None = None
-    """What the servo that makes the motion can give. Results compare with it."""
+    """What the servo that makes an ideal motion can give. Results compare with it."""
     mirror = Mirror(axis=about)
     drive_field = "torque"
 
@@ -168,6 +193,8 @@ class RevoluteJoint(_AxialJoint[Angle, AngularSpeed, AngularStiffness, AngularDa
     def _limits_of_a_servo(self) -> Self:
         if self.limits is not None and self.motion is None:
             raise wrong("limits", "are those of a servo, but there is no motion that it makes. Leave them out.")
+        if self.limits is not None and self.servo is not None:
+            raise wrong("limits", "follow from the servo. Leave one of the two out.")
         return self
 
 
@@ -180,7 +207,11 @@ class PrismaticJoint(_AxialJoint[Coordinate, Speed, Stiffness, Damping]):
     upper: LinearLimit | None = None
     """Stop at the largest displacement."""
     motion: LengthSignal | None = None
-    """Displacement over time that the joint is made to take."""
+    """Displacement over time that the joint is made to take: by an ideal drive, or as a servo can."""
+    servo: LinearServo | None = None
+    """The servo that follows the motion, with its motor and its supply; without one the motion is ideal."""
+    motor: MotorDrive | None = None
+    """A motor that moves the joint by a voltage, instead of a motion."""
     force: ForceSignal | None = None
     """Force over time that drives the joint, instead of a motion."""
     mirror = Mirror(axis=along)

@@ -12,13 +12,13 @@ from nectosome.description.fields import (
     AngularSpeed,
     Area,
     Coordinate,
-    Current,
     Damping,
     Elastance,
     Force,
     Fraction,
     Length,
     LineForce,
+    NonNegativeCurrent,
     NonNegativeInertia,
     NonNegativeMass,
     NonNegativeNumber,
@@ -199,7 +199,7 @@ class CrankMotor(Described):
     """Speed at which there is no torque left."""
     inertia: PositiveInertia
     """Moment of inertia of crank, gear and rotor."""
-    stall_current: Current = 0.0
+    stall_current: NonNegativeCurrent = 0.0
     """Current at rest; it goes with the torque."""
     angle: Angle = 0.0
     """Angle of the crank at the start."""

@@ -7,7 +7,7 @@ from typing import Any
 from nectosome.description.loads import CrankMotor
 from nectosome.description.robot import RobotDescription, check_description, with_values
 from nectosome.description.signals import RateSignal, SignalDescription
-from nectosome.io.schema.structure import items, numeric_paths
+from nectosome.io.schema.structure import items, numeric_values
 from nectosome.units import InputError, show_quantity
 
 _MOST = 50  # cycles of the fastest drive in the common period
@@ -17,10 +17,9 @@ _SAME = 1e-9  # relative difference of frequencies that counts as none
 def drive_period(description: RobotDescription) -> float:
     """Shortest time [s] after which all motions and drives of the description repeat themselves.
 
-    A rotation at a constant rate repeats itself after a turn. A ramp is refused, since nothing repeats itself while it
-    lasts and the periodic motion does not depend on it; so is a recording. Raises InputError for these two, if no
-    drive is periodic, if something slides at a constant speed, and if there is no common period of at most 50 cycles
-    of the fastest drive.
+    A rotation at a constant rate repeats itself after a turn. Ramps do not count: they end (`without_ramps`). Raises
+    InputError for a recording, if no drive is periodic, if something slides at a constant speed, and if there is no
+    common period of at most 50 cycles of the fastest drive.
     """
     check_description(description)
     found = drive_frequencies(description)
@@ -38,23 +37,31 @@ def drive_period(description: RobotDescription) -> float:
 
 
 def beat_of(description: RobotDescription) -> float | None:
-    """Period of the drives [s] after their ramps; None where they have none."""
-    ramps = [path for path in numeric_paths(description) if path.endswith(".ramp")]
+    """Period of the drives [s]; None where they have none."""
     try:
-        return drive_period(with_values(description, dict.fromkeys(ramps, 0.0)))
+        return drive_period(description)
     except InputError:
         return None
+
+
+def without_ramps(description: RobotDescription) -> RobotDescription:
+    """The robot with its drives at their full size from the start, as in the cycle that it comes to."""
+    ramps = [path for path, value in numeric_values(description).items() if is_ramp(path) and value != 0]
+    return with_values(description, dict.fromkeys(ramps, 0.0)) if ramps else description
+
+
+def is_ramp(path: str) -> bool:
+    """Whether a quantity is the time in which a drive grows to its full size."""
+    return path.endswith(".ramp")
 
 
 def drive_frequencies(description: RobotDescription) -> dict[str, float]:
     """Frequency [Hz] of each periodic drive, by its path.
 
-    Raises InputError for a ramp, for a recording, and if something slides at a constant speed.
+    Raises InputError for a recording, and if something slides at a constant speed.
     """
     found: dict[str, float] = {}
     for path, signal in driving_signals(description).items():
-        if getattr(signal, "ramp", 0.0):
-            raise InputError("what begins slowly does not repeat itself. Set it to 0 s.", field=f"{path}.ramp")
         if signal.kind == "recording" and signal.moves:
             why = "a recording does not repeat itself. Cut one period out of it and give that as a cycle."
             raise InputError(why, field=f"{path}.values")

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from nectosome.description.base import AliasName, Name, Velocity
 from nectosome.description.copies import BODY, on_all_copies, spread
+from nectosome.description.drives import BatteryDescription
 from nectosome.description.fields import Coordinate, Density, Gravity
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb
@@ -69,6 +70,8 @@ class RobotDescription(Described):
     """The other parts, by name. Each sits on the body, on a limb before it, or on the world."""
     pairs: dict[Name, Annotated[PairDescription, OneOf()]] = Field(default_factory=dict)
     """What acts between two parts, by name: bushings, which close loops, and contacts."""
+    batteries: dict[Name, BatteryDescription] = Field(default_factory=dict)
+    """Batteries, by name: each supplies the drives that name it, and sags with their current."""
     aliases: dict[AliasName, Annotated[tuple[str, ...], Field(min_length=1), OneOrMany()]] = Field(default_factory=dict)
     """Short names for one path, as in `E: limbs.tail.young`, or for a list of paths that are set together."""
 
@@ -117,6 +120,24 @@ class RobotDescription(Described):
     def _pairs_are_of_parts(self) -> Self:
         for name, pair in self.pairs.items():
             check_pair(name, pair, self.parts)
+        return self
+
+    @model_validator(mode="after")
+    def _batteries_supply_drives(self) -> Self:
+        used = set()
+        for name, part in self.parts.items():
+            for kind in ("servo", "motor"):
+                powered = getattr(part.joint, kind, None)
+                if powered is None or powered.battery is None:
+                    continue
+                if powered.battery not in self.batteries:
+                    known = did_you_mean(powered.battery, self.batteries) or " Describe it under batteries."
+                    field = f"{self.place_of(name)}.joint.{kind}.battery"
+                    raise wrong(field, f'there is no battery "{powered.battery}".{known}')
+                used.add(powered.battery)
+        for name in self.batteries:
+            if name not in used:
+                raise wrong(f"batteries.{name}", "no drive names this battery. Leave it out, or name it in a drive.")
         return self
 
     @model_validator(mode="after")

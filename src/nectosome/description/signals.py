@@ -19,10 +19,12 @@ from nectosome.description.fields import (
     Frequency,
     Length,
     NonNegativeNumber,
+    Number,
     Share,
     Speed,
     Time,
     Torque,
+    Voltage,
 )
 from nectosome.description.mirror import opposite
 from nectosome.io.schema.described import Described, unfit, wrong
@@ -93,6 +95,8 @@ class RateSignal(SignalDescription, Generic[Q, S]):
     """Change per second."""
     start: Q = 0.0  # pyright: ignore[reportAssignmentType]
     """Value at time 0."""
+    ramp: Duration = 0.0
+    """Time in which the rate grows to its full size."""
     signed = ("rate", "start")
 
     @classmethod
@@ -113,6 +117,8 @@ class SineSignal(SignalDescription, Generic[Q]):
     """Angle by which the cycle is ahead at time 0."""
     offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
     """Middle of the motion."""
+    ramp: Duration = 0.0
+    """Time in which the amplitude grows to its full size."""
     signed = ("amplitude", "offset")
     cycle_angle = "phase"
 
@@ -151,6 +157,8 @@ class CycleSignal(SignalDescription, Generic[Q]):
     """Number of cycles per second."""
     phase: Angle = 0.0
     """Angle by which the cycle is ahead at time 0."""
+    ramp: Duration = 0.0
+    """Time in which the distance from the mean of the values grows to its full size."""
     signed = ("values",)
     cycle_angle = "phase"
 
@@ -351,6 +359,14 @@ TorqueSignal = Annotated[
 ]
 ForceSignal = Annotated[
     ConstantSignal[Force] | SineSignal[Force] | CycleSignal[Force] | RecordingSignal[Force],
+    Field(discriminator="kind"),
+]
+VoltageSignal = Annotated[
+    ConstantSignal[Voltage] | SineSignal[Voltage] | CycleSignal[Voltage] | RecordingSignal[Voltage],
+    Field(discriminator="kind"),
+]
+ShareSignal = Annotated[
+    ConstantSignal[Number] | SineSignal[Number] | CycleSignal[Number] | RecordingSignal[Number],
     Field(discriminator="kind"),
 ]
 PressureSignal = Annotated[

@@ -18,12 +18,14 @@ from nectosome.description import (
     drive_period,
     dump_robot,
     get_value,
+    is_ramp,
     numeric_paths,
     resolve,
     with_values,
+    without_ramps,
 )
 from nectosome.description.variables import Box, Variable
-from nectosome.mechanism import moves_in_plane
+from nectosome.mechanism import Robot, moves_in_plane
 from nectosome.model import build, template_of
 from nectosome.search import Evaluate, Evaluation, Task
 from nectosome.solve import find_symmetry
@@ -127,6 +129,9 @@ class MotionDesign(DesignTask):
         double = next((path for path in paths if paths.count(path) > 1), None)
         if double is not None:
             raise InputError(f"{double} is named twice.", field="variables")
+        ramp = next((v.name for v in self.variables for path in resolve(self.description, v.name) if is_ramp(path)), "")
+        if ramp:
+            raise InputError("acts only while the motion begins: the cycle is the same whatever it is.", field=ramp)
 
     @property
     def constraint_names(self) -> tuple[str, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -173,6 +178,10 @@ class MotionDesign(DesignTask):
         """Quantities that objective and constraints are made of."""
         return [self.objective, *(name for c in self.constraints for name in c.weights)]
 
+    @property
+    def _developed(self) -> RobotDescription:
+        return without_ramps(self.description)
+
     def _period(self) -> tuple[float, int]:
         """Period [s], and -1; or its product with the variable that it is inverse to, and which that is."""
         driven = set(drive_frequencies(self.description))
@@ -198,25 +207,26 @@ class MotionDesign(DesignTask):
     def _flat(self) -> bool:
         """Whether the robot stays in the plane whatever is chosen."""
         ends = [{}, *({v.name: x} for v in self.variables for x in (v.lower, v.upper))]
-        return all(moves_in_plane(build(with_values(self.description, values))) for values in ends)
+        return all(moves_in_plane(build(with_values(self._developed, values))) for values in ends)
 
     def plan(self) -> tuple[Plan, PlanInputs]:
         """What the programs of a design need: what they depend on besides numbers, and the numbers.
 
         Raises InputError where the robot has no steady or periodic motion, whatever its numbers.
         """
-        robot = build(self.description)
+        robot = build(self._developed)
         if not robot.tree.free_v.size and not drive_frequencies(self.description):
             words = "nothing of this robot is free to move, or driven to and fro."
             raise InputError(words, field=self.description.name)
         driven = next((name for name in self._needed() if name in ("torque", "drive_rate")), "")
-        if driven and not robot.prescribed_names:
+        self._check_motors(robot)
+        if driven and not robot.prescribed_names and not robot.powered.groups:
             words = "no joint or strain of this robot has a prescribed motion, so that this is 0 whatever the design."
             remedy = "Limit tensions, pressures and torques by the ranges of their quantities."
             raise InputError(f"{words} {remedy}", field=driven)
         symmetry = find_symmetry(robot)
         groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
-        template, numbers = template_of(self.description, tuple(path for group in groups for path in group))
+        template, numbers = template_of(self._developed, tuple(path for group in groups for path in group))
         needed = {*self._needed(), *_RECORDED}
         used = [name for name in QUANTITIES if name in needed]  # in one order: what asks for the same is one program
         where = tuple(tuple(template.paths.index(path) for path in group) for group in groups)
@@ -229,10 +239,21 @@ class MotionDesign(DesignTask):
         inputs = PlanInputs(numbers, ends, on_device(period))
         return CyclePlan(*shared, flat=self._flat(), inverse_to=inverse_to), inputs
 
+    def _check_motors(self, robot: Robot) -> None:
+        """Raise InputError for a quantity of motors or batteries that the robot does not have."""
+        motors = () if robot.powered.groups else ("current", "electrical_power")
+        lacking = dict[str, str]() if robot.powered.battery_names else {"battery_power": "battery"}
+        lacking |= dict.fromkeys(motors, "motor")
+        for name in self._needed():
+            if name in lacking:
+                raise InputError(
+                    f"this robot has no {lacking[name]}, so that this is 0 whatever the design.", field=name
+                )
+
     def prepare(self) -> Evaluate:
         """Return evaluate(u, derivatives, memory); the memory is the state of a motion nearby."""
         (plan, numbers), needed = self.plan(), self._needed()
-        rest = build(self.description).initial()
+        rest = build(self._developed).initial()
         leaves, structure = jax.tree.flatten(rest)
         ends = np.cumsum([leaf.size for leaf in leaves])[:-1]
         sign = -1.0 if self.highest else 1.0

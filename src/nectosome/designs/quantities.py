@@ -7,7 +7,7 @@ from operator import attrgetter
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import STANDARD_GRAVITY
+from nectosome.core import STANDARD_GRAVITY, Powered
 from nectosome.core.se3 import dot
 from nectosome.mechanism import Robot, bending_of
 from nectosome.solve import CycleMeans, Equilibrium
@@ -66,13 +66,24 @@ def _rates(s: SteadySwim) -> Array:
     return v[tree.prescribed_v]
 
 
+def _motors(s: SteadySwim) -> tuple[Powered, Array, Array]:
+    """What motors do, how fast they turn, and the powers of all batteries."""
+    robot, x = s.robot, s.steady.state
+    q, v, _ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
+    found, *_ = robot.motors(jnp.zeros(()), q, v, x.z)
+    return found, v[robot.powered.places(robot.tree, "v")], robot.powered.battery_powers(found.electrical)
+
+
 def _torque(s: SteadySwim) -> Array:
     """What the drives give, in the sense in which they turn; of several the largest."""
-    return _largest(s.steady.reaction * jnp.where(_rates(s) < 0, -1.0, 1.0))
+    motors, rates, _ = _motors(s)
+    given, turning = (jnp.concatenate(x) for x in ((s.steady.reaction, motors.torque), (_rates(s), rates)))
+    return _largest(given * jnp.where(turning < 0, -1.0, 1.0))
 
 
 def _power(s: SteadySwim) -> Array:
-    return jnp.sum(s.steady.reaction * _rates(s))
+    motors, rates, _ = _motors(s)
+    return jnp.sum(s.steady.reaction * _rates(s)) + jnp.sum(motors.torque * rates)
 
 
 def _thrust(s: SteadySwim) -> Array:
@@ -94,7 +105,7 @@ def _cost(s: SteadySwim) -> Array:
 
 
 def _drive_rate(s: SteadySwim) -> Array:
-    return _largest(jnp.abs(_rates(s)))
+    return _largest(jnp.abs(jnp.concatenate([_rates(s), _motors(s)[1]])))
 
 
 def _stress(s: SteadySwim) -> Array:
@@ -103,13 +114,38 @@ def _stress(s: SteadySwim) -> Array:
     return _largest_known(bent.hinge_stress, bent.stress)
 
 
+def _current(s: SteadySwim) -> Array:
+    return _largest(jnp.abs(_motors(s)[0].current))
+
+
+def _electrical(s: SteadySwim) -> Array:
+    return jnp.sum(_motors(s)[0].electrical)
+
+
+def _battery(s: SteadySwim) -> Array:
+    return jnp.sum(_motors(s)[2])
+
+
+def _current_peak(s: PeriodicSwim) -> Array:
+    return _largest(s.means.current_peak)
+
+
+def _mean_electrical(s: PeriodicSwim) -> Array:
+    return jnp.sum(s.means.electrical_power)
+
+
+def _mean_battery(s: PeriodicSwim) -> Array:
+    return jnp.sum(s.means.battery_power)
+
+
 def _mean_speed(s: PeriodicSwim) -> Array:
     return jnp.sum(s.means.velocity[0] * s.forward)
 
 
 def _torque_peak(s: PeriodicSwim) -> Array:
     """Of the drives that move: what holds a robot is no drive."""
-    return _largest(jnp.where(s.means.drive_velocity_peak > 0, s.means.reaction_peak, 0.0))
+    moving = jnp.where(s.means.drive_velocity_peak > 0, s.means.reaction_peak, 0.0)
+    return _largest(jnp.concatenate([moving, s.means.motor_torque_peak]))
 
 
 def _mean_thrust(s: PeriodicSwim) -> Array:
@@ -129,7 +165,7 @@ def _largest_known(*stresses: Array) -> Array:
 
 
 def _drive_rate_peak(s: PeriodicSwim) -> Array:
-    return _largest(s.means.drive_velocity_peak)
+    return _largest(jnp.concatenate([s.means.drive_velocity_peak, s.means.motor_rate_peak]))
 
 
 def _stress_peak(s: PeriodicSwim) -> Array:
@@ -166,6 +202,23 @@ QUANTITIES = {
         MotionQuantity("drive_rate", "angular_speed", "low", "largest rate of a drive", _drive_rate, _drive_rate_peak),
         MotionQuantity(
             "stress", "pressure", "low", "largest stress in a part or hinge that bends", _stress, _stress_peak
+        ),
+        MotionQuantity("current", "current", "low", "largest current of a motor", _current, _current_peak),
+        MotionQuantity(
+            "electrical_power",
+            "power",
+            "low",
+            "power that motors take from their supplies",
+            _electrical,
+            _mean_electrical,
+        ),
+        MotionQuantity(
+            "battery_power",
+            "power",
+            "low",
+            "power that batteries give, to the electronics too",
+            _battery,
+            _mean_battery,
         ),
     )
 }

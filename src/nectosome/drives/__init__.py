@@ -3,6 +3,7 @@
 from .chain import Chain, Curve, Gain, Parallel, antagonistic, respond
 from .friction import BoucWen, Dahl
 from .hysteresis import NumericInverse, Polynomial, PrandtlIshlinskii, Tanh, evenly, inverse
+from .motor import GearedMotor, Motor, Servo
 from .rate_block import Integrated
 from .sensor import Sensor
 from .transfer import TransferFunction, second_order
@@ -15,13 +16,16 @@ __all__ = [
     "Dahl",
     "DeadTime",
     "Gain",
+    "GearedMotor",
     "Integrated",
+    "Motor",
     "NumericInverse",
     "Parallel",
     "Polynomial",
     "PrandtlIshlinskii",
     "Saturation",
     "Sensor",
+    "Servo",
     "SlewLimit",
     "Tanh",
     "Tank",

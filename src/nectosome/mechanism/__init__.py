@@ -1,18 +1,23 @@
 """Joints, rigid links, soft rods, and their kinematic tree: kinematics and equations of motion."""
 
 from .diagnose import Diagnosis, bending_of, diagnose, load_names, support_force
-from .joints import Fixed, Free, Joint, Planar, Prismatic, Revolute, Spherical
+from .joints import SLIDES, Fixed, Free, Joint, Planar, Prismatic, Revolute, Spherical
 from .links import Link
 from .load_groups import Attached, Paired
 from .parts import TreePart, node_at
 from .plane import InPlane
+from .powered import Attachment, Battery, PoweredDrives
 from .reduce import in_plane, moves_in_plane, reduced
 from .robot import Robot, make_robot
 from .rods import SoftRod, make_rod
+from .start import Start, from_rest
 from .tree import Tree
 
 __all__ = [
+    "SLIDES",
     "Attached",
+    "Attachment",
+    "Battery",
     "Diagnosis",
     "Fixed",
     "Free",
@@ -21,15 +26,18 @@ __all__ = [
     "Link",
     "Paired",
     "Planar",
+    "PoweredDrives",
     "Prismatic",
     "Revolute",
     "Robot",
     "SoftRod",
     "Spherical",
+    "Start",
     "Tree",
     "TreePart",
     "bending_of",
     "diagnose",
+    "from_rest",
     "in_plane",
     "load_names",
     "make_robot",

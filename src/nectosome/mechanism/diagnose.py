@@ -5,15 +5,17 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
-from nectosome.core import State
+from nectosome.core import Powered, State
 from nectosome.core.rows import Spread, rows
 from nectosome.core.se3 import cross, dot, dot_t
 
+from .joints import SLIDES
 from .load_groups import names_of
 from .robot import Forces, Robot, times
 from .rods import bending
+from .tree import Tree
 
 ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE = "added_mass", "shape_change", "viscous", "drive"
 
@@ -43,11 +45,19 @@ class Diagnosis(NamedTuple):
     reaction_power: Float[Array, "prescribed"]  # [W]
     drive_velocity: Float[Array, "prescribed"]  # of prescribed joints [rad/s, m/s]
     momentum: Float[Array, "3"]  # of the body's own matter, world frame [kg m/s]
+    water_momentum: Float[Array, "3"]  # of the water carried along [kg m/s]
+    momentum_rate: Float[Array, "parts 3"]  # rate of momentum of each part's own matter [N]
+    momentum_balance: Float[Array, "slides"]  # rate of momentum less all outer forces, along slides of roots [N]
     angular_momentum: Float[Array, "3"]  # the same about the world's origin [kg m2/s]
     energy: Float[Array, "3"]  # kinetic of the body, kinetic of the added mass, elastic [J]
     part_energy: Float[Array, "parts 3"]  # the same of each part
     energy_rate: Float[Array, ""]  # d/dt of their sum [W]
     bending: Bending
+    powered: Powered  # what motors do, leaves [m]
+    reached: Float[Array, "m"]  # coordinates of their joints [rad, m]
+    motor_rate: Float[Array, "m"]  # [rad/s, m/s]
+    battery_voltage: Float[Array, "b"]  # [V]
+    battery_power: Float[Array, "b"]  # [W]
 
 
 def load_names(robot: Robot) -> tuple[str, ...]:
@@ -74,19 +84,26 @@ def energies(robot: Robot, t: Array, x: State) -> Float[Array, "parts 3"]:
     shape = tree.shape(q)
     twist = tree.twists(shape, v)
     relative, _ = robot.relative(t, shape, twist, twist)
-    return _energies(robot, q, twist, relative, robot.carried(t, shape, twist, x.z)[0])
+    return _energies(robot, q, v, twist, relative, robot.carried(t, shape, twist, x.z)[0])
 
 
-def _energies(robot: Robot, q: Array, twist: Array, relative: Array, added: Array) -> Float[Array, "parts 3"]:
+def _energies(robot: Robot, q: Array, v: Array, twist: Array, relative: Array, added: Array) -> Float[Array, "parts 3"]:
     tree = robot.tree
     own = 0.5 * jnp.sum(twist * times(robot.inertia, twist), axis=1)  # of each station
+    spinning = [] if robot.rotors is None else [0.5 * robot.rotors * v**2]  # relative to the parts before
     carried = 0.5 * jnp.sum(relative * times(added, relative), axis=1)
     bent = tree.split(q, "q")[1]
     energy = [0.5 * jnp.einsum("mi,mij,mj->m", x, g.things.stiffness, x) for g, x in zip(tree.rods, bent, strict=True)]
     parts = len(tree.structure)
     elastic = Spread(parts, *(np.array(g.members) for g in tree.rods))(energy)
     by_part = Spread(parts, tree.indices.part_of_station)
-    return jnp.stack([by_part([own]), by_part([carried]), elastic], axis=-1)
+    kinetic = Spread(parts, tree.indices.part_of_station, *([owners(tree)] if spinning else []))([own, *spinning])
+    return jnp.stack([kinetic, by_part([carried]), elastic], axis=-1)
+
+
+def owners(tree: Tree) -> Int[np.ndarray, "nv"]:
+    """Part of each velocity."""
+    return np.concatenate([np.full(place.v.stop - place.v.start, i) for i, place in enumerate(tree.layout)])
 
 
 def _added_mass_rate(robot: Robot, t: Array, acting: Forces, relative: Array) -> Float[Array, ""]:
@@ -166,7 +183,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
         jnp.sum(f * rows(v, g.coordinates(tree, "v")), axis=1)
         for g, f in zip(inner, (*acting.on_joints, *acting.in_rods), strict=True)
     ]
-    owner = np.concatenate([np.full(place.v.stop - place.v.start, i) for i, place in enumerate(tree.layout)])
+    owner = owners(tree)
     every = [np.array([row[name] for name in g.names]) * parts + g.parts for g in inner]
     to_parts = Spread(several * parts, *every, row[VISCOUS] * parts + owner, row[DRIVE] * parts + owner)
     joint_power = to_parts([*watts, -acting.viscous * v, acting.drive * v]).reshape(several, parts)
@@ -190,10 +207,14 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     reaction = acting.residual[tree.prescribed_v]
     local = times(robot.inertia, twist)
     linear = dot(shape.rotation, local[:, 3:])
+    pushed = dot(shape.rotation, acting.inertia[:, 3:])
     angular = dot(shape.rotation, local[:, :3]) + cross(shape.position, linear)
-    energy = _energies(robot, q, twist, relative, acting.added)
+    energy = _energies(robot, q, v, twist, relative, acting.added)
     # V I dV/dt of the body, since gyroscopic forces do no work, and q K dq/dt of the rods
     energy_rate = jnp.sum(twist * acting.inertia) + jnp.sum(acting.elastic * v)
+    if robot.rotors is not None:
+        energy_rate += jnp.sum(robot.rotors * v * tree.complete(t, x.q, x.v, a)[2])
+    powered, _, voltages = robot.motors(t, q, v, x.z)
     return Diagnosis(
         displacement=robot.displacements(x.q),
         a=a,
@@ -208,12 +229,45 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
         reaction_power=reaction * v[tree.prescribed_v],
         drive_velocity=v[tree.prescribed_v],
         momentum=jnp.sum(linear, axis=0),
+        water_momentum=jnp.sum(dot(shape.rotation, times(acting.added, relative)[:, 3:]), axis=0),
+        momentum_rate=by_part(pushed[None])[0],
+        momentum_balance=_momentum_balance(robot, acting, pushed - jnp.sum(world, axis=0)),
         angular_momentum=jnp.sum(angular, axis=0),
         energy=jnp.sum(energy, axis=0),
         part_energy=energy,
         energy_rate=energy_rate + _added_mass_rate(robot, t, acting, relative),
         bending=bending_of(robot, q),
+        powered=powered,
+        reached=rows(q, robot.powered.places(tree, "q")),
+        motor_rate=rows(v, robot.powered.places(tree, "v")),
+        battery_voltage=voltages,
+        battery_power=robot.powered.battery_powers(powered.electrical),
     )
+
+
+def _momentum_balance(robot: Robot, acting: Forces, net: Float[Array, "n 3"]) -> Float[Array, "slides"]:
+    """Rate of momentum of all that hangs on a root joint, less the forces on it, along each slide of the joint [N].
+
+    `net` is that of each station without the forces of the joint's own loads and drive, world frame.
+    """
+    tree, indices, shape = robot.tree, robot.tree.indices, acting.shape
+    roots: list[int] = []  # of each part
+    for part in tree.structure:
+        roots.append(len(roots) if part.parent < 0 else roots[part.parent])
+    on_root = Spread(len(roots), np.array(roots)[indices.part_of_station])
+    sums = on_root([net])
+    own = acting.joint + acting.drive + acting.residual  # the last is a reaction, or what is missing
+    found = []
+    for group, subspaces, places in zip(tree.joints, shape.subspaces, indices.joint_v, strict=True):
+        slides = [k for k, name in enumerate(tree.structure[group.members[0]].joint.names) if name in SLIDES]
+        some = np.array([k for k, i in enumerate(group.members) if roots[i] == i], dtype=int)
+        if slides and some.size:
+            members = np.array(group.members)[some]
+            turned = rows(shape.frame_rotation, indices.in_order[members])
+            along = dot(turned[:, None], rows(subspaces, some)[:, slides, 3:])
+            force = jnp.sum(along * rows(sums, members)[:, None], axis=-1)
+            found.append((force - rows(own, places[some][:, slides])).ravel())
+    return jnp.concatenate(found) if found else jnp.zeros(0)
 
 
 def support_force(robot: Robot, t: Float[Array, ""], x: State) -> Float[Array, "3"]:

@@ -27,6 +27,8 @@ from nectosome.core.se3 import (
 )
 from nectosome.description import joints as dj
 
+SLIDES = {"position", "x", "y", "vx", "vy", "vz"}  # names of the velocities of joints that are along a line
+
 
 class JointMotion(NamedTuple):
     """Relative motion of a joint."""

@@ -188,12 +188,19 @@ class InPlane(Mechanical):
     def state_rates(self, t: Array, x: State, u: Any = None) -> Any:
         """Rates of the load states."""
         every = self._coordinates(t, x)
-        return self._inertias(t, x, self._moving(every, self._turns(every[0])))[2]
+        return self._with_motors(t, every, x, self._inertias(t, x, self._moving(every, self._turns(every[0])))[2])
+
+    def _with_motors(self, t: Array, every: tuple[Array, Array, Array], x: State, of_loads: tuple[Any, ...]) -> Any:
+        """Rates of all states, those of loads first."""
+        return (*of_loads, *self.robot.motors(t, *every[:2], x.z)[1])
 
     def residual(self, t: Array, x: State, a: Float[Array, "n"], u: Array | None = None) -> Float[Array, "n"]:
         """Unbalanced forces [N m, N] at accelerations a, by recursive Newton-Euler."""
         every = self._coordinates(t, x)
-        links, missing = self._moving(every, self._turns(every[0])), -self._joint_forces(t, every, u)
+        links, missing = self._moving(every, self._turns(every[0])), -self._joint_forces(t, every, x.z, u)
+        rotors = self._rotors()
+        if rotors is not None:
+            missing = missing + rotors * a
         inertias, bias_wrenches, _ = self._inertias(t, x, links)
         accelerations: list[se2.Twist] = []
         wrenches: list[se2.Wrench] = []
@@ -215,14 +222,14 @@ class InPlane(Mechanical):
         """Time derivative of the state, by articulated inertias."""
         every = self._coordinates(t, x)
         turns = self._turns(every[0])
-        links, force = self._moving(every, turns), self._joint_forces(t, every, u)
+        links, force, rotors = self._moving(every, turns), self._joint_forces(t, every, x.z, u), self._rotors()
         inertias, wrenches, z = self._inertias(t, x, links)
         eliminated: list[list[tuple]] = [[] for _ in links]
         for k, link in reversed([*enumerate(links)]):
             inertia, wrench = inertias[k], wrenches[k]
             for S, i in reversed([*zip(link.motions, self._free(self.bodies[k].part), strict=False)]):
                 U = se2.times(inertia, S)
-                D = se2.dot(S, U)
+                D = se2.dot(S, U) if rotors is None else se2.dot(S, U) + rotors[i]
                 left = (force[i] - se2.dot(S, wrench)) / D
                 inertia, wrench = se2.project_inertia(inertia, U, D), se2.add(wrench, se2.scale(left, U))
                 eliminated[k].insert(0, (U, D, left, S, i))
@@ -239,7 +246,7 @@ class InPlane(Mechanical):
                 out[i] = left - se2.dot(U, A) / D
                 A = se2.add(A, se2.scale(out[i], S))
             accelerations.append(A)
-        return State(self._drift(x, turns), jnp.stack([*out]) if out else x.v, z)
+        return State(self._drift(x, turns), jnp.stack([*out]) if out else x.v, self._with_motors(t, every, x, z))
 
     def _free(self, part: int) -> range:
         """Indices of the unknown coordinates of a part's joint."""
@@ -319,11 +326,16 @@ class InPlane(Mechanical):
             bias_wrenches.append(se2.add(needed, se2.scale(-jnp.ones(()), wrench)))
         return inertias, bias_wrenches, self.robot.states_by_group(rates)
 
-    def _joint_forces(self, t: Array, every: tuple[Array, Array, Array], u: Array | None) -> Float[Array, "n"]:
+    def _joint_forces(self, t: Array, every: tuple[Array, Array, Array], z: Any, u: Array | None) -> Float[Array, "n"]:
         """Forces of springs, dampers, joint limits and drives along the unknown coordinates."""
         q, v, _ = every
         on_joints = self.robot.along_joints(self.robot.on_joints(t, q, v))
-        return rows(on_joints + self.robot.driving_forces(t, u), self.robot.tree.free_v)
+        return rows(on_joints + self.robot.driving_forces(t, q, v, z, u), self.robot.tree.free_v)
+
+    def _rotors(self) -> Float[Array, "n"] | None:
+        """Inertia of the rotors of motors along the unknown coordinates."""
+        rotors = self.robot.rotors
+        return None if rotors is None else rows(rotors, self.robot.tree.free_v)
 
 
 def acting(robot: Robot) -> dict[int, list[int]]:

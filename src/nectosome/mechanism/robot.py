@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from nectosome.core import Mechanical, State, Strips, Water
+from nectosome.core import Mechanical, Powered, State, Strips, Water
 from nectosome.core.linear_algebra import inverse
 from nectosome.core.rows import Spread, part_of, rows, stacked
 from nectosome.core.se3 import coadjoint, cross, dot_t
@@ -27,6 +27,7 @@ from nectosome.description import RobotDescription
 
 from .load_groups import Attached, Loads, Paired
 from .parts import TreePart
+from .powered import PoweredDrives
 from .tree import PartShape, Tree
 
 
@@ -84,8 +85,10 @@ class Robot(Mechanical):
 
     tree: Tree
     load_groups: Loads  # kind by kind
+    powered: PoweredDrives  # motors along joints
     water: Water
     added: Float[Array, "n 6 6"]  # constant added mass (variable part: see `carried`)
+    rotors: Float[Array, "nv"] | None  # inertia of the rotors along all velocities [kg m2, kg]; None without motors
     start: State
     made_from: Untraced = Untraced()
 
@@ -130,16 +133,16 @@ class Robot(Mechanical):
     def mild(self) -> bool:
         """Whether nothing in it can be stiff: no rods, springs or contacts, and loads that follow the motion evenly."""
         loads = self.load_groups
-        springs = self.tree.rods or loads.on_joints or loads.in_rods or loads.pairs
+        springs = self.tree.rods or loads.on_joints or loads.in_rods or loads.pairs or self.powered.groups
         return not springs and all(g.load.mild for g in loads.on_bodies)
 
     def states_by_load(self, z: tuple[Any, ...]) -> dict[int, Any]:
         """States of the loads on bodies by their places among `loads`, from the load states z of the robot."""
-        groups = zip(self.load_groups.on_bodies, z, strict=True)
+        groups = zip(self.load_groups.on_bodies, z, strict=False)  # behind them those of motors
         return {i: part_of(own, k) for g, own in groups for k, i in enumerate(g.members)}
 
     def states_by_group(self, states: dict[int, Any]) -> tuple[Any, ...]:
-        """Load states z of the robot, from those of the loads on bodies."""
+        """Load states of the robot, from those of the loads on bodies."""
         return tuple(stacked([states[i] for i in g.members]) for g in self.load_groups.on_bodies)
 
     def initial(self) -> State:
@@ -220,8 +223,10 @@ class Robot(Mechanical):
             indices.rods_to_v([times(own[k], x).ravel() for own, x in zip(along, moving, strict=True)])
             for k, moving in enumerate((rod_q, split_v[1]))
         )
-        joint, drive = self.along_joints(on_joints), self.driving_forces(t, u)
+        joint, drive = self.along_joints(on_joints), self.driving_forces(t, q, v, x.z, u)
         residual = elastic + viscous - joint - active - paired - drive - pull(wrench)
+        if self.rotors is not None:
+            residual = residual + self.rotors * full_a
         return Forces(
             shape=shape,
             twist=twist,
@@ -246,7 +251,7 @@ class Robot(Mechanical):
         """Wrenches on stations of each group of loads on bodies, and the rates of its states."""
         return [
             (None, own) if g.load.inertial else g.force(self.tree, t, strips, own, self.water)
-            for g, own in zip(self.load_groups.on_bodies, z, strict=True)
+            for g, own in zip(self.load_groups.on_bodies, z, strict=False)
         ]
 
     def on_stations(self, wrenches: Sequence[Array]) -> Float[Array, "n 6"]:
@@ -263,11 +268,18 @@ class Robot(Mechanical):
         places = [g.coordinates(self.tree, "v") for g in self.load_groups.on_joints]
         return Spread(self.tree.layout[-1].v.stop, *places)([f.ravel() for f in forces])
 
-    def driving_forces(self, t: Array, u: Array | None) -> Float[Array, "nv"]:
-        """Generalised forces of driven joints, and u of the unknown coordinates."""
+    def motors(self, t: Array, q: Array, v: Array, z: tuple[Any, ...]) -> tuple[Powered, tuple[Any, ...], Array]:
+        """What motors do at all q and v with load states z, the rates of their states, and voltages of batteries."""
+        return self.powered.acts(self.tree, t, q, v, z[len(self.load_groups.on_bodies) :])
+
+    def driving_forces(self, t: Array, q: Array, v: Array, z: Any, u: Array | None) -> Float[Array, "nv"]:
+        """Generalised forces of driven joints, of motors at all q and v, and u of the unknown coordinates."""
         tree = self.tree
         places = [_driven(tree, g.members) for g in tree.drives]
         forces = [g.map(lambda signal: signal(t)[0]).ravel() for g in tree.drives]
+        if self.powered.groups:
+            places.append(self.powered.places(tree, "v"))
+            forces.append(self.motors(t, q, v, z)[0].torque)
         if u is not None:
             places.append(tree.free_v)
             forces.append(u)
@@ -316,18 +328,24 @@ class Robot(Mechanical):
         every = self.tree.jacobian(still.shape, jnp.eye(self.tree.layout[-1].v.stop))
         J, inertia = rows(every, self.tree.free_v), self.inertia + still.added
         if a is None:
-            a = -inverse(_mass(J, inertia)) @ rows(still.residual, self.tree.free_v)
+            a = -inverse(self._with_rotors(_mass(J, inertia))) @ rows(still.residual, self.tree.free_v)
         rate = jnp.einsum("vni,v->ni", J, a)
+        pushed = jnp.einsum("vni,ni->v", every, times(inertia, rate))
+        if self.rotors is not None:
+            pushed = pushed + self.rotors * Spread(pushed.shape[0], self.tree.free_v)([a])
         moved = still._replace(
             fluid=still.fluid - times(still.added, rate),
             inertia=still.inertia + times(self.inertia, rate),
-            residual=still.residual + jnp.einsum("vni,ni->v", every, times(inertia, rate)),
+            residual=still.residual + pushed,
         )
         return a, moved
 
     def mass(self, shape: PartShape, added: Float[Array, "n 6 6"]) -> Float[Array, "nv nv"]:
         """Mass matrix, with this added mass, of the unknown coordinates."""
-        return _mass(self.columns(shape), self.inertia + added)
+        return self._with_rotors(_mass(self.columns(shape), self.inertia + added))
+
+    def _with_rotors(self, M: Float[Array, "nv nv"]) -> Float[Array, "nv nv"]:
+        return M if self.rotors is None else M + jnp.diag(rows(self.rotors, self.tree.free_v))
 
     def columns(self, shape: PartShape) -> Float[Array, "nv n 6"]:
         """Body twists of all stations for unit velocities of the unknown coordinates."""
@@ -340,10 +358,11 @@ class Robot(Mechanical):
         q, v, _ = self.tree.complete(t, x.q, x.v)
         shape = self.tree.shape(q)
         strips = self.strips(t, shape, self.tree.twists(shape, v))
-        return tuple(
+        of_loads = tuple(
             g.force(self.tree, t, strips, own, self.water)[1] if jax.tree.leaves(own) else own
-            for g, own in zip(self.load_groups.on_bodies, x.z, strict=True)
+            for g, own in zip(self.load_groups.on_bodies, x.z, strict=False)
         )
+        return (*of_loads, *self.motors(t, q, v, x.z)[1])
 
     def rates(self, t: Array, x: State, u: Array | None = None) -> State:
         """Time derivative of the state (explicit integration)."""
@@ -381,15 +400,21 @@ def start_poses(robot: Robot) -> tuple[Float[Array, "n 3 3"], Float[Array, "n 3"
 
 
 def make_robot(
-    parts: Sequence[TreePart], loads: Sequence[Attached], water: Water, pairs: Sequence[Paired] = ()
+    parts: Sequence[TreePart],
+    loads: Sequence[Attached],
+    water: Water,
+    pairs: Sequence[Paired] = (),
+    powered: PoweredDrives | None = None,
 ) -> Robot:
     """Robot with the added mass of its bodies at its stations, and its start."""
     tree = Tree.of(parts)
     groups = Loads.of(loads, pairs, tree)
     inertia = tree.stations.inertia
     q, v = tree.start()
-    begin = State(q, v, tuple(g.initial() for g in groups.on_bodies))
-    bare = Robot(tree, groups, water, jnp.zeros_like(inertia), begin)
+    powered = powered or PoweredDrives.of([], {})
+    begin = State(q, v, (*(g.initial() for g in groups.on_bodies), *powered.initial()))
+    rotors = powered.inertia(tree) if powered.groups else None
+    bare = Robot(tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin)
     strips = bare.strips(jnp.zeros(()), start_shape(bare), jnp.zeros_like(inertia[:, 0]))
     masses = [(g.stations(tree), g.added(tree, strips, water)) for g in groups.on_bodies]
     known = [(at, mass) for at, mass in masses if mass is not None]

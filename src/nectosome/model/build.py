@@ -3,7 +3,7 @@
 Every number of the description may be a JAX tracer; only names, kinds and counts are looked at while tracing.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import Any
 
@@ -14,27 +14,33 @@ from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from nectosome import loads as ld
-from nectosome.core import Constant, PairLoad, Signal, Stack, Stations, UniformCurrent, Water, signal_of
-from nectosome.core.described import class_for, is_zero, number, vector
+from nectosome.core import Constant, Drive, PairLoad, Signal, Stack, Stations, UniformCurrent, Water, signal_of
+from nectosome.core.described import class_for, is_zero, number, numbers, vector
 from nectosome.core.remember import remembered
 from nectosome.core.rows import on_device
 from nectosome.core.se3 import rotation_from_rpy
 from nectosome.description import (
+    JointDescription,
     RobotDescription,
     SignalDescription,
     get_value,
     numeric_values,
     resolve,
     with_values,
+    without_ramps,
 )
 from nectosome.description import parts as dp
+from nectosome.description.drives import BatteryDescription
 from nectosome.io.schema.structure import changed
 from nectosome.loads.places import Carrier
 from nectosome.mechanism import (
     Attached,
+    Attachment,
+    Battery,
     Joint,
     Link,
     Paired,
+    PoweredDrives,
     Robot,
     SoftRod,
     TreePart,
@@ -75,6 +81,13 @@ def robot_of(robot: RobotLike, settings: Iterable[str] = ()) -> Robot:
     if isinstance(robot, Robot) and not settings:
         return robot
     return build(description_of(robot, settings))
+
+
+def developed(robot: Robot) -> Robot:
+    """The robot without the ramps of its drives, as in the motion that it comes to; without a description as it is."""
+    before = robot.description
+    after = None if before is None else without_ramps(before)
+    return robot if after is None or after is before else build(after)
 
 
 class Template(eqx.Module):
@@ -153,6 +166,7 @@ def _assemble(d: RobotDescription) -> Robot:
     order = list(d.parts)
     parts: list[TreePart] = []
     attached: list[Attached] = []
+    powered: list[Attachment] = []
     carriers: dict[str, Carrier] = {}
     for i, (name, limb) in enumerate(d.parts.items()):
         parent = -1 if name == "body" or limb.on == "world" else order.index(limb.on)
@@ -171,10 +185,10 @@ def _assemble(d: RobotDescription) -> Robot:
                 node=-1 if parent < 0 else node_at(parts[parent].body, limb.at),
                 rotation=rotation_from_rpy(vector(limb.rotation)),
                 position=vector(limb.offset),
-                joint=class_for(limb.joint, Joint).from_description(limb.joint),
+                joint=_joint(limb.joint),
                 body=body,
                 stations=stations,
-                prescribed=_signal(getattr(limb.joint, "motion", None)),
+                prescribed=None if getattr(limb.joint, "servo", None) else _signal(getattr(limb.joint, "motion", None)),
                 drive=_signal(getattr(limb.joint, limb.joint.drive_field, None)),
                 prescribed_strains=strain_indices,
                 strain_signals=strain_signals,
@@ -182,6 +196,7 @@ def _assemble(d: RobotDescription) -> Robot:
         )
         attached += [Attached(key, i, load_of(load, carriers[name])) for key, load in limb.loads.items()]
         attached += joint_loads(limb.joint, i)
+        powered += _powered(limb.joint, i, d)
         if weighs and not (isinstance(limb, dp.Rigid) and is_zero(limb.mass)):
             attached.append(Attached("weight", i, ld.Weight()))
         if (weighs or current is not None) and not (isinstance(limb, dp.Rigid) and is_zero(limb.volume)):
@@ -191,7 +206,33 @@ def _assemble(d: RobotDescription) -> Robot:
         acting = class_for(pair, PairLoad).from_description(pair, *(carriers[part] for part in pair.between))
         first, second = map(order.index, pair.between)
         pairs.append(Paired(name, (first, second), acting))
-    return make_robot(parts, attached, water, pairs)
+    batteries = {name: _battery(one) for name, one in d.batteries.items()}
+    return make_robot(parts, attached, water, pairs, PoweredDrives.of(powered, batteries))
+
+
+def _battery(d: BatteryDescription) -> Battery:
+    return Battery(**numbers(d, "voltage", "resistance", "idle_power"), takes_back=number(float(d.takes_back)))
+
+
+def _powered(joint: JointDescription, part: int, d: RobotDescription) -> Iterator[Attachment]:
+    """The servo or motor of a joint, and its supply."""
+    servo, motor, motion = (getattr(joint, name, None) for name in ("servo", "motor", "motion"))
+    described = servo or motor
+    if described is not None:
+        asked = () if servo is None or motion is None else (signal_of(motion),)
+        drive = class_for(described, Drive).from_description(described, *asked)
+        battery = -1 if described.battery is None else [*d.batteries].index(described.battery)
+        yield Attachment(part, battery, drive, None if described.supply is None else number(described.supply))
+
+
+def _joint(d: JointDescription) -> Joint:
+    """Joint of a description; a servo starts at rest where its motion starts."""
+    joint = class_for(d, Joint).from_description(d)
+    servo, motion = getattr(d, "servo", None), getattr(d, "motion", None)
+    if servo is None or motion is None:
+        return joint
+    begins = signal_of(motion)(jnp.zeros(()))[0]
+    return eqx.tree_at(lambda j: j.position, joint, begins[None])
 
 
 def bind(

@@ -7,6 +7,7 @@ from .equilibrium import Equilibrium, equilibrium
 from .integrate import fixed_step
 from .mission import Flown, Passed, mission_data, run_mission
 from .modes import NaturalModes, modes
+from .motor_results import lagging
 from .periodic import CyclePath, Periodic, Screw, periodic, screw_of
 from .readings import common_readings, reading, reading_of
 from .results import (
@@ -20,7 +21,7 @@ from .results import (
     results_of,
 )
 from .sampled_plant import SampledPlant
-from .simulate import simulate
+from .simulate import Simulation, simulate
 from .static import Static, load_stepping, static
 from .steady import Regime, Steady, regime_of, steady
 from .symmetry import Symmetry, find_symmetry
@@ -39,6 +40,7 @@ __all__ = [
     "Run",
     "SampledPlant",
     "Screw",
+    "Simulation",
     "Static",
     "Steady",
     "Symmetry",
@@ -52,6 +54,7 @@ __all__ = [
     "find_symmetry",
     "fixed_step",
     "forces",
+    "lagging",
     "load_stepping",
     "mean_data",
     "means_of",

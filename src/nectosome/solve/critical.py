@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Complex, Float
 
 from nectosome.core import State, Status
 from nectosome.core.remember import remembered
-from nectosome.description import RobotDescription, numeric_paths, resolve
+from nectosome.description import RobotDescription, numeric_paths, resolve, without_ramps
 from nectosome.description.variables import Box, read_variable
 from nectosome.model import RobotLike, Template, description_of, instantiate, robot_of, template_of
 from nectosome.units import InputError, check_whole, format_quantity, show_quantity
@@ -60,7 +60,7 @@ def critical(
     ones). Raises InputError for what is no robot, an unknown quantity, a range that is none, one without a stable
     equilibrium at an end, and one that is stable throughout.
     """
-    description = description_of(robot, settings)
+    description = without_ramps(description_of(robot, settings))
     values = _values(path, between, description, samples)
     paths = tuple(resolve(description, path))
     quantity = numeric_paths(description)[paths[0]]

@@ -14,6 +14,7 @@ from nectosome.loads import LineForce, PointForce, PulsedThrust
 from nectosome.mechanism import Diagnosis, Robot, load_names
 from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS, driving
 
+from .motor_results import MOTOR_VARIABLES, of_motors
 from .results import VARIABLES, Data, Names, blank, diagnose_all, labels
 
 _STAYS = 1e-9  # [largest speed of a part]: a slower body does not travel
@@ -45,6 +46,13 @@ class CycleMeans(NamedTuple):
     turn_rate: Float[Array, ""]  # [rad/s]
     efficiency: Float[Array, ""]
     cost_of_transport: Float[Array, ""]
+    lag_peak: Float[Array, "motor"]  # of what a servo is asked [rad, m]; NaN of a motor
+    motor_rate_peak: Float[Array, "motor"]  # [rad/s, m/s]
+    motor_torque_peak: Float[Array, "motor"]  # [N m, N]
+    current_peak: Float[Array, "motor"]  # [A]
+    electrical_power: Float[Array, "motor"]  # from the supply [W]
+    motor_heat: Float[Array, "motor"]  # [W]
+    battery_power: Float[Array, "battery"]  # with the electronics [W]
 
 
 def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleMeans:
@@ -87,8 +95,13 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     hull = robot.tree.structure[0].strains is None
     given = any(isinstance(g.load, PointForce | LineForce | PulsedThrust) for g in robot.load_groups.acting)
     travels = (speed > _STAYS * fastest) & (SHAPE_CHANGE not in load_names(robot)) & (not given)
+    motors = of_motors(once)
+    largest = ("lag", "motor_rate", "motor_torque", "current")
     return CycleMeans(
         **{name: value for name, value in mean._asdict().items() if name in CycleMeans._fields},
+        **{f"{name}_peak": _largest(motors[name]) for name in largest},
+        electrical_power=mean.powered.electrical,
+        motor_heat=mean.powered.heat,
         force=jnp.sum(mean.load_force, axis=(0, 1)),
         force_peak=_largest(jnp.sum(once.load_force, axis=(1, 2))),
         velocity_peak=_largest(once.velocity),
@@ -157,8 +170,11 @@ def mean_data(robot: Robot, means: CycleMeans, dims: tuple[str, ...] = ()) -> tu
     largest magnitudes end in `_peak`.
     """
     data = {}
+    kinds = _OF_A_CYCLE | VARIABLES | MOTOR_VARIABLES
     for name, values in means._asdict().items():
-        own, unit = _OF_A_CYCLE.get(name) or VARIABLES[name.removesuffix("_peak")]
+        own, unit = kinds.get(name) or kinds[name.removesuffix("_peak")]
+        if not robot.powered.groups and name.removesuffix("_peak") in MOTOR_VARIABLES:
+            continue
         data[name] = ((*dims, *own), np.asarray(values), unit)
     used = {dim for own, _, _ in data.values() for dim in own}
     return data, {name: label for name, label in labels(robot).items() if name in used}

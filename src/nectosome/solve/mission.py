@@ -16,7 +16,7 @@ from nectosome.description import dump_robot, numeric_paths
 from nectosome.description.mission import Event, Mission, Mode
 from nectosome.io import provenance
 from nectosome.loads import Leg, WallContact
-from nectosome.mechanism import Robot, in_plane, moves_in_plane
+from nectosome.mechanism import Robot, from_rest, in_plane, moves_in_plane
 from nectosome.model import Template, build, instantiate, template_of
 
 from .integrate import fixed_step
@@ -63,8 +63,9 @@ class RampedRobot(System):
         return instantiate(self.template, [now.get(i, x) for i, x in enumerate(self.numbers)])
 
     def initial(self) -> State:
-        """State to start from, with the numbers as they are then."""
-        return self.robot(jnp.zeros(())).initial()
+        """State to start from, with the numbers as they are then, from rest."""
+        robot, t = self.robot(jnp.zeros(())), jnp.zeros(())
+        return from_rest(robot, t, robot.initial()).state
 
     def rates(self, t: Float[Array, ""], x: State, u: None = None) -> State:
         """Time derivative of the state."""

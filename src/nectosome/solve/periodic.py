@@ -14,7 +14,7 @@ from nectosome.core.remember import remembered
 from nectosome.core.rows import all_on_device, on_device
 from nectosome.description import drive_period
 from nectosome.mechanism import Robot, reduced
-from nectosome.model import RobotLike, description_of, robot_of
+from nectosome.model import RobotLike, description_of, developed, robot_of
 from nectosome.units import check_share, check_whole, read_positive
 
 from .cycle_means import CycleMeans, cycle_means
@@ -132,13 +132,13 @@ def periodic(
     """Relative periodic orbit of a robot whose drives repeat themselves with `period`, seconds or text such as "0.5s".
 
     The robot is given by name, path, description or built, with `settings` such as "f=2Hz"; without a period, that of
-    its description's drives is taken (see `drive_period`). All that its equations depend on returns after a period;
-    place and heading may go on. It is looked for from `guess` (a state at t = 0), else from rest. Status SOLVED;
-    SETTLED where it was found by waiting; UNSTABLE where a multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the
-    drives do not repeat themselves from the start on, as a stroke with a ramp does not. The ends of the cycle meet
-    within what `rtol` and `atol` allow for one time step, of numbers as large as they get in the cycle; for twenty
-    where the steps let them come no closer (see `residual`). Raises InputError for what is no robot, where its drives
-    have no period, and for a period, sample count or tolerance that makes no sense.
+    its description's drives is taken (see `drive_period`). Ramps of its drives are left out. All that its equations
+    depend on returns after a period; place and heading may go on. It is looked for from `guess` (a state at t = 0),
+    else from rest. Status SOLVED; SETTLED where it was found by waiting; UNSTABLE where a multiplier is above 1;
+    NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves. The ends of the cycle meet within what `rtol` and
+    `atol` allow for one time step, of numbers as large as they get in the cycle; for twenty where the steps let them
+    come no closer (see `residual`). Raises InputError for what is no robot, where its drives have no period, and for a
+    period, sample count or tolerance that makes no sense.
     """
     if period is None:
         period = drive_period(description_of(robot, settings))
@@ -146,7 +146,7 @@ def periodic(
     check_whole(samples, "samples", 2)
     check_share(rtol, "rtol")
     check_share(atol, "atol")
-    robot = robot_of(robot, settings)
+    robot = developed(robot_of(robot, settings))
     symmetry = find_symmetry(robot)
     x = robot.initial() if guess is None else guess
     if x.v.size and float(remembered(_change_over, robot, period)) > _SAME:
@@ -168,7 +168,7 @@ def periodic(
 def _change_over(robot: Robot, period) -> jax.Array:
     """Relative change of the residual over a period, at a few random states.
 
-    The first time is just after the start, at the beginning of a ramp.
+    The first time is just after the start, at the beginning of a recording.
     """
     rest, shares = robot.initial(), jnp.array([1e-3, 0.29, 0.58, 0.87])
     draws = 0.3 * jax.random.normal(jax.random.key(2), (shares.size, 3, rest.v.shape[0]))

@@ -15,7 +15,9 @@ from nectosome.core.remember import prepare, remembered
 from nectosome.core.rows import on_device
 from nectosome.description import RevoluteJoint, ServoLimits, dump_robot
 from nectosome.io import provenance
-from nectosome.mechanism import Diagnosis, Robot, diagnose, load_names
+from nectosome.mechanism import SLIDES, Diagnosis, Robot, diagnose, load_names
+
+from .motor_results import motor_names, motor_results
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -122,14 +124,14 @@ _COORDINATES = (
     "q in coordinate_unit, v in it per second; of a rod the Legendre coefficients of strain times length: rad of "
     "torsion and bending (curvature times length), 1 of extension and shear; of free rotation a rotation vector"
 )
-_METRES, _PLAIN = {"position", "x", "y", "vx", "vy", "vz"}, {"extension", "shear_y", "shear_z"}
+_PLAIN = {"extension", "shear_y", "shear_z"}
 
 
 def coordinate_unit(name: str) -> str:
     """SI unit of the displacement of a coordinate, by its name such as `tail.bending_z.0`."""
     words = name.split(".")
     what = words[-2] if words[-1].isdigit() else words[-1]
-    return "m" if what in _METRES else "1" if what in _PLAIN else "rad"
+    return "m" if what in SLIDES else "1" if what in _PLAIN else "rad"
 
 
 def diagnose_all(robot: Robot, time: Float[Array, "n"], state: State) -> Diagnosis:
@@ -159,6 +161,8 @@ def labels(robot: Robot) -> Names:
         "across": ["y", "z"],
         "form": ["kinetic", "water", "elastic"],
     }
+    if robot.powered.groups:
+        names |= {"motor": motor_names(robot), "battery": robot.powered.battery_names}
     return {name: (name, np.asarray(values, dtype=str), "") for name, values in names.items()}
 
 
@@ -209,8 +213,10 @@ def attributes_of(run: Run, settings: dict[str, Any] | None = None) -> dict[str,
 def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -> Results:
     """Motion, forces by load and part, powers, energies and reactions of a run diagnosed as d, leaves [n, ...]; SI.
 
-    `power_balance` is |dE/dt - sum of powers| relative to the largest sum of |powers| of the run. It is at rounding
-    level, since accelerations, forces and energies are all evaluated at the saved states.
+    `power_balance` is |dE/dt - sum of powers| relative to the largest sum of |powers| of the run, `momentum_balance`
+    the rate of momentum less the outer forces, along the slides of root joints, relative to the largest sum of
+    |forces| and |rates of momentum|. They are at rounding level, since accelerations, forces and energies are all
+    evaluated at the saved states.
     """
     robot, trajectory = run.value.system, run.value
     d = jax.tree.map(np.asarray, d)
@@ -218,6 +224,9 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
     powers = np.concatenate([d.load_power.sum(axis=2), d.reaction_power], axis=1)
     scale = max(float(np.max(np.sum(np.abs(powers), axis=1))), np.finfo(float).tiny)
     balance = np.abs(d.energy_rate - np.sum(powers, axis=1)) / scale
+    pushes = np.concatenate([d.load_force.sum(axis=2), d.momentum_rate], axis=1)
+    most = max(float(np.max(np.sum(np.linalg.norm(pushes, axis=-1), axis=1))), np.finfo(float).tiny)
+    unbalanced = np.max(np.abs(d.momentum_balance), axis=1, initial=0.0) / most
     data = {
         "q": (("time", "coordinate"), d.displacement, "rad or m"),
         "v": (("time", "coordinate"), np.asarray(trajectory.state.v), "rad/s or m/s"),
@@ -226,14 +235,17 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
         "rotation": (("time", "station", "row", "axis"), d.rotation, "1"),
         "line_force": (("time", "load", "station", "axis"), d.line_force, "N/m"),
         "momentum": (("time", "axis"), d.momentum, "kg m/s"),
+        "water_momentum": (("time", "axis"), d.water_momentum, "kg m/s"),
         "angular_momentum": (("time", "axis"), d.angular_momentum, "kg m2/s"),
         "bending_strain": (("time", "station", "across"), d.bending.strain, "1"),
         "bending_stress": (("time", "station", "across"), d.bending.stress, "Pa"),
         "power_balance": (("time",), balance, "1"),
+        "momentum_balance": (("time",), unbalanced, "1"),
         "station_x": (("station",), tree.stations.x, "m"),
         "station_weight": (("station",), tree.stations.weight, "m"),
         "half_width": (("station", "across"), tree.stations.half_width, "m"),
     }
+    data |= motor_results(robot, d)
     found = d._asdict() | d.bending._asdict()
     data |= {name: (("time", *dims), found[name], unit) for name, (dims, unit) in VARIABLES.items()}
     of_stations = np.array(tree.names)[tree.indices.part_of_station]

@@ -14,7 +14,7 @@ from nectosome.core import Handover, State, Status
 from nectosome.core.remember import remembered, runs_long
 from nectosome.description import RobotDescription, get_value, numeric_paths, resolve
 from nectosome.io.schema.quantity import Quantity
-from nectosome.mechanism import Diagnosis, Robot, Tree, in_plane, moves_in_plane
+from nectosome.mechanism import Diagnosis, Robot, Tree, from_rest, in_plane, moves_in_plane
 from nectosome.model import Template, build, instantiate, template_of
 from nectosome.units import InputError
 
@@ -88,7 +88,7 @@ class SampledPlant:
         self.parts = robot.tree.names
         self.coordinates = robot.coordinate_names
         self.displacements = robot.displacements
-        self._state = robot.initial()
+        self._state = remembered(from_rest, robot, jnp.zeros(()), robot.initial()).state
         self.reading = reading_of(robot, reading)
         prescribed = any(".motion." in path for path in self.paths)
         self._structure = _Structure(template, self.reading, moves_in_plane(robot), prescribed, instants)

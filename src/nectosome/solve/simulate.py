@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from time import monotonic
-from typing import Literal
+from typing import Any, Literal
 
 import equinox as eqx
 import jax
@@ -14,17 +14,32 @@ from jaxtyping import Array, Float, Int
 from nectosome.core import Mechanical, State, Status
 from nectosome.core.remember import remembered, runs_long
 from nectosome.core.rows import all_on_device, on_device
-from nectosome.mechanism import Robot, reduced
+from nectosome.mechanism import Robot, Start, from_rest, reduced
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, check_choice, check_share, check_whole, read_numbers, read_positive
 
 from .integrate import Guard, Integration, Method, Settings, begin, integrate, interpolate
-from .results import Run, Trajectory
+from .results import Results, Run, Trajectory
 
 _METHODS = ("auto", "implicit", "explicit")
 _TIGHTER = 0.1  # tolerance of explicit steps that are chosen here: errors of free motion add up
 _ROWS, _WIDEST = 20, 20  # rows of samples in a call, at most, and samples of a row
 _LONGEST_CALL = 0.3  # [s] about, without `progress`: Ctrl-C is heard between calls
+
+
+class Simulation(Run):
+    """A Run from t = 0 on."""
+
+    begun: Start | None = eqx.field(kw_only=True)  # the start from rest; None where no drive gives an impulse
+
+    def results(self, settings: dict[str, Any] | None = None) -> Results:
+        """Results as of any run, with the impulse at the start [N m s, N s] and its energy [J]."""
+        found = super().results(settings)
+        if self.begun is None:
+            return found
+        impulse, energy = map(np.asarray, (self.begun.impulse, self.begun.energy))
+        start = {"impulse": (("prescribed",), impulse, "N m s or N s"), "impulse_energy": ((), energy, "J")}
+        return found._replace(data=found.data | start)
 
 
 def simulate(
@@ -40,11 +55,13 @@ def simulate(
     until: Guard | None = None,
     progress: Callable[[float], bool | None] | None = None,
     max_steps: int = 200_000,
-) -> Run:
+) -> "Simulation":
     """Motion of a robot from t = 0 to `time`, seconds or text such as "2.5s", with the states at `samples`.
 
     - robot: a name, the path of a robot file, a description or a built robot, with `settings` such as "E=3MPa"; or any
       other mechanical system.
+    - initial: the state at t = 0, of a run that goes on; without one the robot starts from rest, by an impulse where
+      its drives are at speed at once (`from_rest`).
     - samples: how many evenly spaced times, or the times themselves, increasing from 0 to `time`; the state at a time
       within a step is that of the step's cubic, as accurate as the steps.
     - method: "implicit" for soft bodies, "explicit" for systems without stiff springs; "auto" takes the explicit one
@@ -54,7 +71,8 @@ def simulate(
     - progress(share): called about twenty times with the share done, of many samples after every twentieth; the run is
       cancelled where it returns False.
 
-    Returns a Run, a Solution whose value is a Trajectory up to where the run came; its status says why it ended there.
+    Returns a Simulation, a Solution whose value is a Trajectory up to where the run came; its status says why it ended
+    there.
     Raises InputError for what is no robot, and for a time, sample count or tolerance that makes no sense.
     """
     time = read_positive(time, "time", "time")
@@ -71,10 +89,13 @@ def simulate(
         kind, rtol, atol = "explicit", _TIGHTER * rtol, _TIGHTER * atol
     start, step, *limits = all_on_device(0.0, min(1e-3, 0.1 * times[1]), rtol, atol, max_steps)
     stepping = Settings(kind, *limits)
-    x = system.initial()
+    x, begun = system.initial(), None
     if initial is not None:
         _check_state(initial, x)
         x = initial
+    elif isinstance(system, Robot) and system.prescribed_names:
+        begun = remembered(from_rest, system, start, x)
+        x = begun.state
     equations = reduced(system)
     m = begin(start, x, stepping, step)
     states = [jax.tree.map(lambda x: np.asarray(x)[None], x)]
@@ -89,9 +110,9 @@ def simulate(
             if progress is None:
                 count = max(int(_LONGEST_CALL / (monotonic() - began) * (last - done)), 1)
             elif int(m.status) == Status.SOLVED and progress(float(rows[last - 1, -1]) / time) is False:
-                return _solution(system, m, times, states, Status.CANCELLED)
+                return _solution(system, m, times, states, Status.CANCELLED, begun)
             done = last
-    return _solution(system, m, times, states, Status(int(m.status)))
+    return _solution(system, m, times, states, Status(int(m.status)), begun)
 
 
 @runs_long
@@ -126,7 +147,9 @@ def _integrate_rows(
 _integrate_until = eqx.filter_jit(_integrate_rows)
 
 
-def _solution(system: Mechanical, m: Integration, times: np.ndarray, states: list[State], status: Status) -> Run:
+def _solution(
+    system: Mechanical, m: Integration, times: np.ndarray, states: list[State], status: Status, begun: Start | None
+) -> Simulation:
     whole = jax.tree.map(lambda *x: np.concatenate([*map(np.asarray, x)])[: times.size], *states)
     kept = int(np.sum(times[: whole.v.shape[0]] <= _reached(m)))
     state = jax.tree.map(lambda x: on_device(x[:kept]), whole)
@@ -138,7 +161,8 @@ def _solution(system: Mechanical, m: Integration, times: np.ndarray, states: lis
     stats = {"steps": m.steps, "rejected": m.rejected}
     if m.memory is not None:
         stats["jacobians"] = m.memory.refreshes
-    return Run(Trajectory(system, on_device(times), state), on_device(int(status)), stats, on_device(0.0))
+    trajectory = Trajectory(system, on_device(times), state)
+    return Simulation(trajectory, on_device(int(status)), stats, on_device(0.0), begun=begun)
 
 
 def _samples(first: int, last: int, x: Array) -> np.ndarray:

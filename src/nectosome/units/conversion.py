@@ -77,6 +77,9 @@ _DEFINITIONS = """
     percent = 0.01
     ampere = [current] = A
     volt = watt / ampere = V
+    ohm = volt / ampere
+    ampere_hour = ampere * hour = Ah
+    watt_hour = watt * hour = Wh
     kelvin = [temperature] = K
 """
 

@@ -14,7 +14,7 @@ from nectosome.core import Mechanical, State
 from nectosome.core.remember import remembered, runs_long
 from nectosome.description import RobotDescription, resolve
 from nectosome.loads import Leg
-from nectosome.mechanism import Robot, in_plane, moves_in_plane
+from nectosome.mechanism import Robot, from_rest, in_plane, moves_in_plane
 from nectosome.model.build import Template, instantiate, template_of
 from nectosome.solve import fixed_step
 from nectosome.units import InputError
@@ -172,7 +172,7 @@ def _walked(template: Template, how: _Steps, numbers: Array, row: Array) -> tupl
         sooner = t + jnp.min(jnp.where(seen.fallen, times, jnp.inf))
         return (x, jnp.minimum(fell, sooner), seen), None
 
-    start = robot.initial()
+    start = from_rest(robot, jnp.zeros(()), robot.initial()).state
     begun = jax.tree.map(lambda a: jnp.broadcast_to(a, (how.window + 1, *a.shape)), _seen(robot, start))
     carry = start, jnp.asarray(jnp.inf), begun
     (_, fell, seen), _ = jax.lax.scan(one, carry, jnp.arange(how.windows, dtype=float))

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from nectosome.core import State, Status
 from nectosome.description import resolve
 from nectosome.description.variables import Box, Variable
-from nectosome.mechanism import Robot, in_plane, moves_in_plane
+from nectosome.mechanism import Robot, from_rest, in_plane, moves_in_plane
 from nectosome.model.build import Template, instantiate, template_of
 from nectosome.solve.integrate import Settings, begin, integrate
 from nectosome.solve.sensitivity import SensitivityState, SensitivitySystem
@@ -114,7 +114,8 @@ class _Equations(eqx.Module):
     def made(self, numbers: Float[Array, "n"]) -> tuple[Any, Robot, State]:
         """Equations of motion, the robot, and how it begins."""
         robot = instantiate(self.template, numbers)
-        return (in_plane(robot) if self.flat else robot), robot, robot.initial()
+        start = from_rest(robot, jnp.zeros(()), robot.initial())
+        return (in_plane(robot) if self.flat else robot), robot, start.state
 
     def read(self, robot: Robot, t: Array, x: State) -> Float[Array, "k"]:
         """Readings at a time."""

@@ -1,0 +1,252 @@
+"""Drives with motors: what turns a joint, from which supply, and what it is asked."""
+
+from functools import cache
+from importlib.resources import files
+from operator import attrgetter
+from typing import Annotated, Any, Generic, Self, TypeVar
+
+from pydantic import model_validator
+
+from nectosome.description.base import Name
+from nectosome.description.fields import (
+    Charge,
+    Duration,
+    Energy,
+    Length,
+    NonNegativeAngle,
+    NonNegativeCurrent,
+    NonNegativeInertia,
+    NonNegativeLength,
+    NonNegativeTorque,
+    PositiveAngle,
+    PositiveAngularSpeed,
+    PositiveCurrent,
+    PositiveNumber,
+    PositiveResistance,
+    PositiveShare,
+    PositiveSpeed,
+    PositiveTime,
+    PositiveTorque,
+    PositiveTorqueConstant,
+    PositiveVoltage,
+    PowerUsed,
+    Resistance,
+)
+from nectosome.description.mirror import Mirror, Mirrored, opposite
+from nectosome.description.signals import ShareSignal, VoltageSignal
+from nectosome.io.schema.described import Described, increasing, wrong
+from nectosome.io.yaml_text import read_yaml
+from nectosome.units import did_you_mean
+
+S = TypeVar("S", bound=float)
+"""A speed of a joint."""
+_INCREASING = "the speeds must increase."
+_SHEET = ("rated_voltage", "stall_torque", "no_load_speed")
+_CONSTANTS = ("torque_constant", "resistance")
+
+
+@cache
+def servos() -> dict[str, dict[str, str]]:
+    """Return the catalogue of motors with their gears: what their data sheets say, and where that stands."""
+    file = files("nectosome.description").joinpath("servos.yaml")
+    return read_yaml(file.read_text(encoding="utf-8"), "servos.yaml")[0]
+
+
+class MotorDescription(Mirrored):
+    """A DC motor with its gear, by its data sheet or by its constants, at the shaft that they are of."""
+
+    model: str | None = None
+    """Name of a motor in the catalogue, which gives what is not written here."""
+    rated_voltage: PositiveVoltage | None = None
+    """Voltage at which the data sheet gives torque, speed and currents."""
+    stall_torque: PositiveTorque | None = None
+    """Torque at rest, at the rated voltage."""
+    no_load_speed: PositiveAngularSpeed | None = None
+    """Speed without a load, at the rated voltage."""
+    stall_current: PositiveCurrent | None = None
+    """Current at rest, at the rated voltage. Without it that of a motor that loses nothing in its gear."""
+    no_load_current: NonNegativeCurrent = 0.0
+    """Current without a load, at the rated voltage."""
+    torque_constant: PositiveTorqueConstant | None = None
+    """Torque per current, and voltage per speed, of the motor alone, instead of a data sheet."""
+    resistance: PositiveResistance | None = None
+    """Resistance of the winding, instead of a data sheet."""
+    friction: NonNegativeTorque = 0.0
+    """Dry friction at the shaft, with the constants."""
+    gear_ratio: PositiveNumber = 1.0
+    """Turns of that shaft for one turn of the joint, of a gear behind it."""
+    efficiency: PositiveShare = 1.0
+    """Share of the torque that this gear passes on, whichever side drives it."""
+    inertia: NonNegativeInertia = 0.0
+    """Moment of inertia of rotor and gears, at that shaft."""
+    radius: Length | None = None
+    """Radius of the drum or pinion that moves a slide; for slides only."""
+    current_limit: PositiveCurrent | None = None
+    """Largest current that the controller lets through."""
+    supply: PositiveVoltage | None = None
+    """Voltage of a supply that does not sag."""
+    battery: Name | None = None
+    """Name of the battery that supplies it, instead of a supply."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_catalogue(cls, given: Any) -> Any:
+        if not isinstance(given, dict) or given.get("model") is None:
+            return given
+        known = servos()
+        if given["model"] not in known:
+            near = did_you_mean(str(given["model"]), known)
+            raise wrong("model", f'there is no motor "{given["model"]}" in the catalogue.{near}')
+        if any(given.get(name) is not None for name in _CONSTANTS):
+            raise wrong("model", "the catalogue gives a data sheet, not constants. Leave the one or the others out.")
+        sheet = {name: value for name, value in known[given["model"]].items() if name != "source"}
+        return {**sheet, **given}
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        sheet, constants = ([getattr(self, name) is not None for name in names] for names in (_SHEET, _CONSTANTS))
+        if any(sheet) and any(constants):
+            name = _CONSTANTS[constants.index(True)]
+            raise wrong(name, "there is a data sheet as well. Give the data sheet or the constants.")
+        names, has = (_CONSTANTS, constants) if any(constants) else (_SHEET, sheet)
+        if not all(has):
+            more = " or a model of the catalogue" if names is _SHEET else ""
+            raise wrong(names[has.index(False)], f"is missing. A motor needs {', '.join(names)}{more}.")
+        if names is _SHEET and self.friction:
+            raise wrong("friction", "goes with the constants; with a data sheet, give the no_load_current.")
+        if names is _CONSTANTS and (self.stall_current is not None or self.no_load_current):
+            name = "no_load_current" if self.no_load_current else "stall_current"
+            raise wrong(name, "goes with a data sheet; with constants, give the friction.")
+        if self.supply is not None and self.battery is not None:
+            raise wrong("supply", "there is a battery as well. Leave one of the two out.")
+        return self
+
+    @model_validator(mode="after")
+    def _obeys_energy(self) -> Self:
+        if self.rated_voltage is None or self.stall_current is None:
+            return self
+        if self.no_load_current >= self.stall_current:
+            raise wrong("no_load_current", "must be less than the stall current.")
+        constant = self.rated_voltage * (1 - self.no_load_current / self.stall_current) / (self.no_load_speed or 1.0)
+        most = constant * (self.stall_current - self.no_load_current)
+        if (self.stall_torque or 0.0) > most * (1 + 1e-9):
+            why = f"is more than {most:.4g} N m, which this current gives in a motor of this voltage and speed"
+            raise wrong("stall_torque", f"{why} that loses nothing. Check the units of all four.")
+        return self
+
+
+class MotorDrive(MotorDescription):
+    """A motor that is given a voltage: its torque falls with its speed, and the joint moves as it can."""
+
+    voltage: VoltageSignal | None = None
+    """Voltage over time, at most that of the supply where there is one."""
+    share: ShareSignal | None = None
+    """Share of the supply's voltage over time, from -1 to 1, as pulse-width modulation gives it."""
+    mirror = Mirror(voltage=opposite, share=opposite)
+
+    @model_validator(mode="after")
+    def _has_a_voltage(self) -> Self:
+        if self.voltage is None and self.share is None:
+            raise wrong("voltage", "is missing. Give the voltage over time, or a share of that of a supply or battery.")
+        if self.voltage is not None and self.share is not None:
+            raise wrong("share", "there is a voltage as well. Leave one of the two out.")
+        if self.share is not None and self.supply is None and self.battery is None:
+            raise wrong("supply", "is missing. Say of which voltage it is a share: give a supply or a battery.")
+        return self
+
+
+class ScheduledGain(Described, Generic[S]):
+    """A factor on the gains of a velocity loop at a speed."""
+
+    at: S
+    """Speed, whichever way; between two of them the factor changes evenly, outside it stays."""
+    factor: PositiveNumber
+    """Factor on both gains."""
+
+
+class _VelocityLoop(Described, Generic[S]):
+    """A velocity loop (PI): it follows the rate of the motion, and forgets where it should be."""
+
+    full_voltage_at: S
+    """Error of the speed from which on the motor gets all of the voltage."""
+    integral_time: PositiveTime | None = None
+    """Time in which the integral of an error counts as much as the error; without it there is no integral."""
+    schedule: Annotated[tuple[ScheduledGain[S], ...], increasing(_INCREASING, attrgetter("at"))] = ()
+    """Factors on both gains at increasing speeds, as where more is needed against dry friction at low speed."""
+
+
+class AngularVelocityLoop(_VelocityLoop[PositiveAngularSpeed]):
+    """A velocity loop of a hinge."""
+
+
+class LinearVelocityLoop(_VelocityLoop[PositiveSpeed]):
+    """A velocity loop of a slide."""
+
+
+class ServoDrive(MotorDescription):
+    """A motor with a position loop that follows the motion of its joint as well as it can, or with a velocity loop."""
+
+    derivative: Duration = 0.0
+    """Time by which the rate of the error counts, added to the error, of a position loop."""
+    torque_limit: PositiveTorque | None = None
+    """Largest torque at the joint, which the controller keeps by the current."""
+
+    @model_validator(mode="after")
+    def _has_a_supply(self) -> Self:
+        if self.supply is None and self.battery is None:
+            raise wrong("supply", "is missing. Give the voltage of a supply, or the name of a battery.")
+        full, loop = getattr(self, "full_voltage_at"), getattr(self, "velocity_loop")  # noqa: B009
+        if (full is None) == (loop is None):
+            why = "there is a velocity loop as well. Leave one of the two out." if loop else "is missing. Say"
+            raise wrong("full_voltage_at", why if loop else f"{why} at which error the motor gets all of the voltage.")
+        if loop is not None and (self.derivative or getattr(self, "dead_band")):  # noqa: B009
+            raise wrong("derivative" if self.derivative else "dead_band", "is of a position loop. Leave it out.")
+        return self
+
+
+class AngularServo(ServoDrive):
+    """A servo of a hinge."""
+
+    full_voltage_at: PositiveAngle | None = None
+    """Error of the angle from which on the motor gets all of the voltage."""
+    velocity_loop: AngularVelocityLoop | None = None
+    """A loop that follows the rate of the motion, instead of its angle."""
+    dead_band: NonNegativeAngle = 0.0
+    """Error below which the motor gets no voltage."""
+
+
+class LinearServo(ServoDrive):
+    """A servo of a slide."""
+
+    full_voltage_at: Length | None = None
+    """Error of the displacement from which on the motor gets all of the voltage."""
+    velocity_loop: LinearVelocityLoop | None = None
+    """A loop that follows the rate of the motion, instead of its displacement."""
+    dead_band: NonNegativeLength = 0.0
+    """Error below which the motor gets no voltage."""
+
+
+class BatteryDescription(Described):
+    """A battery that drives share: its voltage sags with the current."""
+
+    voltage: PositiveVoltage
+    """Voltage without a current."""
+    resistance: Resistance = 0.0
+    """Resistance inside, with that of the cables."""
+    capacity: Charge | None = None
+    """Charge that it can give; range and endurance follow from it."""
+    energy: Energy | None = None
+    """Energy that it can give at that voltage, instead of the capacity."""
+    idle_power: PowerUsed = 0.0
+    """Power of the electronics that is always used (hotel load)."""
+    takes_back: bool = False
+    """Whether it is charged by what braking motors give; else that becomes heat."""
+
+    @model_validator(mode="after")
+    def _gives_what_it_must(self) -> Self:
+        if self.capacity is not None and self.energy is not None:
+            raise wrong("energy", "there is a capacity as well. Leave one of the two out.")
+        if 4 * self.resistance * self.idle_power >= self.voltage**2:
+            most = self.voltage**2 / (4 * self.resistance)
+            raise wrong("idle_power", f"is more than {most:.4g} W, the most that a battery of this resistance gives.")
+        return self

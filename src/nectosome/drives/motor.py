@@ -1,0 +1,194 @@
+r"""DC motors behind gears, and servos made of them, as their joint feels them.
+
+With the back-EMF constant K and the resistance R of the winding, the current at a voltage U and a velocity v is
+$i = (U - K v)/R$, and the motor gives $M = K i$. Friction $T_f$ and the share $\eta$ of the torque that the gear passes
+on, whichever side drives it, leave
+
+$$ T = M - s(v)\, F, \qquad U i = T v + R i^2 + v\, s(v)\, F, \qquad F = T_f + (1 - \eta) |M| $$
+
+with $s(v) = v/\sqrt{v^2 + v_t^2}$, the sign of the velocity, smooth over 1 % of the no-load speed. A data sheet has the
+rated voltage U, the stall torque $T_s$, the no-load speed $v_0$, and the currents $i_s$ and $i_0$ of both, so that (the
+line from one to the other is that of the sheet)
+
+$$ R = \frac{U}{i_s}, \quad K = \frac{U - R i_0}{v_0}, \quad \eta = \frac{T_s}{K (i_s - i_0)}, \quad T_f = \eta K i_0 $$
+
+A gear of ratio n behind that shaft multiplies K and $T_f$ by n, and the inertia of the rotor by n squared.
+"""
+
+from typing import Any, Self
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from nectosome.core import Constant, Drive, Powered, Signal, signal_of
+from nectosome.core.described import is_zero, number
+from nectosome.description import drives as dd
+
+_TURNS_OVER = 0.01  # of the no-load speed, over which friction changes its sign
+_WIDTH = 0.005  # of a limit, over which it sets in
+
+
+def limited(x: Float[Array, ""], most: Float[Array, ""] | float = 1.0) -> Float[Array, ""]:
+    """x within plus and minus `most`, smooth over 0.5 % of it: at |x| = `most` it is 0.25 % less."""
+    y = x / most
+    return 0.5 * most * (jnp.sqrt((y + 1) ** 2 + _WIDTH**2) - jnp.sqrt((y - 1) ** 2 + _WIDTH**2))
+
+
+class GearedMotor(eqx.Module):
+    """A DC motor with all of its gears, along a joint's coordinate."""
+
+    constant: Float[Array, ""]  # K [V s/rad, V s/m]
+    resistance: Float[Array, ""]  # R [ohm]
+    friction: Float[Array, ""]  # T_f [N m, N]
+    share: Float[Array, ""]  # eta [-]
+    turns_over: Float[Array, ""]  # v_t [rad/s, m/s]
+    inertia: Float[Array, ""]  # [kg m2, kg]
+    most: Float[Array, ""] | None  # current that the controller lets through [A]
+
+    @classmethod
+    def of(cls, d: dd.MotorDescription) -> "GearedMotor":
+        """Of a description."""
+        if d.rated_voltage is not None:
+            U, v0, stall = (number(x) for x in (d.rated_voltage, d.no_load_speed, d.stall_torque))
+            i0 = number(d.no_load_current)
+            # without a stall current: of a motor whose gear passes on all torque
+            most = stall * v0 / U + i0 if d.stall_current is None else number(d.stall_current)
+            R = U / most
+            K = (U - R * i0) / v0
+            share = stall / (K * (most - i0))
+            friction = share * K * i0
+        else:
+            K, R, friction = (number(x) for x in (d.torque_constant, d.resistance, d.friction))
+            share = jnp.ones(())
+            v0 = R / K  # of 1 A at rest, about
+        n = number(d.gear_ratio) / (1.0 if d.radius is None else number(d.radius))
+        gear = number(d.efficiency)
+        limits = [] if d.current_limit is None else [number(d.current_limit)]
+        if isinstance(d, dd.ServoDrive) and d.torque_limit is not None:
+            limits.append(number(d.torque_limit) / (K * n * share * gear))
+        least = limits[0] if len(limits) == 1 else jnp.minimum(*limits) if limits else None
+        return cls(K * n, R, friction * n * gear, share * gear, _TURNS_OVER * v0 / n, number(d.inertia) * n**2, least)
+
+    def given(self, asked: Array, voltage: Float[Array, ""], v: Float[Array, ""]) -> Powered:
+        """What it does at a voltage and a velocity."""
+        current = (voltage - self.constant * v) / self.resistance
+        if self.most is not None:
+            current = limited(current, self.most)
+        voltage = self.resistance * current + self.constant * v
+        M = self.constant * current
+        lost = v / jnp.sqrt(v**2 + self.turns_over**2) * (self.friction + (1 - self.share) * jnp.abs(M))
+        heat = self.resistance * current**2 + lost * v
+        return Powered(asked, M - lost, current, voltage, voltage * current, heat)
+
+
+class _MotorDrive(Drive):
+    """A geared motor and what it is asked."""
+
+    motor: GearedMotor
+    signal: Signal
+
+    @property
+    def inertia(self) -> Float[Array, ""]:
+        """That of the motor."""
+        return self.motor.inertia
+
+    def held(self) -> "Drive":
+        """With the value of its signal at t = 0."""
+        return eqx.tree_at(lambda d: d.signal, self, Constant(self.signal(jnp.zeros(()))[0]))
+
+
+class Motor(_MotorDrive):
+    """A geared motor with a voltage that follows a signal, within that of its supply."""
+
+    of_supply: bool = eqx.field(static=True)  # the signal is a share of the supply's voltage
+    described_by = dd.MotorDrive
+
+    @classmethod
+    def from_description(cls, described: dd.MotorDrive) -> "Motor":
+        """Of a description."""
+        signal = described.voltage if described.share is None else described.share
+        assert signal is not None
+        return cls(GearedMotor.of(described), signal_of(signal), described.share is not None)
+
+    def acts(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any = ()) -> tuple[Powered, Any]:
+        """At the voltage of the signal."""
+        voltage, _, _ = self.signal(t)
+        if self.of_supply:
+            assert supply is not None
+            voltage = supply * jnp.clip(voltage, -1.0, 1.0)
+        elif supply is not None:
+            voltage = limited(voltage, supply)
+        return self.motor.given(jnp.asarray(jnp.nan), voltage, v), z
+
+
+class Servo(_MotorDrive):
+    r"""A geared motor with a position loop: the share $(d(e) + T_d\,\dot e)/e_f$ of the supply's voltage.
+
+    e is what the coordinate lacks of the signal, $e_f$ the error at which the motor gets all of the voltage, $T_d$ the
+    derivative time, and d(e) the error without its dead band.
+    """
+
+    full: Float[Array, ""]  # e_f [rad, m]
+    derivative: Float[Array, ""]  # T_d [s]
+    dead_band: Float[Array, ""] | None  # [rad, m]
+    described_by = dd.ServoDrive
+
+    @classmethod
+    def from_description(cls, described: dd.AngularServo | dd.LinearServo, motion: Signal) -> "Drive":
+        """Of a description, and the motion that it follows; with a velocity loop a `VelocityServo`."""
+        if described.velocity_loop is not None:
+            return VelocityServo.of(described.velocity_loop, GearedMotor.of(described), motion)
+        band = None if is_zero(described.dead_band) else number(described.dead_band)
+        numbers = number(described.full_voltage_at), number(described.derivative)
+        return cls(GearedMotor.of(described), motion, *numbers, band)
+
+    def acts(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any = ()) -> tuple[Powered, Any]:
+        """At the voltage that its loop gives."""
+        asked, rate, _ = self.signal(t)
+        error = asked - x
+        if self.dead_band is not None:
+            error = error - limited(error, self.dead_band)
+        share = limited((error + self.derivative * (rate - v)) / self.full)
+        assert supply is not None
+        return self.motor.given(asked, supply * share, v), z
+
+
+class VelocityServo(_MotorDrive):
+    r"""A geared motor with a velocity loop (PI): the share $u = g (e + z/T_i)/e_f$ of the supply's voltage.
+
+    e is what the velocity lacks of the signal's rate; $\dot z = e - (u - u_{lim}) e_f$, its integral, which stops where
+    u is limited to between -1 and 1; $e_f$ the error at which the motor gets all of the voltage, and g a factor
+    scheduled over the size of the velocity.
+    """
+
+    full: Float[Array, ""]  # e_f [rad/s, m/s]
+    integral_time: Float[Array, ""] | None  # T_i [s]
+    speeds: Float[Array, "n"]  # of the schedule [rad/s, m/s]
+    factors: Float[Array, "n"]
+
+    @classmethod
+    def of(cls, loop: dd.AngularVelocityLoop | dd.LinearVelocityLoop, motor: GearedMotor, motion: Signal) -> Self:
+        """Of a description of its loop."""
+        time = None if loop.integral_time is None else number(loop.integral_time)
+        table = [[number(getattr(gain, name)) for gain in loop.schedule] for name in ("at", "factor")]
+        rows = [jnp.stack(row) if row else jnp.zeros(0) for row in table]
+        return cls(motor, motion, number(loop.full_voltage_at), time, *rows)
+
+    def initial(self) -> Any:
+        """No integral."""
+        return () if self.integral_time is None else jnp.zeros(())
+
+    def acts(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any = ()) -> tuple[Powered, Any]:
+        """At the voltage that its loop gives; the motor's part of the state is the integral."""
+        _, rate, _ = self.signal(t)
+        error = rate - v
+        wanted = error if self.integral_time is None else error + z / self.integral_time
+        if self.factors.size:
+            wanted = wanted * jnp.interp(jnp.abs(v), self.speeds, self.factors)
+        wanted = wanted / self.full
+        beyond = wanted - jnp.clip(wanted, -1.0, 1.0)
+        rates = () if self.integral_time is None else error - beyond * self.full
+        share = limited(wanted)
+        assert supply is not None
+        return self.motor.given(jnp.asarray(jnp.nan), supply * share, v), rates

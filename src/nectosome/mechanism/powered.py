@@ -1,0 +1,162 @@
+r"""Drives with motors along joints, and the batteries that they share.
+
+A battery of open-circuit voltage $U_0$ and resistance R supplies all drives that name it and the electronics, of the
+power $P_0$, at one voltage U, which is a root of
+
+$$ U = U_0 - \frac{R}{U} \left( P_0 + P(U) \right), \qquad P(U) = \sum_k P_k(U) $$
+
+A battery that takes nothing back gives max(0, P) to its drives.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from nectosome.core import Drive, Powered
+from nectosome.core.rows import Spread, alike, part_of, rows, stacked
+
+from .tree import Tree
+
+_ITERATIONS = 6  # of Newton's method, from the voltage without a current
+
+
+class Battery(eqx.Module):
+    """A battery."""
+
+    voltage: Float[Array, ""]  # U_0 [V]
+    resistance: Float[Array, ""]  # [ohm]
+    idle_power: Float[Array, ""]  # P_0 [W]
+    takes_back: Float[Array, ""]  # 1, or 0
+
+
+class Attachment(eqx.Module):
+    """A drive, the part whose joint it moves, and its supply."""
+
+    part: int = eqx.field(static=True)
+    battery: int = eqx.field(static=True)  # index; -1: none
+    drive: Drive
+    supply: Float[Array, ""] | None  # voltage without a battery [V]; None where it has no end
+
+
+class DriveGroup(eqx.Module):
+    """Drives of one kind, stacked."""
+
+    parts: tuple[int, ...] = eqx.field(static=True)
+    batteries: tuple[int, ...] = eqx.field(static=True)
+    drive: Any
+    supply: Float[Array, "m"] | None
+
+    def map(self, f: Callable[..., Any], *args: Any) -> Any:
+        """f(drive, *its arguments) of all drives."""
+        return jax.vmap(f, axis_size=len(self.parts))(self.drive, *args)
+
+    def coordinates(self, tree: Tree, what: str) -> Int[np.ndarray, "m"]:
+        """Coordinates ("q") or velocities ("v") of their joints."""
+        return np.array([getattr(tree.layout[i], what).start for i in self.parts])
+
+    def initial(self) -> Any:
+        """Initial states, stacked; () without states."""
+        return self.map(lambda drive: drive.initial())
+
+    def acts(self, t: Array, x: Array, v: Array, voltages: Float[Array, "b"], z: Any) -> tuple[Powered, Any]:
+        """What the drives do at these voltages of all batteries, and the rates of their states, leaves [m]."""
+        if self.batteries[0] < 0 and self.supply is None:
+            return self.map(lambda drive, x, v, z: drive.acts(t, x, v, None, z), x, v, z)
+        supply = self.supply if self.supply is not None else rows(voltages, np.array(self.batteries))
+        return self.map(lambda drive, x, v, U, z: drive.acts(t, x, v, U, z), x, v, supply, z)
+
+
+class PoweredDrives(eqx.Module):
+    """All drives with motors, kind by kind, and the batteries."""
+
+    groups: tuple[DriveGroup, ...]
+    batteries: Battery | None  # stacked
+    battery_names: tuple[str, ...] = eqx.field(static=True)
+
+    @classmethod
+    def of(cls, drives: Sequence[Attachment], batteries: dict[str, Battery]) -> "PoweredDrives":
+        """Drives that one vectorised call can take together are in one group."""
+        groups = []
+        for g in alike({i: (d.drive, d.supply) for i, d in enumerate(drives)}, lambda i: drives[i].battery < 0):
+            own = [drives[i] for i in g.members]
+            groups.append(DriveGroup(tuple(d.part for d in own), tuple(d.battery for d in own), *g.things))
+        return cls(tuple(groups), stacked([*batteries.values()]) if batteries else None, tuple(batteries))
+
+    @property
+    def parts(self) -> tuple[int, ...]:
+        """Parts whose joints they move, in the order of the groups."""
+        return tuple(part for g in self.groups for part in g.parts)
+
+    def places(self, tree: Tree, what: str) -> Int[np.ndarray, "m"]:
+        """Coordinates ("q") or velocities ("v") of all drives, in the order of the groups."""
+        return np.concatenate([np.zeros(0, int), *(g.coordinates(tree, what) for g in self.groups)])
+
+    def inertia(self, tree: Tree) -> Float[Array, "nv"]:
+        """Inertia of the rotors along all velocities [kg m2, kg]."""
+        places = (g.coordinates(tree, "v") for g in self.groups)
+        return Spread(tree.layout[-1].v.stop, *places)([g.map(lambda drive: drive.inertia) for g in self.groups])
+
+    def initial(self) -> tuple[Any, ...]:
+        """Initial states of each group."""
+        return tuple(g.initial() for g in self.groups)
+
+    def acts(
+        self, tree: Tree, t: Array, q: Array, v: Array, z: tuple[Any, ...]
+    ) -> tuple[Powered, tuple[Any, ...], Float[Array, "b"]]:
+        """What the drives do at all coordinates and velocities, with the states z of each group.
+
+        Leaves [m]; with the rates of the states, and the voltages of the batteries.
+        """
+
+        def at(voltages: Array) -> tuple[Powered, tuple[Any, ...]]:
+            each = [
+                g.acts(t, rows(q, g.coordinates(tree, "q")), rows(v, g.coordinates(tree, "v")), voltages, own)
+                for g, own in zip(self.groups, z, strict=True)
+            ]
+            if not each:
+                return Powered(*[jnp.zeros(0)] * 6), ()
+            return jax.tree.map(lambda *x: jnp.concatenate(x), *(p for p, _ in each)), tuple(rate for _, rate in each)
+
+        find = lambda voltages: at(voltages)[0].electrical  # noqa: E731
+        voltages = jnp.zeros(0) if self.batteries is None else self._voltages(self.batteries, find)
+        return *at(voltages), voltages
+
+    def battery_powers(self, electrical: Float[Array, "m"]) -> Float[Array, "b"]:
+        """Power that each battery gives [W], of those that its drives take."""
+        if self.batteries is None:
+            return jnp.zeros(0)
+        supplied = [k for g in self.groups for k in g.batteries]
+        mine = (np.array(supplied)[None, :] == np.arange(len(self.battery_names))[:, None]).astype(float)
+        asked, b = jnp.asarray(mine) @ electrical, self.batteries
+        return b.idle_power + jnp.where(b.takes_back > 0, asked, jnp.maximum(asked, 0.0))
+
+    def _voltages(self, b: Battery, electrical: Callable[[Array], Array]) -> Float[Array, "b"]:
+        """Voltages by Newton's method, from the electrical powers of all drives at them."""
+
+        def lacks(U: Array) -> Array:
+            return U - b.voltage + b.resistance * self.battery_powers(electrical(U)) / U
+
+        def corrected(_: Array, U: Array) -> Array:
+            # a battery's voltage acts on its own drives alone: the Jacobian is diagonal
+            value, slope = jax.jvp(lacks, (U,), (jnp.ones_like(U),))
+            return U - value / slope
+
+        return jax.lax.fori_loop(0, _ITERATIONS, corrected, b.voltage)
+
+    def held(self) -> "PoweredDrives":
+        """The drives with what they are asked at t = 0."""
+        groups = tuple(eqx.tree_at(lambda g: g.drive, g, g.map(lambda drive: drive.held())) for g in self.groups)
+        return eqx.tree_at(lambda d: d.groups, self, groups)
+
+    def one_by_one(self) -> tuple[Attachment, ...]:
+        """The drives one by one, in the order of the groups."""
+        return tuple(
+            Attachment(part, battery, part_of(g.drive, k), None if g.supply is None else part_of(g.supply, k))
+            for g in self.groups
+            for k, (part, battery) in enumerate(zip(g.parts, g.batteries, strict=True))
+        )

@@ -1,0 +1,145 @@
+"""What every drive with a motor promises, held against every one there is; a new one without an example here fails."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jax.flatten_util import ravel_pytree
+
+from nectosome.core import Constant, Drive, Sine
+from nectosome.core.described import number
+from nectosome.description.drives import AngularServo, LinearServo, MotorDrive, servos
+from nectosome.drives import Motor, Servo
+from nectosome.units import parse_quantity
+
+SHEET = {
+    "rated_voltage": 6.0, "stall_torque": 1.1, "no_load_speed": 5.2, "stall_current": 2.1, "no_load_current": 0.33
+}  # fmt: skip
+CONSTANTS = {"torque_constant": 0.02, "resistance": 1.5, "friction": 1e-3}
+GEAR = {"gear_ratio": 3.0, "efficiency": 0.8, "inertia": 2e-5}
+TARGET = Sine(*(number(x) for x in (0.4, 1.5, 0.3, 0.1)))
+
+
+def of_voltage(volts, **data):
+    return Motor.from_description(MotorDrive(voltage={"kind": "constant", "value": volts}, **data))
+
+
+def servo(**data):
+    return Servo.from_description(AngularServo(**{"full_voltage_at": 0.2, "supply": 6.0, **data}), TARGET)
+
+
+LOOP = {"full_voltage_at": 2.0, "integral_time": 0.3}
+GAINS = ({"at": 0.5, "factor": 3.0}, {"at": 2.0, "factor": 1.0})
+ALL = {"derivative": 0.05, "dead_band": 0.01, "current_limit": 1.0, "torque_limit": 0.04}
+SLIDE = LinearServo(full_voltage_at=0.01, supply=6.0, radius=0.02, **SHEET)
+SHARE = MotorDrive(share={"kind": "constant", "value": 0.7}, supply=6.0, **SHEET)
+EXAMPLES = {
+    "a motor by its sheet": of_voltage(4.0, **SHEET),
+    "a motor by its constants, behind a gear": of_voltage(4.0, **CONSTANTS, **GEAR),
+    "a motor that moves a slide": of_voltage(4.0, radius=0.02, **SHEET),
+    "a motor with a share": Motor.from_description(SHARE),
+    "a motor with a limited current": of_voltage(4.0, current_limit=0.8, **SHEET),
+    "a servo": servo(**SHEET),
+    "a servo with all of it": servo(**CONSTANTS, **GEAR, **ALL),
+    "a servo with a velocity loop": servo(**SHEET, full_voltage_at=None, velocity_loop=LOOP),
+    "a servo with gains by speed": servo(**SHEET, full_voltage_at=None, velocity_loop={**LOOP, "schedule": GAINS}),
+    "a servo of a slide": Servo.from_description(SLIDE, TARGET),
+}
+SPEEDS = jnp.array([-9.0, -2.0, -0.01, 0.0, 0.003, 1.0, 6.0, 15.0])
+SUPPLY = number(6.0)
+
+
+def acts(drive, v, t=0.2, x=0.3, supply=SUPPLY):
+    z = jax.tree.map(lambda x: x + 0.02, drive.initial())
+    return jax.jit(jax.vmap(lambda v: drive.acts(number(t), number(x), v, supply, z)[0]))(v)
+
+
+def test_every_drive_has_an_example():
+    kinds = {cls for cls in Drive.__subclasses__() for cls in (cls.__subclasses__() or [cls])}
+    assert kinds == {type(drive) for drive in EXAMPLES.values()}
+
+
+@pytest.mark.parametrize("drive", EXAMPLES.values(), ids=EXAMPLES)
+def test_the_account_of_energy_is_closed(drive):
+    """Electrical power = torque times velocity + heat, and heat is never negative."""
+    found = acts(drive, SPEEDS)
+    np.testing.assert_allclose(found.electrical, found.torque * SPEEDS + found.heat, rtol=1e-12, atol=1e-12)
+    assert np.all(found.heat >= 0) and np.all(np.isfinite(found.torque))
+
+
+@pytest.mark.parametrize("drive", EXAMPLES.values(), ids=EXAMPLES)
+def test_without_a_voltage_it_only_brakes(drive):
+    """A dead supply, or a voltage of 0."""
+    dead = eqx.tree_at(lambda d: d.signal, drive, Constant(number(0.0))) if isinstance(drive, Motor) else drive
+    found = acts(dead, SPEEDS, supply=SUPPLY if isinstance(drive, Motor) else number(1e-12))
+    power = found.torque * SPEEDS
+    assert np.all(power <= 1e-9) and float(power[0]) < -1e-3
+
+
+@pytest.mark.parametrize("drive", EXAMPLES.values(), ids=EXAMPLES)
+def test_gradients_are_those_of_finite_differences(drive):
+    """By all numbers of the drive, the coordinate, the velocity and the supply."""
+    numbers, unravel = ravel_pytree((eqx.filter(drive, eqx.is_inexact_array), number(0.31), number(1.3), SUPPLY))
+    static = eqx.filter(drive, eqx.is_inexact_array, inverse=True)
+
+    @jax.jit
+    def torque(numbers):
+        moving, x, v, supply = unravel(numbers)
+        return eqx.combine(moving, static).acts(number(0.2), x, v, supply, drive.initial())[0].torque
+
+    given = jax.grad(torque)(numbers)
+    size = 1 + float(jnp.max(jnp.abs(given)))
+    for k in range(numbers.size):
+        h = 1e-6 * max(1.0, abs(float(numbers[k])))
+        wanted = (torque(numbers.at[k].add(h)) - torque(numbers.at[k].add(-h))) / (2 * h)
+        assert float(given[k]) == pytest.approx(float(wanted), rel=2e-5, abs=1e-8 * size)
+
+
+def test_a_motor_by_its_sheet_gives_what_the_sheet_says():
+    """Nothing without a load; the stall torque as soon as it turns; currents and powers of both."""
+    drive, v0 = of_voltage(6.0, **SHEET), 5.2
+    found = acts(drive, jnp.array([v0, 0.5 * v0]), supply=None)
+    np.testing.assert_allclose(found.current, [0.33, 0.5 * (0.33 + 2.1)], rtol=1e-12)
+    np.testing.assert_allclose(found.torque, [0.0, 0.5 * 1.1], atol=2e-4)  # of friction's smooth sign
+    still = acts(drive, jnp.zeros(1), supply=None)
+    assert float(still.current[0]) == pytest.approx(2.1, rel=1e-12)
+    assert float(still.electrical[0]) == pytest.approx(6.0 * 2.1, rel=1e-12)
+    # without a load, half of the voltage gives less than half of the speed: friction takes the same current
+    half = acts(
+        of_voltage(3.0, **SHEET), jnp.array([v0 * (3.0 - 0.33 * 6 / 2.1) / (6.0 - 0.33 * 6 / 2.1)]), supply=None
+    )
+    assert float(half.torque[0]) == pytest.approx(0.0, abs=2e-4)
+
+
+@pytest.mark.parametrize("name", servos())
+def test_the_catalogue_gives_the_stall_torque_that_it_prints(name):
+    sheet = servos()[name]
+    drive = of_voltage(1.0, model=name)
+    volts = parse_quantity(sheet["rated_voltage"], "voltage")
+    stall = parse_quantity(sheet["stall_torque"], "torque")
+    slow = 0.1 * parse_quantity(sheet["no_load_speed"], "angular_speed")
+    found = drive.motor.given(number(0.0), number(volts), number(slow))
+    assert float(found.torque) == pytest.approx(0.9 * stall, rel=6e-3)
+    assert sheet["source"]
+
+
+def test_a_gear_multiplies_torque_and_inertia_and_divides_speed():
+    bare, geared = (of_voltage(1.0, **CONSTANTS, **more).motor for more in ({}, GEAR))
+    n, share = GEAR["gear_ratio"], GEAR["efficiency"]
+    assert float(geared.inertia) == pytest.approx(n**2 * GEAR["inertia"], rel=1e-12)
+    one, other = (m.given(number(0.0), number(6.0), number(v)) for m, v in ((bare, 90.0), (geared, 30.0)))
+    assert float(other.current) == pytest.approx(float(one.current), rel=1e-12)
+    assert float(other.torque) == pytest.approx(n * share * float(one.torque), rel=1e-3)
+
+
+def test_a_servo_gets_all_of_the_voltage_at_its_error_and_none_in_its_dead_band():
+    drive = servo(**SHEET, dead_band=0.05)
+    asked = float(TARGET(number(0.2))[0])
+    for error, share in ((0.0, 0.0), (0.01, 0.0), (0.15, 0.5), (0.5, 1.0), (-0.5, -1.0)):
+        found = acts(drive, jnp.zeros(1), x=asked - error)
+        assert float(found.voltage[0]) == pytest.approx(6.0 * share, abs=0.01)
+        assert float(found.asked[0]) == pytest.approx(asked, rel=1e-12)
+    limited = servo(**SHEET, torque_limit=0.3)
+    pushed = acts(limited, jnp.full(1, 0.5), x=asked - 1.0)
+    assert float(pushed.torque[0]) < 0.3 * 1.02
