@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from nectosome import robots
 from nectosome.cli.layout import Label, Number, Table, number
+from nectosome.cli.motor_tables import MOTOR_PEAKS, behind, motors, servos
 from nectosome.cli.options import Loads, Robot, Settings, read_count, value
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
-from nectosome.cli.run_summary import AXES, Arrays, acting, driven, largest, powers, servos, still, stored
+from nectosome.cli.run_summary import AXES, Arrays, acting, driven, largest, powers, still, stored
 from nectosome.cli.weights import build_weighed
 from nectosome.description import drive_period
 from nectosome.units import InputError, read_positive, show_quantity
@@ -64,14 +65,17 @@ def periodic(
         attributes = attributes_of(found, inputs)
         attributes["seconds"] = round(clock.perf_counter() - start, 3)
         arrays = Results(data | drive_limits(built), names, attributes).arrays
-        write(_summary(arrays, found.course(), attributes, loads))
+        page = _summary(arrays, found.course(), attributes, loads)
+        write(page)
         if outputs.given:
             from nectosome.view import show_run
 
             results = found.results(inputs)
             results.attributes["seconds"] = attributes["seconds"]
             outputs.write(results.to_dataset(), show_run)
-    return unsolved(description.name, status) if status == Status.UNSTABLE else 0
+    if status == Status.UNSTABLE:
+        return unsolved(description.name, status)
+    return 1 if page.warnings else 0
 
 
 def _summary(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any], each: bool) -> Summary:
@@ -90,6 +94,10 @@ def _summary(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any],
     total = float(abs(loads).sum() + abs(joints).sum())
     off = 0.0 if counts_as_zero(total, 0.0, most) else abs(float(loads.sum() + joints.sum())) / total
     limits, beyond = servos(arrays, peaks)
+    if "motor" in arrays:
+        most_of_motors = {name: arrays[f"{name}_peak"] for name in MOTOR_PEAKS}
+        limits += motors(arrays, arrays, most_of_motors)
+        beyond += behind(arrays, attributes, most_of_motors["lag"])
     return Summary(
         f"{attributes['title']}, period {show_quantity(period, 'time')}",
         [*tables, *limits],

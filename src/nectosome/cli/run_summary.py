@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from nectosome.cli.layout import Label, Number, Table
+from nectosome.cli.motor_tables import MOTOR_MEANS, MOTOR_PEAKS, behind, motors, servos
 from nectosome.cli.page import Summary
 from nectosome.description import parse_robot
 from nectosome.description.period import beat_of
@@ -44,6 +45,9 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     peaks = {name: peak(arrays[name]) for name in ("reaction", "drive_velocity", "reaction_power") if name in arrays}
     load_power = arrays["load_power"].sum(axis=2)
     several = time.size > 1
+    if "motor" in arrays:
+        peaks |= {name: peak(arrays[name]) for name in MOTOR_PEAKS}
+        peaks["lag"] = peak(arrays["lag"][kept])
     tables = [_body(arrays, mean("velocity")[0]), driven(arrays, mean("reaction"), peaks if several else None)]
     if loads:
         forces = acting(arrays, mean("load_force"), mean("load_power"), time[-1] - start)
@@ -55,24 +59,41 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     energies = zip(map(str, arrays["form"]), mean("energy"), strict=True)
     rows = [(form, Number(float(joules), "J")) for form, joules in energies]
     tables.append(Table("energy", {"form": "energy", "mean": "mean" if several else ""}, rows, computed=True))
-    balance = float(np.max(arrays["power_balance"]))
+    both = ((name, arrays.get(f"{name}_balance")) for name in ("power", "momentum"))
+    balances = {name: float(np.max(off)) for name, off in both if off is not None}
     found, beyond = servos(arrays, peaks)
+    if "motor" in arrays:
+        found += motors(arrays, {name: mean(name) for name in MOTOR_MEANS if name in arrays}, peaks)
+        beyond += behind(arrays, attributes, peaks["lag"])
     return Summary(
         f"{attributes['title']}{f', {time[-1]:.4g} s' if several else ''}",
         [*tables, *found],
         notes=[
             *words,
+            *_impulse(arrays),
             *(["largest: in the whole run"] if several and "period" not in attributes else []),
-            f"power balance: off by {balance:.1e} at worst",
+            "off at worst: " + ", ".join(f"{name} balance {off:.1e}" for name, off in balances.items()),
         ],
         warnings=beyond,
         attributes=attributes,
         values={
             "time": Number(float(time[-1]), "s"),
             "means_from": Number(start, "s"),
-            "power_balance": Number(balance),
+            **{f"{name}_balance": Number(off) for name, off in balances.items()},
+            **({"impulse_energy": Number(float(arrays["impulse_energy"]), "J")} if "impulse" in arrays else {}),
         },
     )
+
+
+def _impulse(arrays: Arrays) -> list[str]:
+    """Return a line about drives that are at speed at once, and how to start them from rest."""
+    if "impulse" not in arrays or not arrays["impulse"].any():
+        return []
+    each = zip(map(str, arrays["prescribed"]), map(float, arrays["impulse"]), strict=True)
+    name, most = max(each, key=lambda x: abs(x[1]))
+    size = f"{most:.3g} {reaction_unit(name)} s at {name}" if is_joint(name) else f"at {name.rpartition('.')[0]}"
+    energy = f"{float(arrays['impulse_energy']):.3g} J"
+    return [f"start: an impulse brings the drives to speed ({size}, {energy}); with a ramp they start from rest"]
 
 
 def driven(arrays: Arrays, reaction: "np.ndarray", peaks: Arrays | None) -> Table:
@@ -150,27 +171,6 @@ def stored(arrays: Arrays, energy: "np.ndarray") -> Table:
     each = zip(map(str, arrays["part"]), energy, strict=True)
     rows = [(part, *(Number(float(x), "J") for x in joules)) for part, joules in each if joules.any()]
     return Table("part_energy", {"part": "energy of part", **forms}, rows, computed=True)
-
-
-def servos(arrays: Arrays, peaks: Arrays) -> tuple[list[Table], list[str]]:
-    """Return largest torques and speeds of servos whose limits are known beside these, and warnings where beyond."""
-    from nectosome.solve import overloaded
-
-    if "reaction_limit" not in arrays:
-        return [], []
-    heads = {"joint": "servo", "reaction_peak": "torque", "reaction_limit": "limit", "reaction_share": "share"}
-    heads |= {"drive_velocity_peak": "speed", "drive_velocity_limit": "limit", "drive_velocity_share": "share"}
-    limits = zip(map(str, arrays["prescribed"]), arrays["reaction_limit"], arrays["drive_velocity_limit"], strict=True)
-    rows = []
-    for (name, *most), *given in zip(limits, peaks["reaction"], peaks["drive_velocity"], strict=True):
-        if most[0] == most[0]:  # NaN: none is known
-            cells = zip(map(float, given), map(float, most), ("N m", "rad/s"), strict=True)
-            rows.append((name, *(cell for x, end, unit in cells for cell in _of_limit(x, end, unit))))
-    return [Table("servos", heads, rows)], overloaded(arrays, peaks["reaction"], peaks["drive_velocity"])
-
-
-def _of_limit(value: float, limit: float, unit: str) -> tuple[Number, Number, Number]:
-    return Number(value, unit), Number(limit, unit), Number(value / limit, shown=f"{100 * value / limit:.0f} %")
 
 
 def is_joint(coordinate: str) -> bool:

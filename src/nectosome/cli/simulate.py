@@ -85,11 +85,14 @@ def simulate(
             return run, run.results(inputs) if kept else None
 
         run, found = cancellable(compute, update)
+    beyond: list[str] = []
     status = Status(int(run.status))
     if found is not None:
         found.attributes["seconds"] = round(clock.perf_counter() - start, 3)
+        page = summary(found.arrays, found.attributes, loads)
+        beyond = [*page.warnings]
         if status != Status.CANCELLED:
-            write(summary(found.arrays, found.attributes, loads))
+            write(page)
         if outputs.given:
             from nectosome.view import show_run
 
@@ -100,7 +103,7 @@ def simulate(
         return 130
     if status not in (Status.SOLVED, Status.EVENT):
         return unsolved(description.name, status, f"{status.reason}, {came_to}")
-    return 0
+    return 1 if beyond else 0
 
 
 def _run_mission(robot: str, settings: list[str] | None, file: Path, step: str, outputs: Outputs) -> int:

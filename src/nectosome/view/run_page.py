@@ -1,4 +1,4 @@
-"""The page of one run: the robot in motion, its velocity, powers and energies."""
+"""The page of one run: the robot in motion, its motors, velocity, powers and energies."""
 
 import json
 from collections.abc import Mapping
@@ -15,6 +15,7 @@ from nectosome.units import InputError
 
 from . import series
 from .closed_loop import closed_loop_panels
+from .motors import motor_panels
 from .page import write_page
 from .scenes import picture_interval, run_scene
 from .style import Panel
@@ -40,7 +41,7 @@ def show_run(run: Run | xr.Dataset, path: str | Path) -> None:
     parts.append(f'<p class="small">{escape(small)}</p>')
     loop = closed_loop_panels(run) if "reference" in run else []
     numbers = (series.velocity_panel, series.power_panel, series.energy_panel)
-    write_page(path, title, [*parts, *_scene_panel(run), *loop, *(make(run) for make in numbers)])
+    write_page(path, title, [*parts, *_scene_panel(run), *loop, *motor_panels(run), *(make(run) for make in numbers)])
 
 
 def _scene_panel(run: xr.Dataset) -> list[Panel]:

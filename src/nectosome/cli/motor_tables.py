@@ -1,0 +1,66 @@
+"""What servos and motors of a run do at most, beside their limits, what they and their batteries give, and warnings."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from nectosome.cli.layout import Number, Table
+from nectosome.description import parse_robot
+from nectosome.units import show_quantity
+
+if TYPE_CHECKING:
+    import numpy as np
+
+Arrays = Mapping[str, "np.ndarray"]
+
+MOTOR_PEAKS = ("motor_torque", "motor_rate", "lag", "current")
+MOTOR_MEANS = ("electrical_power", "motor_heat", "battery_power")
+
+
+def servos(arrays: Arrays, peaks: Arrays) -> tuple[list[Table], list[str]]:
+    """Return largest torques and speeds of servos whose limits are known beside these, and warnings where beyond."""
+    from nectosome.solve import overloaded
+
+    if "reaction_limit" not in arrays:
+        return [], []
+    heads = {"joint": "servo", "reaction_peak": "torque", "reaction_limit": "limit", "reaction_share": "share"}
+    heads |= {"drive_velocity_peak": "speed", "drive_velocity_limit": "limit", "drive_velocity_share": "share"}
+    limits = zip(map(str, arrays["prescribed"]), arrays["reaction_limit"], arrays["drive_velocity_limit"], strict=True)
+    rows = []
+    for (name, *most), *given in zip(limits, peaks["reaction"], peaks["drive_velocity"], strict=True):
+        if most[0] == most[0]:  # NaN: none is known
+            cells = zip(map(float, given), map(float, most), ("N m", "rad/s"), strict=True)
+            rows.append((name, *(cell for x, end, unit in cells for cell in _of_limit(x, end, unit))))
+    return [Table("servos", heads, rows)], overloaded(arrays, peaks["reaction"], peaks["drive_velocity"])
+
+
+def _of_limit(value: float, limit: float, unit: str) -> tuple[Number, Number, Number]:
+    return Number(value, unit), Number(limit, unit), Number(value / limit, shown=f"{100 * value / limit:.0f} %")
+
+
+def motors(arrays: Arrays, means: Arrays, peaks: Arrays) -> list[Table]:
+    """Return what motors give and take at most, their mean powers, and those of batteries."""
+    heads = {"joint": "motor", "torque": "torque", "rate": "speed", "lag": "lag", "current": "current"}
+    heads |= {"electrical_power": "mean power", "motor_heat": "heat"}
+    rows = []
+    largest = zip(*(peaks[name] for name in MOTOR_PEAKS), strict=True)
+    taken = zip(means["electrical_power"], means["motor_heat"], strict=True)
+    for name, most, watts in zip(map(str, arrays["motor"]), largest, taken, strict=True):
+        turns = name.endswith(".angle")
+        units = ("N m", "rad/s", "rad", "A") if turns else ("N", "m/s", "m", "A")
+        cells = [Number(float(x), unit) for x, unit in zip(most, units, strict=True)]
+        if turns and cells[2].measured:
+            cells[2] = cells[2]._replace(shown=show_quantity(cells[2].value, "angle"))
+        rows.append((name, *cells, *(Number(float(x), "W") for x in watts)))
+    tables = [Table("motors", heads, rows, computed=True)]
+    if "battery_power" in means:
+        each = zip(map(str, arrays["battery"]), means["battery_power"], strict=True)
+        given = [(name, Number(float(watts), "W")) for name, watts in each]
+        tables.append(Table("batteries", {"battery": "battery", "power": "mean power"}, given))
+    return tables
+
+
+def behind(arrays: Arrays, attributes: Mapping[str, Any], lag: "np.ndarray") -> list[str]:
+    """Return a sentence for each servo that stays too far behind."""
+    from nectosome.solve import lagging
+
+    return lagging(parse_robot(str(attributes["robot"])), arrays["motor"], lag)
