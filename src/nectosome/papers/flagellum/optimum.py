@@ -19,7 +19,8 @@ SOLVERS: dict[str, Optimiser] = {
     "pattern": Pattern(smallest_mesh=1e-4, evaluations=200),
     "evolution": CmaEs(evaluations=150),
 }
-MOTOR = MotorLine(0.89, 22.0)  # N m at a standstill, rad/s without load
+MOTOR = MotorLine(0.89, 22.0)  # N m at a standstill, rad/s without load, at 6 V
+ON_BATTERY = MotorLine(0.89 * 7.4 / 6, 22.0 * 7.4 / 6)  # at the battery's 7.4 V
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,12 @@ volume too, $E_b \beta^6 + E_s (1 - \beta^4)(1 - \beta^2) = E$ (Armanini et al.,
 
 Of the swims in the pool (Figs. 9, 10) neither motor speed nor hull drag is printed. The hull drag is calibrated on the
 old design, the new one is predicted. The motor is run "at the maximum speed that can be reached": it is taken to work
-on its torque-speed line, 0.89 N m at a standstill and 22 rad/s without load.
+on its torque-speed line, 0.89 N m at a standstill and 22 rad/s without load. Or a velocity loop, as in its firmware,
+keeps both designs at one speed, which is tried at 11 and 12 rad/s: what the motor can give at the battery's 7.4 V.
 """
 
 import math
+from collections.abc import Callable
 from importlib.resources import files
 from typing import Literal
 
@@ -23,6 +25,7 @@ from scipy.special import stdtrit
 
 from nectosome.core import Status
 from nectosome.description import RobotDescription, apply_settings, get_value, parse_robot, with_values
+from nectosome.designs import MotorLine
 from nectosome.mechanism import Robot, SoftRod
 from nectosome.model import bind
 from nectosome.solve import load_stepping
@@ -144,16 +147,38 @@ def _markers(description: RobotDescription):
     return shapes
 
 
-def on_motor_line(description: RobotDescription, extra_drag_area: float = 0.0) -> tuple[float, Swim]:
+def on_motor_line(
+    description: RobotDescription, extra_drag_area: float = 0.0, motor: MotorLine = MOTOR
+) -> tuple[float, Swim]:
     """Motor speed [rad/s] whose torque the motor can give, and the swim at it; extra drag area [m2] on the hull."""
-    area = float(get_value(description, _DRAG)) + extra_drag_area
-    swimmer = Swimmer(with_values(description, {_DRAG: area}))
+    swimmer = _with_drag(description, extra_drag_area)
 
     def surplus(rate: float) -> float:
-        return MOTOR.stall * (1 - rate / MOTOR.no_load) - swimmer.swim(rate).torque
+        return motor.stall * (1 - rate / motor.no_load) - swimmer.swim(rate).torque
 
-    rate = float(np.asarray(brentq(surplus, 0.05 * MOTOR.no_load, MOTOR.no_load, xtol=1e-6)))
+    rate = float(np.asarray(brentq(surplus, 0.05 * motor.no_load, motor.no_load, xtol=1e-6)))
     return rate, swimmer.swim(rate)
+
+
+def _with_drag(description: RobotDescription, extra_drag_area: float) -> Swimmer:
+    return Swimmer(with_values(description, {_DRAG: float(get_value(description, _DRAG)) + extra_drag_area}))
+
+
+def at_one_speed(old: RobotDescription, new: RobotDescription, printed: float, rate: float) -> tuple[float, Swim]:
+    """Drag area [m2] at which the old design swims at the printed speed [m/s], and the swim of the new one.
+
+    A velocity loop keeps both motors at one speed [rad/s].
+    """
+
+    def too_fast(log_area: float) -> float:
+        return _with_drag(old, math.exp(log_area)).swim(rate).speed - printed
+
+    area = _least_area(too_fast)
+    return area, _with_drag(new, area).swim(rate)
+
+
+def _least_area(too_fast: Callable[[float], float]) -> float:
+    return math.exp(float(np.asarray(brentq(too_fast, math.log(1e-4), math.log(10.0), xtol=1e-6))))
 
 
 def pool_swims(old: RobotDescription, new: RobotDescription, printed: dict[str, float]) -> xr.Dataset:
@@ -165,7 +190,7 @@ def pool_swims(old: RobotDescription, new: RobotDescription, printed: dict[str, 
     def too_fast(log_area: float) -> float:
         return on_motor_line(old, math.exp(log_area))[1].speed - printed["old"]
 
-    area = math.exp(float(np.asarray(brentq(too_fast, math.log(1e-4), math.log(10.0), xtol=1e-6))))
+    area = _least_area(too_fast)
     swims = [on_motor_line(design, area) for design in (old, new)]
     return xr.Dataset(
         {

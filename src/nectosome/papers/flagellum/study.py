@@ -17,7 +17,7 @@ from nectosome.solve import simulate
 
 from ..study import Kind, Progress, Study, StudyPart, collected, finished, printed
 from . import figures, optimum
-from .prototype import on_motor_line, pool_swims, ratio_of, stiffness_test, young_of
+from .prototype import at_one_speed, on_motor_line, pool_swims, ratio_of, stiffness_test, young_of
 from .steady_swims import Swimmer, design_task, lateral_share, reaction_over_a_turn
 
 NAME = "flagellum"
@@ -200,6 +200,7 @@ def _prototype(base: RobotDescription, book: dict[str, Any], test: xr.Dataset) -
     old, new = (printed_design(base, {**design, "young": 7.9e6}) for design in (_OLD, {}))
     speeds = {key: book[f"flagellum/pool/{key}/speed"]["printed"] for key in ("old", "new")}
     pool = pool_swims(old, new, {**speeds, "old_measured": 0.160, "new_measured": 0.311})
+    common = {rate: at_one_speed(old, new, speeds["old"], rate)[1] for rate in (11.0, 12.0)}
     turn = reaction_over_a_turn(
         build(base), Swimmer(base).swim().state, float(get_value(base, "omega")), ("hook", "filament")
     )
@@ -212,7 +213,11 @@ def _prototype(base: RobotDescription, book: dict[str, Any], test: xr.Dataset) -
         "flagellum/pool/new/speed": float(pool["ours"][1]),
         "flagellum/pool/reaction/lateral": lateral_share(turn),
         "flagellum/motor-line/table2-speed": on_motor_line(base)[1].speed,
+        "flagellum/motor-line/7.4V/table2-speed": on_motor_line(base, motor=optimum.ON_BATTERY)[1].speed,
     }
+    for rate, swim in common.items():
+        numbers[f"flagellum/pool/{rate:g}-rad-s/new/speed"] = swim.speed
+        numbers[f"flagellum/pool/{rate:g}-rad-s/new/torque"] = swim.torque
     return StudyPart(numbers, {"composite": composite, "static_test": test, "pool": pool})
 
 

@@ -14,7 +14,7 @@ from nectosome.robots import describe
 from nectosome.search import Workers
 
 from ..study import Kind, Progress, Study, StudyPart, collected, finished
-from . import figures, steering, swim, thrust, transfer, truths
+from . import figures, servos, steering, swim, thrust, transfer, truths
 from .swim import SPEEDS, YAWS
 from .trials import trials
 
@@ -32,7 +32,7 @@ _RATED = {f"n3_{f}Hz": (3, f) for f in (0.9, 1.0)}  # whose gain over loss the p
 _WORKERS = 2  # processes
 _ROBOTS = 20  # made within tolerances; the paper swam five times with its one robot
 _LEFT = (5, 15, 30, 45, 55, 65, 70, 73, 75)  # deg: amplitudes of the side that rows less
-_CALIBRATED = "paddle/table5/fp3jp/75-1.1/speed"
+_CALIBRATED = ("paddle/table5/fp3jp/75-1.1/speed", "paddle/servo/drag-", "paddle/servo/fp3jp/75-1.1/speed")
 _SYNTHETIC = ("paddle/table3/", "paddle/optimum/")
 
 
@@ -46,12 +46,17 @@ def run(quick: bool, progress: Progress) -> Study:
     runs = {name: done.pop(name) for name in (_RATED if quick else _CYCLES | _RATED)}
     data |= done
     progress("scorecard", 1.0)
-    numbers = {**_thrusts(data, runs), **_speeds(data), **transfer.numbers(data["transfer"])}
+    numbers = {
+        **_thrusts(data, runs),
+        **_speeds(data),
+        **servos.numbers(data["servos"]),
+        **transfer.numbers(data["transfer"]),
+    }
     return finished(NAME, TITLE, ABOUT, began, StudyPart(numbers, data, runs), figures.panels, _kind)
 
 
 def _kind(row: str) -> Kind:
-    return "synthetic" if row.startswith(_SYNTHETIC) else "calibration" if row == _CALIBRATED else "prediction"
+    return "synthetic" if row.startswith(_SYNTHETIC) else "calibration" if row.startswith(_CALIBRATED) else "prediction"
 
 
 def _sweeps(quick: bool, tell: Progress) -> dict[str, xr.Dataset]:
@@ -95,6 +100,7 @@ def _parts(quick: bool, hinges: xr.Dataset, tell: Progress, executor: Executor) 
         waiting[submit(steering.compared, one)] = "heading"
         waiting[submit(swim.curves, area, _frequencies(coarse=True))] = "speeds"
     waiting[submit(swim.table5, area)] = "table5"
+    waiting[submit(servos.swims_on_servos)] = "servos"
     what, total = "cycles, designs and swims", len(waiting)
     return collected(waiting, lambda count: tell(f"{what}: {count} of {total}", 0.3 + 0.5 * count / total))
 
