@@ -21,6 +21,7 @@ BENCHMARKS = {
     "search": False,
     "cantilever": True,
     "paddle": True,
+    "servo": True,
     "batches": False,
     "crawl": True,
     "mission": True,

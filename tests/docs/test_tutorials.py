@@ -76,7 +76,7 @@ def follow(page: str, folder: Path, width: int = 160) -> None:
             continue
         ran = subprocess.run(what, shell=True, cwd=folder, env=told, capture_output=True, text=True, check=False)
         printed = iter((ran.stdout + ran.stderr).splitlines())
-        shown_to_fail = ran.returncode == 2 and lines  # what is wrong is among the lines then
+        shown_to_fail = ran.returncode in (1, 2) and lines  # what is wrong is among the lines then
         assert ran.returncode == 0 or shown_to_fail, f"{what}\n{ran.stdout}{ran.stderr}"
         for line in lines:
             if line != "...":
