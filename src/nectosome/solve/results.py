@@ -225,6 +225,8 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
         "position": (("time", "station", "axis"), d.position, "m"),
         "rotation": (("time", "station", "row", "axis"), d.rotation, "1"),
         "line_force": (("time", "load", "station", "axis"), d.line_force, "N/m"),
+        "support_force": (("time", "axis"), d.support_force, "N"),
+        "support_moment": (("time", "axis"), d.support_moment, "N m"),
         "momentum": (("time", "axis"), d.momentum, "kg m/s"),
         "angular_momentum": (("time", "axis"), d.angular_momentum, "kg m2/s"),
         "bending_strain": (("time", "station", "across"), d.bending.strain, "1"),
