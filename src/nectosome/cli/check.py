@@ -20,7 +20,7 @@ def check(
 ) -> None:
     """Check a robot file: print parts, degrees of freedom and mass, or the mistake.
 
-    Values far outside of those of materials and water give warnings.
+    Values of no material and no water, and tendons and chambers outside of their rods, give warnings.
     """
     description = load_robot(file)
     if settings:
