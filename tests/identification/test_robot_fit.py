@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 from tests.small_robots import DRIVEN, M0, F, I
 
+from nectosome.core import remember
 from nectosome.description import parse_robot
 from nectosome.description.variables import read_variable
 from nectosome.identification import identify
@@ -224,6 +225,15 @@ body:
         robot, [{"time": t, "push": force}], vary={"body.mass": "0.02..0.5kg"}, compare={"push": "force.x"}
     )
     assert float(found.to_dataset()["value"][0]) == pytest.approx(0.1, rel=1e-6)
+
+
+def test_what_a_fit_waits_for_is_told(hinge, monkeypatch):
+    """Its programs are kept for the next fit, and count as compiling while they are made."""
+    told, told_now = [], remember._told
+    monkeypatch.setattr(remember, "_programs", {})
+    monkeypatch.setattr(remember, "_told", lambda name: told.append(name) or told_now(name))
+    fit_robot(hinge[0], hinge[1], trials_of(hinge, recording(angle(K, C))), hinge[2], {})
+    assert {"_computed", "_jacobian"} <= {*told}
 
 
 def test_progress_cancels(hinge):
