@@ -230,6 +230,16 @@ def test_check_says_what_a_file_describes(nectosome, ball):
     assert (answer.code, answer.out, answer.err) == (0, "ball.yaml: ok, 1 part, 1 degree of freedom, 0.04021 kg\n", "")
 
 
+def test_check_judges_a_file_with_settings(nectosome, ball):
+    """Half the density, half the mass; what a setting makes implausible is told, what it makes wrong is refused."""
+    light = nectosome("check", "ball.yaml", "--set", "body.density=600 kg/m3")
+    assert (light.code, light.out) == (0, "ball.yaml: ok, 1 part, 1 degree of freedom, 0.02011 kg\n")
+    told = nectosome("check", "ball.yaml", "--set", "body.density=1.2 kg/m3")
+    assert (told.code, "ball.yaml, body.density: 1.2 kg/m3 is far outside" in told.err) == (0, True)
+    refused = nectosome("check", "ball.yaml", "--set", "body.density=-1 kg/m3")
+    assert (refused.code, refused.err.startswith("body.density: ")) == (2, True)
+
+
 def test_schema_is_json(nectosome):
     assert "body" in json.loads(nectosome("schema").out)["properties"]
 

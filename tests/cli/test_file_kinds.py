@@ -14,6 +14,7 @@ from nectosome.io.yaml_text import read_yaml
 
 from .answers import faults
 from .conftest import BALL
+from .json_schema import marked
 
 ROOT = Path(__file__).parents[2]
 FILES = sorted(path for room in ("src", "examples", "benchmarks") for path in (ROOT / room).rglob("*.yaml"))
@@ -73,6 +74,39 @@ def test_every_file_of_the_house_names_the_schema_of_its_kind(file):
     assert kind is not None
     named = text.splitlines()[0].partition("$schema=")[2]
     assert (file.parent / named).resolve() == ROOT / "src/nectosome/schemas" / kind.schema_file
+
+
+@pytest.mark.parametrize("file", FILES, ids=[str(file.relative_to(ROOT)) for file in FILES])
+def test_an_editor_marks_nothing_in_a_file_of_the_house_and_a_wrong_field_where_it_stands(file):
+    data = read_yaml(file.read_text(encoding="utf-8"), str(file))[0]
+    kind = kind_of_file(data)
+    assert kind is not None
+    schema = json.loads((ROOT / "src/nectosome/schemas" / kind.schema_file).read_text(encoding="utf-8"))
+    assert list(marked(schema, data, schema)) == []
+    assert list(marked(schema, data | {"nonsense": 1}, schema)) == ["nonsense"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "path", "value"),
+    [
+        ("robot", "body.raduis", "2 cm"),
+        ("robot", "body.joint.stifness", "1 N m/rad"),
+        ("robot", "body.joint.axis", "w"),
+        ("robot", "body.loads.drag.kind", "glue"),
+        ("robot", "water.density", ["1000 kg/m3"]),
+        ("problem", "maximise", "sped"),
+        ("mission", "modes.0.untill", "2 s"),
+    ],
+)
+def test_an_editor_marks_a_wrong_field_or_value_where_it_stands(kind, path, value):
+    text = {"robot": BALL + "water: {}\n", "problem": PROBLEM, "mission": MISSION}[kind]
+    schema, data = json.loads(schema_text(kind)), read_yaml(text, kind)[0]
+    *names, last = path.split(".")
+    here = data
+    for name in names:
+        here = here[int(name) if name.isdigit() else name]
+    here[last] = value
+    assert list(marked(schema, data, schema)) == [path]
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -140,6 +140,33 @@ def test_another_period_is_no_cycle_and_the_way_out_is_told(nectosome):
     assert not Path("cycle.nc").exists()
 
 
+FALLING = """
+name: falling
+water: {density: 1000 kg/m3}
+body: {kind: rigid, shape: point, mass: MASS kg, volume: 900 mL, joint: {kind: prismatic, axis: z}}
+limbs:
+  vane:
+    kind: rigid
+    shape: point
+    mass: 100 g
+    volume: 100 mL
+    inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
+    joint: {kind: revolute, axis: z, motion: {kind: sine, amplitude: 30 deg, frequency: 2 Hz}}
+"""
+
+
+@pytest.mark.parametrize(("mass", "said"), [("1", "It sinks, at last at "), ("0.8", "It rises, at last at ")])
+def test_what_sinks_or_rises_for_want_of_drag_is_told_with_its_weight_in_water(nectosome, mass, said):
+    """0.1 kg too heavy or too light: 0.9807 N."""
+    Path("falling.yaml").write_text(FALLING.replace("MASS", mass))
+    answer = nectosome("periodic", "falling.yaml")
+    assert answer.code == 1
+    assert answer.err.startswith(f"falling: no periodic motion found. {said}")
+    more, less = ("weight", "buoyancy") if mass == "1" else ("buoyancy", "weight")
+    assert f"its {more} exceeds its {less} by 0.9807 N; neutral with body.mass 0.9 kg." in answer.err
+    assert "hold its depth by its joint, or see nectosome simulate." in answer.err
+
+
 @pytest.mark.usefixtures("servo", "ball")
 def test_wrong_input_is_answered_with_one_sentence_and_exit_code_2(nectosome, tmp_path):
     robot = ("periodic", "servo.yaml")

@@ -34,8 +34,13 @@ def test_a_beam_sags_by_its_weight_in_water(nectosome):
     assert float(data["position"][0, -1, 2]) == pytest.approx(-sag, rel=2e-3)
     assert float(data["reaction"][0, 0]) == pytest.approx(-w * 0.5**2 / 2, rel=1e-3)
     assert float(abs(data["load_power"]).max()) == 0.0
+    assert data["support_force"].values[0] == pytest.approx([0, 0, -w * 0.5], abs=1e-9)
+    assert data["support_moment"].values[0] == pytest.approx([0, w * 0.5**2 / 2, 0], rel=1e-3, abs=1e-9)
+    said = {line.split("  ")[0]: line.split() for line in answer.out.splitlines()}
+    assert float(said["force"][-2]) == pytest.approx(-w * 0.5, rel=1e-3)
+    assert float(said["moment about the root"][-4]) == pytest.approx(w * 0.5**2 / 2, rel=1e-3)
     row = next(line for line in answer.out.splitlines() if line.startswith("body "))
-    assert "y" not in answer.out.split()  # it cannot leave its plane
+    assert "y" not in answer.out.partition("on its support")[0].split()  # it cannot leave its plane
     assert float(row.split()[2]) == pytest.approx(-sag, rel=2e-3)
     page = Path("beam.html").read_text()
     assert "beam: at rest" in page

@@ -12,8 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from nectosome.cli.design import _show
 from nectosome.description import get_value, load_robot
+from nectosome.description.variables import read_variable
+from nectosome.designs import MotionDesign
+from nectosome.designs.design import DesignResult
 from nectosome.io import load_dataset
+from nectosome.search import Evaluation, Result, Start
 
 SPEED = np.sqrt(4 / 3 * np.pi * 0.02**3 * 200 * 9.80665 / (0.5 * 1000 * 1.2e-3))  # where drag carries the weight [m/s]
 AREA = "body.loads.drag.drag_area.2"
@@ -101,6 +106,27 @@ def test_a_design_is_found_kept_and_not_computed_again(nectosome, whole, monkeyp
     assert (anew.code, anew.err) == (0, "")
     assert json.loads(Path("run/search.json").read_text())["seed"] == 2
     assert best_of("run") == pytest.approx([density, area], rel=0.5)
+
+
+@pytest.mark.parametrize(
+    ("stopped", "said"),
+    [
+        (2, "1 of 2 starts stopped before an optimum was reached: 200 evaluations made. The best design is of such a"),
+        (3, "1 of 2 starts stopped before an optimum was reached: 200 evaluations made. The best design is of a start"),
+    ],
+)
+def test_a_start_that_stops_early_is_told_with_its_reason_and_whether_it_matters(ball, capsys, stopped, said):
+    """Of starts that find 2 and 3, in the sense of the search, the one with 2 is the best."""
+    robot = load_robot(ball)
+    task = MotionDesign(robot, (read_variable("body.density", "1100..1300 kg/m3", robot),), "speed", (), "-z")
+    outputs = dict.fromkeys(("speed", "torque", "power"), 0.0)
+    starts = []
+    for k, objective in enumerate((2, 3)):
+        found = Evaluation(np.array([0.2 + 0.5 * k]), objective, np.zeros(0), outputs=outputs)
+        ended = (False, "200 evaluations made") if objective == stopped else (True, "the optimality conditions are met")
+        starts.append(Start(k, (found,), (1,), *ended, tolerance=1e-6, draws=1))
+    assert _show(DesignResult(task, Result(tuple(starts), task.names, ())), 1.0) == 0
+    assert capsys.readouterr().err.startswith(said)
 
 
 def test_limits_that_no_design_keeps_are_told(nectosome, problem):

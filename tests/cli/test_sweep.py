@@ -94,5 +94,15 @@ def test_wrong_sweeps_are_answered_in_a_sentence(nectosome, arm, tmp_path):
     check_wrong(nectosome, cases, tmp_path)
 
 
+@pytest.mark.parametrize("ending", ["png", "svg"])
+def test_where_a_picture_is_wanted_the_way_to_one_is_told(nectosome, arm, ending):
+    answer = nectosome("sweep", arm, "--over", "M=10mN m", "--plot", f"grid.{ending}")
+    assert answer.code == 2
+    assert answer.err == (
+        f'--plot: "grid.{ending}" does not end in .html. A page is written: a camera button above each of its plots '
+        "saves that as a picture (.png).\n"
+    )
+
+
 def test_seeds_and_starts_are_the_same_by_command_and_in_python():
     assert (int(options.STARTS), int(options.SEED)) == (STARTS, SEED)

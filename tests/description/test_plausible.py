@@ -35,6 +35,47 @@ def test_a_slip_of_a_unit_is_told_with_its_path_and_the_range(values, path, said
     assert told(**values) == [(path, f"{said} Check the value and its unit.")]
 
 
+TENDON = """
+name: arm
+body:
+  kind: rod
+  section: SECTION
+  length: 0.3 m
+  young: 1 MPa
+  density: 1080 kg/m3
+  strains: {bending_y: 1}
+  loads: {pull: {kind: tendon, tension: {kind: constant, value: 1 N}, THREAD}}
+"""
+CONE = "circle\n  radius: 10 mm\n  tip_radius: 2 mm"
+WAISTED = "circle\n  radius: 10 mm\n  between: [{at: 0.4, radius: 5 mm}]"
+PLATE = "rectangle\n  width: 20 mm\n  height: 8 mm"
+OVAL = "ellipse\n  width: 20 mm\n  height: 8 mm"
+
+
+@pytest.mark.parametrize(
+    ("section", "thread", "field", "said"),
+    [
+        (CONE, "place: [0 m, 9 mm]", "place", "9 mm from the axis at 100 % of the length it runs outside of the rod: its radius there is 2 mm."),
+        (CONE, "place: [0 m, 9 mm], along: [0, 0.5]", "place", "9 mm from the axis at 50 % of the length it runs outside of the rod: its radius there is 6 mm."),
+        (CONE, "place: [0 m, 9 mm], tip_place: [0 m, 3 mm]", "tip_place", "3 mm from the axis at 100 % of the length it runs outside of the rod: its radius there is 2 mm."),
+        (WAISTED, "place: [6 mm, 0 m]", "place", "6 mm from the axis at 40 % of the length it runs outside of the rod: its radius there is 5 mm."),
+        (OVAL, "place: [9 mm, 3 mm]", "place", "9.487 mm from the axis at 0 % of the length it runs outside of the rod: its half sizes there are 10 mm and 4 mm."),
+    ],
+)  # fmt: skip
+def test_a_thread_outside_of_its_rod_is_told_with_the_place(section, thread, field, said):
+    """(9/10)^2 + (3/4)^2 > 1 in an ellipse, which a rectangle has room for."""
+    ((path, told),) = implausible(parse_robot(TENDON.replace("SECTION", section).replace("THREAD", thread)))
+    assert (path, told.startswith(said), "Give a tip_place" in told) == (f"body.loads.pull.{field}", True, True)
+
+
+@pytest.mark.parametrize(
+    ("section", "thread"),
+    [(CONE, "place: [0 m, 9 mm], tip_place: [0 m, 1.9 mm]"), (CONE, "place: [0 m, 9 mm], along: [0, 0.125]"), (WAISTED, "place: [5 mm, 0 m]"), (PLATE, "place: [9 mm, 3 mm]")],
+)  # fmt: skip
+def test_a_thread_inside_of_its_rod_is_plausible(section, thread):
+    assert not list(implausible(parse_robot(TENDON.replace("SECTION", section).replace("THREAD", thread))))
+
+
 def test_a_fast_current_is_told_by_its_axis():
     text = (
         ROD.replace("density: WATER", "current: [0 m/s, 30 m/s, 0 m/s]")

@@ -63,6 +63,44 @@ def test_what_a_motion_does_not_have_is_no_number(oscillator):
     assert np.isnan(evaluation.objective)
 
 
+ARM = """
+name: arm
+body:
+  kind: rod
+  section: circle
+  length: 0.2 m
+  radius: 8 mm
+  young: 0.3 MPa
+  density: 1000 kg/m3
+  strains: {bending_z: 1}
+  loads:
+    drag: {kind: drag, normal: 1.2}
+    left: {kind: tendon, place: [6 mm, 0 m], tension: {kind: sine, amplitude: 1 N, offset: 1.5 N, frequency: 1 Hz}}
+    right: {kind: tendon, place: [-6 mm, 0 m], tension: {kind: constant, value: 1 N}}
+    bellows:
+      kind: chamber
+      place: [0 m, 0 m]
+      area: 10 mm2
+      pressure: {kind: sine, amplitude: 20 kPa, frequency: 1 Hz}
+aliases:
+  pull: [body.loads.left.tension.amplitude]
+  blow: [body.loads.bellows.pressure.amplitude]
+"""
+
+
+@pytest.mark.slow
+def test_tension_and_pressure_are_the_peaks_of_their_signals():
+    """Offset and amplitude together, with a derivative of 1 by each; of two tendons the larger one."""
+    robot = parse_robot(ARM)
+    ranges = {"pull": "0.5 N .. 1.4 N", "blow": "10 kPa .. 40 kPa"}
+    variables = tuple(read_variable(name, text, robot) for name, text in ranges.items())
+    limits = (read_constraint("tension <= 2 N"), read_constraint("pressure <= 30 kPa"))
+    found = MotionDesign(robot, variables, "power", limits).prepare()(np.array([0.5, 0.5]), True, None)
+    tension, pressure = 1.5 + 0.95, 25e3
+    np.testing.assert_allclose(found.constraints, [tension / 2 - 1, pressure / 30e3 - 1], rtol=1e-3)
+    np.testing.assert_allclose(found.jacobian, [[0.9 / 2, 0], [0, 30 / 30]], rtol=1e-3, atol=1e-9)
+
+
 def test_one_frequency_of_two_is_no_variable():
     robot = describe("beetle1")
     one = "limbs.left1_arm.joint.motion.frequency"
@@ -97,7 +135,7 @@ def test_no_slopes_are_made_up_where_jumps_of_a_stroke_move(settings, name, text
 @pytest.mark.slow
 def test_quantities_of_the_paddle_are_those_of_its_cycle():
     robot = describe("paddle", ["N=1", "A=60deg", "f=0.9Hz"])
-    names = tuple(name for name in QUANTITIES if name not in ("efficiency", "cost_of_transport"))
+    names = tuple(name for name in QUANTITIES if name not in ("efficiency", "cost_of_transport", "tension", "pressure"))
     limits = tuple(Limit(name, True, 1.0) for name in names)  # a limit of 1 tells the quantity: excess + 1
     variable = read_variable("A", "40 deg .. 70 deg", robot)
     task = MotionDesign(robot, (variable,), "thrust", limits, "-y")

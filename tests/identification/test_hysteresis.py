@@ -1,11 +1,14 @@
 """Hysteresis and dynamics of a soft actuator from recordings: known parameters come back, and what cannot is said."""
 
+import json
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from nectosome.drives import Chain, SlewLimit, TransferFunction, evenly, respond, second_order
 from nectosome.identification import Misfit, identifiability
+from nectosome.identification.hysteresis.files import hysteresis_data
 from nectosome.identification.hysteresis.fit import HysteresisModel, PressureTrial, fit_hysteresis
 from nectosome.papers.fishtail.levenberg import identify_as_printed
 from nectosome.units import InputError
@@ -132,6 +135,15 @@ def test_a_slew_limit_is_found_and_else_spoils_the_fit(limited):
     assert "residuals are correlated" in without.warnings[0]
     y = respond(with_limit.block(), limited[2].pressure, DT)
     assert np.std(y - limited[2].displacement) == pytest.approx(5e-5, rel=0.05)
+
+
+def test_a_trial_unlike_those_that_were_fitted_is_told(limited):
+    """Off by 1 mm, of a noise of 50 um; one that is as the model says is not told."""
+    found, same = fit_hysteresis(limited, slew=True), limited[2]
+    off = same._replace(displacement=same.displacement + 1e-3)
+    warnings = [json.loads(hysteresis_data(found, limited, [one]).attrs["warnings"]) for one in (same, off)]
+    assert warnings[0] == []
+    assert warnings[1][0].startswith(f"displacement of {same.name}, held out, is off by 20.")
 
 
 def test_that_there_is_no_slew_limit_is_told():

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 from tests.small_robots import DRIVEN, M0, F, I
 
+from nectosome.core import remember
 from nectosome.description import parse_robot
 from nectosome.description.variables import read_variable
 from nectosome.identification import identify
@@ -111,6 +112,22 @@ def test_what_the_model_lacks_is_told(hinge):
     assert "times its standard error" in found.warnings[1]
 
 
+def test_a_prediction_far_above_the_noise_is_told_with_what_to_do(hinge):
+    """0.05 rad at another frequency are 25 / sqrt(2) of NOISE; the recording that is as the model says is not told."""
+    noise = NOISE * np.random.default_rng(3).normal(size=(3, TIME.size))
+    more = [np.zeros_like(TIME), np.zeros_like(TIME), 0.05 * np.sin(2 * np.pi * 0.5 * TIME)]
+    names = ("fitted", "same", "other")
+    given = [recording(angle(K, C) + e + m, n) for e, m, n in zip(noise, more, names, strict=True)]
+    errors = {"encoder": NOISE}
+    found = identify(hinge[0], given[:2], **NAMED, errors=errors, test=["same.csv"], starts=1)
+    assert found.warnings == ()
+    found = identify(hinge[0], given, **NAMED, errors=errors, test=["same.csv", "other.csv"], starts=1)
+    (told,) = found.warnings
+    assert told.startswith("encoder of other, held out, is off by ")
+    assert "fit a recording of such conditions too" in told
+    assert float(told.split("off by ")[1].split()[0]) == pytest.approx(np.hypot(25 / np.sqrt(2), 1), rel=0.02)
+
+
 def test_recordings_may_have_gaps_other_lengths_and_a_first_part_that_is_skipped(hinge):
     holes = np.where((TIME > 1) & (TIME < 1.5), np.nan, angle(K, C))
     long = np.linspace(0.0, 5.0, 251)
@@ -208,6 +225,15 @@ body:
         robot, [{"time": t, "push": force}], vary={"body.mass": "0.02..0.5kg"}, compare={"push": "force.x"}
     )
     assert float(found.to_dataset()["value"][0]) == pytest.approx(0.1, rel=1e-6)
+
+
+def test_what_a_fit_waits_for_is_told(hinge, monkeypatch):
+    """Its programs are kept for the next fit, and count as compiling while they are made."""
+    told, told_now = [], remember._told
+    monkeypatch.setattr(remember, "_programs", {})
+    monkeypatch.setattr(remember, "_told", lambda name: told.append(name) or told_now(name))
+    fit_robot(hinge[0], hinge[1], trials_of(hinge, recording(angle(K, C))), hinge[2], {})
+    assert {"_computed", "_jacobian"} <= {*told}
 
 
 def test_progress_cancels(hinge):

@@ -137,3 +137,14 @@ class Known(Task):
             return replace(e, gradient=df, jacobian=dg)
 
         return evaluate
+
+
+class Compiled(Known):
+    """One whose program takes two seconds to compile."""
+
+    def prepare(self):
+        from nectosome.core import remember  # loads JAX, which the others do without
+
+        with remember._told("program"):
+            time.sleep(2.0)
+        return super().prepare()

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from nectosome.core import remember
 from nectosome.io import load_dataset, save_dataset
 from nectosome.search import (
     CmaEs,
@@ -21,7 +22,7 @@ from nectosome.search import (
 )
 from nectosome.units import InputError
 
-from .tasks import Known
+from .tasks import Compiled, Known
 
 HERE = ThreadPoolExecutor(1)
 TASK = Known("g08", holes=((2.0, 5.0, 0.3),))
@@ -166,6 +167,7 @@ def test_a_worker_that_is_far_from_its_next_evaluation_is_ended(tmp_path, starts
     task, begun = Known("disc", pause=600.0, log=str(tmp_path)), []
 
     def progress(done, best, evaluations):
+        assert evaluations == 0  # none is complete
         if any(file.name.isdigit() for file in tmp_path.iterdir()):  # an evaluation is under way
             begun.append(time.perf_counter())
         return not begun
@@ -173,6 +175,17 @@ def test_a_worker_that_is_far_from_its_next_evaluation_is_ended(tmp_path, starts
     part = multistart(task, Gradient(), starts, progress=progress, workers=2)
     assert part.cancelled and not part.starts
     assert time.perf_counter() - begun[0] < 60
+
+
+def test_that_workers_compile_is_told_before_there_are_evaluations():
+    seen = []
+
+    def progress(done, best, evaluations):
+        seen.append((evaluations, bool(remember.compiling)))
+
+    multistart(Compiled("disc"), Gradient(), 2, progress=progress, workers=2)
+    assert (0, True) in seen
+    assert not remember.compiling
 
 
 def test_an_interrupted_run_keeps_what_is_done(tmp_path):

@@ -76,6 +76,58 @@ def test_an_instant_of_a_run_has_the_forces_of_the_run(drifter):
         np.testing.assert_allclose(data[name], run[name], rtol=1e-8, atol=1e-9, err_msg=name)
 
 
+LINK = f"""
+name: link
+water: {{gravity: {G} m/s2}}
+body:
+  kind: rigid
+  shape: cylinder
+  length: {ARM} m
+  radius: 10 mm
+  mass: {MASS} kg
+  volume: {VOLUME} m3
+  offset: [0.1 m, 0.2 m, 0.3 m]
+  joint: JOINT
+"""
+
+
+def test_a_support_carries_weight_less_buoyancy_and_their_moment_about_the_root():
+    """(m - rho V) g down at half the length, and l/2 of it about +y; the root's place in the world counts for nothing.
+
+    Turned by 90 deg about z, the link lies along y, and the moment is about -x.
+    """
+    weight = (MASS - RHO * VOLUME) * G
+    held = forces(parse_robot(LINK.replace("JOINT", "{kind: fixed}")))
+    assert held["support_force"].values == pytest.approx([0, 0, -weight], abs=1e-12)
+    assert held["support_moment"].values == pytest.approx([0, weight * ARM / 2, 0], abs=1e-12)
+    turned = LINK.replace("JOINT", "{kind: fixed}\n  rotation: [0 deg, 0 deg, 90 deg]")
+    assert forces(parse_robot(turned))["support_moment"].values == pytest.approx([-weight * ARM / 2, 0, 0], abs=1e-12)
+
+
+def test_a_support_carries_what_turns_the_robot_too(swing):
+    """The ball at speed w and acceleration a: its momentum changes by m l (-w^2, -a) along the arm and across it.
+
+    About the axis it gives (m - rho V) g l cos(angle) - (m l^2 + I) a: the joint, free to turn, passes nothing else on.
+    """
+    angle, speed, acceleration = 0.7, -1.3, 2.0
+    data = forces(swing, angle, speed, acceleration)
+    along, across = np.array([cos(angle), 0, -sin(angle)]), np.array([-sin(angle), 0, -cos(angle)])
+    rate = MASS * ARM * (acceleration * across - speed**2 * along)
+    weight = (MASS + 1 - RHO * VOLUME) * G  # the body's 1 kg at the axis too
+    assert data["support_force"].values == pytest.approx([0, 0, -weight] - rate)
+    assert data["support_moment"].values == pytest.approx([0, -data["missing_force"].item(), 0])
+    free = forces(swing, angle, speed, None)
+    assert free["support_moment"].values == pytest.approx([0, 0, 0], abs=1e-12)
+
+
+def test_nothing_holds_what_falls_freely():
+    """Its weight is nearly 20 N, and it turns and is dragged."""
+    drag = "  loads: {drag: {kind: lumped_drag, drag_area: [1e-3 m2, 1e-3 m2, 1e-3 m2]}}"
+    data = forces(parse_robot(LINK.replace("JOINT", "{kind: free}\n" + drag)), v=0.3, a=None)
+    assert data["support_force"].values == pytest.approx([0, 0, 0], abs=1e-12)
+    assert data["support_moment"].values == pytest.approx([0, 0, 0], abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [

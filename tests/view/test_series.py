@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import xarray as xr
 from tests.made_up_runs import OMEGA
 
 from nectosome.view import series
@@ -24,6 +25,25 @@ def test_without_a_drive_the_last_fifth_counts(run):
     passive = run.isel(prescribed=slice(0)).drop_attrs()
     assert series.last_turn(passive) == pytest.approx((0.8, 1.0))
     assert list(series.powers(passive)) == ["drag"]
+
+
+def driven(run, names, watts):
+    """The run with other prescribed coordinates, each with an even power [W]."""
+    even = xr.DataArray(np.tile(np.asarray(watts, float), (run.sizes["time"], 1)), dims=("time", "prescribed"))
+    bare = run.drop_vars(["prescribed", "reaction", "reaction_power"])
+    return bare.assign(reaction_power=even).assign_coords(prescribed=names)
+
+
+def test_a_prescribed_strain_is_one_line_and_many_drives_are_a_few(run):
+    """Its coefficients together; of nine joints five have their own line, and the four with least power one."""
+    strains = [f"body.{strain}.{k}" for strain in ("bending_y", "bending_z") for k in range(5)]
+    flow = series.powers(driven(run, [*strains, "fin.angle"], [*range(10), -3]))
+    sums = {name: power[0] for name, power in flow.items() if name != "drag"}
+    assert sums == {"drive of body.bending_y": 10, "drive of body.bending_z": 35, "drive of fin.angle": -3}
+    flow = series.powers(driven(run, [f"leg{k}.angle" for k in range(9)], [3, -9, 1, 8, 2, 7, 6, 4, -5]))
+    names = [name for name in flow if name != "drag"]
+    assert names == [*(f"drive of leg{k}.angle" for k in (1, 3, 5, 6, 8)), "4 other drives"]
+    assert flow["4 other drives"][0] == 3 + 1 + 2 + 4
 
 
 def test_means_of_a_cycle_are_over_the_cycle(run):

@@ -6,20 +6,25 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from nectosome.cli.layout import Number
+from nectosome.cli.options import Settings
 from nectosome.cli.output import Json, tell, write
 from nectosome.cli.page import Summary
 from nectosome.cli.weights import weigh
-from nectosome.description import load_robot
+from nectosome.description import apply_settings, load_robot
 from nectosome.description.plausible import implausible
 from nectosome.units import count
 
 
-def check(file: Annotated[Path, Parameter(help="A robot file.")], /, *, as_json: Json = False) -> None:
+def check(
+    file: Annotated[Path, Parameter(help="A robot file.")], /, *, settings: Settings = None, as_json: Json = False
+) -> None:
     """Check a robot file: print parts, degrees of freedom and mass, or the mistake.
 
-    Values far outside of those of materials and water give warnings.
+    Values of no material and no water, and tendons and chambers outside of their rods, give warnings.
     """
     description = load_robot(file)
+    if settings:
+        description = apply_settings(description, settings)
 
     from nectosome.model import build
 

@@ -18,7 +18,7 @@ from nectosome.units import DIMENSIONS, count, read_pairs, show_quantity
 
 if TYPE_CHECKING:
     from nectosome.designs import DesignResult, DesignTask
-    from nectosome.search import Evaluation
+    from nectosome.search import Evaluation, Result
 
 _KEPT = ("search.json", "start_*.jsonl", "best.yaml", "evaluations.nc")  # files of a run
 
@@ -131,10 +131,22 @@ def _show(result: "DesignResult", seconds: float) -> int:
     values |= {"evaluations": Number(search.evaluations), "seconds": Number(seconds, "s")}
     title = f"{task.description.name}: best designs"
     write(Summary(title, [Table("designs", heads, rows, listed=True)], notes=notes, values=values))
-    unfinished = sum(not start.converged for start in search.starts)
-    if unfinished:
-        tell(f"{unfinished} of {len(search.starts)} starts ended before they converged; their best designs count.")
+    if not all(start.converged for start in search.starts):
+        tell(_stopped(search))
     return 0
+
+
+def _stopped(search: "Result") -> str:
+    """How many starts stopped before they reached an optimum, why, and what that means for the best design."""
+    stopped = [start for start in search.starts if not start.converged]
+    why = "; ".join(dict.fromkeys(start.message for start in stopped))
+    said = f"{len(stopped)} of {count(len(search.starts), 'start')} stopped before an optimum was reached: {why}."
+    if search.best()[0].converged:
+        return f"{said} The best design is of a start that reached one."
+    return (
+        f"{said} The best design is of such a start, and a better one may be near: "
+        "run it with more --starts, or with narrower ranges around that design."
+    )
 
 
 def _values(task: "DesignTask", e: "Evaluation") -> list[Number]:

@@ -25,7 +25,10 @@ Found = TypeVar("Found")
 
 
 def static(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Outputs()) -> int:
-    """Find the static equilibrium of a robot under weight, buoyancy and other steady loads; drives stay at t = 0."""
+    """Find the static equilibrium of a robot under weight, buoyancy and other steady loads; drives stay at t = 0.
+
+    Force and moment on the support are those of the robot on what holds it, about its root, as a load cell measures.
+    """
     outputs.check()
     description = robots.describe(robot, settings or ())
 
@@ -40,7 +43,9 @@ def static(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Out
             return unsolved(description.name, status, why=_why(found))
         results = found.results({"robot": robot, "set": settings or []})
     results.attributes["seconds"] = round(clock.perf_counter() - start, 3)
-    tables = [_places(results.arrays), _reactions(results.arrays), _forces(results.arrays)]
+    arrays = results.arrays
+    support = [_support(arrays)] if _is_held(found.value.system) else []
+    tables = [_places(arrays), _reactions(arrays), *support, _forces(arrays)]
     write(Summary(results.attributes["title"], tables, attributes=results.attributes))
     if outputs.given:
         from nectosome.view import show_still
@@ -123,6 +128,23 @@ def _reactions(arrays: Arrays) -> Table:
     rows = [(name, Number(x, reaction_unit(name))) for name, x in each]
     heads, beside = {"joint": "driven joint", "reaction": "reaction"}, {"N": largest(arrays["load_force"])}
     return Table("driven_joints", heads, rows, computed=True, beside=beside)
+
+
+def _is_held(robot: "mechanism.Robot") -> bool:
+    """Whether a part sits on the world by a joint that holds it along some direction."""
+    from nectosome.mechanism import Free
+
+    at_root = (part for part in robot.tree.structure if part.parent < 0)
+    return any(part.prescribed or not issubclass(part.joint, Free) for part in at_root)
+
+
+def _support(arrays: Arrays) -> Table:
+    """What the robot gives to what holds it."""
+    force, place = largest(arrays["load_force"]), arrays["position"][0]
+    beside = {"N": force, "N m": force * largest(place - place.mean(axis=0))}
+    each = (("force", "support_force", "N"), ("moment about the root", "support_moment", "N m"))
+    rows = [(Label(key, says), *(Number(float(x), unit) for x in arrays[key][0])) for says, key, unit in each]
+    return Table("support", {"of": "on its support", **AXES}, rows, computed=True, beside=beside)
 
 
 def _forces(arrays: Arrays) -> Table:

@@ -193,6 +193,9 @@ def unsolved(name: str, status: "ReasonedStatus", why: str = "") -> int:
     return 1
 
 
+_HINTS = {"--plot": " A page is written: a camera button above each of its plots saves that as a picture (.png)."}
+
+
 def check_target(path: Path | None, option: str, suffixes: str | tuple[str, ...], force: bool = False) -> None:
     """Raise InputError where no file can be written at `path`, or where one exists and `force` is not given."""
     if path is None:
@@ -201,7 +204,7 @@ def check_target(path: Path | None, option: str, suffixes: str | tuple[str, ...]
     if path.suffix not in suffixes:
         *first, last = suffixes
         allowed = f"{', '.join(first)} or {last}" if first else last
-        raise InputError(f'"{path}" does not end in {allowed}.', field=option)
+        raise InputError(f'"{path}" does not end in {allowed}.{_HINTS.get(option, "")}', field=option)
     check_folder(path.parent, option, f".{path.name}.12345678")
     if path.is_dir():
         raise InputError(f"cannot write {path}: it is a folder.", field=option)

@@ -13,7 +13,7 @@ from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.run_summary import AXES, Arrays, acting, driven, largest, powers, still, stored
-from nectosome.cli.weights import build_weighed
+from nectosome.cli.weights import build_weighed, sinking
 from nectosome.description import drive_period
 from nectosome.units import InputError, read_positive, show_quantity
 from nectosome.units.zero import counts_as_zero
@@ -45,7 +45,7 @@ def periodic(
         seconds = drive_period(description)
 
     from nectosome.core import Status
-    from nectosome.solve import Results, attributes_of, drive_limits, mean_data, prepare_means
+    from nectosome.solve import Results, attributes_of, drive_limits, mean_data, prepare_means, reading
     from nectosome.solve import periodic as find
 
     start = clock.perf_counter()
@@ -59,6 +59,8 @@ def periodic(
         status = Status(int(found.status))
         if status not in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE):
             way_out = " Leave --period out to take that of the robot file." if status == Status.OTHER_PERIOD else ""
+            if status == Status.NO_PERIOD:
+                way_out = sinking(description, built, reading(found, "velocity.z"))
             return unsolved(description.name, status, f"{status.reason}.{way_out}")
         inputs = {"robot": robot, "set": settings or [], "period": seconds, "samples": count}
         data, names = mean_data(built, found.means())

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from nectosome.cli.layout import number
 from nectosome.description import RobotDescription
-from nectosome.units import InputError, count, format_quantity
+from nectosome.units import InputError, count, format_quantity, show_quantity
 from nectosome.units.zero import counts_as_zero
 
 if TYPE_CHECKING:
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from nectosome.mechanism import Robot
 
 _NEUTRAL = 1e-6  # share of the mass: less excess counts as neutral
+_STEADILY = 0.1  # of the fastest vertical velocity: a mean that is less comes from going to and fro
 _NAMED = 6  # at most so many prescribed coordinates by name
 
 
@@ -118,6 +119,23 @@ def _weight(description: RobotDescription, robot: "Robot", found: Hydrostatics) 
     left_out = "" if gravity else " (gravity is 0: neither weight nor buoyancy acts)"
     heavy = f"{number(abs(excess))} kg too {'heavy' if excess > 0 else 'light'}"
     return f"{words}{share}{left_out}; {heavy}{_way_out(description, robot, excess)}"
+
+
+def sinking(description: RobotDescription, robot: "Robot", velocity: "np.ndarray") -> str:
+    """Return that a robot with this upward velocity [m/s] over a cycle sinks or rises, why, and what to do.
+
+    Empty where it does not, or against its weight in water.
+    """
+    found, mean = hydrostatics(robot), float(velocity.mean())
+    excess = found.mass - found.displaced
+    force = abs(excess) * description.water.gravity
+    goes = abs(mean) > _STEADILY * abs(velocity).max()  # not where it is NaN
+    if not goes or excess * mean >= 0 or abs(excess) <= _NEUTRAL * found.mass or force == 0:
+        return ""
+    does, more, less = ("sinks", "weight", "buoyancy") if excess > 0 else ("rises", "buoyancy", "weight")
+    why = f"its {more} exceeds its {less} by {number(force)} N{_way_out(description, robot, excess)}"
+    remedy = "Make it neutral, hold its depth by its joint, or see nectosome simulate."
+    return f" It {does}, at last at {show_quantity(abs(mean), 'speed')}: {why}. {remedy}"
 
 
 def _way_out(description: RobotDescription, robot: "Robot", excess: float) -> str:

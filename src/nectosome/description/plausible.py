@@ -1,7 +1,7 @@
-"""Values that no material and no water has, most often by a wrong unit, and a load that is most often forgotten."""
+"""Values that no material and no water has, most often by a wrong unit; threads outside of their rods; no wake."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from nectosome.description.joints import Flexure
 from nectosome.description.loads import (
@@ -15,9 +15,15 @@ from nectosome.description.loads import (
 from nectosome.description.pairs import ContactPair
 from nectosome.description.parts import Rigid, Rod
 from nectosome.description.robot import RobotDescription, WaterDescription
-from nectosome.description.rod_loads import MuscleLoad
+from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
 from nectosome.io.schema.structure import numeric_paths, value_at
-from nectosome.units import format_quantity
+from nectosome.units import format_quantity, show_quantity
+
+if TYPE_CHECKING:
+    import numpy as np
+    from jaxtyping import Float
+
+_PLACES = 41  # along a thread, at which it is looked at
 
 
 class Known(NamedTuple):
@@ -60,8 +66,11 @@ _KNOWN = (
 
 
 def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
-    """Yield paths with a sentence: values that materials and water do not have, a swimmer that sheds no wake."""
+    """Yield paths with a sentence: values of no material and no water, threads outside of their rods, no wake."""
     yield from _without_wake(description)
+    for name, part in description.parts.items():
+        if isinstance(part, Rod):
+            yield from _outside(part, "body" if part is description.body else f"limbs.{name}")
     for path, quantity in numeric_paths(description).items():
         value = value_at(description, path)
         owner, _, field = path.rpartition(".")
@@ -83,3 +92,44 @@ def _without_wake(description: RobotDescription) -> Iterator[tuple[str, str]]:
         if bends and AddedMassLoad in kinds and TrailingEdgeLoad not in kinds:
             words = "it bends itself and has added mass, but no trailing_edge: it will hardly get thrust from the water"
             yield "body.loads", f"{words} that its tail leaves behind."
+
+
+def _outside(rod: Rod, path: str) -> Iterator[tuple[str, str]]:
+    """Tendons and chambers that leave their rod's sections, each with the place where it is farthest out."""
+    import numpy as np
+
+    threads = {name: load for name, load in rod.loads.items() if isinstance(load, TendonLoad | ChamberLoad)}
+    for name, load in threads.items():
+        start, end = load.along
+        inner = [section.at for section in rod.between if start < section.at < end]
+        x = np.unique([*np.linspace(start, end, _PLACES), *inner])
+        share = (x - start) / (end - start)
+        root, tip = np.array(load.place), np.array(load.tip_place or load.place)
+        place, sizes = root + (tip - root) * share[:, None], _half_sizes(rod, x)
+        filled = np.abs(place) / sizes
+        out = filled.max(axis=1) if rod.section == "rectangle" else np.hypot(*filled.T)
+        k = int(out.argmax())
+        if out[k] <= 1 + 1e-9:
+            continue
+        away, y, z = (show_quantity(float(v), "length") for v in (np.hypot(*place[k]), *sizes[k]))
+        has = f"its radius there is {y}" if rod.section == "circle" else f"its half sizes there are {y} and {z}"
+        field = "tip_place" if load.tip_place and share[k] > 0.5 else "place"
+        yield (
+            f"{path}.loads.{name}.{field}",
+            f"{away} from the axis at {100 * x[k]:.3g} % of the length it runs outside of the rod: {has}. "
+            "Give a tip_place where the rod tapers, or smaller offsets; if discs guide it outside, all is well.",
+        )
+
+
+def _half_sizes(rod: Rod, x: "Float[np.ndarray, 'n']") -> "Float[np.ndarray, 'n 2']":
+    """Half sizes of the sections along y and z [m] at fractions of the length."""
+    import numpy as np
+
+    def along(name: str) -> np.ndarray:
+        root, tip = getattr(rod, name), getattr(rod, f"tip_{name}")
+        values = [root, *(getattr(inner, name) for inner in rod.between), root if tip is None else tip]
+        return np.interp(x, [0.0, *(inner.at for inner in rod.between), 1.0], values)
+
+    if rod.section == "circle":
+        return np.stack([along("radius")] * 2, axis=1)
+    return np.stack([along("width"), along("height")], axis=1) / 2

@@ -86,6 +86,7 @@ class DesignTask(Task):
         return [v for v, x in zip(self.variables, u, strict=True) if min(x, 1 - x) < _AT_AN_END]
 
 
+_INSIDE = {"tension": "tendon", "pressure": "chamber"}  # quantities of what acts inside rods
 _RECORDED = ("speed", "torque", "power", "drive_rate")  # of every evaluation
 FORWARD = {
     "x": (1.0, 0.0, 0.0),
@@ -222,8 +223,13 @@ class MotionDesign(DesignTask):
         self._check_motors(robot)
         if driven and not robot.prescribed_names and not robot.powered.groups:
             words = "no joint or strain of this robot has a prescribed motion, so that this is 0 whatever the design."
-            remedy = "Limit tensions, pressures and torques by the ranges of their quantities."
+            remedy = "Limit tension or pressure instead, or a torque by the range of its quantity."
             raise InputError(f"{words} {remedy}", field=driven)
+        kinds = {load.kind for part in self.description.parts.values() for load in part.loads.values()}
+        for name, kind in _INSIDE.items():
+            if name in self._needed() and kind not in kinds:
+                words = f"no rod of this robot has a {kind}, so that this is 0 whatever the design. Leave it out."
+                raise InputError(words, field=name)
         symmetry = find_symmetry(robot)
         groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
         template, numbers = template_of(self._developed, tuple(path for group in groups for path in group))

@@ -91,7 +91,7 @@ class CyclePlan(Plan):
         system = in_plane(robot) if self.flat else robot
         solution = orbit(system, self.symmetry, guess, times, settings)
         states = solution.value.states
-        swim = PeriodicSwim(cycle_means(robot, times, states), self._ahead(robot, states))
+        swim = PeriodicSwim(cycle_means(robot, times, states), self._ahead(robot, states), robot, times)
         quantities = jnp.stack([QUANTITIES[name].of_cycle(swim) for name in self.used])
         return MotionQuantities(quantities, solution.status, solution.residual, jax.tree.map(lambda x: x[0], states))
 

@@ -4,11 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from operator import attrgetter
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import STANDARD_GRAVITY, Powered
+from nectosome.core import STANDARD_GRAVITY, Powered, RodLoad
 from nectosome.core.se3 import dot
+from nectosome.loads import FluidChamber, Tendon
 from nectosome.mechanism import Robot, bending_of
 from nectosome.solve import CycleMeans, Equilibrium
 from nectosome.units import DIMENSIONS
@@ -29,6 +31,8 @@ class PeriodicSwim:
 
     means: CycleMeans
     forward: Float[Array, "3"]
+    robot: Robot
+    times: Float[Array, "n"]  # of the cycle [s]
 
 
 @dataclass(frozen=True)
@@ -172,6 +176,29 @@ def _stress_peak(s: PeriodicSwim) -> Array:
     return _largest_known(s.means.hinge_stress_peak, s.means.bending_stress_peak)
 
 
+def _largest_signal(robot: Robot, times: Float[Array, "n"], kind: type[RodLoad], name: str) -> Array:
+    """Largest magnitude, at some times, of a signal of all loads of a kind; 0 where the robot has none."""
+    groups = [g for g in robot.load_groups.in_rods if isinstance(g.load, kind)]
+    values = [jax.vmap(lambda t, g=g: g.map(lambda load: getattr(load, name)(t)[0]))(times) for g in groups]
+    return _largest(jnp.abs(jnp.concatenate([jnp.zeros(0), *(x.ravel() for x in values)])))
+
+
+def _tension(s: SteadySwim) -> Array:
+    return _largest_signal(s.robot, jnp.zeros(1), Tendon, "tension")
+
+
+def _tension_peak(s: PeriodicSwim) -> Array:
+    return _largest_signal(s.robot, s.times, Tendon, "tension")
+
+
+def _pressure(s: SteadySwim) -> Array:
+    return _largest_signal(s.robot, jnp.zeros(1), FluidChamber, "pressure")
+
+
+def _pressure_peak(s: PeriodicSwim) -> Array:
+    return _largest_signal(s.robot, s.times, FluidChamber, "pressure")
+
+
 _mean_power, _mean_efficiency, _mean_cost = (
     attrgetter(f"means.{name}") for name in ("power", "efficiency", "cost_of_transport")
 )
@@ -219,6 +246,15 @@ QUANTITIES = {
             "power that batteries give, to the electronics too",
             _battery,
             _mean_battery,
+        ),
+        MotionQuantity("tension", "force", "low", "largest tension of a tendon", _tension, _tension_peak),
+        MotionQuantity(
+            "pressure",
+            "pressure",
+            "low",
+            "largest pressure in a chamber, over that outside, after its hysteresis",
+            _pressure,
+            _pressure_peak,
         ),
     )
 }

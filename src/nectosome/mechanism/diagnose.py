@@ -43,6 +43,8 @@ class Diagnosis(NamedTuple):
     missing: Float[Array, "nv"]  # force along the unknown coordinates that balances the rest [N m, N]; 0 in free motion
     reaction: Float[Array, "prescribed"]  # what the drives of prescribed joints give [N m, N]
     reaction_power: Float[Array, "prescribed"]  # [W]
+    support_force: Float[Array, "3"]  # on what holds the robot, world frame [N]: all loads minus the rate of momentum
+    support_moment: Float[Array, "3"]  # the same about the place in the world of the first part's joint [N m]
     drive_velocity: Float[Array, "prescribed"]  # of prescribed joints [rad/s, m/s]
     momentum: Float[Array, "3"]  # of the body's own matter, world frame [kg m/s]
     water_momentum: Float[Array, "3"]  # of the water carried along [kg m/s]
@@ -200,6 +202,9 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
         power = power.at[names.index(SHAPE_CHANGE)].set(given)
     power = by_part(power) + joint_power
 
+    given = jnp.sum(wrench, axis=0) - acting.inertia
+    root, push = tree.mounts[int(tree.indices.in_order[0]), :, 3], dot(shape.rotation, given[:, 3:])
+    moment = dot(shape.rotation, given[:, :3]) + cross(shape.position - root, push)
     world = dot(shape.rotation, wrench[:, :, 3:])
     strip = (weight > 0)[:, None]
     line = jnp.where(strip, wrench[:, :, 3:] / jnp.where(strip, weight[:, None], 1.0), jnp.nan)
@@ -227,6 +232,8 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
         missing=acting.residual[tree.free_v],
         reaction=reaction,
         reaction_power=reaction * v[tree.prescribed_v],
+        support_force=jnp.sum(push, axis=0),
+        support_moment=jnp.sum(moment, axis=0),
         drive_velocity=v[tree.prescribed_v],
         momentum=jnp.sum(linear, axis=0),
         water_momentum=jnp.sum(dot(shape.rotation, times(acting.added, relative)[:, 3:]), axis=0),
@@ -272,11 +279,4 @@ def _momentum_balance(robot: Robot, acting: Forces, net: Float[Array, "n 3"]) ->
 
 def support_force(robot: Robot, t: Float[Array, ""], x: State) -> Float[Array, "3"]:
     """Force on the support of the robot, world frame [N]: the sum of all loads minus the rate of its momentum."""
-
-    def momentum(t: Array, x: State) -> Array:
-        q, v, _ = robot.tree.complete(t, x.q, x.v)
-        shape = robot.tree.shape(q)
-        return jnp.sum(dot(shape.rotation, times(robot.inertia, robot.tree.twists(shape, v))[:, 3:]), axis=0)
-
-    rate = jax.jvp(momentum, (t, x), (jnp.ones(()), robot.rates(t, x)))[1]
-    return jnp.sum(diagnose(robot, t, x).load_force, axis=(0, 1)) - rate
+    return diagnose(robot, t, x).support_force

@@ -107,7 +107,6 @@ class Recorder:
 
     def _new(self, points: np.ndarray, derivatives: bool) -> list[Evaluation]:
         self._before()
-        count(len(points))
         begin = time.perf_counter()
         if self._batch is None:
             assert self._evaluate is not None
@@ -116,6 +115,7 @@ class Recorder:
             raise InputError("this objective has no derivatives. Take an optimiser that needs none.", field="optimiser")
         else:
             found = self._batch(points)
+        count(len(points))
         seconds = (time.perf_counter() - begin) / len(points)
         pairs = zip(found, points, strict=True)
         sound = [replace(_sound(e, u, derivatives, self._space), seconds=seconds) for e, u in pairs]

@@ -184,6 +184,8 @@ class _Run:
                 self._collect(finished)
                 made = sum(len(start.evaluations) for start in self.done.values())
                 evaluations = max(made, before + workers.computed) if workers else made
+                if workers:
+                    workers.tell_compiling()
                 if self.progress is not None and self.progress(len(self.done), self._best(), evaluations) is False:
                     self.cancelled = bool(waiting)
                     break

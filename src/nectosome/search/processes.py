@@ -15,16 +15,18 @@ from typing import Any
 
 _stop: Any = None  # in a worker: the event that says stop
 _count: Any = None  # in a worker: the shared number of evaluations computed
+_compiling: Any = None  # in a worker: the shared number of workers that compile
 
 
 _PULSE, _LONGEST = 0.25, 3.0  # s between looks whether to stop, and from then on to the end
+_WORKERS = "in workers"  # among the functions that a process compiles
 # the tracker of semaphores is a process of its own, which tells on stderr that this one was killed
 _QUIET = "ignore:resource_tracker:UserWarning"
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NPROC")  # NPROC is read by XLA
 
 
 class Workers:
-    """A pool of spawned processes, with an event that stops them and a count of what they compute.
+    """A pool of spawned processes, with an event that stops them, a count of what they compute, and who compiles.
 
     Their linear algebra and XLA have one thread each, unless the environment says otherwise: theirs are small matrices,
     and many threads on few processors wait for each other.
@@ -36,7 +38,8 @@ class Workers:
         context = multiprocessing.get_context("spawn")
         self.stop = context.Event()
         self._count = context.Value("q", 0)
-        self.pool = ProcessPoolExecutor(number, context, _begin, (self.stop, self._count))
+        self._compiling = context.Value("q", 0)
+        self.pool = ProcessPoolExecutor(number, context, _begin, (self.stop, self._count, self._compiling))
 
     def __enter__(self) -> "Workers":
         # the libraries read it when they are loaded, which is before any code of ours
@@ -47,12 +50,23 @@ class Workers:
     def __exit__(self, *_: object) -> None:
         for name in self._ours:
             os.environ.pop(name, None)
+        _compiling_here().discard(_WORKERS)
         self.pool.shutdown(cancel_futures=True)
 
     @property
     def computed(self) -> int:
         """Evaluations computed so far."""
         return self._count.value
+
+    def tell_compiling(self) -> None:
+        """Let this process count as compiling while its workers do, so that progress says so."""
+        here = _compiling_here()
+        (here.add if self._compiling.value > 0 else here.discard)(_WORKERS)
+
+
+def _compiling_here() -> set[str]:
+    """The functions that this process compiles now; JAX is not loaded for that."""
+    return getattr(sys.modules.get("nectosome.core.remember"), "compiling", set())
 
 
 def stopped() -> bool:
@@ -72,17 +86,22 @@ def processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _begin(stop: Any, count: Any) -> None:
-    global _stop, _count
-    _stop, _count = stop, count
+def _begin(stop: Any, count: Any, compiling: Any) -> None:
+    global _stop, _count, _compiling
+    _stop, _count, _compiling = stop, count, compiling
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all; the parent decides
     threading.Thread(target=_follow_parent, daemon=True).start()
     threading.Thread(target=_follow_stop, daemon=True).start()
 
 
 def _follow_stop() -> None:
-    """End this process where it goes on after a request to stop."""
+    """End this process where it goes on after a request to stop; until then tell whether it compiles."""
+    told = 0
     while not stopped():
+        now = int(bool(_compiling_here()))
+        with _compiling.get_lock():
+            _compiling.value += now - told
+        told = now
         time.sleep(_PULSE)
     time.sleep(_LONGEST)
     os._exit(1)

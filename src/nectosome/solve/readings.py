@@ -147,8 +147,9 @@ def _saved(data: "xr.Dataset", name: str) -> tuple[Reading, Float[np.ndarray, "n
         if one.kind == "depth" and robot.water.surface is not None:
             return one, float(robot.water.surface) - p[:, 2]
         return one, np.asarray(jax.vmap(place_of)(*map(jnp.asarray, (R, p, twists)))[one.kind])
-    stateful = one.kind == _FORCE and bool(jax.tree.leaves(robot.initial().z))
-    if stateful or "command" in data.variables:  # what its loads or its controller did besides is not in the dataset
+    if one.kind == _FORCE and "support_force" in data.variables:
+        return one, data["support_force"].values[:, one.index]
+    if one.kind == _FORCE or "command" in data.variables:  # what its controller did besides is not in the dataset
         raise InputError(f'"{shorten(name)}" was not saved with this run. Read it of the run before it is saved.')
     q, z = jax.vmap(robot.coordinates)(jnp.asarray(data["q"].values)), robot.initial().z
     each = jax.tree.map(lambda x: jnp.broadcast_to(x, (len(q), *x.shape)), z)

@@ -234,6 +234,8 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
         "position": (("time", "station", "axis"), d.position, "m"),
         "rotation": (("time", "station", "row", "axis"), d.rotation, "1"),
         "line_force": (("time", "load", "station", "axis"), d.line_force, "N/m"),
+        "support_force": (("time", "axis"), d.support_force, "N"),
+        "support_moment": (("time", "axis"), d.support_moment, "N m"),
         "momentum": (("time", "axis"), d.momentum, "kg m/s"),
         "water_momentum": (("time", "axis"), d.water_momentum, "kg m/s"),
         "angular_momentum": (("time", "axis"), d.angular_momentum, "kg m2/s"),

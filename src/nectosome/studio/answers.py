@@ -158,25 +158,31 @@ def _answer(
     warned = [status.reason] if status == Status.UNSTABLE else []
     numbers = dict[str, float]()
     if means is not None:
-        numbers = numbers_of(means, forward)
+        numbers = numbers_of(means, forward, found.value.system, found.value.time)
         arrays = Results(drive_limits(found.value.system), {}, {}).arrays
         arrays |= {"prescribed": np.array(found.value.system.prescribed_names)}
         warned += overloaded(arrays, np.asarray(means.reaction_peak), np.asarray(means.drive_velocity_peak))
     return Answer(run, description, kind, period, numbers, " ".join(f"{words}." for words in warned))
 
 
-def numbers_of(means: CycleMeans, forward: Direction | None) -> dict[str, float]:
-    """All `QUANTITIES` of a cycle [SI]; NaN where one makes no sense.
+def numbers_of(
+    means: CycleMeans, forward: Direction | None, robot: Robot, times: Float[Array, "n"]
+) -> dict[str, float]:
+    """All `QUANTITIES` of a cycle of a robot [SI]; NaN where one makes no sense.
 
     Where no direction is forward, it is where the body goes; of one that is held, where the water pushes it.
     """
     goes = float(means.speed) > _STANDS
     there = np.asarray(forward if forward else means.velocity[0] if goes else means.force)
     along = there / max(float(np.linalg.norm(there)), 1e-300)
-    found: dict[str, float] = {name: float(value) for name, value in remembered(judged, means, along).items()}
+    values = remembered(judged, means, along, robot, times)
+    found: dict[str, float] = {name: float(value) for name, value in values.items()}
     return found if goes else found | dict.fromkeys(("speed", "efficiency", "cost_of_transport"), np.nan)
 
 
-def judged(means: CycleMeans, forward: Float[Array, "3"]) -> dict[str, Float[Array, ""]]:
+def judged(
+    means: CycleMeans, forward: Float[Array, "3"], robot: Robot, times: Float[Array, "n"]
+) -> dict[str, Float[Array, ""]]:
     """All `QUANTITIES` of a cycle."""
-    return {name: quantity.of_cycle(PeriodicSwim(means, forward)) for name, quantity in QUANTITIES.items()}
+    swim = PeriodicSwim(means, forward, robot, times)
+    return {name: quantity.of_cycle(swim) for name, quantity in QUANTITIES.items()}

@@ -14,6 +14,8 @@ from nectosome.units import InputError
 
 from .style import BLACK, BLUE, CYCLE, GREEN, ORANGE, PURPLE, VERMILLION, Panel, dress, readable, source_lines, span
 
+_DRIVES = 6  # lines of drives in a figure: more hide each other
+
 
 def swimming_speed(run: xr.Dataset) -> Float[np.ndarray, "t"]:
     """Speed of the body towards -x [m/s], which is forward."""
@@ -58,8 +60,18 @@ def steady_speed(run: xr.Dataset) -> float:
 
 
 def powers(run: xr.Dataset) -> dict[str, Float[np.ndarray, "t"]]:
-    """Power into the robot [W] of each prescribed drive and of each load that does any work, by name."""
-    drives = {str(name): run["reaction_power"].values[:, i] for i, name in enumerate(run["prescribed"].values)}
+    """Power into the robot [W] of each drive and of each load that does any work, by name.
+
+    A prescribed strain of a rod is one drive. Of many drives the largest ones have their own, and the others a sum.
+    """
+    drives = dict[str, np.ndarray]()
+    for name, power in zip(map(str, run["prescribed"].values), run["reaction_power"].values.T, strict=True):
+        whole, _, last = name.rpartition(".")
+        drive = f"drive of {whole if last.isdigit() else name}"
+        drives[drive] = drives.get(drive, 0.0) + power
+    if len(drives) > _DRIVES:
+        least = sorted(drives, key=lambda name: np.nanmax(np.abs(drives[name])))[: len(drives) - _DRIVES + 1]
+        drives[f"{len(least)} other drives"] = np.sum([drives.pop(name) for name in least], axis=0)
     loads = {str(name): run["load_power"].values[:, i].sum(axis=1) for i, name in enumerate(run["load"].values)}
     largest = max((np.nanmax(np.abs(p), initial=0.0) for p in (*drives.values(), *loads.values())), default=0.0)
     return drives | {name: p for name, p in loads.items() if np.nanmax(np.abs(p)) > 1e-9 * largest}
@@ -113,10 +125,8 @@ def add_powers(fig: go.Figure, run: xr.Dataset, row: int | None = None) -> None:
     """Draw the powers of a run and their sum; `row` is that of the subplot, if there are several."""
     place: dict[str, Any] = {} if row is None else {"row": row, "col": 1}
     flow = powers(run)
-    drives = {str(name) for name in run["prescribed"].values}
     for (name, power), line in zip(flow.items(), source_lines([*flow]), strict=True):
-        label = f"drive of {name}" if name in drives else readable(name)
-        fig.add_scatter(x=run["time"].values, y=power, name=label, line=line, **place)
+        fig.add_scatter(x=run["time"].values, y=power, name=readable(name), line=line, **place)
     if flow:
         fig.update_yaxes(range=_usual(list(flow.values())), **place)
         total = np.sum(list(flow.values()), axis=0)

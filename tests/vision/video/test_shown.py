@@ -72,6 +72,17 @@ def test_proposed_colours_find_the_layers(rowing, tmp_path):
     assert len(sheet.segments) == len(found) >= 4
 
 
+def test_proposed_colours_come_along_the_chain_from_the_left():
+    """Four patches on a bow, the largest ones first without that; from the other side it is the same bow."""
+    image = np.full((200, 260, 3), 90, np.uint8)
+    bow = [((20, 120), 10, (30, 40, 210)), ((80, 60), 14, (200, 60, 20)), ((150, 60), 9, (40, 190, 60))]
+    for (u, v), half, colour in [*bow, ((210, 130), 16, (30, 200, 220))]:
+        image[v - half : v + half, u - half : u + half] = colour
+    for picture in (image, image[:, ::-1]):
+        left = [one.middles[0][0] for one in propose(np.ascontiguousarray(picture))]
+        assert len(left) == 4 and left == sorted(left)
+
+
 def test_a_grey_picture_proposes_nothing():
     assert propose(np.full((60, 80, 3), 120, np.uint8)) == []
 

@@ -1,5 +1,6 @@
 """How far predictions are from what was measured."""
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,8 @@ from scipy.special import ndtri
 
 SIDES = float(ndtri(0.975))  # standard errors to each side of a 95 % interval
 CORRELATED = 5.0  # samples over which residuals are correlated: more than noise is by chance
+FAR = 3.0  # times the standard error: residuals are larger than noise
+_CLEAR = 1e-3  # of the range of what was measured: less is how exactly a model is computed
 _LEAST = 0.01  # of the largest measured value: a percentage of less says nothing
 
 
@@ -60,6 +63,30 @@ def range_errors(model: Float[np.ndarray, "n"], measured: Float[np.ndarray, "n"]
     error = np.abs(model - measured)
     scale = 100 / float(np.ptp(measured))
     return scale * float(np.sqrt(np.mean(error**2))), scale * float(error.max())
+
+
+def held_out_warning(
+    predicted: Iterable[tuple[str, Float[np.ndarray, "n"], Float[np.ndarray, "n"], float]],
+) -> list[str]:
+    """A sentence about the worst prediction, where its root mean square error is far above the standard error.
+
+    Each has a name, predicted and measured values, NaN where there is none, and the standard error.
+    """
+    off = [(_times_error(model, measured, error), name) for name, model, measured, error in predicted]
+    most, name = max(off, default=(0.0, ""))
+    if most <= FAR:
+        return []
+    return [
+        f"{name}, held out, is off by {most:.1f} times the standard error: its conditions are unlike those that were "
+        "fitted, or the model lacks something; fit a recording of such conditions too, or vary another quantity"
+    ]
+
+
+def _times_error(model: Float[np.ndarray, "n"], measured: Float[np.ndarray, "n"], error: float) -> float:
+    """Root mean square of what a prediction is off by, in standard errors; 0 where it is as good as exact."""
+    both = np.isfinite(model) & np.isfinite(measured)
+    rms = float(np.sqrt(np.mean((model[both] - measured[both]) ** 2))) if both.any() else 0.0
+    return rms / error if both.any() and rms > _CLEAR * float(np.ptp(measured[both])) else 0.0
 
 
 def deviation(measured: Float[np.ndarray, "n"], computed: Float[np.ndarray, "n"]) -> tuple[float, float, float]:

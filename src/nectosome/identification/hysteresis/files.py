@@ -13,7 +13,7 @@ from nectosome.measure.signals.requirements import is_even
 from nectosome.measure.signals.resample import default_gap, unbroken
 from nectosome.units import InputError, count
 
-from ..fits.errors import range_errors
+from ..fits.errors import held_out_warning, range_errors
 from ..recordings import (
     CampaignLike,
     beside_recordings,
@@ -145,6 +145,8 @@ def hysteresis_data(
         "measured": ([one.displacement for one in recordings], "m"),
         "computed": (computed, "m"),
     }
+    held = zip(test, computed[len(train) :], strict=True)
+    far = held_out_warning((f"displacement of {one.name}", y, one.displacement, found.noise) for one, y in held)
     plays = np.concatenate([np.zeros(len(found.theta) + 1), found.thresholds])
     units = {name: _PARAMETER_UNITS[name.rstrip("0123456789")] for name in found.intervals}
     data = beside_recordings(units, [one.name for one in train], [one.name for one in test], samples)
@@ -155,7 +157,7 @@ def hysteresis_data(
         threshold=("parameter", plays, {"units": "Pa"}),
         e_rmsp=("recording", errors[:, 0], {"units": "percent"}),
         e_mp=("recording", errors[:, 1], {"units": "percent"}),
-    ).assign_attrs(order=found.order, noise=found.noise, warnings=json.dumps(found.warnings))
+    ).assign_attrs(order=found.order, noise=found.noise, warnings=json.dumps([*found.warnings, *far]))
 
 
 def saved_model(data: "xr.Dataset") -> Identified:

@@ -24,7 +24,7 @@ from nectosome.model import build
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.units import DIMENSIONS, InputError, check_names, check_whole, read_positive
 
-from ..fits.errors import CORRELATED, range_errors
+from ..fits.errors import CORRELATED, FAR, held_out_warning, range_errors
 from ..fits.identifiability import Identifiability, identifiability
 from ..fits.misfit import Fit
 from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recordings_of
@@ -39,7 +39,6 @@ _ROUNDS = 3  # of fits, each with the standard errors of the residuals of the la
 _EXACT = 1e-6  # of a column's range: stands for the standard error where the model has made the data
 _COARSE = 1e-3  # gain of chi2 by the last step of a fit that only shows where to go on, in rounds
 _SAME = 0.02  # of a range: results of two starts that are one
-_OFTEN = 3.0  # times the standard error that was given: residuals are larger than noise
 _EXAMPLES = {
     "vary": "{'k': '0.05..0.5N m/rad'}",
     "compare": "{'angle': 'fin.angle'}",
@@ -175,7 +174,13 @@ def identify(
     fitted, held = fitted_and_test(trials, test)
     found = fit_robot(description, variables, fitted, compared, sizes, starts=starts, progress=progress)
     predicted = RobotMisfit(held, variables, compared).computed(found.theta) if held else []
-    return found._replace(test=tuple(zip(held, predicted, strict=True)))
+    beside = [
+        (f"{one.column} of {trial.name}", y, measured, error)
+        for trial, rows in zip(held, predicted, strict=True)
+        for one, y, measured, error in zip(compared, rows, trial.measured, found.errors.tolist(), strict=True)
+    ]
+    warnings = (*found.warnings, *held_out_warning(beside))
+    return found._replace(test=tuple(zip(held, predicted, strict=True)), warnings=warnings)
 
 
 def _standard_error(column: str, size: str | float, compared: Sequence[Compared]) -> float:
@@ -282,7 +287,7 @@ def _warnings(
         if correlated[c] > CORRELATED:
             samples = f"{correlated[c]:.0f} samples"
             out.append(f"residuals of {one.column} are correlated over {samples}: the model lacks something")
-        if rms > _OFTEN * given[c]:
+        if rms > FAR * given[c]:
             out.append(f"residuals of {one.column} are {rms / given[c]:.1f} times its standard error")
     for name, place in zip(problem.box.names, problem.box.places(theta), strict=True):
         if not 1e-4 < place < 1 - 1e-4:

@@ -10,11 +10,13 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
+from nectosome.core.remember import remembered, runs_long
 from nectosome.description import resolve
 from nectosome.description.variables import Box, Variable
 from nectosome.mechanism import Robot, from_rest, in_plane, moves_in_plane
 from nectosome.model.build import Template, instantiate, template_of
 from nectosome.solve.integrate import Settings, begin, integrate
+from nectosome.solve.readings import Reading
 from nectosome.solve.sensitivity import SensitivityState, SensitivitySystem
 
 from ..fits.misfit import Misfit
@@ -33,7 +35,8 @@ class RobotMisfit:
         also = tuple(path for group in self._groups for path in group)
         templates = [template_of(trial.description, also) for trial in trials]
         flat = moves_in_plane(instantiate(*templates[0]))
-        self._programs = [(_Equations(template, self.compared, flat), numbers) for template, numbers in templates]
+        readings, signs = tuple(one.reading for one in compared), jnp.array([one.sign for one in compared])
+        self._programs = [(_Equations(template, readings, signs, flat), numbers) for template, numbers in templates]
         self._longest = max(trial.time.size for trial in trials)
 
     def computed(self, theta: Float[np.ndarray, "p"]) -> list[Float[np.ndarray, "k n"]]:
@@ -41,7 +44,8 @@ class RobotMisfit:
 
         A heading goes on beyond half a turn, by as many turns as the measured one.
         """
-        return [self._turned(np.array(_computed(*self._arguments(i, theta))), t) for i, t in enumerate(self.trials)]
+        found = (np.array(remembered(_computed, *self._arguments(i, theta))) for i in range(len(self.trials)))
+        return [self._turned(values, trial) for values, trial in zip(found, self.trials, strict=True)]
 
     def _turned(self, values: Float[np.ndarray, "k m"], trial: RobotTrial) -> Float[np.ndarray, "k n"]:
         values = values[:, : trial.time.size]
@@ -79,7 +83,7 @@ class RobotMisfit:
     def _derivatives(self, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]) -> Float[np.ndarray, "r p"]:
         parts = []
         for i, trial in enumerate(self.trials):
-            found = np.asarray(_jacobian(*self._arguments(i, theta), directions=self._directions(i, theta)))
+            found = np.asarray(remembered(_jacobian, *self._arguments(i, theta), self._directions(i, theta)))
             parts.append((found[..., : trial.time.size] / errors[:, None])[:, np.isfinite(trial.measured)])
         return np.concatenate(parts, axis=1).T / self.box.derivatives(theta)
 
@@ -108,7 +112,8 @@ class _Equations(eqx.Module):
     """What a robot is besides its numbers, and what of it is compared."""
 
     template: Template
-    compared: tuple[Compared, ...]
+    readings: tuple[Reading, ...]
+    signs: Float[Array, "k"]
     flat: bool = eqx.field(static=True)
 
     def made(self, numbers: Float[Array, "n"]) -> tuple[Any, Robot, State]:
@@ -119,10 +124,10 @@ class _Equations(eqx.Module):
 
     def read(self, robot: Robot, t: Array, x: State) -> Float[Array, "k"]:
         """Readings at a time."""
-        return jnp.stack([one.sign * one.reading.value(robot, t, x) for one in self.compared])
+        return self.signs * jnp.stack([reading.value(robot, t, x) for reading in self.readings])
 
 
-@eqx.filter_jit
+@runs_long
 def _computed(equations: _Equations, numbers: Float[Array, "n"], times: Float[Array, "t"]) -> Float[Array, "k t"]:
     moving, robot, x = equations.made(numbers)
     start = begin(jnp.zeros(()), x, _settings(), jnp.asarray(_FIRST_STEP))
@@ -132,7 +137,7 @@ def _computed(equations: _Equations, numbers: Float[Array, "n"], times: Float[Ar
     return jnp.where((end.status == int(Status.SOLVED)) | (times < end.end)[:, None], values, jnp.nan).T
 
 
-@eqx.filter_jit
+@runs_long
 def _jacobian(
     equations: _Equations, numbers: Float[Array, "n"], times: Float[Array, "t"], directions: Float[Array, "p n"]
 ) -> Float[Array, "p k t"]:

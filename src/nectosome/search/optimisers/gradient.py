@@ -95,7 +95,7 @@ class _Iterations:
     def run(self) -> Search:
         while self.evaluations < self.options.evaluations:
             if self.radius < self.options.smallest_step:
-                return Outcome(False, f"no shorter step helps{self._blame()}", self.accepted)
+                return Outcome(False, f"no change, however small, made it better{self._blame()}", self.accepted)
             d, multipliers = self._step(self.at.g)
             if self._optimal(multipliers):
                 return Outcome(True, "the optimality conditions are met", self.accepted)

@@ -1,6 +1,7 @@
 """Proposal of colour ranges for a sheet, from the hue histogram of one picture."""
 
 from dataclasses import dataclass
+from itertools import permutations
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -28,7 +29,7 @@ class Proposal:
 
 
 def propose(image: UInt8[np.ndarray, "height width 3"], smallest: int = 20) -> list[Proposal]:
-    """Salient colours of a picture (blue, green, red), those with most pixels first; at most eight.
+    """Salient colours of a picture (blue, green, red), at most eight; in the order of `along_a_chain`.
 
     The histogram of hues is weighted by the chroma S V of the pixels, above Otsu's threshold (Otsu 1979). Each peak is
     a colour, down to 1/20 of it on either side; saturation and value span 96 % of its pixels and a margin of 0.1. A
@@ -61,7 +62,18 @@ def propose(image: UInt8[np.ndarray, "height width 3"], smallest: int = 20) -> l
         if seen:
             middles = [(b.left + b.width / 2 - 0.5, b.top + b.height / 2 - 0.5) for b in seen]
             found.append(Proposal(colour, [b.pixels for b in seen], middles))
-    return sorted(found, key=lambda proposal: -sum(proposal.pixels))[:MOST]
+    return along_a_chain(sorted(found, key=lambda proposal: -sum(proposal.pixels))[:MOST])
+
+
+def along_a_chain(found: list[Proposal]) -> list[Proposal]:
+    """Colours in their order along the shortest path through the largest blobs of all, from its left end."""
+    if len(found) < 2:
+        return found
+    place = np.array([one.middles[int(np.argmax(one.pixels))] for one in found])
+    orders = np.array([*permutations(range(len(found)))])
+    orders = orders[place[orders[:, 0], 0] <= place[orders[:, -1], 0]]
+    lengths = np.linalg.norm(np.diff(place[orders], axis=1), axis=2).sum(axis=1)
+    return [found[k] for k in orders[int(np.argmin(lengths))]]
 
 
 def _smooth(counts: Float[np.ndarray, "256"]) -> Float[np.ndarray, "256"]:
@@ -97,7 +109,8 @@ def proposal_text(found: list[Proposal], clip: Clip, time: float) -> str:
     """Proposed colours as text of a sheet, each with its blobs in the frame."""
     if not found:
         return f"At {time:.4g} s no colour is salient. Try another frame, with --at."
-    lines = [f"# salient colours at {time:.4g} s; keep those of segments, in their order along the chain"]
+    lines = [f"# salient colours at {time:.4g} s along the shortest path through them, from its left end"]
+    lines += ["# keep those of segments; turn the order round where the chain begins on the right"]
     lines += [f"size: [{clip.size[0]}, {clip.size[1]}]", "pixel: 1 mm # side of a pixel in the plane of motion"]
     lines += ["segments:"]
     for k, one in enumerate(found):
