@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nectosome.cli.run_summary import _weights, powers, reaction_unit
+from nectosome.cli.run_summary import powers, reaction_unit
 from nectosome.io import load_dataset
 
 ARM = """
@@ -26,15 +26,6 @@ STROKE = "motion: {kind: stroke, amplitude: 20 deg, frequency: 2 Hz, ramp: 0.5 s
 
 def told(answer) -> str:
     return next(line for line in answer.out.splitlines() if line.startswith("means: "))
-
-
-def test_weights_are_exact_for_what_is_straight_between_samples():
-    time = np.array([0.0, 0.1, 0.15, 0.4, 0.7, 1.0])
-    for start in (0.0, 0.12, 0.4, 0.93):
-        weights = _weights(time, start)
-        assert weights.sum() == pytest.approx(1.0, abs=1e-14)
-        assert weights @ (3 - 2 * time) == pytest.approx(3 - (1 + start), abs=1e-14)  # in the middle of start and end
-        assert (weights[:-1] > 0).tolist() == (time[1:] > start).tolist()
 
 
 def test_means_are_over_the_last_whole_beats(nectosome, tmp_path):

@@ -21,9 +21,9 @@ def test_speed_is_forward_and_the_turn_is_that_of_the_drive(run):
     assert (start, end) == pytest.approx((1 - 2 * np.pi / OMEGA, 1))
 
 
-def test_without_a_drive_the_last_fifth_counts(run):
+def test_without_a_drive_the_last_tenth_counts(run):
     passive = run.isel(prescribed=slice(0)).drop_attrs()
-    assert series.last_turn(passive) == pytest.approx((0.8, 1.0))
+    assert series.last_turn(passive) == pytest.approx((0.9, 1.0))
     assert list(series.powers(passive)) == ["drag"]
 
 

@@ -8,9 +8,6 @@ from typing import TYPE_CHECKING, Any
 from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.motor_tables import MOTOR_MEANS, MOTOR_PEAKS, behind, motors, servos
 from nectosome.cli.page import Summary
-from nectosome.description import parse_robot
-from nectosome.description.period import beat_of
-from nectosome.units import InputError, show_quantity
 from nectosome.units.zero import counts_as_zero
 
 if TYPE_CHECKING:
@@ -18,7 +15,6 @@ if TYPE_CHECKING:
 
 Arrays = Mapping[str, "np.ndarray"]
 
-_SHARE = 0.1  # of a run: length of the means
 _PEAKS = ("reaction", "drive_velocity")
 AXES = {"x": "x", "y": "y", "z": "z"}  # columns of a vector
 
@@ -31,9 +27,11 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     """
     import numpy as np
 
+    from nectosome.solve.beats import mean_weights, mean_window
+
     time = np.asarray(arrays["time"], dtype=float)
-    start, words = _window(time, attributes)
-    weights = _weights(time, start)
+    start, over = mean_window(time, attributes) if time.size > 1 else (float(time[0]), "")
+    weights = mean_weights(time, start, float(time[-1]))
     kept = weights > 0
 
     def mean(name: str) -> "np.ndarray":
@@ -69,7 +67,8 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
         f"{attributes['title']}{f', {time[-1]:.4g} s' if several else ''}",
         [*tables, *found],
         notes=[
-            *words,
+            *([f"means: over {over}"] if over else []),
+            *_settling(arrays, attributes),
             *_impulse(arrays),
             *(["largest: in the whole run"] if several and "period" not in attributes else []),
             "off at worst: " + ", ".join(f"{name} balance {off:.1e}" for name, off in balances.items()),
@@ -83,6 +82,38 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
             **({"impulse_energy": Number(float(arrays["impulse_energy"]), "J")} if "impulse" in arrays else {}),
         },
     )
+
+
+def _settling(arrays: Arrays, attributes: Mapping[str, Any]) -> list[str]:
+    """Return a line on how the body's speed and the power of drives change from beat to beat, and where they go."""
+    import numpy as np
+
+    from nectosome.solve.beats import beat_of_run, settling
+
+    beat = None if "period" in attributes else beat_of_run(attributes)
+    if beat is None:
+        return []
+    time, velocity = arrays["time"], arrays["velocity"][:, 0]
+    way = velocity[time >= time[-1] - beat].mean(axis=0)
+    size = float(np.linalg.norm(way))
+    known = {"power": (arrays["reaction_power"].sum(axis=1) + _driving(arrays), "W")}
+    if not counts_as_zero(size, largest(arrays["velocity"])):
+        known = {"speed": (velocity @ (way / size), "m/s")} | known
+    found = {name: (settling(time, values, beat), unit) for name, (values, unit) in known.items()}
+    words = []
+    for name, (one, unit) in found.items():
+        if one is not None and math.isfinite(one.change):
+            comes = "" if one.settled or math.isnan(one.limit) else f", on its way to {one.limit:.3g} {unit}"
+            words.append(f"{name} changes by {100 * one.change:.2g} % a beat{comes}")
+    if not words:
+        return []
+    settled = all(one is None or one.settled for one, _ in found.values())
+    return [f"{'settled' if settled else 'not settled'}: {'; '.join(words)}"]
+
+
+def _driving(arrays: Arrays) -> "np.ndarray":
+    """Return the power of driven joints and motors over time [W]."""
+    return arrays["load_power"][:, list(map(str, arrays["load"])).index("drive")].sum(axis=1)
 
 
 def _impulse(arrays: Arrays) -> list[str]:
@@ -231,43 +262,3 @@ def still(fastest: "np.ndarray", beside: Mapping[str, float]) -> set[str]:
     """Return the axes along which a body with these largest velocities does not move, and `size` where it rests."""
     resting = {axis for axis, x in zip(AXES, fastest, strict=True) if counts_as_zero(x, beside["m/s"])}
     return resting | {"size"} if len(resting) == len(AXES) else resting
-
-
-def _window(time: "np.ndarray", attributes: Mapping[str, Any]) -> tuple[float, list[str]]:
-    """Start of the means [s], and a line about it."""
-    if time.size < 2:
-        return float(time[0]), []
-    whole = float(time[-1] - time[0])
-    if "period" in attributes:
-        return float(time[0]), ["means: over the cycle"]
-    beat = _beat(attributes)
-    if beat is None or beat > whole * (1 + 1e-9):
-        return float(time[-1]) - _SHARE * whole, [f"means: over the last {show_quantity(_SHARE * whole, 'time')}"]
-    beats = max(int(_SHARE * whole / beat + 1e-9), 1)
-    words = "beat" if beats == 1 else f"{beats} beats"
-    return float(time[-1]) - beats * beat, [f"means: over the last {words}, {show_quantity(beats * beat, 'time')}"]
-
-
-def _beat(attributes: Mapping[str, Any]) -> float | None:
-    """Period of the drives of a run's robot [s] after their ramps; None where they have none."""
-    try:
-        return beat_of(parse_robot(str(attributes["robot"])))
-    except (InputError, KeyError):
-        return None
-
-
-def _weights(time: "np.ndarray", start: float) -> "np.ndarray":
-    """Weights of samples in the mean from `start` to the end [s] of a piecewise linear signal."""
-    import numpy as np
-
-    if time.size < 2:
-        return np.ones(1)
-    step = np.diff(time)
-    share = np.clip(
-        (start - time[:-1]) / np.where(step > 0, step, 1.0), 0.0, 1.0
-    )  # of each step that is before the start
-    later = 0.5 * step * (1 - share**2)
-    found = np.zeros(time.size)
-    found[1:] += later
-    found[:-1] += step * (1 - share) - later
-    return found / found.sum()

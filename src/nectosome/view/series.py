@@ -8,9 +8,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from jaxtyping import Bool, Float
 
-from nectosome.description import parse_robot
-from nectosome.description.period import beat_of
-from nectosome.units import InputError
+from nectosome.solve.beats import mean_weights, mean_window
 
 from .style import BLACK, BLUE, CYCLE, GREEN, ORANGE, PURPLE, VERMILLION, Panel, dress, readable, source_lines, span
 
@@ -29,33 +27,18 @@ def drive_rate(run: xr.Dataset) -> float:
     return abs(float(run["reaction_power"].values[-1, 0] / run["reaction"].values[-1, 0]))
 
 
-def last_beat(run: xr.Dataset) -> tuple[float, str]:
-    """Length [s] of what means are over, and its name: a cycle, a beat of the drives, or the last fifth of the run."""
-    first, end = float(run["time"].values[0]), float(run["time"].values[-1])
-    if "period" in run.attrs:
-        return min(float(run.attrs["period"]), end - first), "the cycle"
-    try:
-        beat = beat_of(parse_robot(str(run.attrs["robot"])))
-    except (InputError, KeyError):  # of another program, or of an older version
-        beat = None
-    if beat is None or beat > end - first:
-        return 0.2 * (end - first), "the last fifth of the run"
-    return beat, "the last beat"
-
-
 def last_turn(run: xr.Dataset) -> tuple[float, float]:
-    """Start and end [s] of the last beat of the drives; of the last fifth of the run where nothing beats."""
-    end = float(run["time"].values[-1])
-    return end - last_beat(run)[0], end
+    """Start and end [s] of what means are over (`mean_window`)."""
+    return mean_window(run["time"].values, run.attrs).start, float(run["time"].values[-1])
 
 
 def in_last_turn(run: xr.Dataset) -> Bool[np.ndarray, "t"]:
-    """Which saved times lie in the last beat."""
+    """Which saved times lie in it."""
     return run["time"].values >= last_turn(run)[0] - 1e-9
 
 
 def steady_speed(run: xr.Dataset) -> float:
-    """Mean speed of the body towards -x over the last beat [m/s]."""
+    """Mean speed of the body towards -x over it [m/s]."""
     return float(np.mean(swimming_speed(run)[in_last_turn(run)]))
 
 
@@ -96,10 +79,8 @@ def velocity_panel(run: xr.Dataset) -> Panel:
         line = {"color": colour, "dash": "dash" if axis == "z" else "solid"}
         fig.add_scatter(x=run["time"].values, y=velocity.sel(axis=axis).values, name=f"along {axis}", line=line)
     _over_time(fig, "velocity (m/s)", 340)
-    late, over = in_last_turn(run), last_beat(run)[1]
-    time, mean = run["time"].values[late], velocity.values[-1]
-    if time.size > 1:
-        mean = np.trapezoid(velocity.values[late], time, axis=0) / (time[-1] - time[0])
+    start, over = mean_window(run["time"].values, run.attrs)
+    mean = mean_weights(run["time"].values, start, float(run["time"].values[-1])) @ velocity.values
     x, y, z = (f"{0.0 if abs(v) < 1e-12 else v:.3g}" for v in mean)
     caption = (
         f"Simulated velocity of the {run['part'].values[0]} in the world frame; mean over {over}: ({x}, {y}, {z}) m/s."
