@@ -175,6 +175,6 @@ def test_what_is_printed_is_one_line(ball):
     run = ns.simulate(robot, 0.1, samples=3)
     assert repr(ball) == str(ball) == "<RobotDescription ball: parts body; short names heavy>"
     assert repr(robot) == "<Robot: parts body; 1 degrees of freedom, 0 driven>"
-    assert repr(run) == "<Run: SOLVED, solved, 3 times from 0 s to 0.1 s>"
+    assert repr(run) == "<SimulationRun: SOLVED, solved, 3 times from 0 s to 0.1 s>"
     assert repr(run.value).startswith("<Trajectory: 3 times from 0 s to 0.1 s, State(q=f64[3,1]")
     jax.jit(lambda run: repr(run) and run.status)(run)  # what is traced has a repr too

@@ -10,7 +10,7 @@ from jax.flatten_util import ravel_pytree
 from nectosome.core import Constant, Drive, Sine
 from nectosome.core.described import number
 from nectosome.description.drives import AngularServo, LinearServo, MotorDrive, servos
-from nectosome.drives import Motor, Servo
+from nectosome.drives import PositionServo, VoltageMotor
 from nectosome.units import parse_quantity
 
 SHEET = {
@@ -22,11 +22,11 @@ TARGET = Sine(*(number(x) for x in (0.4, 1.5, 0.3, 0.1)))
 
 
 def of_voltage(volts, **data):
-    return Motor.from_description(MotorDrive(voltage={"kind": "constant", "value": volts}, **data))
+    return VoltageMotor.from_description(MotorDrive(voltage={"kind": "constant", "value": volts}, **data))
 
 
 def servo(**data):
-    return Servo.from_description(AngularServo(**{"full_voltage_at": 0.2, "supply": 6.0, **data}), TARGET)
+    return PositionServo.from_description(AngularServo(**{"full_voltage_at": 0.2, "supply": 6.0, **data}), TARGET)
 
 
 LOOP = {"full_voltage_at": 2.0, "integral_time": 0.3}
@@ -38,13 +38,13 @@ EXAMPLES = {
     "a motor by its sheet": of_voltage(4.0, **SHEET),
     "a motor by its constants, behind a gear": of_voltage(4.0, **CONSTANTS, **GEAR),
     "a motor that moves a slide": of_voltage(4.0, radius=0.02, **SHEET),
-    "a motor with a share": Motor.from_description(SHARE),
+    "a motor with a share": VoltageMotor.from_description(SHARE),
     "a motor with a limited current": of_voltage(4.0, current_limit=0.8, **SHEET),
     "a servo": servo(**SHEET),
     "a servo with all of it": servo(**CONSTANTS, **GEAR, **ALL),
     "a servo with a velocity loop": servo(**SHEET, full_voltage_at=None, velocity_loop=LOOP),
     "a servo with gains by speed": servo(**SHEET, full_voltage_at=None, velocity_loop={**LOOP, "schedule": GAINS}),
-    "a servo of a slide": Servo.from_description(SLIDE, TARGET),
+    "a servo of a slide": PositionServo.from_description(SLIDE, TARGET),
 }
 SPEEDS = jnp.array([-9.0, -2.0, -0.01, 0.0, 0.003, 1.0, 6.0, 15.0])
 SUPPLY = number(6.0)
@@ -71,8 +71,8 @@ def test_the_account_of_energy_is_closed(drive):
 @pytest.mark.parametrize("drive", EXAMPLES.values(), ids=EXAMPLES)
 def test_without_a_voltage_it_only_brakes(drive):
     """A dead supply, or a voltage of 0."""
-    dead = eqx.tree_at(lambda d: d.signal, drive, Constant(number(0.0))) if isinstance(drive, Motor) else drive
-    found = acts(dead, SPEEDS, supply=SUPPLY if isinstance(drive, Motor) else number(1e-12))
+    dead = eqx.tree_at(lambda d: d.signal, drive, Constant(number(0.0))) if isinstance(drive, VoltageMotor) else drive
+    found = acts(dead, SPEEDS, supply=SUPPLY if isinstance(drive, VoltageMotor) else number(1e-12))
     power = found.torque * SPEEDS
     assert np.all(power <= 1e-9) and float(power[0]) < -1e-3
 

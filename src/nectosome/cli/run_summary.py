@@ -27,7 +27,7 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     """
     import numpy as np
 
-    from nectosome.solve.beats import mean_weights, mean_window
+    from nectosome.solve.mean_window import mean_weights, mean_window
 
     time = np.asarray(arrays["time"], dtype=float)
     start, over = mean_window(time, attributes) if time.size > 1 else (float(time[0]), "")
@@ -88,7 +88,7 @@ def _settling(arrays: Arrays, attributes: Mapping[str, Any]) -> list[str]:
     """Return a line on how the body's speed and the power of drives change from beat to beat, and where they go."""
     import numpy as np
 
-    from nectosome.solve.beats import beat_of_run, settling
+    from nectosome.solve.mean_window import beat_of_run, settling
 
     beat = None if "period" in attributes else beat_of_run(attributes)
     if beat is None:

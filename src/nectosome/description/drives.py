@@ -155,8 +155,8 @@ class MotorDrive(MotorDescription):
         return self
 
 
-class ScheduledGain(Described, Generic[S]):
-    """A factor on the gains of a velocity loop at a speed."""
+class _ScheduledGain(Described, Generic[S]):
+    """What factors on the gains of a velocity loop share."""
 
     at: S
     """Speed, whichever way; between two of them the factor changes evenly, outside it stays."""
@@ -164,23 +164,35 @@ class ScheduledGain(Described, Generic[S]):
     """Factor on both gains."""
 
 
+class AngularGain(_ScheduledGain[PositiveAngularSpeed]):
+    """A factor on the gains of a velocity loop at an angular speed."""
+
+
+class LinearGain(_ScheduledGain[PositiveSpeed]):
+    """A factor on the gains of a velocity loop at a speed."""
+
+
 class _VelocityLoop(Described, Generic[S]):
-    """A velocity loop (PI): it follows the rate of the motion, and forgets where it should be."""
+    """What velocity loops share."""
 
     full_voltage_at: S
     """Error of the speed from which on the motor gets all of the voltage."""
     integral_time: PositiveTime | None = None
     """Time in which the integral of an error counts as much as the error; without it there is no integral."""
-    schedule: Annotated[tuple[ScheduledGain[S], ...], increasing(_INCREASING, attrgetter("at"))] = ()
-    """Factors on both gains at increasing speeds, as where more is needed against dry friction at low speed."""
 
 
 class AngularVelocityLoop(_VelocityLoop[PositiveAngularSpeed]):
-    """A velocity loop of a hinge."""
+    """A velocity loop (PI) of a hinge: it follows the rate of the motion, and forgets where it should be."""
+
+    schedule: Annotated[tuple[AngularGain, ...], increasing(_INCREASING, attrgetter("at"))] = ()
+    """Factors on both gains at increasing speeds, as where more is needed against dry friction at low speed."""
 
 
 class LinearVelocityLoop(_VelocityLoop[PositiveSpeed]):
-    """A velocity loop of a slide."""
+    """A velocity loop (PI) of a slide: it follows the rate of the motion, and forgets where it should be."""
+
+    schedule: Annotated[tuple[LinearGain, ...], increasing(_INCREASING, attrgetter("at"))] = ()
+    """Factors on both gains at increasing speeds, as where more is needed against dry friction at low speed."""
 
 
 class ServoDrive(MotorDescription):

@@ -3,7 +3,7 @@
 from .chain import Chain, Curve, Gain, Parallel, antagonistic, respond
 from .friction import BoucWen, Dahl
 from .hysteresis import NumericInverse, Polynomial, PrandtlIshlinskii, Tanh, evenly, inverse
-from .motor import GearedMotor, Motor, Servo
+from .motor import GearedMotor, PositionServo, VoltageMotor
 from .rate_block import Integrated
 from .sensor import Sensor
 from .transfer import TransferFunction, second_order
@@ -18,18 +18,18 @@ __all__ = [
     "Gain",
     "GearedMotor",
     "Integrated",
-    "Motor",
     "NumericInverse",
     "Parallel",
     "Polynomial",
+    "PositionServo",
     "PrandtlIshlinskii",
     "Saturation",
     "Sensor",
-    "Servo",
     "SlewLimit",
     "Tanh",
     "Tank",
     "TransferFunction",
+    "VoltageMotor",
     "antagonistic",
     "evenly",
     "inverse",

@@ -98,14 +98,14 @@ class _MotorDrive(Drive):
         return eqx.tree_at(lambda d: d.signal, self, Constant(self.signal(jnp.zeros(()))[0]))
 
 
-class Motor(_MotorDrive):
+class VoltageMotor(_MotorDrive):
     """A geared motor with a voltage that follows a signal, within that of its supply."""
 
     of_supply: bool = eqx.field(static=True)  # the signal is a share of the supply's voltage
     described_by = dd.MotorDrive
 
     @classmethod
-    def from_description(cls, described: dd.MotorDrive) -> "Motor":
+    def from_description(cls, described: dd.MotorDrive) -> "VoltageMotor":
         """Of a description."""
         signal = described.voltage if described.share is None else described.share
         assert signal is not None
@@ -122,7 +122,7 @@ class Motor(_MotorDrive):
         return self.motor.given(jnp.asarray(jnp.nan), voltage, v), z
 
 
-class Servo(_MotorDrive):
+class PositionServo(_MotorDrive):
     r"""A geared motor with a position loop: the share $(d(e) + T_d\,\dot e)/e_f$ of the supply's voltage.
 
     e is what the coordinate lacks of the signal, $e_f$ the error at which the motor gets all of the voltage, $T_d$ the

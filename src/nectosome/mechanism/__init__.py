@@ -10,7 +10,7 @@ from .powered import Attachment, Battery, PoweredDrives
 from .reduce import in_plane, moves_in_plane, reduced
 from .robot import Robot, make_robot
 from .rods import SoftRod, make_rod
-from .start import Start, from_rest
+from .start import ImpulsiveStart, from_rest
 from .tree import Tree
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "Diagnosis",
     "Fixed",
     "Free",
+    "ImpulsiveStart",
     "InPlane",
     "Joint",
     "Link",
@@ -32,7 +33,6 @@ __all__ = [
     "Robot",
     "SoftRod",
     "Spherical",
-    "Start",
     "Tree",
     "TreePart",
     "bending_of",

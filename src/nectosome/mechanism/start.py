@@ -23,7 +23,7 @@ from nectosome.core.rows import rows
 from .robot import Robot, times
 
 
-class Start(NamedTuple):
+class ImpulsiveStart(NamedTuple):
     """How a robot begins."""
 
     state: State  # after the impulse
@@ -31,14 +31,14 @@ class Start(NamedTuple):
     energy: Float[Array, ""]  # of the impulse [J]
 
 
-def from_rest(robot: Robot, t: Float[Array, ""], x: State) -> Start:
-    """Start at time t from the state x, whose velocities are those before the impulse."""
+def from_rest(robot: Robot, t: Float[Array, ""], x: State) -> ImpulsiveStart:
+    """ImpulsiveStart at time t from the state x, whose velocities are those before the impulse."""
     tree = robot.tree
     u, p = tree.free_v, tree.prescribed_v
     q, v, _ = tree.complete(t, x.q, x.v)
     jump = rows(v, p)
     if not p.size:
-        return Start(x, jump, jnp.zeros(()))
+        return ImpulsiveStart(x, jump, jnp.zeros(()))
     shape = tree.shape(q)
     J = tree.jacobian(shape, jnp.eye(v.shape[0]))
     inertia = robot.inertia + robot.carried(t, shape, tree.twists(shape, v), x.z)[0]
@@ -47,4 +47,4 @@ def from_rest(robot: Robot, t: Float[Array, ""], x: State) -> Start:
         M = M + jnp.diag(robot.rotors)
     change = -inverse(M[np.ix_(u, u)]) @ M[np.ix_(u, p)] @ jump
     impulse = M[np.ix_(p, u)] @ change + M[np.ix_(p, p)] @ jump
-    return Start(State(x.q, x.v + change, x.z), impulse, 0.5 * jnp.sum(impulse * jump))
+    return ImpulsiveStart(State(x.q, x.v + change, x.z), impulse, 0.5 * jnp.sum(impulse * jump))

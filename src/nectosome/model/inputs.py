@@ -15,7 +15,7 @@ _EXPECTED = "Give a robot's name, the path of its file, its description, or what
 _OF_A_RUN = " A run knows its robot: run.value.system."
 _WAY_OUT = {
     "Dataset": " The text of a dataset's robot is in its attribute robot; nectosome.description.parse_robot reads it.",
-    **dict.fromkeys(("Run", "Steady", "Periodic", "Static"), _OF_A_RUN),
+    **dict.fromkeys(("Run", "SimulationRun", "Steady", "Periodic", "Static"), _OF_A_RUN),
 }
 
 

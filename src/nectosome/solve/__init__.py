@@ -21,7 +21,7 @@ from .results import (
     results_of,
 )
 from .sampled_plant import SampledPlant
-from .simulate import Simulation, simulate
+from .simulate import SimulationRun, simulate
 from .static import Static, load_stepping, static
 from .steady import Regime, Steady, regime_of, steady
 from .symmetry import Symmetry, find_symmetry
@@ -40,7 +40,7 @@ __all__ = [
     "Run",
     "SampledPlant",
     "Screw",
-    "Simulation",
+    "SimulationRun",
     "Static",
     "Steady",
     "Symmetry",

@@ -1,4 +1,4 @@
-"""Simulation of a robot: the public function, with progress and cancelling."""
+"""SimulationRun of a robot: the public function, with progress and cancelling."""
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
@@ -14,7 +14,7 @@ from jaxtyping import Array, Float, Int
 from nectosome.core import Mechanical, State, Status
 from nectosome.core.remember import remembered, runs_long
 from nectosome.core.rows import all_on_device, on_device
-from nectosome.mechanism import Robot, Start, from_rest, reduced
+from nectosome.mechanism import ImpulsiveStart, Robot, from_rest, reduced
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, check_choice, check_share, check_whole, read_numbers, read_positive
 
@@ -27,10 +27,10 @@ _ROWS, _WIDEST = 20, 20  # rows of samples in a call, at most, and samples of a 
 _LONGEST_CALL = 0.3  # [s] about, without `progress`: Ctrl-C is heard between calls
 
 
-class Simulation(Run):
+class SimulationRun(Run):
     """A Run from t = 0 on."""
 
-    begun: Start | None = eqx.field(kw_only=True)  # the start from rest; None where no drive gives an impulse
+    begun: ImpulsiveStart | None = eqx.field(kw_only=True)  # the start from rest; None where no drive gives an impulse
 
     def results(self, settings: dict[str, Any] | None = None) -> Results:
         """Results as of any run, with the impulse at the start [N m s, N s] and its energy [J]."""
@@ -55,7 +55,7 @@ def simulate(
     until: Guard | None = None,
     progress: Callable[[float], bool | None] | None = None,
     max_steps: int = 200_000,
-) -> "Simulation":
+) -> "SimulationRun":
     """Motion of a robot from t = 0 to `time`, seconds or text such as "2.5s", with the states at `samples`.
 
     - robot: a name, the path of a robot file, a description or a built robot, with `settings` such as "E=3MPa"; or any
@@ -71,9 +71,8 @@ def simulate(
     - progress(share): called about twenty times with the share done, of many samples after every twentieth; the run is
       cancelled where it returns False.
 
-    Returns a Simulation, a Solution whose value is a Trajectory up to where the run came; its status says why it ended
-    there.
-    Raises InputError for what is no robot, and for a time, sample count or tolerance that makes no sense.
+    Returns a SimulationRun, a Solution whose value is a Trajectory up to where the run came; its status says why it
+    ended there. Raises InputError for what is no robot, and for a time, sample count or tolerance that makes no sense.
     """
     time = read_positive(time, "time", "time")
     check_choice(method, _METHODS, "method")
@@ -148,8 +147,13 @@ _integrate_until = eqx.filter_jit(_integrate_rows)
 
 
 def _solution(
-    system: Mechanical, m: Integration, times: np.ndarray, states: list[State], status: Status, begun: Start | None
-) -> Simulation:
+    system: Mechanical,
+    m: Integration,
+    times: np.ndarray,
+    states: list[State],
+    status: Status,
+    begun: ImpulsiveStart | None,
+) -> SimulationRun:
     whole = jax.tree.map(lambda *x: np.concatenate([*map(np.asarray, x)])[: times.size], *states)
     kept = int(np.sum(times[: whole.v.shape[0]] <= _reached(m)))
     state = jax.tree.map(lambda x: on_device(x[:kept]), whole)
@@ -162,7 +166,7 @@ def _solution(
     if m.memory is not None:
         stats["jacobians"] = m.memory.refreshes
     trajectory = Trajectory(system, on_device(times), state)
-    return Simulation(trajectory, on_device(int(status)), stats, on_device(0.0), begun=begun)
+    return SimulationRun(trajectory, on_device(int(status)), stats, on_device(0.0), begun=begun)
 
 
 def _samples(first: int, last: int, x: Array) -> np.ndarray:

@@ -56,6 +56,7 @@ _KINDS = {
     "ndarray": "an array of numbers",
     "ArrayImpl": "an array of numbers",
     "Run": "a run",
+    "SimulationRun": "a run",
     "Steady": "a steady motion",
     "Periodic": "a periodic motion",
     "Static": "a static equilibrium",

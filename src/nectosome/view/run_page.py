@@ -15,7 +15,7 @@ from nectosome.units import InputError
 
 from . import series
 from .closed_loop import closed_loop_panels
-from .motors import motor_panels
+from .motor_panels import motor_panels
 from .page import write_page
 from .scenes import picture_interval, run_scene
 from .style import Panel

@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from jaxtyping import Bool, Float
 
-from nectosome.solve.beats import mean_weights, mean_window
+from nectosome.solve.mean_window import mean_weights, mean_window
 
 from .style import BLACK, BLUE, CYCLE, GREEN, ORANGE, PURPLE, VERMILLION, Panel, dress, readable, source_lines, span
 

@@ -15,7 +15,7 @@ _ROUNDING = 1e-9
 _STEADY = 1e-2  # change per beat below which a motion has settled
 
 
-class Window(NamedTuple):
+class MeanWindow(NamedTuple):
     """Time of means."""
 
     start: float  # [s]; the end is that of the run
@@ -43,17 +43,17 @@ def beat_of_run(attributes: Mapping[str, Any]) -> float | None:
         return None
 
 
-def mean_window(time: Float[np.ndarray, "n"], attributes: Mapping[str, Any]) -> Window:
+def mean_window(time: Float[np.ndarray, "n"], attributes: Mapping[str, Any]) -> MeanWindow:
     """A cycle as a whole; of other runs the last whole beats, about a tenth of the run; without a beat that tenth."""
     end, whole = float(time[-1]), float(time[-1] - time[0])
     if "period" in attributes:
-        return Window(float(time[0]), "the cycle")
+        return MeanWindow(float(time[0]), "the cycle")
     beat = beat_of_run(attributes)
     if beat is None or beat > whole * (1 + _ROUNDING):
-        return Window(end - _SHARE * whole, f"the last {show_quantity(_SHARE * whole, 'time')}")
+        return MeanWindow(end - _SHARE * whole, f"the last {show_quantity(_SHARE * whole, 'time')}")
     beats = max(int(_SHARE * whole / beat + _ROUNDING), 1)
     words = "beat" if beats == 1 else f"{beats} beats"
-    return Window(end - beats * beat, f"the last {words}, {show_quantity(beats * beat, 'time')}")
+    return MeanWindow(end - beats * beat, f"the last {words}, {show_quantity(beats * beat, 'time')}")
 
 
 def mean_weights(time: Float[np.ndarray, "n"], start: float, end: float) -> Float[np.ndarray, "n"]:

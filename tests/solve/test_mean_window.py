@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nectosome.solve.beats import mean_weights, mean_window, settling
+from nectosome.solve.mean_window import mean_weights, mean_window, settling
 
 BEAT = 0.5
 
