@@ -125,6 +125,7 @@ def _cycle(arrays: Arrays, period: float, most: float) -> Table:
         "speed": ("speed", "m/s", fastest),
         "turn_rate": ("turn rate about z", "rad/s", 1 / period),  # a radian a cycle
         "power": ("power", "W", most),
+        "power_positive": ("power without what comes back", "W", most),
         "efficiency": ("efficiency", "", 0.0),
         "cost_of_transport": ("cost of transport", "", 0.0),
     }

@@ -42,6 +42,7 @@ class CycleMeans(NamedTuple):
     bending_strain_peak: Float[Array, "parts"]  # along the part, at the ends of the half axes; NaN for a rigid part
     bending_stress_peak: Float[Array, "parts"]  # [Pa]
     power: Float[Array, ""]  # of all drives [W]
+    power_positive: Float[Array, ""]  # of all drives, each while it gives power [W]
     speed: Float[Array, ""]  # [m/s]
     turn_rate: Float[Array, ""]  # [rad/s]
     efficiency: Float[Array, ""]
@@ -66,7 +67,8 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
       converges faster with samples than the mean of the reactions, which contain impacts on joint limits. Its peak
       corresponds to a load cell with a low-pass that removes such impacts.
     - power $P = \sum \bar P_r + \sum \bar P_d$, including muscles, tendons and chambers; negative power of a drive in a
-      part of the cycle is subtracted.
+      part of the cycle is subtracted. power_positive is without that: the mean of $\sum \max(P_r, 0) + \sum \max(P_d,
+      0)$, of drives that cannot take power back.
     - speed $U = |x(T) - x(0)|/T$.
     - turn_rate $\mathrm{atan2}(Q_{yx} - Q_{xy}, Q_{xx} + Q_{yy})/T$, $Q = R(T) R(0)^T$: the change of heading, less
       than half a turn per cycle.
@@ -114,11 +116,17 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
         bending_strain_peak=_by_part(robot, once.bending.strain),
         bending_stress_peak=_by_part(robot, once.bending.stress),
         power=power,
+        power_positive=_given(once.reaction_power) + _given(once.load_power[:, driving(robot)]),
         speed=speed,
         turn_rate=jnp.arctan2(Q[1, 0] - Q[0, 1], Q[0, 0] + Q[1, 1]) / times[-1],
         efficiency=_where(travels & (power > 0) & hull, _towing(robot, mean), power),
         cost_of_transport=_where(travels, power, jnp.sum(robot.weight()) * STANDARD_GRAVITY * speed),
     )
+
+
+def _given(power: Float[Array, "n k"]) -> Float[Array, ""]:
+    """Mean of positive powers, summed [W]."""
+    return jnp.sum(jnp.mean(jnp.maximum(power, 0.0), axis=0))
 
 
 def _where(defined: Array, a: Array, b: Array) -> Array:
@@ -156,6 +164,7 @@ _OF_A_CYCLE: dict[str, tuple[tuple[str, ...], str]] = {
     "force": (("axis",), "N"),
     "force_peak": (("axis",), "N"),
     "power": ((), "W"),
+    "power_positive": ((), "W"),
     "speed": ((), "m/s"),
     "turn_rate": ((), "rad/s"),
     "efficiency": ((), "1"),
