@@ -21,53 +21,21 @@ import jax.numpy as jnp  # noqa: E402
 import jaxtyping  # noqa: E402
 import numpy as np  # noqa: E402
 import pytest  # noqa: E402
+from tests.small_robots import DRIFTER, PENDULUM  # noqa: E402
 
 from nectosome.core import State, remember  # noqa: E402
 from nectosome.core.memory import resident  # noqa: E402
 from nectosome.description import RobotDescription, parse_robot  # noqa: E402
 from nectosome.model import build  # noqa: E402
-from nectosome.robots import describe  # noqa: E402
 
 _MOST = 4 * 2**30  # bytes of a process
 
 remember._MUCH = _MOST  # tests of many robots take turns in one process
+_forget = remember.forget
+remember.forget = lambda: _forget() if resident() > _MOST else None  # what a study forgets, later tests still need
 if "optimization_level=0" in os.environ.get("XLA_FLAGS", ""):  # quick to compile: `make test`
     remember._OFTEN = sys.maxsize  # optimising again would change nothing
     jax.config.update("jax_compilation_cache_dir", None)  # keeping a program takes longer than most need it
-
-PENDULUM = """
-name: pendulum
-water: {gravity: 9.81 m/s2}
-body:
-  kind: rigid
-  shape: box
-  length: 1 m
-  width: 20 mm
-  height: 100 mm
-  mass: 1 kg
-  volume: 0 m3
-  joint: {kind: revolute, axis: y}
-"""
-
-DRIFTER = """
-name: drifter
-about: a soft rod, free in vacuum, that bends, twists and tumbles
-water: {gravity: 0 m/s2}
-body:
-  kind: rod
-  section: ellipse
-  width: 20 mm
-  height: 14 mm
-  tip_width: 10 mm
-  length: 0.5 m
-  young: 50 kPa
-  density: 1000 kg/m3
-  strains: {torsion: 0, bending_y: 1, bending_z: 0}
-  points: 5
-  joint:
-    kind: free
-    start: {angular_velocity: [2 rad/s, 1 rad/s, 4 rad/s], velocity: [0.1 m/s, -0.2 m/s, 0.3 m/s]}
-"""
 
 
 def pytest_collection_finish():
@@ -79,8 +47,7 @@ def pytest_collection_finish():
 def bounded_memory():
     """Forget compiled programs where they fill the memory: all tests in one process take some 10 GB."""
     yield
-    if resident() > _MOST:
-        remember.forget()
+    remember.forget()
 
 
 @pytest.fixture
@@ -99,16 +66,6 @@ def pendulum() -> RobotDescription:
 @pytest.fixture(scope="session")
 def drifter():
     return build(parse_robot(DRIFTER))
-
-
-@pytest.fixture(scope="session")
-def propeller() -> RobotDescription:
-    """The flagellum with few coordinates, in a current."""
-    d = describe("flagellum")
-    coarse = {"strains": {"torsion": 0, "bending_y": 1, "bending_z": 1}, "points": 5}
-    filament = d.limbs["filament"].model_copy(update=coarse)
-    water = d.water.model_copy(update={"current": (0.05, 0.02, -0.03)})
-    return d.model_copy(update={"water": water, "limbs": {**d.limbs, "filament": filament}})
 
 
 @pytest.fixture(scope="session")

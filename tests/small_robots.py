@@ -1,6 +1,69 @@
-"""Small robots: some whose drives repeat themselves, and one that is pushed and sinks."""
+"""Small robots that the tests of all rooms share: each has a structure of its own, and tests set its numbers.
+
+A program is compiled once a structure in a process: a spring of 1e-30 N/m is none, and compiles nothing anew.
+"""
 
 from nectosome.description import parse_robot
+
+PENDULUM = """
+name: pendulum
+water: {gravity: 9.81 m/s2}
+body:
+  kind: rigid
+  shape: box
+  length: 1 m
+  width: 20 mm
+  height: 100 mm
+  mass: 1 kg
+  volume: 0 m3
+  joint: {kind: revolute, axis: y}
+"""
+# a soft rod, free in vacuum, that bends, twists and tumbles
+DRIFTER = """
+name: drifter
+water: {gravity: 0 m/s2}
+body:
+  kind: rod
+  section: ellipse
+  width: 20 mm
+  height: 14 mm
+  tip_width: 10 mm
+  length: 0.5 m
+  young: 50 kPa
+  density: 1000 kg/m3
+  strains: {torsion: 0, bending_y: 1, bending_z: 0}
+  points: 5
+  joint:
+    kind: free
+    start: {angular_velocity: [2 rad/s, 1 rad/s, 4 rad/s], velocity: [0.1 m/s, -0.2 m/s, 0.3 m/s]}
+"""
+# a ball that slides down
+BALL = """
+name: ball
+body:
+  kind: rigid
+  shape: spheroid
+  length: 40 mm
+  radius: 20 mm
+  density: 1200 kg/m3
+  joint: {kind: prismatic, axis: z}
+  loads:
+    drag: {kind: lumped_drag, drag_area: [1.2e-3 m2, 1.2e-3 m2, 1.2e-3 m2]}
+""".lstrip()
+# a mass on a spring and a damper, pushed by a force that a controller may hold
+SLIDE = """
+name: slide
+water: {gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: point
+  mass: 2 kg
+  volume: 0 m3
+  inertia: [1 kg m2, 1 kg m2, 1 kg m2]
+  joint: {kind: prismatic, axis: x, stiffness: 5 N/m, damping: 4 N s/m, force: {kind: constant, value: 0 N}}
+aliases: {push: body.joint.force.value, m: body.mass}
+"""
+LOOSE = 1e-30  # N/m, or N m/rad, of a spring: none
 
 I, K, C, M0, F = 0.02, 0.8, 0.03, 0.05, 1.3  # kg m2, N m/rad, N m s/rad, N m, Hz
 DRIVEN = f"""
@@ -21,6 +84,8 @@ aliases:
   c: [body.joint.damping]
   k: [body.joint.stiffness]
   f: [body.joint.torque.frequency]
+  M: [body.joint.torque.amplitude]
+  I: [body.inertia.0, body.inertia.1, body.inertia.2]
 """
 # a bob on a rod whose hinge is shaken up and down: with this frequency, twice its own, hanging still is unstable
 SHAKEN = """
@@ -31,7 +96,7 @@ body:
   shape: point
   mass: 1 kg
   volume: 0 m3
-  joint: {kind: prismatic, axis: z, motion: {kind: sine, amplitude: 60 mm, frequency: FREQUENCY Hz}}
+  joint: {kind: prismatic, axis: z, motion: {kind: sine, amplitude: 60 mm, frequency: 0.70486 Hz}}
 limbs:
   bob:
     on: body
@@ -42,40 +107,7 @@ limbs:
     centre_of_mass: [0 m, 0 m, -1 m]
     volume: 0 m3
     joint: {kind: revolute, axis: y, position: 1e-3 rad, damping: 0.02 N m s/rad}
-"""
-ROWING = """
-name: rowing boat
-water: {gravity: 0 m/s2}
-body:
-  kind: rigid
-  shape: cylinder
-  length: 200 mm
-  radius: 40 mm
-  mass: 1 kg
-  joint: {kind: prismatic, axis: y}
-  loads: {drag: {kind: lumped_drag, drag_area: [0 m2, 4e-3 m2, 0 m2]}}
-limbs:
-  arm:
-    on: body
-    kind: rigid
-    shape: point
-    mass: 16 g
-    joint: {kind: revolute, axis: z, motion: {kind: stroke, amplitude: 60 deg, frequency: 0.8 Hz}}
-  blade:
-    on: arm
-    kind: rigid
-    shape: box
-    length: 100 mm
-    width: 2 mm
-    height: 40 mm
-    mass: 30 g
-    strips: 4
-    joint:
-      kind: revolute
-      axis: z
-      stiffness: 0.03 N m/rad
-      lower: {stiffness: 10 N m/rad, damping: 0.01 N m s/rad}
-    loads: {drag: {kind: plate_drag, normal: 1}}
+aliases: {f: body.joint.motion.frequency}
 """
 # 2 kg of which 2 L of water carry the weight; a crank of constant thrust, 1 N at 1 rad/s
 SUB = parse_robot("""

@@ -2,10 +2,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from tests.small_robots import BALL
 
 from nectosome.cli import main
-
-BALL = Path(__file__).with_name("ball.yaml").read_text()
 
 
 @dataclass

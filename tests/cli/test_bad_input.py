@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from tests.small_robots import BALL
 
 import nectosome.robots as nectosome_robots
 from nectosome.description import apply_settings, load_robot, numeric_paths
@@ -16,7 +17,6 @@ from nectosome.robots.shipped import file_of
 
 from .answers import check_wrong, faults
 
-BALL = Path(__file__).with_name("ball.yaml").read_text()
 FLAGELLUM = load_robot(file_of("flagellum"))
 COMMANDS = (
     "reproduce",

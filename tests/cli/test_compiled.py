@@ -8,13 +8,12 @@ import time
 from pathlib import Path
 
 import pytest
+from tests.small_robots import BALL
 
 from nectosome.cli import progress
 from nectosome.cli.progress import progress_bar
 from nectosome.core import remember
 from nectosome.search.processes import processors
-
-from .conftest import BALL
 
 ROOT = Path(__file__).parents[2]
 # run by every process of a command: which programs it compiles

@@ -5,8 +5,10 @@ import re
 
 import numpy as np
 import pytest
+from tests.small_robots import DRIVEN
 from tests.synthetic_campaign import CN, PLAN, A, grid, mean, write_campaign, write_grid
 
+from nectosome.description import dump_robot, parse_robot, with_values
 from nectosome.io import load_dataset, save_dataset
 
 from .answers import check_wrong
@@ -85,59 +87,41 @@ def test_one_condition_gives_a_curve_and_an_odd_experiment_is_told(nectosome, tm
 
 
 def test_the_robot_of_a_sweep_tells_the_nominal_parameter(nectosome, lab, tmp_path):
-    """The arm's stiffness is 0.03 N m/rad; here it stands for the parameter of the formula."""
+    """The arm's stiffness is 0.06 N m/rad; here it stands for the parameter of the formula."""
     renamed = grid().rename(Cn="body.joint.stiffness")
-    stiffness = ("body.joint.stiffness", 0.03 * np.array(CN), {"units": "N m/rad"})
+    stiffness = ("body.joint.stiffness", 0.06 * np.array(CN), {"units": "N m/rad"})
     save_dataset(renamed.assign_coords({stiffness[0]: stiffness}).assign_attrs(robot=ARM), tmp_path / "grid.nc")
     answer = nectosome(*GIVEN, "--quantity=-force.y", "--method", "cn-svd", "--next", "1")
     assert (answer.code, answer.err) == (0, "")
     assert re.search(
-        r"stiffness: 0\.02\d+ to 0\.02\d+ N m/rad where measured, estimated from peaks; 0\.03 in",
+        r"stiffness: 0\.04[78]\d+ to 0\.04[78]\d+ N m/rad where measured, estimated from peaks; 0\.06 in",
         " ".join(answer.out.split()),
     )
     assert "cn-svd tells no intervals" in answer.out
 
 
-DROPPED = """
-name: dropped
-water: {gravity: 0 m/s2}
-body:
-  kind: rigid
-  shape: point
-  mass: 1 kg
-  inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
-  joint:
-    kind: prismatic
-    axis: x
-    stiffness: 40 N/m
-    damping: 5 N s/m
-    force: {kind: sine, amplitude: 0.5 N, frequency: 1 Hz}
-aliases:
-  F: [body.joint.force.amplitude]
-  f: [body.joint.force.frequency]
-  k: [body.joint.stiffness]
-"""
+SIMULATED = dump_robot(with_values(parse_robot(DRIVEN), {"I": 1.0, "k": 40.0, "c": 5.0, "M": 0.5, "f": 1.0}))
 
 
 def test_a_robot_file_is_simulated_and_corrected_at_once(nectosome, tmp_path):
-    """An oscillator on a line: its power is known in closed form, at 40 N/m in the file and 32 N/m on the bench."""
+    """An oscillator: its power is known in closed form, at 40 N m/rad in the file and 32 N m/rad on the bench."""
     (tmp_path / "lab").mkdir()
-    (tmp_path / "dropped.yaml").write_text(DROPPED)
+    (tmp_path / "driven.yaml").write_text(SIMULATED)
     lines = ["columns: {power: {column: P, unit: W}}", "time: {column: t, unit: s}", "recordings:"]
 
-    def power(F, f, k):
+    def power(M, f, k):
         w = 2 * np.pi * f
-        return 0.5 * 5 * abs(w * F / (k - w**2 + 5j * w)) ** 2
+        return 0.5 * 5 * abs(w * M / (k - w**2 + 5j * w)) ** 2
 
     measured = [(0.3, 0.5), (0.3, 1.0), (0.5, 0.5), (0.5, 0.75), (0.5, 1.25), (0.5, 1.5), (0.7, 0.75), (0.7, 1.25)]
-    for k, (F, f) in enumerate(measured):
+    for k, (M, f) in enumerate(measured):
         t = np.arange(200) / (40 * f)
-        P = 2 * power(F, f, 32.0) * np.sin(2 * np.pi * f * t) ** 2
+        P = 2 * power(M, f, 32.0) * np.sin(2 * np.pi * f * t) ** 2
         np.savetxt(tmp_path / "lab" / f"{k}.csv", np.transpose([t, P]), delimiter=",", header="t,P", comments="")
-        lines.append(f"  - {{file: {k}.csv, conditions: {{F: {F} N, f: {f} Hz}}}}")
+        lines.append(f"  - {{file: {k}.csv, conditions: {{M: {M} N m, f: {f} Hz}}}}")
     (tmp_path / "lab" / "campaign.yaml").write_text("\n".join(lines) + "\n")
-    robot = ("correct", "dropped.yaml", "--campaign", "lab/campaign.yaml", "--quantity", "power", "--next", "1")
-    over = ("--over", "F=0.3..0.7:0.2N", "--over", "f=0.5..1.5:0.25Hz", "--over", "k=25,30,35,40,50N/m")
+    robot = ("correct", "driven.yaml", "--campaign", "lab/campaign.yaml", "--quantity", "power", "--next", "1")
+    over = ("--over", "M=0.3..0.7:0.2N m", "--over", "f=0.5..1.5:0.25Hz", "--over", "k=25,30,35,40,50N m/rad")
     check_wrong(
         nectosome, [(*robot, *over[:1]), robot, (*robot, "--sim", "grid.nc"), (*robot, "--over", "q=1,2N")], tmp_path
     )
@@ -147,10 +131,10 @@ def test_a_robot_file_is_simulated_and_corrected_at_once(nectosome, tmp_path):
     assert not [file for file in tmp_path.iterdir() if file.suffix in (".nc", ".html")]  # nothing unasked
     answer = nectosome(*robot, *over, "--save", "corrected.nc")
     assert (answer.code, answer.err) == (0, "")
-    assert "power of dropped.yaml, corrected with campaign.yaml" in answer.out
+    assert "power of driven.yaml, corrected with campaign.yaml" in answer.out
     found = load_dataset(tmp_path / "corrected.nc")
-    truth = power(found["F"], found["f"], 32.0)
-    assert float(abs(found["simulated"] / power(found["F"], found["f"], 40.0) - 1).max()) < 2e-3
+    truth = power(found["M"], found["f"], 32.0)
+    assert float(abs(found["simulated"] / power(found["M"], found["f"], 40.0) - 1).max()) < 2e-3
     assert float(abs(found["power"] / truth - 1).mean()) < 0.03 < float(abs(found["simulated"] / truth - 1).mean())
     assert not (tmp_path / "corrected.parts").exists()
 

@@ -90,8 +90,8 @@ def test_simulate_tells_of_servos_too(nectosome):
 
 def shake(nectosome, frequency: float, *options: str):
     """Find the cycle of a pendulum that hangs on what is shaken up and down."""
-    Path("shaken.yaml").write_text(HANGING.replace("FREQUENCY", str(frequency)))
-    return nectosome("periodic", "shaken.yaml", *options)
+    Path("shaken.yaml").write_text(HANGING)
+    return nectosome("periodic", "shaken.yaml", "--set", f"f={frequency} Hz", *options)
 
 
 def test_what_shakes_a_hanging_bob_carries_both(nectosome):

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from simple_loops import quiet
+from tests.small_robots import LOOSE, SLIDE
 
 from nectosome.controllers import (
     ActuatorLimits,
@@ -21,30 +22,19 @@ from nectosome.controllers import (
     time_scaled,
 )
 from nectosome.core import Status
-from nectosome.description import dump_robot, parse_robot
+from nectosome.description import parse_robot, with_values
 from nectosome.solve import SampledPlant
 from nectosome.view.saved import check_drawable, check_run
 
 MASS, DRAG, MOST, DT = 2.0, 4.0, 2.0, 0.05  # kg, N s/m, N, s
-SLIDE = parse_robot(f"""
-name: slide
-water: {{gravity: 0 m/s2}}
-body:
-  kind: rigid
-  shape: point
-  mass: {MASS} kg
-  volume: 0 m3
-  inertia: [1 kg m2, 1 kg m2, 1 kg m2]
-  joint: {{kind: prismatic, axis: x, damping: {DRAG} N s/m, force: {{kind: constant, value: 0 N}}}}
-aliases: {{push: body.joint.force.value}}
-""")
+FREE = with_values(parse_robot(SLIDE), {"m": MASS, "body.joint.stiffness": LOOSE, "body.joint.damping": DRAG})
 PI = pid_of([10.0, 20.0, 0.0], 0.0, ActuatorLimits(*map(jnp.asarray, (-MOST, MOST, np.inf))))
 
 
 @pytest.fixture(scope="module")
 def slide():
     """Its velocity answers as 1/(m s + c)."""
-    return SampledPlant(SLIDE, "push", "velocity.x", DT, instants=2, rtol=1e-9, atol=1e-11)
+    return SampledPlant(FREE, "push", "velocity.x", DT, instants=2, rtol=1e-9, atol=1e-11)
 
 
 def test_a_robot_answers_as_its_transfer_function_saturated_or_not(slide):
@@ -146,7 +136,7 @@ def test_what_answers_downwards_gets_gains_below_nothing(slide):
 
 def test_a_gentler_pace_is_the_same_motion_stretched_in_time():
     """Of a mass alone, sampled half as often: sample by sample the same."""
-    free = parse_robot(dump_robot(SLIDE).replace(f"damping: {DRAG:g} N s/m", "damping: 0 N s/m"))
+    free = with_values(FREE, {"body.joint.damping": LOOSE})
     gains, runs = np.array([8.0, 3.0, 6.0]), []
     for pace in (1.0, 0.5):
         robot = SampledPlant(free, "push", "position.x", DT / pace, rtol=1e-9, atol=1e-11)

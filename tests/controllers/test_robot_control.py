@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.small_robots import SLIDE
 
 from nectosome.controllers import control
 from nectosome.core import Status
@@ -9,23 +10,12 @@ from nectosome.description import parse_robot
 from nectosome.model import build
 from nectosome.units import InputError
 
-SLIDE = parse_robot("""
-name: slide
-water: {gravity: 0 m/s2}
-body:
-  kind: rigid
-  shape: point
-  mass: 2 kg
-  volume: 0 m3
-  inertia: [1 kg m2, 1 kg m2, 1 kg m2]
-  joint: {kind: prismatic, axis: x, stiffness: 5 N/m, damping: 4 N s/m, force: {kind: constant, value: 0 N}}
-aliases: {push: body.joint.force.value, m: body.mass}
-""")
+ROBOT = parse_robot(SLIDE)
 COMMON = {"command": "push=-2..2N", "measure": "body.position"}
 
 
 def test_gains_are_found_detuned_and_tracked_in_one_call():
-    result = control(SLIDE, **COMMON, reference="10cm", time="8s")
+    result = control(ROBOT, **COMMON, reference="10cm", time="8s")
     assert result.status == Status.SOLVED
     assert result.gains is not None and result.gains.experiment is not None
     assert result.record.output[-1] == pytest.approx(0.1, abs=2e-3)
@@ -39,18 +29,18 @@ def test_text_and_numbers_a_description_and_a_built_robot_are_the_same():
     given = {"gains": "20,30,10", "rate": "10Hz", "delay": "100ms", "reference": "0.1m", "time": "2s"}
     si = {"gains": (20, 30, 10), "rate": 10.0, "delay": 0.1, "reference": 0.1, "time": 2.0}
     runs = [
-        control(SLIDE, **COMMON, **given).record,
-        control(build(SLIDE), **COMMON, **si).record,
-        control(SLIDE, **COMMON, **(si | {"reference": np.full(21, 0.1), "time": None})).record,
+        control(ROBOT, **COMMON, **given).record,
+        control(build(ROBOT), **COMMON, **si).record,
+        control(ROBOT, **COMMON, **(si | {"reference": np.full(21, 0.1), "time": None})).record,
     ]
     for run in runs[1:]:
         np.testing.assert_array_equal(run.output, runs[0].output)
-    heavy = control(SLIDE, settings="m=4kg", **COMMON, **given).record
+    heavy = control(ROBOT, settings="m=4kg", **COMMON, **given).record
     assert np.abs(heavy.output - runs[0].output).max() > 1e-3
 
 
 def test_a_run_that_is_cancelled_while_gains_are_found_has_no_samples():
-    result = control(SLIDE, **COMMON, reference="10cm", progress=lambda what, share: False)
+    result = control(ROBOT, **COMMON, reference="10cm", progress=lambda what, share: False)
     assert result.gains is None and result.status == Status.CANCELLED
     assert result.record.time.size == 0 and result.missed() == ""
     with pytest.raises(InputError, match="nothing to save"):
@@ -72,5 +62,5 @@ def test_a_run_that_is_cancelled_while_gains_are_found_has_no_samples():
 ])  # fmt: skip
 def test_an_error_names_the_argument(changed, field):
     with pytest.raises(InputError) as told:
-        control(SLIDE, **({**COMMON, "reference": "10cm"} | changed))
+        control(ROBOT, **({**COMMON, "reference": "10cm"} | changed))
     assert told.value.field == field

@@ -8,28 +8,17 @@ from pathlib import Path
 import jax
 import numpy as np
 import pytest
+from tests.small_robots import BALL
 
 import nectosome as ns
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "python" / "index.md"
-BALL = """
-name: ball
-body:
-  kind: rigid
-  shape: spheroid
-  length: 40 mm
-  radius: 20 mm
-  density: 1200 kg/m3
-  joint: {kind: prismatic, axis: z}
-  loads: {drag: {kind: lumped_drag, drag_area: [6 cm2, 6 cm2, 6 cm2]}}
-aliases: {heavy: body.density}
-"""
 
 
 @pytest.fixture(scope="module")
 def ball(tmp_path_factory):
     path = tmp_path_factory.mktemp("face") / "ball.yaml"
-    path.write_text(BALL)
+    path.write_text(BALL + "aliases: {heavy: body.density}\n")
     return ns.describe(str(path))
 
 

@@ -2,8 +2,9 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from nectosome.description import parse_robot
+from nectosome.description import RobotDescription, parse_robot
 from nectosome.model import build
+from nectosome.robots import describe
 
 # every kind of joint, link and load, rods on links, a link on a rod's mark, a rod on a rod
 ZOO = """
@@ -115,6 +116,16 @@ def zoo():
 def described():
     """Robot of a text."""
     return lambda text: build(parse_robot(text))
+
+
+@pytest.fixture(scope="session")
+def propeller() -> RobotDescription:
+    """The flagellum with few coordinates, in a current."""
+    d = describe("flagellum")
+    coarse = {"strains": {"torsion": 0, "bending_y": 1, "bending_z": 1}, "points": 5}
+    filament = d.limbs["filament"].model_copy(update=coarse)
+    water = d.water.model_copy(update={"current": (0.05, 0.02, -0.03)})
+    return d.model_copy(update={"water": water, "limbs": {**d.limbs, "filament": filament}})
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from nectosome import model
 from nectosome.core import State
-from nectosome.description import drive_period, dump_robot, parse_robot
+from nectosome.description import drive_period, dump_robot, parse_robot, with_values
 from nectosome.loads import FluidChamber, Tendon
 from nectosome.loads.rod_loads import Thread
 from nectosome.mechanism import SoftRod
@@ -37,39 +37,59 @@ def robot_of(*lines: str):
     return model.build(parse_robot(HOLD + "".join(f"  {line}\n" for line in lines)))
 
 
-def at_rest(*lines: str) -> tuple[SoftRod, jax.Array]:
-    """The rod, and its strain coordinates where it comes to rest."""
-    robot = robot_of(*lines)
+# a tendon, a chamber and a muscle in one rod; each does nothing until it is given a number
+INSIDE = (
+    HOLD
+    + """
+  tip_radius: 10 mm
+  strains: {bending_y: 12, bending_z: 9, extension: 1}
+  loads:
+    pull:
+      {kind: tendon, place: [0 m, 0 m], tip_place: [0 m, 0 m], along: [0, END], tension: {kind: constant, value: 0 N}}
+    blow: {kind: chamber, place: [0 m, 0 m], area: 50 mm2, pressure: {kind: constant, value: 0 Pa}}
+    beat: {kind: muscle, strain: bending_z, moment: WAVE}
+aliases: {T: body.loads.pull.tension.value, p: body.loads.blow.pressure.value, m: body.loads.beat.moment.amplitude,
+  r: body.tip_radius}
+""".replace("WAVE", "{kind: wave, amplitude: 0 N m, frequency: 2 Hz, phase: 90 deg, envelope: [0, 1]}")
+)
+
+
+def at_rest(end: float = 1.0, **values: float | tuple[float, float]) -> dict[str, np.ndarray]:
+    """Coordinates where the rod comes to rest, by strain; `values` are numbers, and places of the tendon."""
+    tendon = {
+        f"body.loads.pull.{n}.{k}": x for n, xs in values.items() if isinstance(xs, tuple) for k, x in enumerate(xs)
+    }
+    numbers = {name: x for name, x in values.items() if not isinstance(x, tuple)}
+    robot = model.build(with_values(parse_robot(INSIDE.replace("END", str(end))), numbers | tendon))
     found = load_stepping(robot)
     assert found.status == 0
-    rod = robot.tree.parts[0].body
+    rod, q = robot.tree.parts[0].body, np.asarray(found.value.q)
     assert isinstance(rod, SoftRod)
-    return rod, found.value.q
+    of = [name.partition(".")[0] for name in rod.names]
+    return {strain: q[np.array(of) == strain] for strain in of}
 
 
 def test_a_tendon_beside_the_axis_bends_a_rod_evenly_towards_it():
-    """E J kappa = T d, exactly: the tendon stays a circle at the distance d."""
+    """E J kappa = T d, exactly: the tendon stays a circle at the distance d; and E A epsilon = -T."""
     T, d = 0.5, 6e-3
-    _, q = at_rest(
-        "strains: {bending_z: 3}",
-        f"loads: {{pull: {{kind: tendon, place: [{d} m, 0 m], tension: {{kind: constant, value: {T} N}}}}}}",
-    )
-    np.testing.assert_allclose(q, [T * d / BENDING * 0.3, 0, 0, 0], atol=1e-12)
+    q = at_rest(T=T, place=(d, 0.0), tip_place=(d, 0.0))
+    np.testing.assert_allclose(q["bending_z"], [T * d / BENDING * 0.3, *np.zeros(9)], atol=1e-12)
+    np.testing.assert_allclose(q["extension"], [-T / AXIAL, 0], atol=1e-12)
+    np.testing.assert_allclose(q["bending_y"], 0, atol=1e-12)
 
 
 def test_a_tendon_at_a_share_of_the_radius_curls_a_cone():
     r"""Turn of the tip $\int T c r / (E J) dx = \frac{2 c T L}{\pi E (r_0 - r_1)} (r_1^{-2} - r_0^{-2})$, c 0.7."""
     T, r0, r1 = 0.2, 10e-3, 4e-3
-    load = f"{{kind: tendon, place: [7 mm, 0 m], tip_place: [2.8 mm, 0 m], tension: {{kind: constant, value: {T} N}}}}"
-    _, q = at_rest("tip_radius: 4 mm", "strains: {bending_z: 9}", f"loads: {{pull: {load}}}")
-    assert q[0] == pytest.approx(2 * 0.7 * T * 0.3 / (np.pi * 0.2e6 * (r0 - r1)) * (r1**-2 - r0**-2), rel=2e-3)
+    q = at_rest(T=T, r=r1, place=(7e-3, 0.0), tip_place=(2.8e-3, 0.0))
+    turn = 2 * 0.7 * T * 0.3 / (np.pi * 0.2e6 * (r0 - r1)) * (r1**-2 - r0**-2)
+    assert q["bending_z"][0] == pytest.approx(turn, rel=2e-3)
 
 
 def test_a_tendon_that_ends_half_way_bends_the_first_half():
     """What lies beyond its end is straight; the turn of the tip is T d / E J times its length."""
     T, d = 0.5, 6e-3
-    load = f"{{kind: tendon, place: [0 m, {d} m], along: [0, 0.5], tension: {{kind: constant, value: {T} N}}}}"
-    _, q = at_rest("strains: {bending_y: 12}", f"loads: {{pull: {load}}}")
+    q = at_rest(0.5, T=T, place=(0.0, d), tip_place=(0.0, d))["bending_y"]
     assert q[0] == pytest.approx(-T * d / BENDING * 0.15, rel=1e-9)  # towards +z, which is about -y
     steps = np.polynomial.legendre.legval(np.linspace(-0.8, -0.2, 7), q) / 0.3
     np.testing.assert_allclose(steps, -T * d / BENDING, rtol=0.15)  # but for ripples of the jump
@@ -78,17 +98,16 @@ def test_a_tendon_that_ends_half_way_bends_the_first_half():
 def test_a_chamber_on_the_axis_makes_a_rod_longer():
     """E A epsilon = p A_c."""
     p, area = 20e3, 5e-5
-    load = f"{{kind: chamber, place: [0 m, 0 m], area: {area} m2, pressure: {{kind: constant, value: {p} Pa}}}}"
-    _, q = at_rest("strains: {bending_z: 1, extension: 1}", f"loads: {{blow: {load}}}")
-    np.testing.assert_allclose(q, [0, 0, p * area / AXIAL, 0], atol=1e-12)
+    q = at_rest(p=p)
+    np.testing.assert_allclose(q["extension"], [p * area / AXIAL, 0], atol=1e-12)
+    np.testing.assert_allclose(q["bending_z"], 0, atol=1e-12)
 
 
 def test_a_muscle_gives_its_moment_along_the_rod():
     """E J kappa(x) = m(x), where polynomials can follow."""
-    wave = "{kind: wave, amplitude: 10 mN m, frequency: 2 Hz, phase: 90 deg, envelope: [0, 1]}"
-    _, q = at_rest("strains: {bending_z: 2}", f"loads: {{beat: {{kind: muscle, strain: bending_z, moment: {wave}}}}}")
-    expected = 10e-3 / BENDING * 0.3 * np.array([0.5, 0.5, 0.0])  # x/L = P_0/2 + P_1/2
-    np.testing.assert_allclose(q, expected, atol=1e-12)
+    q = at_rest(m=10e-3)
+    expected = 10e-3 / BENDING * 0.3 * np.array([0.5, 0.5])  # x/L = P_0/2 + P_1/2
+    np.testing.assert_allclose(q["bending_z"], [*expected, *np.zeros(8)], atol=1e-12)
 
 
 PLAYS = "hysteresis: {direct: 0.4, thresholds: [5 kPa, 12 kPa], weights: [0.3, 0.2]}"

@@ -1,12 +1,46 @@
 import jax.numpy as jnp
 import pytest
-from tests.small_robots import DRIVEN, ROWING
+from tests.small_robots import DRIVEN
 
 from nectosome.core import State
 from nectosome.description import RobotDescription, parse_robot
 from nectosome.mechanism import make_robot
 from nectosome.model import build
 
+ROWING = """
+name: rowing boat
+water: {gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: cylinder
+  length: 200 mm
+  radius: 40 mm
+  mass: 1 kg
+  joint: {kind: prismatic, axis: y}
+  loads: {drag: {kind: lumped_drag, drag_area: [0 m2, 4e-3 m2, 0 m2]}}
+limbs:
+  arm:
+    on: body
+    kind: rigid
+    shape: point
+    mass: 16 g
+    joint: {kind: revolute, axis: z, motion: {kind: stroke, amplitude: 60 deg, frequency: 0.8 Hz}}
+  blade:
+    on: arm
+    kind: rigid
+    shape: box
+    length: 100 mm
+    width: 2 mm
+    height: 40 mm
+    mass: 30 g
+    strips: 4
+    joint:
+      kind: revolute
+      axis: z
+      stiffness: 0.03 N m/rad
+      lower: {stiffness: 10 N m/rad, damping: 0.01 N m s/rad}
+    loads: {drag: {kind: plate_drag, normal: 1}}
+"""
 # a mass point that slides, without any force
 SLIDER = """
 name: slider

@@ -4,13 +4,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.small_robots import DRIVEN, M0, ROWING, C, F, I, K
+from tests.small_robots import DRIVEN, M0, C, F, I, K
 
 from nectosome.core import State
 from nectosome.description import parse_robot
 from nectosome.model import bind, build
 from nectosome.robots import describe
 from nectosome.solve import CycleMeans, Periodic, Trajectory, cycle_means, mean_data
+
+from .conftest import ROWING
 
 means_of = jax.jit(cycle_means)
 

@@ -4,14 +4,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from tests.small_robots import DRIVEN, M0, ROWING, SHAKEN, C, F, I, K
+from tests.small_robots import DRIVEN, M0, SHAKEN, C, F, I, K
 
 from nectosome.core import State, Status
-from nectosome.description import parse_robot
+from nectosome.description import parse_robot, with_values
 from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.solve import find_symmetry, periodic, simulate
 from nectosome.units import InputError
+
+from .conftest import ROWING
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +63,7 @@ def hill_multiplier(frequency):
 
 @pytest.mark.parametrize("frequency", [0.70486, 1.4])
 def test_a_shaken_pendulum_is_stable_or_not_as_hills_equation_says(frequency):
-    robot = build(parse_robot(SHAKEN.replace("FREQUENCY", str(frequency))))
+    robot = build(with_values(parse_robot(SHAKEN), {"f": frequency}))
     still = State(jnp.zeros(1), jnp.zeros(1), robot.initial().z)
     found = periodic(robot, 1 / frequency, guess=still, rtol=1e-8, atol=1e-10)
     wanted = hill_multiplier(frequency)

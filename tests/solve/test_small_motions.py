@@ -4,6 +4,7 @@ from math import pi
 
 import numpy as np
 import pytest
+from tests.small_robots import SLIDE
 
 from nectosome.description import parse_robot, with_values
 from nectosome.solve import critical, modes, static
@@ -30,19 +31,6 @@ body:
 aliases: {{P: body.loads.push.force.0}}
 """
 
-# a mass on a spring and a damper: w0 = 10 rad/s, damping ratio 0.3
-SLIDER = """
-name: slider
-water: {gravity: 0 m/s2}
-body:
-  kind: rigid
-  shape: point
-  mass: 2 kg
-  volume: 0 m3
-  joint: {kind: prismatic, axis: x, stiffness: 200 N/m, damping: 12 N s/m}
-aliases: {c: body.joint.damping}
-"""
-
 
 @pytest.fixture(scope="module")
 def dead():
@@ -50,13 +38,14 @@ def dead():
 
 
 def test_a_mass_on_a_spring_and_a_damper():
-    """lambda = -z w0 + i w0 sqrt(1 - z^2); above z = 1 both eigenvalues are real."""
-    found = modes(parse_robot(SLIDER))
+    """w0 = 10 rad/s, z = 0.3: lambda = -z w0 + i w0 sqrt(1 - z^2); above z = 1 both eigenvalues are real."""
+    sprung = with_values(parse_robot(SLIDE), {"m": 2.0, "body.joint.stiffness": 200.0, "body.joint.damping": 12.0})
+    found = modes(sprung)
     assert found.eigenvalue == pytest.approx([-3 + 1j * np.sqrt(91)], rel=1e-9)
     assert found.frequency == pytest.approx([np.sqrt(91) / (2 * pi)])
     assert found.damping_ratio == pytest.approx([0.3])
     assert found.stable and found.coordinates == ("body.position",) and found.shape == pytest.approx(np.ones((1, 1)))
-    heavy = modes(with_values(parse_robot(SLIDER), {"c": 50.0}))
+    heavy = modes(with_values(sprung, {"body.joint.damping": 50.0}))
     assert heavy.eigenvalue == pytest.approx([-5, -20]) and heavy.damping_ratio == pytest.approx([1, 1])
 
 
@@ -97,7 +86,7 @@ def test_what_has_no_critical_value_is_told(as_users_run, dead):
         critical(dead, "P", (1.0,), samples=2)
     with pytest.raises(InputError, match='there is no quantity called "Q" in column'):
         critical(dead, "Q", "1 N .. 2 N")
-    loose = SLIDER.replace(", stiffness: 200 N/m", "") + "  \n"
-    loose = loose.replace("water: {gravity: 0 m/s2}", "").replace("axis: x", "axis: z")
+    loose = SLIDE.replace("stiffness: 5 N/m, ", "").replace("axis: x", "axis: z")
+    loose = loose.replace("water: {gravity: 0 m/s2}", "")
     with pytest.raises(InputError, match=r"no equilibrium found. Nothing holds body.position"):
         modes(parse_robot(loose))

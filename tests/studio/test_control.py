@@ -6,6 +6,7 @@ import time
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from tests.small_robots import SLIDE
 from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, beside, chromium, nothing_left, said
 
 from nectosome.controllers import ActuatorLimits, SensorModel, pid_of, run_closed_loop
@@ -22,20 +23,6 @@ from nectosome.studio.tasks.control_request import first_measured, most_of, prep
 from nectosome.studio.tasks.live_rig import LiveRig
 from nectosome.view.saved import check_drawable, check_run
 
-SLIDE = """
-name: slide
-water: {gravity: 0 m/s2}
-body:
-  kind: rigid
-  shape: box
-  length: 200 mm
-  width: 60 mm
-  height: 60 mm
-  mass: 2 kg
-  inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
-  joint: {kind: prismatic, axis: x, stiffness: 5 N/m, damping: 4 N s/m, force: {kind: constant, value: 0 N}}
-aliases: {push: body.joint.force.value, m: body.mass}
-"""
 DT, GAINS, WANTED = 0.05, (20.0, 30.0, 10.0), 0.1  # s; N/m, N/(m s), N s/m; m
 
 

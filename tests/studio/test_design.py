@@ -2,31 +2,17 @@
 
 import numpy as np
 import pytest
+from tests.small_robots import DRIVEN
 from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, count, nothing_left, said
 
+from nectosome.description import dump_robot, parse_robot, with_values
 from nectosome.io import load_dataset
 from nectosome.studio.server import Studio
 
-OSCILLATOR = """
-name: oscillator
-water: {gravity: 0 m/s2}
-body:
-  kind: rigid
-  shape: box
-  length: 200 mm
-  width: 30 mm
-  height: 60 mm
-  mass: 1 kg
-  inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
-  joint:
-    kind: revolute
-    axis: z
-    stiffness: 0.03 N m/rad
-    damping: 0.02 N m s/rad
-    torque: {kind: sine, amplitude: 0.02 N m, frequency: 2 Hz}
-  loads: {push: {kind: force, force: [0.1 N, 0 N, 0 N], at: root}} # at the hinge: it does no work
-aliases: {M: [body.joint.torque.amplitude], c: [body.joint.damping]}
-"""
+PUSH = "  loads: {push: {kind: force, force: [0.1 N, 0 N, 0 N], at: root}}\n"  # at the hinge: it does no work
+VALUES = {"I": 0.011, "k": 0.03, "c": 0.02, "M": 0.02, "f": 2.0}
+OSCILLATOR = dump_robot(with_values(parse_robot(DRIVEN), VALUES)).partition("aliases")[0] + PUSH
+OSCILLATOR += "aliases: {M: body.joint.torque.amplitude, c: body.joint.damping}\n"
 PROBLEM = """
 vary: {M: 10..30 mN m, c: 10..40 mN m s/rad}
 minimise: power
@@ -39,8 +25,8 @@ pytestmark = NEEDS_CHROMIUM
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     root = tmp_path_factory.mktemp("studio")
-    (root / "oscillator.yaml").write_text(OSCILLATOR)
-    (root / "oscillator.design.yaml").write_text(PROBLEM)
+    (root / "driven.yaml").write_text(OSCILLATOR)
+    (root / "driven.design.yaml").write_text(PROBLEM)
     return root
 
 
@@ -52,7 +38,7 @@ def browser():
 
 @pytest.fixture
 def page(folder, browser):
-    studio = Studio(str(folder / "oscillator.yaml"), folder, "127.0.0.1", 18_600)
+    studio = Studio(str(folder / "driven.yaml"), folder, "127.0.0.1", 18_600)
     made = browser.new_page(viewport={"width": 1000, "height": 1000})
     made.set_default_timeout(PATIENCE)
     made.goto(studio.address)

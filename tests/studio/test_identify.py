@@ -2,33 +2,17 @@
 
 import numpy as np
 import pytest
+from tests.small_robots import DRIVEN, SLIDE
 from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, beside, chromium, count, nothing_left, said
 
-from nectosome.description import parse_robot
+from nectosome.description import dump_robot, parse_robot, with_values
 from nectosome.studio.server import Studio
 from nectosome.studio.tasks.identify import _signals
 
 K, C, TORQUE = 0.03, 0.004, 0.02  # N m/rad, N m s/rad, N m
-INERTIA = 1e-3 + 0.1 * 0.1**2  # kg m2, about the joint
-OSCILLATOR = f"""
-name: oscillator
-water: {{gravity: 0 m/s2}}
-body:
-  kind: rigid
-  shape: box
-  length: 200 mm
-  width: 30 mm
-  height: 60 mm
-  mass: 0.1 kg
-  inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
-  joint:
-    kind: revolute
-    axis: z
-    stiffness: 0.05 N m/rad
-    damping: 0.006 N m s/rad
-    torque: {{kind: sine, amplitude: {TORQUE} N m, frequency: 1 Hz}}
-aliases: {{k: [body.joint.stiffness], c: [body.joint.damping]}}
-"""
+INERTIA = 2e-3  # kg m2, about the joint
+ROBOT = with_values(parse_robot(DRIVEN), {"I": INERTIA, "k": 0.05, "c": 0.006, "M": TORQUE, "f": 1.0})
+OSCILLATOR = dump_robot(ROBOT).partition("aliases")[0] + "aliases: {k: body.joint.stiffness, c: body.joint.damping}\n"
 
 
 def recording() -> str:
@@ -49,18 +33,17 @@ def recording() -> str:
 
 def test_signals_are_those_that_can_be_driven():
     assert _signals(parse_robot(OSCILLATOR)) == ["body.joint.torque"]
-    still = OSCILLATOR.replace("kind: sine, amplitude: 0.02 N m, frequency: 1 Hz", "kind: constant, value: 0 N m")
-    assert _signals(parse_robot(still)) == ["body.joint.torque"]
+    assert _signals(parse_robot(SLIDE)) == ["body.joint.force"]
 
 
 @NEEDS_CHROMIUM
 def test_a_recording_is_sent_and_what_it_tells_applied(tmp_path, capfd):
-    (tmp_path / "oscillator.yaml").write_text(OSCILLATOR)
+    (tmp_path / "driven.yaml").write_text(OSCILLATOR)
     (tmp_path / "good.csv").write_text(recording())
     (tmp_path / "bad.csv").write_text("time (s),angle (deg)\n0,1\n1,x\n")
     (tmp_path / "bare.csv").write_text("time (s),channel 1\n0,90\n1,180\n")
     (tmp_path / "bench.yaml").write_text("columns:\n  angle: {column: channel 1, unit: deg}\n")
-    studio = Studio(str(tmp_path / "oscillator.yaml"), tmp_path, "127.0.0.1", 18_600)
+    studio = Studio(str(tmp_path / "driven.yaml"), tmp_path, "127.0.0.1", 18_600)
 
     def press(name: str) -> None:
         page.get_by_role("button", name=name, exact=True).click()
