@@ -76,6 +76,34 @@ def test_a_thread_inside_of_its_rod_is_plausible(section, thread):
     assert not list(implausible(parse_robot(TENDON.replace("SECTION", section).replace("THREAD", thread))))
 
 
+SERVO = """
+name: oar
+body:
+  kind: rigid
+  shape: point
+  mass: 1 kg
+  inertia: [0.01 kg m2, 0.01 kg m2, 0.01 kg m2]
+  joint:
+    kind: revolute
+    axis: z
+    motion: {kind: sine, amplitude: 30 deg, frequency: 1 Hz}
+    servo: {model: HS-5646WP, supply: SUPPLY, full_voltage_at: 10 deg, inertia: INERTIA}
+"""
+
+
+def test_a_motor_without_a_rotor_and_one_at_a_far_voltage_are_told():
+    def found(supply: str, inertia: str) -> list[tuple[str, str]]:
+        return [*implausible(parse_robot(SERVO.replace("SUPPLY", supply).replace("INERTIA", inertia)))]
+
+    assert not found("7.4 V", "1e-3 kg m2")
+    (path, said), (other, far) = found("11.1 V", "0 kg m2")
+    assert path == "body.joint.servo.inertia" and said.startswith("0 kg m2: a rotor behind its gear often has more")
+    assert (other, far) == (
+        "body.joint.servo.rated_voltage",
+        "it is supplied by 11.1 V, far above the 6 V of its data sheet.",
+    )
+
+
 def test_a_fast_current_is_told_by_its_axis():
     text = (
         ROD.replace("density: WATER", "current: [0 m/s, 30 m/s, 0 m/s]")

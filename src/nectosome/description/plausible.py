@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import numpy as np
     from jaxtyping import Float
 
+_MOST_VOLTAGE = 1.4  # of the rated one: makers of hobby servos give torque up to 7.4 or 8.4 V beside that at 6 V
 _PLACES = 41  # along a thread, at which it is looked at
 
 
@@ -66,11 +67,12 @@ _KNOWN = (
 
 
 def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
-    """Yield paths with a sentence: values of no material and no water, threads outside of their rods, no wake."""
+    """Yield paths with a sentence: what no material and no water has, threads outside of rods, no wake, odd motors."""
     yield from _without_wake(description)
     for name, part in description.parts.items():
         if isinstance(part, Rod):
-            yield from _outside(part, "body" if part is description.body else f"limbs.{name}")
+            yield from _outside(part, description.place_of(name))
+        yield from _overdriven(description, name)
     for path, quantity in numeric_paths(description).items():
         value = value_at(description, path)
         owner, _, field = path.rpartition(".")
@@ -92,6 +94,26 @@ def _without_wake(description: RobotDescription) -> Iterator[tuple[str, str]]:
         if bends and AddedMassLoad in kinds and TrailingEdgeLoad not in kinds:
             words = "it bends itself and has added mass, but no trailing_edge: it will hardly get thrust from the water"
             yield "body.loads", f"{words} that its tail leaves behind."
+
+
+def _overdriven(description: RobotDescription, name: str) -> Iterator[tuple[str, str]]:
+    """A motor without a rotor, and one at a voltage far above that of its data sheet."""
+    joint = description.parts[name].joint
+    for kind in ("servo", "motor"):
+        drive = getattr(joint, kind, None)
+        if drive is None:
+            continue
+        path = f"{description.place_of(name)}.joint.{kind}"
+        if drive.inertia == 0:
+            words = "0 kg m2: a rotor behind its gear often has more inertia at the joint than the limb has"
+            yield (
+                f"{path}.inertia",
+                f"{words}; without one a motor starts too briskly. Give its own times the square of the ratio.",
+            )
+        voltage = drive.supply if drive.battery is None else description.batteries[drive.battery].voltage
+        if voltage is not None and drive.rated_voltage is not None and voltage > _MOST_VOLTAGE * drive.rated_voltage:
+            shown, rated = (format_quantity(x, "voltage") for x in (voltage, drive.rated_voltage))
+            yield f"{path}.rated_voltage", f"it is supplied by {shown}, far above the {rated} of its data sheet."
 
 
 def _outside(rod: Rod, path: str) -> Iterator[tuple[str, str]]:
