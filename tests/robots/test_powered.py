@@ -147,3 +147,18 @@ def test_a_servo_starts_at_rest_where_its_motion_starts():
     robot = build(arm("{kind: sine, amplitude: 40 deg, frequency: 1 Hz, offset: 10 deg, phase: 90 deg}"))
     np.testing.assert_allclose(robot.initial().q, [np.radians(50)], rtol=1e-12)
     np.testing.assert_array_equal(robot.initial().v, [0.0])
+
+
+def test_a_tuna_swims_forward_from_the_first_beat_within_its_battery():
+    """Each beat goes further than the one before; the battery gives what drives take and the electronics."""
+    run = simulate("tuna", 2.0, samples=601)
+    data = run.to_dataset()
+    place = np.interp(np.arange(4) / 1.5, data["time"], data["position"].values[:, 0, 0])
+    beats = np.diff(place)
+    assert beats[0] > 1e-3 and np.all(np.diff(beats) > 0)
+    assert float(data["momentum_balance"].max()) < 1e-12
+    taken, given = data["electrical_power"].sum("motor"), data["battery_power"].squeeze()
+    np.testing.assert_allclose(given, 0.5 + np.maximum(taken, 0.0), rtol=1e-9)
+    work = data["motor_torque"] * data["motor_rate"]
+    np.testing.assert_allclose(taken, (work + data["motor_heat"]).sum("motor"), atol=1e-9)
+    assert np.abs(data["lag"]).max() < np.radians(6)

@@ -141,6 +141,17 @@ ENTRIES = (
         (-110.0, 50.0),
     ),
     GalleryEntry(
+        "tuna",
+        "Tuna",
+        "Three rigid segments and a tail fin on an elastic hinge, free in the horizontal plane. All of it is made up "
+        "but the motors. The fin sheds no wake, so that its thrust is that of drag and added mass.",
+        "Two servos after the data sheet of one that can be bought, with their lag and their heat, on one battery.",
+        "nectosome simulate tuna --time 6s --save tuna.nc",
+        _shipped("tuna"),
+        40,
+        (-110.0, 50.0),
+    ),
+    GalleryEntry(
         "poseidrone",
         "PoseiDRONE",
         "A body on a line that a pulsed jet pushes, with mass, added mass and drag as Giorgio-Serchi et al. 2017 "
