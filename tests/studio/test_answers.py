@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from tests.small_robots import LOOSE
 
 import nectosome as ns
-from nectosome.description import parse_robot, with_values
+from nectosome.description import parse_robot
 from nectosome.solve import periodic
 from nectosome.studio.answers import AnswerSolver
 from nectosome.units import InputError
@@ -53,7 +52,6 @@ body:
   mass: 2 kg
   volume: 0 m3
   joint: {kind: prismatic, axis: y, stiffness: 50 N/m, damping: 5 N s/m}
-  loads: {push: {kind: force, force: [0 N, 1e-30 N, 0 N], frame: world}} # none
 limbs:
   arm:
     on: body
@@ -119,8 +117,8 @@ def test_what_a_servo_cannot_do_is_told_and_numbers_are_those_of_the_command():
 
 def test_what_never_repeats_itself_is_seen_beginning_unless_it_did_before():
     """A push that nothing brakes, over the swings of an arm: (F/m) t/2 on the mean, and what the arm throws it."""
-    free = {"body.joint.stiffness": LOOSE, "body.joint.damping": LOOSE, "body.loads.push.force.1": 21.0}
-    runaway = with_values(parse_robot(SERVO), free)
+    free = "joint: {kind: prismatic, axis: y}\n  loads: {push: {kind: force, force: [0 N, 21 N, 0 N], frame: world}}"
+    runaway = parse_robot(SERVO.replace("joint: {kind: prismatic, axis: y, stiffness: 50 N/m, damping: 5 N s/m}", free))
     solver = AnswerSolver()
     for answer in (solver(runaway), solver(runaway)):
         assert answer.kind == "the first 5 s"
