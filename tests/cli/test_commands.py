@@ -202,8 +202,8 @@ def test_text_is_as_wide_as_columns_say_and_80_where_nothing_does(columns, width
 
 def test_a_name_that_is_nearly_a_robot_or_a_file_is_found(nectosome, ball):
     assert 'Did you mean "flagellum"?' in nectosome("show", "flagelum").err
-    ball.rename("tuna.yaml")
-    assert 'Did you mean "tuna.yaml"?' in nectosome("show", "tunna").err
+    ball.rename("minnow.yaml")
+    assert 'Did you mean "minnow.yaml"?' in nectosome("show", "minow").err
 
 
 def test_show_hands_a_run_to_the_view(nectosome, ball_run, monkeypatch):

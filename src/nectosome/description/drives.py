@@ -1,5 +1,6 @@
 """Drives with motors: what turns a joint, from which supply, and what it is asked."""
 
+import tomllib
 from functools import cache
 from importlib.resources import files
 from operator import attrgetter
@@ -35,7 +36,6 @@ from nectosome.description.fields import (
 from nectosome.description.mirror import Mirror, Mirrored, opposite
 from nectosome.description.signals import ShareSignal, VoltageSignal
 from nectosome.io.schema.described import Described, increasing, wrong
-from nectosome.io.yaml_text import read_yaml
 from nectosome.units import did_you_mean
 
 S = TypeVar("S", bound=float)
@@ -48,8 +48,7 @@ _CONSTANTS = ("torque_constant", "resistance")
 @cache
 def servos() -> dict[str, dict[str, str]]:
     """Return the catalogue of motors with their gears: what their data sheets say, and where that stands."""
-    file = files("nectosome.description").joinpath("servos.yaml")
-    return read_yaml(file.read_text(encoding="utf-8"), "servos.yaml")[0]
+    return tomllib.loads(files("nectosome.description").joinpath("servos.toml").read_text(encoding="utf-8"))
 
 
 class MotorDescription(Mirrored):
