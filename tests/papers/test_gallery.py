@@ -19,6 +19,7 @@ SPEEDS = {  # m/s, of the version that drew the pictures
     "catshark": 0.211621,
     "kern_eel": 0.463106,
     "fish": 0.110294,
+    "tuna": 0.117115,
     "poseidrone": 0.0602446,
     "jelly": 0.0885894,
     "turtle": 0.139954,
